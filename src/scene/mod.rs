@@ -1,0 +1,312 @@
+//! A scene as plain data in SI units: metres, right-handed, +Y up, linear Rec. 709 (glTF's conventions).
+//!
+//! [`Scene`] holds what does not move; [`Scene::pose`] places it at a time. Renderer and reference both take a
+//! `(&Scene, &Pose)` and nothing else. Positions in the world are f64, so that a scene 10⁷ m away loses nothing.
+
+use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
+
+/// Everything loaded from one file. See the module's docs.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The file's stem, or a name of its own.
+    pub name: String,
+    /// One per glTF primitive; triangles in object space.
+    pub meshes: Vec<Mesh>,
+    /// Index 0 is always glTF's default material.
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub images: Vec<Image>,
+    /// The node tree, parents before children.
+    pub nodes: Vec<Node>,
+    pub animations: Vec<Animation>,
+    /// Meshes, lights and cameras as they hang on nodes.
+    pub instances: Vec<Instance>,
+    pub lights: Vec<Light>,
+    pub cameras: Vec<Camera>,
+    /// Constant radiance of everything beyond the scene, seen and lighting.
+    pub sky: Vec3,
+    /// Hash over every byte of the file, its buffers and its images (hex).
+    pub hash: String,
+    /// One sentence per thing that was ignored or simplified while loading.
+    pub warnings: Vec<String>,
+}
+
+/// Triangles of one material, in object space. All vertex arrays have equal length.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    pub name: String,
+    pub positions: Vec<Vec3>,
+    /// Unit length; flat normals are made where the file has none.
+    pub normals: Vec<Vec3>,
+    /// Unit length, w = ±1: the sign of the bitangent. (1,0,0,1) where no normal map needs it.
+    pub tangents: Vec<Vec4>,
+    /// Two sets; zeros where absent.
+    pub uvs: [Vec<Vec2>; 2],
+    /// Linear; (1,1,1,1) where absent.
+    pub colors: Vec<Vec4>,
+    /// 3 per triangle.
+    pub indices: Vec<u32>,
+    pub material: usize,
+}
+
+/// glTF 2.0 metallic-roughness, with the KHR extensions that twobounce knows. Factors are linear.
+#[derive(Clone, Debug)]
+pub struct Material {
+    pub name: String,
+    pub base_color: Vec4,
+    /// sRGB.
+    pub base_color_texture: Option<TextureRef>,
+    pub metallic: f32,
+    pub roughness: f32,
+    /// Linear: G roughness, B metallic.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    pub normal_texture: Option<TextureRef>,
+    pub normal_scale: f32,
+    pub occlusion_texture: Option<TextureRef>,
+    pub occlusion_strength: f32,
+    /// Radiance: emissiveFactor × KHR_materials_emissive_strength.
+    pub emissive: Vec3,
+    /// sRGB.
+    pub emissive_texture: Option<TextureRef>,
+    pub alpha: Alpha,
+    /// A doubleSided triangle is two surfaces, each lit for its own side.
+    pub double_sided: bool,
+    /// KHR_materials_unlit: shows base colour, neither lit nor lighting.
+    pub unlit: bool,
+    pub ior: f32,
+    pub specular: f32,
+    /// Linear: A.
+    pub specular_texture: Option<TextureRef>,
+    pub specular_color: Vec3,
+    /// sRGB.
+    pub specular_color_texture: Option<TextureRef>,
+    pub transmission: f32,
+    /// Linear: R.
+    pub transmission_texture: Option<TextureRef>,
+    /// Metres in object space; 0 is thin-walled: transmission goes straight through.
+    pub thickness: f32,
+    /// Linear: G.
+    pub thickness_texture: Option<TextureRef>,
+    pub attenuation_color: Vec3,
+    /// Metres; infinite where there is no attenuation.
+    pub attenuation_distance: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Alpha {
+    Opaque,
+    /// Texels below the cutoff are holes.
+    Mask(f32),
+    Blend,
+}
+
+impl Default for Material {
+    /// glTF's default material: white, metallic 1, roughness 1.
+    fn default() -> Self {
+        Self {
+            name: "default".into(),
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            alpha: Alpha::Opaque,
+            double_sided: false,
+            unlit: false,
+            ior: 1.5,
+            specular: 1.0,
+            specular_texture: None,
+            specular_color: Vec3::ONE,
+            specular_color_texture: None,
+            transmission: 0.0,
+            transmission_texture: None,
+            thickness: 0.0,
+            thickness_texture: None,
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
+        }
+    }
+}
+
+/// A texture as a material uses it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Into [`Scene::textures`].
+    pub texture: usize,
+    /// 0 or 1, KHR_texture_transform's override applied.
+    pub uv_set: usize,
+    /// KHR_texture_transform; the identity where absent.
+    pub transform: Affine2,
+}
+
+/// An image and how it is sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texture {
+    /// Into [`Scene::images`].
+    pub image: usize,
+    pub wrap: [Wrap; 2],
+    /// Bilinear between texels when magnified.
+    pub mag_linear: bool,
+    /// Bilinear between texels when minified.
+    pub min_linear: bool,
+    pub mip: Mip,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    Repeat,
+    Mirror,
+    Clamp,
+}
+
+/// What the minification filter does with mip levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mip {
+    /// Level 0 only.
+    None,
+    Nearest,
+    Linear,
+}
+
+/// 8-bit RGBA, rows from the top, as stored (sRGB or linear is the material slot's to say).
+#[derive(Clone, Debug, Default)]
+pub struct Image {
+    pub name: String,
+    pub width: u32,
+    pub height: u32,
+    /// 4 · width · height bytes.
+    pub rgba: Vec<u8>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Node {
+    pub name: String,
+    /// Into [`Scene::nodes`], less than this node's own index.
+    pub parent: Option<usize>,
+    pub local: Transform,
+}
+
+/// A node's own transform; `matrix` where the file gives one (such nodes are never animated).
+#[derive(Clone, Copy, Debug)]
+pub enum Transform {
+    Matrix(DAffine3),
+    Trs { translation: DVec3, rotation: glam::DQuat, scale: DVec3 },
+}
+
+/// A mesh hung on a node.
+#[derive(Clone, Copy, Debug)]
+pub struct Instance {
+    pub mesh: usize,
+    pub node: usize,
+}
+
+#[derive(Clone, Debug)]
+pub struct Light {
+    pub name: String,
+    pub node: usize,
+    pub kind: LightKind,
+    /// Colour × intensity. Point and spot: irradiance × m² (I/d²); directional: irradiance.
+    pub intensity: Vec3,
+    /// Metres; infinite where the file gives none. glTF's window: max(min(1 − (d/range)⁴, 1), 0).
+    pub range: f32,
+    /// Radius of the emitter for soft cone shadows, metres (`extras.radius`); 0 is hard. Directional lights: the tangent
+    /// of the half angle under which the light is seen.
+    pub radius: f32,
+}
+
+/// The light shines along its node's −Z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    Point,
+    /// Half angles in radians.
+    Spot {
+        inner: f32,
+        outer: f32,
+    },
+    Directional,
+}
+
+/// A camera looks along its node's −Z.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    pub name: String,
+    pub node: usize,
+    pub projection: Projection,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// `fov` vertical, radians. The image's own aspect ratio is used. `far` may be infinite.
+    Perspective { fov: f32, near: f32, far: f32 },
+    /// `half_height` in metres.
+    Orthographic { half_height: f32, near: f32, far: f32 },
+}
+
+#[derive(Clone, Debug)]
+pub struct Animation {
+    pub name: String,
+    /// Seconds.
+    pub duration: f32,
+    pub channels: Vec<Channel>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Channel {
+    pub node: usize,
+    /// Seconds, strictly increasing.
+    pub times: Vec<f32>,
+    pub values: Values,
+    pub interpolation: Interpolation,
+}
+
+/// One per key; three per key (in-tangent, value, out-tangent) for cubic splines.
+#[derive(Clone, Debug)]
+pub enum Values {
+    Translation(Vec<Vec3>),
+    Rotation(Vec<glam::Quat>),
+    Scale(Vec<Vec3>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    Step,
+    Linear,
+    CubicSpline,
+}
+
+/// The scene at one time, in world space. Arrays run parallel to the scene's.
+#[derive(Clone, Debug, Default)]
+pub struct Pose {
+    pub world_from_instance: Vec<DAffine3>,
+    pub lights: Vec<PosedLight>,
+    pub world_from_camera: Vec<DAffine3>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct PosedLight {
+    pub position: DVec3,
+    /// Unit; the way the light shines (its node's −Z).
+    pub direction: DVec3,
+}
+
+/// A camera placed in the world, ready to render with. Axes are unit and orthogonal.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    pub eye: DVec3,
+    pub forward: DVec3,
+    pub up: DVec3,
+    pub projection: Projection,
+}
+
+/// An axis-aligned box in world space; empty when `min > max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    pub min: DVec3,
+    pub max: DVec3,
+}

@@ -1,0 +1,191 @@
+//! The one settings tree: what every key means, its unit, range and cost. Presets are values of it.
+//!
+//! Lengths inside the volume are counted in voxels, so that a scene scaled or moved gives the same image.
+
+use serde::{Deserialize, Serialize};
+
+/// Closed lists of named choices: parsed from and printed as the names used in files and flags.
+macro_rules! choices {
+    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal),+ $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum $name { $($(#[$vdoc])* #[serde(rename = $text)] $variant),+ }
+        impl $name {
+            /// Every choice, in the order of the docs.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+            /// The name used in files and flags.
+            pub const fn name(self) -> &'static str { match self { $(Self::$variant => $text),+ } }
+        }
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result { f.write_str(self.name()) }
+        }
+    };
+}
+
+choices! {
+    /// The sets of diffuse cones in the talk.
+    ConeSet { One = "1", Five = "5", SixA = "6a", SixB = "6b", Sixteen = "16" }
+}
+choices! {
+    /// How a voxel's triangles fill its seven level-0 targets.
+    Fill {
+        /// The shaded average in all seven, alpha 1 (what the printed mips imply).
+        Uniform = "uniform",
+        /// Each side goes to the faces that look at it, weighted by |n|.
+        Facing = "facing",
+        /// Alpha is the clipped triangle's projected area over the voxel's face area.
+        Coverage = "coverage",
+    }
+}
+choices! {
+    /// How three directional volumes are mixed along a cone's direction d.
+    Weights { D2 = "d2", Norm1 = "norm1", Abs = "abs", Extinction = "extinction" }
+}
+choices! {
+    /// How lights are tested for occlusion.
+    Shadows {
+        None = "none",
+        /// A narrow cone to the light, through the volume: soft, leaky, as in the talk.
+        Cones = "cones",
+        /// A ray that walks the voxels and tests the listed triangles: hard, exact.
+        Rays = "rays",
+    }
+}
+choices! {
+    /// How emissive surfaces light the scene.
+    Emitters {
+        /// Through cones only, as in the talk: a lamp's own light is the first gather.
+        Cones = "cones",
+    }
+}
+choices! {
+    /// Whether the second bounce voxelises again, as the talk does, or keeps the first bounce's lists.
+    Lists { Rebuild = "rebuild", Reuse = "reuse" }
+}
+choices! {
+    /// The talk's three maps from roughness to a cone's aperture (tangent of the half angle).
+    RoughnessFit {
+        /// The polynomial that the intro used: 47.5° at roughness 1.
+        Polynomial = "polynomial",
+        /// The Phong-power fit: 41° at roughness 1.
+        Power = "power",
+        /// Linear in the angle: 67.5° at roughness 1.
+        Linear = "linear",
+    }
+}
+choices! {
+    /// One row of the ledger: as the talk prints it, or as it should be.
+    Form { Printed = "printed", Right = "right" }
+}
+
+/// Every setting. `twobounce settings` prints this tree; `--set key=value` writes into it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    pub voxels: u32,
+    pub cones: ConeSet,
+    pub bounces: u32,
+    pub fill: Fill,
+    pub weights: Weights,
+    pub shadows: Shadows,
+    pub emitters: Emitters,
+    pub lists: Lists,
+    pub roughness_fit: RoughnessFit,
+    /// Shadow rays and cones in the first bounce too (the talk lights it without shadows).
+    pub first_bounce_shadows: bool,
+    /// Rotate the diffuse cone set per pixel.
+    pub jitter: bool,
+    pub volume: Volume,
+    pub start: Start,
+    pub shadow: Shadow,
+    pub image: ImageSettings,
+    pub ledger: Ledger,
+}
+
+/// Where the volume stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Volume {
+    /// World metres; the scene's centre where absent.
+    pub center: Option<[f64; 3]>,
+    /// World metres; the scene's longest side plus the margin where absent.
+    pub side: Option<f64>,
+    /// Voxels on each side. Not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
+    pub margin: f64,
+}
+
+/// Where cones start, in voxels (D16, D20, D23): along the normal, then along the cone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Start {
+    pub diffuse_normal: f32,
+    pub diffuse_along: f32,
+    pub specular_normal: f32,
+    pub specular_along: f32,
+    pub refraction_normal: f32,
+    pub refraction_along: f32,
+    pub shadow_normal: f32,
+    pub shadow_along: f32,
+    /// How far before the light a shadow cone stops.
+    pub shadow_end: f32,
+}
+
+/// Shadow cones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Shadow {
+    /// Length of a step over the cone's diameter.
+    pub step: f32,
+    /// Half angle in degrees of every light's shadow cone; absent: from the light's own radius.
+    pub half_angle: Option<f32>,
+}
+
+/// The final image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ImageSettings {
+    /// Samples per pixel: 1 or 4. Edges and direct light are anti-aliased, cones are traced once per pixel.
+    pub samples: u32,
+    /// Lay down depth first, so that hidden surfaces trace no cones.
+    pub depth_prepass: bool,
+}
+
+/// The rows of `docs/ledger.md` that change an image and are neither a choice nor a number above.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ledger {
+    /// Which volumes the −x −y −z mips read.
+    pub d1: Form,
+    /// The −y mip's fourth column.
+    pub d2: Form,
+    /// The axis of cone set 6a.
+    pub d6: Form,
+    /// The jitter's rotation matrix.
+    pub d7: Form,
+    /// The jitter's angle.
+    pub d8: Form,
+    /// How far a cone reaches: √2, or the exit from the cube.
+    pub d10: Form,
+    /// The volume's border: its edge voxels repeated for ever, or transparent black.
+    pub d11: Form,
+    /// Opacity correction of the shadow cone's short steps.
+    pub d12: Form,
+    /// The shadow cone's mip level.
+    pub d13: Form,
+    /// The shadow cone's volume: isotropic, or directional.
+    pub d15: Form,
+    /// The cone's diameter: max(1/N, 2t)·s, or max(1/N, 2t·s).
+    pub d17: Form,
+    /// When a cone ends: alpha ≥ 1, or near 1.
+    pub d18: Form,
+    /// The sky behind the diffuse cones: dropped, or through the remaining alpha.
+    pub d21: Form,
+    /// The tangent frame about the normal.
+    pub d22: Form,
+    /// Where refraction starts: outside the surface, or on the refracted side.
+    pub d23: Form,
+    /// Refraction at back faces and total reflection.
+    pub d24: Form,
+    /// Set 16's weights: equal, or cosine.
+    pub d26: Form,
+}

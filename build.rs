@@ -1,1 +1,4 @@
-fn main() { let _ = shaderc::Compiler::new().unwrap(); println!("cargo:rerun-if-changed=glsl"); }
+fn main() {
+    let _ = shaderc::Compiler::new().unwrap();
+    println!("cargo:rerun-if-changed=glsl");
+}

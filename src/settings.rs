@@ -189,3 +189,118 @@ pub struct Ledger {
     /// Set 16's weights: equal, or cosine.
     pub d26: Form,
 }
+
+impl Default for Settings {
+    /// Preset `corrected`: every row of the ledger right.
+    fn default() -> Self {
+        Self {
+            voxels: 128,
+            cones: ConeSet::Five,
+            bounces: 2,
+            fill: Fill::Uniform,
+            weights: Weights::D2,
+            shadows: Shadows::Rays,
+            emitters: Emitters::Cones,
+            lists: Lists::Rebuild,
+            roughness_fit: RoughnessFit::Polynomial,
+            first_bounce_shadows: true,
+            jitter: false,
+            volume: Volume::default(),
+            start: Start::default(),
+            shadow: Shadow::default(),
+            image: ImageSettings::default(),
+            ledger: Ledger::all(Form::Right),
+        }
+    }
+}
+
+impl Default for Volume {
+    fn default() -> Self {
+        Self { center: None, side: None, margin: 2.5 }
+    }
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self {
+            diffuse_normal: 1.0,
+            diffuse_along: 1.0,
+            specular_normal: 1.0,
+            specular_along: 1.0,
+            refraction_normal: 1.0,
+            refraction_along: 1.0,
+            shadow_normal: 2.0,
+            shadow_along: 2.5,
+            shadow_end: 2.0,
+        }
+    }
+}
+
+impl Default for Shadow {
+    fn default() -> Self {
+        Self { step: 1.0 / 3.0, half_angle: None }
+    }
+}
+
+impl Default for ImageSettings {
+    fn default() -> Self {
+        Self { samples: 4, depth_prepass: true }
+    }
+}
+
+impl Default for Ledger {
+    fn default() -> Self {
+        Self::all(Form::Right)
+    }
+}
+
+impl Ledger {
+    /// Every row in one form.
+    pub fn all(form: Form) -> Self {
+        Self {
+            d1: form,
+            d2: form,
+            d6: form,
+            d7: form,
+            d8: form,
+            d10: form,
+            d11: form,
+            d12: form,
+            d13: form,
+            d15: form,
+            d17: form,
+            d18: form,
+            d21: form,
+            d22: form,
+            d23: form,
+            d24: form,
+            d26: form,
+        }
+    }
+}
+
+impl Settings {
+    /// The talk as printed, where it can run.
+    pub fn printed() -> Self {
+        Self {
+            shadows: Shadows::Cones,
+            first_bounce_shadows: false,
+            start: Start {
+                // 1 + 4·0.7071 along the normal, less coneOffset 0.01·128 along the cone (D19, D20).
+                diffuse_normal: 1.0 + 4.0 * std::f32::consts::FRAC_1_SQRT_2,
+                diffuse_along: 4.0 - 1.28,
+                specular_normal: 2.0,
+                specular_along: 2.0,
+                refraction_normal: 1.0,
+                refraction_along: 1.0,
+                shadow_normal: 2.0,
+                shadow_along: 2.5,
+                shadow_end: 0.0,
+            },
+            shadow: Shadow { step: 0.333333, half_angle: Some(5.0) },
+            image: ImageSettings { samples: 4, depth_prepass: false },
+            ledger: Ledger::all(Form::Printed),
+            ..Self::default()
+        }
+    }
+}

@@ -162,3 +162,17 @@ fn links_are_followed_and_a_full_disk_is_said() {
     assert_eq!(fs::read(at("real.png")).unwrap(), b"new");
     assert!(fs::symlink_metadata(at("link.png")).unwrap().is_symlink());
 }
+
+/// Whatever byte of a file is damaged, reading it ends in an image or a sentence.
+#[test]
+fn damaged_bytes_never_panic() {
+    let image = Layers::new(3, 2, vec![[0.25, 0.5, 1.0]; 6]);
+    let whole = exr::encode(&image, &BTreeMap::from([("key".into(), "value".into())])).unwrap();
+    for at in 0..whole.len() {
+        for flip in [0x01, 0x80, 0xff] {
+            let mut bytes = whole.clone();
+            bytes[at] ^= flip;
+            let _ = exr::decode(&bytes);
+        }
+    }
+}

@@ -160,9 +160,17 @@ fn damaged_scenes_are_refused_in_a_sentence() {
     fs::write(at("count.gltf"), text.replace("\"count\":3", "\"count\":300")).unwrap();
     fs::write(at("node.gltf"), text.replace("\"nodes\":[0,1]", "\"nodes\":[0,7]")).unwrap();
     fs::write(at("nan.gltf"), text.replace("base64,AAAA", "base64,AADA/w")).unwrap();
-    for name in
-        ["none.glb", "folder.glb", "empty.glb", "head.glb", "noise.gltf", "old.gltf", "count.gltf", "node.gltf", "nan.gltf"]
-    {
+    for name in [
+        "none.glb",
+        "folder.glb",
+        "empty.glb",
+        "head.glb",
+        "noise.gltf",
+        "old.gltf",
+        "count.gltf",
+        "node.gltf",
+        "nan.gltf",
+    ] {
         refused(folder.path(), &["render", name, "-o", "a.png"], &[name]);
     }
     for (flag, value) in [("--scene", "Hall"), ("--camera", "3"), ("--animation", "walk")] {

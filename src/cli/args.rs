@@ -17,6 +17,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Render a scene to an image
+    Render(RenderArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
 }

@@ -47,7 +47,11 @@ pub enum Format {
 enum Name {
     One(PathBuf),
     /// `before%0<digits>dafter`.
-    Numbered { before: String, digits: usize, after: String },
+    Numbered {
+        before: String,
+        digits: usize,
+        after: String,
+    },
 }
 
 impl RenderJob {

@@ -3,8 +3,12 @@
 //! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
 
 pub mod args;
+pub mod interrupt;
+pub mod job;
 pub mod log;
 pub mod out;
+mod render;
+pub mod scene;
 mod settings;
 
 use std::process::ExitCode;
@@ -48,6 +52,7 @@ pub fn parse() -> Result<Cli, ExitCode> {
 /// Runs one subcommand.
 pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
+        Command::Render(args) => render::run(args),
         Command::Settings(args) => settings::run(args),
     }
 }

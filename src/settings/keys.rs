@@ -186,13 +186,6 @@ pub const KEYS: &[Key] = &[
         "edges and direct light are anti-aliased, cones are traced once per pixel and surface",
         "4: colour and depth ×4 in memory, direct light up to ×4",
     ),
-    key(
-        "image.depth_prepass",
-        "switch",
-        Range::Bool,
-        "lay down depth first, so that hidden surfaces trace no cones",
-        "draws the triangles once more; saves the cones of what is hidden",
-    ),
     row("ledger.d1", "D1: which volumes the −x −y −z mips read"),
     row("ledger.d2", "D2: the −y mip's fourth column"),
     row("ledger.d6", "D6: the axis of cone set 6a"),

@@ -13,7 +13,7 @@ fn main() -> ExitCode {
     match cli::run(&args).and_then(|outcome| cli::out::finish().map(|()| outcome)) {
         Ok(outcome) => outcome.into(),
         Err(error) => {
-            eprintln!("twobounce: {}", cli::sentence(&error));
+            cli::out::complain(&cli::sentence(&error));
             cli::exit_code(&error)
         }
     }

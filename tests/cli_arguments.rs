@@ -207,6 +207,12 @@ fn a_closed_pipe_is_quiet_and_a_full_disk_is_not() {
     drop(read);
     let closed = Command::new(program).arg("settings").stdout(write).stderr(Stdio::piped()).output().unwrap();
     assert!(closed.status.success() && closed.stderr.is_empty(), "{}", String::from_utf8_lossy(&closed.stderr));
+    for args in [&[][..], &["render"], &["settings", "--preset", "x"]] {
+        let (read, write) = std::io::pipe().unwrap();
+        drop(read);
+        let deaf = Command::new(program).args(args).stderr(write).output().unwrap();
+        assert_eq!(deaf.status.code(), Some(2), "{args:?} with a closed standard error");
+    }
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let full = Command::new(program).arg("settings").stdout(full).stderr(Stdio::piped()).output().unwrap();
     assert_eq!(full.status.code(), Some(2));

@@ -92,7 +92,7 @@ fn check_targets(args: &RenderArgs, output: &Output) -> Result<()> {
         if same(target, &args.scene.path) || args.settings.config.as_ref().is_some_and(|config| same(target, config)) {
             return Err(Error::file(*target, "is read and written by the same command; name another output"));
         }
-        if targets[..i].iter().flatten().any(|other| same(target, other)) && target.is_file() | !target.exists() {
+        if targets[..i].iter().flatten().any(|other| same(target, other)) && (target.is_file() || !target.exists()) {
             return Err(Error::file(*target, "is named as two outputs; name them apart"));
         }
         file::check_writable(target)?;

@@ -11,6 +11,7 @@ mod render;
 pub mod scene;
 mod settings;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -39,11 +40,11 @@ pub fn parse() -> Result<Cli, ExitCode> {
             ExitCode::SUCCESS
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            eprint!("{}", error.render());
+            let _ = write!(std::io::stderr(), "{}", error.render());
             ExitCode::from(2)
         }
         _ => {
-            eprintln!("twobounce: {}", usage_sentence(&error.render().to_string()));
+            out::complain(&usage_sentence(&error.render().to_string()));
             ExitCode::from(2)
         }
     })

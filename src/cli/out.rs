@@ -1,4 +1,4 @@
-//! Standard output that may close early (`twobounce settings | head`) or fail without a panic.
+//! Standard output and error that may close early (`twobounce settings | head`) or fail, without a panic.
 
 use std::io::{ErrorKind, Write};
 use std::sync::Mutex;
@@ -21,6 +21,11 @@ pub fn write(text: &str) {
     {
         failed.get_or_insert(error);
     }
+}
+
+/// Prints a line on standard error, which may be closed: then nobody is told.
+pub fn complain(line: &str) {
+    let _ = writeln!(std::io::stderr(), "twobounce: {line}");
 }
 
 /// Reports output that was lost, at the end of the program.

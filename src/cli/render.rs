@@ -9,7 +9,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let _job = RenderJob::new(args)?;
     let opened = args.scene.open()?;
     for note in &opened.notes {
-        eprintln!("twobounce: note: {note}");
+        super::out::complain(&format!("note: {note}"));
     }
     Err(twobounce::Error::Device("Vulkan is not wired up yet on this branch".into()).into())
 }

@@ -1,6 +1,8 @@
 //! Voxel cone tracing with two bounces for everything, in raw Vulkan.
 
 pub mod error;
+pub mod layers;
+pub mod output;
 pub mod scene;
 pub mod settings;
 

@@ -6,12 +6,12 @@ use super::directions::{cone_set, tangent_frame};
 use super::volume::{ISOTROPIC, Volume};
 use crate::settings::{Form, Settings, Weights};
 
-/// Alpha at which a cone ends (D18): what lies behind can add one part in a hundred at most.
-pub const OPAQUE: f32 = 0.99;
-/// Largest alpha that has an optical depth: −ln(1 − 0.999) = 6.9.
-pub const MAX_ALPHA: f32 = 0.999;
-/// No cone takes more steps (D18); a cone of no width crosses the diagonal of 256³ in 444.
-pub const MAX_STEPS: u32 = 512;
+/// Alpha at which a cone ends (D18): what is left cannot change an 8-bit image.
+pub const OPAQUE: f32 = 0.995;
+/// Largest alpha that has an optical depth: −ln(1 − 0.9999) = 9.2.
+pub const MAX_ALPHA: f32 = 0.9999;
+/// No cone takes more steps (D18).
+pub const MAX_STEPS: u32 = 1024;
 
 /// A cone in volume space.
 #[derive(Clone, Copy, Debug)]
@@ -158,7 +158,7 @@ pub fn trace_shadow_cone(
     let end = reach(&cone, ledger.d10);
     let mut distance = (s.start.shadow_along + jitter * s.shadow.step) * voxel;
     let (mut alpha, mut steps) = (0.0, 0);
-    while alpha < stop_alpha(ledger.d18) && distance < end && steps < MAX_STEPS * 4 {
+    while alpha < stop_alpha(ledger.d18) && distance < end && steps < MAX_STEPS {
         let position = origin + distance * direction;
         if !is_inside_cube(position) {
             break;

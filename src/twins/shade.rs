@@ -43,19 +43,14 @@ pub fn fill(triangles: &[Shaded], how: Fill) -> [Vec4; TARGETS] {
 }
 
 /// The plain average over triangles of the side that looks at the traveller; single-sided triangles show their front all
-/// round. The isotropic target averages over all sides.
+/// round. The isotropic target averages each triangle's sides first.
 fn uniform(triangles: &[Shaded], travel: Option<Vec3>) -> Vec4 {
-    let (mut sum, mut count) = (Vec4::ZERO, 0.0);
-    for t in triangles {
-        let radiances = match (travel, t.back) {
-            (_, None) => vec![t.front],
-            (Some(e), Some(_)) => vec![t.seen(e)],
-            (None, Some(back)) => vec![t.front, back],
-        };
-        count += radiances.len() as f32;
-        sum += radiances.iter().map(|l| (t.opacity * *l).extend(t.opacity)).sum::<Vec4>();
-    }
-    if count > 0.0 { sum / count } else { Vec4::ZERO }
+    let radiance = |t: &Shaded| match (travel, t.back) {
+        (Some(e), Some(_)) => t.seen(e),
+        _ => t.mean(),
+    };
+    let sum: Vec4 = triangles.iter().map(|t| (t.opacity * radiance(t)).extend(t.opacity)).sum();
+    sum / triangles.len().max(1) as f32
 }
 
 /// A triangle's weight and radiance for a traveller along `travel`; every direction at once for `None`.

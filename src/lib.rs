@@ -1,6 +1,7 @@
 //! Voxel cone tracing with two bounces for everything, in raw Vulkan.
 
 pub mod error;
+pub mod ledger;
 pub mod scene;
 pub mod settings;
 pub mod twins;

@@ -2,8 +2,10 @@
 
 pub mod error;
 pub mod layers;
+pub mod ledger;
 pub mod output;
 pub mod scene;
 pub mod settings;
+pub mod twins;
 
 pub use error::{Error, Result};

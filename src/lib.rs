@@ -3,5 +3,6 @@
 pub mod error;
 pub mod scene;
 pub mod settings;
+pub mod vk;
 
 pub use error::{Error, Result};

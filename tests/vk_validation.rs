@@ -1,0 +1,67 @@
+//! The validation layer is really on: it sees a planted hazard and a planted misuse. And a device that does not exist
+//! is refused.
+
+mod common;
+
+use common::{assert_clean, new_gpu};
+use twobounce::vk::{self, Bind, Compute, ComputeDesc, Context, ContextOptions, Recorder, RecorderOptions, ZoneKind};
+
+/// Two dispatches write the same buffer; without a barrier between them that is a hazard.
+fn increment_twice(context: &std::sync::Arc<Context>, barrier: bool) {
+    let desc = ComputeDesc { label: "increment", shader: "test/increment.comp", constants: &[] };
+    let pass = Compute::new(context, &desc).unwrap();
+    let values = vk::upload(context, "values", &[0_u32; 64]).unwrap();
+    let mut recorder = Recorder::new(context, RecorderOptions::default()).unwrap();
+    recorder.zone("increment", ZoneKind::Compute, 256, |r| {
+        for _ in 0..2 {
+            r.dispatch(&pass, &[Bind::buffer("values", &values)], &(), [1, 1, 1]);
+            if barrier {
+                r.full_barrier();
+            }
+        }
+    });
+    recorder.finish().unwrap();
+}
+
+#[test]
+fn a_missing_barrier_is_seen() {
+    let context = new_gpu();
+    increment_twice(&context, true);
+    assert_clean(&context);
+    increment_twice(&context, false);
+    let messages = context.take_validation_messages();
+    assert!(messages.iter().any(|message| message.contains("HAZARD")), "{messages:?}");
+    assert_clean(&context);
+}
+
+#[test]
+fn a_misuse_is_seen() {
+    let context = new_gpu();
+    let buffer = vk::upload(&context, "buffer", &[0_u32; 64]).unwrap();
+    let mut recorder = Recorder::new(&context, RecorderOptions::default()).unwrap();
+    recorder.fill(&buffer, 2, 4, 0); // the offset must be a multiple of 4
+    drop(recorder);
+    let messages = context.take_validation_messages();
+    assert!(messages.iter().any(|message| message.contains("vkCmdFillBuffer")), "{messages:?}");
+}
+
+#[test]
+fn an_unknown_device_is_refused_with_a_list() {
+    let options = ContextOptions { device: Some("no such device".into()), validation: false };
+    let Err(error) = Context::new(&options) else { panic!("accepted") };
+    let message = error.to_string();
+    assert!(message.contains("no such device") && message.contains("0: "), "{message}");
+    let devices = vk::devices().unwrap();
+    assert!(message.contains(&devices[0].name), "{message}");
+}
+
+#[test]
+fn a_context_states_what_it_runs_on() {
+    let context = new_gpu();
+    let devices = vk::devices().unwrap();
+    let report = devices.iter().find(|device| device.name == context.name).unwrap();
+    assert!(report.needs.iter().all(|need| need.present), "{:?}", report.needs);
+    assert_eq!(report.driver, context.driver);
+    assert!(context.api_version >= (1, 2, 0));
+    assert!(context.memory_budget() > 0);
+}

@@ -34,4 +34,4 @@ pub use pipeline::{Blend, Compute, ComputeDesc, DepthDesc, Raster, RasterDesc, V
 pub use raster_pass::{Bind, ColorTarget, DepthTarget, DrawCall, Load, RasterPass, Rect, RenderTarget};
 pub use recorder::{Recorder, RecorderOptions, ZoneKind, ZoneTiming, ZoneTimings};
 pub use reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
-pub use transfer::{download, download_image, upload, upload_image};
+pub use transfer::{download, download_image, upload, upload_image, upload_into};

@@ -6,6 +6,7 @@
 
 mod accessor;
 mod animations;
+mod check;
 mod container;
 mod deform;
 mod document;
@@ -79,6 +80,7 @@ impl Scene {
             let buffers = load_buffers(&document, folder, file.binary)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let data = Data { document: &document, buffers: &buffers };
+            check::document(&data)?;
             let mut scene = assemble(&data, folder, options, &mut warnings, &mut hash)?;
             scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             scene.hash = hash.finalize().to_hex().to_string();
@@ -100,7 +102,10 @@ fn parse(path: &Path, json: &[u8]) -> Result<Document, Error> {
     struct Head {
         asset: Option<document::Asset>,
     }
-    let broken = |e| Error::file(path, format!("is not valid glTF JSON ({e}); export the file again"));
+    let broken = |e: serde_json::Error| {
+        let (what, line, column) = (container::shorten(&e.to_string()), e.line(), e.column());
+        Error::file(path, format!("is not valid glTF at line {line}, column {column} ({what}); export the file again"))
+    };
     let head: Head = serde_json::from_slice(json).map_err(broken)?;
     let asset = head.asset.unwrap_or_default();
     let version = asset.min_version.as_deref().unwrap_or(&asset.version);

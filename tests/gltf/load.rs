@@ -1,12 +1,10 @@
 //! What of glTF 2.0 becomes what: one small file in code per feature, checked against values worked out by hand.
 
-mod support;
-
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use crate::files::{F32, File, I8, I16, U8, U16, U32, load_bytes, png, write};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::json;
-use support::{F32, File, I8, I16, U8, U16, U32, load_bytes, png, write};
 use twobounce::scene::{Alpha, LightKind, LoadOptions, Mip, Projection, Scene, Wrap};
 
 /// World positions of all vertices, in the order of meshes and indices.

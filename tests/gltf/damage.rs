@@ -7,7 +7,7 @@ use crate::files::{F32, File, U8, U16, load_bytes, png, write};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use twobounce::scene::texture::Textures;
-use twobounce::scene::{LoadOptions, Scene};
+use twobounce::scene::{LoadOptions, Scene, View};
 
 /// Everything that the loader reads, in one file.
 fn everything() -> File {
@@ -89,7 +89,8 @@ fn use_everything(scene: &Scene) {
     assert_eq!(pose.world_from_instance.len(), scene.instances.len());
     (0..scene.cameras.len()).for_each(|camera| assert!(scene.view(&pose, camera).forward.is_normalized()));
     scene.degenerate_triangles(&pose);
-    scene.bounds(None);
+    let bounds = scene.bounds(None);
+    assert!(bounds.size().is_finite() && View::framing(bounds).eye.is_finite());
 }
 
 fn refused(file: &File, expected: &str) {
@@ -185,6 +186,7 @@ fn wrong_values_are_refused_by_name() {
         ("/nodes/2/children", json!([9]), "node 9 is used but does not exist"),
         ("/nodes/2/children", json!([2]), "their own ancestors"),
         ("/nodes/0/children", json!([1]), "node 1 has two parents"),
+        ("/nodes/2/scale", json!([1e20, 1, 1]), "beyond 10¹⁵"),
         ("/nodes/2/scale", json!([1e308, 1, "a"]), "is not valid glTF"),
         ("/scenes/0/nodes", json!([7]), "node 7 is used but does not exist"),
         ("/scene", json!(1), "scene 1 is used but does not exist"),
@@ -223,6 +225,9 @@ fn wrong_numbers_in_buffers_are_refused() {
         file.binary[4..8].copy_from_slice(&bad.to_le_bytes());
         refused(&file, "position that is NaN or infinite (vertex 0)");
     }
+    let mut file = File::quad();
+    file.binary[4..8].copy_from_slice(&1e20f32.to_le_bytes());
+    refused(&file, "beyond 10¹⁵ m (vertex 0)");
     let mut file = File::quad();
     let indices = file.accessor(U8, "SCALAR", 3, &[0, 1, 4]);
     file.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);

@@ -46,6 +46,9 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
+/// Metres, and factors of scale: areas and squared distances still fit into f32.
+const COORDINATE_MAX: f64 = 1e15;
+
 /// One sentence per thing that was ignored or simplified, each said once.
 #[derive(Default)]
 struct Warnings(Vec<String>);
@@ -193,6 +196,11 @@ fn load_meshes(
     for &index in shown {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
+        let place = world[tree.slot[index]].to_cols_array();
+        // NaN, from infinite scales that met, fails the comparison too.
+        if !place.iter().all(|x| x.abs() <= COORDINATE_MAX) {
+            return Err(format!("node {index} is moved or scaled beyond 10¹⁵; scale the scene down"));
+        }
         let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
         if node.extensions.instancing.is_some() {
             warnings.once("EXT_mesh_gpu_instancing is not supported: such a mesh shows once");

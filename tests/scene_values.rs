@@ -5,7 +5,8 @@ use twobounce::scene::analytic::{self, Lamp};
 use twobounce::scene::surface::{self, SurfacePoint, WorldFrame};
 use twobounce::scene::texture::{ColorSpace, MipChain, Textures, linear_from_srgb, srgb_from_linear};
 use twobounce::scene::{
-    Alpha, Bounds, Image, LightKind, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
+    Alpha, Animation, Bounds, Channel, Image, Interpolation, LightKind, Material, Mesh, Mip, Projection, Scene,
+    Texture, TextureRef, Transform, Values, View, Wrap,
 };
 
 const TRILINEAR: Texture =
@@ -358,4 +359,20 @@ fn degenerate_triangles_are_counted_not_dropped() {
     let far = DAffine3::from_rotation_translation(DQuat::from_rotation_y(1.0), DVec3::splat(1e7));
     scene.add_mesh(Mesh::quad("far", 0, Vec3::ZERO, 1e-3 * Vec3::X, 1e-3 * Vec3::Y), far);
     assert_eq!((scene.triangle_count(), scene.degenerate_triangles(&scene.pose(None, 0.0))), (6, 3));
+}
+
+#[test]
+fn long_animations_of_large_meshes_are_bounded_quickly() {
+    let mut scene = Scene::empty("long");
+    let triangles: Vec<[Vec3; 3]> =
+        (0..30_000).map(|i| [0.0, 1.0, 2.0].map(|z| Vec3::new(i as f32 / 30_000.0, 0.5, z))).collect();
+    scene.add_mesh(Mesh::triangles("many", 0, &triangles), DAffine3::IDENTITY);
+    scene.nodes[0].local = Transform::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
+    let times: Vec<f32> = (0..5000).map(|i| i as f32).collect();
+    let values = Values::Translation(times.iter().map(|t| Vec3::Y * *t).collect());
+    let channel = Channel { node: 0, times, values, interpolation: Interpolation::Linear };
+    scene.animations.push(Animation { name: "up".into(), duration: 4999.0, channels: vec![channel] });
+    let expected =
+        Bounds { min: DVec3::new(0.0, 0.5, 0.0), max: DVec3::new(f64::from(29_999f32 / 30_000.0), 4999.5, 2.0) };
+    assert_eq!(scene.bounds(Some(0)), expected);
 }

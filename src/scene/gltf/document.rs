@@ -107,8 +107,6 @@ pub struct Node {
 pub struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<LightIndex>,
-    #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub instancing: Option<Value>,
 }
 
 #[derive(Deserialize)]

@@ -49,6 +49,9 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
 /// Metres, and factors of scale: areas and squared distances still fit into f32.
 const COORDINATE_MAX: f64 = 1e15;
 
+/// Distinct warnings that are kept; a file with more has one cause for most of them.
+const WARNINGS_MAX: usize = 50;
+
 /// One sentence per thing that was ignored or simplified, each said once.
 #[derive(Default)]
 struct Warnings(Vec<String>);
@@ -56,9 +59,11 @@ struct Warnings(Vec<String>);
 impl Warnings {
     fn once(&mut self, sentence: impl Into<String>) {
         let sentence = sentence.into();
-        if !self.0.contains(&sentence) {
-            self.0.push(sentence);
+        if self.0.len() > WARNINGS_MAX || self.0.contains(&sentence) {
+            return;
         }
+        let last = self.0.len() == WARNINGS_MAX;
+        self.0.push(if last { "further warnings were left out".into() } else { sentence });
     }
 }
 
@@ -202,9 +207,6 @@ fn load_meshes(
             return Err(format!("node {index} is moved or scaled beyond 10¹⁵; scale the scene down"));
         }
         let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
-        if node.extensions.instancing.is_some() {
-            warnings.once("EXT_mesh_gpu_instancing is not supported: such a mesh shows once");
-        }
         let own = node.skin.is_some() || node.weights.is_some();
         let made = match shared.get(&mesh_index).filter(|_| !own) {
             Some(made) => made.clone(),

@@ -41,8 +41,8 @@ pub struct DepthTarget<'a> {
 /// Pixels, from the top left corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rect {
-    pub x: u32,
-    pub y: u32,
+    pub x: i32,
+    pub y: i32,
     pub width: u32,
     pub height: u32,
 }
@@ -88,6 +88,7 @@ pub enum DrawCall<'a> {
     },
 }
 
+#[derive(Clone)]
 enum Resource<'a> {
     Buffer(&'a Buffer),
     Sampled(Vec<ImageView<'a>>, &'a Sampler),
@@ -95,6 +96,7 @@ enum Resource<'a> {
 }
 
 /// A resource for the binding of that name.
+#[derive(Clone)]
 pub struct Bind<'a> {
     name: &'a str,
     resource: Resource<'a>,
@@ -228,6 +230,14 @@ pub(super) fn bind_pipeline<T: Pod>(
     pairs.iter().map(|(binding, bind)| (binding.name.clone(), bind.labels())).collect()
 }
 
+impl Raster {
+    /// Those of `binds` that the pipeline uses: passes that share resources list them once.
+    pub fn select<'a>(&self, binds: &[Bind<'a>]) -> Vec<Bind<'a>> {
+        let used = |bind: &&Bind<'a>| self.bindings().iter().any(|binding| binding.name == bind.name);
+        binds.iter().filter(used).cloned().collect()
+    }
+}
+
 /// Each binding of the pipeline with the resource of its name.
 fn pair<'p, 'b, 'r>(pipeline: &'p RawPipeline, binds: &'b [Bind<'r>]) -> Vec<(&'p Binding, &'b Bind<'r>)> {
     let pass = &pipeline.label;
@@ -283,7 +293,7 @@ impl<'r> RasterPass<'r> {
         }];
         let cut = target.scissor.unwrap_or(whole);
         let scissor = [vk::Rect2D {
-            offset: vk::Offset2D { x: cut.x as i32, y: cut.y as i32 },
+            offset: vk::Offset2D { x: cut.x, y: cut.y },
             extent: vk::Extent2D { width: cut.width, height: cut.height },
         }];
         let context = recorder.context().clone();

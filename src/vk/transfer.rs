@@ -12,16 +12,23 @@ use std::sync::Arc;
 /// A new device-local buffer that holds `data`.
 pub fn upload<T: Pod>(context: &Arc<Context>, label: &str, data: &[T]) -> Result<Buffer> {
     let bytes = size_of_val(data) as u64;
-    let none = vk::BufferUsageFlags::empty();
-    let target = Buffer::new(context, label, bytes, BufferKind::Device, none)?;
-    if bytes > 0 {
-        let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload, none)?;
-        staging.write(0, data);
-        let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-        recorder.copy(&staging, &target);
-        recorder.finish()?;
-    }
+    let target = Buffer::new(context, label, bytes, BufferKind::Device, vk::BufferUsageFlags::empty())?;
+    upload_into(context, &target, data)?;
     Ok(target)
+}
+
+/// Writes `data` to the start of a device-local buffer.
+pub fn upload_into<T: Pod>(context: &Arc<Context>, target: &Buffer, data: &[T]) -> Result<()> {
+    let bytes = size_of_val(data) as u64;
+    if bytes == 0 {
+        return Ok(());
+    }
+    let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload, vk::BufferUsageFlags::empty())?;
+    staging.write(0, data);
+    let mut recorder = Recorder::new(context, RecorderOptions::default())?;
+    recorder.copy_range(&staging, 0, target, 0, bytes);
+    recorder.finish()?;
+    Ok(())
 }
 
 /// All of `buffer` as elements of `T`; a rest too short for one is left out.

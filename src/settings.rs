@@ -146,8 +146,6 @@ pub struct Shadow {
 pub struct ImageSettings {
     /// Samples per pixel: 1 or 4. Edges and direct light are anti-aliased, cones are traced once per pixel.
     pub samples: u32,
-    /// Lay down depth first, so that hidden surfaces trace no cones.
-    pub depth_prepass: bool,
 }
 
 /// The rows of `docs/ledger.md` that change an image and are neither a choice nor a number above.
@@ -244,7 +242,7 @@ impl Default for Shadow {
 
 impl Default for ImageSettings {
     fn default() -> Self {
-        Self { samples: 4, depth_prepass: true }
+        Self { samples: 4 }
     }
 }
 
@@ -298,7 +296,6 @@ impl Settings {
                 shadow_end: 0.0,
             },
             shadow: Shadow { step: 0.333333, half_angle: Some(5.0) },
-            image: ImageSettings { samples: 4, depth_prepass: false },
             ledger: Ledger::all(Form::Printed),
             ..Self::default()
         }

@@ -2,6 +2,8 @@
 
 pub mod assets;
 pub mod error;
+pub mod layers;
+pub mod output;
 pub mod scene;
 pub mod settings;
 

@@ -10,6 +10,7 @@ mod texels;
 
 use std::path::Path;
 
+use crate::output::file;
 use crate::{Error, Result};
 
 /// Every scene as (file name, bytes of the .glb).
@@ -26,8 +27,7 @@ pub fn write(dir: &Path) -> Result<Vec<&'static str>> {
     std::fs::create_dir_all(dir).map_err(|e| Error::file(dir, format!("cannot make this folder: {e}")))?;
     let scenes = all()?;
     for (name, bytes) in &scenes {
-        let path = dir.join(name);
-        std::fs::write(&path, bytes).map_err(|e| Error::file(&path, format!("cannot write: {e}")))?;
+        file::write(&dir.join(name), bytes)?;
     }
     Ok(scenes.into_iter().map(|(name, _)| name).collect())
 }

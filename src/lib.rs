@@ -3,8 +3,10 @@
 pub mod assets;
 pub mod error;
 pub mod layers;
+pub mod ledger;
 pub mod output;
 pub mod scene;
 pub mod settings;
+pub mod twins;
 
 pub use error::{Error, Result};

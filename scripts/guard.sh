@@ -5,7 +5,7 @@ set -euo pipefail
 # `timeout` leads a process group of its own, which the terminal's Ctrl-C does not reach; hence the traps.
 timeout --kill-after=10 "$@" &
 job=$!
-trap 'kill -TERM $job 2>/dev/null; wait $job; exit 130' INT TERM
+trap 'kill -TERM $job 2>/dev/null; wait $job || true; exit 130' INT TERM
 status=0
 wait $job || status=$?
 if [ $status -eq 124 ] || [ $status -eq 137 ]; then

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use gltf::Gltf;
 use gltf::material::AlphaMode;
+use twobounce::scene::{LoadOptions, Scene};
 
 fn scenes() -> Vec<(&'static str, Vec<u8>)> {
     twobounce::assets::all().unwrap()
@@ -127,4 +128,25 @@ fn the_gallery_shows_everything() {
     assert_eq!(lights.len(), 2);
     assert_eq!(gltf.animations().len(), 1);
     assert_eq!(gltf.cameras().filter_map(|camera| camera.name()).collect::<Vec<_>>(), ["gallery", "spheres"]);
+}
+
+/// The loader takes every scene without a warning, and the gallery comes out as it was meant.
+#[test]
+fn the_loader_reads_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    let load = |name: &str| Scene::load(&folder.join(name), &LoadOptions::default()).unwrap();
+    for (name, _) in scenes() {
+        assert_eq!(load(name).warnings, [] as [String; 0], "{name}");
+    }
+    let gallery = load("gallery.glb");
+    assert_eq!(gallery.lights.iter().map(|light| light.radius).fold(0.0, f32::max), 0.06);
+    // The knot turns inside the room, so the room's corners are the bounds at all times.
+    let bounds = gallery.bounds(Some(0));
+    assert!((bounds.min - glam::dvec3(-1.7, 0.0, -2.1)).length() < 1e-5, "{bounds:?}");
+    assert!((bounds.max - glam::dvec3(1.7, 2.5, 2.15)).length() < 1e-5, "{bounds:?}");
+    let turned = |time: f32| gallery.pose(Some(0), time).world_from_instance;
+    let moved = turned(0.0).iter().zip(turned(0.5)).filter(|(a, b)| !a.abs_diff_eq(*b, 1e-9)).count();
+    assert_eq!(moved, 1, "one part moves");
+    // One turn in the two seconds of the loop.
+    assert!(turned(0.0).iter().zip(turned(2.0)).all(|(a, b)| a.abs_diff_eq(b, 1e-5)));
 }

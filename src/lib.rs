@@ -1,5 +1,6 @@
 //! Voxel cone tracing with two bounces for everything, in raw Vulkan.
 
+pub mod assets;
 pub mod atlas;
 pub mod error;
 pub mod frame;

@@ -21,6 +21,8 @@ pub enum Command {
     Render(RenderArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
+    /// Write the scenes in assets/ anew
+    MakeAssets(MakeAssetsArgs),
 }
 
 /// A scene and how to look at it.
@@ -133,6 +135,13 @@ pub struct RenderArgs {
     pub memory_limit: Option<u64>,
     #[command(flatten)]
     pub device: DeviceArgs,
+}
+
+#[derive(Args, Debug)]
+pub struct MakeAssetsArgs {
+    /// The folder to write into; made where it is missing
+    #[arg(value_name = "DIR", default_value = "assets")]
+    pub dir: PathBuf,
 }
 
 #[derive(Args, Debug)]

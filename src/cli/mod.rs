@@ -6,6 +6,7 @@ pub mod args;
 pub mod interrupt;
 pub mod job;
 pub mod log;
+mod make_assets;
 pub mod out;
 mod render;
 pub mod scene;
@@ -53,6 +54,7 @@ pub fn parse() -> Result<Cli, ExitCode> {
 /// Runs one subcommand.
 pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
+        Command::MakeAssets(args) => make_assets::run(args),
         Command::Render(args) => render::run(args),
         Command::Settings(args) => settings::run(args),
     }

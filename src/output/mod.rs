@@ -2,3 +2,4 @@
 
 pub mod exr;
 pub mod file;
+pub mod png;

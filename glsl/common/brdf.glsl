@@ -1,0 +1,36 @@
+// glTF 2.0, appendix B: Lambert and GGX with Schlick's Fresnel. π stands here and nowhere else.
+
+const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
+
+// BRDF × cos θ towards l, looking from v; unit vectors.
+vec3 brdf_cos(Surface s, vec3 v, vec3 l) {
+    float nl = dot(s.normal, l);
+    if (nl <= 0.0) {
+        return vec3(0.0);
+    }
+    vec3 result = s.diffuse / PI;
+    if (s.f90 > 0.0 || any(greaterThan(s.f0, vec3(0.0)))) {
+        vec3 h = normalize(l + v);
+        float nv = max(abs(dot(s.normal, v)), 1e-4);
+        float nh = clamp(dot(s.normal, h), 0.0, 1.0);
+        float vh = clamp(dot(v, h), 0.0, 1.0);
+        float alpha = max(s.roughness * s.roughness, MIN_ALPHA);
+        float a2 = alpha * alpha;
+        float d = nh * nh * (a2 - 1.0) + 1.0;
+        float ggx = a2 / (PI * d * d);
+        float smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
+        vec3 fresnel = s.f0 + (s.f90 - s.f0) * pow(1.0 - vh, 5.0);
+        float largest = max(fresnel.r, max(fresnel.g, fresnel.b));
+        result = result * (1.0 - largest) + fresnel * (ggx * 0.5 / max(smith, 1e-7));
+    }
+    return result * nl;
+}
+
+// Share of light from all around that the specular lobe reflects towards v (Karis, "Physically Based Shading on Mobile",
+// 2014: a fit to the split-sum integral, within 0.03 of it).
+vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
+    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a004 = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+    vec2 ab = vec2(-1.04, 1.04) * a004 + r.zw;
+    return clamp(f0 * ab.x + f90 * ab.y, vec3(0.0), vec3(1.0));
+}

@@ -1,0 +1,98 @@
+// Cones through the volume. Positions and lengths in voxels; what comes back is stored radiance (× frame.scale),
+// premultiplied, and alpha. CPU twin: src/twins/cone.rs.
+// Needs: volume_0 … volume_6: what a cone sees that travels along +x +y +z −x −y −z, and the isotropic average.
+
+const float NEARLY_OPAQUE = 0.995; // D18: what is left cannot change an 8-bit image
+const uint STEP_CAP = 1024u;
+const float MAX_FACE_ALPHA = 0.9999; // keeps −ln(1 − α) finite
+
+vec3 direction_weights(vec3 d) {
+    if (WEIGHTS == WEIGHTS_NORM1) {
+        vec3 a = abs(d);
+        return a / (a.x + a.y + a.z);
+    }
+    return WEIGHTS == WEIGHTS_ABS ? abs(d) : d * d;
+}
+
+// Alpha over a step of `ratio` voxel edges, and the colour with it (D12).
+vec4 correct_opacity(vec4 v, float ratio) {
+    float a = clamp(v.a, 0.0, 1.0);
+    float corrected = 1.0 - pow(1.0 - a, ratio);
+    return a > 1e-6 ? v * (corrected / a) : v * ratio;
+}
+
+// The volume as seen along unit d, over one edge of the level that is read.
+vec4 sample_directional(vec3 at, vec3 d, vec3 weights, float level) {
+    vec3 uvw = at / float(EDGE);
+    vec4 x = d.x < 0.0 ? textureLod(volume_3, uvw, level) : textureLod(volume_0, uvw, level);
+    vec4 y = d.y < 0.0 ? textureLod(volume_4, uvw, level) : textureLod(volume_1, uvw, level);
+    vec4 z = d.z < 0.0 ? textureLod(volume_5, uvw, level) : textureLod(volume_2, uvw, level);
+    if (WEIGHTS == WEIGHTS_EXTINCTION) {
+        // A slab of microfacets: optical depth Σ|dᵢ|τᵢ, colour Σ|dᵢ|τᵢcᵢ / Σ|dᵢ|τᵢ.
+        vec3 alpha = clamp(vec3(x.a, y.a, z.a), 0.0, MAX_FACE_ALPHA);
+        vec3 tau = -log(1.0 - alpha) * abs(d);
+        float depth = tau.x + tau.y + tau.z;
+        if (depth <= 0.0) {
+            return vec4(0.0);
+        }
+        vec3 share = tau / max(vec3(x.a, y.a, z.a), 1e-6) / depth;
+        float a = 1.0 - exp(-depth);
+        return vec4((x.rgb * share.x + y.rgb * share.y + z.rgb * share.z) * a, a);
+    }
+    return x * weights.x + y * weights.y + z * weights.z;
+}
+
+// How far a ray goes until it leaves the cube; 0 if it never enters.
+float exit_distance(vec3 from, vec3 d) {
+    vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
+    vec3 far = max(-from * inverse, (vec3(float(EDGE)) - from) * inverse);
+    return max(min(far.x, min(far.y, far.z)), 0.0);
+}
+
+// Travels along unit d from `from`, first look-up at `start`, aperture = tangent of the half angle.
+vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
+    vec3 weights = direction_weights(d);
+    // D10, D11: printed to √2 edges with the border repeated, right to the exit.
+    float end = printed(10) ? 1.41421356237 * float(EDGE) : exit_distance(from, d);
+    if (printed(10) && !printed(11)) {
+        end = min(end, exit_distance(from, d));
+    }
+    float opaque = printed(18) ? 1.0 : NEARLY_OPAQUE;
+    float s = start;
+    vec4 sum = vec4(0.0);
+    for (uint i = 0u; i < STEP_CAP && s < end && sum.a < opaque; i++) {
+        // D17: printed compares the aperture, a ratio, with an edge of the volume, a length.
+        float diameter = printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
+        float level = max(0.0, log2(diameter));
+        sum += (1.0 - sum.a) * sample_directional(from + s * d, d, weights, level);
+        s += max(diameter, 1.0);
+    }
+    return max(sum, vec4(0.0));
+}
+
+// How much of a light `distance` away along unit d gets through, 0…1.
+float trace_shadow_cone(vec3 from, vec3 d, float distance, float aperture, float start, float step_over_diameter, float end_bias) {
+    vec3 weights = direction_weights(d);
+    float end = min(distance - end_bias, exit_distance(from, d));
+    if (printed(10)) {
+        end = min(end, 1.41421356237 * float(EDGE));
+    }
+    float opaque = printed(18) ? 1.0 : NEARLY_OPAQUE;
+    float s = start;
+    float alpha = 0.0;
+    for (uint i = 0u; i < STEP_CAP && s < end && alpha < opaque; i++) {
+        float diameter = printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
+        float level = max(0.0, log2(printed(13) ? diameter + 1.0 : diameter)); // D13
+        vec3 at = from + s * d;
+        // D15: averaged over all sides, a wall's alpha halves with every level.
+        float a = printed(15) ? textureLod(volume_6, at / float(EDGE), level).a : sample_directional(at, d, weights, level).a;
+        float advance = max(diameter, 1.0) * step_over_diameter;
+        a = clamp(a, 0.0, 1.0);
+        if (!printed(12)) {
+            a = 1.0 - pow(1.0 - a, advance / exp2(level)); // D12
+        }
+        alpha += (1.0 - alpha) * a;
+        s += advance;
+    }
+    return clamp(1.0 - alpha, 0.0, 1.0);
+}

@@ -1,0 +1,43 @@
+// Specialisation constants: src/gi/cones/constants.rs is their twin.
+
+layout(constant_id = 0) const uint EDGE = 64u; // voxels
+layout(constant_id = 1) const uint CONE_SET = 1u; // 0: 1, 1: 5, 2: 6a, 3: 6b, 4: 16
+layout(constant_id = 2) const uint FILL = 0u;
+layout(constant_id = 3) const uint WEIGHTS = 0u;
+layout(constant_id = 4) const uint SHADOWS = 0u;
+layout(constant_id = 5) const uint ROUGHNESS_FIT = 0u;
+layout(constant_id = 6) const uint PRINTED = 0u; // bit k: row Dk of the ledger as printed
+layout(constant_id = 7) const uint BOUNCE = 0u; // what gathers: 0 nothing to gather from, 1 a volume is there
+layout(constant_id = 8) const uint FEATURES = 0u; // what the scene asks for
+
+const uint FILL_UNIFORM = 0u;
+const uint FILL_FACING = 1u;
+const uint FILL_COVERAGE = 2u;
+
+const uint WEIGHTS_D2 = 0u;
+const uint WEIGHTS_NORM1 = 1u;
+const uint WEIGHTS_ABS = 2u;
+const uint WEIGHTS_EXTINCTION = 3u;
+
+const uint SHADOWS_NONE = 0u;
+const uint SHADOWS_CONES = 1u;
+const uint SHADOWS_RAYS = 2u;
+
+const uint FEATURE_TEXTURES = 1u;
+const uint FEATURE_ALPHA = 2u; // masks, blending or transmission: what a shadow ray may pass through
+const uint FEATURE_SPECULAR = 4u;
+const uint FEATURE_TRANSMISSION = 8u;
+const uint FEATURE_JITTER = 16u;
+const uint FEATURE_MASK = 32u; // something may be discarded
+const uint FEATURE_FIRST_BOUNCE_SHADOWS = 64u;
+const uint FEATURE_BLEND = 128u;
+
+bool printed(uint row) {
+    return (PRINTED & (1u << row)) != 0u;
+}
+
+bool feature(uint bit) {
+    return (FEATURES & bit) != 0u;
+}
+
+const float PI = 3.14159265358979;

@@ -1,0 +1,74 @@
+// Light on a surface: direct with shadows, and gathered through cones. Used by the voxels and by the image.
+// Radiance, except what comes back from cones (stored radiance: divide by frame.scale).
+
+vec3 shadow_towards(Light light, LightSample to, vec3 position, vec3 facet, vec3 normal, bool volume_is_there) {
+    if (SHADOWS == SHADOWS_RAYS) {
+        return trace_shadow_ray(position, facet, to.direction, to.distance);
+    }
+    if (SHADOWS == SHADOWS_CONES && volume_is_there) {
+        vec3 from = position + normal * frame.shadow_start_normal;
+        bool far = light.kind == LIGHT_DIRECTIONAL;
+        vec3 d = far ? to.direction : light.position - from;
+        float distance = far ? 1e30 : max(length(d), 1e-6);
+        d = far ? d : d / distance;
+        float aperture = frame.shadow_aperture >= 0.0 ? frame.shadow_aperture : far ? light.radius : light.radius / distance;
+        float start = frame.shadow_start_along;
+        if (feature(FEATURE_JITTER)) {
+            start += frame.shadow_step * jitter_hash(uvec4(floatBitsToUint(from), frame.frame_index));
+        }
+        return vec3(trace_shadow_cone(from, d, distance, aperture, start, frame.shadow_step, frame.shadow_end));
+    }
+    return vec3(1.0);
+}
+
+// Diffuse cones: rgb = E/π in stored radiance, the sky behind them included; a = share of the hemisphere that is open.
+#ifdef CONES
+vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 seed) {
+    vec3 from = position + normal * frame.diffuse_start_normal;
+    mat3 basis = tangent_frame(normal);
+    if (feature(FEATURE_JITTER)) {
+        basis = jitter_rotation(normal, jitter_hash(uvec4(seed, frame.frame_index))) * basis;
+    }
+    vec4 sum = vec4(0.0);
+    for (uint i = 0u; i < cone_count(); i++) {
+        Cone cone = cone_set(i);
+        vec3 d = basis * cone.direction;
+        vec4 seen = trace_cone(from, d, cone.aperture, frame.diffuse_start_along);
+        float open = 1.0 - min(seen.a, 1.0);
+        // D21: printed drops alpha, and the sky with it.
+        sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * frame.sky * frame.scale, open);
+    }
+    return sum;
+}
+
+vec3 gather_along(vec3 from, vec3 d, float aperture, float start) {
+    vec4 seen = trace_cone(from, d, aperture, start);
+    return printed(21) ? seen.rgb : seen.rgb + (1.0 - min(seen.a, 1.0)) * frame.sky * frame.scale;
+}
+
+vec3 gather_specular(vec3 position, vec3 normal, vec3 direction, float roughness) {
+    return gather_along(position + normal * frame.specular_start_normal, direction, roughness_to_aperture(roughness),
+        frame.specular_start_along);
+}
+
+// The way light goes on behind a surface. `incident`: unit, towards the surface; `normal`: of the side it meets.
+// D24: printed knows no back face, and its refract() = 0 past total reflection becomes NaN when normalised.
+vec3 refraction_direction(vec3 incident, vec3 normal, float ior, bool back, bool thin) {
+    if (thin && !printed(24)) {
+        return incident;
+    }
+    vec3 d = refract(incident, normal, back && !printed(24) ? ior : 1.0 / ior);
+    if (dot(d, d) > 0.25) {
+        return normalize(d);
+    }
+    return printed(24) ? incident : reflect(incident, normal);
+}
+
+vec3 gather_refraction(Surface s, vec3 incident, bool back) {
+    vec3 d = refraction_direction(incident, s.normal, s.ior, back, s.thickness_m <= 0.0);
+    // D23: printed starts outside the surface that it enters. Total reflection stays on its own side.
+    float side = printed(23) || dot(d, s.normal) > 0.0 ? 1.0 : -1.0;
+    return gather_along(s.position + side * s.normal * frame.refraction_start_normal, d, roughness_to_aperture(s.roughness),
+        frame.refraction_start_along);
+}
+#endif

@@ -1,0 +1,107 @@
+// A ray that walks the voxels (Amanatides and Woo, 1987) and tests the triangles listed in each: exact, on any device.
+// Needs: surface.glsl, heads[], list_items[], globals.
+
+const float RAY_START = 1e-3; // voxels along the facet: 100 times the rounding of a position at edge 128
+
+// Möller and Trumbore, both sides. Returns distance (negative: no hit), barycentric weights of b and c in `uv`.
+float hit_triangle(vec3 origin, vec3 d, vec3 a, vec3 b, vec3 c, out vec2 uv) {
+    vec3 e1 = b - a;
+    vec3 e2 = c - a;
+    vec3 p = cross(d, e2);
+    float det = dot(e1, p);
+    uv = vec2(0.0);
+    if (det == 0.0) {
+        return -1.0;
+    }
+    float inverse = 1.0 / det;
+    vec3 s = origin - a;
+    uv.x = dot(s, p) * inverse;
+    vec3 q = cross(s, e1);
+    uv.y = dot(d, q) * inverse;
+    // A hair of tolerance: no light between two triangles that share an edge.
+    if (uv.x < -1e-5 || uv.y < -1e-5 || uv.x + uv.y > 1.00001) {
+        return -1.0;
+    }
+    return dot(e2, q) * inverse;
+}
+
+// What passes a triangle, per channel.
+vec3 triangle_transmittance(Triangle t, vec2 uv) {
+    Material m = materials[t.material];
+    vec3 weights = vec3(1.0 - uv.x - uv.y, uv.x, uv.y);
+    Footprint sharp = Footprint(mat2[2](mat2(0.0), mat2(0.0)));
+    vec4 at = triangle_uv(t, weights);
+    vec4 base = base_color(m, at, triangle_color(t, weights), sharp);
+    float alpha = surface_alpha(m, base.a);
+    float transmission = m.transmission * (1.0 - m.metallic);
+    if (has_slot(m, SLOT_TRANSMISSION)) {
+        transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, sharp, false).r;
+    }
+    return mix(vec3(1.0), base.rgb * transmission, alpha);
+}
+
+// Share of the light that comes from `distance` voxels away along unit d to a point on a surface with normal `facet`.
+// Alpha masks, blending and transmission let light through, straight and tinted.
+vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
+    vec3 origin = from + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
+    vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
+    vec3 t0 = -origin * inverse;
+    vec3 t1 = (vec3(float(EDGE)) - origin) * inverse;
+    vec3 near = min(t0, t1);
+    vec3 far = max(t0, t1);
+    float enter = max(max(near.x, max(near.y, near.z)), 0.0);
+    float leave = min(min(far.x, min(far.y, far.z)), distance);
+    if (enter >= leave) {
+        return vec3(1.0);
+    }
+    ivec3 cell = clamp(ivec3(floor(origin + d * enter)), ivec3(0), ivec3(int(EDGE) - 1));
+    ivec3 direction = ivec3(mix(vec3(1.0), vec3(-1.0), lessThan(d, vec3(0.0))));
+    vec3 next = (vec3(cell) + max(vec3(direction), vec3(0.0)) - origin) * inverse;
+    vec3 delta = abs(inverse);
+    // Optical depth in fixed point: the order of the hits cannot matter.
+    uvec3 depth = uvec3(0u);
+    float t = enter;
+    for (uint guard = 0u; guard < 3u * EDGE + 3u; guard++) {
+        float t_next = min(next.x, min(next.y, next.z));
+        uint item = heads[(uint(cell.z) * EDGE + uint(cell.y)) * EDGE + uint(cell.x)];
+        for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
+            ListItem entry = list_items[item - 1u];
+            item = entry.next;
+            vec2 uv;
+            float hit = hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
+                triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
+            if (hit <= 0.0 || hit >= distance) {
+                continue;
+            }
+            if (!feature(FEATURE_ALPHA)) {
+                return vec3(0.0);
+            }
+            // A triangle stands in many lists: its hit counts in the voxel where it lies.
+            if (hit >= t && hit < t_next) {
+                vec3 passed = triangle_transmittance(triangles[entry.triangle], uv);
+                if (all(lessThanEqual(passed, vec3(0.0)))) {
+                    return vec3(0.0);
+                }
+                depth += uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
+            }
+        }
+        if (t_next >= leave) {
+            break;
+        }
+        t = t_next;
+        if (next.x <= next.y && next.x <= next.z) {
+            cell.x += direction.x;
+            next.x += delta.x;
+        } else if (next.y <= next.z) {
+            cell.y += direction.y;
+            next.y += delta.y;
+        } else {
+            cell.z += direction.z;
+            next.z += delta.z;
+        }
+        if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(int(EDGE))))) {
+            break;
+        }
+    }
+    return exp2(-vec3(depth) / 65536.0);
+}

@@ -1,0 +1,32 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_samplerless_texture_functions : require
+// Pass 5's depth where alpha masks leave holes, sample by sample.
+
+#include "common/layout.glsl"
+#include "common/constants.glsl"
+#include "common/triangle_box.glsl"
+#include "common/closest_point.glsl"
+#include "cones/bindings.glsl"
+#include "common/texture.glsl"
+#include "common/surface.glsl"
+
+layout(push_constant) uniform Push {
+    uint first_row;
+} push;
+
+#include "cones/image_samples.glsl"
+#include "cones/mask.glsl"
+
+layout(location = 0) in vec3 in_weights;
+layout(location = 2) flat in uint in_triangle;
+
+void main() {
+    Triangle t = triangles[in_triangle];
+    uint covered = covered_samples(t, pixel_footprint(triangle_uv(t, in_weights)));
+    if (covered == 0u) {
+        discard;
+    }
+    gl_SampleMask[0] = int(covered);
+}

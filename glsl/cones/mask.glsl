@@ -1,0 +1,30 @@
+// Which samples of a pixel a triangle covers, its alpha mask included. Needs: image_samples.glsl, surface.glsl.
+
+uint covered_samples(Triangle t, Footprint footprint) {
+    uint covered = frame.samples == 1u ? 1u : uint(gl_SampleMaskIn[0]) & 15u;
+    Material m = materials[t.material];
+    if (!feature(FEATURE_MASK) || (m.flags & MATERIAL_MASK) == 0u) {
+        return covered;
+    }
+    vec3 a = t.vertices[0].position;
+    vec3 b = t.vertices[1].position;
+    vec3 c = t.vertices[2].position;
+    vec3 facet = normalize(triangle_normal(a, b, c));
+    uint kept = 0u;
+    for (uint i = 0u; i < frame.samples; i++) {
+        if ((covered & (1u << i)) != 0u) {
+            vec2 bc = barycentric(a, b, c, sample_position(i, a, facet));
+            vec3 weights = vec3(1.0 - bc.x - bc.y, bc);
+            float alpha = base_color(m, triangle_uv(t, weights), triangle_color(t, weights), footprint).a;
+            kept |= alpha >= m.alpha_cutoff ? 1u << i : 0u;
+        }
+    }
+    return kept;
+}
+
+// Per pixel, how uv moves to the neighbours.
+Footprint pixel_footprint(vec4 uv) {
+    vec4 dx = dFdx(uv);
+    vec4 dy = dFdy(uv);
+    return Footprint(mat2[2](mat2(dx.xy, dy.xy), mat2(dx.zw, dy.zw)));
+}

@@ -1,0 +1,145 @@
+// Passes 2b and 4b, shade: walks a voxel's list, shades each triangle on each of its sides, fills the seven targets with
+// premultiplied stored radiance and alpha. CPU twin of the fill: src/twins/shade.rs.
+// With CONES a previous bounce is gathered; without, nothing of one is even bound.
+
+#include "common/layout.glsl"
+#include "common/constants.glsl"
+#include "common/triangle_box.glsl"
+#include "common/clip.glsl"
+#include "common/closest_point.glsl"
+#include "common/fixed_sum.glsl"
+#include "cones/bindings.glsl"
+#ifdef CONES
+#include "cones/volumes.glsl"
+#endif
+#include "common/texture.glsl"
+#include "common/surface.glsl"
+#include "common/brdf.glsl"
+#include "common/lights.glsl"
+#include "common/jitter.glsl"
+#ifdef CONES
+#include "common/cone_set.glsl"
+#include "common/roughness.glsl"
+#include "common/cone.glsl"
+#else
+float trace_shadow_cone(vec3 from, vec3 d, float distance, float aperture, float start, float step_over_diameter, float end_bias) {
+    return 1.0; // no volume yet
+}
+#endif
+#include "common/ray.glsl"
+#include "common/lighting.glsl"
+
+layout(location = 0) flat in int in_layer;
+
+layout(location = 0) out vec4 out_faces_0;
+layout(location = 1) out vec4 out_faces_1;
+layout(location = 2) out vec4 out_faces_2;
+layout(location = 3) out vec4 out_faces_3;
+layout(location = 4) out vec4 out_faces_4;
+layout(location = 5) out vec4 out_faces_5;
+layout(location = 6) out vec4 out_faces_6;
+
+const float LARGEST_STORED = 65504.0;
+// A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
+const float MEAN_COSINE = 0.6666667;
+
+// What one side sends: stored radiance, not yet times opacity.
+vec3 shade_side(Surface s, uvec3 voxel) {
+    if (s.unlit) {
+        return vec3(0.0); // neither lit nor lighting
+    }
+    vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, MEAN_COSINE);
+    vec3 diffuse = s.diffuse * (1.0 - max(specular.r, max(specular.g, specular.b)));
+    vec3 irradiance = vec3(0.0);
+    for (uint i = 0u; i < frame.light_count; i++) {
+        LightSample to = sample_light(lights[i], s.position, frame.voxel_m);
+        float cosine = dot(s.normal, to.direction);
+        if (cosine > 0.0 && any(greaterThan(to.irradiance, vec3(0.0)))) {
+            bool shadowed = BOUNCE != 0u || feature(FEATURE_FIRST_BOUNCE_SHADOWS);
+            vec3 open = shadowed ? shadow_towards(lights[i], to, s.position, s.facet, s.normal, BOUNCE != 0u) : vec3(1.0);
+            irradiance += to.irradiance * (cosine * open);
+        }
+    }
+    vec3 stored = (irradiance / PI * (diffuse + specular) + s.emitted) * frame.scale;
+#ifdef CONES
+    if (any(greaterThan(diffuse, vec3(0.0)))) {
+        stored += diffuse * gather_diffuse(s.position, s.normal, voxel).rgb;
+    }
+    if (feature(FEATURE_SPECULAR) && any(greaterThan(specular, vec3(0.0)))) {
+        stored += specular * gather_specular(s.position, s.normal, s.normal, s.roughness);
+    }
+#endif
+    return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
+}
+
+void main() {
+    uvec3 voxel = uvec3(gl_FragCoord.xy, in_layer);
+    uint item = heads[(voxel.z * EDGE + voxel.y) * EDGE + voxel.x];
+    vec4 faces[7] = vec4[7](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    if (item != 0u) {
+        FixedSum sums[7];
+        for (int k = 0; k < 7; k++) {
+            sums[k] = fixed_zero();
+        }
+        vec3 center = vec3(voxel) + 0.5;
+        uint count = 0u;
+        for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
+            ListItem entry = list_items[item - 1u];
+            item = entry.next;
+            Triangle t = triangles[entry.triangle];
+            vec3 a = t.vertices[0].position;
+            vec3 b = t.vertices[1].position;
+            vec3 c = t.vertices[2].position;
+            float area = 1.0;
+            vec2 bc;
+            if (FILL == FILL_COVERAGE) {
+                vec3 middle;
+                clip_to_voxel(a, b, c, center, area, middle);
+                if (area <= 0.0) {
+                    continue;
+                }
+                bc = barycentric(a, b, c, middle);
+            } else {
+                bc = closest_point(a, b, c, center);
+            }
+            Surface s = evaluate_surface(t, vec3(1.0 - bc.x - bc.y, bc), voxel_footprint(t), false);
+            float opacity = s.opacity * (1.0 - s.transmission);
+            if (FILL != FILL_UNIFORM && opacity <= 0.0) {
+                continue;
+            }
+            bool two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+            vec3 n = s.facet;
+            vec3 front = shade_side(s, voxel);
+            vec3 back = vec3(0.0);
+            if (two_sided) {
+                s.normal = -s.normal;
+                s.facet = -s.facet;
+                back = shade_side(s, voxel);
+            }
+            count++;
+            for (int k = 0; k < 6; k++) {
+                float along = k < 3 ? n[k] : -n[k - 3];
+                bool sees_front = along < 0.0 || (FILL == FILL_UNIFORM && !two_sided);
+                float weight = FILL == FILL_UNIFORM ? opacity : opacity * area * abs(along);
+                fixed_add(sums[k], vec4((sees_front ? front : back) * weight, weight));
+            }
+            float weight = opacity * area;
+            fixed_add(sums[6], vec4((two_sided ? 0.5 * (front + back) : front) * weight, weight));
+        }
+        for (int k = 0; k < 7; k++) {
+            vec4 sum = fixed_value(sums[k]);
+            if (FILL == FILL_UNIFORM) {
+                faces[k] = sum / float(max(count, 1u));
+            } else if (sum.a > 0.0) {
+                faces[k] = sum * (min(sum.a, 1.0) / sum.a);
+            }
+        }
+    }
+    out_faces_0 = faces[0];
+    out_faces_1 = faces[1];
+    out_faces_2 = faces[2];
+    out_faces_3 = faces[3];
+    out_faces_4 = faces[4];
+    out_faces_5 = faces[5];
+    out_faces_6 = faces[6];
+}

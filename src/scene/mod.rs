@@ -8,6 +8,8 @@ mod bounds;
 mod camera;
 mod gltf;
 mod lights;
+pub mod surface;
+pub mod texture;
 
 pub use gltf::LoadOptions;
 

@@ -3,6 +3,7 @@
 pub mod error;
 pub mod layers;
 pub mod output;
+pub mod reference;
 pub mod scene;
 pub mod settings;
 

@@ -9,24 +9,10 @@ use glam::{Mat3, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 use super::microfacet as ggx;
+use crate::scene::surface::SurfaceParams;
 
 /// α = roughness² below which a lobe is taken for a perfect mirror: ±0.06°.
 pub const SMOOTH: f32 = 1e-3;
-
-/// What a surface is made of at one point. Colours are linear.
-#[derive(Clone, Copy, Debug)]
-pub struct Material {
-    pub base: Vec3,
-    pub metallic: f32,
-    pub roughness: f32,
-    pub ior: f32,
-    /// KHR_materials_specular: weight and colour of the dielectric's reflection.
-    pub specular: f32,
-    pub specular_color: Vec3,
-    pub transmission: f32,
-    /// The surface bounds a volume: transmission refracts.
-    pub volume: bool,
-}
 
 /// A direction chosen by [`Bsdf::sample`].
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +28,19 @@ pub struct Scatter {
     pub compression: f32,
 }
 
+/// Schlick's reflectance, from head on to grazing.
+#[derive(Clone, Copy, Debug)]
+struct Reflectance {
+    f0: Vec3,
+    f90: f32,
+}
+
+impl Reflectance {
+    fn at(&self, cos: f32) -> Vec3 {
+        self.f0 + (Vec3::splat(self.f90) - self.f0) * ggx::schlick(cos)
+    }
+}
+
 /// The scattering function at one point, for one viewing direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf {
@@ -50,13 +49,11 @@ pub struct Bsdf {
     /// Towards the viewer, local; z > 0.
     wo: Vec3,
     alpha: f32,
-    base: Vec3,
-    metallic: f32,
-    /// Weight of the dielectric's reflection, and its colour seen head on.
-    specular: f32,
-    f0: Vec3,
+    reflected: Reflectance,
+    /// Reflectance of the dielectric alone: what it leaves reaches the diffuse and transmitted parts.
+    coat: Reflectance,
+    /// Colours before Fresnel.
     diffuse: Vec3,
-    /// Colour of transmission, before Fresnel.
     through: Vec3,
     volume: bool,
     /// Index of refraction beyond the surface over that on the viewer's side.
@@ -81,33 +78,37 @@ pub fn sample_cosine(u: [f32; 2]) -> Vec3 {
 }
 
 impl Bsdf {
-    /// `normal` and `wo` (towards the viewer) are unit, with a positive dot product; `inside` says that the viewer is in the
-    /// volume that the surface bounds.
-    pub fn new(m: &Material, normal: Vec3, wo: Vec3, inside: bool) -> Self {
+    /// `normal` and `wo` (towards the viewer) are unit, with a positive dot product; `volume` says that transmission refracts,
+    /// `inside` that the viewer is in the volume that the surface bounds.
+    pub fn new(p: &SurfaceParams, volume: bool, normal: Vec3, wo: Vec3, inside: bool) -> Self {
         let frame = frame(normal);
-        let f0 = ((m.ior - 1.0) / (m.ior + 1.0)).powi(2);
-        let dielectric = m.base * (1.0 - m.metallic);
+        let nonmetal = 1.0 - p.metallic;
+        let coat = if nonmetal > 0.0 {
+            let f0 = (p.f0 - p.base_color * p.metallic) / nonmetal;
+            Reflectance { f0: f0.clamp(Vec3::ZERO, Vec3::ONE), f90: ((p.f90 - p.metallic) / nonmetal).clamp(0.0, 1.0) }
+        } else {
+            Reflectance { f0: Vec3::ZERO, f90: 0.0 }
+        };
+        let through = p.base_color * p.transmission;
         let mut bsdf = Self {
             frame,
             wo: (frame.transpose() * wo).with_z(normal.dot(wo).max(1e-6)),
-            alpha: m.roughness * m.roughness,
-            base: m.base,
-            metallic: m.metallic,
-            specular: m.specular,
-            f0: (f0 * m.specular_color).min(Vec3::ONE),
-            diffuse: dielectric * (1.0 - m.transmission),
-            through: dielectric * m.transmission,
-            volume: m.volume,
-            eta: if inside { 1.0 / m.ior } else { m.ior },
+            alpha: p.roughness * p.roughness,
+            reflected: Reflectance { f0: p.f0, f90: p.f90 },
+            coat,
+            diffuse: p.diffuse - through,
+            through,
+            volume,
+            eta: if inside { 1.0 / p.ior } else { p.ior },
             choose: [0.0; 3],
         };
         let (reflected, rest) = bsdf.fresnel(bsdf.wo.z);
         let through = if bsdf.volume || bsdf.alpha >= SMOOTH { bsdf.through.max_element() * rest } else { 0.0 };
         let mut lobes = [bsdf.diffuse.max_element() * rest, reflected.max_element(), through];
-        if bsdf.alpha >= SMOOTH && (m.specular > 0.0 || m.metallic > 0.0 || m.volume) {
+        if bsdf.alpha >= SMOOTH && (p.f90 > 0.0 || volume) {
             // A rough surface's microfacets may reflect or transmit where the plane itself would not.
             lobes[1] = lobes[1].max(0.05);
-            lobes[2] = lobes[2].max(if m.volume { 0.1 * bsdf.through.max_element() } else { 0.0 });
+            lobes[2] = lobes[2].max(if volume { 0.1 * bsdf.through.max_element() } else { 0.0 });
         }
         let total: f32 = lobes.iter().sum();
         if total > 0.0 {
@@ -128,15 +129,12 @@ impl Bsdf {
         if self.volume && self.eta < 1.0 {
             // From the dense side Schlick's formula wants the angle on the other one.
             let sin2 = (1.0 - cos * cos) / (self.eta * self.eta);
-            if sin2 >= 1.0 {
+            if sin2.is_nan() || sin2 >= 1.0 {
                 return (Vec3::ONE, 0.0);
             }
             cos_outside = (1.0 - sin2).sqrt();
         }
-        let s = ggx::schlick(cos_outside);
-        let dielectric = self.specular * (self.f0 + (Vec3::ONE - self.f0) * s);
-        let metal = self.base + (Vec3::ONE - self.base) * s;
-        (dielectric.lerp(metal, self.metallic), 1.0 - dielectric.max_element())
+        (self.reflected.at(cos_outside), 1.0 - self.coat.at(cos_outside).max_element())
     }
 
     /// The share of light that goes straight through a smooth thin wall.

@@ -3,8 +3,9 @@
 //! A *unit* is a power of two of metres, chosen so that the scene spans about a thousand of them around its own centre:
 //! a scene scaled by a power of two, or moved, gives the same numbers. (A thousand, because obvhs skips boxes within 10⁻⁴.)
 
-use glam::{DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
+use crate::scene::surface::{SurfacePoint, WorldFrame};
 use crate::scene::{Alpha, Mesh, Pose, Scene};
 
 /// Units across the scene.
@@ -49,14 +50,6 @@ pub struct Source {
     pub triangle: u32,
 }
 
-/// How an instance's directions go to the world.
-#[derive(Clone, Copy, Debug)]
-struct Directions {
-    linear: Mat3,
-    normal: Mat3,
-    mirrored: bool,
-}
-
 /// A point on a triangle, interpolated.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
@@ -65,10 +58,9 @@ pub struct Point {
     pub geometric: Vec3,
     /// Interpolated, on the front's side, unit.
     pub normal: Vec3,
-    /// World direction of the first texture axis; not normalised, not orthogonal.
+    /// World, unit; w is the bitangent's sign.
     pub tangent: Vec4,
-    pub uvs: [Vec2; 2],
-    pub color: Vec4,
+    pub texturing: SurfacePoint,
     /// Into the scene's materials.
     pub material: usize,
 }
@@ -82,7 +74,8 @@ pub struct Geometry<'a> {
     pub sources: Vec<Source>,
     /// Per material.
     pub traits: Vec<Traits>,
-    directions: Vec<Directions>,
+    /// Per instance.
+    frames: Vec<WorldFrame>,
 }
 
 impl<'a> Geometry<'a> {
@@ -104,60 +97,49 @@ impl<'a> Geometry<'a> {
                 sources.push(source);
             }
         }
-        let directions = pose.world_from_instance.iter().map(|m| Directions::new(m.matrix3)).collect();
-        Self { scene, units, triangles, sources, traits: scene.materials.iter().map(Traits::of).collect(), directions }
+        let frames = pose.world_from_instance.iter().map(WorldFrame::new).collect();
+        Self { scene, units, triangles, sources, traits: scene.materials.iter().map(Traits::of).collect(), frames }
     }
 
-    fn mesh(&self, triangle: u32) -> (&'a Mesh, &Directions, Source) {
+    fn mesh(&self, triangle: u32) -> (&'a Mesh, &WorldFrame, [usize; 3]) {
         let source = self.sources[triangle as usize];
-        let scene = self.scene;
         let instance = source.instance as usize;
-        (&scene.meshes[scene.instances[instance].mesh], &self.directions[instance], source)
+        let (mesh, frame) = (&self.scene.meshes[self.scene.instances[instance].mesh], &self.frames[instance]);
+        (mesh, frame, corners(mesh, source.triangle, frame.winding < 0.0))
     }
 
+    /// The material of a triangle, into the scene's.
     pub fn material(&self, triangle: u32) -> usize {
-        self.mesh(triangle).0.material
+        let instance = self.sources[triangle as usize].instance as usize;
+        self.scene.meshes[self.scene.instances[instance].mesh].material
     }
 
-    /// Both sets of texture coordinates and the colour at barycentric (1−u−v, u, v), with the material's index.
-    pub fn texturing(&self, triangle: u32, u: f32, v: f32) -> ([Vec2; 2], Vec4, usize) {
-        let (mesh, directions, source) = self.mesh(triangle);
-        let ([a, b, c], w) = (corners(mesh, source.triangle, directions.mirrored), 1.0 - u - v);
+    /// What textures need to know at barycentric (1−u−v, u, v), with the material's index.
+    pub fn texturing(&self, triangle: u32, u: f32, v: f32) -> (SurfacePoint, usize) {
+        let (mesh, _, [a, b, c]) = self.mesh(triangle);
+        let w = 1.0 - u - v;
         let uvs = [0, 1].map(|set| mesh.uvs[set][a] * w + mesh.uvs[set][b] * u + mesh.uvs[set][c] * v);
-        (uvs, mesh.colors[a] * w + mesh.colors[b] * u + mesh.colors[c] * v, mesh.material)
+        let color = mesh.colors[a] * w + mesh.colors[b] * u + mesh.colors[c] * v;
+        (SurfacePoint { uvs, color, footprint: [0.0; 2] }, mesh.material)
     }
 
     /// Everything about the point at barycentric (1−u−v, u, v).
     pub fn point(&self, triangle: u32, u: f32, v: f32) -> Point {
-        let (mesh, directions, source) = self.mesh(triangle);
-        let ([a, b, c], w) = (corners(mesh, source.triangle, directions.mirrored), 1.0 - u - v);
+        let (mesh, frame, [a, b, c]) = self.mesh(triangle);
+        let w = 1.0 - u - v;
         let [p0, p1, p2] = self.triangles[triangle as usize];
         let geometric = (p1 - p0).cross(p2 - p0).normalize();
-        let normal = directions.normal * (mesh.normals[a] * w + mesh.normals[b] * u + mesh.normals[c] * v);
-        let normal = normal.normalize_or(geometric);
-        let tangent = mesh.tangents[a] * w + mesh.tangents[b] * u + mesh.tangents[c] * v;
-        let sign = if directions.mirrored { -mesh.tangents[a].w } else { mesh.tangents[a].w };
-        let (uvs, color, material) = self.texturing(triangle, u, v);
+        let normal = frame.normal(mesh.normals[a] * w + mesh.normals[b] * u + mesh.normals[c] * v);
+        let tangent = (mesh.tangents[a] * w + mesh.tangents[b] * u + mesh.tangents[c] * v).truncate();
+        let (texturing, material) = self.texturing(triangle, u, v);
         Point {
             position: p0 * w + p1 * u + p2 * v,
             geometric,
             normal: if normal.dot(geometric) > 0.0 { normal } else { geometric },
-            tangent: (directions.linear * tangent.truncate()).extend(sign),
-            uvs,
-            color,
+            tangent: frame.tangent(tangent.extend(mesh.tangents[a].w)),
+            texturing,
             material,
         }
-    }
-}
-
-impl Directions {
-    fn new(linear: DMat3) -> Self {
-        // The cofactor matrix is the inverse transpose times the determinant, and exists for flattened instances too.
-        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
-        let mirrored = linear.determinant() < 0.0;
-        let cofactor = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * if mirrored { -1.0 } else { 1.0 };
-        let scale = linear.to_cols_array().iter().fold(0f64, |a, b| a.max(b.abs())).max(f64::MIN_POSITIVE);
-        Self { linear: (linear * (1.0 / scale)).as_mat3(), normal: (cofactor * (1.0 / (scale * scale))).as_mat3(), mirrored }
     }
 }
 

@@ -15,7 +15,7 @@ use super::sampler::Sampler;
 use crate::scene::{Pose, Scene};
 
 /// Random numbers of vertex k: `LIGHT` of vertex 0 shares set 0 with the pixel; then two sets per vertex.
-const PIXEL_AND_LIGHT: u32 = 0;
+pub const PIXEL_AND_LIGHT: u32 = 0;
 const OCCLUSION: u32 = u32::MAX;
 
 /// Vertices after which paths may end at random.
@@ -93,7 +93,7 @@ impl<'a> Integrator<'a> {
         let mut path = Path { ray, throughput: Vec3::ONE, scattered: 0, density: None, compression: 1.0, sample };
         while let Some(vertex) = self.advance(&mut path, sampler) {
             self.emitted(&mut path, &vertex);
-            if vertex.surface.unlit || path.scattered > self.bounces || (vertex.hit.back && !self.two_sided(&vertex)) {
+            if vertex.surface.params.unlit || path.scattered > self.bounces || (vertex.hit.back && !self.two_sided(&vertex)) {
                 break;
             }
             self.lit(&mut path, &vertex, sampler);
@@ -120,7 +120,7 @@ impl<'a> Integrator<'a> {
             travelled += hit.t;
             let mut vertex = self.vertex(&path.ray, hit);
             if hit.back && self.geometry.traits[vertex.point.material].volume {
-                path.throughput *= (vertex.surface.absorption * -hit.t).exp();
+                path.throughput *= vertex.surface.params.transmittance(hit.t * self.geometry.units.size as f32);
             }
             let pass = vertex.straight.max_element();
             if pass > 0.0 {
@@ -131,7 +131,7 @@ impl<'a> Integrator<'a> {
                     path.ray.far -= hit.t;
                     continue;
                 }
-                path.throughput *= vertex.surface.alpha / (1.0 - pass);
+                path.throughput *= vertex.surface.params.opacity / (1.0 - pass);
             }
             vertex.hit.t = travelled;
             if path.scattered == 0 {
@@ -147,18 +147,18 @@ impl<'a> Integrator<'a> {
         self.bvh.nearest(ray, |hit| {
             let t = geometry.traits[geometry.material(hit.triangle)];
             (!camera || !hit.back || t.double_sided || t.volume)
-                && (!t.masked || self.materials.alpha(geometry, hit.triangle, hit.u, hit.v) > 0.0)
+                && (!t.masked || self.materials.opacity(geometry, hit.triangle, hit.u, hit.v) > 0.0)
         })
     }
 
     fn vertex(&self, ray: &Ray, hit: Hit) -> Vertex {
         let point = self.geometry.point(hit.triangle, hit.u, hit.v);
-        let surface = self.materials.surface(&self.geometry, &point, hit.triangle, hit.u, hit.v, hit.back);
+        let surface = self.materials.surface(&point, hit.back);
         let side = if hit.back { -1.0 } else { 1.0 };
         let (geometric, wo) = (point.geometric * side, -ray.direction);
         let normal = facing(surface.normal * side, geometric, wo);
-        let bsdf = Bsdf::new(&surface.material, normal, wo, hit.back);
-        let straight = bsdf.straight() * surface.alpha + (1.0 - surface.alpha);
+        let bsdf = Bsdf::new(&surface.params, self.geometry.traits[point.material].volume, normal, wo, hit.back);
+        let straight = bsdf.straight() * surface.params.opacity + (1.0 - surface.params.opacity);
         Vertex { hit, point, surface, bsdf, geometric, straight }
     }
 
@@ -173,7 +173,7 @@ impl<'a> Integrator<'a> {
     fn first_seen(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
         let side = if vertex.hit.back { -1.0 } else { 1.0 };
         path.sample.first =
-            Some(First { normal: vertex.surface.normal * side, albedo: vertex.surface.material.base, distance: vertex.hit.t });
+            Some(First { normal: vertex.surface.normal * side, albedo: vertex.surface.params.base_color, distance: vertex.hit.t });
         if self.occlusion {
             let [u, v, ..] = sampler.set(OCCLUSION);
             let direction = bsdf::frame(vertex.geometric) * bsdf::sample_cosine([u, v]);
@@ -184,9 +184,9 @@ impl<'a> Integrator<'a> {
 
     /// Emission at a vertex, weighed against having been found by light sampling.
     fn emitted(&self, path: &mut Path, vertex: &Vertex) {
-        if vertex.surface.unlit {
+        if vertex.surface.params.unlit {
             if path.scattered == 0 {
-                path.add(vertex.surface.material.base);
+                path.add(vertex.surface.params.base_color);
             }
             return;
         }
@@ -252,7 +252,7 @@ impl<'a> Integrator<'a> {
                 share *= self.vertex(&ray, *hit).straight;
                 share == Vec3::ZERO
             } else {
-                !t.masked || self.materials.alpha(geometry, hit.triangle, hit.u, hit.v) > 0.0
+                !t.masked || self.materials.opacity(geometry, hit.triangle, hit.u, hit.v) > 0.0
             }
         });
         if blocked { Vec3::ZERO } else { share }

@@ -6,6 +6,7 @@ use glam::Vec3;
 use super::bsdf::frame;
 use super::geometry::Geometry;
 use super::material::Materials;
+use crate::scene::surface::{range_window, spot_falloff};
 use crate::scene::{LightKind, Pose, Scene};
 
 /// Light that would arrive at a point if nothing stood in between.
@@ -89,7 +90,7 @@ impl Lights {
     /// Light at `p` from a point on the emissive triangles.
     pub fn from_emitters(&self, geometry: &Geometry, materials: &Materials, p: Vec3, u: [f32; 2]) -> Option<Arrival> {
         let (triangle, u) = self.emitters.choose(u)?;
-        // Folding the square keeps neighbouring random numbers neighbours, as square roots would, and is as even.
+        // The square's far half folds onto the near one.
         let (b, c) = if u[0] + u[1] > 1.0 { (1.0 - u[0], 1.0 - u[1]) } else { (u[0], u[1]) };
         let [p0, p1, p2] = geometry.triangles[triangle as usize];
         let end = p0 * (1.0 - b - c) + p1 * b + p2 * c;
@@ -147,17 +148,12 @@ impl Lamp {
         if distance2 == 0.0 {
             return Vec3::ZERO;
         }
-        let ratio2 = distance2 / (self.range * self.range);
-        let window = (1.0 - ratio2 * ratio2).clamp(0.0, 1.0);
-        self.intensity * (window * self.cone(-to / distance2.sqrt()) / distance2)
-    }
-
-    /// glTF's falloff between a spot's two angles, for unit `direction` away from the lamp.
-    fn cone(&self, direction: Vec3) -> f32 {
-        let LightKind::Spot { inner, outer } = self.kind else { return 1.0 };
-        let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
-        let falloff = ((self.direction.dot(direction) - outer.cos()) * scale).clamp(0.0, 1.0);
-        falloff * falloff
+        let distance = distance2.sqrt();
+        let falloff = match self.kind {
+            LightKind::Spot { inner, outer } => spot_falloff(-self.direction.dot(to) / distance, inner, outer),
+            _ => 1.0,
+        };
+        self.intensity * (falloff * range_window(distance, self.range) / distance2)
     }
 
     /// A lamp with a radius is an evenly bright ball (or, far away, disc) that sends the same light in total.

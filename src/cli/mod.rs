@@ -7,6 +7,7 @@ pub mod interrupt;
 pub mod job;
 pub mod log;
 pub mod out;
+mod reference;
 mod render;
 pub mod scene;
 mod settings;
@@ -54,6 +55,7 @@ pub fn parse() -> Result<Cli, ExitCode> {
 pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Reference(args) => reference::run(args),
         Command::Settings(args) => settings::run(args),
     }
 }

@@ -105,6 +105,11 @@ impl Film {
         self.rows.iter().map(|r| r.done).max().unwrap_or(0)
     }
 
+    /// Samples of all pixels together.
+    pub fn paths(&self) -> u64 {
+        self.rows.iter().map(|r| r.done as u64 * self.width as u64).sum()
+    }
+
     /// Samples that were not finite and count as black.
     pub fn rejected(&self) -> u64 {
         self.rows.iter().map(|r| r.rejected).sum()

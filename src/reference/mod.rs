@@ -62,7 +62,8 @@ pub struct Options {
 /// How far a render got.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Paths done, and expected in the end.
+    /// Paths done: when this call began, by now, and expected in the end.
+    pub before: u64,
     pub paths: u64,
     pub expected: u64,
     /// As last estimated.
@@ -117,12 +118,14 @@ pub fn render(
     };
     let integrator = Integrator::new(scene, pose, bounces, options.occlusion);
     let camera = Camera::new(view, &integrator.geometry.units, options.width, options.height);
+    let before = film.paths();
+    let progress = |paths, expected, noise| progress(Progress { before, paths, expected, noise });
     while !options.stop.reached(film) {
         let check = next_check(film.done());
         let end = options.stop.end(film).map_or(check, |n| check.min(n));
         // A pass of about two million paths lasts some seconds.
         let target = end.min(film.done() + (2_000_000 / (options.width * options.height)).max(1));
-        pass(&integrator, &camera, options, film, target, progress, cancel);
+        pass(&integrator, &camera, options, film, target, &progress, cancel);
         if cancel.load(Ordering::Relaxed) {
             pause(film)?;
             return Err(Error::Interrupted);
@@ -142,13 +145,13 @@ fn pass(
     options: &Options,
     film: &mut Film,
     target: u32,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: &(dyn Fn(u64, u64, Option<f64>) + Sync),
     cancel: &AtomicBool,
 ) {
     let pixels = options.width as u64 * options.height as u64;
     let noise = film.history.last().map(|(_, noise)| *noise);
     let expected = pixels * options.stop.expected(film).max(target) as u64;
-    let paths = AtomicU64::new(film.rows.iter().map(|r| r.done as u64 * options.width as u64).sum());
+    let paths = AtomicU64::new(film.paths());
     film.rows.par_iter_mut().enumerate().for_each(|(y, row)| {
         if cancel.load(Ordering::Relaxed) || row.done >= target {
             return;
@@ -156,7 +159,7 @@ fn pass(
         let added = (target - row.done) as u64 * options.width as u64;
         trace_row(integrator, camera, options.seed, row, y as u32, target);
         let paths = paths.fetch_add(added, Ordering::Relaxed) + added;
-        progress(Progress { paths, expected, noise });
+        progress(paths, expected, noise);
     });
 }
 

@@ -2,9 +2,11 @@
 
 pub mod error;
 pub mod layers;
+pub mod ledger;
 pub mod output;
 pub mod reference;
 pub mod scene;
 pub mod settings;
+pub mod twins;
 
 pub use error::{Error, Result};

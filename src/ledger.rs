@@ -1,0 +1,295 @@
+//! The ledger: what the talk's listings print, what is right instead, and how much that changes an image.
+//!
+//! [`ROWS`] says it once; `twobounce ledger` measures each row and writes `docs/ledger.md` with [`document`].
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// One row. The wording is Markdown.
+pub struct Row {
+    pub id: &'static str,
+    pub printed: &'static str,
+    pub right: &'static str,
+    pub effect: Effect,
+}
+
+/// What a row does to an image.
+pub enum Effect {
+    /// Images with `right` and with `right` + `printed` (both `key=value`, from the preset `corrected`) are compared.
+    Measured { right: &'static [&'static str], printed: &'static [&'static str] },
+    /// As printed it does not compile or is undefined: there only the right form exists.
+    NeverRan,
+}
+
+use Effect::{Measured, NeverRan};
+
+/// The rows in the order of their numbers (D27 and D28 are other methods').
+pub const ROWS: &[Row] = &[
+    Row {
+        id: "D1",
+        printed: "the −x −y −z mips fetch the volumes of +x +y +z",
+        right: "each fetches its own",
+        effect: Measured { right: &[], printed: &["ledger.d1=printed"] },
+    },
+    Row {
+        id: "D2",
+        printed: "−y, fourth column: v(1,0,1) + v(1,0,1)·(1 − v(1,1,1).a); alpha reaches 1.25",
+        right: "v(1,1,1) + v(1,0,1)·(1 − v(1,1,1).a)",
+        effect: Measured { right: &[], printed: &["ledger.d2=printed"] },
+    },
+    Row { id: "D3", printed: "`voxelIndex` has 3 opening and 4 closing brackets", right: "balanced", effect: NeverRan },
+    Row {
+        id: "D4",
+        printed: "`cond ? samplerA : samplerB`",
+        right: "the fetched values are selected",
+        effect: NeverRan,
+    },
+    Row { id: "D5", printed: "`#ifdef 0`", right: "`#if 0`: the weights that sum to 1", effect: NeverRan },
+    Row {
+        id: "D6",
+        printed: "set 6a: the side cones are written about y; two point below the surface, one lies in it",
+        right: "about z, as the axis",
+        effect: Measured { right: &["cones=6a"], printed: &["ledger.d6=printed"] },
+    },
+    Row {
+        id: "D7",
+        printed: "the rotation matrix is the transpose of Rodrigues'",
+        right: "transposed back",
+        effect: Measured { right: &["jitter=true"], printed: &["ledger.d7=printed"] },
+    },
+    Row {
+        id: "D8",
+        printed: "the jitter's angle is a hash in [0,1) taken as radians: 57° at most",
+        right: "a full turn",
+        effect: Measured { right: &["jitter=true"], printed: &["ledger.d8=printed"] },
+    },
+    Row {
+        id: "D9",
+        printed: "the jitter uses an undeclared time and raw pixel coordinates",
+        right: "a hash of integers, seeded with the frame's index",
+        effect: NeverRan,
+    },
+    Row {
+        id: "D10",
+        printed: "cones end at √2 of the cube's edge",
+        right: "where they leave the cube, √3 at most",
+        effect: Measured { right: &[], printed: &["ledger.d10=printed"] },
+    },
+    Row {
+        id: "D11",
+        printed: "no bounds test: beyond the cube its edge voxels repeat",
+        right: "there is nothing beyond the cube",
+        effect: Measured { right: &["ledger.d10=printed"], printed: &["ledger.d11=printed"] },
+    },
+    Row {
+        id: "D12",
+        printed: "the shadow cone takes steps of ⅓ uncorrected: alpha ½ counts as 0.875",
+        right: "1 − (1 − a)^(step/edge)",
+        effect: Measured { right: &["shadows=cones"], printed: &["ledger.d12=printed"] },
+    },
+    Row {
+        id: "D13",
+        printed: "shadow level log₂(diameter·N + 1), radiance level log₂(diameter·N)",
+        right: "log₂(diameter·N) for both",
+        effect: Measured { right: &["shadows=cones"], printed: &["ledger.d13=printed"] },
+    },
+    Row {
+        id: "D14",
+        printed: "`isInsideCube` is not given",
+        right: "a test against [0,1]³: the exit distance",
+        effect: NeverRan,
+    },
+    Row {
+        id: "D15",
+        printed: "shadow cones read the isotropic volume: a wall's alpha halves per mip",
+        right: "directional alpha",
+        effect: Measured { right: &["shadows=cones"], printed: &["ledger.d15=printed"] },
+    },
+    Row {
+        id: "D16",
+        printed: "no stop before the light's own voxels; 0/0 where light and surface meet",
+        right: "ends 2 voxels before the light; guarded",
+        effect: Measured { right: &["shadows=cones"], printed: &["start.shadow_end=0"] },
+    },
+    Row {
+        id: "D17",
+        printed: "diameter max(1/N, 2t)·s: a length against a ratio",
+        right: "max(1/N, 2t·s)",
+        effect: Measured { right: &[], printed: &["ledger.d17=printed"] },
+    },
+    Row {
+        id: "D18",
+        printed: "loops end at alpha ≥ 1 only",
+        right: "at 0.995, and after 1024 steps",
+        effect: Measured { right: &[], printed: &["ledger.d18=printed"] },
+    },
+    Row {
+        id: "D19",
+        printed: "the cone's offset of −0.01 is a share of the cube: 0.64 voxels of 64, 2.56 of 256",
+        right: "starts are settings in voxels",
+        effect: Measured { right: &["start.diffuse_along=4"], printed: &["start.diffuse_along=3.36"] },
+    },
+    Row {
+        id: "D20",
+        printed: "the first diffuse sample lies 6 to 7.5 voxels away, 4 in radius",
+        right: "starts are settings: 1 voxel along the normal, 1 along the cone",
+        effect: Measured { right: &[], printed: &["start.diffuse_normal=3.828427", "start.diffuse_along=4"] },
+    },
+    Row {
+        id: "D21",
+        printed: "diffuse cones drop alpha: no sky",
+        right: "the sky shines through what alpha they leave",
+        effect: Measured { right: &["sky=0.3"], printed: &["ledger.d21=printed"] },
+    },
+    Row {
+        id: "D22",
+        printed: "the tangent frame jumps along \\|n.y\\| = \\|n.z\\|",
+        right: "one singular direction, −z",
+        effect: Measured { right: &[], printed: &["ledger.d22=printed"] },
+    },
+    Row {
+        id: "D23",
+        printed: "refraction starts outside the surface that it enters",
+        right: "on the refracted side",
+        effect: Measured { right: &[], printed: &["ledger.d23=printed"] },
+    },
+    Row {
+        id: "D24",
+        printed: "a fixed 1/ior, no back face; `refract()` = 0 becomes NaN",
+        right: "flipped by side; total reflection reflects; thin walls do not bend",
+        effect: Measured { right: &[], printed: &["ledger.d24=printed"] },
+    },
+    Row {
+        id: "D25",
+        printed: "three maps from roughness to aperture disagree: 47.5°, 41°, 67.5° at roughness 1",
+        right: "all three by name; measured: `linear` against `polynomial`",
+        effect: Measured { right: &["roughness_fit=polynomial"], printed: &["roughness_fit=linear"] },
+    },
+    Row {
+        id: "D26",
+        printed: "set 16: equal weights, no cosine",
+        right: "weights ∝ cosine, normalised",
+        effect: Measured { right: &["cones=16"], printed: &["ledger.d26=printed"] },
+    },
+    Row {
+        id: "D29",
+        printed: "the second bounce repeats the identical voxelisation",
+        right: "kept as printed; `lists = reuse` gives the same bits",
+        effect: Measured { right: &["lists=reuse"], printed: &["lists=rebuild"] },
+    },
+];
+
+/// Choices that are neither right nor wrong, each against the preset `corrected`.
+pub const CHOICES: &[&str] = &[
+    "fill=facing",
+    "fill=coverage",
+    "weights=norm1",
+    "weights=abs",
+    "weights=extinction",
+    "cones=1",
+    "cones=6a",
+    "cones=6b",
+    "cones=16",
+    "roughness_fit=power",
+    "bounces=1",
+    "shadows=none",
+    "shadows=cones",
+];
+
+/// What one comparison gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// mean \|printed − right\| / mean(right), in percent.
+    pub rel_percent: f64,
+    /// mean(printed) / mean(right).
+    pub energy: f64,
+    /// GPU milliseconds of a frame, printed and right.
+    pub frame_ms: [f64; 2],
+}
+
+impl Change {
+    /// Three cells of a Markdown table.
+    fn cells(&self) -> String {
+        format!("{:.2} % | {:.3} | {:.0} → {:.0}", self.rel_percent, self.energy, self.frame_ms[0], self.frame_ms[1])
+    }
+
+    /// The reverse of [`Self::cells`].
+    fn parse(cells: &[&str]) -> Option<Self> {
+        let [rel, energy, ms] = cells else { return None };
+        let (before, after) = ms.split_once(" → ")?;
+        Some(Self {
+            rel_percent: rel.strip_suffix(" %")?.parse().ok()?,
+            energy: energy.parse().ok()?,
+            frame_ms: [before.parse().ok()?, after.parse().ok()?],
+        })
+    }
+}
+
+/// What a run of `twobounce ledger` measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measurements {
+    /// Scene, image size, grid, device and driver, in one sentence.
+    pub about: String,
+    /// By a row's id, or by the choice's `key=value`.
+    pub changes: BTreeMap<String, Change>,
+}
+
+const HEAD: &str = "# The ledger of the printed listings
+
+Written by `twobounce ledger`; `tests/ledger_formulas.rs` holds, for each row with a formula, a test that the printed form
+fails and the right form passes. The preset `printed` has every row as printed, `corrected` every row right; each row is
+also a setting of its own (`ledger.d1`, …). Changes are of the whole image, one row at a time, everything else right:
+*change* is mean |printed − right| over mean right, *energy* is mean printed over mean right, and the GPU time is the
+frame's, printed → right.
+
+";
+
+/// The page.
+pub fn document(measured: &Measurements) -> String {
+    let mut text = format!("{HEAD}{}\n\n", measured.about);
+    text += "| row | printed | right | measured with | change | energy | ms |\n|---|---|---|---|---|---|---|\n";
+    let cells = |key: &str| measured.changes.get(key).map_or("– | – | –".into(), Change::cells);
+    for row in ROWS {
+        let with = match row.effect {
+            NeverRan => "never ran as printed".into(),
+            Measured { right: [], .. } => "–".into(),
+            Measured { right, .. } => format!("`{}`", right.join("`, `")),
+        };
+        writeln!(text, "| {} | {} | {} | {with} | {} |", row.id, row.printed, row.right, cells(row.id)).expect("fmt");
+    }
+    text += "\n## Choices\nAgainst the preset `corrected`, one at a time.\n\n";
+    text += "| setting | change | energy | ms |\n|---|---|---|---|\n";
+    for choice in CHOICES {
+        writeln!(text, "| `{choice}` | {} |", cells(choice)).expect("fmt");
+    }
+    text
+}
+
+/// What a page written by [`document`] says; `None` where its head is another's.
+pub fn parse(text: &str) -> Option<Measurements> {
+    let (about, tables) = text.strip_prefix(HEAD)?.split_once('\n')?;
+    let mut changes = BTreeMap::new();
+    for line in tables.lines().filter(|l| l.starts_with("| ")) {
+        let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
+        if let Some(change) = cells.len().checked_sub(3).and_then(|i| Change::parse(&cells[i..])) {
+            changes.insert(cells[0].trim_matches('`').into(), change);
+        }
+    }
+    Some(Measurements { about: about.into(), changes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_says_what_was_measured() {
+        let change = Change { rel_percent: 12.34, energy: 0.987, frame_ms: [12.0, 34.0] };
+        let keys = ["D1", "D22", "D29", "fill=facing"];
+        let changes = keys.iter().map(|k| ((*k).into(), change.clone())).collect();
+        let measured = Measurements { about: "A scene on a device.".into(), changes };
+        let page = document(&measured);
+        assert_eq!(parse(&page), Some(measured));
+        assert_eq!(parse(&page.replace("Written by", "Made by")), None);
+    }
+}

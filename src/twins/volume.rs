@@ -1,0 +1,132 @@
+//! One bounce's volume on the CPU: seven RGBA targets with their mip chains, sampled as the GPU samples them.
+
+use glam::{IVec3, UVec3, Vec3, Vec4};
+use half::f16;
+
+use crate::settings::Form;
+
+/// Targets of a volume: what a cone travelling along +x +y +z −x −y −z sees, and the isotropic one.
+pub const TARGETS: usize = 7;
+/// The isotropic target.
+pub const ISOTROPIC: usize = 6;
+/// The six directions of travel, in the order of the targets.
+pub const TRAVEL: [Vec3; 6] = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
+
+/// One level: seven grids of edge³ premultiplied texels, x fastest, z slowest.
+pub type Level = [Vec<Vec4>; TARGETS];
+
+/// Seven targets with their mip chains; level 0 has `edge`³ texels, the last one.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    edge: u32,
+    levels: Vec<Level>,
+}
+
+/// The texel that RGBA16F keeps of `v`: each channel rounded to the nearest half.
+pub fn round_to_half(v: Vec4) -> Vec4 {
+    Vec4::from_array(v.to_array().map(|x| f16::from_f32(x).to_f32()))
+}
+
+impl Volume {
+    /// A volume from its levels, level 0 first.
+    ///
+    /// # Panics
+    /// If the levels are not a whole mip chain of a power-of-two edge.
+    pub fn new(levels: Vec<Level>) -> Self {
+        let edge = 1u32 << (levels.len() - 1);
+        for (i, level) in levels.iter().enumerate() {
+            let texels = ((edge >> i) as usize).pow(3);
+            assert!(level.iter().all(|target| target.len() == texels), "level {i} is not {} wide", edge >> i);
+        }
+        Self { edge, levels }
+    }
+
+    /// Level 0's edge in voxels.
+    pub fn edge(&self) -> u32 {
+        self.edge
+    }
+
+    /// Level 0 first.
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// One texel; transparent black beyond the grid where `border` is right, the nearest edge texel where it is printed
+    /// (D11: the listing leaves the bounds test out).
+    pub fn fetch(&self, level: usize, target: usize, texel: IVec3, border: Form) -> Vec4 {
+        let edge = (self.edge >> level) as i32;
+        let inside = texel.clamp(IVec3::ZERO, IVec3::splat(edge - 1));
+        if border == Form::Right && inside != texel {
+            return Vec4::ZERO;
+        }
+        self.levels[level][target][texel_index(inside.as_uvec3(), edge as u32)]
+    }
+
+    /// Linear in space and in level, as `textureLod` with a linear sampler. `position` in [0,1]³, `level` is clamped to
+    /// the chain.
+    pub fn sample(&self, target: usize, position: Vec3, level: f32, border: Form) -> Vec4 {
+        let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
+        let (lower, fraction) = (level.floor(), level.fract());
+        let near = self.sample_level(lower as usize, target, position, border);
+        if fraction == 0.0 {
+            return near;
+        }
+        near.lerp(self.sample_level(lower as usize + 1, target, position, border), fraction)
+    }
+
+    fn sample_level(&self, level: usize, target: usize, position: Vec3, border: Form) -> Vec4 {
+        let p = position * (self.edge >> level) as f32 - 0.5;
+        let (base, f) = (p.floor().as_ivec3(), p - p.floor());
+        let mut sum = Vec4::ZERO;
+        for corner in 0..8 {
+            let offset = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+            let w = Vec3::select(offset.cmpeq(IVec3::ONE), f, 1.0 - f);
+            sum += self.fetch(level, target, base + offset, border) * (w.x * w.y * w.z);
+        }
+        sum
+    }
+}
+
+/// Where texel (x, y, z) lies in a grid of `edge`³.
+pub fn texel_index(texel: UVec3, edge: u32) -> usize {
+    ((texel.z * edge + texel.y) * edge + texel.x) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A 2³ chain whose level-0 target 0 is x, and whose level 1 is 5.
+    fn ramp() -> Volume {
+        let zero = |n: usize| std::array::from_fn(|_| vec![Vec4::ZERO; n]);
+        let (mut fine, mut coarse): (Level, Level) = (zero(8), zero(1));
+        for (i, v) in fine[0].iter_mut().enumerate() {
+            *v = Vec4::splat((i & 1) as f32);
+        }
+        coarse[0][0] = Vec4::splat(5.0);
+        Volume::new(vec![fine, coarse])
+    }
+
+    #[test]
+    fn sampling_is_linear_in_space_and_in_level() {
+        let v = ramp();
+        let at = |x, level| v.sample(0, Vec3::new(x, 0.5, 0.5), level, Form::Printed).x;
+        assert_eq!([at(0.25, 0.0), at(0.5, 0.0), at(0.75, 0.0)], [0.0, 0.5, 1.0]);
+        assert_eq!([at(0.5, 0.5), at(0.5, 1.0), at(0.5, 9.0)], [2.75, 5.0, 5.0]);
+    }
+
+    #[test]
+    fn beyond_the_border_is_the_edge_or_nothing() {
+        let v = ramp();
+        let at = |x, border| v.sample(0, Vec3::new(x, 0.5, 0.5), 0.0, border).x;
+        assert_eq!([at(1.0, Form::Printed), at(1.0, Form::Right)], [1.0, 0.5]);
+        assert_eq!([at(3.0, Form::Printed), at(3.0, Form::Right)], [1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_half_keeps_eleven_bits() {
+        assert_eq!(round_to_half(Vec4::new(1.0 + 1.0 / 4096.0, 2049.0, 65504.0, 6e-8)), {
+            Vec4::new(1.0, 2048.0, 65504.0, 5.9604645e-8)
+        });
+    }
+}

@@ -1,0 +1,238 @@
+//! Oracle of the voxelise pass: the exact set of (voxel, triangle) pairs, by clipping polygons in f64.
+//!
+//! The pass tests separating axes; this clips the triangle against the voxel's six planes (Sutherland and Hodgman 1974) and
+//! asks whether anything is left. Triangles and boxes are closed: touching counts. Positions are in voxels.
+
+use glam::{DVec3, IVec3};
+use rayon::prelude::*;
+
+/// A voxel (its [`texel index`](super::volume::texel_index)) and a triangle (its place in the list).
+pub type Pair = (u32, u32);
+
+/// How near to touching a pair may be for f32 to decide it either way, in voxels: 64 · 2⁻²³ is 8·10⁻⁶ for one rounded
+/// coordinate, and the separating-axis tests add several of them up.
+pub const TOUCHING_VOXELS: f64 = 1e-4;
+
+/// The exact set, sorted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VoxelPairs {
+    /// Pairs that still meet when the voxel is shrunk by [`TOUCHING_VOXELS`] on all sides.
+    pub certain: Vec<Pair>,
+    /// Pairs that meet only when it is grown by that much: either answer is right.
+    pub touching: Vec<Pair>,
+}
+
+/// How a set of pairs compares with the exact one. Pairs near touching count neither way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// Share of the certain pairs that were found.
+    pub recall: f64,
+    /// Share of the found pairs that are certain.
+    pub precision: f64,
+    /// Share of the exact set that is near touching.
+    pub touching: f64,
+}
+
+/// A convex polygon: a triangle cut by six planes has at most nine corners.
+#[derive(Clone, Debug, Default)]
+pub struct Polygon {
+    pub corners: Vec<DVec3>,
+}
+
+impl Polygon {
+    /// The part of a triangle inside the closed box; empty where they do not meet.
+    pub fn clipped(triangle: &[DVec3; 3], min: DVec3, max: DVec3) -> Self {
+        let (mut polygon, mut spare) = (Vec::with_capacity(9), Vec::with_capacity(9));
+        polygon.extend_from_slice(triangle);
+        for axis in 0..3 {
+            clip(&polygon, &mut spare, |p| p[axis] - min[axis]);
+            clip(&spare, &mut polygon, |p| max[axis] - p[axis]);
+            if polygon.is_empty() {
+                break;
+            }
+        }
+        Self { corners: polygon }
+    }
+
+    /// Its area along each axis: half the sum of the corners' cross products; the length is the area.
+    pub fn area_vector(&self) -> DVec3 {
+        let Some((&first, rest)) = self.corners.split_first() else { return DVec3::ZERO };
+        rest.windows(2).map(|w| (w[0] - first).cross(w[1] - first)).sum::<DVec3>() * 0.5
+    }
+
+    /// The middle of its area; the mean of its corners where it has none.
+    pub fn centroid(&self) -> DVec3 {
+        let Some((&first, rest)) = self.corners.split_first() else { return DVec3::ZERO };
+        let direction = self.area_vector().normalize_or_zero();
+        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+        for w in rest.windows(2) {
+            let area = (w[0] - first).cross(w[1] - first).dot(direction);
+            sum += area * (first + w[0] + w[1]) / 3.0;
+            total += area;
+        }
+        if total > 0.0 { sum / total } else { self.corners.iter().sum::<DVec3>() / self.corners.len() as f64 }
+    }
+}
+
+/// Keeps the part of `polygon` where `distance` ≥ 0.
+fn clip(polygon: &[DVec3], kept: &mut Vec<DVec3>, distance: impl Fn(DVec3) -> f64) {
+    kept.clear();
+    for (i, &a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        let (da, db) = (distance(a), distance(b));
+        if da >= 0.0 {
+            kept.push(a);
+        }
+        // Neither end on the plane: such ends are corners already.
+        if (da > 0.0 && db < 0.0) || (da < 0.0 && db > 0.0) {
+            kept.push(a + (b - a) * (da / (da - db)));
+        }
+    }
+}
+
+/// Every voxel of an `edge`³ grid that a triangle meets.
+pub fn voxelise(triangles: &[[DVec3; 3]], edge: u32) -> VoxelPairs {
+    let parts: Vec<VoxelPairs> = triangles
+        .par_iter()
+        .enumerate()
+        .map(|(index, triangle)| {
+            let grown =
+                |p: DVec3, by: f64| (p + by).floor().as_ivec3().clamp(IVec3::ZERO, IVec3::splat(edge as i32 - 1));
+            let min = triangle[0].min(triangle[1]).min(triangle[2]);
+            let max = triangle[0].max(triangle[1]).max(triangle[2]);
+            let mut pairs = VoxelPairs::default();
+            let cells = [grown(min, -TOUCHING_VOXELS), grown(max, TOUCHING_VOXELS) + 1];
+            descend(triangle, index as u32, cells, edge, &mut pairs);
+            pairs
+        })
+        .collect();
+    let mut all = VoxelPairs {
+        certain: parts.iter().flat_map(|p| p.certain.iter().copied()).collect(),
+        touching: parts.iter().flat_map(|p| p.touching.iter().copied()).collect(),
+    };
+    all.certain.par_sort_unstable();
+    all.touching.par_sort_unstable();
+    all
+}
+
+/// Halves the cells [min, max) along their longest side while the triangle meets them.
+fn descend(triangle: &[DVec3; 3], index: u32, [min, max]: [IVec3; 2], edge: u32, pairs: &mut VoxelPairs) {
+    let meets = |by: f64| !Polygon::clipped(triangle, min.as_dvec3() - by, max.as_dvec3() + by).corners.is_empty();
+    let size = max - min;
+    if size == IVec3::ONE {
+        let pair = (super::volume::texel_index(min.as_uvec3(), edge), index);
+        let pair = (pair.0 as u32, pair.1);
+        if meets(-TOUCHING_VOXELS) {
+            pairs.certain.push(pair);
+        } else if meets(TOUCHING_VOXELS) {
+            pairs.touching.push(pair);
+        }
+        return;
+    }
+    if !meets(TOUCHING_VOXELS) {
+        return;
+    }
+    let axis = (0..3).max_by_key(|&axis| size[axis]).unwrap_or(0);
+    let (mut low_max, mut high_min) = (max, min);
+    low_max[axis] = min[axis] + size[axis] / 2;
+    high_min[axis] = low_max[axis];
+    descend(triangle, index, [min, low_max], edge, pairs);
+    descend(triangle, index, [high_min, max], edge, pairs);
+}
+
+/// Compares found pairs (any order, no duplicates expected: a duplicate counts against precision) with the exact set.
+pub fn compare_sets(found: &[Pair], exact: &VoxelPairs) -> Comparison {
+    let mut found = found.to_vec();
+    found.sort_unstable();
+    let holds = |set: &[Pair], pair: &Pair| set.binary_search(pair).is_ok();
+    let recalled = exact.certain.iter().filter(|p| holds(&found, p)).count();
+    let decided: Vec<_> = found.iter().enumerate().filter(|(_, p)| !holds(&exact.touching, p)).collect();
+    let right = decided.iter().filter(|(i, p)| holds(&exact.certain, p) && (*i == 0 || found[i - 1] != **p)).count();
+    let share = |part: usize, whole: usize| if whole == 0 { 1.0 } else { part as f64 / whole as f64 };
+    let all = exact.certain.len() + exact.touching.len();
+    Comparison {
+        recall: share(recalled, exact.certain.len()),
+        precision: share(right, decided.len()),
+        touching: if all == 0 { 0.0 } else { exact.touching.len() as f64 / all as f64 },
+    }
+}
+
+/// Alpha that a triangle adds to a voxel's x, y and z faces: its clipped part, projected, in voxel faces.
+pub fn coverage(triangle: &[DVec3; 3], voxel: IVec3) -> DVec3 {
+    Polygon::clipped(triangle, voxel.as_dvec3(), voxel.as_dvec3() + 1.0).area_vector().abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HALF: [DVec3; 3] = [DVec3::new(0.0, 0.0, 0.5), DVec3::new(1.0, 0.0, 0.5), DVec3::new(0.0, 1.0, 0.5)];
+
+    #[test]
+    fn clipping_keeps_area_and_centroid() {
+        let whole = Polygon::clipped(&HALF, DVec3::ZERO, DVec3::ONE);
+        assert_eq!(whole.area_vector(), DVec3::new(0.0, 0.0, 0.5));
+        assert!((whole.centroid() - DVec3::new(1.0, 1.0, 1.5) / 3.0).length() < 1e-15);
+        assert_eq!(coverage(&HALF, IVec3::ZERO), DVec3::new(0.0, 0.0, 0.5));
+    }
+
+    #[test]
+    fn the_parts_in_all_voxels_make_the_whole() {
+        let triangle = [DVec3::new(0.3, 0.2, 0.1), DVec3::new(7.9, 3.3, 2.7), DVec3::new(1.2, 6.8, 7.7)];
+        let pairs = voxelise(&[triangle], 8);
+        let sum: f64 = pairs
+            .certain
+            .iter()
+            .map(|&(v, _)| {
+                let v = v as i32;
+                let voxel = IVec3::new(v % 8, v / 8 % 8, v / 64).as_dvec3();
+                Polygon::clipped(&triangle, voxel, voxel + 1.0).area_vector().length()
+            })
+            .sum();
+        let area = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).length() / 2.0;
+        // What the touching voxels hold: slivers thinner than the band.
+        assert!((sum - area).abs() < 1e-3 * area, "{sum} of {area}");
+    }
+
+    #[test]
+    fn the_hierarchy_misses_nothing_that_testing_every_voxel_finds() {
+        let mut triangles = vec![HALF.map(|p| p * 7.3 + 0.31)];
+        // A needle, an edge-on quad's half, one smaller than a voxel, one without area.
+        triangles.push([DVec3::new(0.1, 0.2, 0.3), DVec3::new(7.7, 6.9, 7.2), DVec3::new(7.7, 6.9001, 7.2)]);
+        triangles.push([DVec3::new(2.5, 0.5, 0.5), DVec3::new(2.5, 7.5, 0.5), DVec3::new(2.5, 0.5, 7.5)]);
+        triangles.push([DVec3::new(4.2, 4.3, 4.4), DVec3::new(4.3, 4.3, 4.4), DVec3::new(4.2, 4.4, 4.4)]);
+        triangles.push([DVec3::splat(3.5); 3]);
+        let pairs = voxelise(&triangles, 8);
+        let mut every = Vec::new();
+        for voxel in 0..512 {
+            let min = IVec3::new(voxel % 8, voxel / 8 % 8, voxel / 64).as_dvec3();
+            for (i, t) in triangles.iter().enumerate() {
+                if !Polygon::clipped(t, min + TOUCHING_VOXELS, min + 1.0 - TOUCHING_VOXELS).corners.is_empty() {
+                    every.push((voxel as u32, i as u32));
+                }
+            }
+        }
+        assert_eq!(pairs.certain, every);
+        assert_eq!(pairs.certain.iter().filter(|p| p.1 >= 3).count(), 2);
+    }
+
+    #[test]
+    fn a_triangle_in_a_face_touches_both_voxels() {
+        let pairs = voxelise(&[HALF.map(|p| p * 0.5 + DVec3::new(0.1, 0.1, 0.75))], 2);
+        assert_eq!((pairs.certain, pairs.touching), (vec![], vec![(0, 0), (4, 0)]));
+    }
+
+    #[test]
+    fn the_comparison_sees_what_is_missing_extra_or_double() {
+        let exact = VoxelPairs { certain: vec![(0, 0), (1, 0)], touching: vec![(2, 0)] };
+        let of = |found: &[Pair]| {
+            let c = compare_sets(found, &exact);
+            (c.recall, c.precision)
+        };
+        assert_eq!(of(&[(1, 0), (0, 0)]), (1.0, 1.0));
+        assert_eq!(of(&[(0, 0), (1, 0), (2, 0)]), (1.0, 1.0));
+        assert_eq!(of(&[(0, 0)]), (0.5, 1.0));
+        assert_eq!(of(&[(0, 0), (1, 0), (3, 0)]), (1.0, 2.0 / 3.0));
+        assert_eq!(of(&[(0, 0), (1, 0), (1, 0)]), (1.0, 2.0 / 3.0));
+    }
+}

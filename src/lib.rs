@@ -3,6 +3,7 @@
 pub mod error;
 pub mod layers;
 pub mod ledger;
+pub mod measure;
 pub mod output;
 pub mod reference;
 pub mod scene;

@@ -21,6 +21,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Path-trace a reference image on the CPU
     Reference(super::reference::ReferenceArgs),
+    /// Compare an image with its reference
+    Compare(super::compare::CompareArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
 }

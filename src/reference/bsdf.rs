@@ -67,7 +67,11 @@ pub fn frame(n: Vec3) -> Mat3 {
     let sign = 1f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);
     let b = n.x * n.y * a;
-    Mat3::from_cols(Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y), n)
+    Mat3::from_cols(
+        Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        Vec3::new(b, sign + n.y * n.y * a, -n.y),
+        n,
+    )
 }
 
 /// A direction about +z with density cos/π.

@@ -35,7 +35,8 @@ pub struct Bvh {
 
 impl Bvh {
     pub fn new(triangles: &[[Vec3; 3]]) -> Self {
-        let soup: Vec<_> = triangles.iter().map(|t| Triangle { v0: t[0].into(), v1: t[1].into(), v2: t[2].into() }).collect();
+        let soup: Vec<_> =
+            triangles.iter().map(|t| Triangle { v0: t[0].into(), v1: t[1].into(), v2: t[2].into() }).collect();
         // Without splits every triangle is met at most once, which transparent shadows rely on.
         let params = BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() };
         let tree = build_cwbvh_from_tris(&soup, params, &mut Duration::default());
@@ -49,12 +50,14 @@ impl Bvh {
             return None;
         }
         let (mut nearest, origin, direction) = (None, Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-        self.tree.ray_traverse(bvh_ray(ray), &mut RayHit::none(), |r, i| match self.intersect(origin, direction, ray.near, r.tmax, i) {
-            Some(hit) if accept(&hit) => {
-                nearest = Some(hit);
-                hit.t
+        self.tree.ray_traverse(bvh_ray(ray), &mut RayHit::none(), |r, i| {
+            match self.intersect(origin, direction, ray.near, r.tmax, i) {
+                Some(hit) if accept(&hit) => {
+                    nearest = Some(hit);
+                    hit.t
+                }
+                _ => f32::INFINITY,
             }
-            _ => f32::INFINITY,
         });
         nearest
     }
@@ -65,9 +68,11 @@ impl Bvh {
             return false;
         }
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-        !self.tree.ray_traverse_miss(bvh_ray(ray), |_, i| match self.intersect(origin, direction, ray.near, ray.far, i) {
-            Some(hit) if stop(&hit) => 0.0,
-            _ => f32::INFINITY,
+        !self.tree.ray_traverse_miss(bvh_ray(ray), |_, i| {
+            match self.intersect(origin, direction, ray.near, ray.far, i) {
+                Some(hit) if stop(&hit) => 0.0,
+                _ => f32::INFINITY,
+            }
         })
     }
 

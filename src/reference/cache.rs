@@ -138,7 +138,11 @@ fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
         film.history.push((u32::from_le_bytes(take(&mut rest)?), f64::from_le_bytes(take(&mut rest)?)));
     }
     for row in &mut film.rows {
-        *row = Row { done: u32::from_le_bytes(take(&mut rest)?), rejected: u64::from_le_bytes(take(&mut rest)?), ..row.clone() };
+        *row = Row {
+            done: u32::from_le_bytes(take(&mut rest)?),
+            rejected: u64::from_le_bytes(take(&mut rest)?),
+            ..row.clone()
+        };
         let pixels = cast_slice_mut::<Pixel, u8>(&mut row.pixels);
         let (here, after) = rest.split_at_checked(pixels.len())?;
         pixels.copy_from_slice(here);

@@ -82,7 +82,10 @@ impl<'a> Geometry<'a> {
     /// Triangles without area, or with positions that are not finite, are left out.
     pub fn new(scene: &'a Scene, pose: &Pose) -> Self {
         let world = world_triangles(scene, pose);
-        let (min, max) = world.iter().flat_map(|(_, t)| t).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), &p| (a.min(p), b.max(p)));
+        let (min, max) = world
+            .iter()
+            .flat_map(|(_, t)| t)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), &p| (a.min(p), b.max(p)));
         let extent = (max - min).max_element();
         let units = if extent > 0.0 {
             Units { center: (min + max) / 2.0, size: (extent / SPAN).log2().round().exp2() }

@@ -93,7 +93,10 @@ impl<'a> Integrator<'a> {
         let mut path = Path { ray, throughput: Vec3::ONE, scattered: 0, density: None, compression: 1.0, sample };
         while let Some(vertex) = self.advance(&mut path, sampler) {
             self.emitted(&mut path, &vertex);
-            if vertex.surface.params.unlit || path.scattered > self.bounces || (vertex.hit.back && !self.two_sided(&vertex)) {
+            if vertex.surface.params.unlit
+                || path.scattered > self.bounces
+                || (vertex.hit.back && !self.two_sided(&vertex))
+            {
                 break;
             }
             self.lit(&mut path, &vertex, sampler);
@@ -172,8 +175,11 @@ impl<'a> Integrator<'a> {
 
     fn first_seen(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
         let side = if vertex.hit.back { -1.0 } else { 1.0 };
-        path.sample.first =
-            Some(First { normal: vertex.surface.normal * side, albedo: vertex.surface.params.base_color, distance: vertex.hit.t });
+        path.sample.first = Some(First {
+            normal: vertex.surface.normal * side,
+            albedo: vertex.surface.params.base_color,
+            distance: vertex.hit.t,
+        });
         if self.occlusion {
             let [u, v, ..] = sampler.set(OCCLUSION);
             let direction = bsdf::frame(vertex.geometric) * bsdf::sample_cosine([u, v]);
@@ -281,7 +287,12 @@ impl<'a> Integrator<'a> {
         }
         path.scattered += 1;
         path.density = (!scatter.mirror).then_some(scatter.density);
-        path.ray = Ray { origin: self.leave(vertex, scatter.direction), direction: scatter.direction, near: 0.0, far: f32::INFINITY };
+        path.ray = Ray {
+            origin: self.leave(vertex, scatter.direction),
+            direction: scatter.direction,
+            near: 0.0,
+            far: f32::INFINITY,
+        };
         path.throughput != Vec3::ZERO
     }
 }

@@ -48,7 +48,8 @@ impl<'a> Materials<'a> {
         if !m.shows(!back) {
             return Vec3::ZERO;
         }
-        let texel = self.textures.sample(self.scene, m.emissive_texture.as_ref(), ColorSpace::Srgb, texturing.uvs, [0.0; 2]);
+        let texel =
+            self.textures.sample(self.scene, m.emissive_texture.as_ref(), ColorSpace::Srgb, texturing.uvs, [0.0; 2]);
         m.emissive * texel.truncate() * m.opacity(self.scene, &self.textures, &texturing)
     }
 

@@ -8,7 +8,8 @@
 const SET: usize = 4;
 
 /// Direction numbers of the first four Sobol dimensions (Joe and Kuo 2008), bit by bit.
-const DIRECTIONS: [[u32; 32]; SET] = [directions(0, 0, [0; 3]), directions(1, 0, [1, 0, 0]), directions(2, 1, [1, 3, 0]), directions(3, 1, [1, 3, 1])];
+const DIRECTIONS: [[u32; 32]; SET] =
+    [directions(0, 0, [0; 3]), directions(1, 0, [1, 0, 0]), directions(2, 1, [1, 3, 0]), directions(3, 1, [1, 3, 1])];
 
 /// `TABLE[dimension][byte of the index][value]`: the matrix product, a byte at a time.
 static TABLE: [[[u32; 256]; 4]; SET] = table();
@@ -154,7 +155,9 @@ mod tests {
         let n = 4096;
         for (a, b) in [((1, 0), (1, 1)), ((1, 0), (2, 0)), ((1, 3), (9, 3))] {
             let covariance: f32 = (0..n)
-                .map(|i| (Sampler::new(a.0, 0, 0, i).set(a.1)[0] - 0.5) * (Sampler::new(b.0, 0, 0, i).set(b.1)[0] - 0.5))
+                .map(|i| {
+                    (Sampler::new(a.0, 0, 0, i).set(a.1)[0] - 0.5) * (Sampler::new(b.0, 0, 0, i).set(b.1)[0] - 0.5)
+                })
                 .sum::<f32>()
                 / n as f32;
             // Standard deviation of the mean of products of two uniform numbers: (1/12)/√n; five of them.

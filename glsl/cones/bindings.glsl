@@ -9,5 +9,5 @@ layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materi
 layout(set = 0, binding = 7, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer TextureEntries { TextureEntry texture_entries[]; };
 layout(set = 0, binding = 9, scalar) readonly buffer TextureLevels { TextureLevel texture_levels[]; };
-layout(set = 0, binding = 10) uniform texture2DArray atlas_linear;
-layout(set = 0, binding = 11) uniform texture2DArray atlas_srgb;
+layout(set = 0, binding = 10) uniform sampler2DArray atlas_linear;
+layout(set = 0, binding = 11) uniform sampler2DArray atlas_srgb;

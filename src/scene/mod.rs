@@ -3,6 +3,16 @@
 //! [`Scene`] holds what does not move; [`Scene::pose`] places it at a time. Renderer and reference both take a
 //! `(&Scene, &Pose)` and nothing else. Positions in the world are f64, so that a scene 10⁷ m away loses nothing.
 
+mod animation;
+mod bounds;
+mod camera;
+mod gltf;
+mod lights;
+pub mod surface;
+pub mod texture;
+
+pub use gltf::LoadOptions;
+
 use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 /// Everything loaded from one file. See the module's docs.
@@ -259,7 +269,7 @@ pub struct Animation {
 #[derive(Clone, Debug)]
 pub struct Channel {
     pub node: usize,
-    /// Seconds, strictly increasing.
+    /// Seconds, never decreasing.
     pub times: Vec<f32>,
     pub values: Values,
     pub interpolation: Interpolation,

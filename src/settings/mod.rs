@@ -2,6 +2,13 @@
 //!
 //! Lengths inside the volume are counted in voxels, so that a scene scaled or moved gives the same image.
 
+mod docs;
+mod edit;
+mod keys;
+
+pub use docs::markdown;
+pub use keys::{KEYS, Key, Range};
+
 use serde::{Deserialize, Serialize};
 
 /// Closed lists of named choices: parsed from and printed as the names used in files and flags.
@@ -107,8 +114,10 @@ pub struct Settings {
 #[serde(default, deny_unknown_fields)]
 pub struct Volume {
     /// World metres; the scene's centre where absent.
+    #[serde(with = "auto")]
     pub center: Option<[f64; 3]>,
     /// World metres; the scene's longest side plus the margin where absent.
+    #[serde(with = "auto")]
     pub side: Option<f64>,
     /// Voxels on each side. Not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
     pub margin: f64,
@@ -137,6 +146,7 @@ pub struct Shadow {
     /// Length of a step over the cone's diameter.
     pub step: f32,
     /// Half angle in degrees of every light's shadow cone; absent: from the light's own radius.
+    #[serde(with = "auto")]
     pub half_angle: Option<f32>,
 }
 
@@ -276,6 +286,36 @@ impl Ledger {
         }
     }
 }
+
+/// `"auto"` stands for an absent value, so that files can say it and lists can show it.
+mod auto {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(untagged)]
+    enum Either<T> {
+        Value(T),
+        Word(String),
+    }
+
+    pub fn serialize<T: Serialize + Copy, S: Serializer>(value: &Option<T>, to: S) -> Result<S::Ok, S::Error> {
+        value.map_or(Either::Word("auto".into()), Either::Value).serialize(to)
+    }
+
+    pub fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> Result<Option<T>, D::Error> {
+        match Either::deserialize(from)? {
+            Either::Value(value) => Ok(Some(value)),
+            Either::Word(word) if word == "auto" => Ok(None),
+            Either::Word(word) => Err(serde::de::Error::custom(format!("{word:?} is not \"auto\""))),
+        }
+    }
+}
+
+/// The presets by name, with what each is for. The first is the default.
+pub const PRESETS: &[(&str, &str, fn() -> Settings)] = &[
+    ("corrected", "every row of the ledger right", Settings::default),
+    ("printed", "the talk's listings as printed, where they can run", Settings::printed),
+];
 
 impl Settings {
     /// The talk as printed, where it can run.

@@ -1,0 +1,213 @@
+//! What was typed: the command line as types. What it means is checked in [`super::job`].
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::{DVec3, Vec3};
+use twobounce::layers::Aov;
+
+/// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
+#[derive(Debug, Parser)]
+#[command(version, subcommand_required = true, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to an image
+    Render(RenderArgs),
+    /// List every setting, or print the settings that flags add up to
+    Settings(SettingsCommandArgs),
+}
+
+/// A scene and how to look at it.
+#[derive(Args, Debug)]
+pub struct SceneArgs {
+    /// The scene: glTF 2.0, .gltf or .glb
+    #[arg(value_name = "SCENE")]
+    pub path: PathBuf,
+    /// Size of the image in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    pub size: (u32, u32),
+    /// The file's camera to look through; by default its first, or one that frames the scene
+    #[arg(long, value_name = "NAME|INDEX", conflicts_with = "eye")]
+    pub camera: Option<String>,
+    /// Look from this point, in metres
+    #[arg(long, value_name = "X,Y,Z", requires = "target", value_parser = point, allow_hyphen_values = true)]
+    pub eye: Option<DVec3>,
+    /// Look at this point, in metres
+    #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = point, allow_hyphen_values = true)]
+    pub target: Option<DVec3>,
+    /// What is up for --eye
+    #[arg(long, value_name = "X,Y,Z", requires = "eye", default_value = "0,1,0", value_parser = point, allow_hyphen_values = true)]
+    pub up: DVec3,
+    /// Vertical field of view for --eye, in degrees
+    #[arg(long, value_name = "DEGREES", requires = "eye", default_value_t = 45.0)]
+    pub fov: f64,
+    /// The file's scene to load; by default the one that the file names
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
+    /// The animation to play; by default the first
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub animation: Option<String>,
+    /// The time within the animation, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub time: f64,
+    /// Constant radiance of everything beyond the scene, seen and lighting
+    #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
+    pub sky: Vec3,
+    /// Leave a scene without light, emission and sky dark
+    #[arg(long)]
+    pub no_default_light: bool,
+}
+
+/// Where the settings come from. Later ones win: preset, then file, then single keys.
+#[derive(Args, Debug)]
+pub struct SettingsArgs {
+    /// Start from this preset
+    #[arg(long, value_name = "NAME", default_value = "corrected")]
+    pub preset: String,
+    /// Then take the keys of this TOML file
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Then set single keys, in the order given; `twobounce settings` lists them
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+}
+
+/// Which device to use and how.
+#[derive(Args, Debug)]
+pub struct DeviceArgs {
+    /// The device to use; `twobounce info` lists them. TWOBOUNCE_DEVICE does the same
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub device: Option<String>,
+    /// Run with Vulkan's validation layers and fail on any of their messages
+    #[arg(long)]
+    pub validation: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The image to write: .png (exposed, tone-mapped) or .exr (linear radiance)
+    #[arg(short, long, value_name = "OUT.png|OUT.exr")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// How light is gathered
+    #[arg(long, value_enum, default_value_t = MethodArg::Cones)]
+    pub method: MethodArg,
+    /// Further layers of an .exr, separated by commas
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
+    pub aov: Vec<Aov>,
+    /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
+    pub exposure: Option<f32>,
+    /// Time N frames of the same image, after warming up, and write the last
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeat: u32,
+    /// Render N frames of the animation; the output is a pattern such as out_%04d.png
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    /// Frames per second for --frames
+    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0)]
+    pub fps: f64,
+    /// Print what each pass took
+    #[arg(long)]
+    pub timings: bool,
+    /// Write timings, counters and memory as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write a Chrome trace (Perfetto opens it)
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
+    #[arg(long, value_enum, default_value_t = SubmitArg::Frame)]
+    pub submit: SubmitArg,
+    /// Refuse to take more device memory than this
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub memory_limit: Option<u64>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+#[derive(Args, Debug)]
+pub struct SettingsCommandArgs {
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// Print the list as a Markdown page
+    #[arg(long, conflicts_with = "toml")]
+    pub markdown: bool,
+    /// Print the effective settings as a file for --config
+    #[arg(long)]
+    pub toml: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodArg {
+    /// Voxel cone tracing with two bounces
+    Cones,
+    /// Direct light alone
+    None,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SubmitArg {
+    /// The whole frame at once
+    Frame,
+    /// Each pass by itself
+    Pass,
+}
+
+/// The largest side of an image, in pixels.
+pub const MAX_SIDE: u32 = 16384;
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
+    text.split_once(['x', 'X'])
+        .and_then(|(w, h)| Some((side(w)?, side(h)?)))
+        .ok_or_else(|| format!("write WIDTHxHEIGHT, each from 1 to {MAX_SIDE}, such as 1280x720"))
+}
+
+fn point(text: &str) -> Result<DVec3, String> {
+    numbers(text)
+        .map(DVec3::from_array)
+        .ok_or_else(|| "write three finite numbers separated by commas, such as 0,1.5,-3".into())
+}
+
+fn radiance(text: &str) -> Result<Vec3, String> {
+    numbers(text)
+        .map(|v| DVec3::from_array(v).as_vec3())
+        .filter(|v| v.is_finite() && v.min_element() >= 0.0)
+        .ok_or_else(|| "write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5".into())
+}
+
+fn numbers(text: &str) -> Option<[f64; 3]> {
+    let values: Option<Vec<f64>> =
+        text.split(',').map(|s| s.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+    values?.try_into().ok()
+}
+
+fn memory_size(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match text[digits.len()..].to_ascii_lowercase().as_str() {
+        "kib" | "k" => 10,
+        "mib" | "m" => 20,
+        "gib" | "g" => 30,
+        _ => 64,
+    };
+    let bytes = digits.trim().parse::<f64>().ok().map(|n| n * f64::exp2(f64::from(unit)));
+    bytes
+        .filter(|b| unit < 64 && *b >= 1.0 && *b < f64::exp2(63.0))
+        .map(|b| b as u64)
+        .ok_or_else(|| "write a size with its unit, such as 512MiB or 2GiB".into())
+}
+
+fn aov() -> impl TypedValueParser<Value = Aov> {
+    let names = Aov::ALL.iter().filter(|a| **a != Aov::Beauty).map(|a| a.name());
+    PossibleValuesParser::new(names).try_map(|name| Aov::from_name(&name).ok_or("no such layer"))
+}

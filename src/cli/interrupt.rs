@@ -1,0 +1,25 @@
+//! Ctrl-C sets a flag that long work looks at between steps, so that it ends tidily; a second Ctrl-C ends at once.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static PRESSED: AtomicBool = AtomicBool::new(false);
+
+/// From now on Ctrl-C (and SIGTERM) sets the flag.
+pub fn install() -> anyhow::Result<()> {
+    ctrlc::set_handler(|| {
+        if PRESSED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })?;
+    Ok(())
+}
+
+/// The flag itself, for library code that takes one.
+pub fn flag() -> &'static AtomicBool {
+    &PRESSED
+}
+
+/// [`twobounce::Error::Interrupted`] once Ctrl-C was pressed.
+pub fn check() -> twobounce::Result<()> {
+    if flag().load(Ordering::Relaxed) { Err(twobounce::Error::Interrupted) } else { Ok(()) }
+}

@@ -1,0 +1,82 @@
+//! The command line in layers: [`args`] is what was typed, [`job`] what it means, then one file per subcommand.
+//!
+//! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
+
+pub mod args;
+pub mod interrupt;
+pub mod job;
+pub mod log;
+pub mod out;
+mod render;
+pub mod scene;
+mod settings;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use args::{Cli, Command};
+
+/// How a command that did not fail ended.
+pub enum Outcome {
+    Done,
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Done => Self::SUCCESS,
+        }
+    }
+}
+
+/// The typed arguments, or the exit code after help, version or a mistake was reported.
+pub fn parse() -> Result<Cli, ExitCode> {
+    Cli::try_parse().map_err(|error| match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            out::write(&error.render().to_string());
+            ExitCode::SUCCESS
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = write!(std::io::stderr(), "{}", error.render());
+            ExitCode::from(2)
+        }
+        _ => {
+            out::complain(&usage_sentence(&error.render().to_string()));
+            ExitCode::from(2)
+        }
+    })
+}
+
+/// Runs one subcommand.
+pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
+    match &cli.command {
+        Command::Render(args) => render::run(args),
+        Command::Settings(args) => settings::run(args),
+    }
+}
+
+/// The whole chain of an error in one line.
+pub fn sentence(error: &anyhow::Error) -> String {
+    format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// 130 for an interruption, 2 for everything else.
+pub fn exit_code(error: &anyhow::Error) -> ExitCode {
+    match error.downcast_ref() {
+        Some(twobounce::Error::Interrupted) => ExitCode::from(130),
+        _ => ExitCode::from(2),
+    }
+}
+
+/// Clap's paragraphs (what is wrong, a tip, the usage) as one sentence without the usage.
+fn usage_sentence(message: &str) -> String {
+    let paragraphs = message.trim_start_matches("error: ").split("\n\n");
+    let told: Vec<String> = paragraphs
+        .take_while(|p| !p.starts_with("Usage:") && !p.starts_with("For more information"))
+        .map(|p| p.split_whitespace().collect::<Vec<_>>().join(" "))
+        .collect();
+    told.join("; ")
+}

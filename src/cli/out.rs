@@ -1,0 +1,37 @@
+//! Standard output and error that may close early (`twobounce settings | head`) or fail, without a panic.
+
+use std::io::{ErrorKind, Write};
+use std::sync::Mutex;
+
+/// The first error other than a closed pipe.
+static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
+/// Prints a line on standard output.
+#[macro_export]
+macro_rules! say {
+    ($($arg:tt)*) => { $crate::cli::out::write(&format!("{}\n", format_args!($($arg)*))) };
+}
+
+/// Writes text to standard output. A closed pipe is no error: nobody reads any more, the work goes on.
+pub fn write(text: &str) {
+    let mut stdout = std::io::stdout().lock();
+    let Err(error) = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) else { return };
+    if error.kind() != ErrorKind::BrokenPipe
+        && let Ok(mut failed) = FAILED.lock()
+    {
+        failed.get_or_insert(error);
+    }
+}
+
+/// Prints a line on standard error, which may be closed: then nobody is told.
+pub fn complain(line: &str) {
+    let _ = writeln!(std::io::stderr(), "twobounce: {line}");
+}
+
+/// Reports output that was lost, at the end of the program.
+pub fn finish() -> anyhow::Result<()> {
+    match FAILED.lock().ok().and_then(|mut failed| failed.take()) {
+        Some(error) => Err(anyhow::anyhow!("cannot write to standard output: {error}")),
+        None => Ok(()),
+    }
+}

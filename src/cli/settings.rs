@@ -1,0 +1,53 @@
+//! `twobounce settings`: every key, or the sum of `--preset`, `--config` and `--set`.
+
+use twobounce::settings::{PRESETS, Settings, markdown};
+use twobounce::{Error, Result};
+
+use super::Outcome;
+use super::args::{SettingsArgs, SettingsCommandArgs};
+use crate::say;
+
+impl SettingsArgs {
+    /// The preset, then the file, then single keys.
+    pub fn effective(&self) -> Result<Settings> {
+        let named = |flag: &str, e: Error| Error::Usage(format!("{flag}: {e}"));
+        let mut settings = Settings::preset(&self.preset).map_err(|e| named("--preset", e))?;
+        if let Some(path) = &self.config {
+            let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+            settings.merge_toml(&text).map_err(|e| Error::file(path, e.to_string()))?;
+        }
+        for set in &self.sets {
+            settings.set(set).map_err(|e| named("--set", e))?;
+        }
+        Ok(settings)
+    }
+}
+
+/// Prints the list in the form asked for.
+pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<Outcome> {
+    let settings = args.settings.effective()?;
+    if args.markdown {
+        super::out::write(&markdown());
+    } else if args.toml {
+        super::out::write(&settings.to_toml());
+    } else {
+        list(&settings);
+    }
+    Ok(Outcome::Done)
+}
+
+fn list(settings: &Settings) {
+    say!("presets:");
+    for (name, meaning, _) in PRESETS {
+        say!("  {name:<10} {meaning}");
+    }
+    say!("\nsettings (--set key=value; a * marks what differs from the default):");
+    let defaults = Settings::default().entries();
+    for ((key, value), (_, default)) in settings.entries().iter().zip(&defaults) {
+        let mark = if value == default { ' ' } else { '*' };
+        let was = if value == default { String::new() } else { format!(", default {default}") };
+        say!("{mark} {} = {value}   [{}{was}]", key.name, key.unit);
+        say!("      {}", key.meaning);
+        say!("      takes {}; cost: {}", key.range, key.cost);
+    }
+}

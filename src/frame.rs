@@ -1,0 +1,99 @@
+//! The frame, in order: a sentence and a call per pass.
+
+use std::sync::Arc;
+
+use crate::gi::cones::constants::Features;
+use crate::gi::cones::mips::Mips;
+use crate::gi::cones::record::Record;
+use crate::gi::cones::render::Render;
+use crate::gi::cones::resources::Resources;
+use crate::gi::cones::shade::Shade;
+use crate::gi::cones::voxelise::Voxelise;
+use crate::gi::cones::{Bounce, reset};
+use crate::gi::volume::Volume;
+use crate::gpu_scene::GpuScene;
+use crate::image_target::ImageTarget;
+use crate::scene::Pose;
+use crate::settings::{Lists, Settings, Shadows};
+use crate::vk::{Context, Recorder};
+use crate::Result;
+
+/// The passes of one method with its settings, compiled.
+pub struct Passes {
+    record: Record,
+    /// Absent where nobody walks the lists.
+    voxelise: Option<Voxelise>,
+    shade_first: Option<Shade>,
+    shade_second: Option<Shade>,
+    mips: Option<Mips>,
+    render: Render,
+    lists: Lists,
+}
+
+/// What one frame works on.
+pub struct FrameScene<'a> {
+    pub scene: &'a GpuScene,
+    pub pose: &'a Pose,
+    pub volume: &'a Volume,
+    pub resources: &'a Resources,
+    pub target: &'a ImageTarget,
+    /// Triangles in the blend order.
+    pub blended: u32,
+}
+
+impl Passes {
+    /// `bounces`: volumes to fill, 0 to 2. `layers`: of the image.
+    pub fn new(
+        context: &Arc<Context>,
+        settings: &Settings,
+        features: Features,
+        bounces: u32,
+        layers: usize,
+    ) -> Result<Self> {
+        let lists_are_read = bounces > 0 || settings.shadows == Shadows::Rays;
+        let shade = |needed: bool, bounce| needed.then(|| Shade::new(context, settings, features, bounce)).transpose();
+        Ok(Self {
+            record: Record::new(context, settings, features)?,
+            voxelise: lists_are_read.then(|| Voxelise::new(context, settings)).transpose()?,
+            shade_first: shade(bounces > 0, Bounce::First)?,
+            shade_second: shade(bounces > 1, Bounce::Second)?,
+            mips: (bounces > 0).then(|| Mips::new(context, settings)).transpose()?,
+            render: Render::new(context, settings, features, bounces > 0, layers)?,
+            lists: settings.lists,
+        })
+    }
+
+    /// Records one frame.
+    pub fn record(&self, r: &mut Recorder, frame: &FrameScene) {
+        let FrameScene { scene, pose, volume, resources, target, blended } = *frame;
+
+        // 0. Counters and lists start empty.
+        reset::all(r, resources);
+        // 1. The scene is drawn into an empty screen; the geometry shader keeps its triangles.
+        self.record.record(r, scene, pose, volume, resources);
+        // 2a. Every voxel lists the triangles that touch it.
+        if let Some(voxelise) = &self.voxelise {
+            voxelise.record(r, Bounce::First, resources);
+        }
+        if let (Some(shade), Some(mips)) = (&self.shade_first, &self.mips) {
+            // 2b. Every voxel shades its list with direct light alone,
+            shade.record(r, scene, resources, &resources.volumes[0], None);
+            // 2c. and coarser voxels sum it up, per direction of travel.
+            mips.record(r, Bounce::First, resources, &resources.volumes[0]);
+        }
+        if let (Some(shade), Some(mips), Some(voxelise)) = (&self.shade_second, &self.mips, &self.voxelise) {
+            if self.lists == Lists::Rebuild {
+                // 3. The lists start empty again, the triangles stay.
+                reset::lists(r, resources);
+                // 4a. The lists are built again, as the talk does (D29).
+                voxelise.record(r, Bounce::Second, resources);
+            }
+            // 4b. Every voxel shades its list with direct light and cones into the first bounce,
+            shade.record(r, scene, resources, &resources.volumes[1], Some(&resources.volumes[0]));
+            // 4c. and coarser voxels sum it up.
+            mips.record(r, Bounce::Second, resources, &resources.volumes[1]);
+        }
+        // 5. The recorded triangles become the image, with cones into the last bounce.
+        self.render.record(r, scene, resources, resources.volumes.last(), target, blended);
+    }
+}

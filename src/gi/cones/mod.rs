@@ -1,0 +1,65 @@
+//! Voxel cone tracing with two bounces, mirroring the talk's pipeline: one file per pass, in the order of `src/frame.rs`.
+//!
+//! The talk: BeRo and urs, "How to use Voxel Cone Tracing with two bounces for everything instead of just Global
+//! Illumination" (listings CC0).
+
+pub mod constants;
+pub mod mips;
+pub mod record;
+pub mod render;
+pub mod reset;
+pub mod resources;
+pub mod shade;
+pub mod uniforms;
+pub mod voxelise;
+
+use crate::gpu_scene::GpuScene;
+use crate::vk::{Bind, Format, RenderTarget, Sampler};
+use resources::{FACES, Resources, VolumeImages};
+
+/// Which volume a pass fills.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounce {
+    First,
+    Second,
+}
+
+impl Bounce {
+    pub fn pick<T>(self, first: T, second: T) -> T {
+        match self {
+            Self::First => first,
+            Self::Second => second,
+        }
+    }
+}
+
+/// What every shading pass reads (`glsl/cones/bindings.glsl`).
+fn shading_binds<'a>(scene: &'a GpuScene, resources: &'a Resources) -> Vec<Bind<'a>> {
+    vec![
+        Bind::buffer("frame", &resources.frame),
+        Bind::buffer("globals", &resources.globals),
+        Bind::buffer("triangles", &resources.triangles),
+        Bind::buffer("list_items", &resources.items),
+        Bind::buffer("heads", &resources.heads),
+        Bind::buffer("materials", &scene.materials),
+        Bind::buffer("lights", &resources.lights),
+        Bind::buffer("texture_entries", &scene.texture_entries),
+        Bind::buffer("texture_levels", &scene.texture_levels),
+        Bind::texture("atlas_linear", scene.atlas.view()),
+        Bind::texture("atlas_srgb", scene.atlas.view_as(Format::R8G8B8A8_SRGB)),
+    ]
+}
+
+/// A volume to gather from (`glsl/cones/volumes.glsl`).
+fn volume_binds<'a>(volume: &'a VolumeImages, sampler: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
+    const NAMES: [&str; FACES] = ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];
+    NAMES.iter().zip(&volume.faces).map(move |(name, face)| Bind::image(name, face.view(), sampler))
+}
+
+impl VolumeImages {
+    /// All seven faces of a level as layered colour targets.
+    fn layered_target(&self, level: u32) -> RenderTarget<'_> {
+        let edge = self.edge >> level;
+        RenderTarget::layered(self.faces.iter().map(|face| face.attachment_view(level)), edge, edge, edge)
+    }
+}

@@ -1,0 +1,188 @@
+//! The resources of design's table: volumes, front view, globals, triangles, list items, voxels (heads), voxel cells.
+
+use std::sync::Arc;
+
+use super::uniforms::Capacities;
+use crate::layout;
+use crate::memory_plan::volume_bytes;
+use crate::settings::{Form, Settings};
+use crate::vk::{self, Buffer, BufferKind, BufferUsageFlags, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Sampler};
+use crate::Result;
+
+/// Colour format of both volumes.
+pub const VOLUME_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
+/// Faces of a volume: +x +y +z −x −y −z, isotropic.
+pub const FACES: usize = 7;
+/// Edge of the front view, an empty screen for the recording pass. Pixels.
+pub const FRONT_VIEW_EDGE: u32 = 128;
+/// The front view's format does not matter: nothing is written.
+pub const FRONT_VIEW_FORMAT: Format = Format::R8G8B8A8_UNORM;
+
+/// One bounce's volume: seven 3D images with full mip chains.
+pub struct VolumeImages {
+    pub faces: [Image; FACES],
+    pub edge: u32,
+    pub levels: u32,
+}
+
+impl VolumeImages {
+    fn new(context: &Arc<Context>, name: &str, edge: u32) -> Result<Self> {
+        let levels = edge.ilog2() + 1;
+        let suffixes = ["+x", "+y", "+z", "-x", "-y", "-z", "isotropic"];
+        let faces: Vec<Image> = suffixes
+            .iter()
+            .map(|suffix| {
+                Image::new(
+                    context,
+                    &ImageDesc {
+                        label: &format!("{name} {suffix}"),
+                        dim: ImageDim::D3,
+                        format: VOLUME_FORMAT,
+                        width: edge,
+                        height: edge,
+                        depth_or_layers: edge,
+                        mips: levels,
+                        samples: 1,
+                        usage: ImageUsageFlags::COLOR_ATTACHMENT
+                            | ImageUsageFlags::SAMPLED
+                            | ImageUsageFlags::TRANSFER_SRC,
+                        ..Default::default()
+                    },
+                )
+            })
+            .collect::<Result<_>>()?;
+        let faces = faces.try_into().unwrap_or_else(|_| unreachable!("seven suffixes make seven faces"));
+        Ok(Self { faces, edge, levels })
+    }
+}
+
+/// How much of everything a scene brings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SceneCounts {
+    pub triangles: u32,
+    pub blended: u32,
+    pub lights: u32,
+}
+
+/// Everything that the cones' passes share.
+pub struct Resources {
+    pub frame: Buffer,
+    pub lights: Buffer,
+    pub globals: Buffer,
+    pub triangles: Buffer,
+    pub items: Buffer,
+    pub heads: Buffer,
+    pub cells: Buffer,
+    /// Source → 1 + place in the triangle buffer, for the blended triangles.
+    pub slots: Buffer,
+    /// Sources of the blended triangles, back to front.
+    pub order: Buffer,
+    pub front_view: Image,
+    /// First and second bounce; empty without a method, one with `bounces = 1`.
+    pub volumes: Vec<VolumeImages>,
+    pub volume_sampler: Sampler,
+}
+
+impl Resources {
+    pub fn new(
+        context: &Arc<Context>,
+        scene: SceneCounts,
+        settings: &Settings,
+        volumes: u32,
+        capacities: Capacities,
+    ) -> Result<Self> {
+        let plan = plan(scene, settings, volumes, capacities);
+        let buffer = |name: &'static str| {
+            Buffer::new(context, name, plan_bytes(&plan, name), BufferKind::Device, BufferUsageFlags::empty())
+        };
+        let names = ["first bounce", "second bounce"];
+        let border = settings.ledger.d11 == Form::Right;
+        Ok(Self {
+            frame: buffer("frame")?,
+            lights: buffer("lights")?,
+            globals: buffer("globals")?,
+            triangles: buffer("triangles")?,
+            items: buffer("list items")?,
+            heads: buffer("voxels")?,
+            cells: buffer("voxel cells")?,
+            slots: buffer("blended slots")?,
+            order: buffer("blend order")?,
+            front_view: Image::new(
+                context,
+                &ImageDesc {
+                    label: "front view",
+                    dim: ImageDim::D2,
+                    format: FRONT_VIEW_FORMAT,
+                    width: FRONT_VIEW_EDGE,
+                    height: FRONT_VIEW_EDGE,
+                    usage: ImageUsageFlags::COLOR_ATTACHMENT,
+                    ..Default::default()
+                },
+            )?,
+            volumes: names[..volumes as usize]
+                .iter()
+                .map(|name| VolumeImages::new(context, name, settings.voxels))
+                .collect::<Result<_>>()?,
+            // D11: outside the volume there is nothing; printed, its edge voxels go on for ever.
+            volume_sampler: Sampler::new(
+                context,
+                vk::Filter::LINEAR,
+                vk::SamplerMipmapMode::LINEAR,
+                if border { vk::SamplerAddressMode::CLAMP_TO_BORDER } else { vk::SamplerAddressMode::CLAMP_TO_EDGE },
+                vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
+            )?,
+        })
+    }
+
+    /// Makes the triangle, item and cell buffers anew, with other capacities.
+    pub fn grow(
+        &mut self,
+        context: &Arc<Context>,
+        scene: SceneCounts,
+        settings: &Settings,
+        volumes: u32,
+        capacities: Capacities,
+    ) -> Result<()> {
+        let plan = plan(scene, settings, volumes, capacities);
+        for buffer in [&mut self.triangles, &mut self.items, &mut self.cells] {
+            let bytes = plan_bytes(&plan, buffer.label());
+            if bytes > buffer.bytes() {
+                let label = buffer.label().to_owned();
+                *buffer = Buffer::new(context, &label, bytes, BufferKind::Device, BufferUsageFlags::empty())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn plan_bytes(plan: &[(&'static str, u64)], name: &str) -> u64 {
+    plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1
+}
+
+/// (name, bytes) of every resource that [`Resources::new`] makes.
+pub fn plan(
+    scene: SceneCounts,
+    settings: &Settings,
+    volumes: u32,
+    capacities: Capacities,
+) -> Vec<(&'static str, u64)> {
+    fn array<T>(count: u32) -> u64 {
+        u64::from(count.max(1)) * size_of::<T>() as u64
+    }
+    let voxels = settings.voxels.pow(3);
+    let mut rows = vec![
+        ("frame", array::<layout::Frame>(1)),
+        ("lights", array::<layout::Light>(scene.lights)),
+        ("globals", array::<layout::Globals>(1)),
+        ("triangles", array::<layout::Triangle>(capacities.triangles)),
+        ("list items", array::<layout::ListItem>(capacities.items)),
+        ("voxels", array::<u32>(voxels)),
+        ("voxel cells", array::<u32>(capacities.cells)),
+        ("blended slots", array::<u32>(if scene.blended == 0 { 1 } else { scene.triangles })),
+        ("blend order", array::<u32>(scene.blended)),
+        ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),
+    ];
+    let names = ["first bounce's volume", "second bounce's volume"];
+    rows.extend(names[..volumes as usize].iter().map(|&name| (name, volume_bytes(settings.voxels))));
+    rows
+}

@@ -1,0 +1,174 @@
+//! What the last pass draws into: multisampled targets for one band of rows, resolved and copied out band by band, so that
+//! an image of any size needs little memory.
+
+use std::sync::Arc;
+
+use crate::layers::{Aov, Layers};
+use crate::vk::{
+    Buffer, BufferKind, BufferUsageFlags, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim,
+    ImageRegion, ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
+};
+use crate::Result;
+
+pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
+pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
+const COLOR_BYTES: u64 = 16;
+const DEPTH_BYTES: u64 = 4;
+/// Of a band's multisampled targets: a 512×512 image with 4 samples is one band.
+const BAND_BYTES: u64 = 24 << 20;
+
+/// Depth of the sky while it is blended and resolved; infinity times zero would be NaN. Read back as infinity.
+const FAR: f32 = 1e36;
+
+/// Rows that are drawn at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Band {
+    pub first_row: u32,
+    pub rows: u32,
+}
+
+struct LayerTarget {
+    /// Multisampled; absent with one sample per pixel.
+    samples: Option<Image>,
+    resolved: Image,
+    readback: Buffer,
+}
+
+pub struct ImageTarget {
+    pub width: u32,
+    pub height: u32,
+    band_rows: u32,
+    layers: Vec<LayerTarget>,
+    depth: Image,
+    sky: [f32; 3],
+}
+
+/// Sizes of everything that [`ImageTarget::new`] makes.
+pub fn plan((width, height): (u32, u32), samples: u32, layers: usize) -> Vec<(&'static str, u64)> {
+    let rows = u64::from(band_rows(width, height, samples, layers));
+    let (width, height, samples, layers) = (u64::from(width), u64::from(height), u64::from(samples), layers as u64);
+    let multisampled = if samples > 1 { width * rows * samples * COLOR_BYTES * layers } else { 0 };
+    vec![
+        ("image band, samples", multisampled + width * rows * samples * DEPTH_BYTES),
+        ("image band, resolved", width * rows * COLOR_BYTES * layers),
+        ("image readback", width * height * COLOR_BYTES * layers),
+    ]
+}
+
+fn band_rows(width: u32, height: u32, samples: u32, layers: usize) -> u32 {
+    let row = u64::from(width) * u64::from(samples) * (COLOR_BYTES * layers as u64 + DEPTH_BYTES);
+    ((BAND_BYTES / row).max(1) as u32).min(height)
+}
+
+impl ImageTarget {
+    /// `layers`: 1 (the image) or all of [`Aov::ALL`], in the order of the shader's outputs. `sky`: radiance behind everything.
+    pub fn new(
+        context: &Arc<Context>,
+        (width, height): (u32, u32),
+        samples: u32,
+        layers: usize,
+        sky: [f32; 3],
+    ) -> Result<Self> {
+        let band_rows = band_rows(width, height, samples, layers);
+        let image = |label: &str, format: Format, samples: u32, usage: ImageUsageFlags| {
+            Image::new(
+                context,
+                &ImageDesc {
+                    label,
+                    dim: ImageDim::D2,
+                    format,
+                    width,
+                    height: band_rows,
+                    samples,
+                    usage,
+                    ..Default::default()
+                },
+            )
+        };
+        let color = ImageUsageFlags::COLOR_ATTACHMENT;
+        let targets = Aov::ALL[..layers].iter().map(|layer| {
+            let name = layer.name();
+            let samples =
+                (samples > 1).then(|| image(&format!("{name}, samples"), COLOR_FORMAT, samples, color)).transpose()?;
+            let resolved =
+                image(&format!("{name}, resolved"), COLOR_FORMAT, 1, color | ImageUsageFlags::TRANSFER_SRC)?;
+            let bytes = u64::from(width) * u64::from(height) * COLOR_BYTES;
+            let label = format!("{name}, readback");
+            let readback = Buffer::new(context, &label, bytes, BufferKind::Readback, BufferUsageFlags::empty())?;
+            Ok(LayerTarget { samples, resolved, readback })
+        });
+        Ok(Self {
+            width,
+            height,
+            band_rows,
+            layers: targets.collect::<Result<_>>()?,
+            depth: image("depth", DEPTH_FORMAT, samples, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
+            sky,
+        })
+    }
+
+    /// Bytes of the finished image's layers.
+    pub fn bytes(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height) * COLOR_BYTES * self.layers.len() as u64
+    }
+
+    pub fn bands(&self) -> impl Iterator<Item = Band> {
+        let (height, step) = (self.height, self.band_rows);
+        (0..height).step_by(step as usize).map(move |first_row| Band { first_row, rows: step.min(height - first_row) })
+    }
+
+    pub fn render_target(&self, band: &Band) -> RenderTarget<'_> {
+        let colors = self.layers.iter().zip(Aov::ALL).map(|(target, layer)| {
+            let [r, g, b] = self.background(*layer);
+            let load = Load::Clear([r, g, b, 1.0]);
+            match &target.samples {
+                Some(samples) => ColorTarget {
+                    view: samples.attachment_view(0),
+                    resolve: Some(target.resolved.attachment_view(0)),
+                    load,
+                    store: false,
+                },
+                None => ColorTarget { view: target.resolved.attachment_view(0), resolve: None, load, store: true },
+            }
+        });
+        RenderTarget {
+            colors: colors.collect(),
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), clear: Some(0.0), store: false }),
+            width: self.width,
+            height: band.rows,
+            layers: 1,
+            viewport: Some(Rect { x: 0, y: -(band.first_row as i32), width: self.width, height: self.height }),
+            scissor: None,
+        }
+    }
+
+    /// What a pixel shows where there is no surface.
+    fn background(&self, layer: Aov) -> [f32; 3] {
+        match layer {
+            Aov::Beauty | Aov::Direct => self.sky,
+            Aov::Ao => [1.0; 3],
+            Aov::Depth => [FAR; 3],
+            Aov::Indirect | Aov::Normal | Aov::Albedo => [0.0; 3],
+        }
+    }
+
+    pub fn copy_band(&self, recorder: &mut Recorder, band: &Band) {
+        recorder.full_barrier(); // the band's resolve
+        for target in &self.layers {
+            let offset = u64::from(band.first_row) * u64::from(self.width) * COLOR_BYTES;
+            let region = ImageRegion::rows(&target.resolved, 0, 0, band.rows);
+            recorder.copy_image_to_buffer(&target.resolved, region, &target.readback, offset);
+        }
+    }
+
+    /// The finished image; `aovs` chooses among the layers drawn.
+    pub fn read(&self, aovs: &[Aov]) -> Layers {
+        let layers = self.layers.iter().zip(Aov::ALL).filter(|(_, layer)| **layer == Aov::Beauty || aovs.contains(layer));
+        let layers = layers.map(|(target, &layer)| {
+            let texels: Vec<[f32; 4]> = target.readback.read_some(0, (self.width * self.height) as usize);
+            let far = |v: f32| if layer == Aov::Depth && v > FAR / 64.0 { f32::INFINITY } else { v };
+            (layer, texels.iter().map(|t| [far(t[0]), far(t[1]), far(t[2])]).collect())
+        });
+        Layers { width: self.width, height: self.height, layers: layers.collect() }
+    }
+}

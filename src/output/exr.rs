@@ -1,0 +1,122 @@
+//! OpenEXR: linear float32, channels `R G B` for the image and `direct.R` … for further layers, text in the header.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels, ReadLayers, Text,
+    WritableImage,
+};
+
+use crate::layers::{Aov, Layers};
+use crate::{Error, Result};
+
+/// Header entries by name. Names are at most 31 bytes; values are UTF-8.
+pub type Metadata = BTreeMap<String, String>;
+
+impl Layers {
+    /// Writes the layers to `path`, whole or not at all. The same content gives the same bytes.
+    pub fn write_exr(&self, path: &Path, metadata: &Metadata) -> Result<()> {
+        let bytes = encode(self, metadata).map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
+        crate::output::file::write(path, &bytes)
+    }
+
+    /// Reads an OpenEXR file's R G B and whatever layers of [`Aov`] it has, and the text in its header.
+    pub fn read_exr(path: &Path) -> Result<(Self, Metadata)> {
+        if path.is_dir() {
+            return Err(Error::file(path, "is a folder, not an OpenEXR image"));
+        }
+        let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+        decode(&bytes).map_err(|problem| Error::file(path, problem))
+    }
+}
+
+/// The bytes of an OpenEXR file.
+pub fn encode(image: &Layers, metadata: &Metadata) -> exr::error::Result<Vec<u8>> {
+    let mut channels = exr::prelude::SmallVec::new();
+    for (aov, pixels) in &image.layers {
+        for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
+            let name = match aov {
+                Aov::Beauty => letter.to_owned(),
+                _ => format!("{aov}.{letter}"),
+            };
+            let samples = FlatSamples::F32(pixels.iter().map(|p| p[c]).collect());
+            channels.push(AnyChannel::new(name.as_str(), samples));
+        }
+    }
+    let size = (image.width as usize, image.height as usize);
+    let mut attributes = LayerAttributes::default();
+    for (name, value) in metadata {
+        let value = exr::meta::attribute::AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
+        attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
+    }
+    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
+    let mut bytes = Vec::new();
+    Image::from_layer(layer).write().to_buffered(Cursor::new(&mut bytes))?;
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+/// Puts the header's attributes in order of their names: the exr crate keeps them in a hash map, whose order changes
+/// from run to run. The header's length stays, so the offsets behind it hold.
+///
+/// Layout: 8 bytes of magic and version, then `name\0 type\0 size:i32 value[size]` each, then `\0`.
+fn sort_attributes(bytes: &mut [u8]) {
+    const START: usize = 8;
+    let text_end = |bytes: &[u8], from: usize| from + bytes[from..].iter().position(|&b| b == 0).unwrap_or(0);
+    let mut attributes = Vec::new();
+    let mut at = START;
+    while bytes[at] != 0 {
+        let size_at = text_end(bytes, text_end(bytes, at) + 1) + 1;
+        let size = u32::from_le_bytes([bytes[size_at], bytes[size_at + 1], bytes[size_at + 2], bytes[size_at + 3]]);
+        let end = size_at + 4 + size as usize;
+        attributes.push(bytes[at..end].to_vec());
+        at = end;
+    }
+    attributes.sort();
+    bytes[START..at].copy_from_slice(&attributes.concat());
+}
+
+/// The layers and header text in an OpenEXR file's bytes; the error is the rest of a sentence that opens with its path.
+pub fn decode(bytes: &[u8]) -> std::result::Result<(Layers, Metadata), String> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|e| format!("is not a readable OpenEXR image: {e}"))?;
+    let layer = image.layer_data;
+    let size = layer.size;
+    let find = |name: String| layer.channel_data.list.iter().find(|c| c.name.to_string() == name);
+    let mut layers = Vec::new();
+    for &aov in Aov::ALL {
+        let channel = |letter: &str| match aov {
+            Aov::Beauty => find(letter.to_owned()),
+            _ => find(format!("{aov}.{letter}")),
+        };
+        let found = ["R", "G", "B"].map(channel);
+        let [Some(r), Some(g), Some(b)] = found else {
+            if aov == Aov::Beauty {
+                return Err("has no channels R, G and B".into());
+            }
+            continue;
+        };
+        let [r, g, b] = [r, g, b].map(|c| c.sample_data.values_as_f32());
+        let pixels: Vec<[f32; 3]> = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();
+        if pixels.len() != size.0 * size.1 {
+            return Err(format!("stores its {aov} channels at a lower resolution, which is not supported"));
+        }
+        layers.push((aov, pixels));
+    }
+    let mut metadata = Metadata::new();
+    for (name, value) in image.attributes.other.iter().chain(&layer.attributes.other) {
+        if let exr::meta::attribute::AttributeValue::Text(text) = value {
+            let value = String::from_utf8_lossy(text.bytes()).into_owned();
+            metadata.insert(String::from_utf8_lossy(name.bytes()).into_owned(), value);
+        }
+    }
+    Ok((Layers { width: size.0 as u32, height: size.1 as u32, layers }, metadata))
+}

@@ -1,0 +1,88 @@
+//! PNG: the image exposed, through one tone curve, as 8-bit sRGB.
+//!
+//! Exposure: radiance is multiplied by 2^EV. Automatic: the 95th percentile of the luminance of what is not sky becomes
+//! 0.8, rounded to 0.01 EV, so that the printed number gives the same bytes.
+//!
+//! Tone curve: "Khronos PBR Neutral" (Khronos Group, *PBR Neutral Tone Mapper*, 2024), made for glTF: what is darker than
+//! 0.8 keeps its colour (less the 4 % that dielectrics reflect at least), what is brighter is compressed towards white.
+//!
+//! Coding: IEC 61966-2-1, rounded to nearest, no dithering.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use crate::layers::Layers;
+use crate::{Error, Result};
+
+/// Rec. 709 luminance of linear radiance.
+pub fn luminance(rgb: [f32; 3]) -> f32 {
+    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
+}
+
+/// The automatic exposure of an image in EV, a multiple of 0.01. Pixels equal to `sky` (radiance), black ones and those
+/// that are not finite do not count; 0 if none is left.
+pub fn automatic_exposure(beauty: &[[f32; 3]], sky: [f32; 3]) -> f32 {
+    const PERCENTILE: f64 = 0.95;
+    const BECOMES: f32 = 0.8;
+    // Half floats keep 11 bits: the sky that was asked for and the sky in the image differ by this much.
+    const HALF_FLOAT: f32 = 1.0 / 1024.0;
+    let is_sky = |p: &[f32; 3]| p.iter().zip(&sky).all(|(a, b)| (a - b).abs() <= HALF_FLOAT * b);
+    let mut seen: Vec<f32> =
+        beauty.iter().filter(|p| !is_sky(p)).map(|p| luminance(*p)).filter(|l| l.is_finite() && *l > 0.0).collect();
+    if seen.is_empty() {
+        return 0.0;
+    }
+    let rank = ((seen.len() - 1) as f64 * PERCENTILE).round() as usize;
+    let (_, bright, _) = seen.select_nth_unstable_by(rank, f32::total_cmp);
+    let ev = (BECOMES / *bright).log2();
+    (ev * 100.0).round() / 100.0
+}
+
+/// The display-linear colour in [0, 1]³ of an exposed radiance; NaN shows as black.
+pub fn tone_curve(rgb: [f32; 3]) -> [f32; 3] {
+    const LEAST_REFLECTED: f32 = 0.04;
+    const COMPRESS_FROM: f32 = 0.8 - LEAST_REFLECTED;
+    const DESATURATION: f32 = 0.15;
+    let rgb = rgb.map(|c| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1e30) });
+    let least = rgb[0].min(rgb[1]).min(rgb[2]);
+    let offset =
+        if least < 2.0 * LEAST_REFLECTED { least - least * least / (4.0 * LEAST_REFLECTED) } else { LEAST_REFLECTED };
+    let rgb = rgb.map(|c| c - offset);
+    let peak = rgb[0].max(rgb[1]).max(rgb[2]);
+    if peak < COMPRESS_FROM {
+        return rgb;
+    }
+    let room = 1.0 - COMPRESS_FROM;
+    let compressed = 1.0 - room * room / (peak + room - COMPRESS_FROM);
+    let white = 1.0 - 1.0 / (DESATURATION * (peak - compressed) + 1.0);
+    rgb.map(|c| {
+        let scaled = c * (compressed / peak);
+        scaled + (compressed - scaled) * white
+    })
+}
+
+/// The 8-bit sRGB code of a display-linear value in [0, 1].
+pub fn srgb_code(linear: f32) -> u8 {
+    let x = linear.clamp(0.0, 1.0);
+    let coded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+    (coded * 255.0).round() as u8
+}
+
+/// The bytes of a PNG file: 8-bit RGB, marked as sRGB by absence of any other claim.
+pub fn encode(image: &Layers, exposure_ev: f32) -> std::result::Result<Vec<u8>, String> {
+    let gain = exposure_ev.exp2();
+    let shown = |p: &[f32; 3]| tone_curve(p.map(|c| c * gain)).map(srgb_code);
+    let rgb: Vec<u8> = image.beauty().iter().flat_map(shown).collect();
+    let whole = image::RgbImage::from_raw(image.width, image.height, rgb).ok_or("the image has no pixels")?;
+    let mut bytes = Cursor::new(Vec::new());
+    whole.write_to(&mut bytes, image::ImageFormat::Png).map_err(|e| e.to_string())?;
+    Ok(bytes.into_inner())
+}
+
+impl Layers {
+    /// Writes the image to `path` as a PNG, whole or not at all.
+    pub fn write_png(&self, path: &Path, exposure_ev: f32) -> Result<()> {
+        let bytes = encode(self, exposure_ev).map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
+        super::file::write(path, &bytes)
+    }
+}

@@ -1,0 +1,292 @@
+//! A scene, a method and its settings on one device: plans memory, renders frames, reads images back.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::frame::{FrameScene, Passes};
+use crate::gi::Method;
+use crate::gi::cones::constants::Features;
+use crate::gi::cones::resources::{self, Resources, SceneCounts};
+use crate::gi::cones::uniforms::{self, Capacities, FrameInputs};
+use crate::gi::volume::{Volume, radiance_scale};
+use crate::gpu_scene::{BlendedTriangle, GpuScene, ScenePacked};
+use crate::image_target::{self, ImageTarget};
+use crate::layers::{Aov, Layers};
+use crate::layout;
+use crate::memory_plan::{self, MemoryPlan};
+use crate::scene::{Bounds, Pose, Scene, View};
+use crate::settings::Settings;
+use crate::vk::{self, Context, FrameLog, Recorder, RecorderOptions, ZoneTimings};
+use crate::Result;
+
+/// How a frame is handed to the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Submit {
+    /// One command buffer.
+    #[default]
+    Frame,
+    /// One submission per pass, waited for: CPU time per pass too, for CPU devices.
+    PerPass,
+}
+
+pub struct RenderOptions {
+    /// Pixels.
+    pub size: (u32, u32),
+    pub method: Method,
+    /// Layers beside the image.
+    pub aovs: Vec<Aov>,
+    pub submit: Submit,
+    /// Bytes; the device's own budget where absent.
+    pub memory_limit: Option<u64>,
+    /// Of the scene over the whole animation: where the volume stands.
+    pub bounds: Bounds,
+}
+
+/// What a frame did.
+#[derive(Clone, Debug)]
+pub struct FrameReport {
+    pub timings: ZoneTimings,
+    pub counters: Counters,
+    /// Times that a buffer was too small and the frame was repeated with a larger one.
+    pub repeats: u32,
+}
+
+/// The GPU's counters after a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counters {
+    pub triangles: u32,
+    /// Zero-area triangles that were dropped.
+    pub degenerate: u32,
+    pub list_items: u32,
+    pub occupied_voxels: u32,
+}
+
+pub struct Renderer {
+    context: Arc<Context>,
+    scene: Scene,
+    settings: Settings,
+    options: RenderOptions,
+    volume: Volume,
+    scale: f32,
+    /// Scene, its textures and the image's targets: what does not grow.
+    fixed_plan: Vec<(&'static str, u64)>,
+    counts: SceneCounts,
+    bounces: u32,
+    gpu_scene: GpuScene,
+    blended: Vec<BlendedTriangle>,
+    passes: Passes,
+    resources: Resources,
+    capacities: Capacities,
+    target: ImageTarget,
+    frame_index: u32,
+    log: FrameLog,
+}
+
+impl Renderer {
+    /// Plans memory, refuses what does not fit, uploads the scene and compiles the passes. `pose`: the first one.
+    ///
+    /// # Errors
+    /// Too little memory (with the largest grid that would fit), settings that make no sense, a lost device.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: Scene,
+        pose: &Pose,
+        settings: Settings,
+        options: RenderOptions,
+    ) -> Result<Self> {
+        let volume = Volume::place(options.bounds, &settings)?;
+        let packed = ScenePacked::new(&scene, pose);
+        let layers = if options.aovs.is_empty() { 1 } else { Aov::ALL.len() };
+        let bounces = if options.method == Method::Cones { settings.bounces } else { 0 };
+        let counts = SceneCounts {
+            triangles: packed.triangles,
+            blended: packed.blended.len() as u32,
+            lights: scene.lights.len() as u32,
+        };
+        let capacities = first_capacities(counts);
+        let mut fixed_plan = packed.plan();
+        fixed_plan.extend(image_target::plan(options.size, settings.image.samples, layers));
+        let total_at = |edge: u32| {
+            let at = Settings { voxels: edge, ..settings.clone() };
+            fixed_plan.iter().chain(&resources::plan(counts, &at, bounces, capacities)).map(|r| r.1).sum()
+        };
+        let (limit, limit_name) = match options.memory_limit {
+            Some(bytes) => (bytes, "the --memory-limit".to_owned()),
+            None => (context.memory_budget(), format!("the budget of {}", context.name)),
+        };
+        memory_plan::check(settings.voxels, limit, &limit_name, total_at)?;
+        let features = Features::of(&scene, &settings);
+        let passes = Passes::new(context, &settings, features, bounces, layers)?;
+        let resources = Resources::new(context, counts, &settings, bounces, capacities)?;
+        let gpu_scene = packed.upload(context)?;
+        let target = ImageTarget::new(context, options.size, settings.image.samples, layers, scene.sky.into())?;
+        Ok(Self {
+            context: context.clone(),
+            scale: radiance_scale(&scene, volume.voxel_m),
+            blended: packed.blended,
+            scene,
+            settings,
+            options,
+            volume,
+            fixed_plan,
+            counts,
+            bounces,
+            gpu_scene,
+            passes,
+            resources,
+            capacities,
+            target,
+            frame_index: 0,
+            log: FrameLog::default(),
+        })
+    }
+
+    /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated.
+    ///
+    /// # Errors
+    /// A buffer cannot grow as far as the scene needs, or the device is lost.
+    pub fn render(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
+        self.upload_pose(pose, view)?;
+        for repeats in 0.. {
+            self.upload_frame(view)?;
+            let mut recorder = Recorder::new(
+                &self.context,
+                RecorderOptions { per_pass: self.options.submit == Submit::PerPass },
+            )?;
+            self.passes.record(
+                &mut recorder,
+                &FrameScene {
+                    scene: &self.gpu_scene,
+                    pose,
+                    volume: &self.volume,
+                    resources: &self.resources,
+                    target: &self.target,
+                    blended: self.counts.blended,
+                },
+            );
+            self.log = recorder.frame_log().clone();
+            let timings = recorder.finish()?;
+            let globals = self.globals()?;
+            if !self.grow(&globals)? {
+                self.frame_index += 1;
+                let counters = Counters {
+                    triangles: globals.vertex_count / 3,
+                    degenerate: globals.degenerate_count,
+                    list_items: globals.item_count,
+                    occupied_voxels: globals.cell_count,
+                };
+                return Ok(FrameReport { timings, counters, repeats });
+            }
+        }
+        unreachable!("a frame is repeated until its buffers are large enough or growing them fails")
+    }
+
+    /// The last frame's image and the layers asked for.
+    pub fn read(&self) -> Layers {
+        self.target.read(&self.options.aovs)
+    }
+
+    /// What is allocated now, resource by resource.
+    pub fn plan(&self) -> MemoryPlan {
+        let mut rows = resources::plan(self.counts, &self.settings, self.bounces, self.capacities);
+        rows.extend(&self.fixed_plan);
+        MemoryPlan { rows }
+    }
+
+    /// What the last frame recorded.
+    pub fn log(&self) -> &FrameLog {
+        &self.log
+    }
+
+    /// The passes' buffers and volumes after the last frame.
+    pub fn resources(&self) -> &Resources {
+        &self.resources
+    }
+
+    pub fn volume(&self) -> &Volume {
+        &self.volume
+    }
+
+    /// What stored radiance was multiplied with.
+    pub fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    fn upload_pose(&self, pose: &Pose, view: &View) -> Result<()> {
+        let lights = uniforms::lights(&self.scene, pose, &self.volume);
+        self.upload(&self.resources.lights, &lights)?;
+        let order = back_to_front(&self.blended, &self.scene, pose, view);
+        self.upload(&self.resources.order, &order)
+    }
+
+    fn upload_frame(&self, view: &View) -> Result<()> {
+        let frame = uniforms::frame(&FrameInputs {
+            scene: &self.scene,
+            view,
+            settings: &self.settings,
+            volume: &self.volume,
+            scale: self.scale,
+            size: self.options.size,
+            capacities: self.capacities,
+            frame_index: self.frame_index,
+        });
+        self.upload(&self.resources.frame, &[frame])
+    }
+
+    fn upload<T: bytemuck::Pod>(&self, buffer: &vk::Buffer, data: &[T]) -> Result<()> {
+        if data.is_empty() { Ok(()) } else { vk::upload_into(&self.context, buffer, data) }
+    }
+
+    fn globals(&self) -> Result<layout::Globals> {
+        let bytes: Vec<u32> = vk::download(&self.context, &self.resources.globals)?;
+        Ok(*bytemuck::from_bytes(&bytemuck::cast_slice(&bytes)[..size_of::<layout::Globals>()]))
+    }
+
+    /// Makes the buffers that were too small for the last frame larger; whether any was.
+    fn grow(&mut self, globals: &layout::Globals) -> Result<bool> {
+        let grown = |capacity: u32, needed: u32, overflow: u32| {
+            // An eighth to spare: a moving scene does not grow again at once.
+            if overflow == 0 { capacity } else { needed.saturating_add(needed / 8) }
+        };
+        let capacities = Capacities {
+            triangles: grown(self.capacities.triangles, globals.vertex_count / 3, globals.triangle_overflow),
+            items: grown(self.capacities.items, globals.item_count, globals.item_overflow),
+            cells: grown(self.capacities.cells, globals.cell_count, globals.cell_overflow),
+        };
+        if capacities == self.capacities {
+            return Ok(false);
+        }
+        tracing::info!(
+            "buffers grow and the frame is repeated: {:?} to {:?}",
+            self.capacities,
+            capacities
+        );
+        self.capacities = capacities;
+        self.resources.grow(&self.context, self.counts, &self.settings, self.bounces, capacities)?;
+        Ok(true)
+    }
+}
+
+/// Room for every triangle of the scene; list items and cells for a typical one, to be grown if need be.
+fn first_capacities(counts: SceneCounts) -> Capacities {
+    let triangles = counts.triangles.max(1);
+    let items = (4 * triangles).max(1 << 16);
+    Capacities { triangles, items, cells: 1 << 15 }
+}
+
+/// Sources of the blended triangles, the farthest centroid first; equal depths in the scene's order.
+fn back_to_front(blended: &[BlendedTriangle], scene: &Scene, pose: &Pose, view: &View) -> Vec<u32> {
+    let depth = |t: &BlendedTriangle| {
+        let mesh = &scene.meshes[t.mesh];
+        let corners = &mesh.indices[t.first_index..t.first_index + 3];
+        let sum: DVec3 = corners
+            .iter()
+            .map(|&i| pose.world_from_instance[t.instance].transform_point3(mesh.positions[i as usize].as_dvec3()))
+            .sum();
+        (sum / 3.0 - view.eye).dot(view.forward)
+    };
+    let mut order: Vec<(f64, u32)> = blended.iter().map(|t| (depth(t), t.source)).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    order.into_iter().map(|(_, source)| source).collect()
+}

@@ -1,0 +1,99 @@
+//! Animation channels that move nodes. Morph weights and pointers are left out with a warning.
+
+use glam::{DQuat, Quat, Vec3};
+
+use super::Warnings;
+use super::accessor::{Data, Problem, missing};
+use super::container::shorten;
+use super::document;
+use super::nodes::Tree;
+use crate::scene::{Animation, Channel, Interpolation, Scene, Transform, Values};
+
+pub fn load(data: &Data, tree: &Tree, scene: &mut Scene, warnings: &mut Warnings) -> Result<(), Problem> {
+    for (index, source) in data.document.animations.iter().enumerate() {
+        let mut animation = Animation { name: source.name.clone(), duration: 0.0, channels: Vec::new() };
+        for channel in &source.channels {
+            let sampler =
+                source.samplers.get(channel.sampler).ok_or_else(|| missing("animation sampler", channel.sampler))?;
+            let Some(node) = channel.target.node else { continue };
+            let node = *tree.slot.get(node).ok_or_else(|| missing("node", node))?;
+            let what = format!("animation {index}");
+            let Some(channel) = load_channel(data, &what, &channel.target.path, node, sampler, warnings)? else {
+                continue;
+            };
+            animation.duration = animation.duration.max(channel.times.last().copied().unwrap_or(0.0));
+            make_animatable(&mut scene.nodes[node].local);
+            animation.channels.push(channel);
+        }
+        scene.animations.push(animation);
+    }
+    Ok(())
+}
+
+/// Channels replace one of translation, rotation and scale, so that a matrix has to be taken apart.
+fn make_animatable(local: &mut Transform) {
+    if let Transform::Matrix(matrix) = local {
+        let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+        let rotation = if rotation.is_finite() { rotation.normalize() } else { DQuat::IDENTITY };
+        *local = Transform::Trs { translation, rotation, scale };
+    }
+}
+
+fn load_channel(
+    data: &Data,
+    what: &str,
+    path: &str,
+    node: usize,
+    sampler: &document::AnimationSampler,
+    warnings: &mut Warnings,
+) -> Result<Option<Channel>, Problem> {
+    let values = match path {
+        "translation" => Values::Translation(vectors(data, what, sampler.output)?),
+        "scale" => Values::Scale(vectors(data, what, sampler.output)?),
+        "rotation" => Values::Rotation(rotations(data, what, sampler.output)?),
+        "weights" => {
+            warnings.once("animated morph weights are not supported; morph targets keep their default weights");
+            return Ok(None);
+        }
+        other => {
+            warnings
+                .once(format!("animation channels of kind \"{}\" are not supported and were ignored", shorten(other)));
+            return Ok(None);
+        }
+    };
+    let (interpolation, per_key) = match sampler.interpolation.as_str() {
+        "STEP" => (Interpolation::Step, 1),
+        "LINEAR" => (Interpolation::Linear, 1),
+        "CUBICSPLINE" => (Interpolation::CubicSpline, 3),
+        other => {
+            return Err(format!("{what} has the unknown interpolation \"{}\"; export the file again", shorten(other)));
+        }
+    };
+    let times: Vec<f32> = data.floats::<1>(sampler.input, None)?.into_iter().map(|[t]| t).collect();
+    if times.iter().any(|t| !t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
+        return Err(format!("{what} has key times that do not increase; export the file again"));
+    }
+    if times.is_empty() {
+        return Ok(None);
+    }
+    if values.count() != times.len() * per_key {
+        return Err(format!("{what} has {} keys and {} values; export the file again", times.len(), values.count()));
+    }
+    Ok(Some(Channel { node, times, values, interpolation }))
+}
+
+fn vectors(data: &Data, what: &str, accessor: usize) -> Result<Vec<Vec3>, Problem> {
+    let values: Vec<Vec3> = data.floats::<3>(accessor, None)?.into_iter().map(Vec3::from).collect();
+    finite(what, values.iter().all(|v| v.is_finite()))?;
+    Ok(values)
+}
+
+fn rotations(data: &Data, what: &str, accessor: usize) -> Result<Vec<Quat>, Problem> {
+    let values: Vec<Quat> = data.floats::<4>(accessor, None)?.into_iter().map(Quat::from_array).collect();
+    finite(what, values.iter().all(|v| v.is_finite()))?;
+    Ok(values)
+}
+
+fn finite(what: &str, ok: bool) -> Result<(), Problem> {
+    if ok { Ok(()) } else { Err(format!("{what} has keys that are NaN or infinite; export the file again")) }
+}

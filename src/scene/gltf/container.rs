@@ -1,0 +1,184 @@
+//! Bytes of a glTF file and of everything that it points to: `.gltf` or `.glb`, buffers and images by relative or data URI.
+
+use std::path::{Path, PathBuf};
+
+use super::accessor::Problem;
+use crate::Error;
+
+/// The two parts of a file: its JSON and, in a `.glb`, the binary chunk.
+pub struct Container {
+    pub json: Vec<u8>,
+    pub binary: Option<Vec<u8>>,
+}
+
+const MAGIC: &[u8; 4] = b"glTF";
+const CHUNK_JSON: u32 = 0x4E4F_534A;
+const CHUNK_BINARY: u32 = 0x004E_4942;
+
+/// Reads the file at `path`. What it is follows from its first bytes, not from its name.
+pub fn read(path: &Path) -> Result<Container, Error> {
+    let bytes = read_file(path)?;
+    if bytes.starts_with(MAGIC) {
+        return split_glb(path, &bytes);
+    }
+    let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
+    let json = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
+    match first {
+        Some(b'{' | 0xEF) => Ok(Container { json: json.to_vec(), binary: None }),
+        _ => Err(Error::file(path, "is neither glTF JSON nor a binary .glb; export the scene as glTF 2.0")),
+    }
+}
+
+fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
+    if path.is_dir() {
+        return Err(Error::file(path, "is a directory; name the .gltf or .glb file in it"));
+    }
+    std::fs::read(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => Error::file(path, "does not exist; check the path"),
+        _ => Error::file(path, format!("cannot be read ({e}); check its permissions")),
+    })
+}
+
+fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
+    let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?)) };
+    let truncated = |what: &str| Error::file(path, format!("is truncated: {what}; copy or export the file again"));
+    let version = word(4).ok_or_else(|| truncated("it ends within its header"))?;
+    if version != 2 {
+        let name = if version == 1 { "glTF 1.0 binary".into() } else { format!("binary glTF version {version}") };
+        return Err(Error::file(path, format!("is {name}, only 2.0 can be read; convert it to glTF 2.0")));
+    }
+    let length = word(8).ok_or_else(|| truncated("it ends within its header"))? as usize;
+    if length > bytes.len() {
+        return Err(truncated(&format!("its header promises {length} bytes and {} are there", bytes.len())));
+    }
+    let mut container = Container { json: Vec::new(), binary: None };
+    let mut at = 12;
+    while let (Some(size), Some(kind)) = (word(at), word(at + 4)) {
+        let body = bytes[..length.max(at)].get(at + 8..(at + 8).saturating_add(size as usize));
+        let body = body.ok_or_else(|| truncated("a chunk ends behind the end of the file"))?;
+        match kind {
+            CHUNK_JSON if container.json.is_empty() => container.json = body.to_vec(),
+            CHUNK_BINARY if container.binary.is_none() => container.binary = Some(body.to_vec()),
+            _ => {} // The specification demands that unknown chunks are ignored.
+        }
+        at += 8 + (size as usize).next_multiple_of(4);
+        if at >= length {
+            break;
+        }
+    }
+    if container.json.is_empty() {
+        return Err(truncated("it has no JSON chunk"));
+    }
+    Ok(container)
+}
+
+/// The bytes behind `uri` of `what` ("buffer 3"): inline data, or a file relative to `folder`.
+pub fn resolve(folder: &Path, what: &str, uri: &str) -> Result<Vec<u8>, Problem> {
+    let refuse = |problem: String| Err(format!("{what}: {problem}"));
+    if let Some(data) = uri.strip_prefix("data:") {
+        let Some((head, body)) = data.split_once(',') else {
+            return refuse("its data URI has no comma; export the file again".into());
+        };
+        let bytes = if head.ends_with(";base64") { decode_base64(body) } else { Some(decode_percent(body)) };
+        return match bytes {
+            Some(bytes) => Ok(bytes),
+            None => refuse("its data URI is not valid base64; export the file again".into()),
+        };
+    }
+    // A Windows drive letter is no scheme, but no relative path either.
+    let scheme =
+        uri.split_once(':').is_some_and(|(s, _)| s.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b)));
+    if scheme || uri.starts_with('/') || uri.starts_with('\\') {
+        return refuse(format!("\"{}\" is not a relative path; only files beside the scene are read", shorten(uri)));
+    }
+    let Ok(relative) = String::from_utf8(decode_percent(uri)) else {
+        return refuse(format!("\"{}\" is not UTF-8; rename the file", shorten(uri)));
+    };
+    if relative.contains('\0') {
+        return refuse("its path holds a zero byte; export the file again".into());
+    }
+    let file = existing(folder, &relative, uri);
+    std::fs::read(&file).or_else(|e| {
+        let name = shorten(&relative);
+        match e.kind() {
+            std::io::ErrorKind::NotFound => refuse(format!("\"{name}\" does not exist beside the scene; put it there")),
+            _ => refuse(format!("\"{name}\" cannot be read ({e}); check the file")),
+        }
+    })
+}
+
+/// Some exporters forget to percent-encode; a file of that very name then wins.
+fn existing(folder: &Path, decoded: &str, raw: &str) -> PathBuf {
+    let file = folder.join(decoded);
+    let verbatim = folder.join(raw);
+    if !file.exists() && verbatim.exists() { verbatim } else { file }
+}
+
+/// Error texts stay one readable sentence, whatever a file holds.
+pub fn shorten(text: &str) -> String {
+    let clean: String = text.chars().take(80).map(|c| if c.is_control() { '?' } else { c }).collect();
+    if text.chars().count() > 80 { clean + "…" } else { clean }
+}
+
+fn decode_percent(text: &str) -> Vec<u8> {
+    let bytes = text.as_bytes();
+    let hex = |at: usize| bytes.get(at).and_then(|b| (*b as char).to_digit(16));
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        match (bytes[at], hex(at + 1), hex(at + 2)) {
+            (b'%', Some(high), Some(low)) => {
+                out.push((high * 16 + low) as u8);
+                at += 3;
+            }
+            (byte, ..) => {
+                out.push(byte);
+                at += 1;
+            }
+        }
+    }
+    out
+}
+
+/// RFC 4648, either alphabet, padding optional.
+fn decode_base64(text: &str) -> Option<Vec<u8>> {
+    let mut out = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut filled) = (0u32, 0);
+    for byte in text.trim_end_matches('=').bytes() {
+        let value = match byte {
+            b'A'..=b'Z' => byte - b'A',
+            b'a'..=b'z' => byte - b'a' + 26,
+            b'0'..=b'9' => byte - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            _ => return None,
+        };
+        bits = bits << 6 | u32::from(value);
+        filled += 6;
+        if filled >= 8 {
+            filled -= 8;
+            out.push((bits >> filled) as u8);
+        }
+    }
+    Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_decodes_the_vectors_of_rfc_4648() {
+        for (text, bytes) in
+            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg", "foob"), ("Zm9vYmE=", "fooba")]
+        {
+            assert_eq!(decode_base64(text).as_deref(), Some(bytes.as_bytes()));
+        }
+        assert_eq!(decode_base64("Zm9v!"), None);
+    }
+
+    #[test]
+    fn percent_sequences_decode_and_stray_percents_stay() {
+        assert_eq!(decode_percent("a%20b%E2%99%BB 100%"), "a b♻ 100%".as_bytes());
+    }
+}

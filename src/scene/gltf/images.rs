@@ -1,0 +1,138 @@
+//! Textures and images, as far as materials use them; decoded in parallel.
+
+use std::path::Path;
+
+use image::{DynamicImage, ImageReader, Limits};
+use rayon::prelude::*;
+
+use super::accessor::{Data, Problem, missing};
+use super::container::{resolve, shorten};
+use super::document::{self, Document};
+use super::{Warnings, hash_part};
+use crate::scene::{Image, Mip, Texture, Wrap};
+
+/// Longest side and bytes of an image: beyond what a device can bind, and a bound on what a damaged header can claim.
+const SIDE_MAX: u32 = 16384;
+const BYTES_MAX: u64 = 1 << 30;
+
+/// Textures and images in the order of their first use. Indices are the scene's; entries are the document's.
+#[derive(Default)]
+pub struct Used {
+    textures: Vec<usize>,
+    images: Vec<usize>,
+    made: Vec<Texture>,
+}
+
+impl Used {
+    /// The scene's index for texture `index`; `None` where only an ignored extension could give its image.
+    pub fn texture(
+        &mut self,
+        document: &Document,
+        index: usize,
+        warnings: &mut Warnings,
+    ) -> Result<Option<usize>, Problem> {
+        if let Some(at) = self.textures.iter().position(|&t| t == index) {
+            return Ok(Some(at));
+        }
+        let source = document.textures.get(index).ok_or_else(|| missing("texture", index))?;
+        let Some(image) = source.source else {
+            warnings.once(format!("texture {index} has no PNG or JPEG image and was left out"));
+            return Ok(None);
+        };
+        document.images.get(image).ok_or_else(|| missing("image", image))?;
+        let sampler = match source.sampler {
+            Some(sampler) => document.samplers.get(sampler).ok_or_else(|| missing("sampler", sampler))?,
+            None => &document::Sampler::default(),
+        };
+        let at = self.images.iter().position(|&i| i == image).unwrap_or(self.images.len());
+        if at == self.images.len() {
+            self.images.push(image);
+        }
+        self.textures.push(index);
+        self.made.push(texture(at, sampler));
+        Ok(Some(self.made.len() - 1))
+    }
+}
+
+/// Absent and unknown values: repeat, linear, trilinear.
+fn texture(image: usize, sampler: &document::Sampler) -> Texture {
+    let wrap = |code| match code {
+        Some(33071) => Wrap::Clamp,
+        Some(33648) => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    };
+    let (min_linear, mip) = match sampler.min_filter {
+        Some(9728) => (false, Mip::None),
+        Some(9729) => (true, Mip::None),
+        Some(9984) => (false, Mip::Nearest),
+        Some(9985) => (true, Mip::Nearest),
+        Some(9986) => (false, Mip::Linear),
+        _ => (true, Mip::Linear),
+    };
+    let wrap = [wrap(sampler.wrap_s), wrap(sampler.wrap_t)];
+    Texture { image, wrap, mag_linear: sampler.mag_filter != Some(9728), min_linear, mip }
+}
+
+/// Reads and decodes all images in use; their bytes go into `hash`.
+pub fn load(
+    data: &Data,
+    folder: &Path,
+    used: Used,
+    warnings: &mut Warnings,
+    hash: &mut blake3::Hasher,
+) -> Result<(Vec<Texture>, Vec<Image>), Problem> {
+    let loaded: Vec<_> = used.images.par_iter().map(|&index| load_image(data, folder, index)).collect();
+    let mut images = Vec::new();
+    for loaded in loaded {
+        let (image, bytes_hash, warning) = loaded?;
+        hash_part(hash, bytes_hash.as_bytes());
+        warning.into_iter().for_each(|w| warnings.once(w));
+        images.push(image);
+    }
+    Ok((used.made, images))
+}
+
+fn load_image(data: &Data, folder: &Path, index: usize) -> Result<(Image, blake3::Hash, Option<String>), Problem> {
+    let source = &data.document.images[index];
+    let what = format!("image {index}");
+    let external;
+    let bytes = match (&source.uri, source.buffer_view) {
+        (Some(uri), _) => {
+            external = resolve(folder, &what, uri)?;
+            &external[..]
+        }
+        (None, Some(view)) => data.view(view)?,
+        (None, None) => return Err(format!("{what} has neither a URI nor a buffer view; export the file again")),
+    };
+    let name = match &source.uri {
+        Some(uri) if source.name.is_empty() && !uri.starts_with("data:") => uri.clone(),
+        _ => source.name.clone(),
+    };
+    let decoded = decode(bytes).map_err(|e| {
+        format!("{what} (\"{}\") cannot be decoded ({e}); save it as PNG or JPEG again", shorten(&name))
+    })?;
+    let deep = matches!(
+        decoded,
+        DynamicImage::ImageLuma16(_)
+            | DynamicImage::ImageLumaA16(_)
+            | DynamicImage::ImageRgb16(_)
+            | DynamicImage::ImageRgba16(_)
+    );
+    let rgba = decoded.into_rgba8();
+    let warning = deep.then(|| "images with 16 bits per channel are rounded to 8".to_string());
+    Ok((
+        Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() },
+        blake3::hash(bytes),
+        warning,
+    ))
+}
+
+fn decode(bytes: &[u8]) -> image::ImageResult<DynamicImage> {
+    let mut reader = ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format()?;
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(SIDE_MAX);
+    limits.max_image_height = Some(SIDE_MAX);
+    limits.max_alloc = Some(BYTES_MAX);
+    reader.limits(limits);
+    reader.decode()
+}

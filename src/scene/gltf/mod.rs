@@ -1,0 +1,231 @@
+//! glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
+//!
+//! What every glTF object becomes is said in its file: `container` (bytes), `document` (JSON), `accessor` (numbers),
+//! `nodes` (tree, cameras, lights), `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`.
+//! Nothing here panics on a damaged file: every index and every offset is checked where it is used.
+
+mod accessor;
+mod animations;
+mod container;
+mod deform;
+mod document;
+mod images;
+mod materials;
+mod mesh;
+mod nodes;
+mod tangents;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::DAffine3;
+
+use self::accessor::{Data, Problem, missing};
+use self::document::Document;
+use super::{Instance, Scene};
+use crate::Error;
+
+/// What to load of a file.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// The scene's name or index; the file's default scene where absent.
+    pub scene: Option<String>,
+}
+
+/// Extensions that are read; all others are refused where required and warned about where not.
+const KNOWN_EXTENSIONS: [&str; 9] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// One sentence per thing that was ignored or simplified, each said once.
+#[derive(Default)]
+struct Warnings(Vec<String>);
+
+impl Warnings {
+    fn once(&mut self, sentence: impl Into<String>) {
+        let sentence = sentence.into();
+        if !self.0.contains(&sentence) {
+            self.0.push(sentence);
+        }
+    }
+}
+
+impl Scene {
+    /// Loads the glTF 2.0 file at `path`, whole: buffers, images, the chosen scene, every animation.
+    ///
+    /// Supported are the extensions that the README lists. Skins and morph targets are applied once, at the file's own
+    /// node transforms and default weights. Points and lines are left out. Each simplification is one of
+    /// [`Scene::warnings`].
+    ///
+    /// # Errors
+    /// [`Error::File`] in one sentence: missing or damaged files, glTF 1.0, required extensions that are not known.
+    pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
+        let file = container::read(path)?;
+        let document = parse(path, &file.json)?;
+        let mut hash = blake3::Hasher::new();
+        hash_part(&mut hash, &file.json);
+        let load = || -> Result<Self, Problem> {
+            let mut warnings = Warnings::default();
+            check_extensions(&document, &mut warnings)?;
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let buffers = load_buffers(&document, folder, file.binary)?;
+            buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
+            let data = Data { document: &document, buffers: &buffers };
+            let mut scene = assemble(&data, folder, options, &mut warnings, &mut hash)?;
+            scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            scene.hash = hash.finalize().to_hex().to_string();
+            scene.warnings = warnings.0;
+            Ok(scene)
+        };
+        load().map_err(|problem| Error::file(path, problem))
+    }
+}
+
+/// Lengths keep parts from running into each other.
+fn hash_part(hash: &mut blake3::Hasher, bytes: &[u8]) {
+    hash.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+}
+
+/// Checks the version first: a glTF 1.0 document does not have the shape of a 2.0 one.
+fn parse(path: &Path, json: &[u8]) -> Result<Document, Error> {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        asset: Option<document::Asset>,
+    }
+    let broken = |e| Error::file(path, format!("is not valid glTF JSON ({e}); export the file again"));
+    let head: Head = serde_json::from_slice(json).map_err(broken)?;
+    let asset = head.asset.unwrap_or_default();
+    let version = asset.min_version.as_deref().unwrap_or(&asset.version);
+    match version.split('.').next() {
+        Some("2") if version == "2.0" || asset.min_version.is_none() => serde_json::from_slice(json).map_err(broken),
+        Some("") | None => {
+            Err(Error::file(path, "states no asset.version, so it is not glTF 2.0; export the scene as glTF 2.0"))
+        }
+        Some(_) => {
+            let version = container::shorten(version);
+            Err(Error::file(path, format!("is glTF {version}, only 2.0 can be read; convert it to glTF 2.0")))
+        }
+    }
+}
+
+fn check_extensions(document: &Document, warnings: &mut Warnings) -> Result<(), Problem> {
+    let unknown = |name: &&String| !KNOWN_EXTENSIONS.contains(&name.as_str());
+    if let Some(name) = document.extensions_required.iter().find(unknown) {
+        let name = container::shorten(name);
+        return Err(format!("requires the extension {name}, which is not supported; export the scene without it"));
+    }
+    for name in document.extensions_used.iter().filter(unknown) {
+        warnings.once(format!("the extension {} is not supported and was ignored", container::shorten(name)));
+    }
+    Ok(())
+}
+
+/// `None` for a buffer without a URI: extensions that are ignored may own it.
+fn load_buffers(
+    document: &Document,
+    folder: &Path,
+    mut binary: Option<Vec<u8>>,
+) -> Result<Vec<Option<Vec<u8>>>, Problem> {
+    let load = |(index, buffer): (usize, &document::Buffer)| {
+        let what = format!("buffer {index}");
+        let bytes = match &buffer.uri {
+            Some(uri) => Some(container::resolve(folder, &what, uri)?),
+            None if index == 0 => binary.take(),
+            None => None,
+        };
+        match bytes {
+            Some(bytes) if bytes.len() < buffer.byte_length => Err(format!(
+                "{what} holds {} of its {} bytes; copy or export the file again",
+                bytes.len(),
+                buffer.byte_length
+            )),
+            bytes => Ok(bytes),
+        }
+    };
+    document.buffers.iter().enumerate().map(load).collect()
+}
+
+fn assemble(
+    data: &Data,
+    folder: &Path,
+    options: &LoadOptions,
+    warnings: &mut Warnings,
+    hash: &mut blake3::Hasher,
+) -> Result<Scene, Problem> {
+    let document = data.document;
+    let tree = nodes::Tree::new(document)?;
+    let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref(), warnings)?)?;
+    let mut scene = Scene { nodes: tree.nodes(document, warnings)?, ..Scene::default() };
+    let mut used = images::Used::default();
+    scene.materials = materials::load(document, &mut used, warnings)?;
+    nodes::load_cameras(document, &tree, &shown, &mut scene)?;
+    nodes::load_lights(document, &tree, &shown, &mut scene, warnings)?;
+    load_meshes(data, &tree, &shown, &mut scene, warnings)?;
+    animations::load(data, &tree, &mut scene, warnings)?;
+    (scene.textures, scene.images) = images::load(data, folder, used, warnings, hash)?;
+    Ok(scene)
+}
+
+/// One mesh per primitive, shared by all nodes that show it undeformed.
+fn load_meshes(
+    data: &Data,
+    tree: &nodes::Tree,
+    shown: &[usize],
+    scene: &mut Scene,
+    warnings: &mut Warnings,
+) -> Result<(), Problem> {
+    let document = data.document;
+    let world = scene.world_from_nodes();
+    let mut shared: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for &index in shown {
+        let node = &document.nodes[index];
+        let Some(mesh_index) = node.mesh else { continue };
+        let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
+        if node.extensions.instancing.is_some() {
+            warnings.once("EXT_mesh_gpu_instancing is not supported: such a mesh shows once");
+        }
+        let own = node.skin.is_some() || node.weights.is_some();
+        let made = match shared.get(&mesh_index).filter(|_| !own) {
+            Some(made) => made.clone(),
+            None => {
+                let skin = deform::joint_matrices(data, tree, &world, index, warnings)?;
+                let weights = node.weights.as_ref().or(mesh.weights.as_ref());
+                let pose = deform::Rest { joints: skin.as_deref(), weights: weights.map_or(&[], Vec::as_slice) };
+                load_primitives(data, mesh_index, &pose, scene, warnings)?
+            }
+        };
+        scene.instances.extend(made.iter().map(|&mesh| Instance { mesh, node: tree.slot[index] }));
+        if !own {
+            shared.insert(mesh_index, made);
+        }
+    }
+    Ok(())
+}
+
+fn load_primitives(
+    data: &Data,
+    mesh: usize,
+    pose: &deform::Rest,
+    scene: &mut Scene,
+    warnings: &mut Warnings,
+) -> Result<Vec<usize>, Problem> {
+    let first = scene.meshes.len();
+    let source = &data.document.meshes[mesh];
+    for (number, primitive) in source.primitives.iter().enumerate() {
+        let what = format!("mesh {mesh} primitive {number}");
+        let made = mesh::load(data, &what, primitive, pose, &scene.materials, warnings)?;
+        scene.meshes.extend(made.map(|made| super::Mesh { name: source.name.clone(), ..made }));
+    }
+    Ok((first..scene.meshes.len()).collect())
+}
+
+/// The node transforms of a file in world space, before any animation.
+type WorldFromNodes = [DAffine3];

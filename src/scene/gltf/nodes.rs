@@ -1,0 +1,191 @@
+//! The node tree in parents-first order, the chosen scene's roots, and what hangs on nodes: cameras and lights.
+
+use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
+
+use super::Warnings;
+use super::accessor::{Problem, missing};
+use super::container::shorten;
+use super::document::{self, Document};
+use crate::scene::{Camera, Light, LightKind, Node, Projection, Scene, Transform};
+
+/// Where each of the document's nodes went.
+pub struct Tree {
+    /// Document indices, parents before children.
+    order: Vec<usize>,
+    parent: Vec<Option<usize>>,
+    /// Document index → index into [`Scene::nodes`].
+    pub slot: Vec<usize>,
+}
+
+impl Tree {
+    pub fn new(document: &Document) -> Result<Self, Problem> {
+        let count = document.nodes.len();
+        let mut parent = vec![None; count];
+        for (index, node) in document.nodes.iter().enumerate() {
+            for &child in &node.children {
+                let slot = parent.get_mut(child).ok_or_else(|| missing("node", child))?;
+                if slot.replace(index).is_some() {
+                    return Err(format!("node {child} has two parents; export the file again"));
+                }
+            }
+        }
+        let mut order: Vec<usize> = (0..count).filter(|&n| parent[n].is_none()).collect();
+        let mut next = 0;
+        while let Some(&index) = order.get(next) {
+            order.extend(&document.nodes[index].children);
+            next += 1;
+        }
+        if order.len() < count {
+            return Err("has nodes that are their own ancestors; export the file again".into());
+        }
+        let mut slot = vec![0; count];
+        order.iter().enumerate().for_each(|(at, &index)| slot[index] = at);
+        Ok(Self { order, parent, slot })
+    }
+
+    /// Document indices of `roots` and everything below them, in the document's order.
+    pub fn reachable(&self, document: &Document, roots: &[usize]) -> Result<Vec<usize>, Problem> {
+        let mut shown = vec![false; document.nodes.len()];
+        for &root in roots {
+            *shown.get_mut(root).ok_or_else(|| missing("node", root))? = true;
+        }
+        for &index in &self.order {
+            shown[index] |= self.parent[index].is_some_and(|p| shown[p]);
+        }
+        Ok((0..shown.len()).filter(|&n| shown[n]).collect())
+    }
+
+    pub fn nodes(&self, document: &Document, warnings: &mut Warnings) -> Result<Vec<Node>, Problem> {
+        let make = |&index: &usize| {
+            let node = &document.nodes[index];
+            let parent = self.parent[index].map(|p| self.slot[p]);
+            Ok(Node { name: node.name.clone(), parent, local: local_transform(index, node, warnings)? })
+        };
+        self.order.iter().map(make).collect()
+    }
+}
+
+fn local_transform(index: usize, node: &document::Node, warnings: &mut Warnings) -> Result<Transform, Problem> {
+    let finite = |ok: bool| if ok { Ok(()) } else { Err(format!("node {index} has a transform that is not finite")) };
+    if let Some(m) = &node.matrix {
+        let matrix = DMat4::from_cols_array(m);
+        finite(matrix.is_finite())?;
+        if matrix.row(3) != glam::DVec4::W {
+            warnings.once(format!("node {index} has a projective matrix; its last row was ignored"));
+        }
+        return Ok(Transform::Matrix(DAffine3::from_mat4(matrix)));
+    }
+    let translation = DVec3::from(node.translation.unwrap_or_default());
+    let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
+    let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+    finite(translation.is_finite() && scale.is_finite() && rotation.is_finite())?;
+    let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
+    Ok(Transform::Trs { translation, rotation, scale })
+}
+
+/// Root nodes of the scene that `wanted` names (or numbers), of the default one, of the first, or of the whole file.
+pub fn choose_roots(document: &Document, wanted: Option<&str>, warnings: &mut Warnings) -> Result<Vec<usize>, Problem> {
+    let scenes = &document.scenes;
+    let index = match wanted {
+        Some(wanted) => {
+            let named = scenes.iter().position(|s| s.name == wanted);
+            let index = named.or_else(|| wanted.parse().ok().filter(|i| *i < scenes.len()));
+            Some(index.ok_or_else(|| {
+                let names: Vec<_> =
+                    scenes.iter().enumerate().map(|(i, s)| format!("{i} \"{}\"", shorten(&s.name))).collect();
+                format!("has no scene \"{wanted}\"; --scene takes one of: {}", names.join(", "))
+            })?)
+        }
+        None => document.scene.or((!scenes.is_empty()).then_some(0)),
+    };
+    match index {
+        Some(index) => Ok(scenes.get(index).ok_or_else(|| missing("scene", index))?.nodes.clone()),
+        None => {
+            warnings.once("the file holds no scene; all of its nodes are shown");
+            Ok((0..document.nodes.len()).collect())
+        }
+    }
+}
+
+pub fn load_cameras(document: &Document, tree: &Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
+    for &index in shown {
+        let node = &document.nodes[index];
+        let Some(camera) = node.camera else { continue };
+        let source = document.cameras.get(camera).ok_or_else(|| missing("camera", camera))?;
+        let projection = projection(source)
+            .ok_or_else(|| format!("camera {camera} has no valid projection; correct it or remove the camera"))?;
+        let name = if source.name.is_empty() { &node.name } else { &source.name };
+        scene.cameras.push(Camera { name: name.clone(), node: tree.slot[index], projection });
+    }
+    Ok(())
+}
+
+fn projection(camera: &document::Camera) -> Option<Projection> {
+    let in_order = |near: f64, far: f64| near >= 0.0 && far > near;
+    if let Some(p) = &camera.perspective {
+        let far = p.zfar.unwrap_or(f64::INFINITY);
+        let valid = p.yfov > 0.0 && p.yfov < std::f64::consts::PI && p.znear > 0.0 && in_order(p.znear, far);
+        return valid.then_some(Projection::Perspective { fov: p.yfov as f32, near: p.znear as f32, far: far as f32 });
+    }
+    let o = camera.orthographic.as_ref()?;
+    // Some exporters write a negative ymag; the sign has no meaning.
+    let half_height = o.ymag.abs() as f32;
+    let valid = half_height > 0.0 && half_height.is_finite() && in_order(o.znear, o.zfar);
+    valid.then_some(Projection::Orthographic { half_height, near: o.znear as f32, far: o.zfar as f32 })
+}
+
+pub fn load_lights(
+    document: &Document,
+    tree: &Tree,
+    shown: &[usize],
+    scene: &mut Scene,
+    warnings: &mut Warnings,
+) -> Result<(), Problem> {
+    let lights = document.extensions.lights.as_ref().map_or(&[][..], |l| &l.lights);
+    for &index in shown {
+        let node = &document.nodes[index];
+        let Some(number) = node.extensions.light.as_ref().map(|l| l.light) else { continue };
+        let source = lights.get(number).ok_or_else(|| missing("light", number))?;
+        let mut light = light(number, source, warnings)?;
+        light.node = tree.slot[index];
+        if light.name.is_empty() {
+            light.name = node.name.clone();
+        }
+        scene.lights.push(light);
+    }
+    Ok(())
+}
+
+fn light(number: usize, source: &document::Light, warnings: &mut Warnings) -> Result<Light, Problem> {
+    let kind = match source.kind.as_str() {
+        "point" => LightKind::Point,
+        "directional" => LightKind::Directional,
+        "spot" => {
+            let outer = source.spot.outer_cone_angle.clamp(0.0, std::f64::consts::FRAC_PI_2);
+            let inner = source.spot.inner_cone_angle.clamp(0.0, outer);
+            LightKind::Spot { inner: inner as f32, outer: outer as f32 }
+        }
+        other => {
+            return Err(format!(
+                "light {number} has the unknown type \"{}\"; use point, spot or directional",
+                shorten(other)
+            ));
+        }
+    };
+    let intensity = (DVec3::from(source.color) * source.intensity).as_vec3();
+    if !intensity.is_finite() {
+        return Err(format!("light {number} has an intensity that is not finite; correct it"));
+    }
+    if intensity.min_element() < 0.0 {
+        warnings.once(format!("light {number} has a negative intensity; it was raised to 0"));
+    }
+    let radius = source.extras.get("radius").and_then(serde_json::Value::as_f64).unwrap_or(0.0);
+    Ok(Light {
+        name: source.name.clone(),
+        node: 0,
+        kind,
+        intensity: intensity.max(Vec3::ZERO),
+        range: source.range.map_or(f32::INFINITY, |r| r as f32).max(0.0),
+        radius: if radius.is_finite() { radius.max(0.0) as f32 } else { 0.0 },
+    })
+}

@@ -1,0 +1,40 @@
+//! Whether anything shines, and the light that a scene gets where nothing does.
+
+use glam::{DQuat, DVec3, Vec3};
+
+use super::{Light, LightKind, Node, Scene, Transform, View};
+
+/// Irradiance of the added light: a white surface that faces it sends a radiance of 1.
+const DEFAULT_IRRADIANCE: f32 = std::f32::consts::PI;
+
+impl Scene {
+    /// Whether there is a light, an emissive material on any instance, or a sky.
+    pub fn has_light(&self) -> bool {
+        let emits = |mesh: usize| self.materials[self.meshes[mesh].material].emissive != Vec3::ZERO;
+        self.lights.iter().any(|l| l.intensity != Vec3::ZERO)
+            || self.instances.iter().any(|i| emits(i.mesh))
+            || self.sky != Vec3::ZERO
+    }
+
+    /// Adds one directional light that comes over the viewer's left shoulder, and says so in one sentence. Poses made
+    /// before do not know it.
+    pub fn add_default_light(&mut self, view: &View) -> String {
+        let direction = (view.forward + 0.5 * view.right() - view.up).normalize();
+        let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, direction);
+        let local = Transform::Trs { translation: DVec3::ZERO, rotation, scale: DVec3::ONE };
+        self.nodes.push(Node { name: "default light".into(), parent: None, local });
+        self.lights.push(Light {
+            name: "default light".into(),
+            node: self.nodes.len() - 1,
+            kind: LightKind::Directional,
+            intensity: Vec3::splat(DEFAULT_IRRADIANCE),
+            range: f32::INFINITY,
+            radius: 0.0,
+        });
+        let DVec3 { x, y, z } = direction;
+        format!(
+            "the scene has no light, emission or sky: added a directional light of irradiance {DEFAULT_IRRADIANCE:.3} \
+             towards ({x:.3}, {y:.3}, {z:.3}), from the upper left behind the camera"
+        )
+    }
+}

@@ -1,0 +1,238 @@
+//! Mip chains and their sampling on the CPU. The GPU uploads the same bytes, so that both see the same texels.
+//!
+//! Levels are made in linear light: sRGB slots are decoded, box-filtered in f32 and encoded again; alpha is always linear.
+//! Each level is made from the one above before its rounding to 8 bits.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::LazyLock;
+
+use glam::{Vec2, Vec4};
+use rayon::prelude::*;
+
+use super::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
+
+/// What a slot takes its texels for. One image can be used as both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ColorSpace {
+    /// Red, green and blue are sRGB-encoded; alpha is linear.
+    Srgb,
+    Linear,
+}
+
+/// sRGB to linear, both in [0, 1] (IEC 61966-2-1).
+pub fn linear_from_srgb(encoded: f32) -> f32 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Linear to sRGB, both in [0, 1] (IEC 61966-2-1).
+pub fn srgb_from_linear(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+static SRGB_BYTES: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|b| linear_from_srgb(b as f32 / 255.0)));
+static LINEAR_BYTES: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|b| b as f32 / 255.0));
+
+impl ColorSpace {
+    /// Linear value of every byte in a colour channel.
+    fn table(self) -> &'static [f32; 256] {
+        match self {
+            Self::Srgb => &SRGB_BYTES,
+            Self::Linear => &LINEAR_BYTES,
+        }
+    }
+
+    fn encode(self, texel: Vec4) -> [u8; 4] {
+        let byte = |x: f32| (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        let color = |x| if self == Self::Srgb { byte(srgb_from_linear(x)) } else { byte(x) };
+        [color(texel.x), color(texel.y), color(texel.z), byte(texel.w)]
+    }
+}
+
+/// One level: 8-bit RGBA, rows from the top, encoded as the image is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    pub width: u32,
+    pub height: u32,
+    /// 4 · width · height bytes.
+    pub rgba: Vec<u8>,
+}
+
+/// An image and all its levels down to 1×1, each half the size of the one above, rounded down (Vulkan's rule).
+#[derive(Clone, Debug)]
+pub struct MipChain {
+    pub space: ColorSpace,
+    pub levels: Vec<Level>,
+}
+
+impl MipChain {
+    pub fn new(image: &Image, space: ColorSpace) -> Self {
+        let mut levels = vec![Level { width: image.width, height: image.height, rgba: image.rgba.clone() }];
+        let size = [image.width as usize, image.height as usize];
+        let mut texels = Texels { size, texel: |at: usize| decode(space, &image.rgba[4 * at..4 * at + 4]) }.halved();
+        while levels.last().is_some_and(|l| l.width.max(l.height) > 1) {
+            let ([width, height], values) = &texels;
+            let rgba = values.iter().flat_map(|&t| space.encode(t)).collect();
+            levels.push(Level { width: *width as u32, height: *height as u32, rgba });
+            texels = Texels { size: [*width, *height], texel: |at: usize| values[at] }.halved();
+        }
+        Self { space, levels }
+    }
+
+    /// Linear colour and alpha at `uv`, filtered as `texture` says. `level` is log₂ of the footprint in texels of level 0:
+    /// at 0 and below the texture is magnified (Vulkan's rule).
+    pub fn sample(&self, texture: &Texture, uv: Vec2, level: f32) -> Vec4 {
+        let last = (self.levels.len() - 1) as f32;
+        if level <= 0.0 {
+            return self.sample_level(texture, uv, 0, texture.mag_linear);
+        }
+        let level = level.min(last);
+        match texture.mip {
+            Mip::None => self.sample_level(texture, uv, 0, texture.min_linear),
+            Mip::Nearest => self.sample_level(texture, uv, (level + 0.5).ceil() as usize - 1, texture.min_linear),
+            Mip::Linear => {
+                let fine = self.sample_level(texture, uv, level as usize, texture.min_linear);
+                if level.fract() == 0.0 {
+                    return fine;
+                }
+                fine.lerp(self.sample_level(texture, uv, level as usize + 1, texture.min_linear), level.fract())
+            }
+        }
+    }
+
+    fn sample_level(&self, texture: &Texture, uv: Vec2, level: usize, linear: bool) -> Vec4 {
+        let level = &self.levels[level];
+        let size = Vec2::new(level.width as f32, level.height as f32);
+        let texel = |x: f32, y: f32| {
+            let column = wrap(texture.wrap[0], x, level.width);
+            let row = wrap(texture.wrap[1], y, level.height);
+            let at = 4 * (row * level.width as usize + column);
+            decode(self.space, &level.rgba[at..at + 4])
+        };
+        // Whole turns change nothing and cost precision far from 0.
+        let turn = |wrap: Wrap, x: f32| match wrap {
+            Wrap::Repeat => x - x.floor(),
+            Wrap::Mirror => x - 2.0 * (0.5 * x).floor(),
+            Wrap::Clamp => x.clamp(-1.0, 2.0),
+        };
+        let at = Vec2::new(turn(texture.wrap[0], uv.x), turn(texture.wrap[1], uv.y)) * size;
+        if !linear {
+            return texel(at.x.floor(), at.y.floor());
+        }
+        let corner = (at - 0.5).floor();
+        let part = at - 0.5 - corner;
+        let row = |y: f32| texel(corner.x, y).lerp(texel(corner.x + 1.0, y), part.x);
+        row(corner.y).lerp(row(corner.y + 1.0), part.y)
+    }
+}
+
+fn decode(space: ColorSpace, texel: &[u8]) -> Vec4 {
+    let table = space.table();
+    let [r, g, b] = [0, 1, 2].map(|i| table[texel[i] as usize]);
+    Vec4::new(r, g, b, LINEAR_BYTES[texel[3] as usize])
+}
+
+/// The texel that coordinate `x` (a whole number) falls on in a row of `size`.
+fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
+    let (x, size) = (x as i64, i64::from(size));
+    let texel = match wrap {
+        Wrap::Repeat => x.rem_euclid(size),
+        Wrap::Mirror => {
+            let x = x.rem_euclid(2 * size);
+            x.min(2 * size - 1 - x)
+        }
+        Wrap::Clamp => x.clamp(0, size - 1),
+    };
+    texel as usize
+}
+
+/// A level in linear light, by texel number.
+struct Texels<F: Fn(usize) -> Vec4> {
+    size: [usize; 2],
+    texel: F,
+}
+
+impl<F: Fn(usize) -> Vec4> Texels<F> {
+    /// Size and texels of the next level: each averages what it covers of this one, by area. For odd sizes that takes in
+    /// parts of texels, so that no row or column is lost and nothing shifts.
+    fn halved(&self) -> ([usize; 2], Vec<Vec4>) {
+        let size = self.size.map(|n| (n / 2).max(1));
+        let taps = |axis: usize| (0..size[axis]).map(|i| coverage(i, self.size[axis], size[axis])).collect::<Vec<_>>();
+        let (columns, rows) = (taps(0), taps(1));
+        let row_sum = |taps: &[(usize, f32)], row: usize| -> Vec4 {
+            taps.iter().map(|&(x, weight)| (self.texel)(row * self.size[0] + x) * weight).sum()
+        };
+        let texel = |x: usize, y: usize| rows[y].iter().map(|&(row, weight)| row_sum(&columns[x], row) * weight).sum();
+        (size, (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect())
+    }
+}
+
+/// Old texels under new texel `i` and their share of it. In whole numbers: an old texel is `to` long, a new one `from`.
+fn coverage(i: usize, from: usize, to: usize) -> Vec<(usize, f32)> {
+    let (start, end) = (i * from, (i + 1) * from);
+    let covered = |x: usize| ((x + 1) * to).min(end) - (x * to).max(start);
+    (start / to..end.div_ceil(to)).map(|x| (x, covered(x) as f32 / from as f32)).collect()
+}
+
+/// The mip chains of every image in every colour space that a scene's materials use it in.
+#[derive(Clone, Debug, Default)]
+pub struct Textures {
+    chains: BTreeMap<(usize, ColorSpace), MipChain>,
+}
+
+impl Textures {
+    /// Made in parallel.
+    pub fn new(scene: &Scene) -> Self {
+        let slots = scene.materials.iter().flat_map(Material::texture_slots);
+        let used: BTreeSet<_> = slots.map(|(slot, space)| (scene.textures[slot.texture].image, space)).collect();
+        let make = |key: (usize, ColorSpace)| (key, MipChain::new(&scene.images[key.0], key.1));
+        Self { chains: used.into_par_iter().map(make).collect() }
+    }
+
+    /// The chain of image `image` as used in `space`; `None` where no material uses it so.
+    pub fn chain(&self, image: usize, space: ColorSpace) -> Option<&MipChain> {
+        self.chains.get(&(image, space))
+    }
+
+    /// What `slot` shows at `uv` (before its transform), filtered over a square of `footprint` uv units. White where there
+    /// is no texture, so that factors stand alone.
+    pub fn sample(
+        &self,
+        scene: &Scene,
+        slot: Option<&TextureRef>,
+        space: ColorSpace,
+        uvs: [Vec2; 2],
+        footprint: [f32; 2],
+    ) -> Vec4 {
+        let Some(slot) = slot else { return Vec4::ONE };
+        let texture = &scene.textures[slot.texture];
+        let Some(chain) = self.chain(texture.image, space) else { return Vec4::ONE };
+        let uv = slot.transform.transform_point2(uvs[slot.uv_set]);
+        chain.sample(texture, uv, slot.level(&scene.images[texture.image], footprint[slot.uv_set]))
+    }
+}
+
+impl TextureRef {
+    /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide, taking the mean of
+    /// both axes. Not clamped; −∞ for 0.
+    pub fn level(&self, image: &Image, footprint: f32) -> f32 {
+        let texels = image.width as f32 * image.height as f32 * self.transform.matrix2.determinant().abs();
+        (footprint * texels.sqrt()).log2()
+    }
+}
+
+impl Material {
+    /// Every texture in use and the colour space of its slot.
+    pub fn texture_slots(&self) -> impl Iterator<Item = (TextureRef, ColorSpace)> {
+        let srgb = [self.base_color_texture, self.emissive_texture, self.specular_color_texture];
+        let linear = [
+            self.metallic_roughness_texture,
+            self.normal_texture,
+            self.occlusion_texture,
+            self.specular_texture,
+            self.transmission_texture,
+            self.thickness_texture,
+        ];
+        let srgb = srgb.into_iter().flatten().map(|slot| (slot, ColorSpace::Srgb));
+        srgb.chain(linear.into_iter().flatten().map(|slot| (slot, ColorSpace::Linear)))
+    }
+}

@@ -1,0 +1,218 @@
+//! Presets, files and single keys, merged and checked key by key, so that every message names the key at fault.
+
+use toml::{Table, Value};
+
+use super::{KEYS, Key, PRESETS, Range, Settings};
+use crate::{Error, Result};
+
+impl Settings {
+    /// The preset called `name`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the nearest name if there is none.
+    pub fn preset(name: &str) -> Result<Self> {
+        let found = PRESETS.iter().find(|(preset, ..)| *preset == name);
+        found.map(|(.., make)| make()).ok_or_else(|| {
+            let names: Vec<&str> = PRESETS.iter().map(|(preset, ..)| *preset).collect();
+            usage(format!("there is no preset {name:?}; {}", suggestion(name, &names)))
+        })
+    }
+
+    /// Takes every key of a TOML text; keys that it does not name stay as they are.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], naming the line or the key, without the file's name.
+    pub fn merge_toml(&mut self, text: &str) -> Result<()> {
+        let table: Table = text.parse().map_err(|e: toml::de::Error| {
+            let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+            usage(format!("line {line} is not valid TOML: {}", e.message().trim()))
+        })?;
+        let mut leaves = Vec::new();
+        flatten("", &table, &mut leaves)?;
+        self.replace(&leaves)
+    }
+
+    /// Takes one `key=value`, as from `--set`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], naming the key.
+    pub fn set(&mut self, assignment: &str) -> Result<()> {
+        let (name, text) = assignment
+            .split_once('=')
+            .ok_or_else(|| usage(format!("{assignment:?} has no value: write key=value, such as voxels=64")))?;
+        let key = known(name.trim())?;
+        self.replace(&[(key, parse(key, text.trim()))])
+    }
+
+    /// Every key and its value as TOML, in the order of [`KEYS`]: `merge_toml` of it gives the same settings.
+    pub fn to_toml(&self) -> String {
+        self.values().iter().map(|(key, value)| format!("{} = {}\n", key.name, write(value))).collect()
+    }
+
+    /// Every key and its value as the user would write it after `--set key=`.
+    pub fn entries(&self) -> Vec<(&'static Key, String)> {
+        let bare = |value: &Value| match value {
+            Value::String(text) => text.clone(),
+            Value::Array(items) => items.iter().map(write).collect::<Vec<_>>().join(","),
+            other => write(other),
+        };
+        self.values().iter().map(|(key, value)| (*key, bare(value))).collect()
+    }
+
+    /// Whether every value lies in its range. What the functions above build always does.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], naming the key.
+    pub fn validate(&self) -> Result<()> {
+        self.values().iter().try_for_each(|(key, value)| check(key, value).map(drop))
+    }
+
+    /// Every key and its value.
+    fn values(&self) -> Vec<(&'static Key, Value)> {
+        let tree = self.tree();
+        KEYS.iter().filter_map(|key| Some((key, find(&tree, key.name)?.clone()))).collect()
+    }
+
+    fn tree(&self) -> Table {
+        Table::try_from(self).expect("settings are plain data, which TOML can hold")
+    }
+
+    /// Puts checked values into the tree.
+    fn replace(&mut self, leaves: &[(&Key, Value)]) -> Result<()> {
+        let mut tree = self.tree();
+        for (key, value) in leaves {
+            insert(&mut tree, key.name, check(key, value)?);
+        }
+        *self = tree.try_into().map_err(|e: toml::de::Error| usage(e.message().to_owned()))?;
+        Ok(())
+    }
+}
+
+fn usage(sentence: String) -> Error {
+    Error::Usage(sentence)
+}
+
+/// Lists the leaves of a table by their dotted names.
+fn flatten(prefix: &str, table: &Table, leaves: &mut Vec<(&'static Key, Value)>) -> Result<()> {
+    for (name, value) in table {
+        let name = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+        match value {
+            Value::Table(inner) if KEYS.iter().any(|k| k.name.starts_with(&format!("{name}."))) => {
+                flatten(&name, inner, leaves)?;
+            }
+            _ => leaves.push((known(&name)?, value.clone())),
+        }
+    }
+    Ok(())
+}
+
+fn find<'a>(tree: &'a Table, name: &str) -> Option<&'a Value> {
+    match name.split_once('.') {
+        Some((group, rest)) => find(tree.get(group)?.as_table()?, rest),
+        None => tree.get(name),
+    }
+}
+
+fn insert(tree: &mut Table, name: &str, value: Value) {
+    match name.split_once('.') {
+        Some((group, rest)) => {
+            if let Some(Value::Table(inner)) = tree.get_mut(group) {
+                insert(inner, rest, value);
+            }
+        }
+        None => {
+            tree.insert(name.to_owned(), value);
+        }
+    }
+}
+
+/// The key called `name`, or the nearest ones.
+fn known(name: &str) -> Result<&'static Key> {
+    Key::named(name).ok_or_else(|| {
+        let group = format!("{name}.");
+        if let Some(inner) = KEYS.iter().find(|k| k.name.starts_with(&group)) {
+            return usage(format!("{name:?} is a group of settings; name one of its keys, such as {:?}", inner.name));
+        }
+        let names: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
+        usage(format!("there is no setting {name:?}; {}", suggestion(name, &names)))
+    })
+}
+
+/// "did you mean …?", or where to look if nothing is near. The last part of a dotted name counts as a name too.
+fn suggestion(name: &str, names: &[&str]) -> String {
+    let near = |candidate: &str| {
+        let whole = strsim::jaro_winkler(name, candidate);
+        candidate.rsplit_once('.').map_or(whole, |(_, last)| whole.max(strsim::jaro_winkler(name, last)))
+    };
+    let best = names.iter().map(|n| (near(n), n)).max_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        // Below this, jaro_winkler pairs words that share little more than their length.
+        Some((likeness, nearest)) if likeness > 0.75 => format!("did you mean {nearest:?}?"),
+        _ => "`twobounce settings` lists what there is".into(),
+    }
+}
+
+/// The text after `key=` in the type that the key takes; text that does not fit stays text, and `check` refuses it.
+fn parse(key: &Key, text: &str) -> Value {
+    let number = |s: &str| s.trim().parse().ok().map(Value::Float);
+    let parsed = match key.range {
+        Range::Bool => text.parse().ok().map(Value::Boolean),
+        Range::Choice(_) => None,
+        Range::PowerOfTwo(..) | Range::OneOf(_) => text.parse().ok().map(Value::Integer),
+        Range::Number(..) | Range::NumberOrAuto(..) => number(text),
+        Range::PointOrAuto(_) => text.split(',').map(number).collect::<Option<Vec<_>>>().map(Value::Array),
+    };
+    parsed.unwrap_or_else(|| Value::String(text.to_owned()))
+}
+
+/// The value in the form that the tree holds, or the sentence that says what the key takes.
+fn check(key: &Key, value: &Value) -> Result<Value> {
+    let number = |v: &Value| v.as_float().or(v.as_integer().map(|i| i as f64));
+    let within = |v: &Value, least: f64, most: f64| number(v).filter(|n| (least..=most).contains(n)).map(Value::Float);
+    let auto = || (value.as_str() == Some("auto")).then(|| value.clone());
+    let whole = value.as_integer().and_then(|i| u32::try_from(i).ok());
+    let accepted = match key.range {
+        Range::Bool => value.as_bool().map(Value::Boolean),
+        Range::Choice(names) => {
+            // `cones = 5` means the set called "5".
+            let name = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            names().contains(&name.as_str()).then_some(Value::String(name))
+        }
+        Range::PowerOfTwo(least, most) => {
+            whole.filter(|n| n.is_power_of_two() && (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)))
+        }
+        Range::OneOf(values) => whole.filter(|n| values.contains(n)).map(|n| Value::Integer(i64::from(n))),
+        Range::Number(least, most) => within(value, least, most),
+        Range::NumberOrAuto(least, most) => within(value, least, most).or_else(auto),
+        Range::PointOrAuto(most) => value
+            .as_array()
+            .filter(|items| items.len() == 3)
+            .and_then(|items| items.iter().map(|v| within(v, -most, most)).collect())
+            .map(Value::Array)
+            .or_else(auto),
+    };
+    accepted.ok_or_else(|| {
+        let given = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        let hint = match key.range {
+            Range::Choice(names) => nearest_choice(&given, &names()),
+            _ => String::new(),
+        };
+        usage(format!("setting {:?} takes {}, not {given:?}{hint}", key.name, key.range))
+    })
+}
+
+fn nearest_choice(given: &str, names: &[&str]) -> String {
+    let near = names.iter().find(|n| strsim::damerau_levenshtein(given, n) <= 2 && n.len() > 2);
+    near.map_or(String::new(), |n| format!("; did you mean {n:?}?"))
+}
+
+/// TOML, with the shortest digits that give the same number: settings in f32 do not show an f64's tail.
+fn write(value: &Value) -> String {
+    match value {
+        Value::Float(v) if f64::from(*v as f32) == *v => {
+            Value::Float((*v as f32).to_string().parse().unwrap_or(*v)).to_string()
+        }
+        Value::Array(items) => format!("[{}]", items.iter().map(write).collect::<Vec<_>>().join(", ")),
+        other => other.to_string(),
+    }
+}

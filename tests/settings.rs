@@ -1,0 +1,155 @@
+//! The settings tree: its table, its presets, and how they are read, merged and written.
+
+use std::collections::BTreeSet;
+
+use proptest::prelude::*;
+use twobounce::settings::{KEYS, PRESETS, Settings, markdown};
+
+fn leaves(prefix: &str, value: &toml::Value, names: &mut BTreeSet<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (name, inner) in table {
+                leaves(&format!("{prefix}{}{name}", if prefix.is_empty() { "" } else { "." }), inner, names);
+            }
+        }
+        _ => {
+            names.insert(prefix.to_owned());
+        }
+    }
+}
+
+#[test]
+fn every_key_has_a_row_and_every_row_a_key() {
+    let mut serialised = BTreeSet::new();
+    leaves("", &toml::Value::try_from(Settings::default()).unwrap(), &mut serialised);
+    let rows: BTreeSet<String> = KEYS.iter().map(|k| k.name.to_owned()).collect();
+    assert_eq!(serialised, rows);
+    assert_eq!(rows.len(), KEYS.len(), "a row is there twice");
+    for key in KEYS {
+        assert!(
+            !key.unit.is_empty() && !key.meaning.is_empty() && !key.cost.is_empty(),
+            "{} is not explained",
+            key.name
+        );
+    }
+}
+
+#[test]
+fn the_settings_page_is_current() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/settings.md")).unwrap();
+    assert!(page == markdown(), "docs/settings.md is stale: twobounce settings --markdown > docs/settings.md");
+}
+
+#[test]
+fn every_preset_is_in_range_and_survives_toml() {
+    for (name, _, make) in PRESETS {
+        let preset = make();
+        preset.validate().unwrap();
+        assert_eq!(Settings::preset(name).unwrap(), preset);
+        let mut read = Settings { voxels: 16, ..Settings::printed() };
+        read.merge_toml(&preset.to_toml()).unwrap();
+        assert_eq!(read, preset, "{name} changes on its way through TOML");
+    }
+    assert_eq!(PRESETS[0].2(), Settings::default());
+}
+
+#[test]
+fn groups_and_dotted_keys_mean_the_same() {
+    let (mut dotted, mut grouped) = (Settings::default(), Settings::default());
+    dotted.merge_toml("start.shadow_end = 3\nvolume.center = [1, 2.5, -3]\ncones = 16").unwrap();
+    grouped.merge_toml("cones = \"16\"\n[start]\nshadow_end = 3.0\n[volume]\ncenter = [1.0, 2.5, -3.0]").unwrap();
+    assert_eq!(dotted, grouped);
+    assert_eq!(dotted.volume.center, Some([1.0, 2.5, -3.0]));
+    dotted.set("volume.center=auto").unwrap();
+    assert_eq!(dotted.volume.center, None);
+}
+
+#[test]
+fn later_assignments_win_and_the_rest_stays() {
+    let mut settings = Settings::printed();
+    settings.set("voxels=32").unwrap();
+    settings.set(" voxels = 64 ").unwrap();
+    settings.set("volume.center=1,-2,3e2").unwrap();
+    assert_eq!(settings.voxels, 64);
+    assert_eq!(settings.volume.center, Some([1.0, -2.0, 300.0]));
+    assert_eq!(settings.ledger, Settings::printed().ledger);
+}
+
+/// What is wrong must be named, with the key and what it takes or the nearest name.
+#[test]
+fn mistakes_name_the_key_and_the_remedy() {
+    for (assignment, parts) in [
+        ("voxel=64", ["\"voxel\"", "did you mean \"voxels\""]),
+        ("start.difuse_along=1", ["start.difuse_along", "did you mean \"start.diffuse_along\""]),
+        ("diffuse_along=1", ["diffuse_along", "did you mean \"start.diffuse_along\""]),
+        ("ledger.d3=right", ["ledger.d3", "did you mean \"ledger.d"]),
+        ("xyzzy=1", ["xyzzy", "twobounce settings"]),
+        ("start=1", ["group", "start.diffuse_normal"]),
+        ("voxels", ["no value", "key=value"]),
+        ("voxels=65", ["voxels", "power of two, 16 to 256"]),
+        ("voxels=512", ["voxels", "power of two, 16 to 256"]),
+        ("voxels=-64", ["voxels", "power of two, 16 to 256"]),
+        ("voxels=6.5e1", ["voxels", "power of two, 16 to 256"]),
+        ("cones=6", ["cones", "6a, 6b"]),
+        ("bounces=3", ["bounces", "1 or 2"]),
+        ("image.samples=2", ["image.samples", "1 or 4"]),
+        ("jitter=1", ["jitter", "true or false"]),
+        ("fill=covrage", ["fill", "did you mean \"coverage\""]),
+        ("start.shadow_end=-1", ["start.shadow_end", "0 to 64"]),
+        ("start.shadow_end=inf", ["start.shadow_end", "0 to 64"]),
+        ("start.shadow_end=NaN", ["start.shadow_end", "0 to 64"]),
+        ("volume.side=0", ["volume.side", "or auto"]),
+        ("volume.center=1,2", ["volume.center", "x,y,z"]),
+        ("volume.center=1,2,nan", ["volume.center", "x,y,z"]),
+    ] {
+        let mut settings = Settings::default();
+        let message = settings.set(assignment).unwrap_err().to_string();
+        assert!(parts.iter().all(|p| message.contains(p)), "{assignment}: {message}");
+        assert_eq!(settings, Settings::default(), "{assignment} left a trace");
+    }
+    for (text, part) in [
+        ("voxels = 64\nfil = 1", "did you mean \"fill\""),
+        ("[start]\nshadow_ned = 1", "did you mean \"start.shadow_end\""),
+        ("[starts]\nx = 1", "\"starts\""),
+        ("voxels = 64\nvoxels 32", "line 2"),
+        ("voxels = \"64\"", "power of two"),
+        ("voxels = [64]", "power of two"),
+        ("jitter = \"true\"", "true or false"),
+    ] {
+        let message = Settings::default().merge_toml(text).unwrap_err().to_string();
+        assert!(message.contains(part), "{text}: {message}");
+        assert!(!message.contains('\n'), "{text}: more than one line: {message}");
+    }
+    assert!(Settings::preset("printd").unwrap_err().to_string().contains("did you mean \"printed\""));
+}
+
+#[test]
+fn validation_finds_what_code_sets_wrong() {
+    let mut settings = Settings::default();
+    settings.start.diffuse_along = f32::NAN;
+    assert!(settings.validate().unwrap_err().to_string().contains("start.diffuse_along"));
+    let wrong = Settings { voxels: 100, ..Settings::default() };
+    assert!(wrong.validate().unwrap_err().to_string().contains("voxels"));
+}
+
+proptest! {
+    /// Every f32 and f64 comes back bit for bit, and no text makes it panic.
+    #[test]
+    fn numbers_survive_toml(start in 0.0_f32..64.0, side in 1e-6_f64..1e9, center in -1e9_f64..1e9) {
+        let mut settings = Settings::default();
+        settings.start.shadow_end = start;
+        settings.volume.side = Some(side);
+        settings.volume.center = Some([center, -center, 0.1]);
+        let mut read = Settings::default();
+        read.merge_toml(&settings.to_toml()).unwrap();
+        prop_assert_eq!(read, settings);
+    }
+
+    #[test]
+    fn no_text_panics(text in "[a-z.=\\[\\]0-9\"\n ]{0,40}") {
+        let mut settings = Settings::default();
+        let _ = settings.merge_toml(&text);
+        let _ = settings.set(&text);
+        prop_assert!(settings.validate().is_ok());
+    }
+}

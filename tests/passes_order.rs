@@ -7,14 +7,15 @@ mod scenes;
 
 use glam::{DVec3, Vec3};
 use scenes::{Random, add, add_point_light, cuboid, diffuse, emitter, empty};
+use twobounce::layers::Aov;
 use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Fill, Settings, Weights};
-use twobounce::layers::Aov;
 
 /// A lit room full of triangles that share voxels, lamps of 10⁻⁶ and 10⁶ among them.
 fn crowd(reversed: bool) -> Scene {
     let mut random = Random::new(4);
-    let mut parts: Vec<(Vec<[DVec3; 3]>, Material)> = vec![(cuboid(DVec3::ZERO, DVec3::splat(8.0), true), diffuse(0.6))];
+    let mut parts: Vec<(Vec<[DVec3; 3]>, Material)> =
+        vec![(cuboid(DVec3::ZERO, DVec3::splat(8.0), true), diffuse(0.6))];
     for i in 0..200 {
         let center = random.point() * 6.0 + 1.0;
         let mut corner = || center + (random.point() - 0.5) * 2.0;
@@ -47,7 +48,8 @@ fn runs_and_triangle_orders_give_the_same_bits() {
             let volumes = renderer.resources().volumes.iter();
             let volumes: Vec<_> = volumes.map(|v| gpu::volume_bits(&context, v)).collect();
             let image = renderer.read();
-            let image: Vec<u32> = image.get(Aov::Beauty).expect("an image").iter().flatten().map(|v| v.to_bits()).collect();
+            let image: Vec<u32> =
+                image.get(Aov::Beauty).expect("an image").iter().flatten().map(|v| v.to_bits()).collect();
             (volumes, image)
         };
         let first = bits(false);

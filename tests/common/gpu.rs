@@ -37,7 +37,8 @@ pub fn render_from(context: &Arc<Context>, scene: &Scene, settings: &Settings, s
         memory_limit: None,
         bounds: scene.bounds(None),
     };
-    let mut renderer = Renderer::new(context, scene.clone(), &pose, settings.clone(), options).expect("the scene fits the device");
+    let mut renderer =
+        Renderer::new(context, scene.clone(), &pose, settings.clone(), options).expect("the scene fits the device");
     renderer.render(&pose, &view).expect("a frame");
     assert_eq!(context.take_validation_messages(), Vec::<String>::new());
     renderer

@@ -133,6 +133,8 @@ pub struct Primitive {
     pub mode: u32,
     #[serde(default)]
     pub targets: Vec<std::collections::BTreeMap<String, usize>>,
+    #[serde(default)]
+    pub extensions: serde_json::Map<String, Value>,
 }
 
 #[derive(Deserialize)]

@@ -6,6 +6,7 @@
 
 mod accessor;
 mod animations;
+mod check;
 mod container;
 mod deform;
 mod document;
@@ -45,6 +46,9 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
+/// Metres, and factors of scale: areas and squared distances still fit into f32.
+const COORDINATE_MAX: f64 = 1e15;
+
 /// One sentence per thing that was ignored or simplified, each said once.
 #[derive(Default)]
 struct Warnings(Vec<String>);
@@ -79,6 +83,7 @@ impl Scene {
             let buffers = load_buffers(&document, folder, file.binary)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let data = Data { document: &document, buffers: &buffers };
+            check::document(&data)?;
             let mut scene = assemble(&data, folder, options, &mut warnings, &mut hash)?;
             scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             scene.hash = hash.finalize().to_hex().to_string();
@@ -100,7 +105,10 @@ fn parse(path: &Path, json: &[u8]) -> Result<Document, Error> {
     struct Head {
         asset: Option<document::Asset>,
     }
-    let broken = |e| Error::file(path, format!("is not valid glTF JSON ({e}); export the file again"));
+    let broken = |e: serde_json::Error| {
+        let (what, line, column) = (container::shorten(&e.to_string()), e.line(), e.column());
+        Error::file(path, format!("is not valid glTF at line {line}, column {column} ({what}); export the file again"))
+    };
     let head: Head = serde_json::from_slice(json).map_err(broken)?;
     let asset = head.asset.unwrap_or_default();
     let version = asset.min_version.as_deref().unwrap_or(&asset.version);
@@ -188,6 +196,11 @@ fn load_meshes(
     for &index in shown {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
+        let place = world[tree.slot[index]].to_cols_array();
+        // NaN, from infinite scales that met, fails the comparison too.
+        if !place.iter().all(|x| x.abs() <= COORDINATE_MAX) {
+            return Err(format!("node {index} is moved or scaled beyond 10¹⁵; scale the scene down"));
+        }
         let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
         if node.extensions.instancing.is_some() {
             warnings.once("EXT_mesh_gpu_instancing is not supported: such a mesh shows once");

@@ -3,13 +3,10 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
-#[path = "common/scenes.rs"]
-mod scenes;
 
 use std::path::Path;
 
-use glam::DVec3;
-use scenes::{add, add_point_light, cuboid, diffuse, empty};
+use twobounce::scene::analytic::{self, Lamp};
 use twobounce::settings::{Lists, Settings};
 use twobounce::vk::{CallLog, DrawLog, FrameLog, Stage, ZoneLog};
 
@@ -58,10 +55,7 @@ const TALK: [Pass; 10] = [
 ];
 
 fn frame(settings: &Settings) -> FrameLog {
-    let mut scene = empty();
-    add(&mut scene, &cuboid(DVec3::ZERO, DVec3::ONE, true), diffuse(0.5));
-    add_point_light(&mut scene, DVec3::splat(0.6), 1.0);
-    gpu::render(&gpu::context(), &scene, settings, 32).log().clone()
+    gpu::render(&gpu::context(), &analytic::cornell(Lamp::Point), settings, 32).log().clone()
 }
 
 fn printed() -> Settings {

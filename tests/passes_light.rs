@@ -2,31 +2,16 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
-#[path = "common/scenes.rs"]
-mod scenes;
-
-use glam::{DVec3, Vec3};
-use scenes::{add, cuboid, diffuse, empty};
 use twobounce::layers::Aov;
-use twobounce::scene::{Material, Scene, View};
+use twobounce::scene::analytic;
 use twobounce::settings::{Fill, Settings};
 use twobounce::twins::closed_forms;
-
-/// A closed room that emits 1 everywhere, empty or with a block in it, seen from within.
-fn furnace(albedo: f32, block: bool) -> (Scene, View) {
-    let glowing = || Material { emissive: Vec3::ONE, ..diffuse(albedo) };
-    let mut scene = empty();
-    add(&mut scene, &cuboid(DVec3::ZERO, DVec3::splat(2.0), true), glowing());
-    if block {
-        add(&mut scene, &cuboid(DVec3::new(0.9, 0.0, 0.5), DVec3::new(1.5, 0.8, 1.1), false), glowing());
-    }
-    (scene, View::look_at(DVec3::new(0.3, 1.4, 1.8), DVec3::new(1.2, 0.5, 0.6), DVec3::Y, 1.2))
-}
 
 /// Mean and largest pixel over Σρᵏ after two bounces.
 fn furnace_ratio(albedo: f32, block: bool, settings: &Settings) -> (f64, f64) {
     let context = gpu::context();
-    let (scene, view) = furnace(albedo, block);
+    let scene = analytic::furnace(albedo, 1.0, block);
+    let view = scene.view(&scene.pose(None, 0.0), 0);
     let image = gpu::render_from(&context, &scene, settings, 32, view).read();
     let pixels = image.get(Aov::Beauty).expect("an image");
     let expected = closed_forms::furnace(f64::from(albedo), 2);

@@ -14,27 +14,33 @@ use twobounce::settings::{Fill, Settings, Weights};
 /// A lit room full of triangles that share voxels, lamps of 10⁻⁶ and 10⁶ among them.
 fn crowd(reversed: bool) -> Scene {
     let mut random = Random::new(4);
-    let mut parts: Vec<(Vec<[DVec3; 3]>, Material)> =
-        vec![(cuboid(DVec3::ZERO, DVec3::splat(8.0), true), diffuse(0.6))];
+    let mut parts: Vec<([DVec3; 3], Material)> = Vec::new();
     for i in 0..200 {
         let center = random.point() * 6.0 + 1.0;
-        let mut corner = || center + (random.point() - 0.5) * 2.0;
+        let grey = Material::lambert("grey", Vec3::splat(0.5));
         let material = match i % 20 {
-            0 => emitter(Vec3::splat(1e6), true),
-            1 => emitter(Vec3::splat(1e-6), false),
-            _ => Material { double_sided: i % 2 == 0, ..diffuse(0.5) },
+            0 => Material::lamp("bright", Vec3::splat(1e6)),
+            1 => Material::lamp("dim", Vec3::splat(1e-6)),
+            _ => Material { double_sided: i % 2 == 0, ..grey },
         };
-        parts.push((vec![[corner(), corner(), corner()]], material));
+        parts.push((triangle(&mut random, center, 2.0), material));
     }
     if reversed {
-        parts.iter_mut().for_each(|p| p.0.reverse());
         parts.reverse();
     }
-    let mut scene = empty();
-    for (triangles, material) in parts {
-        add(&mut scene, &triangles, material);
+    let mut scene = Scene::empty("crowd");
+    let walls = scene.add_material(Material::lambert("walls", Vec3::splat(0.6)));
+    scene.add_mesh(Mesh::cuboid("room", walls, Vec3::ZERO, Vec3::splat(8.0), true), DAffine3::IDENTITY);
+    for (triangle, material) in parts {
+        add(&mut scene, &[triangle], material);
     }
-    add_point_light(&mut scene, DVec3::new(4.0, 7.0, 4.0), 30.0);
+    if reversed {
+        scene.meshes.reverse();
+        let last = scene.meshes.len() - 1;
+        scene.instances.iter_mut().for_each(|instance| instance.mesh = last - instance.mesh);
+        scene.instances.reverse();
+    }
+    scene.add_light(LightKind::Point, Vec3::splat(30.0), DAffine3::from_translation(DVec3::new(4.0, 7.0, 4.0)));
     scene
 }
 

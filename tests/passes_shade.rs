@@ -6,9 +6,9 @@ mod gpu;
 mod scenes;
 
 use glam::{DVec3, IVec3, Vec3};
-use scenes::{Random, add, emitter, empty};
+use scenes::{Random, add, triangle};
 use std::collections::{BTreeMap, BTreeSet};
-use twobounce::scene::Scene;
+use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Fill, Form, Settings};
 use twobounce::twins::mips::mip_level;
 use twobounce::twins::shade::{Shaded, fill};
@@ -26,13 +26,13 @@ fn settings(fill: Fill) -> Settings {
 
 /// Triangles about three voxels large that emit, each with a colour of its own, every other one on both sides.
 fn confetti() -> (Scene, Vec<[DVec3; 3]>) {
-    let (mut scene, mut triangles, mut random) = (empty(), Vec::new(), Random::new(3));
+    let (mut scene, mut triangles, mut random) = (Scene::empty("confetti"), Vec::new(), Random::new(3));
     for i in 0..60 {
         let center = random.point() * 12.0 + 2.0;
-        let mut corner = || (center + (random.point() - 0.5) * 4.0).as_vec3().as_dvec3();
-        let triangle = [corner(), corner(), corner()];
-        add(&mut scene, &[triangle], emitter(random.point().as_vec3(), i % 2 == 0));
-        triangles.push(triangle);
+        let corners = triangle(&mut random, center, 4.0);
+        let lamp = Material::lamp("lamp", random.point().as_vec3());
+        add(&mut scene, &[corners], Material { double_sided: i % 2 == 0, ..lamp });
+        triangles.push(corners);
     }
     (scene, triangles)
 }

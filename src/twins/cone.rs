@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 
 use super::directions::{cone_set, tangent_frame};
 use super::volume::{ISOTROPIC, Volume};
-use crate::settings::{Form, Settings, Weights};
+use crate::settings::{Blend, Form, Settings, Weights};
 
 /// Alpha at which a cone ends (D18): what is left cannot change an 8-bit image.
 pub const OPAQUE: f32 = 0.995;
@@ -122,12 +122,22 @@ pub fn trace_cone(volume: &Volume, cone: &Cone, s: &Settings) -> Traced {
     let (edge, end) = (volume.edge(), reach(cone, s.ledger.d10));
     let voxel = 1.0 / edge as f32;
     let (mut value, mut steps, mut distance) = (Vec4::ZERO, 0, cone.start);
-    while distance < end && value.w < stop_alpha(s.ledger.d18) && steps < MAX_STEPS {
+    while value.w < stop_alpha(s.ledger.d18) && steps < MAX_STEPS {
         let diameter = cone_diameter(cone.aperture, distance, edge, s.ledger.d17);
+        // A sum goes on until the last wall, cut by the border, is met whole.
+        let margin = if s.blend == Blend::Sum { 0.5 * voxel + diameter.min(0.125) } else { 0.0 };
+        if distance >= end + margin {
+            break;
+        }
         let level = (diameter * edge as f32).log2().max(0.0);
         let position = cone.origin + distance * cone.direction;
-        value += (1.0 - value.w) * sample_volume(volume, position, cone.direction, level, 1.0, s);
-        distance += diameter.max(voxel);
+        if s.blend == Blend::Sum {
+            let seen = s.step * sample_volume(volume, position, cone.direction, level, 1.0, s);
+            value += seen * f32::min(1.0, (1.0 - value.w) / seen.w.max(1e-6));
+        } else {
+            value += (1.0 - value.w) * sample_volume(volume, position, cone.direction, level, s.step, s);
+        }
+        distance += diameter.max(voxel) * s.step;
         steps += 1;
     }
     Traced { value: value.max(Vec4::ZERO), steps }

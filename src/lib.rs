@@ -9,6 +9,7 @@ pub mod image_target;
 pub mod layers;
 pub mod layout;
 pub mod ledger;
+pub mod measure;
 pub mod memory_plan;
 pub mod output;
 pub mod renderer;

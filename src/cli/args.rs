@@ -21,6 +21,8 @@ pub enum Command {
     Render(RenderArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
+    /// List the Vulkan devices, what twobounce needs of them, and what they lack
+    Info(InfoArgs),
 }
 
 /// A scene and how to look at it.
@@ -145,6 +147,13 @@ pub struct SettingsCommandArgs {
     /// Print the effective settings as a file for --config
     #[arg(long)]
     pub toml: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Print JSON; sizes in bytes
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
 
 pub mod args;
+mod info;
 pub mod interrupt;
 pub mod job;
 pub mod log;
@@ -55,6 +56,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Settings(args) => settings::run(args),
+        Command::Info(args) => info::run(args),
     }
 }
 

@@ -296,9 +296,9 @@ mod tests {
         let table = four_frames().table();
         let lines: Vec<_> = table.lines().collect();
         assert_eq!(lines[0], "pass           kind         GPU ms        min        max   share      bytes");
-        assert_eq!(lines[2], "render         raster      20.000     10.000     30.000   90.9%    1.0 MiB");
-        assert_eq!(lines[3], "sum of passes              22.000     13.000     31.000");
-        assert_eq!(lines[4], "frame                      22.000     13.000     31.000");
+        assert_eq!(lines[2], "render         raster       20.000     10.000     30.000   90.9%    1.0 MiB");
+        assert_eq!(lines[3], "sum of passes               22.000     13.000     31.000");
+        assert_eq!(lines[4], "frame                       22.000     13.000     31.000");
         assert_eq!(lines[5], "3 frame(s) after 1 to warm up; 23.000 ms of wall clock each (median)");
     }
 

@@ -1,5 +1,6 @@
 //! Voxel cone tracing with two bounces for everything, in raw Vulkan.
 
+pub mod assets;
 pub mod atlas;
 pub mod error;
 pub mod frame;
@@ -12,6 +13,7 @@ pub mod ledger;
 pub mod measure;
 pub mod memory_plan;
 pub mod output;
+pub mod reference;
 pub mod renderer;
 pub mod scene;
 pub mod settings;

@@ -15,6 +15,8 @@ use crate::settings::Settings;
 use crate::vk::{Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub struct Render {
+    /// Whether something may be discarded.
+    masked: bool,
     depth: Raster,
     opaque: Raster,
     blended: Option<Raster>,
@@ -71,7 +73,7 @@ impl Render {
             ..common
         };
         let blended = features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?;
-        Ok(Self { depth: depth_pipeline, opaque, blended })
+        Ok(Self { masked, depth: depth_pipeline, opaque, blended })
     }
 
     pub fn record(
@@ -95,7 +97,11 @@ impl Render {
                     }
                     let push = BandPush { first_row: band.first_row };
                     let recorded = || DrawCall::Indirect { buffer: &resources.globals, offset: 0 };
-                    pass.draw(&self.depth, &self.depth.select(&binds), &push, recorded());
+                    if self.masked {
+                        pass.draw(&self.depth, &self.depth.select(&binds), &push, recorded());
+                    } else {
+                        pass.draw(&self.depth, &self.depth.select(&binds), &(), recorded());
+                    }
                     pass.draw(&self.opaque, &self.opaque.select(&binds), &push, recorded());
                     if let Some(pipeline) = &self.blended {
                         let call = DrawCall::Direct { vertices: 3 * blended_triangles, instances: 1 };

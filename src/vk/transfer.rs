@@ -20,13 +20,14 @@ pub fn upload<T: Pod>(context: &Arc<Context>, label: &str, data: &[T]) -> Result
 /// Writes `data` to the start of a device-local buffer.
 pub fn upload_into<T: Pod>(context: &Arc<Context>, target: &Buffer, data: &[T]) -> Result<()> {
     let bytes = size_of_val(data) as u64;
-    if bytes > 0 {
-        let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload, vk::BufferUsageFlags::empty())?;
-        staging.write(0, data);
-        let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-        recorder.copy_range(&staging, 0, target, 0, bytes);
-        recorder.finish()?;
+    if bytes == 0 {
+        return Ok(());
     }
+    let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload, vk::BufferUsageFlags::empty())?;
+    staging.write(0, data);
+    let mut recorder = Recorder::new(context, RecorderOptions::default())?;
+    recorder.copy_range(&staging, 0, target, 0, bytes);
+    recorder.finish()?;
     Ok(())
 }
 

@@ -1,5 +1,6 @@
 //! Voxel cone tracing with two bounces for everything, in raw Vulkan.
 
+pub mod assets;
 pub mod atlas;
 pub mod error;
 pub mod frame;
@@ -9,8 +10,10 @@ pub mod image_target;
 pub mod layers;
 pub mod layout;
 pub mod ledger;
+pub mod measure;
 pub mod memory_plan;
 pub mod output;
+pub mod reference;
 pub mod renderer;
 pub mod scene;
 pub mod settings;

@@ -19,8 +19,14 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to an image
     Render(RenderArgs),
+    /// Path-trace a reference image on the CPU
+    Reference(super::reference::ReferenceArgs),
+    /// Compare an image with its reference
+    Compare(super::compare::CompareArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
+    /// Write the scenes in assets/ anew
+    MakeAssets(MakeAssetsArgs),
 }
 
 /// A scene and how to look at it.
@@ -136,6 +142,13 @@ pub struct RenderArgs {
 }
 
 #[derive(Args, Debug)]
+pub struct MakeAssetsArgs {
+    /// The folder to write into; made where it is missing
+    #[arg(value_name = "DIR", default_value = "assets")]
+    pub dir: PathBuf,
+}
+
+#[derive(Args, Debug)]
 pub struct SettingsCommandArgs {
     #[command(flatten)]
     pub settings: SettingsArgs,
@@ -207,7 +220,7 @@ fn memory_size(text: &str) -> Result<u64, String> {
         .ok_or_else(|| "write a size with its unit, such as 512MiB or 2GiB".into())
 }
 
-fn aov() -> impl TypedValueParser<Value = Aov> {
+pub fn aov() -> impl TypedValueParser<Value = Aov> {
     let names = Aov::ALL.iter().filter(|a| **a != Aov::Beauty).map(|a| a.name());
     PossibleValuesParser::new(names).try_map(|name| Aov::from_name(&name).ok_or("no such layer"))
 }

@@ -15,6 +15,8 @@ use crate::vk::{Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, Ra
 use crate::Result;
 
 pub struct Render {
+    /// Whether something may be discarded.
+    masked: bool,
     depth: Raster,
     opaque: Raster,
     blended: Option<Raster>,
@@ -69,7 +71,7 @@ impl Render {
             ..common
         };
         let blended = features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?;
-        Ok(Self { depth: depth_pipeline, opaque, blended })
+        Ok(Self { masked, depth: depth_pipeline, opaque, blended })
     }
 
     pub fn record(
@@ -93,7 +95,11 @@ impl Render {
                     }
                     let push = BandPush { first_row: band.first_row };
                     let recorded = || DrawCall::Indirect { buffer: &resources.globals, offset: 0 };
-                    pass.draw(&self.depth, &self.depth.select(&binds), &push, recorded());
+                    if self.masked {
+                        pass.draw(&self.depth, &self.depth.select(&binds), &push, recorded());
+                    } else {
+                        pass.draw(&self.depth, &self.depth.select(&binds), &(), recorded());
+                    }
                     pass.draw(&self.opaque, &self.opaque.select(&binds), &push, recorded());
                     if let Some(pipeline) = &self.blended {
                         let call = DrawCall::Direct { vertices: 3 * blended_triangles, instances: 1 };

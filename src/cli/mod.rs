@@ -11,6 +11,7 @@ mod make_assets;
 pub mod out;
 mod reference;
 mod render;
+mod report;
 pub mod scene;
 mod settings;
 

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use twobounce::gi::Method;
 use twobounce::layers::Layers;
+use twobounce::measure::timing::Timings;
+use twobounce::measure::trace::chrome_trace;
 use twobounce::memory_plan::mib;
+use twobounce::output::file;
 use twobounce::output::exr::Metadata;
 use twobounce::output::png::automatic_exposure;
 use twobounce::renderer::{FrameReport, RenderOptions, Renderer, Submit};
@@ -13,6 +16,7 @@ use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, MethodArg, RenderArgs, SubmitArg};
 use super::job::{Format, Frames, RenderJob};
+use super::report::{self, RenderReport, SceneReport};
 use super::scene::{Opened, Shot};
 use super::{Outcome, interrupt, out};
 use crate::say;
@@ -27,16 +31,15 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let header = header(args, &job, &opened, &context);
     let mut studio = Studio::new(args, &job, opened, &context)?;
     studio.tell_memory();
+    studio.warm_up(job.warm_up)?;
     match job.frames {
         Frames::Repeat(count) => {
-            studio.warm_up(job.warm_up)?;
             for _ in 0..count {
                 studio.frame(0.0)?;
             }
             studio.write(0, &header)?;
         }
         Frames::Sequence { count, step_s } => {
-            studio.warm_up(job.warm_up)?;
             for frame in 0..count {
                 let later_s = f64::from(frame) * step_s;
                 studio.frame(later_s)?;
@@ -47,7 +50,15 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         }
     }
     studio.tell_counters();
+    studio.report(args)?;
     Ok(Outcome::Done)
+}
+
+fn method_name(method: MethodArg) -> &'static str {
+    match method {
+        MethodArg::Cones => "cones",
+        MethodArg::None => "none",
+    }
 }
 
 impl DeviceArgs {
@@ -74,6 +85,11 @@ struct Studio<'a> {
     shot: Shot,
     /// As asked for, or as chosen by the first image of a sequence for all of them.
     exposure_ev: Option<f32>,
+    scene: SceneReport,
+    size: (u32, u32),
+    /// Bytes that the device had left before anything was taken.
+    budget_bytes: u64,
+    /// Of every frame, those to warm up first.
     reports: Vec<FrameReport>,
 }
 
@@ -97,17 +113,31 @@ impl<'a> Studio<'a> {
             bounds: shot.bounds(&scene),
         };
         let pose = shot.pose(&scene, 0.0);
+        let about = SceneReport {
+            name: scene.name.clone(),
+            hash: scene.hash.clone(),
+            triangles: scene.triangle_count(),
+            camera,
+            time_s: args.scene.time,
+        };
+        let budget_bytes = context.memory_budget();
         let renderer = Renderer::new(context, scene, &pose, job.settings.clone(), options)?;
-        Ok(Self { job, context, renderer, shot, exposure_ev: args.exposure, reports: Vec::new() })
+        Ok(Self {
+            job,
+            context,
+            renderer,
+            shot,
+            exposure_ev: args.exposure,
+            scene: about,
+            size: (width, height),
+            budget_bytes,
+            reports: Vec::new(),
+        })
     }
 
-    /// Frames that are not counted.
+    /// Frames whose times do not count.
     fn warm_up(&mut self, frames: u32) -> Result<()> {
-        for _ in 0..frames {
-            self.frame(0.0)?;
-        }
-        self.reports.clear();
-        Ok(())
+        (0..frames).try_for_each(|_| self.frame(0.0))
     }
 
     fn frame(&mut self, later_s: f64) -> Result<()> {
@@ -145,7 +175,7 @@ impl<'a> Studio<'a> {
         let (plan, taken) = (self.renderer.plan(), self.context.allocated_bytes());
         say!("memory plan:\n{plan}");
         say!("  {:<24} {:>10.2} MiB", "taken from the driver", mib(taken));
-        say!("  {:<24} {:>10.2} MiB", "the device's budget left", mib(self.context.memory_budget()));
+        say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(self.budget_bytes));
     }
 
     fn tell_counters(&self) {
@@ -163,6 +193,32 @@ impl<'a> Studio<'a> {
             say!("buffers were too small and grew: {repeats} times a frame was repeated");
         }
     }
+
+    /// The table, the JSON and the trace, as far as they were asked for.
+    fn report(&self, args: &RenderArgs) -> anyhow::Result<()> {
+        let mut timings = Timings::new(self.job.warm_up as usize);
+        self.reports.iter().for_each(|frame| timings.push(frame.timings.clone()));
+        if args.timings {
+            out::write(&timings.table());
+        }
+        if let Some(path) = &args.trace {
+            let trace = chrome_trace(&self.context.name, timings.frames()).to_string();
+            file::write(path, trace.as_bytes())?;
+        }
+        if let Some(path) = &args.json {
+            let memory = report::memory(&self.renderer.plan(), self.context.allocated_bytes(), self.budget_bytes);
+            let counters = report::counters(&self.reports);
+            let report = RenderReport {
+                scene: self.scene.clone(),
+                method: method_name(args.method),
+                settings: &self.job.settings,
+                exposure_ev: self.exposure_ev,
+                timings: timings.report(self.context, self.size, counters, Some(memory)),
+            };
+            report.write(path)?;
+        }
+        Ok(())
+    }
 }
 
 /// A pixel that is no number is a fault that nobody should have to find by eye.
@@ -175,10 +231,6 @@ fn warn_of_non_finite(image: &Layers) {
 
 /// What an .exr says about how it came about. No dates: the same command gives the same bytes.
 fn header(args: &RenderArgs, job: &RenderJob, opened: &Opened, context: &Context) -> Metadata {
-    let method = match args.method {
-        MethodArg::Cones => "cones",
-        MethodArg::None => "none",
-    };
     let entries = [
         ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),
         ("scene", opened.scene.name.clone()),
@@ -186,7 +238,7 @@ fn header(args: &RenderArgs, job: &RenderJob, opened: &Opened, context: &Context
         ("camera", opened.camera.clone()),
         ("time", args.scene.time.to_string()),
         ("sky", opened.scene.sky.to_string()),
-        ("method", method.to_owned()),
+        ("method", method_name(args.method).to_owned()),
         ("settings", job.settings.to_toml()),
         ("device", context.name.clone()),
         ("driver", context.driver.clone()),

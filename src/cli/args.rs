@@ -27,6 +27,8 @@ pub enum Command {
     Settings(SettingsCommandArgs),
     /// Write the scenes in assets/ anew
     MakeAssets(MakeAssetsArgs),
+    /// List the Vulkan devices, what twobounce needs of them, and what they lack
+    Info(InfoArgs),
 }
 
 /// A scene and how to look at it.
@@ -158,6 +160,13 @@ pub struct SettingsCommandArgs {
     /// Print the effective settings as a file for --config
     #[arg(long)]
     pub toml: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Print JSON; sizes in bytes
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -4,6 +4,7 @@
 
 pub mod args;
 mod compare;
+mod info;
 pub mod interrupt;
 pub mod job;
 pub mod log;
@@ -65,6 +66,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Settings(args) => settings::run(args),
+        Command::Info(args) => info::run(args),
     }
 }
 

@@ -13,13 +13,13 @@ use twobounce::settings::Settings;
 /// The file that `--json` writes.
 #[derive(Serialize)]
 pub struct RenderReport<'a> {
+    #[serde(flatten)]
+    pub timings: TimingReport,
     pub scene: SceneReport,
     pub method: &'static str,
     pub settings: &'a Settings,
     /// What a .png was exposed with; null for an .exr.
     pub exposure_ev: Option<f32>,
-    #[serde(flatten)]
-    pub timings: TimingReport,
 }
 
 /// What was rendered.

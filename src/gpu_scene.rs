@@ -9,7 +9,7 @@ use crate::atlas::Atlas;
 use crate::layout::{self, material_flags};
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Alpha, Material, Mip, Pose, Scene, Texture, TextureRef, Wrap};
-use crate::vk::{self, Buffer, Context, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags};
+use crate::vk::{self, Buffer, Context, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Sampler};
 use crate::Result;
 
 /// One instance of a mesh: a draw of the recording pass.
@@ -34,6 +34,8 @@ pub struct GpuScene {
     pub texture_levels: Buffer,
     /// RGBA8 array, read as UNORM and as sRGB.
     pub atlas: Image,
+    /// Texels are fetched, never filtered: its filter does not matter.
+    pub texel_sampler: Sampler,
     pub draws: Vec<SceneDraw>,
 }
 
@@ -139,6 +141,13 @@ impl ScenePacked {
             texture_entries: vk::upload(context, "texture entries", &self.entries)?,
             texture_levels: vk::upload(context, "texture levels", &self.levels)?,
             atlas,
+            texel_sampler: Sampler::new(
+                context,
+                vk::Filter::NEAREST,
+                vk::SamplerMipmapMode::NEAREST,
+                vk::SamplerAddressMode::CLAMP_TO_EDGE,
+                vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
+            )?,
             draws: self.draws.clone(),
         })
     }

@@ -117,28 +117,31 @@ impl ImageTarget {
         (0..height).step_by(step as usize).map(move |first_row| Band { first_row, rows: step.min(height - first_row) })
     }
 
-    pub fn render_target(&self, band: &Band) -> RenderTarget<'_> {
-        let colors = self.layers.iter().zip(Aov::ALL).map(|(target, layer)| {
+    pub fn colors(&self) -> Vec<ColorTarget<'_>> {
+        let targets = self.layers.iter().zip(Aov::ALL);
+        let color = targets.map(|(target, layer)| {
             let [r, g, b] = self.background(*layer);
             let load = Load::Clear([r, g, b, 1.0]);
+            let resolved = target.resolved.attachment_view(0);
             match &target.samples {
-                Some(samples) => ColorTarget {
-                    view: samples.attachment_view(0),
-                    resolve: Some(target.resolved.attachment_view(0)),
-                    load,
-                    store: false,
-                },
-                None => ColorTarget { view: target.resolved.attachment_view(0), resolve: None, load, store: true },
+                Some(samples) => {
+                    ColorTarget { view: samples.attachment_view(0), resolve: Some(resolved), load, store: false }
+                }
+                None => ColorTarget { view: resolved, resolve: None, load, store: true },
             }
         });
+        color.collect()
+    }
+
+    /// A band's part of the image; `colors` from [`ImageTarget::colors`].
+    pub fn render_target<'a>(&'a self, colors: &'a [ColorTarget<'a>], band: &Band) -> RenderTarget<'a> {
         RenderTarget {
-            colors: colors.collect(),
-            depth: Some(DepthTarget { view: self.depth.attachment_view(0), clear: Some(0.0), store: false }),
+            colors,
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false }),
             width: self.width,
             height: band.rows,
-            layers: 1,
             viewport: Some(Rect { x: 0, y: -(band.first_row as i32), width: self.width, height: self.height }),
-            scissor: None,
+            ..Default::default()
         }
     }
 

@@ -6,10 +6,6 @@ struct Cone {
     float aperture; // tangent of the half angle
 };
 
-uint cone_count() {
-    return CONE_SET == 0u ? 1u : CONE_SET == 1u ? 5u : CONE_SET == 4u ? 16u : 6u;
-}
-
 const vec3 SIDES_6A[5] = vec3[5](
     vec3(-0.794654, 0.607062, 0.000000), vec3(0.642889, 0.607062, 0.467086), vec3(0.642889, 0.607062, -0.467086),
     vec3(-0.245562, 0.607062, 0.755761), vec3(-0.245562, 0.607062, -0.755761));

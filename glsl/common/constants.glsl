@@ -2,6 +2,7 @@
 
 layout(constant_id = 0) const uint EDGE = 64u; // voxels
 layout(constant_id = 1) const uint CONE_SET = 1u; // 0: 1, 1: 5, 2: 6a, 3: 6b, 4: 16
+layout(constant_id = 10) const uint CONE_COUNT = 5u; // of the set
 layout(constant_id = 2) const uint FILL = 0u;
 layout(constant_id = 3) const uint WEIGHTS = 0u;
 layout(constant_id = 4) const uint SHADOWS = 0u;

@@ -45,7 +45,7 @@ Arguments evaluate(Arguments x) {
     if (push.function == 0u) {
         Cone cone = cone_set(uint(x.a.x));
         y.a = vec4(cone.direction, cone.weight);
-        y.b = vec4(cone.aperture, float(cone_count()), 0.0, 0.0);
+        y.b = vec4(cone.aperture, float(CONE_COUNT), 0.0, 0.0);
     } else if (push.function == 1u) {
         mat3 frame = tangent_frame(x.a.xyz);
         y = Arguments(vec4(frame[0], 0.0), vec4(frame[1], 0.0), vec4(frame[2], 0.0));

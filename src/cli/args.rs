@@ -19,6 +19,10 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to an image
     Render(RenderArgs),
+    /// Path-trace a reference image on the CPU
+    Reference(super::reference::ReferenceArgs),
+    /// Compare an image with its reference
+    Compare(super::compare::CompareArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
     /// Write the scenes in assets/ anew
@@ -216,7 +220,7 @@ fn memory_size(text: &str) -> Result<u64, String> {
         .ok_or_else(|| "write a size with its unit, such as 512MiB or 2GiB".into())
 }
 
-fn aov() -> impl TypedValueParser<Value = Aov> {
+pub fn aov() -> impl TypedValueParser<Value = Aov> {
     let names = Aov::ALL.iter().filter(|a| **a != Aov::Beauty).map(|a| a.name());
     PossibleValuesParser::new(names).try_map(|name| Aov::from_name(&name).ok_or("no such layer"))
 }

@@ -3,11 +3,13 @@
 //! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
 
 pub mod args;
+mod compare;
 pub mod interrupt;
 pub mod job;
 pub mod log;
 mod make_assets;
 pub mod out;
+mod reference;
 mod render;
 pub mod scene;
 mod settings;
@@ -23,12 +25,15 @@ use args::{Cli, Command};
 /// How a command that did not fail ended.
 pub enum Outcome {
     Done,
+    /// A threshold was exceeded: exit code 1.
+    Exceeded,
 }
 
 impl From<Outcome> for ExitCode {
     fn from(outcome: Outcome) -> Self {
         match outcome {
             Outcome::Done => Self::SUCCESS,
+            Outcome::Exceeded => Self::from(1),
         }
     }
 }
@@ -56,6 +61,8 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
         Command::MakeAssets(args) => make_assets::run(args),
         Command::Render(args) => render::run(args),
+        Command::Reference(args) => reference::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Settings(args) => settings::run(args),
     }
 }

@@ -12,6 +12,7 @@ const ROUGHNESS_FIT: u32 = 5;
 const PRINTED: u32 = 6;
 const BOUNCE: u32 = 7;
 const FEATURES: u32 = 8;
+const CONE_COUNT: u32 = 10;
 /// Of `render.vert` alone.
 pub const BLENDED: u32 = 9;
 
@@ -88,12 +89,12 @@ fn printed_bits(ledger: &Ledger) -> u32 {
 
 /// The constants of a pass; `bounce` is 1 where a volume is there to gather from.
 pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u32, u32)> {
-    let cone_set = match settings.cones {
-        ConeSet::One => 0,
-        ConeSet::Five => 1,
-        ConeSet::SixA => 2,
-        ConeSet::SixB => 3,
-        ConeSet::Sixteen => 4,
+    let (cone_set, cone_count) = match settings.cones {
+        ConeSet::One => (0, 1),
+        ConeSet::Five => (1, 5),
+        ConeSet::SixA => (2, 6),
+        ConeSet::SixB => (3, 6),
+        ConeSet::Sixteen => (4, 16),
     };
     let fill = match settings.fill {
         Fill::Uniform => 0,
@@ -119,6 +120,7 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
     vec![
         (EDGE, settings.voxels),
         (CONE_SET, cone_set),
+        (CONE_COUNT, cone_count),
         (FILL, fill),
         (WEIGHTS, weights),
         (SHADOWS, shadows),

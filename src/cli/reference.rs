@@ -1,0 +1,177 @@
+//! `twobounce reference`: a path-traced image to measure others against.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::Instant;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use twobounce::layers::Aov;
+use twobounce::output::exr::Metadata;
+use twobounce::output::file;
+use twobounce::reference::cache::Cache;
+use twobounce::reference::film::Film;
+use twobounce::reference::{Depth, Options, Progress, Stop, VERSION};
+use twobounce::{Error, Result};
+
+use super::args::{SceneArgs, aov};
+use super::{Outcome, interrupt, out, scene};
+use crate::say;
+
+#[derive(Args, Debug)]
+pub struct ReferenceArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The image to write: linear radiance
+    #[arg(short, long, value_name = "REF.exr")]
+    pub output: PathBuf,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", conflicts_with = "noise", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
+    pub spp: Option<u32>,
+    /// Sample until the root mean square of the pixels' relative error is below this
+    #[arg(long, value_name = "PERCENT", default_value_t = 1.0)]
+    pub noise: f64,
+    /// full, direct, or a number of indirect bounces
+    #[arg(long, value_name = "full|direct|N", default_value = "full", value_parser = depth)]
+    pub depth: Depth,
+    /// Other seeds give other noise
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Further layers, separated by commas
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
+    pub aov: Vec<Aov>,
+}
+
+fn depth(text: &str) -> std::result::Result<Depth, String> {
+    match text {
+        "full" => Ok(Depth::Full),
+        "direct" => Ok(Depth::Bounces(0)),
+        _ => text.parse().map(Depth::Bounces).map_err(|_| "write full, direct or a number of indirect bounces".into()),
+    }
+}
+
+/// Renders, or takes what earlier calls finished, and writes the image.
+pub fn run(args: &ReferenceArgs) -> anyhow::Result<Outcome> {
+    let stop = check(args)?;
+    let opened = args.scene.open()?;
+    opened.notes.iter().for_each(|note| out::complain(&format!("note: {note}")));
+    let options = Options {
+        width: opened.width,
+        height: opened.height,
+        depth: args.depth,
+        stop,
+        seed: args.seed,
+        occlusion: args.aov.contains(&Aov::Ao),
+    };
+    let pose = opened.pose(0.0);
+    let view = opened.view(&pose);
+    interrupt::install()?;
+    let bar = Bar::new();
+    let film = Cache::of_user()?.render(
+        (&opened.scene, &pose, &view),
+        &options,
+        &|progress| bar.show(&progress),
+        interrupt::flag(),
+    );
+    let traced = bar.finish();
+    let film = film.inspect_err(|error| {
+        if matches!(error, Error::Interrupted) {
+            out::complain("what is finished is kept; the same command goes on from there");
+        }
+    })?;
+    film.layers(&args.aov).write_exr(&args.output, &header(args, &opened, &film))?;
+    report(args, &film, &traced);
+    Ok(Outcome::Done)
+}
+
+/// What can be found wrong without opening the scene.
+fn check(args: &ReferenceArgs) -> Result<Stop> {
+    args.scene.check()?;
+    if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+        return Err(Error::file(&args.output, "is no .exr; a reference holds linear radiance, name it something.exr"));
+    }
+    file::check_writable(&args.output)?;
+    match args.spp {
+        Some(n) => Ok(Stop::Samples(n)),
+        None if args.noise > 0.0 && args.noise.is_finite() => Ok(Stop::Noise(args.noise / 100.0)),
+        None => Err(Error::Usage("--noise takes a percentage above 0".to_owned())),
+    }
+}
+
+fn header(args: &ReferenceArgs, opened: &scene::Opened, film: &Film) -> Metadata {
+    let depth = match args.depth {
+        Depth::Full => "full".to_owned(),
+        Depth::Bounces(n) => format!("direct light and {n} indirect bounces"),
+    };
+    let entries = [
+        ("writer", format!("twobounce {} reference, tracer {VERSION}", env!("CARGO_PKG_VERSION"))),
+        ("scene", opened.scene.name.clone()),
+        ("sceneHash", opened.scene.hash.clone()),
+        ("camera", opened.camera.clone()),
+        ("time", args.scene.time.to_string()),
+        ("sky", opened.scene.sky.to_string()),
+        ("depth", depth),
+        ("samplesPerPixel", film.done().to_string()),
+        ("seed", args.seed.to_string()),
+        ("noise", format!("{:.6}", film.noise())),
+    ];
+    entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
+    let (width, height) = (film.width, film.rows.len());
+    let (samples, noise) = (film.done(), 100.0 * film.noise());
+    say!("{}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS", args.output.display());
+    if traced.paths == 0 {
+        say!("taken from the cache");
+    } else {
+        let (paths, seconds) = (traced.paths as f64 / 1e6, traced.seconds);
+        say!("traced {paths:.2} million paths in {seconds:.1} s: {:.3} million per second", paths / seconds);
+    }
+    if film.rejected() > 0 {
+        say!("{} samples were not finite and count as black", film.rejected());
+    }
+}
+
+/// The progress bar on standard error, and what it saw.
+struct Bar {
+    bar: ProgressBar,
+    start: Instant,
+    /// Paths at the first and at the latest report.
+    seen: Mutex<Option<(u64, u64)>>,
+}
+
+/// Work that was done in this call.
+struct Traced {
+    paths: u64,
+    seconds: f64,
+}
+
+impl Bar {
+    fn new() -> Self {
+        let bar = ProgressBar::new(1);
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent} %, {eta} left{msg}") {
+            bar.set_style(style);
+        }
+        Self { bar, start: Instant::now(), seen: Mutex::new(None) }
+    }
+
+    fn show(&self, progress: &Progress) {
+        self.bar.set_length(progress.expected);
+        self.bar.set_position(progress.paths);
+        if let Some(noise) = progress.noise {
+            self.bar.set_message(format!(", noise {:.2} %", 100.0 * noise));
+        }
+        if let Ok(mut seen) = self.seen.lock() {
+            let first = seen.map_or(progress.before, |s| s.0);
+            let latest = seen.map_or(0, |s| s.1).max(progress.paths);
+            *seen = Some((first, latest));
+        }
+    }
+
+    fn finish(&self) -> Traced {
+        self.bar.finish_and_clear();
+        let paths = self.seen.lock().ok().and_then(|s| *s).map_or(0, |(first, latest)| latest - first);
+        Traced { paths, seconds: self.start.elapsed().as_secs_f64() }
+    }
+}

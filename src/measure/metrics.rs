@@ -1,0 +1,159 @@
+//! How far an image is from its reference: `energy rel relmse p95 flip`, of the whole and of the indirect part.
+//!
+//! Pixels that are not finite in either image are counted and left out of every metric.
+
+use serde::Serialize;
+
+use crate::layers::{Aov, Layers};
+use crate::{Error, Result};
+
+/// What darker pixels are compared against at least, as a share of the reference's mean.
+const FLOOR: f64 = 0.01;
+
+/// Luminance that the reference's 95th percentile gets before FLIP.
+const FLIP_WHITE: f32 = 0.8;
+
+/// Numbers for one pair of images. Means run over pixels and channels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Metrics {
+    /// mean(image) / mean(reference); 1 is right.
+    pub energy: f64,
+    /// mean |image − reference| / mean(reference).
+    pub rel: f64,
+    /// Mean over pixels of Σ (image − reference)² / (Σ reference² + 3 · 0.01 · mean(reference)²), Σ over channels.
+    pub relmse: f64,
+    /// 95th percentile over pixels of Σ |image − reference| / (Σ reference + 3 · 0.01 · mean(reference)).
+    pub p95: f64,
+}
+
+/// Values that are not numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct NonFinite {
+    pub nan: usize,
+    pub inf: usize,
+}
+
+/// Everything about an image against its reference.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    pub total: Metrics,
+    /// Of total − direct, each image less its own direct layer, where both have one.
+    pub indirect: Option<Metrics>,
+    /// Mean of [`Self::flip_map`].
+    pub flip: f64,
+    /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree; see [`exposed`].
+    pub flip_map: Vec<f32>,
+    /// What both images were multiplied by for FLIP.
+    pub exposure: f32,
+    pub image: NonFinite,
+    pub reference: NonFinite,
+}
+
+impl NonFinite {
+    fn of(pixels: &[[f32; 3]]) -> Self {
+        let values = pixels.iter().flatten();
+        Self { nan: values.clone().filter(|v| v.is_nan()).count(), inf: values.filter(|v| v.is_infinite()).count() }
+    }
+
+    pub fn count(&self) -> usize {
+        self.nan + self.inf
+    }
+}
+
+/// Compares two images of the same size. [`Error::Usage`] where that makes no sense.
+pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
+    let (size, other) = ((image.width, image.height), (reference.width, reference.height));
+    if size != other {
+        let text = format!(
+            "the image is {}x{}, the reference {}x{}; render both at the same size",
+            size.0, size.1, other.0, other.1
+        );
+        return Err(Error::Usage(text));
+    }
+    for (what, layers) in [("image", image), ("reference", reference)] {
+        if layers.beauty().iter().all(|p| !finite(p)) {
+            return Err(Error::Usage(format!("the {what} has no finite pixel; render it again")));
+        }
+    }
+    let total = metrics(image.beauty(), reference.beauty(), "image")?;
+    let indirect = match (indirect(image), indirect(reference)) {
+        (Some(a), Some(b)) => Some(metrics(&a, &b, "indirect part")?),
+        _ => None,
+    };
+    let exposure = exposure(reference.beauty());
+    let flip_map = flip(image, reference, exposure);
+    let flip = flip_map.iter().map(|&f| f as f64).sum::<f64>() / flip_map.len() as f64;
+    let (image, reference) = (NonFinite::of(image.beauty()), NonFinite::of(reference.beauty()));
+    Ok(Comparison { total, indirect, flip, flip_map, exposure, image, reference })
+}
+
+/// Total − direct, if the direct layer is there.
+fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
+    let direct = layers.get(Aov::Direct)?;
+    let minus = |(t, d): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| t[c] - d[c]);
+    Some(layers.beauty().iter().zip(direct).map(minus).collect())
+}
+
+fn finite(pixel: &[f32; 3]) -> bool {
+    pixel.iter().all(|v| v.is_finite())
+}
+
+/// The metrics of pixels against as many others; `what` names them where the reference is black.
+pub fn metrics(image: &[[f32; 3]], reference: &[[f32; 3]], what: &str) -> Result<Metrics> {
+    let pairs: Vec<_> =
+        image.iter().zip(reference).filter(|(a, b)| finite(a) && finite(b)).map(|(a, b)| (wide(a), wide(b))).collect();
+    let values = 3.0 * pairs.len() as f64;
+    let sum = |f: &dyn Fn(&([f64; 3], [f64; 3]), usize) -> f64| -> f64 {
+        pairs.iter().map(|p| (0..3).map(|c| f(p, c)).sum::<f64>()).sum()
+    };
+    let mean = sum(&|(_, b), c| b[c]) / values;
+    if mean.is_nan() || mean <= 0.0 {
+        return Err(Error::Usage(format!("the reference's {what} is black: nothing can be compared with it")));
+    }
+    let difference =
+        |a: &[f64; 3], b: &[f64; 3], power: i32| (0..3).map(|c| (a[c] - b[c]).abs().powi(power)).sum::<f64>();
+    let squared = |(a, b): &([f64; 3], [f64; 3])| {
+        difference(a, b, 2) / (b.iter().map(|v| v * v).sum::<f64>() + 3.0 * FLOOR * mean * mean)
+    };
+    let relative: Vec<f64> =
+        pairs.iter().map(|(a, b)| difference(a, b, 1) / (b.iter().sum::<f64>() + 3.0 * FLOOR * mean)).collect();
+    Ok(Metrics {
+        energy: sum(&|(a, _), c| a[c]) / values / mean,
+        rel: sum(&|(a, b), c| (a[c] - b[c]).abs()) / values / mean,
+        relmse: pairs.iter().map(squared).sum::<f64>() / pairs.len() as f64,
+        p95: percentile(relative, 0.95),
+    })
+}
+
+fn wide(pixel: &[f32; 3]) -> [f64; 3] {
+    pixel.map(f64::from)
+}
+
+/// Linear between ranks (Hyndman and Fan's type 7, NumPy's default). 0 of nothing.
+fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
+    let rank = share * last as f64;
+    let (below, part) = (rank as usize, rank.fract());
+    values[below] + (values[(below + 1).min(last)] - values[below]) * part
+}
+
+/// The factor that brings the 95th percentile of the reference's luminance to 0.8; 1 where that is black.
+fn exposure(reference: &[[f32; 3]]) -> f32 {
+    let luminance =
+        reference.iter().filter(|p| finite(p)).map(|p| f64::from(crate::output::png::luminance(*p))).collect();
+    let white = percentile(luminance, 0.95) as f32;
+    if white > 0.0 { FLIP_WHITE / white } else { 1.0 }
+}
+
+/// 8-bit sRGB after the factor `exposure`, clamped; black where not finite.
+pub fn exposed(pixels: &[[f32; 3]], exposure: f32) -> Vec<u8> {
+    let code = |v: f32| crate::output::png::srgb_code((v * exposure).clamp(0.0, 1.0));
+    pixels.iter().flat_map(|p| if finite(p) { p.map(code) } else { [0; 3] }).collect()
+}
+
+/// NVIDIA's FLIP (nv-flip, the authors' C++ code) of both images, per pixel.
+fn flip(image: &Layers, reference: &Layers, exposure: f32) -> Vec<f32> {
+    let ldr = |l: &Layers| nv_flip::FlipImageRgb8::with_data(l.width, l.height, &exposed(l.beauty(), exposure));
+    nv_flip::flip(ldr(reference), ldr(image), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec()
+}

@@ -1,0 +1,4 @@
+//! Measuring: images against references.
+
+pub mod metrics;
+pub mod picture;

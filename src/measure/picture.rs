@@ -1,0 +1,43 @@
+//! Comparisons to look at.
+
+use super::metrics::{Comparison, exposed};
+use crate::layers::Layers;
+use crate::{Error, Result};
+
+/// The bytes of a PNG: image, reference, signed difference (red: too bright, blue: too dark; full colour at half of white)
+/// and FLIP in magma, side by side, all at the comparison's exposure.
+pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison) -> Result<Vec<u8>> {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let panels = [
+        exposed(image.beauty(), comparison.exposure),
+        exposed(reference.beauty(), comparison.exposure),
+        signed_difference(image.beauty(), reference.beauty(), comparison.exposure),
+        magma(&comparison.flip_map, image.width, image.height),
+    ];
+    let mut pixels = Vec::with_capacity(4 * 3 * width * height);
+    for y in 0..height {
+        for panel in &panels {
+            pixels.extend_from_slice(&panel[3 * width * y..3 * width * (y + 1)]);
+        }
+    }
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::RgbImage::from_raw(4 * image.width, image.height, pixels)
+        .ok_or_else(|| Error::Usage("the comparison is too large for a picture".to_owned()))?
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .map_err(|e| Error::Usage(format!("the comparison cannot be drawn: {e}")))?;
+    Ok(bytes.into_inner())
+}
+
+/// Per pixel: white where equal, towards red where the image is brighter, towards blue where it is darker.
+fn signed_difference(image: &[[f32; 3]], reference: &[[f32; 3]], exposure: f32) -> Vec<u8> {
+    let color = |(a, b): (&[f32; 3], &[f32; 3])| {
+        let difference = (0..3).map(|c| a[c] - b[c]).sum::<f32>() / 3.0 * exposure;
+        let fade = 255 - (2.0 * difference.abs() * 255.0).min(255.0) as u8;
+        if difference > 0.0 { [255, fade, fade] } else { [fade, fade, 255] }
+    };
+    image.iter().zip(reference).flat_map(color).collect()
+}
+
+fn magma(flip: &[f32], width: u32, height: u32) -> Vec<u8> {
+    nv_flip::FlipImageFloat::with_data(width, height, flip).apply_color_lut(&nv_flip::magma_lut()).to_vec()
+}

@@ -1,0 +1,158 @@
+//! References kept between runs, so that nobody waits twice: films under a hash of everything that shapes them.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use bytemuck::{cast_slice, cast_slice_mut};
+
+use super::film::{Film, Pixel, Row};
+use super::{Depth, Options, Progress, VERSION, render};
+use crate::output::file;
+use crate::scene::{Pose, Scene, View};
+use crate::{Error, Result};
+
+/// Marks a film's file; its last digit is the version of the layout.
+const MAGIC: [u8; 8] = *b"2bfilm\0\x01";
+
+/// How long work may be lost to a crash.
+const SAVE_EVERY: Duration = Duration::from_secs(30);
+
+/// A folder of films.
+#[derive(Clone, Debug)]
+pub struct Cache {
+    folder: PathBuf,
+}
+
+impl Cache {
+    /// In `TWOBOUNCE_CACHE`, else `twobounce` in `XDG_CACHE_HOME`, else in `~/.cache`.
+    pub fn of_user() -> Result<Self> {
+        let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+        let folder = set("TWOBOUNCE_CACHE")
+            .or_else(|| set("XDG_CACHE_HOME").map(|d| d.join("twobounce")))
+            .or_else(|| set("HOME").map(|d| d.join(".cache/twobounce")));
+        folder.map(Self::at).ok_or_else(|| {
+            Error::Usage("there is no folder to keep references in; set TWOBOUNCE_CACHE to one".to_owned())
+        })
+    }
+
+    pub fn at(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// The finished film for `options`: from the cache, or rendered on from what the cache has. What is finished when
+    /// `cancel` is set stays there ([`Error::Interrupted`]).
+    pub fn render(
+        &self,
+        of: (&Scene, &Pose, &View),
+        options: &Options,
+        progress: &(dyn Fn(Progress) + Sync),
+        cancel: &AtomicBool,
+    ) -> Result<Film> {
+        std::fs::create_dir_all(&self.folder).map_err(|e| {
+            Error::file(&self.folder, format!("cannot be created: {e}; set TWOBOUNCE_CACHE to a folder that can"))
+        })?;
+        let key = key(of, options);
+        let path = self.folder.join(format!("{}.film", key.to_hex()));
+        let mut film = match load(&path, &key, options) {
+            Some(film) if !options.stop.passed(&film) => film,
+            _ => Film::new(options.width, options.height),
+        };
+        let mut saved = Instant::now();
+        let mut pause = |film: &Film| {
+            let cancelled = cancel.load(std::sync::atomic::Ordering::Relaxed);
+            if cancelled || options.stop.reached(film) || saved.elapsed() > SAVE_EVERY {
+                file::write(&path, &encode(film, &key))?;
+                saved = Instant::now();
+            }
+            Ok(())
+        };
+        render(of, options, &mut film, progress, &mut pause, cancel)?;
+        Ok(film)
+    }
+}
+
+/// Hash over all that shapes the samples: not when to stop, since every sample up to there is the same.
+fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |bytes: &[u8]| {
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    };
+    let depth = match options.depth {
+        Depth::Full => "full".to_owned(),
+        Depth::Bounces(n) => n.to_string(),
+    };
+    let Options { width, height, seed, occlusion, .. } = options;
+    add(format!("twobounce reference {VERSION}: {width}x{height} depth {depth} seed {seed} ao {occlusion}").as_bytes());
+    // Debug prints floats with all the digits that tell them apart.
+    add(format!("{view:?} {pose:?} {:?} {:?} {:?}", scene.sky, scene.instances, scene.textures).as_bytes());
+    add(format!("{:?} {:?}", scene.materials, scene.lights).as_bytes());
+    for mesh in &scene.meshes {
+        add(&mesh.material.to_le_bytes());
+        add(cast_slice(&mesh.positions));
+        add(cast_slice(&mesh.normals));
+        add(cast_slice(&mesh.tangents));
+        mesh.uvs.iter().for_each(|uvs| add(cast_slice(uvs)));
+        add(cast_slice(&mesh.colors));
+        add(cast_slice(&mesh.indices));
+    }
+    for image in &scene.images {
+        add(&image.width.to_le_bytes());
+        add(&image.rgba);
+    }
+    hasher.finalize()
+}
+
+/// Little-endian: magic, key, size, history, rows, then the hash of all that.
+fn encode(film: &Film, key: &blake3::Hash) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    bytes.extend(MAGIC);
+    bytes.extend(key.as_bytes());
+    bytes.extend(film.width.to_le_bytes());
+    bytes.extend((film.rows.len() as u32).to_le_bytes());
+    bytes.extend((film.history.len() as u32).to_le_bytes());
+    for (samples, noise) in &film.history {
+        bytes.extend(samples.to_le_bytes());
+        bytes.extend(noise.to_le_bytes());
+    }
+    for row in &film.rows {
+        bytes.extend(row.done.to_le_bytes());
+        bytes.extend(row.rejected.to_le_bytes());
+        bytes.extend(cast_slice::<Pixel, u8>(&row.pixels));
+    }
+    bytes.extend(blake3::hash(&bytes).as_bytes());
+    bytes
+}
+
+/// The film in a file; `None` if there is none, or it is damaged, or of something else: then it is rendered anew.
+fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
+    let bytes = std::fs::read(path).ok()?;
+    let (content, hash) = bytes.split_last_chunk::<32>()?;
+    let mut rest = (blake3::hash(content).as_bytes() == hash).then_some(content)?;
+    (take(&mut rest)? == MAGIC && take(&mut rest)? == *key.as_bytes()).then_some(())?;
+    let size = [options.width, options.height];
+    ([u32::from_le_bytes(take(&mut rest)?), u32::from_le_bytes(take(&mut rest)?)] == size).then_some(())?;
+    let mut film = Film::new(options.width, options.height);
+    for _ in 0..u32::from_le_bytes(take(&mut rest)?) {
+        film.history.push((u32::from_le_bytes(take(&mut rest)?), f64::from_le_bytes(take(&mut rest)?)));
+    }
+    for row in &mut film.rows {
+        *row = Row {
+            done: u32::from_le_bytes(take(&mut rest)?),
+            rejected: u64::from_le_bytes(take(&mut rest)?),
+            ..row.clone()
+        };
+        let pixels = cast_slice_mut::<Pixel, u8>(&mut row.pixels);
+        let (here, after) = rest.split_at_checked(pixels.len())?;
+        pixels.copy_from_slice(here);
+        rest = after;
+    }
+    rest.is_empty().then_some(film)
+}
+
+fn take<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
+    let (chunk, after) = rest.split_first_chunk::<N>()?;
+    *rest = after;
+    Some(*chunk)
+}

@@ -1,0 +1,175 @@
+//! Sums of samples per pixel, in f64 and in a fixed order: the same bits whatever the threads and interruptions.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::integrator::Sample;
+use crate::layers::{Aov, Layers};
+
+/// Sums over one pixel's samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Pixel {
+    /// Radiance of even and of odd samples, which are independent of each other.
+    halves: [[f64; 3]; 2],
+    direct: [f64; 3],
+    normal: [f64; 3],
+    albedo: [f64; 3],
+    /// Metres, over the samples that hit something.
+    depth: f64,
+    hits: f64,
+    ao: f64,
+}
+
+/// A row of pixels and how far it got.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// Samples per pixel so far.
+    pub done: u32,
+    /// Samples that were not finite and count as black.
+    pub rejected: u64,
+    pub pixels: Vec<Pixel>,
+}
+
+/// The state of a reference image in the making.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    pub width: u32,
+    /// From the top.
+    pub rows: Vec<Row>,
+    /// (samples per pixel, noise) at each of [`next_check`]'s counts that all rows reached.
+    pub history: Vec<(u32, f64)>,
+}
+
+/// The first count of samples after `done` at which noise is estimated: steps of a quarter of a power of two.
+pub fn next_check(done: u32) -> u32 {
+    const FIRST: u32 = 16;
+    if done < FIRST { FIRST } else { done + (1 << done.ilog2()) / 4 }
+}
+
+impl Pixel {
+    /// Adds sample number `index`. `depth` is in metres.
+    pub fn add(&mut self, sample: &Sample, index: u32, depth: f64) {
+        accumulate(&mut self.halves[index as usize & 1], sample.beauty);
+        accumulate(&mut self.direct, sample.direct);
+        self.ao += sample.ao as f64;
+        if let Some(first) = &sample.first {
+            accumulate(&mut self.normal, first.normal);
+            accumulate(&mut self.albedo, first.albedo);
+            self.depth += depth;
+            self.hits += 1.0;
+        }
+    }
+
+    fn beauty(&self, samples: f64) -> [f64; 3] {
+        std::array::from_fn(|c| (self.halves[0][c] + self.halves[1][c]) / samples)
+    }
+
+    fn layer(&self, aov: Aov, samples: f64) -> [f32; 3] {
+        let mean = |sum: [f64; 3], n: f64| sum.map(|s| (s / n) as f32);
+        match aov {
+            Aov::Beauty => self.beauty(samples).map(|x| x as f32),
+            Aov::Direct => mean(self.direct, samples),
+            Aov::Indirect => {
+                let (total, direct) = (self.beauty(samples), self.direct);
+                std::array::from_fn(|c| (total[c] - direct[c] / samples) as f32)
+            }
+            Aov::Ao => [(self.ao / samples) as f32; 3],
+            Aov::Normal => Vec3::from_array(mean(self.normal, 1.0)).normalize_or_zero().to_array(),
+            Aov::Depth if self.hits == 0.0 => [f32::INFINITY; 3],
+            Aov::Depth => [(self.depth / self.hits) as f32; 3],
+            Aov::Albedo => mean(self.albedo, samples),
+        }
+    }
+}
+
+fn accumulate(sum: &mut [f64; 3], value: Vec3) {
+    for (sum, value) in sum.iter_mut().zip(value.to_array()) {
+        *sum += value as f64;
+    }
+}
+
+impl Film {
+    pub fn new(width: u32, height: u32) -> Self {
+        let row = Row { pixels: vec![Pixel::default(); width as usize], ..Row::default() };
+        Self { width, rows: vec![row; height as usize], history: Vec::new() }
+    }
+
+    /// Samples per pixel that every row has.
+    pub fn done(&self) -> u32 {
+        self.rows.iter().map(|r| r.done).min().unwrap_or(0)
+    }
+
+    /// Samples per pixel that some row has.
+    pub fn started(&self) -> u32 {
+        self.rows.iter().map(|r| r.done).max().unwrap_or(0)
+    }
+
+    /// Samples of all pixels together.
+    pub fn paths(&self) -> u64 {
+        self.rows.iter().map(|r| r.done as u64 * self.width as u64).sum()
+    }
+
+    /// Samples that were not finite and count as black.
+    pub fn rejected(&self) -> u64 {
+        self.rows.iter().map(|r| r.rejected).sum()
+    }
+
+    /// Root mean square over pixels of the relative error expected of the image against a converged one: that of half the
+    /// difference of the two half-sample images. Relative as in `relmse`: per pixel
+    /// √(Σ error² / (Σ value² + 3ε)), ε = 0.01 · mean(image)².
+    pub fn noise(&self) -> f64 {
+        let samples = self.done() as f64;
+        let pixels = || self.rows.iter().flat_map(|r| &r.pixels);
+        let n = pixels().count() as f64;
+        let mean = pixels().flat_map(|p| p.beauty(samples)).sum::<f64>() / (3.0 * n);
+        if mean <= 0.0 || mean.is_nan() {
+            return 0.0;
+        }
+        let floor = 0.03 * mean * mean;
+        let relative = |p: &Pixel| {
+            let error: f64 = (0..3).map(|c| ((p.halves[0][c] - p.halves[1][c]) / samples).powi(2)).sum();
+            let value: f64 = p.beauty(samples).iter().map(|v| v * v).sum();
+            error / (value + floor)
+        };
+        (pixels().map(relative).sum::<f64>() / n).sqrt()
+    }
+
+    /// The image and further layers. All rows must have the same number of samples.
+    pub fn layers(&self, aovs: &[Aov]) -> Layers {
+        let samples = self.done().max(1) as f64;
+        let layer = |&aov: &Aov| {
+            let pixels = self.rows.iter().flat_map(|r| &r.pixels).map(|p| p.layer(aov, samples)).collect();
+            (aov, pixels)
+        };
+        let further = aovs.iter().filter(|a| **a != Aov::Beauty);
+        let layers = std::iter::once(&Aov::Beauty).chain(further).map(layer).collect();
+        Layers { width: self.width, height: self.rows.len() as u32, layers }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checks_come_in_steps_of_a_quarter() {
+        let mut counts = vec![next_check(0)];
+        while counts.len() < 10 {
+            counts.push(next_check(*counts.last().unwrap_or(&0)));
+        }
+        assert_eq!(counts, [16, 20, 24, 28, 32, 40, 48, 56, 64, 80]);
+    }
+
+    #[test]
+    fn noise_is_half_the_halves_difference() {
+        let mut film = Film::new(1, 1);
+        for (index, value) in [(0, 1.2f32), (1, 0.8)] {
+            let sample = Sample { beauty: Vec3::splat(value), ..Sample::default() };
+            film.rows[0].pixels[0].add(&sample, index, 0.0);
+            film.rows[0].done += 1;
+        }
+        // The image is 1, the halves 1.2 and 0.8; the floor adds 1 % to the square of the value.
+        assert!((film.noise() - 0.2 / 1.01f64.sqrt()).abs() < 1e-6, "{}", film.noise());
+    }
+}

@@ -1,0 +1,181 @@
+//! The posed scene as one soup of world-space triangles, in coordinates that suit f32.
+//!
+//! A *unit* is a power of two of metres, chosen so that the scene spans about a thousand of them around its own centre:
+//! a scene scaled by a power of two, or moved, gives the same numbers. (A thousand, because obvhs skips boxes within 10⁻⁴.)
+
+use glam::{DVec3, Vec3, Vec4};
+
+use crate::scene::surface::{SurfacePoint, WorldFrame};
+use crate::scene::{Alpha, Mesh, Pose, Scene};
+
+/// Units across the scene.
+const SPAN: f64 = 1024.0;
+
+/// From metres in the world to units and back.
+#[derive(Clone, Copy, Debug)]
+pub struct Units {
+    pub center: DVec3,
+    /// Metres per unit.
+    pub size: f64,
+}
+
+impl Units {
+    pub fn point(&self, world: DVec3) -> Vec3 {
+        ((world - self.center) / self.size).as_vec3()
+    }
+
+    /// A length or distance.
+    pub fn length(&self, metres: f32) -> f32 {
+        (metres as f64 / self.size) as f32
+    }
+}
+
+/// What rays need to know of a material before it is evaluated.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Traits {
+    /// A hit counts only where the alpha mask says so.
+    pub masked: bool,
+    /// Some light may go straight through: alpha blend, or a smooth thin wall.
+    pub sheer: bool,
+    pub double_sided: bool,
+    /// Transmission refracts: both sides of the triangle matter.
+    pub volume: bool,
+}
+
+/// Where a triangle comes from.
+#[derive(Clone, Copy, Debug)]
+pub struct Source {
+    pub instance: u32,
+    /// In the instance's mesh.
+    pub triangle: u32,
+}
+
+/// A point on a triangle, interpolated.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    pub position: Vec3,
+    /// Of the triangle's front, unit.
+    pub geometric: Vec3,
+    /// Interpolated, on the front's side, unit.
+    pub normal: Vec3,
+    /// World, unit; w is the bitangent's sign.
+    pub tangent: Vec4,
+    pub texturing: SurfacePoint,
+    /// Into the scene's materials.
+    pub material: usize,
+}
+
+/// Triangles in units. See the module's docs.
+pub struct Geometry<'a> {
+    pub scene: &'a Scene,
+    pub units: Units,
+    /// Counter-clockwise seen from the front.
+    pub triangles: Vec<[Vec3; 3]>,
+    pub sources: Vec<Source>,
+    /// Per material.
+    pub traits: Vec<Traits>,
+    /// Per instance.
+    frames: Vec<WorldFrame>,
+}
+
+impl<'a> Geometry<'a> {
+    /// Triangles without area, or with positions that are not finite, are left out.
+    pub fn new(scene: &'a Scene, pose: &Pose) -> Self {
+        let world = world_triangles(scene, pose);
+        let (min, max) = world
+            .iter()
+            .flat_map(|(_, t)| t)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), &p| (a.min(p), b.max(p)));
+        let extent = (max - min).max_element();
+        let units = if extent > 0.0 {
+            Units { center: (min + max) / 2.0, size: (extent / SPAN).log2().round().exp2() }
+        } else {
+            Units { center: DVec3::ZERO, size: 1.0 }
+        };
+        let (mut triangles, mut sources) = (Vec::new(), Vec::new());
+        for (source, corners) in world {
+            let t = corners.map(|c| units.point(c));
+            if (t[1] - t[0]).cross(t[2] - t[0]).length_squared() > 0.0 {
+                triangles.push(t);
+                sources.push(source);
+            }
+        }
+        let frames = pose.world_from_instance.iter().map(WorldFrame::new).collect();
+        Self { scene, units, triangles, sources, traits: scene.materials.iter().map(Traits::of).collect(), frames }
+    }
+
+    fn mesh(&self, triangle: u32) -> (&'a Mesh, &WorldFrame, [usize; 3]) {
+        let source = self.sources[triangle as usize];
+        let instance = source.instance as usize;
+        let (mesh, frame) = (&self.scene.meshes[self.scene.instances[instance].mesh], &self.frames[instance]);
+        (mesh, frame, corners(mesh, source.triangle, frame.winding < 0.0))
+    }
+
+    /// The material of a triangle, into the scene's.
+    pub fn material(&self, triangle: u32) -> usize {
+        let instance = self.sources[triangle as usize].instance as usize;
+        self.scene.meshes[self.scene.instances[instance].mesh].material
+    }
+
+    /// What textures need to know at barycentric (1−u−v, u, v), with the material's index.
+    pub fn texturing(&self, triangle: u32, u: f32, v: f32) -> (SurfacePoint, usize) {
+        let (mesh, _, [a, b, c]) = self.mesh(triangle);
+        let w = 1.0 - u - v;
+        let uvs = [0, 1].map(|set| mesh.uvs[set][a] * w + mesh.uvs[set][b] * u + mesh.uvs[set][c] * v);
+        let color = mesh.colors[a] * w + mesh.colors[b] * u + mesh.colors[c] * v;
+        (SurfacePoint { uvs, color, footprint: [0.0; 2] }, mesh.material)
+    }
+
+    /// Everything about the point at barycentric (1−u−v, u, v).
+    pub fn point(&self, triangle: u32, u: f32, v: f32) -> Point {
+        let (mesh, frame, [a, b, c]) = self.mesh(triangle);
+        let w = 1.0 - u - v;
+        let [p0, p1, p2] = self.triangles[triangle as usize];
+        let geometric = (p1 - p0).cross(p2 - p0).normalize();
+        let normal = frame.normal(mesh.normals[a] * w + mesh.normals[b] * u + mesh.normals[c] * v);
+        let tangent = (mesh.tangents[a] * w + mesh.tangents[b] * u + mesh.tangents[c] * v).truncate();
+        let (texturing, material) = self.texturing(triangle, u, v);
+        Point {
+            position: p0 * w + p1 * u + p2 * v,
+            geometric,
+            normal: if normal.dot(geometric) > 0.0 { normal } else { geometric },
+            tangent: frame.tangent(tangent.extend(mesh.tangents[a].w)),
+            texturing,
+            material,
+        }
+    }
+}
+
+impl Traits {
+    fn of(m: &crate::scene::Material) -> Self {
+        let volume = m.transmission > 0.0 && m.thickness > 0.0;
+        Self {
+            masked: matches!(m.alpha, Alpha::Mask(_)),
+            sheer: m.alpha == Alpha::Blend || (m.transmission > 0.0 && !volume),
+            double_sided: m.double_sided,
+            volume,
+        }
+    }
+}
+
+/// Vertex indices, counter-clockwise seen from the front: a mirrored instance turns its triangles round.
+fn corners(mesh: &Mesh, triangle: u32, mirrored: bool) -> [usize; 3] {
+    let i = 3 * triangle as usize;
+    let [a, b, c] = [0, 1, 2].map(|k| mesh.indices[i + k] as usize);
+    if mirrored { [a, c, b] } else { [a, b, c] }
+}
+
+fn world_triangles(scene: &Scene, pose: &Pose) -> Vec<(Source, [DVec3; 3])> {
+    let mut triangles = Vec::new();
+    for (i, instance) in scene.instances.iter().enumerate() {
+        let (mesh, world) = (&scene.meshes[instance.mesh], pose.world_from_instance[i]);
+        let mirrored = world.matrix3.determinant() < 0.0;
+        for t in 0..mesh.indices.len() as u32 / 3 {
+            let corners = corners(mesh, t, mirrored).map(|c| world.transform_point3(mesh.positions[c].as_dvec3()));
+            if corners.iter().all(|c| c.is_finite()) {
+                triangles.push((Source { instance: i as u32, triangle: t }, corners));
+            }
+        }
+    }
+    triangles
+}

@@ -1,0 +1,337 @@
+//! One path: from the camera, with light sampled at every vertex and scattered rays weighed against it.
+//!
+//! What counts as a bounce: reflection and refraction, smooth or rough, do. Going straight on does not: through an alpha
+//! blended or masked surface, or a smooth thin wall. Light seen directly or scattered once is *direct*; light scattered
+//! n + 1 times has made n indirect bounces.
+
+use glam::Vec3;
+
+use super::bsdf::{self, Bsdf};
+use super::bvh::{Bvh, Hit, Ray};
+use super::geometry::{Geometry, Point};
+use super::lights::{Arrival, Lights};
+use super::material::{Materials, Surface};
+use super::sampler::Sampler;
+use crate::scene::{Pose, Scene};
+
+/// Random numbers of vertex k: `LIGHT` of vertex 0 shares set 0 with the pixel; then two sets per vertex.
+pub const PIXEL_AND_LIGHT: u32 = 0;
+const OCCLUSION: u32 = u32::MAX;
+
+/// Vertices after which paths may end at random.
+const ROULETTE_START: u32 = 3;
+
+/// What one path found.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sample {
+    pub beauty: Vec3,
+    pub direct: Vec3,
+    /// The surface first seen; `None` is the sky.
+    pub first: Option<First>,
+    /// Share of the cosine-weighted hemisphere that is open; 1 on the sky. 0 unless asked for.
+    pub ao: f32,
+}
+
+/// The surface first seen.
+#[derive(Clone, Copy, Debug)]
+pub struct First {
+    pub normal: Vec3,
+    pub albedo: Vec3,
+    /// Units along the ray.
+    pub distance: f32,
+}
+
+/// A posed scene, ready to trace.
+pub struct Integrator<'a> {
+    pub geometry: Geometry<'a>,
+    materials: Materials<'a>,
+    bvh: Bvh,
+    lights: Lights,
+    /// Indirect bounces.
+    bounces: u32,
+    /// Whether to trace ambient occlusion.
+    occlusion: bool,
+}
+
+/// A hit with everything about it.
+struct Vertex {
+    hit: Hit,
+    point: Point,
+    surface: Surface,
+    bsdf: Bsdf,
+    /// The triangle's normal on the viewer's side.
+    geometric: Vec3,
+    /// Share of light that goes straight on.
+    straight: Vec3,
+}
+
+/// What a path carries along.
+struct Path {
+    ray: Ray,
+    throughput: Vec3,
+    /// Vertices that scattered so far.
+    scattered: u32,
+    /// Density of the ray's direction; `None` if light sampling could not have chosen it.
+    density: Option<f32>,
+    /// Product of [`bsdf::Scatter::compression`].
+    compression: f32,
+    sample: Sample,
+}
+
+impl<'a> Integrator<'a> {
+    /// `bounces` counts indirect ones; `u32::MAX` is full light.
+    pub fn new(scene: &'a Scene, pose: &Pose, bounces: u32, occlusion: bool) -> Self {
+        let geometry = Geometry::new(scene, pose);
+        let materials = Materials::new(scene);
+        let lights = Lights::new(&geometry, &materials, pose);
+        Self { bvh: Bvh::new(&geometry.triangles), geometry, materials, lights, bounces, occlusion }
+    }
+
+    /// Traces one path. `ray` is the camera's.
+    pub fn trace(&self, ray: Ray, sampler: &mut Sampler) -> Sample {
+        let sample = Sample { ao: 1.0, ..Sample::default() };
+        let mut path = Path { ray, throughput: Vec3::ONE, scattered: 0, density: None, compression: 1.0, sample };
+        while let Some(vertex) = self.advance(&mut path, sampler) {
+            self.emitted(&mut path, &vertex);
+            if vertex.surface.params.unlit
+                || path.scattered > self.bounces
+                || (vertex.hit.back && !self.two_sided(&vertex))
+            {
+                break;
+            }
+            self.lit(&mut path, &vertex, sampler);
+            if !self.scatter(&mut path, &vertex, sampler) {
+                break;
+            }
+        }
+        path.sample
+    }
+
+    fn two_sided(&self, vertex: &Vertex) -> bool {
+        let t = self.geometry.traits[vertex.point.material];
+        t.double_sided || t.volume
+    }
+
+    /// Follows the path's ray to the next surface that does not let it straight through. `None`: the sky, whose light it adds.
+    fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
+        let mut travelled = 0.0;
+        loop {
+            let Some(hit) = self.hit(&path.ray, path.scattered == 0) else {
+                path.add(self.lights.sky);
+                return None;
+            };
+            travelled += hit.t;
+            let mut vertex = self.vertex(&path.ray, hit);
+            if hit.back && self.geometry.traits[vertex.point.material].volume {
+                path.throughput *= vertex.surface.params.transmittance(hit.t * self.geometry.units.size as f32);
+            }
+            let pass = vertex.straight.max_element();
+            if pass > 0.0 {
+                if sampler.event() < pass {
+                    path.throughput *= vertex.straight / pass;
+                    path.ray.origin = self.leave(&vertex, path.ray.direction);
+                    path.ray.near = 0.0;
+                    path.ray.far -= hit.t;
+                    continue;
+                }
+                path.throughput *= vertex.surface.params.opacity / (1.0 - pass);
+            }
+            vertex.hit.t = travelled;
+            if path.scattered == 0 {
+                self.first_seen(path, &vertex, sampler);
+            }
+            return Some(vertex);
+        }
+    }
+
+    /// The nearest hit that counts. From the camera, the back of a single-sided surface is not there.
+    fn hit(&self, ray: &Ray, camera: bool) -> Option<Hit> {
+        let geometry = &self.geometry;
+        self.bvh.nearest(ray, |hit| {
+            let t = geometry.traits[geometry.material(hit.triangle)];
+            (!camera || !hit.back || t.double_sided || t.volume)
+                && (!t.masked || self.materials.opacity(geometry, hit.triangle, hit.u, hit.v) > 0.0)
+        })
+    }
+
+    fn vertex(&self, ray: &Ray, hit: Hit) -> Vertex {
+        let point = self.geometry.point(hit.triangle, hit.u, hit.v);
+        let surface = self.materials.surface(&point, hit.back);
+        let side = if hit.back { -1.0 } else { 1.0 };
+        let (geometric, wo) = (point.geometric * side, -ray.direction);
+        let normal = facing(surface.normal * side, geometric, wo);
+        let bsdf = Bsdf::new(&surface.params, self.geometry.traits[point.material].volume, normal, wo, hit.back);
+        let straight = bsdf.straight() * surface.params.opacity + (1.0 - surface.params.opacity);
+        Vertex { hit, point, surface, bsdf, geometric, straight }
+    }
+
+    /// Where a ray in `direction` leaves a vertex: a little off the surface, so that it does not meet it again.
+    fn leave(&self, vertex: &Vertex, direction: Vec3) -> Vec3 {
+        let p = vertex.point.position;
+        // A few times the spacing of f32 at the position; 16 units stand for the sizes that cancel near the centre.
+        let offset = 2e-6 * (p.abs().max_element() + 16.0);
+        p + vertex.geometric * offset.copysign(vertex.geometric.dot(direction))
+    }
+
+    fn first_seen(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
+        let side = if vertex.hit.back { -1.0 } else { 1.0 };
+        path.sample.first = Some(First {
+            normal: vertex.surface.normal * side,
+            albedo: vertex.surface.params.base_color,
+            distance: vertex.hit.t,
+        });
+        if self.occlusion {
+            let [u, v, ..] = sampler.set(OCCLUSION);
+            let direction = bsdf::frame(vertex.geometric) * bsdf::sample_cosine([u, v]);
+            let open = self.transmittance(vertex, direction, None);
+            path.sample.ao = open.element_sum() / 3.0;
+        }
+    }
+
+    /// Emission at a vertex, weighed against having been found by light sampling.
+    fn emitted(&self, path: &mut Path, vertex: &Vertex) {
+        if vertex.surface.params.unlit {
+            if path.scattered == 0 {
+                path.add(vertex.surface.params.base_color);
+            }
+            return;
+        }
+        if vertex.surface.emission == Vec3::ZERO {
+            return;
+        }
+        let weight = path.density.map_or(1.0, |density| {
+            let cos = vertex.point.geometric.dot(path.ray.direction);
+            weight(density, self.lights.emitter_density(vertex.hit.triangle, vertex.hit.t, cos))
+        });
+        path.add(vertex.surface.emission * weight);
+    }
+
+    /// Light sampled at a vertex.
+    fn lit(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
+        let k = path.scattered;
+        let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
+        let [_, _, choice, _] = sampler.set(2 * k + 2);
+        let p = vertex.point.position;
+        let mut light = Vec3::ZERO;
+        for arrival in [
+            self.lights.from_lamps(p, choice, [u, v]),
+            self.lights.from_emitters(&self.geometry, &self.materials, p, [u, v]),
+        ]
+        .into_iter()
+        .flatten()
+        {
+            light += self.arriving(vertex, &arrival);
+        }
+        let light = path.throughput * light;
+        path.sample.beauty += light;
+        if k == 0 {
+            path.sample.direct += light;
+        }
+    }
+
+    fn arriving(&self, vertex: &Vertex, arrival: &Arrival) -> Vec3 {
+        let (f, density) = vertex.evaluate(arrival.direction);
+        if f == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let weight = arrival.density.map_or(1.0, |d| weight(d, density));
+        let light = f * arrival.radiance * weight;
+        if light == Vec3::ZERO { light } else { light * self.transmittance(vertex, arrival.direction, arrival.end) }
+    }
+
+    /// The share of light that reaches a vertex from `end`, or along `direction` from infinity.
+    fn transmittance(&self, vertex: &Vertex, direction: Vec3, end: Option<Vec3>) -> Vec3 {
+        let origin = self.leave(vertex, direction);
+        let ray = match end {
+            None => Ray { origin, direction, near: 0.0, far: f32::INFINITY },
+            Some(end) => {
+                let to = end - origin;
+                let far = to.length();
+                Ray { origin, direction: to / far.max(f32::MIN_POSITIVE), near: 0.0, far }
+            }
+        };
+        let mut share = Vec3::ONE;
+        let geometry = &self.geometry;
+        let blocked = self.bvh.any(&ray, |hit| {
+            let t = geometry.traits[geometry.material(hit.triangle)];
+            if t.sheer {
+                share *= self.vertex(&ray, *hit).straight;
+                share == Vec3::ZERO
+            } else {
+                !t.masked || self.materials.opacity(geometry, hit.triangle, hit.u, hit.v) > 0.0
+            }
+        });
+        if blocked { Vec3::ZERO } else { share }
+    }
+
+    /// Sends the path on. False where it ends.
+    fn scatter(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) -> bool {
+        let k = path.scattered;
+        if k >= self.bounces && !self.lights.can_be_hit() {
+            return false;
+        }
+        let [u, v, _, _] = sampler.set(2 * k + 1);
+        let [lobe, roulette, ..] = sampler.set(2 * k + 2);
+        let Some(scatter) = vertex.bsdf.sample(lobe, [u, v]) else { return false };
+        if !vertex.consistent(scatter.direction) {
+            return false;
+        }
+        path.throughput *= scatter.weight;
+        path.compression *= scatter.compression;
+        if k >= ROULETTE_START {
+            let survive = (path.throughput.max_element() / path.compression).min(0.95);
+            if roulette >= survive {
+                return false;
+            }
+            path.throughput /= survive;
+        }
+        path.scattered += 1;
+        path.density = (!scatter.mirror).then_some(scatter.density);
+        path.ray = Ray {
+            origin: self.leave(vertex, scatter.direction),
+            direction: scatter.direction,
+            near: 0.0,
+            far: f32::INFINITY,
+        };
+        path.throughput != Vec3::ZERO
+    }
+}
+
+impl Path {
+    /// Light that the path's ray found.
+    fn add(&mut self, radiance: Vec3) {
+        let light = self.throughput * radiance;
+        self.sample.beauty += light;
+        if self.scattered <= 1 {
+            self.sample.direct += light;
+        }
+    }
+}
+
+impl Vertex {
+    fn evaluate(&self, wi: Vec3) -> (Vec3, f32) {
+        if self.consistent(wi) { self.bsdf.eval(wi) } else { (Vec3::ZERO, 0.0) }
+    }
+
+    /// Whether a direction lies on the same side of the triangle as of the shading normal: else light would leak through.
+    fn consistent(&self, wi: Vec3) -> bool {
+        (self.geometric.dot(wi) > 0.0) == (self.bsdf.normal().dot(wi) > 0.0)
+    }
+}
+
+/// Veach's power heuristic, for the strategy whose density is `a`.
+fn weight(a: f32, b: f32) -> f32 {
+    let ratio = b / a;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+/// The shading normal, bent towards the viewer where he would see it from behind.
+fn facing(normal: Vec3, geometric: Vec3, wo: Vec3) -> Vec3 {
+    const LEAST: f32 = 1e-3;
+    let cos = normal.dot(wo);
+    if cos >= LEAST {
+        return normal;
+    }
+    let bent = (normal + wo * (LEAST - cos)).normalize();
+    if bent.dot(wo) > 0.0 { bent } else { geometric }
+}

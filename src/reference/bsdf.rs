@@ -141,6 +141,11 @@ impl Bsdf {
         (self.reflected.at(cos_outside), 1.0 - self.coat.at(cos_outside).max_element())
     }
 
+    /// Whether light from beyond the surface is scattered to the viewer.
+    pub fn transmits(&self) -> bool {
+        self.choose[2] > 0.0
+    }
+
     /// The share of light that goes straight through a smooth thin wall.
     pub fn straight(&self) -> Vec3 {
         if self.volume || self.alpha >= SMOOTH { Vec3::ZERO } else { self.through * self.fresnel(self.wo.z).1 }

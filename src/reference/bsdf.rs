@@ -163,7 +163,15 @@ impl Bsdf {
         }
     }
 
+    /// Whether this is Lambert's law alone, which looks the same from everywhere.
+    pub fn is_lambertian(&self) -> bool {
+        self.reflected.f90 == 0.0 && self.choose[0] == 1.0
+    }
+
     fn eval_reflection(&self, wi: Vec3) -> (Vec3, f32) {
+        if self.is_lambertian() {
+            return (self.diffuse * (FRAC_1_PI * wi.z), FRAC_1_PI * wi.z);
+        }
         let h = (self.wo + wi).normalize();
         let (reflected, rest) = self.fresnel(self.wo.dot(h).min(1.0));
         let mut f = self.diffuse * (rest * FRAC_1_PI * wi.z);

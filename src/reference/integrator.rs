@@ -341,6 +341,9 @@ impl Vertex {
 
     /// How the surface scatters light to another viewer on the same side, in unit direction `wo`.
     pub(super) fn seen_from(&self, wo: Vec3) -> Bsdf {
+        if self.bsdf.is_lambertian() && self.bsdf.normal().dot(wo) > 0.0 {
+            return self.bsdf;
+        }
         let side = if self.hit.back { -1.0 } else { 1.0 };
         Bsdf::new(&self.surface.params, false, facing(self.surface.normal * side, self.geometric, wo), wo, self.hit.back)
     }

@@ -202,6 +202,11 @@ impl Renderer {
         &self.resources
     }
 
+    /// What is rendered.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     pub fn volume(&self) -> &Volume {
         &self.volume
     }

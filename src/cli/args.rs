@@ -76,7 +76,7 @@ pub struct SceneArgs {
 #[derive(Args, Debug)]
 pub struct SettingsArgs {
     /// Start from this preset
-    #[arg(long, value_name = "NAME", default_value = "corrected")]
+    #[arg(long, value_name = "NAME", default_value = "fast")]
     pub preset: String,
     /// Then take the keys of this TOML file
     #[arg(long, value_name = "FILE.toml")]

@@ -12,6 +12,7 @@ mod make_assets;
 pub mod out;
 mod reference;
 mod render;
+mod report;
 pub mod scene;
 mod settings;
 

@@ -1,4 +1,122 @@
+//! Compiles every shader under `glsl/` to SPIR-V (Vulkan 1.2) and writes the table that `vk::shader` includes.
+//! An error or a warning stops the build with `file:line: message`.
+
+use shaderc::{
+    CompileOptions, Compiler, EnvVersion, IncludeType, OptimizationLevel, ResolvedInclude, ShaderKind, SpirvVersion,
+    TargetEnv,
+};
+use std::cell::RefCell;
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{env, fs, process, thread};
+
+const ROOT: &str = "glsl";
+
 fn main() {
-    let _ = shaderc::Compiler::new().unwrap();
-    println!("cargo:rerun-if-changed=glsl");
+    // A folder is watched with everything below it, so this covers includes and new files too.
+    println!("cargo:rerun-if-changed={ROOT}");
+    println!("cargo:rerun-if-changed=build.rs");
+    let mut shaders = Vec::new();
+    find_shaders(Path::new(ROOT), &mut shaders);
+    shaders.sort();
+
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    let next = AtomicUsize::new(0);
+    let errors = Mutex::new(Vec::new());
+    let threads = thread::available_parallelism().map_or(1, |n| n.get()).min(shaders.len());
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                let compiler = Compiler::new().expect("shaderc starts");
+                while let Some(shader) = shaders.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if let Err(message) = compile(&compiler, shader, &out) {
+                        errors.lock().expect("no compiling thread panicked").push(message);
+                    }
+                }
+            });
+        }
+    });
+
+    let errors = errors.into_inner().expect("no compiling thread panicked");
+    if !errors.is_empty() {
+        eprintln!("\n{}", errors.join("\n"));
+        process::exit(1);
+    }
+    fs::write(out.join("shaders.rs"), table(&shaders)).expect("OUT_DIR is writable");
+}
+
+fn kind(path: &Path) -> Option<ShaderKind> {
+    match path.extension()?.to_str()? {
+        "vert" => Some(ShaderKind::Vertex),
+        "geom" => Some(ShaderKind::Geometry),
+        "frag" => Some(ShaderKind::Fragment),
+        "comp" => Some(ShaderKind::Compute),
+        _ => None,
+    }
+}
+
+fn find_shaders(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            find_shaders(&path, found);
+        } else if kind(&path).is_some() {
+            found.push(path);
+        }
+    }
+}
+
+/// The name a shader goes by: its path below `glsl/`, with `/` on every system.
+fn name(path: &Path) -> String {
+    let below = path.strip_prefix(ROOT).expect("shaders lie below the root");
+    below.to_string_lossy().replace('\\', "/")
+}
+
+fn output_file(path: &Path) -> String {
+    name(path).replace('/', "_") + ".spv"
+}
+
+fn compile(compiler: &Compiler, path: &Path, out: &Path) -> Result<(), String> {
+    let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    // Every file is included once per shader, so that common files need no guards.
+    let included = RefCell::new(HashSet::new());
+    let mut options = CompileOptions::new().map_err(|e| e.to_string())?;
+    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
+    options.set_target_spirv(SpirvVersion::V1_5);
+    options.set_optimization_level(OptimizationLevel::Performance);
+    // Without it the optimiser strips the names that reflection goes by.
+    options.set_generate_debug_info();
+    options.set_warnings_as_errors();
+    options.set_include_callback(|requested, how, from, _depth| {
+        if how == IncludeType::Standard {
+            return Err(format!("{from}: write #include \"{requested}\", a path below {ROOT}/"));
+        }
+        let file = Path::new(ROOT).join(requested);
+        let content = if included.borrow_mut().insert(requested.to_owned()) {
+            fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?
+        } else {
+            String::new()
+        };
+        Ok(ResolvedInclude { resolved_name: file.to_string_lossy().into_owned(), content })
+    });
+    let shader_kind = kind(path).expect("only shaders are collected");
+    let artifact = compiler
+        .compile_into_spirv(&source, shader_kind, &path.to_string_lossy(), "main", Some(&options))
+        .map_err(|e| e.to_string())?;
+    fs::write(out.join(output_file(path)), artifact.as_binary_u8()).map_err(|e| e.to_string())
+}
+
+/// Rust source: a slice of (name, SPIR-V bytes), sorted by name.
+fn table(shaders: &[PathBuf]) -> String {
+    let mut entries: Vec<_> = shaders.iter().map(|path| (name(path), output_file(path))).collect();
+    entries.sort();
+    let mut text = String::from("static SHADERS: &[(&str, &AlignedWords)] = &[\n");
+    for (name, file) in entries {
+        writeln!(text, "    ({name:?}, &Aligned(*include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")))),")
+            .expect("fmt");
+    }
+    text + "];\n"
 }

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
+use crate::Result;
 use crate::layers::{Aov, Layers};
 use crate::vk::{
     Buffer, BufferKind, BufferUsageFlags, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim,
     ImageRegion, ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
 };
-use crate::Result;
 
 pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
@@ -90,8 +90,7 @@ impl ImageTarget {
             let name = layer.name();
             let samples =
                 (samples > 1).then(|| image(&format!("{name}, samples"), COLOR_FORMAT, samples, color)).transpose()?;
-            let resolved =
-                image(&format!("{name}, resolved"), COLOR_FORMAT, 1, color | ImageUsageFlags::TRANSFER_SRC)?;
+            let resolved = image(&format!("{name}, resolved"), COLOR_FORMAT, 1, color | ImageUsageFlags::TRANSFER_SRC)?;
             let bytes = u64::from(width) * u64::from(height) * COLOR_BYTES;
             let label = format!("{name}, readback");
             let readback = Buffer::new(context, &label, bytes, BufferKind::Readback, BufferUsageFlags::empty())?;
@@ -117,28 +116,31 @@ impl ImageTarget {
         (0..height).step_by(step as usize).map(move |first_row| Band { first_row, rows: step.min(height - first_row) })
     }
 
-    pub fn render_target(&self, band: &Band) -> RenderTarget<'_> {
-        let colors = self.layers.iter().zip(Aov::ALL).map(|(target, layer)| {
+    pub fn colors(&self) -> Vec<ColorTarget<'_>> {
+        let targets = self.layers.iter().zip(Aov::ALL);
+        let color = targets.map(|(target, layer)| {
             let [r, g, b] = self.background(*layer);
             let load = Load::Clear([r, g, b, 1.0]);
+            let resolved = target.resolved.attachment_view(0);
             match &target.samples {
-                Some(samples) => ColorTarget {
-                    view: samples.attachment_view(0),
-                    resolve: Some(target.resolved.attachment_view(0)),
-                    load,
-                    store: false,
-                },
-                None => ColorTarget { view: target.resolved.attachment_view(0), resolve: None, load, store: true },
+                Some(samples) => {
+                    ColorTarget { view: samples.attachment_view(0), resolve: Some(resolved), load, store: false }
+                }
+                None => ColorTarget { view: resolved, resolve: None, load, store: true },
             }
         });
+        color.collect()
+    }
+
+    /// A band's part of the image; `colors` from [`ImageTarget::colors`].
+    pub fn render_target<'a>(&'a self, colors: &'a [ColorTarget<'a>], band: &Band) -> RenderTarget<'a> {
         RenderTarget {
-            colors: colors.collect(),
-            depth: Some(DepthTarget { view: self.depth.attachment_view(0), clear: Some(0.0), store: false }),
+            colors,
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false }),
             width: self.width,
             height: band.rows,
-            layers: 1,
             viewport: Some(Rect { x: 0, y: -(band.first_row as i32), width: self.width, height: self.height }),
-            scissor: None,
+            ..Default::default()
         }
     }
 
@@ -163,7 +165,8 @@ impl ImageTarget {
 
     /// The finished image; `aovs` chooses among the layers drawn.
     pub fn read(&self, aovs: &[Aov]) -> Layers {
-        let layers = self.layers.iter().zip(Aov::ALL).filter(|(_, layer)| **layer == Aov::Beauty || aovs.contains(layer));
+        let layers =
+            self.layers.iter().zip(Aov::ALL).filter(|(_, layer)| **layer == Aov::Beauty || aovs.contains(layer));
         let layers = layers.map(|(target, &layer)| {
             let texels: Vec<[f32; 4]> = target.readback.read_some(0, (self.width * self.height) as usize);
             let far = |v: f32| if layer == Aov::Depth && v > FAR / 64.0 { f32::INFINITY } else { v };

@@ -1,13 +1,23 @@
 //! Voxel cone tracing with two bounces for everything, in raw Vulkan.
 
+pub mod assets;
+pub mod atlas;
 pub mod error;
+pub mod frame;
+pub mod gi;
+pub mod gpu_scene;
+pub mod image_target;
 pub mod layers;
+pub mod layout;
 pub mod ledger;
 pub mod measure;
+pub mod memory_plan;
 pub mod output;
 pub mod reference;
+pub mod renderer;
 pub mod scene;
 pub mod settings;
 pub mod twins;
+pub mod vk;
 
 pub use error::{Error, Result};

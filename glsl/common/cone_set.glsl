@@ -1,14 +1,10 @@
-// The talk's sets of diffuse cones about +z (listings of BeRo and urs, CC0), and the frame that turns them about a normal.
+// The talk's sets of diffuse cones about +z (listings of BeRo and urs, CC0), cosine-distributed ones of any number, and the frame that turns them about a normal.
 
 struct Cone {
     vec3 direction;
     float weight; // the set's weights sum to 1: the sum over cones is E/π
     float aperture; // tangent of the half angle
 };
-
-uint cone_count() {
-    return CONE_SET == 0u ? 1u : CONE_SET == 1u ? 5u : CONE_SET == 4u ? 16u : 6u;
-}
 
 const vec3 SIDES_6A[5] = vec3[5](
     vec3(-0.794654, 0.607062, 0.000000), vec3(0.642889, 0.607062, 0.467086), vec3(0.642889, 0.607062, -0.467086),
@@ -50,6 +46,14 @@ Cone cone_set(uint i) {
     }
     if (CONE_SET == 3u) {
         return i == 0u ? Cone(vec3(0.0, 0.0, 1.0), 0.25, 0.57735026919) : Cone(SIDES_6B[i - 1u], 0.15, 0.57735026919);
+    }
+    if (CONE_SET == 5u) {
+        // The cosine is in the distribution: a sunflower on the unit disc, lifted onto the hemisphere.
+        float u = (float(i) + 0.5) / float(CONE_COUNT);
+        float turn = 2.39996323 * float(i);
+        float spread = CONE_COUNT < 64u ? 0.6 : 0.5;
+        vec3 d = vec3(sqrt(u) * cos(turn), sqrt(u) * sin(turn), sqrt(1.0 - u));
+        return Cone(d, 1.0 / float(CONE_COUNT), spread / sqrt(float(CONE_COUNT)));
     }
     vec3 d = normalize(SET_16[i]);
     // D26: sixteen directions spread evenly need the cosine in their weights.

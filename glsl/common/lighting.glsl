@@ -30,7 +30,7 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 seed) {
         basis = jitter_rotation(normal, jitter_hash(uvec4(seed, frame.frame_index))) * basis;
     }
     vec4 sum = vec4(0.0);
-    for (uint i = 0u; i < cone_count(); i++) {
+    for (uint i = 0u; i < CONE_COUNT; i++) {
         Cone cone = cone_set(i);
         vec3 d = basis * cone.direction;
         vec4 seen = trace_cone(from, d, cone.aperture, frame.diffuse_start_along);

@@ -25,6 +25,10 @@ pub enum Command {
     Compare(super::compare::CompareArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
+    /// List the Vulkan devices, what twobounce needs of them, and what they lack
+    Info(InfoArgs),
+    /// Write the scenes in assets/ anew
+    MakeAssets(MakeAssetsArgs),
 }
 
 /// A scene and how to look at it.
@@ -72,7 +76,7 @@ pub struct SceneArgs {
 #[derive(Args, Debug)]
 pub struct SettingsArgs {
     /// Start from this preset
-    #[arg(long, value_name = "NAME", default_value = "corrected")]
+    #[arg(long, value_name = "NAME", default_value = "fast")]
     pub preset: String,
     /// Then take the keys of this TOML file
     #[arg(long, value_name = "FILE.toml")]
@@ -140,6 +144,13 @@ pub struct RenderArgs {
 }
 
 #[derive(Args, Debug)]
+pub struct MakeAssetsArgs {
+    /// The folder to write into; made where it is missing
+    #[arg(value_name = "DIR", default_value = "assets")]
+    pub dir: PathBuf,
+}
+
+#[derive(Args, Debug)]
 pub struct SettingsCommandArgs {
     #[command(flatten)]
     pub settings: SettingsArgs,
@@ -149,6 +160,13 @@ pub struct SettingsCommandArgs {
     /// Print the effective settings as a file for --config
     #[arg(long)]
     pub toml: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Print JSON; sizes in bytes
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -4,12 +4,15 @@
 
 pub mod args;
 mod compare;
+mod info;
 pub mod interrupt;
 pub mod job;
 pub mod log;
+mod make_assets;
 pub mod out;
 mod reference;
 mod render;
+mod report;
 pub mod scene;
 mod settings;
 
@@ -58,10 +61,12 @@ pub fn parse() -> Result<Cli, ExitCode> {
 /// Runs one subcommand.
 pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
+        Command::MakeAssets(args) => make_assets::run(args),
         Command::Render(args) => render::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Settings(args) => settings::run(args),
+        Command::Info(args) => info::run(args),
     }
 }
 

@@ -1,12 +1,17 @@
 //! Axis-aligned boxes, a scene's extent over a whole animation, and counts of triangles.
 
-use glam::{DAffine3, DVec3};
+use std::borrow::Cow;
+
+use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::{Bounds, Pose, Scene};
 
 /// Uniform times at which [`Scene::bounds`] looks at an animation, beside every key.
 const UNIFORM_TIMES: usize = 64;
+const TIMES_MAX: usize = 4096;
+/// Vertices times samples up to which every vertex is looked at: about a second.
+const VERTEX_SAMPLES_MAX: usize = 1 << 28;
 
 impl Bounds {
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
@@ -37,33 +42,39 @@ impl Bounds {
 }
 
 impl Scene {
-    /// The box around all vertices over the whole of `animation`, in metres: at its keys and at least 64 uniform times.
-    /// Motion between these (the arc of a fast rotation) can stick out by a little. Empty for a scene without meshes.
+    /// The box around all vertices over the whole of `animation`, in metres: at its keys and at 64 uniform times. Motion
+    /// between these (the arc of a fast rotation) can stick out by a little. Very long animations are looked at in 4096
+    /// uniform times, of very large meshes by the boxes around them. Empty for a scene without meshes.
     pub fn bounds(&self, animation: Option<usize>) -> Bounds {
         let times = self.sample_times(animation);
-        let poses: Vec<Vec<DAffine3>> = times.iter().map(|&t| self.pose(animation, t).world_from_instance).collect();
-        let of_instance = |index: usize| {
-            let vertices = &self.meshes[self.instances[index].mesh].positions;
-            let mut bounds = Bounds::EMPTY;
-            for (n, pose) in poses.iter().enumerate() {
-                // Most instances do not move; for them the first pose says everything.
-                if n == 0 || pose[index] != poses[n - 1][index] {
-                    bounds = vertices.iter().fold(bounds, |b, p| b.include(pose[index].transform_point3(p.as_dvec3())));
+        let points: Vec<Cow<[Vec3]>> = self.meshes.iter().map(|m| outline(&m.positions, times.len())).collect();
+        let over = |times: &[f32]| {
+            let (mut bounds, mut last) = (Bounds::EMPTY, Vec::new());
+            for &time in times {
+                let pose = self.pose(animation, time).world_from_instance;
+                for (index, (instance, world)) in self.instances.iter().zip(&pose).enumerate() {
+                    // Most instances do not move.
+                    if last.get(index) != Some(world) {
+                        let place = |p: &Vec3| world.transform_point3(p.as_dvec3());
+                        bounds = points[instance.mesh].iter().map(place).fold(bounds, Bounds::include);
+                    }
                 }
+                last = pose;
             }
             bounds
         };
-        (0..self.instances.len()).into_par_iter().map(of_instance).reduce(|| Bounds::EMPTY, Bounds::union)
+        let part = times.len().div_ceil(rayon::current_num_threads());
+        times.par_chunks(part).map(over).reduce(|| Bounds::EMPTY, Bounds::union)
     }
 
     fn sample_times(&self, animation: Option<usize>) -> Vec<f32> {
         let Some(animation) = animation.and_then(|a| self.animations.get(a)) else { return vec![0.0] };
-        let uniform = (0..=UNIFORM_TIMES).map(|i| animation.duration * i as f32 / UNIFORM_TIMES as f32);
-        let mut times: Vec<f32> =
-            animation.channels.iter().flat_map(|c| c.times.iter().copied()).chain(uniform).collect();
+        let uniform = |n: usize| (0..=n).map(move |i| animation.duration * i as f32 / n as f32);
+        let keys = animation.channels.iter().flat_map(|c| c.times.iter().copied());
+        let mut times: Vec<f32> = keys.chain(uniform(UNIFORM_TIMES)).collect();
         times.sort_by(f32::total_cmp);
         times.dedup();
-        times
+        if times.len() > TIMES_MAX { uniform(TIMES_MAX).collect() } else { times }
     }
 
     /// Triangles over all instances.
@@ -84,4 +95,15 @@ impl Scene {
         };
         self.instances.iter().zip(&pose.world_from_instance).map(count).sum()
     }
+}
+
+/// Points whose bounds hold those of `positions` under any transform: themselves, or their box's corners.
+fn outline(positions: &[Vec3], samples: usize) -> Cow<'_, [Vec3]> {
+    if positions.len().saturating_mul(samples) <= VERTEX_SAMPLES_MAX {
+        return Cow::Borrowed(positions);
+    }
+    let min = positions.iter().copied().reduce(Vec3::min).unwrap_or_default();
+    let max = positions.iter().copied().reduce(Vec3::max).unwrap_or_default();
+    let corner = |i: u32| Vec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), max, min);
+    Cow::Owned((0..8).map(corner).collect())
 }

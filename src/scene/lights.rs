@@ -1,8 +1,8 @@
 //! Whether anything shines, and the light that a scene gets where nothing does.
 
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 
-use super::{Light, LightKind, Node, Scene, Transform, View};
+use super::{LightKind, Scene, View};
 
 /// Irradiance of the added light: a white surface that faces it sends a radiance of 1.
 const DEFAULT_IRRADIANCE: f32 = std::f32::consts::PI;
@@ -21,16 +21,9 @@ impl Scene {
     pub fn add_default_light(&mut self, view: &View) -> String {
         let direction = (view.forward + 0.5 * view.right() - view.up).normalize();
         let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, direction);
-        let local = Transform::Trs { translation: DVec3::ZERO, rotation, scale: DVec3::ONE };
-        self.nodes.push(Node { name: "default light".into(), parent: None, local });
-        self.lights.push(Light {
-            name: "default light".into(),
-            node: self.nodes.len() - 1,
-            kind: LightKind::Directional,
-            intensity: Vec3::splat(DEFAULT_IRRADIANCE),
-            range: f32::INFINITY,
-            radius: 0.0,
-        });
+        let light =
+            self.add_light(LightKind::Directional, Vec3::splat(DEFAULT_IRRADIANCE), DAffine3::from_quat(rotation));
+        self.lights[light].name = "default light".into();
         let DVec3 { x, y, z } = direction;
         format!(
             "the scene has no light, emission or sky: added a directional light of irradiance {DEFAULT_IRRADIANCE:.3} \

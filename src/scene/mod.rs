@@ -3,8 +3,10 @@
 //! [`Scene`] holds what does not move; [`Scene::pose`] places it at a time. Renderer and reference both take a
 //! `(&Scene, &Pose)` and nothing else. Positions in the world are f64, so that a scene 10⁷ m away loses nothing.
 
+pub mod analytic;
 mod animation;
 mod bounds;
+mod builder;
 mod camera;
 mod gltf;
 mod lights;

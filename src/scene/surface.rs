@@ -43,6 +43,7 @@ pub struct SurfaceParams {
     pub transmission: f32,
     /// Metres in object space; 0 is thin-walled.
     pub thickness: f32,
+    /// For refraction: at least 1, also where the material's 0 means "reflects everything".
     pub ior: f32,
     /// Absorption per metre by Beer's law: see [`SurfaceParams::transmittance`].
     pub absorption: Vec3,
@@ -76,7 +77,7 @@ impl Material {
             f90: specular + (1.0 - specular) * metallic,
             transmission: transmission * (1.0 - metallic),
             thickness: self.thickness * sample(&self.thickness_texture, ColorSpace::Linear).y,
-            ior: self.ior,
+            ior: self.ior.max(1.0),
             absorption: absorption(self.attenuation_color, self.attenuation_distance),
             normal_tangent: self.normal_map(sample(&self.normal_texture, ColorSpace::Linear)),
             occlusion: 1.0 + self.occlusion_strength * (occlusion - 1.0),

@@ -31,8 +31,7 @@ pub fn record(scene: &Scene, pose: &Pose) -> Vec<Recorded> {
     triangles
 }
 
-/// Positions in voxels of a cube of `edge` voxels that starts at `origin` (metres) and is `side` metres wide.
-pub fn in_voxels(triangles: &[Recorded], origin: DVec3, side: f64, edge: u32) -> Vec<[DVec3; 3]> {
-    let scale = f64::from(edge) / side;
-    triangles.iter().map(|t| t.positions.map(|p| (p - origin) * scale)).collect()
+/// Positions in voxels of `voxel_m` metres, from the volume's least corner (metres), rounded to f32 as they are recorded.
+pub fn in_voxels(triangles: &[Recorded], corner: DVec3, voxel_m: f64) -> Vec<[DVec3; 3]> {
+    triangles.iter().map(|t| t.positions.map(|p| ((p - corner) / voxel_m).as_vec3().as_dvec3())).collect()
 }

@@ -1,7 +1,7 @@
 //! Specialisation constants of the cones' shaders: `glsl/common/constants.glsl` is their twin.
 
 use crate::scene::{Alpha, Scene};
-use crate::settings::{ConeSet, Fill, Form, Ledger, RoughnessFit, Settings, Shadows, Weights};
+use crate::settings::{Blend, ConeSet, Fill, Form, Ledger, RoughnessFit, Settings, Shadows, Weights};
 
 const EDGE: u32 = 0;
 const CONE_SET: u32 = 1;
@@ -12,6 +12,8 @@ const ROUGHNESS_FIT: u32 = 5;
 const PRINTED: u32 = 6;
 const BOUNCE: u32 = 7;
 const FEATURES: u32 = 8;
+const CONE_COUNT: u32 = 10;
+const BLEND: u32 = 11;
 /// Of `render.vert` alone.
 pub const BLENDED: u32 = 9;
 
@@ -88,17 +90,23 @@ fn printed_bits(ledger: &Ledger) -> u32 {
 
 /// The constants of a pass; `bounce` is 1 where a volume is there to gather from.
 pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u32, u32)> {
-    let cone_set = match settings.cones {
-        ConeSet::One => 0,
-        ConeSet::Five => 1,
-        ConeSet::SixA => 2,
-        ConeSet::SixB => 3,
-        ConeSet::Sixteen => 4,
+    let (cone_set, cone_count) = match settings.cones {
+        ConeSet::One => (0, 1),
+        ConeSet::Five => (1, 5),
+        ConeSet::SixA => (2, 6),
+        ConeSet::SixB => (3, 6),
+        ConeSet::Sixteen => (4, 16),
+        ConeSet::G6 => (5, 6),
+        ConeSet::G8 => (5, 8),
+        ConeSet::G16 => (5, 16),
+        ConeSet::G32 => (5, 32),
+        ConeSet::G64 => (5, 64),
     };
     let fill = match settings.fill {
         Fill::Uniform => 0,
         Fill::Facing => 1,
         Fill::Coverage => 2,
+        Fill::Sided => 3,
     };
     let weights = match settings.weights {
         Weights::D2 => 0,
@@ -119,7 +127,9 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
     vec![
         (EDGE, settings.voxels),
         (CONE_SET, cone_set),
+        (CONE_COUNT, cone_count),
         (FILL, fill),
+        (BLEND, u32::from(settings.blend == Blend::Sum)),
         (WEIGHTS, weights),
         (SHADOWS, shadows),
         (ROUGHNESS_FIT, fit),

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use super::constants::{constants, Features};
-use super::resources::{Resources, VolumeImages, FACES, VOLUME_FORMAT};
-use super::Bounce;
+use super::constants::{Features, constants};
+use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
+use super::{Bounce, layered_target};
+use crate::Result;
 use crate::settings::Settings;
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
-use crate::Result;
 
 pub struct Mips {
     pipeline: Raster,
@@ -21,7 +21,7 @@ impl Mips {
             &RasterDesc {
                 label: "mips",
                 vertex: "cones/layered.vert",
-                fragment: "cones/mips.frag",
+                fragment: Some("cones/mips.frag"),
                 constants: &constants(settings, Features::default(), 0),
                 color_formats: &[VOLUME_FORMAT; FACES],
                 ..Default::default()
@@ -37,7 +37,7 @@ impl Mips {
                 ["source_0", "source_1", "source_2", "source_3", "source_4", "source_5", "source_6"];
             for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written by shade or by the draw before
-                r.raster(&volume.layered_target(level), |pass| {
+                r.raster(&layered_target(&volume.colors(level), volume.edge >> level), |pass| {
                     let binds: Vec<Bind> = SOURCES
                         .iter()
                         .zip(&volume.faces)

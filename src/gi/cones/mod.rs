@@ -14,7 +14,7 @@ pub mod uniforms;
 pub mod voxelise;
 
 use crate::gpu_scene::GpuScene;
-use crate::vk::{Bind, Format, RenderTarget, Sampler};
+use crate::vk::{Bind, ColorTarget, Format, Load, RenderTarget, Sampler};
 use resources::{FACES, Resources, VolumeImages};
 
 /// Which volume a pass fills.
@@ -45,8 +45,8 @@ fn shading_binds<'a>(scene: &'a GpuScene, resources: &'a Resources) -> Vec<Bind<
         Bind::buffer("lights", &resources.lights),
         Bind::buffer("texture_entries", &scene.texture_entries),
         Bind::buffer("texture_levels", &scene.texture_levels),
-        Bind::texture("atlas_linear", scene.atlas.view()),
-        Bind::texture("atlas_srgb", scene.atlas.view_as(Format::R8G8B8A8_SRGB)),
+        Bind::image("atlas_linear", scene.atlas.view(), &scene.texel_sampler),
+        Bind::image("atlas_srgb", scene.atlas.view_as(Format::R8G8B8A8_SRGB), &scene.texel_sampler),
     ]
 }
 
@@ -57,9 +57,18 @@ fn volume_binds<'a>(volume: &'a VolumeImages, sampler: &'a Sampler) -> impl Iter
 }
 
 impl VolumeImages {
-    /// All seven faces of a level as layered colour targets.
-    fn layered_target(&self, level: u32) -> RenderTarget<'_> {
-        let edge = self.edge >> level;
-        RenderTarget::layered(self.faces.iter().map(|face| face.attachment_view(level)), edge, edge, edge)
+    /// All seven faces of a level as layered colour targets; every texel is written.
+    fn colors(&self, level: u32) -> [ColorTarget<'_>; FACES] {
+        std::array::from_fn(|face| ColorTarget {
+            view: self.faces[face].attachment_view(level),
+            resolve: None,
+            load: Load::DontCare,
+            store: true,
+        })
     }
+}
+
+/// `edge` slices of `edge`² texels.
+fn layered_target<'a>(colors: &'a [ColorTarget<'a>], edge: u32) -> RenderTarget<'a> {
+    RenderTarget { colors, width: edge, height: edge, layers: edge, ..Default::default() }
 }

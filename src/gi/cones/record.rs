@@ -5,15 +5,18 @@ use std::sync::Arc;
 
 use glam::{DMat3, Vec3};
 
-use super::constants::{constants, Features};
-use super::resources::{Resources, FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT};
+use super::constants::{Features, constants};
+use super::resources::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Resources};
+use crate::Result;
 use crate::gi::volume::Volume;
 use crate::gpu_scene::GpuScene;
 use crate::layout::{RecordPush, SceneVertex};
 use crate::scene::Pose;
 use crate::settings::Settings;
-use crate::vk::{Bind, Context, DrawCall, Format, Raster, RasterDesc, Recorder, RenderTarget, VertexInput, ZoneKind};
-use crate::Result;
+use crate::vk::{
+    Bind, ColorTarget, Context, DrawCall, Format, Load, Raster, RasterDesc, Recorder, RenderTarget, VertexInput,
+    ZoneKind,
+};
 
 pub struct Record {
     pipeline: Raster,
@@ -27,16 +30,16 @@ impl Record {
                 label: "record",
                 vertex: "cones/record.vert",
                 geometry: Some("cones/record.geom"),
-                fragment: "cones/record.frag",
+                fragment: Some("cones/record.frag"),
                 constants: &constants(settings, features, 0),
                 vertex_input: Some(VertexInput {
                     stride: size_of::<SceneVertex>() as u32,
                     attributes: &[
-                        (Format::R32G32B32_SFLOAT, 0),
-                        (Format::R32G32B32_SFLOAT, 12),
-                        (Format::R32G32B32A32_SFLOAT, 24),
-                        (Format::R32G32B32A32_SFLOAT, 40),
-                        (Format::R16G16B16A16_SFLOAT, 56),
+                        (0, Format::R32G32B32_SFLOAT, 0),
+                        (1, Format::R32G32B32_SFLOAT, 12),
+                        (2, Format::R32G32B32A32_SFLOAT, 24),
+                        (3, Format::R32G32B32A32_SFLOAT, 40),
+                        (4, Format::R16G16B16A16_SFLOAT, 56),
                     ],
                 }),
                 color_formats: &[FRONT_VIEW_FORMAT],
@@ -47,10 +50,24 @@ impl Record {
         Ok(Self { pipeline })
     }
 
-    pub fn record(&self, recorder: &mut Recorder, scene: &GpuScene, pose: &Pose, volume: &Volume, resources: &Resources) {
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &GpuScene,
+        pose: &Pose,
+        volume: &Volume,
+        resources: &Resources,
+    ) {
         recorder.zone("record", ZoneKind::Raster, resources.triangles.bytes(), |r| {
             r.full_barrier(); // reset wrote the counters
-            let target = RenderTarget::color(&resources.front_view, FRONT_VIEW_EDGE, FRONT_VIEW_EDGE);
+            let colors = [ColorTarget {
+                view: resources.front_view.attachment_view(0),
+                resolve: None,
+                load: Load::DontCare,
+                store: false,
+            }];
+            let (width, height) = (FRONT_VIEW_EDGE, FRONT_VIEW_EDGE);
+            let target = RenderTarget { colors: &colors, width, height, ..Default::default() };
             r.raster(&target, |pass| {
                 for draw in &scene.draws {
                     let voxel_from_object = volume.voxel_from_world() * pose.world_from_instance[draw.instance];
@@ -65,6 +82,8 @@ impl Record {
                         index_count: draw.index_count,
                         first_index: draw.first_index,
                         vertex_offset: draw.vertex_offset,
+                        instances: 1,
+                        first_instance: 0,
                     };
                     let binds = [
                         Bind::buffer("frame", &resources.frame),

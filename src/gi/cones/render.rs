@@ -7,14 +7,16 @@ use std::sync::Arc;
 use super::constants::{BLENDED, Features, constants};
 use super::resources::{Resources, VolumeImages};
 use super::{shading_binds, volume_binds};
+use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::image_target::{COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
 use crate::layout::BandPush;
 use crate::settings::Settings;
 use crate::vk::{Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
-use crate::Result;
 
 pub struct Render {
+    /// Whether something may be discarded.
+    masked: bool,
     depth: Raster,
     opaque: Raster,
     blended: Option<Raster>,
@@ -51,25 +53,27 @@ impl Render {
             context,
             &RasterDesc {
                 label: "render depth",
-                fragment: if masked { "cones/depth_masked.frag" } else { "cones/depth.frag" },
+                fragment: Some(if masked { "cones/depth_masked.frag" } else { "cones/depth.frag" }),
                 color_write: false,
                 depth: depth(CompareOp::GREATER, true),
-                ..common.clone()
+                ..common
             },
         )?;
-        let opaque =
-            Raster::new(context, &RasterDesc { fragment, depth: depth(CompareOp::EQUAL, false), ..common.clone() })?;
+        let opaque = Raster::new(
+            context,
+            &RasterDesc { fragment: Some(fragment), depth: depth(CompareOp::EQUAL, false), ..common },
+        )?;
         let with_blending: Vec<_> = base.iter().copied().chain([(BLENDED, 1)]).collect();
         let blended = RasterDesc {
             label: "render blended",
-            fragment,
+            fragment: Some(fragment),
             constants: &with_blending,
             depth: depth(CompareOp::GREATER_OR_EQUAL, false),
             blend: Some(Blend::PremultipliedOver),
-            ..common.clone()
+            ..common
         };
         let blended = features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?;
-        Ok(Self { depth: depth_pipeline, opaque, blended })
+        Ok(Self { masked, depth: depth_pipeline, opaque, blended })
     }
 
     pub fn record(
@@ -84,7 +88,7 @@ impl Render {
         recorder.zone("render", ZoneKind::Raster, target.bytes(), |r| {
             for band in target.bands() {
                 r.full_barrier(); // mips 2 wrote the volume; the band before was copied from the same targets
-                r.raster(&target.render_target(&band), |pass| {
+                r.raster(&target.render_target(&target.colors(), &band), |pass| {
                     let mut binds = shading_binds(scene, resources);
                     binds.push(Bind::buffer("slots", &resources.slots));
                     binds.push(Bind::buffer("order", &resources.order));
@@ -93,11 +97,15 @@ impl Render {
                     }
                     let push = BandPush { first_row: band.first_row };
                     let recorded = || DrawCall::Indirect { buffer: &resources.globals, offset: 0 };
-                    pass.draw(&self.depth, &self.depth.used(&binds), &push, recorded());
-                    pass.draw(&self.opaque, &self.opaque.used(&binds), &push, recorded());
+                    if self.masked {
+                        pass.draw(&self.depth, &self.depth.select(&binds), &push, recorded());
+                    } else {
+                        pass.draw(&self.depth, &self.depth.select(&binds), &(), recorded());
+                    }
+                    pass.draw(&self.opaque, &self.opaque.select(&binds), &push, recorded());
                     if let Some(pipeline) = &self.blended {
                         let call = DrawCall::Direct { vertices: 3 * blended_triangles, instances: 1 };
-                        pass.draw(pipeline, &pipeline.used(&binds), &push, call);
+                        pass.draw(pipeline, &pipeline.select(&binds), &push, call);
                     }
                 });
                 target.copy_band(r, &band);

@@ -4,13 +4,13 @@
 
 use std::sync::Arc;
 
-use super::constants::{constants, Features};
-use super::resources::{Resources, VolumeImages, FACES, VOLUME_FORMAT};
-use super::{shading_binds, volume_binds, Bounce};
+use super::constants::{Features, constants};
+use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
+use super::{Bounce, layered_target, shading_binds, volume_binds};
+use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::settings::Settings;
 use crate::vk::{Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
-use crate::Result;
 
 pub struct Shade {
     pipeline: Raster,
@@ -24,7 +24,7 @@ impl Shade {
             &RasterDesc {
                 label: bounce.pick("shade 1", "shade 2"),
                 vertex: "cones/layered.vert",
-                fragment: bounce.pick("cones/shade_first.frag", "cones/shade_second.frag"),
+                fragment: Some(bounce.pick("cones/shade_first.frag", "cones/shade_second.frag")),
                 constants: &constants(settings, features, bounce.pick(0, 1)),
                 color_formats: &[VOLUME_FORMAT; FACES],
                 ..Default::default()
@@ -45,7 +45,7 @@ impl Shade {
         let bytes = 8 * FACES as u64 * u64::from(target.edge).pow(3);
         recorder.zone(self.bounce.pick("shade 1", "shade 2"), ZoneKind::Raster, bytes, |r| {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
-            r.raster(&target.layered_target(0), |pass| {
+            r.raster(&layered_target(&target.colors(0), target.edge), |pass| {
                 let mut binds = shading_binds(scene, resources);
                 if let Some(volume) = previous {
                     binds.extend(volume_binds(volume, &resources.volume_sampler));

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use super::constants::{constants, Features};
-use super::resources::Resources;
 use super::Bounce;
+use super::constants::{Features, constants};
+use super::resources::Resources;
+use crate::Result;
 use crate::settings::Settings;
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
-use crate::Result;
 
 pub struct Voxelise {
     pipeline: Raster,
@@ -23,7 +23,7 @@ impl Voxelise {
                 label: "voxelise",
                 vertex: "cones/voxelise.vert",
                 geometry: Some("cones/voxelise.geom"),
-                fragment: "cones/voxelise.frag",
+                fragment: Some("cones/voxelise.frag"),
                 constants: &constants(settings, Features::default(), 0),
                 ..Default::default()
             },
@@ -35,7 +35,8 @@ impl Voxelise {
         let name = bounce.pick("voxelise 1", "voxelise 2");
         recorder.zone(name, ZoneKind::Raster, resources.items.bytes(), |r| {
             r.full_barrier(); // record wrote the triangles and the draw's count, reset the lists
-            r.raster(&RenderTarget::empty(self.edge, self.edge), |pass| {
+            let target = RenderTarget { width: self.edge, height: self.edge, ..Default::default() };
+            r.raster(&target, |pass| {
                 let binds = [
                     Bind::buffer("frame", &resources.frame),
                     Bind::buffer("globals", &resources.globals),

@@ -150,19 +150,12 @@ impl<'a> Data<'a> {
         Ok((accessor, component, width))
     }
 
-    /// How many elements accessor `index` has, once its bytes are known to be there.
-    pub fn count(&self, index: usize) -> Result<usize, Problem> {
+    /// Whether accessor `index` lies within its buffer view. Sparse parts are checked when they are read.
+    pub fn check(&self, index: usize) -> Result<(), Problem> {
         let (accessor, component, width) = self.accessor(index)?;
-        if let Some(view) = accessor.buffer_view {
-            self.span(
-                &format!("accessor {index}"),
-                view,
-                accessor.byte_offset,
-                component.size() * width,
-                accessor.count,
-            )?;
-        }
-        Ok(accessor.count)
+        let Some(view) = accessor.buffer_view else { return Ok(()) };
+        let size = component.size() * width;
+        self.span(&format!("accessor {index}"), view, accessor.byte_offset, size, accessor.count).map(drop)
     }
 
     /// Reads every element as `read` makes it, with sparse substitution; elements without data are `zero`.

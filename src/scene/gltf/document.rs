@@ -107,8 +107,6 @@ pub struct Node {
 pub struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<LightIndex>,
-    #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub instancing: Option<Value>,
 }
 
 #[derive(Deserialize)]
@@ -133,6 +131,8 @@ pub struct Primitive {
     pub mode: u32,
     #[serde(default)]
     pub targets: Vec<std::collections::BTreeMap<String, usize>>,
+    #[serde(default)]
+    pub extensions: serde_json::Map<String, Value>,
 }
 
 #[derive(Deserialize)]

@@ -1,5 +1,6 @@
 //! Textures and images, as far as materials use them; decoded in parallel.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use image::{DynamicImage, ImageReader, Limits};
@@ -15,10 +16,11 @@ use crate::scene::{Image, Mip, Texture, Wrap};
 const SIDE_MAX: u32 = 16384;
 const BYTES_MAX: u64 = 1 << 30;
 
-/// Textures and images in the order of their first use. Indices are the scene's; entries are the document's.
+/// Textures and images in the order of their first use; maps go from the document's indices to the scene's.
 #[derive(Default)]
 pub struct Used {
-    textures: Vec<usize>,
+    textures: HashMap<usize, usize>,
+    image_places: HashMap<usize, usize>,
     images: Vec<usize>,
     made: Vec<Texture>,
 }
@@ -31,7 +33,7 @@ impl Used {
         index: usize,
         warnings: &mut Warnings,
     ) -> Result<Option<usize>, Problem> {
-        if let Some(at) = self.textures.iter().position(|&t| t == index) {
+        if let Some(&at) = self.textures.get(&index) {
             return Ok(Some(at));
         }
         let source = document.textures.get(index).ok_or_else(|| missing("texture", index))?;
@@ -44,12 +46,12 @@ impl Used {
             Some(sampler) => document.samplers.get(sampler).ok_or_else(|| missing("sampler", sampler))?,
             None => &document::Sampler::default(),
         };
-        let at = self.images.iter().position(|&i| i == image).unwrap_or(self.images.len());
-        if at == self.images.len() {
+        let place = *self.image_places.entry(image).or_insert_with(|| {
             self.images.push(image);
-        }
-        self.textures.push(index);
-        self.made.push(texture(at, sampler));
+            self.images.len() - 1
+        });
+        self.textures.insert(index, self.made.len());
+        self.made.push(texture(place, sampler));
         Ok(Some(self.made.len() - 1))
     }
 }

@@ -2,11 +2,11 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::Warnings;
 use super::accessor::{Data, Problem};
 use super::deform::{self, Rest};
 use super::document::Primitive;
 use super::tangents;
+use super::{COORDINATE_MAX, Warnings};
 use crate::scene::{Material, Mesh};
 
 /// `None` for primitives that hold no triangles.
@@ -52,6 +52,9 @@ pub fn load(
     deform::apply(data, what, primitive, rest, &mut mesh, warnings)?;
     if let Some(bad) = mesh.positions.iter().position(|p| !p.is_finite()) {
         return Err(format!("{what} has a position that is NaN or infinite (vertex {bad}); export the file again"));
+    }
+    if let Some(bad) = mesh.positions.iter().position(|p| p.abs().max_element() > COORDINATE_MAX as f32) {
+        return Err(format!("{what} has a position beyond 10¹⁵ m (vertex {bad}); scale the scene down"));
     }
     compact(&mut mesh);
     complete_normals(what, &mut mesh, warnings);

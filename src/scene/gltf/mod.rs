@@ -6,6 +6,7 @@
 
 mod accessor;
 mod animations;
+mod check;
 mod container;
 mod deform;
 mod document;
@@ -45,6 +46,12 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
+/// Metres, and factors of scale: areas and squared distances still fit into f32.
+const COORDINATE_MAX: f64 = 1e15;
+
+/// Distinct warnings that are kept; a file with more has one cause for most of them.
+const WARNINGS_MAX: usize = 50;
+
 /// One sentence per thing that was ignored or simplified, each said once.
 #[derive(Default)]
 struct Warnings(Vec<String>);
@@ -52,9 +59,11 @@ struct Warnings(Vec<String>);
 impl Warnings {
     fn once(&mut self, sentence: impl Into<String>) {
         let sentence = sentence.into();
-        if !self.0.contains(&sentence) {
-            self.0.push(sentence);
+        if self.0.len() > WARNINGS_MAX || self.0.contains(&sentence) {
+            return;
         }
+        let last = self.0.len() == WARNINGS_MAX;
+        self.0.push(if last { "further warnings were left out".into() } else { sentence });
     }
 }
 
@@ -79,6 +88,7 @@ impl Scene {
             let buffers = load_buffers(&document, folder, file.binary)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let data = Data { document: &document, buffers: &buffers };
+            check::document(&data)?;
             let mut scene = assemble(&data, folder, options, &mut warnings, &mut hash)?;
             scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             scene.hash = hash.finalize().to_hex().to_string();
@@ -100,7 +110,10 @@ fn parse(path: &Path, json: &[u8]) -> Result<Document, Error> {
     struct Head {
         asset: Option<document::Asset>,
     }
-    let broken = |e| Error::file(path, format!("is not valid glTF JSON ({e}); export the file again"));
+    let broken = |e: serde_json::Error| {
+        let (what, line, column) = (container::shorten(&e.to_string()), e.line(), e.column());
+        Error::file(path, format!("is not valid glTF at line {line}, column {column} ({what}); export the file again"))
+    };
     let head: Head = serde_json::from_slice(json).map_err(broken)?;
     let asset = head.asset.unwrap_or_default();
     let version = asset.min_version.as_deref().unwrap_or(&asset.version);
@@ -188,10 +201,12 @@ fn load_meshes(
     for &index in shown {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
-        let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
-        if node.extensions.instancing.is_some() {
-            warnings.once("EXT_mesh_gpu_instancing is not supported: such a mesh shows once");
+        let place = world[tree.slot[index]].to_cols_array();
+        // NaN, from infinite scales that met, fails the comparison too.
+        if !place.iter().all(|x| x.abs() <= COORDINATE_MAX) {
+            return Err(format!("node {index} is moved or scaled beyond 10¹⁵; scale the scene down"));
         }
+        let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
         let own = node.skin.is_some() || node.weights.is_some();
         let made = match shared.get(&mesh_index).filter(|_| !own) {
             Some(made) => made.clone(),

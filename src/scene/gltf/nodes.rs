@@ -179,13 +179,16 @@ fn light(number: usize, source: &document::Light, warnings: &mut Warnings) -> Re
     if intensity.min_element() < 0.0 {
         warnings.once(format!("light {number} has a negative intensity; it was raised to 0"));
     }
+    if source.range.is_some_and(|r| r <= 0.0) {
+        warnings.once(format!("light {number} has a range of 0 or less; it reaches everywhere"));
+    }
     let radius = source.extras.get("radius").and_then(serde_json::Value::as_f64).unwrap_or(0.0);
     Ok(Light {
         name: source.name.clone(),
         node: 0,
         kind,
         intensity: intensity.max(Vec3::ZERO),
-        range: source.range.map_or(f32::INFINITY, |r| r as f32).max(0.0),
+        range: source.range.filter(|r| *r > 0.0).map_or(f32::INFINITY, |r| (r as f32).max(f32::MIN_POSITIVE)),
         radius: if radius.is_finite() { radius.max(0.0) as f32 } else { 0.0 },
     })
 }

@@ -1,0 +1,45 @@
+# Two commands: `make demo` and `make test`. Both set up what is missing first.
+# Everything is built in the release profile, so that dependencies are built once.
+
+export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
+# Every test binary shares one device among its tests; many at once only take memory.
+export RUST_TEST_THREADS ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ $$n -gt 4 ] && echo 4 || echo $$n)
+# A driver that hangs must not hang the run.
+TEST_SECONDS ?= 1500
+DEMO_SECONDS ?= 300
+
+.PHONY: demo test test-mesa25 corpus assets docs clean
+
+demo:  ## build, render the gallery, print what each pass took
+	scripts/setup.sh demo
+	cargo build --release --locked
+	mkdir -p out
+	scripts/guard.sh $(DEMO_SECONDS) target/release/twobounce render assets/gallery.glb -o out/gallery.png \
+	  --size 512x512 --set voxels=64 --timings
+	@echo "The picture: out/gallery.png"
+
+test:  ## formatting, lints, docs, every test
+	scripts/setup.sh test
+	cargo fmt --check
+	cargo clippy --release --locked --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps --document-private-items
+	cargo test --release --locked --no-run
+	scripts/guard.sh $(TEST_SECONDS) cargo test --release --locked
+
+test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and both drivers' images compared
+	scripts/setup.sh test
+	cargo test --release --locked --no-run
+	scripts/guard.sh $(TEST_SECONDS) scripts/mesa25.sh cargo test --release --locked
+	cargo build --release --locked
+	scripts/compare-drivers.sh
+
+corpus:  ## render every model in DIR: make corpus DIR=models
+	cargo build --release --locked
+	scripts/corpus.sh $(DIR)
+
+assets:  ## write the scenes in assets/ anew
+	cargo run --release --locked -- make-assets
+
+clean:
+	cargo clean
+	rm -rf out

@@ -1,0 +1,9 @@
+#version 460
+
+layout(location = 0) out vec4 coordinates;
+layout(location = 1) out vec4 constant;
+
+void main() {
+    coordinates = vec4(gl_FragCoord.xy, gl_Layer, 1.0);
+    constant = vec4(0.25);
+}

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# Renders every .gltf and .glb under a folder, small, and writes out/corpus/tally.md (what became of each, and why) and a
+# contact sheet. Fails if a file makes twobounce crash, hang, or end without a sentence.
+# Usage: corpus.sh DIR [further flags for twobounce render]
+set -euo pipefail
+if [ $# -lt 1 ] || [ ! -d "$1" ]; then
+  echo "usage: corpus.sh DIR [flags for twobounce render]; DIR is a folder of .gltf and .glb files" >&2
+  exit 2
+fi
+models=$(cd "$1" && pwd)
+shift
+cd "$(dirname "$0")/.."
+out=out/corpus
+seconds=120
+rm -rf "$out"
+mkdir -p "$out/images"
+
+declare -A count=([rendered]=0 [refused]=0 [failed]=0)
+rows=()
+labels=()
+while IFS= read -r -d '' file; do
+  name=${file#"$models"/}
+  image=$out/images/$(printf '%04d' ${#rows[@]}).png
+  start=$(date +%s.%N)
+  status=0
+  said=$(timeout --kill-after=10 "$seconds" target/release/twobounce render "$file" -o "$image" --size 96x96 --set voxels=32 "$@" \
+    2>&1 >/dev/null) || status=$?
+  took=$(awk "BEGIN { printf \"%.1f\", $(date +%s.%N) - $start }")
+  case $status in
+    0) result=rendered ;;
+    2) result=refused ;;
+    124 | 137) result=failed said="no end after $seconds s" ;;
+    *) result=failed ;;
+  esac
+  # A refusal is one sentence, and a refusal leaves no image.
+  if [ $result = refused ] && { [ "$(wc -l <<<"$said")" -ne 1 ] || [ -z "$said" ] || [ -e "$image" ]; }; then result=failed; fi
+  if [ $result = rendered ]; then labels+=(-label "$name" "$image"); fi
+  count[$result]=$((count[$result] + 1))
+  said=${said//"$models"\//}
+  rows+=("| \`$name\` | $result | $took | $(tr '\n|' ' /' <<<"$said") |")
+  echo "$result ${took}s $name"
+done < <(find "$models" \( -iname '*.gltf' -o -iname '*.glb' \) -print0 | sort -z)
+
+{
+  echo "# ${#rows[@]} files: ${count[rendered]} rendered, ${count[refused]} refused, ${count[failed]} failed"
+  echo
+  echo "| file | result | seconds | what was said |"
+  echo "|---|---|---|---|"
+  printf '%s\n' "${rows[@]}"
+} >"$out/tally.md"
+head -n 1 "$out/tally.md"
+echo "The tally: $out/tally.md"
+
+if ! command -v montage >/dev/null; then
+  echo "No contact sheet: it is made by ImageMagick (apt-get install imagemagick)"
+elif [ ${#labels[@]} -gt 0 ]; then
+  # Pages of 60, so that labels stay legible.
+  montage "${labels[@]}" -tile 10x6 -geometry 96x96+4+4 -background '#202020' -fill white -pointsize 7 "$out/sheet.png"
+  echo "The contact sheet: $(ls "$out"/sheet*.png | tr '\n' ' ')"
+fi
+[ "${count[failed]}" -eq 0 ]

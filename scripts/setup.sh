@@ -1,0 +1,111 @@
+#!/usr/bin/env bash
+# Brings what twobounce needs and is not here yet: says what and why, asks for root only then.
+# Usage: setup.sh demo|test   (test adds Vulkan's validation layers)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+purpose=${1:-demo}
+
+export PATH="$PATH:${CARGO_HOME:-${HOME:-}/.cargo}/bin"
+have() { command -v "$1" >/dev/null 2>&1; }
+
+# name of the package: what it is for
+wanted=(
+  "gcc: links the program"
+  "libc6-dev: links the program"
+  "libvulkan1: the Vulkan loader"
+  "mesa-vulkan-drivers: Vulkan on Mesa's GPUs, and on the CPU where there is none"
+)
+if [ "$purpose" = test ]; then
+  wanted+=("vulkan-validationlayers: any of their messages fails a test")
+fi
+# Debian and Ubuntu from 24.04 on carry shaderc; elsewhere the shaderc crate builds its own.
+packaged_shaderc=(
+  "libshaderc-dev: compiles the shaders while building"
+  "glslang-dev: a part of shaderc"
+  "spirv-tools: a part of shaderc"
+  "g++: shaderc is written in C++"
+  "binutils: joins the parts"
+)
+bundled_shaderc=(
+  "g++: builds shaderc, which compiles the shaders while building"
+  "cmake: builds shaderc"
+  "git: builds shaderc"
+  "ninja-build: builds shaderc, faster than make"
+  "python3: builds shaderc"
+)
+
+list_for_other_systems() {
+  cat <<'END'
+This is neither Debian nor Ubuntu, so nothing is installed. twobounce needs:
+  - Rust 1.87 or newer: https://rustup.rs
+  - a C compiler, for linking
+  - the Vulkan loader (libvulkan.so.1) and a driver; Mesa's lavapipe will do where there is no GPU
+  - for the tests: the Vulkan validation layers
+  - for building shaderc once (about 8 minutes): cmake, git, python3, a C++ compiler; ninja helps
+END
+}
+
+# Installs the packages among "name: reason" that are missing.
+install_missing() {
+  local entry name missing=()
+  for entry in "$@"; do
+    name=${entry%%:*}
+    if ! dpkg-query -W -f '${Status}' "$name" 2>/dev/null | grep -q 'ok installed'; then
+      echo "setup: $entry"
+      missing+=("$name")
+    fi
+  done
+  if [ ${#missing[@]} -eq 0 ]; then return; fi
+  if [ "$(id -u)" -ne 0 ] && ! have sudo; then
+    echo "setup: these packages are missing and there is no sudo; as root, run: apt-get install ${missing[*]}" >&2
+    exit 2
+  fi
+  echo "setup: installing ${missing[*]}"
+  local install=(apt-get install -y -q --no-install-recommends "${missing[@]}")
+  # Stale package lists name files that are gone: fetch the lists and try once more.
+  as_root "${install[@]}" >/dev/null 2>&1 || { as_root apt-get update -q >/dev/null && as_root "${install[@]}" >/dev/null; }
+}
+
+as_root() {
+  if [ "$(id -u)" -eq 0 ]; then
+    DEBIAN_FRONTEND=noninteractive "$@"
+  else
+    sudo DEBIAN_FRONTEND=noninteractive "$@"
+  fi
+}
+
+if have apt-get && have dpkg-query; then
+  if ! apt-cache show mesa-vulkan-drivers >/dev/null 2>&1; then
+    echo "setup: fetching the package lists"
+    as_root apt-get update -q >/dev/null
+  fi
+  install_missing "${wanted[@]}"
+  if [ ! -s .cache/shaderc/libshaderc_combined.a ]; then
+    if apt-cache show libshaderc-dev >/dev/null 2>&1; then
+      install_missing "${packaged_shaderc[@]}"
+      scripts/merge-shaderc.sh .cache/shaderc || true
+    fi
+    if [ ! -s .cache/shaderc/libshaderc_combined.a ]; then
+      echo "setup: no libshaderc from packages links here; the build makes its own, once, in about 8 minutes"
+      install_missing "${bundled_shaderc[@]}"
+    fi
+  fi
+else
+  list_for_other_systems
+fi
+
+if ! have cargo; then
+  echo "setup: Rust is missing; install it with: curl --proto '=https' --tlsv1.2 -sSf https://sh.rustup.rs | sh" >&2
+  exit 2
+fi
+if [ "$purpose" = test ]; then
+  for tool in rustfmt clippy; do
+    if cargo "${tool/rust/}" --version >/dev/null 2>&1; then continue; fi
+    if ! have rustup; then
+      echo "setup: this Rust lacks $tool, which make test runs; install it, or Rust from https://rustup.rs" >&2
+      exit 2
+    fi
+    echo "setup: adding $tool to Rust"
+    rustup component add "$tool"
+  done
+fi

@@ -1,0 +1,33 @@
+//! The scenes in `assets/`, made from code: the same bytes every time.
+//!
+//! Metres, +Y up. Light follows the project's units: glTF's photometric numbers are taken as radiometric ones.
+
+mod cornell;
+mod gallery;
+mod glb;
+mod shapes;
+mod texels;
+
+use std::path::Path;
+
+use crate::output::file;
+use crate::{Error, Result};
+
+/// Every scene as (file name, bytes of the .glb).
+pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
+    Ok(vec![
+        ("cornell-area.glb", cornell::area()),
+        ("cornell-point.glb", cornell::point()),
+        ("gallery.glb", gallery::gallery()?),
+    ])
+}
+
+/// Writes every scene into the folder `dir`, which is made where it is missing. Returns the names of the files.
+pub fn write(dir: &Path) -> Result<Vec<&'static str>> {
+    std::fs::create_dir_all(dir).map_err(|e| Error::file(dir, format!("cannot make this folder: {e}")))?;
+    let scenes = all()?;
+    for (name, bytes) in &scenes {
+        file::write(&dir.join(name), bytes)?;
+    }
+    Ok(scenes.into_iter().map(|(name, _)| name).collect())
+}

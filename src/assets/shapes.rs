@@ -1,0 +1,122 @@
+//! Shapes as triangles, counter-clockwise seen from outside. Closed ones are watertight: edges pair up by position.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3, dvec2, dvec3};
+
+/// Triangles with normals; `uvs` and `colors` are empty or one per vertex.
+#[derive(Clone, Default)]
+pub struct Shape {
+    pub positions: Vec<DVec3>,
+    pub normals: Vec<DVec3>,
+    pub uvs: Vec<DVec2>,
+    /// Linear.
+    pub colors: Vec<DVec3>,
+    pub indices: Vec<u32>,
+}
+
+impl Shape {
+    /// A parallelogram facing `u` × `v`; `uv` runs from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) opposite.
+    pub fn quad(corner: DVec3, u: DVec3, v: DVec3, repeat: DVec2) -> Self {
+        Self {
+            positions: vec![corner, corner + u, corner + u + v, corner + v],
+            normals: vec![u.cross(v).normalize(); 4],
+            uvs: vec![dvec2(0.0, repeat.y), repeat, dvec2(repeat.x, 0.0), DVec2::ZERO],
+            colors: vec![],
+            indices: vec![0, 1, 2, 0, 2, 3],
+        }
+    }
+
+    /// A closed box between two corners.
+    pub fn cuboid(min: DVec3, max: DVec3) -> Self {
+        let size = max - min;
+        let mut shape = Self::default();
+        for axis in 0..3 {
+            let (mut u, mut v) = (DVec3::ZERO, DVec3::ZERO);
+            u[(axis + 1) % 3] = size[(axis + 1) % 3];
+            v[(axis + 2) % 3] = size[(axis + 2) % 3];
+            let mut high = min;
+            high[axis] = max[axis];
+            shape.append(&Self::quad(high, u, v, DVec2::ONE));
+            shape.append(&Self::quad(min, v, u, DVec2::ONE));
+        }
+        shape
+    }
+
+    /// A closed sphere around the origin: `rings` from pole to pole, `segments` around.
+    pub fn sphere(radius: f64, rings: u32, segments: u32) -> Self {
+        let mut normals = vec![DVec3::Y];
+        for ring in 1..rings {
+            let (sin, cos) = (PI * f64::from(ring) / f64::from(rings)).sin_cos();
+            normals.extend((0..segments).map(|segment| {
+                let (z, x) = (TAU * f64::from(segment) / f64::from(segments)).sin_cos();
+                dvec3(x * sin, cos, z * sin)
+            }));
+        }
+        normals.push(DVec3::NEG_Y);
+        let (south, last) = (normals.len() as u32 - 1, normals.len() as u32 - 1 - segments);
+        let mut indices = vec![];
+        for s in 0..segments {
+            let next = (s + 1) % segments;
+            indices.extend([0, 1 + next, 1 + s]);
+            for row in (1..last).step_by(segments as usize) {
+                let (a, b, below) = (row + s, row + next, segments);
+                indices.extend([a, b, b + below, a, b + below, a + below]);
+            }
+            indices.extend([last + s, last + next, south]);
+        }
+        let positions = normals.iter().map(|normal| *normal * radius).collect();
+        Self { positions, normals, indices, ..Self::default() }
+    }
+
+    /// A closed tube of `radius` around the closed curve `curve` (parameter 0 to 1); `along` by `around` quads.
+    ///
+    /// The cross-sections follow the curve's Frenet frame, so the curve must not be straight anywhere.
+    pub fn tube(curve: impl Fn(f64) -> DVec3, radius: f64, along: u32, around: u32) -> Self {
+        // Central differences: their error, near 1e-6, turns the cross-sections a little and leaves the tube closed.
+        const H: f64 = 1e-3;
+        let mut shape = Self::default();
+        for i in 0..along {
+            let t = f64::from(i) / f64::from(along);
+            let (before, here, after) = (curve(t - H), curve(t), curve(t + H));
+            let tangent = (after - before).normalize();
+            let inward = (after - 2.0 * here + before).reject_from_normalized(tangent).normalize();
+            let binormal = tangent.cross(inward);
+            for j in 0..around {
+                let (sin, cos) = (TAU * f64::from(j) / f64::from(around)).sin_cos();
+                let normal = inward * cos + binormal * sin;
+                shape.positions.push(here + normal * radius);
+                shape.normals.push(normal);
+                let (next_i, next_j) = ((i + 1) % along, (j + 1) % around);
+                let [a, b] = [i * around + j, i * around + next_j];
+                let [c, d] = [next_i * around + next_j, next_i * around + j];
+                shape.indices.extend([a, b, c, a, c, d]);
+            }
+        }
+        shape
+    }
+
+    /// Colours every vertex by its position.
+    pub fn colored(mut self, color: impl Fn(DVec3) -> DVec3) -> Self {
+        self.colors = self.positions.iter().map(|&p| color(p)).collect();
+        self
+    }
+
+    /// Turns the shape by `angle` radians about +Y through the origin, then moves it.
+    pub fn moved(mut self, angle: f64, by: DVec3) -> Self {
+        let turn = glam::DQuat::from_rotation_y(angle);
+        self.positions.iter_mut().for_each(|p| *p = turn * *p + by);
+        self.normals.iter_mut().for_each(|n| *n = turn * *n);
+        self
+    }
+
+    /// Adds another shape with the same attributes.
+    pub fn append(&mut self, other: &Self) {
+        let base = self.positions.len() as u32;
+        self.positions.extend(&other.positions);
+        self.normals.extend(&other.normals);
+        self.uvs.extend(&other.uvs);
+        self.colors.extend(&other.colors);
+        self.indices.extend(other.indices.iter().map(|i| base + i));
+    }
+}

@@ -1,0 +1,402 @@
+//! Raster and compute pipelines. Their layouts come from reflection: one push-descriptor set and one push block.
+
+use super::context::Context;
+use super::reflect::{self, Binding, StageInfo};
+use super::shader;
+use crate::{Error, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// What every Vulkan device offers for push constants.
+const MAX_PUSH_BYTES: u32 = 128;
+
+/// How a fragment's colour joins what is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    /// `source + (1 - source alpha) * destination`, for colours that were multiplied by their alpha.
+    PremultipliedOver,
+}
+
+/// Depth test of a raster pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DepthDesc {
+    pub format: vk::Format,
+    pub compare: vk::CompareOp,
+    pub write: bool,
+}
+
+/// One interleaved vertex buffer.
+#[derive(Clone, Copy, Debug)]
+pub struct VertexInput<'a> {
+    /// Bytes per vertex.
+    pub stride: u32,
+    /// (location, format, offset in bytes)
+    pub attributes: &'a [(u32, vk::Format, u32)],
+}
+
+/// What to make a [`Raster`] of. Triangle lists, no culling; viewport and scissor come with the draw.
+#[derive(Clone, Copy, Debug)]
+pub struct RasterDesc<'a> {
+    pub label: &'a str,
+    /// Shaders by their path below `glsl/`.
+    pub vertex: &'a str,
+    pub geometry: Option<&'a str>,
+    pub fragment: Option<&'a str>,
+    /// Specialisation constants of all stages: (id, value); a float by its bits, a bool as 0 or 1.
+    pub constants: &'a [(u32, u32)],
+    pub vertex_input: Option<VertexInput<'a>>,
+    pub color_formats: &'a [vk::Format],
+    pub depth: Option<DepthDesc>,
+    /// Samples per pixel: 1, 2, 4, …
+    pub samples: u32,
+    pub blend: Option<Blend>,
+    /// `false` masks every colour write.
+    pub color_write: bool,
+}
+
+impl Default for RasterDesc<'_> {
+    fn default() -> Self {
+        Self {
+            label: "",
+            vertex: "",
+            geometry: None,
+            fragment: None,
+            constants: &[],
+            vertex_input: None,
+            color_formats: &[],
+            depth: None,
+            samples: 1,
+            blend: None,
+            color_write: true,
+        }
+    }
+}
+
+/// What to make a [`Compute`] of.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ComputeDesc<'a> {
+    pub label: &'a str,
+    /// Shader by its path below `glsl/`.
+    pub shader: &'a str,
+    /// Specialisation constants: (id, value).
+    pub constants: &'a [(u32, u32)],
+}
+
+/// A pipeline with what its shaders say of it.
+pub(super) struct RawPipeline {
+    context: Arc<Context>,
+    pub(super) handle: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    set_layout: vk::DescriptorSetLayout,
+    pub(super) label: String,
+    pub(super) stages: Vec<StageInfo>,
+    pub(super) bindings: Vec<Binding>,
+    pub(super) push_bytes: u32,
+    pub(super) push_stages: vk::ShaderStageFlags,
+    /// For raster pipelines: to be held against the target at a draw.
+    pub(super) color_formats: Vec<vk::Format>,
+    pub(super) depth: Option<DepthDesc>,
+    pub(super) samples: u32,
+    pub(super) color_write: bool,
+}
+
+impl Drop for RawPipeline {
+    fn drop(&mut self) {
+        if let Some(device) = self.context.device_to_destroy_with() {
+            // SAFETY: nothing in flight refers to it: the recorder waits for its work and holds what it uses.
+            unsafe {
+                device.destroy_pipeline(self.handle, None);
+                device.destroy_pipeline_layout(self.layout, None);
+                device.destroy_descriptor_set_layout(self.set_layout, None);
+            }
+        }
+    }
+}
+
+/// A graphics pipeline.
+pub struct Raster {
+    pub(super) raw: Arc<RawPipeline>,
+}
+
+/// A compute pipeline.
+pub struct Compute {
+    pub(super) raw: Arc<RawPipeline>,
+}
+
+macro_rules! reflection {
+    ($pipeline:ty) => {
+        impl $pipeline {
+            pub fn label(&self) -> &str {
+                &self.raw.label
+            }
+
+            /// The bindings of set 0, merged over the stages, by number.
+            pub fn bindings(&self) -> &[Binding] {
+                &self.raw.bindings
+            }
+
+            /// The stages in pipeline order, as their SPIR-V states them.
+            pub fn stages(&self) -> &[StageInfo] {
+                &self.raw.stages
+            }
+
+            /// Bytes of the push block, 0 without one.
+            pub fn push_bytes(&self) -> u32 {
+                self.raw.push_bytes
+            }
+        }
+    };
+}
+reflection!(Raster);
+reflection!(Compute);
+
+impl Compute {
+    /// Compiles the pipeline. Panics when the shader uses what pipelines here do not offer.
+    pub fn new(context: &Arc<Context>, desc: &ComputeDesc<'_>) -> Result<Self> {
+        let mut raw = RawPipeline::new(context, desc.label, &[desc.shader], desc.constants)?;
+        let modules = Modules::new(context, &[desc.shader])?;
+        let data = Specialization::new(desc.constants);
+        let specialization = data.info();
+        let info = [vk::ComputePipelineCreateInfo::default()
+            .stage(modules.stage(0, vk::ShaderStageFlags::COMPUTE, &specialization))
+            .layout(raw.layout)];
+        // SAFETY: the info is complete and refers to live objects.
+        let made = unsafe { context.device().create_compute_pipelines(context.pipeline_cache.handle, &info, None) };
+        raw.finish(made)?;
+        Ok(Self { raw: Arc::new(raw) })
+    }
+}
+
+impl Raster {
+    /// Compiles the pipeline. Panics when the shaders disagree or use what pipelines here do not offer.
+    pub fn new(context: &Arc<Context>, desc: &RasterDesc<'_>) -> Result<Self> {
+        let shaders: Vec<_> = [Some(desc.vertex), desc.geometry, desc.fragment].into_iter().flatten().collect();
+        let mut raw = RawPipeline::new(context, desc.label, &shaders, desc.constants)?;
+        raw.color_formats = desc.color_formats.to_vec();
+        raw.depth = desc.depth;
+        raw.samples = desc.samples;
+        raw.color_write = desc.color_write;
+        let modules = Modules::new(context, &shaders)?;
+        let data = Specialization::new(desc.constants);
+        let specialization = data.info();
+        let stages: Vec<_> = raw
+            .stages
+            .iter()
+            .enumerate()
+            .map(|(index, info)| modules.stage(index, info.stage.flag(), &specialization))
+            .collect();
+        let made = create_raster(context, desc, raw.layout, &stages);
+        raw.finish(made)?;
+        Ok(Self { raw: Arc::new(raw) })
+    }
+}
+
+type Created = std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>;
+
+fn create_raster(
+    context: &Context,
+    desc: &RasterDesc<'_>,
+    layout: vk::PipelineLayout,
+    stages: &[vk::PipelineShaderStageCreateInfo<'_>],
+) -> Created {
+    let bindings: Vec<_> = desc
+        .vertex_input
+        .map(|input| vk::VertexInputBindingDescription::default().stride(input.stride))
+        .into_iter()
+        .collect();
+    let attributes: Vec<_> = desc
+        .vertex_input
+        .map_or(&[][..], |input| input.attributes)
+        .iter()
+        .map(|&(location, format, offset)| {
+            vk::VertexInputAttributeDescription::default().location(location).format(format).offset(offset)
+        })
+        .collect();
+    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+        .vertex_binding_descriptions(&bindings)
+        .vertex_attribute_descriptions(&attributes);
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+    let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+    let samples = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::from_raw(desc.samples));
+    let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
+    if let Some(DepthDesc { compare, write, .. }) = desc.depth {
+        depth = depth.depth_test_enable(true).depth_compare_op(compare).depth_write_enable(write);
+    }
+    let attachments = vec![blend_state(desc); desc.color_formats.len()];
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+        .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+    let mut rendering = vk::PipelineRenderingCreateInfo::default()
+        .color_attachment_formats(desc.color_formats)
+        .depth_attachment_format(desc.depth.map_or(vk::Format::UNDEFINED, |depth| depth.format));
+    let info = [vk::GraphicsPipelineCreateInfo::default()
+        .stages(stages)
+        .vertex_input_state(&vertex_input)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&samples)
+        .depth_stencil_state(&depth)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering)];
+    // SAFETY: the info is complete and refers to live objects.
+    unsafe { context.device().create_graphics_pipelines(context.pipeline_cache.handle, &info, None) }
+}
+
+fn blend_state(desc: &RasterDesc<'_>) -> vk::PipelineColorBlendAttachmentState {
+    let mask = if desc.color_write { vk::ColorComponentFlags::RGBA } else { vk::ColorComponentFlags::empty() };
+    let state = vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask);
+    match desc.blend {
+        None => state,
+        Some(Blend::PremultipliedOver) => state
+            .blend_enable(true)
+            .src_color_blend_factor(vk::BlendFactor::ONE)
+            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+            .color_blend_op(vk::BlendOp::ADD)
+            .src_alpha_blend_factor(vk::BlendFactor::ONE)
+            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+            .alpha_blend_op(vk::BlendOp::ADD),
+    }
+}
+
+impl RawPipeline {
+    /// Everything but the pipeline itself: reflection and layouts.
+    fn new(context: &Arc<Context>, label: &str, shaders: &[&str], constants: &[(u32, u32)]) -> Result<Self> {
+        let modules: Vec<_> = shaders.iter().map(|name| reflect::module(shader::entry(name), constants)).collect();
+        let push_bytes = modules.iter().map(|module| module.push_bytes).max().unwrap_or(0);
+        assert!(push_bytes <= MAX_PUSH_BYTES, "{label}: a push block of {push_bytes} bytes, {MAX_PUSH_BYTES} at most");
+        let with_push = modules.iter().filter(|module| module.push_bytes > 0);
+        let push_stages =
+            with_push.fold(vk::ShaderStageFlags::empty(), |flags, module| flags | module.info.stage.flag());
+        let mut this = Self {
+            context: context.clone(),
+            handle: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            label: label.to_owned(),
+            bindings: reflect::merge(label, &modules),
+            stages: modules.into_iter().map(|module| module.info).collect(),
+            push_bytes,
+            push_stages,
+            color_formats: Vec::new(),
+            depth: None,
+            samples: 1,
+            color_write: true,
+        };
+        let descriptors: u32 = this.bindings.iter().map(|binding| binding.count).sum();
+        if descriptors > context.max_push_descriptors {
+            return Err(Error::Device(format!(
+                "{} pushes at most {} descriptors, but the pass {label} needs {descriptors}: choose another device",
+                context.name, context.max_push_descriptors
+            )));
+        }
+        this.create_layouts().map_err(|result| context.error(&format!("creating the pass {label}"), result))?;
+        Ok(this)
+    }
+
+    fn create_layouts(&mut self) -> std::result::Result<(), vk::Result> {
+        let bindings: Vec<_> = self
+            .bindings
+            .iter()
+            .map(|binding| {
+                let stages = binding.stages.iter().fold(vk::ShaderStageFlags::empty(), |all, s| all | s.flag());
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(binding.binding)
+                    .descriptor_type(binding.kind.descriptor_type())
+                    .descriptor_count(binding.count)
+                    .stage_flags(stages)
+            })
+            .collect();
+        let set = vk::DescriptorSetLayoutCreateInfo::default()
+            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
+            .bindings(&bindings);
+        // SAFETY: the infos are complete.
+        unsafe {
+            let device = self.context.device();
+            self.set_layout = device.create_descriptor_set_layout(&set, None)?;
+            let sets = [self.set_layout];
+            let push = [vk::PushConstantRange::default().stage_flags(self.push_stages).size(self.push_bytes)];
+            let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+            if self.push_bytes > 0 {
+                info = info.push_constant_ranges(&push);
+            }
+            self.layout = device.create_pipeline_layout(&info, None)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, made: Created) -> Result<()> {
+        let doing = || format!("compiling the pass {}", self.label);
+        self.handle = made.map_err(|(_, result)| self.context.error(&doing(), result))?[0];
+        self.context.set_name(self.handle, &self.label);
+        Ok(())
+    }
+}
+
+/// Shader modules, needed only while a pipeline is made.
+struct Modules<'a> {
+    context: &'a Context,
+    handles: Vec<vk::ShaderModule>,
+}
+
+impl<'a> Modules<'a> {
+    fn new(context: &'a Context, shaders: &[&str]) -> Result<Self> {
+        let mut this = Self { context, handles: Vec::new() };
+        for name in shaders {
+            let info = vk::ShaderModuleCreateInfo::default().code(shader::spirv(name));
+            // SAFETY: the words are valid SPIR-V from the build.
+            let handle = unsafe { context.device().create_shader_module(&info, None) }
+                .map_err(|result| context.error(&format!("loading {name}"), result))?;
+            this.handles.push(handle);
+        }
+        Ok(this)
+    }
+
+    fn stage<'s>(
+        &self,
+        index: usize,
+        flag: vk::ShaderStageFlags,
+        specialization: &'s vk::SpecializationInfo<'s>,
+    ) -> vk::PipelineShaderStageCreateInfo<'s> {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(flag)
+            .module(self.handles[index])
+            .name(c"main")
+            .specialization_info(specialization)
+    }
+}
+
+impl Drop for Modules<'_> {
+    fn drop(&mut self) {
+        for handle in &self.handles {
+            // SAFETY: pipelines do not need their modules once made.
+            unsafe { self.context.device().destroy_shader_module(*handle, None) };
+        }
+    }
+}
+
+/// Constants in the form that Vulkan takes.
+struct Specialization {
+    entries: Vec<vk::SpecializationMapEntry>,
+    values: Vec<u32>,
+}
+
+impl Specialization {
+    fn new(constants: &[(u32, u32)]) -> Self {
+        let entry = |(index, (id, _)): (usize, &(u32, u32))| {
+            vk::SpecializationMapEntry::default().constant_id(*id).offset(index as u32 * 4).size(4)
+        };
+        Self {
+            entries: constants.iter().enumerate().map(entry).collect(),
+            values: constants.iter().map(|(_, value)| *value).collect(),
+        }
+    }
+
+    fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(bytemuck::cast_slice(&self.values))
+    }
+}

@@ -1,0 +1,454 @@
+//! One rendering scope: its targets, and draws whose bindings are checked by name against reflection.
+
+use super::buffer::Buffer;
+use super::frame_log::{AttachmentLog, CallLog, CommandLog, DrawLog};
+use super::image::{ImageView, Sampler};
+use super::pipeline::{Raster, RawPipeline};
+use super::recorder::Recorder;
+use super::reflect::{Binding, BindingKind};
+use ash::vk;
+use bytemuck::Pod;
+use std::sync::Arc;
+
+/// What an attachment holds when the scope begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Load<T> {
+    Clear(T),
+    /// What it held before.
+    Load,
+    #[default]
+    DontCare,
+}
+
+/// A colour attachment, by its index among [`RenderTarget::colors`].
+#[derive(Clone, Copy)]
+pub struct ColorTarget<'a> {
+    pub view: ImageView<'a>,
+    /// Where the average of the samples goes.
+    pub resolve: Option<ImageView<'a>>,
+    pub load: Load<[f32; 4]>,
+    pub store: bool,
+}
+
+/// The depth attachment.
+#[derive(Clone, Copy)]
+pub struct DepthTarget<'a> {
+    pub view: ImageView<'a>,
+    pub load: Load<f32>,
+    pub store: bool,
+}
+
+/// Pixels, from the top left corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rect {
+    pub x: i32,
+    pub y: i32,
+    pub width: u32,
+    pub height: u32,
+}
+
+/// Where a rendering scope draws.
+#[derive(Clone, Copy, Default)]
+pub struct RenderTarget<'a> {
+    pub colors: &'a [ColorTarget<'a>],
+    pub depth: Option<DepthTarget<'a>>,
+    /// Pixels.
+    pub width: u32,
+    pub height: u32,
+    /// Layers that `gl_Layer` chooses among; 0 means 1.
+    pub layers: u32,
+    /// `None`: all of it.
+    pub viewport: Option<Rect>,
+    /// `None`: all of it.
+    pub scissor: Option<Rect>,
+}
+
+/// Where a draw gets its counts.
+#[derive(Clone, Copy)]
+pub enum DrawCall<'a> {
+    Direct {
+        vertices: u32,
+        instances: u32,
+    },
+    /// Four words of `buffer` at byte `offset`: a `VkDrawIndirectCommand`.
+    Indirect {
+        buffer: &'a Buffer,
+        offset: u64,
+    },
+    /// 32-bit indices into one interleaved vertex buffer.
+    Indexed {
+        vertices: &'a Buffer,
+        indices: &'a Buffer,
+        index_count: u32,
+        first_index: u32,
+        /// Added to each index.
+        vertex_offset: i32,
+        instances: u32,
+        first_instance: u32,
+    },
+}
+
+#[derive(Clone)]
+enum Resource<'a> {
+    Buffer(&'a Buffer),
+    Sampled(Vec<ImageView<'a>>, &'a Sampler),
+    Storage(Vec<ImageView<'a>>),
+}
+
+/// A resource for the binding of that name.
+#[derive(Clone)]
+pub struct Bind<'a> {
+    name: &'a str,
+    resource: Resource<'a>,
+}
+
+impl<'a> Bind<'a> {
+    /// A storage or uniform buffer, as the shader declares it.
+    pub fn buffer(name: &'a str, buffer: &'a Buffer) -> Self {
+        Self { name, resource: Resource::Buffer(buffer) }
+    }
+
+    /// A combined image sampler.
+    pub fn image(name: &'a str, view: ImageView<'a>, sampler: &'a Sampler) -> Self {
+        Self { name, resource: Resource::Sampled(vec![view], sampler) }
+    }
+
+    /// An array of combined image samplers, such as `sampler3D volume[7]`.
+    pub fn images(name: &'a str, views: impl IntoIterator<Item = ImageView<'a>>, sampler: &'a Sampler) -> Self {
+        Self { name, resource: Resource::Sampled(views.into_iter().collect(), sampler) }
+    }
+
+    pub fn storage_image(name: &'a str, view: ImageView<'a>) -> Self {
+        Self { name, resource: Resource::Storage(vec![view]) }
+    }
+
+    /// An array of storage images.
+    pub fn storage_images(name: &'a str, views: impl IntoIterator<Item = ImageView<'a>>) -> Self {
+        Self { name, resource: Resource::Storage(views.into_iter().collect()) }
+    }
+
+    fn fits(&self, binding: &Binding) -> bool {
+        match &self.resource {
+            Resource::Buffer(_) => matches!(binding.kind, BindingKind::Storage | BindingKind::Uniform),
+            Resource::Sampled(views, _) => {
+                binding.kind == BindingKind::Sampled && views.len() == binding.count as usize
+            }
+            Resource::Storage(views) => {
+                binding.kind == BindingKind::StorageImage && views.len() == binding.count as usize
+            }
+        }
+    }
+
+    fn describe(&self) -> String {
+        match &self.resource {
+            Resource::Buffer(_) => "a buffer".to_owned(),
+            Resource::Sampled(views, _) => format!("{} sampled image(s)", views.len()),
+            Resource::Storage(views) => format!("{} storage image(s)", views.len()),
+        }
+    }
+
+    fn labels(&self) -> Vec<String> {
+        match &self.resource {
+            Resource::Buffer(buffer) => vec![buffer.label().to_owned()],
+            Resource::Sampled(views, _) | Resource::Storage(views) => {
+                views.iter().map(|view| view.raw.label.clone()).collect()
+            }
+        }
+    }
+
+    fn keep(&self, recorder: &mut Recorder) {
+        match &self.resource {
+            Resource::Buffer(buffer) => recorder.keep(buffer.raw.clone()),
+            Resource::Sampled(views, sampler) => {
+                recorder.keep(sampler.raw.clone());
+                views.iter().for_each(|view| recorder.keep(view.raw.clone()));
+            }
+            Resource::Storage(views) => views.iter().for_each(|view| recorder.keep(view.raw.clone())),
+        }
+    }
+
+    fn image_infos(&self) -> Vec<vk::DescriptorImageInfo> {
+        let (views, sampler) = match &self.resource {
+            Resource::Buffer(_) => (&[][..], vk::Sampler::null()),
+            Resource::Sampled(views, sampler) => (views.as_slice(), sampler.raw.handle),
+            Resource::Storage(views) => (views.as_slice(), vk::Sampler::null()),
+        };
+        let info = |view: &ImageView<'_>| vk::DescriptorImageInfo {
+            sampler,
+            image_view: view.handle,
+            image_layout: vk::ImageLayout::GENERAL,
+        };
+        views.iter().map(info).collect()
+    }
+
+    fn buffer_infos(&self) -> Vec<vk::DescriptorBufferInfo> {
+        let Resource::Buffer(buffer) = &self.resource else { return Vec::new() };
+        vec![vk::DescriptorBufferInfo { buffer: buffer.raw.handle, offset: 0, range: vk::WHOLE_SIZE }]
+    }
+}
+
+/// Binds a pipeline with all its resources and its push block; returns (binding name, labels) for the log.
+///
+/// Panics when a binding is missing, unknown or of another kind, or when the push block's size differs.
+pub(super) fn bind_pipeline<T: Pod>(
+    recorder: &mut Recorder,
+    pipeline: &Arc<RawPipeline>,
+    point: vk::PipelineBindPoint,
+    binds: &[Bind<'_>],
+    push: &T,
+) -> Vec<(String, Vec<String>)> {
+    let pairs = pair(pipeline, binds);
+    let push = bytemuck::bytes_of(push);
+    let (pass, wanted) = (&pipeline.label, pipeline.push_bytes as usize);
+    assert_eq!(push.len(), wanted, "pass {pass}: the push block has {wanted} bytes, the struct {}", push.len());
+
+    let infos: Vec<_> = pairs.iter().map(|(_, bind)| (bind.buffer_infos(), bind.image_infos())).collect();
+    let writes: Vec<_> = pairs
+        .iter()
+        .zip(&infos)
+        .map(|((binding, _), (buffers, images))| {
+            let write = vk::WriteDescriptorSet::default()
+                .dst_binding(binding.binding)
+                .descriptor_type(binding.kind.descriptor_type());
+            if images.is_empty() { write.buffer_info(buffers) } else { write.image_info(images) }
+        })
+        .collect();
+    let context = recorder.context().clone();
+    let (device, commands) = (context.device(), recorder.handle());
+    // SAFETY: the pipeline and what is bound are kept; every binding of the layout is written.
+    unsafe {
+        device.cmd_bind_pipeline(commands, point, pipeline.handle);
+        if !writes.is_empty() {
+            context.functions.push_descriptor.cmd_push_descriptor_set(commands, point, pipeline.layout, 0, &writes);
+        }
+        if !push.is_empty() {
+            device.cmd_push_constants(commands, pipeline.layout, pipeline.push_stages, 0, push);
+        }
+    }
+    recorder.keep(pipeline.clone());
+    binds.iter().for_each(|bind| bind.keep(recorder));
+    pairs.iter().map(|(binding, bind)| (binding.name.clone(), bind.labels())).collect()
+}
+
+impl Raster {
+    /// Those of `binds` that the pipeline uses: passes that share resources list them once.
+    pub fn select<'a>(&self, binds: &[Bind<'a>]) -> Vec<Bind<'a>> {
+        let used = |bind: &&Bind<'a>| self.bindings().iter().any(|binding| binding.name == bind.name);
+        binds.iter().filter(used).cloned().collect()
+    }
+}
+
+/// Each binding of the pipeline with the resource of its name.
+fn pair<'p, 'b, 'r>(pipeline: &'p RawPipeline, binds: &'b [Bind<'r>]) -> Vec<(&'p Binding, &'b Bind<'r>)> {
+    let pass = &pipeline.label;
+    for bind in binds {
+        let known = pipeline.bindings.iter().any(|binding| binding.name == bind.name);
+        let names: Vec<_> = pipeline.bindings.iter().map(|binding| binding.name.as_str()).collect();
+        assert!(known, "pass {pass}: no stage uses the binding {:?}; there is {}", bind.name, names.join(", "));
+    }
+    let find = |binding: &'p Binding| {
+        let mut found = binds.iter().filter(|bind| bind.name == binding.name);
+        let bind = found.next().unwrap_or_else(|| panic!("pass {pass}: nothing is bound to {:?}", binding.name));
+        assert!(found.next().is_none(), "pass {pass}: {:?} is bound twice", binding.name);
+        let (name, kind, count) = (&binding.name, binding.kind, binding.count);
+        assert!(bind.fits(binding), "pass {pass}: {name:?} takes {count} {kind:?}, but gets {}", bind.describe());
+        (binding, bind)
+    };
+    pipeline.bindings.iter().map(find).collect()
+}
+
+/// A rendering scope that is open.
+pub struct RasterPass<'r> {
+    recorder: &'r mut Recorder,
+    colors: Vec<AttachmentLog>,
+    color_formats: Vec<vk::Format>,
+    depth: Option<AttachmentLog>,
+    depth_format: Option<vk::Format>,
+    samples: u32,
+    extent: [u32; 3],
+}
+
+impl<'r> RasterPass<'r> {
+    pub(super) fn begin(recorder: &'r mut Recorder, target: &RenderTarget<'_>) -> Self {
+        let layers = target.layers.max(1);
+        let colors: Vec<_> = target.colors.iter().map(color_attachment).collect();
+        let depth = target.depth.as_ref().map(depth_attachment);
+        let area = vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent: vk::Extent2D { width: target.width, height: target.height },
+        };
+        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(layers).color_attachments(&colors);
+        if let Some(depth) = &depth {
+            info = info.depth_attachment(depth);
+        }
+        let whole = Rect { x: 0, y: 0, width: target.width, height: target.height };
+        let view = target.viewport.unwrap_or(whole);
+        let viewport = [vk::Viewport {
+            x: view.x as f32,
+            y: view.y as f32,
+            width: view.width as f32,
+            height: view.height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        }];
+        let cut = target.scissor.unwrap_or(whole);
+        let scissor = [vk::Rect2D {
+            offset: vk::Offset2D { x: cut.x, y: cut.y },
+            extent: vk::Extent2D { width: cut.width, height: cut.height },
+        }];
+        let context = recorder.context().clone();
+        let commands = recorder.handle();
+        // SAFETY: the attachments are kept below; the buffer is recording, outside of another scope.
+        unsafe {
+            context.cmd_begin_rendering(commands, &info);
+            context.device().cmd_set_viewport(commands, 0, &viewport);
+            context.device().cmd_set_scissor(commands, 0, &scissor);
+        }
+        for color in target.colors {
+            recorder.keep(color.view.raw.clone());
+            if let Some(resolve) = color.resolve {
+                recorder.keep(resolve.raw.clone());
+            }
+        }
+        if let Some(depth) = &target.depth {
+            recorder.keep(depth.view.raw.clone());
+        }
+        let first = target.colors.first().map(|color| color.view).or(target.depth.map(|depth| depth.view));
+        Self {
+            recorder,
+            colors: target.colors.iter().map(|color| attachment_log(color.view, color.resolve)).collect(),
+            color_formats: target.colors.iter().map(|color| color.view.raw.format).collect(),
+            depth: target.depth.map(|depth| attachment_log(depth.view, None)),
+            depth_format: target.depth.map(|depth| depth.view.raw.format),
+            samples: first.map_or(1, |view| view.raw.samples),
+            extent: [target.width, target.height, layers],
+        }
+    }
+
+    /// Draws with `pipeline`, whose formats and samples must be the target's.
+    pub fn draw(&mut self, pipeline: &Raster, binds: &[Bind<'_>], push: &impl Pod, call: DrawCall<'_>) {
+        let raw = &pipeline.raw;
+        let pass = &raw.label;
+        assert_eq!(raw.color_formats, self.color_formats, "pass {pass}: colour formats of pipeline and target");
+        let depth_format = raw.depth.map(|depth| depth.format);
+        assert_eq!(depth_format, self.depth_format, "pass {pass}: depth formats of pipeline and target");
+        assert_eq!(raw.samples, self.samples, "pass {pass}: samples of pipeline and target");
+        let resources = bind_pipeline(self.recorder, raw, vk::PipelineBindPoint::GRAPHICS, binds, push);
+        let call = self.record(call);
+        let [width, height, layers] = self.extent;
+        self.recorder.log(CommandLog::Draw(DrawLog {
+            pipeline: raw.label.clone(),
+            stages: raw.stages.clone(),
+            colors: self.colors.clone(),
+            depth: self.depth.clone(),
+            color_write: raw.color_write,
+            depth_write: raw.depth.is_some_and(|depth| depth.write),
+            width,
+            height,
+            layers,
+            call,
+            resources,
+        }));
+    }
+
+    fn record(&mut self, call: DrawCall<'_>) -> CallLog {
+        let context = self.recorder.context().clone();
+        let (device, commands) = (context.device(), self.recorder.handle());
+        // SAFETY: a pipeline with all its bindings is set; buffers are kept.
+        unsafe {
+            match call {
+                DrawCall::Direct { vertices, instances } => {
+                    device.cmd_draw(commands, vertices, instances, 0, 0);
+                    CallLog::Direct { vertices, instances }
+                }
+                DrawCall::Indirect { buffer, offset } => {
+                    device.cmd_draw_indirect(commands, buffer.raw.handle, offset, 1, 0);
+                    self.recorder.keep(buffer.raw.clone());
+                    CallLog::Indirect { buffer: buffer.label().to_owned(), offset }
+                }
+                DrawCall::Indexed {
+                    vertices,
+                    indices,
+                    index_count,
+                    first_index,
+                    vertex_offset,
+                    instances,
+                    first_instance,
+                } => {
+                    device.cmd_bind_vertex_buffers(commands, 0, &[vertices.raw.handle], &[0]);
+                    device.cmd_bind_index_buffer(commands, indices.raw.handle, 0, vk::IndexType::UINT32);
+                    device.cmd_draw_indexed(
+                        commands,
+                        index_count,
+                        instances,
+                        first_index,
+                        vertex_offset,
+                        first_instance,
+                    );
+                    self.recorder.keep(vertices.raw.clone());
+                    self.recorder.keep(indices.raw.clone());
+                    CallLog::Indexed { indices: index_count, instances }
+                }
+            }
+        }
+    }
+
+    pub(super) fn end(self) {
+        let context = self.recorder.context().clone();
+        // SAFETY: begun by `begin` in the same buffer: zones cannot start inside of a scope.
+        unsafe { context.cmd_end_rendering(self.recorder.handle()) };
+    }
+}
+
+fn color_attachment<'a>(color: &ColorTarget<'a>) -> vk::RenderingAttachmentInfo<'a> {
+    let mut info = attachment(color.view, color.store);
+    match color.load {
+        Load::Clear(value) => {
+            info.load_op = vk::AttachmentLoadOp::CLEAR;
+            info.clear_value = vk::ClearValue { color: vk::ClearColorValue { float32: value } };
+        }
+        Load::Load => info.load_op = vk::AttachmentLoadOp::LOAD,
+        Load::DontCare => info.load_op = vk::AttachmentLoadOp::DONT_CARE,
+    }
+    match color.resolve {
+        None => info,
+        Some(resolve) => info
+            .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+            .resolve_image_view(resolve.handle)
+            .resolve_image_layout(vk::ImageLayout::GENERAL),
+    }
+}
+
+fn depth_attachment<'a>(depth: &DepthTarget<'a>) -> vk::RenderingAttachmentInfo<'a> {
+    let mut info = attachment(depth.view, depth.store);
+    match depth.load {
+        Load::Clear(depth) => {
+            info.load_op = vk::AttachmentLoadOp::CLEAR;
+            info.clear_value = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 } };
+        }
+        Load::Load => info.load_op = vk::AttachmentLoadOp::LOAD,
+        Load::DontCare => info.load_op = vk::AttachmentLoadOp::DONT_CARE,
+    }
+    info
+}
+
+fn attachment<'a>(view: ImageView<'a>, store: bool) -> vk::RenderingAttachmentInfo<'a> {
+    vk::RenderingAttachmentInfo::default()
+        .image_view(view.handle)
+        .image_layout(vk::ImageLayout::GENERAL)
+        .store_op(if store { vk::AttachmentStoreOp::STORE } else { vk::AttachmentStoreOp::DONT_CARE })
+}
+
+fn attachment_log(view: ImageView<'_>, resolve: Option<ImageView<'_>>) -> AttachmentLog {
+    let [width, height, _] = view.raw.extent_of(view.level);
+    AttachmentLog {
+        image: view.raw.label.clone(),
+        format: format!("{:?}", view.raw.format),
+        level: view.level,
+        width,
+        height,
+        layers: view.raw.attachment_layers(view.level),
+        samples: view.raw.samples,
+        resolve: resolve.map(|view| view.raw.label.clone()),
+    }
+}

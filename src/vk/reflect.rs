@@ -1,0 +1,228 @@
+//! What compiled shaders say of themselves: stages, bindings, push block, struct layouts.
+
+use ash::vk;
+use serde::Serialize;
+use spirq::ReflectConfig;
+use spirq::entry_point::{EntryPoint, ExecutionModel};
+use spirq::ty::{AccessType, DescriptorType, Type};
+use spirq::var::Variable;
+use std::collections::BTreeMap;
+
+/// The stage that a module was compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stage {
+    Vertex,
+    Geometry,
+    Fragment,
+    Compute,
+}
+
+impl Stage {
+    pub(super) fn flag(self) -> vk::ShaderStageFlags {
+        match self {
+            Self::Vertex => vk::ShaderStageFlags::VERTEX,
+            Self::Geometry => vk::ShaderStageFlags::GEOMETRY,
+            Self::Fragment => vk::ShaderStageFlags::FRAGMENT,
+            Self::Compute => vk::ShaderStageFlags::COMPUTE,
+        }
+    }
+}
+
+/// One stage of a pipeline, by its SPIR-V.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct StageInfo {
+    pub stage: Stage,
+    /// Path below `glsl/`.
+    pub shader: &'static str,
+    /// Number of output locations: colour outputs of a fragment shader.
+    pub outputs: usize,
+}
+
+/// What a binding takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BindingKind {
+    Storage,
+    Uniform,
+    /// A combined image sampler.
+    Sampled,
+    StorageImage,
+}
+
+impl BindingKind {
+    pub(super) fn descriptor_type(self) -> vk::DescriptorType {
+        match self {
+            Self::Storage => vk::DescriptorType::STORAGE_BUFFER,
+            Self::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
+            Self::Sampled => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            Self::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
+        }
+    }
+}
+
+/// One binding of set 0, merged over a pipeline's stages.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Binding {
+    pub binding: u32,
+    /// The GLSL instance name; for a block without one, the name of its only member, else of the block.
+    pub name: String,
+    pub kind: BindingKind,
+    /// Elements of an array of resources, else 1.
+    pub count: u32,
+    /// The stages that use it, in pipeline order.
+    pub stages: Vec<Stage>,
+    /// No stage may write it.
+    pub read_only: bool,
+}
+
+/// One member of a struct as the compiler laid it out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    pub name: String,
+    /// Bytes from the start of the struct.
+    pub offset: usize,
+    /// Bytes; 0 for a run-time array.
+    pub bytes: usize,
+}
+
+/// A struct as the compiler laid it out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StructLayout {
+    pub members: Vec<Member>,
+    /// Bytes from one element of an array of it to the next, where one was found.
+    pub stride: Option<usize>,
+}
+
+/// A name and the words under it; both live as long as the program.
+pub(super) type Shader = (&'static str, &'static [u32]);
+
+/// One module, reflected.
+pub(super) struct Module {
+    pub(super) info: StageInfo,
+    pub(super) bindings: Vec<Binding>,
+    /// Size of the push block in bytes, 0 without one.
+    pub(super) push_bytes: u32,
+}
+
+/// Reflects one module. Panics when it uses what the pipelines do not offer: a programming error in its GLSL.
+pub(super) fn module((name, words): Shader, constants: &[(u32, u32)]) -> Module {
+    let entry = entry_point((name, words), constants);
+    let stage = match entry.exec_model {
+        ExecutionModel::Vertex => Stage::Vertex,
+        ExecutionModel::Geometry => Stage::Geometry,
+        ExecutionModel::Fragment => Stage::Fragment,
+        ExecutionModel::GLCompute => Stage::Compute,
+        other => panic!("{name}: stage {other:?} is not used here"),
+    };
+    let (mut bindings, mut push_bytes, mut outputs) = (Vec::new(), 0, 0);
+    for variable in &entry.vars {
+        match variable {
+            Variable::Descriptor { .. } => bindings.push(binding(name, stage, variable)),
+            Variable::PushConstant { ty, .. } => push_bytes = end_of(ty) as u32,
+            Variable::Output { .. } => outputs += 1,
+            Variable::Input { .. } | Variable::SpecConstant { .. } => {}
+        }
+    }
+    Module { info: StageInfo { stage, shader: name, outputs }, bindings, push_bytes }
+}
+
+fn entry_point((name, words): Shader, constants: &[(u32, u32)]) -> EntryPoint {
+    let mut config = ReflectConfig::new();
+    config.spv(words).ref_all_rscs(true);
+    for (id, value) in constants {
+        config.specialize(*id, [*value].as_slice().into());
+    }
+    let entries = config.reflect().unwrap_or_else(|error| panic!("{name}: reflection failed: {error}"));
+    entries.into_iter().next().unwrap_or_else(|| panic!("{name}: no entry point"))
+}
+
+fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
+    let Variable::Descriptor { name, desc_bind, desc_ty, ty, nbind } = variable else {
+        unreachable!("called for descriptors only")
+    };
+    let name = match name.as_deref() {
+        Some(name) if !name.is_empty() => name.to_owned(),
+        _ => block_name(ty),
+    };
+    assert_eq!(desc_bind.set(), 0, "{shader}: {name} is in set {}, only set 0 is used", desc_bind.set());
+    let (kind, read_only) = match desc_ty {
+        DescriptorType::StorageBuffer(access) => (BindingKind::Storage, *access == AccessType::ReadOnly),
+        DescriptorType::UniformBuffer() => (BindingKind::Uniform, true),
+        DescriptorType::CombinedImageSampler() => (BindingKind::Sampled, true),
+        DescriptorType::StorageImage(access) => (BindingKind::StorageImage, *access == AccessType::ReadOnly),
+        other => panic!("{shader}: {name} is a {other:?}, which the pipelines do not offer"),
+    };
+    assert!(*nbind > 0, "{shader}: {name} is an array without a size");
+    Binding { binding: desc_bind.bind(), name, kind, count: *nbind, stages: vec![stage], read_only }
+}
+
+/// The name of a block that has no instance name.
+fn block_name(ty: &Type) -> String {
+    let Some(block) = ty.as_struct() else { return String::new() };
+    match block.members.as_slice() {
+        [only] => only.name.clone().unwrap_or_default(),
+        _ => block.name.clone().unwrap_or_default(),
+    }
+}
+
+/// One past the last byte that a block uses, without padding at its end.
+fn end_of(ty: &Type) -> usize {
+    let members = ty.as_struct().map_or(&[][..], |block| &block.members);
+    members.iter().map(|m| m.offset.unwrap_or(0) + m.ty.nbyte().unwrap_or(0)).max().unwrap_or(0)
+}
+
+/// Merges the bindings of several stages by number. Panics when two stages disagree on one.
+pub(super) fn merge(label: &str, modules: &[Module]) -> Vec<Binding> {
+    let mut merged: BTreeMap<u32, Binding> = BTreeMap::new();
+    for found in modules.iter().flat_map(|module| &module.bindings) {
+        let Some(known) = merged.get_mut(&found.binding) else {
+            merged.insert(found.binding, found.clone());
+            continue;
+        };
+        let same = known.name == found.name && known.kind == found.kind && known.count == found.count;
+        let number = found.binding;
+        assert!(same, "{label}: binding {number} is both {known:?} and {found:?}");
+        known.stages.extend(&found.stages);
+        known.read_only &= found.read_only;
+    }
+    let merged: Vec<_> = merged.into_values().collect();
+    for (index, binding) in merged.iter().enumerate() {
+        let twice = merged[..index].iter().any(|other| other.name == binding.name);
+        assert!(!twice, "{label}: two bindings are called {}", binding.name);
+    }
+    merged
+}
+
+/// All named structs below the descriptors and the push block.
+pub(super) fn structs(shader: Shader) -> BTreeMap<String, StructLayout> {
+    let mut found = BTreeMap::new();
+    for variable in &entry_point(shader, &[]).vars {
+        if matches!(variable, Variable::Descriptor { .. } | Variable::PushConstant { .. }) {
+            collect_structs(variable.ty(), None, &mut found);
+        }
+    }
+    found
+}
+
+fn collect_structs(ty: &Type, stride: Option<usize>, found: &mut BTreeMap<String, StructLayout>) {
+    match ty {
+        Type::Array(array) => collect_structs(&array.element_ty, array.stride, found),
+        Type::Struct(block) => {
+            let member = |m: &spirq::ty::StructMember| Member {
+                name: m.name.clone().unwrap_or_default(),
+                offset: m.offset.unwrap_or(0),
+                bytes: m.ty.nbyte().unwrap_or(0),
+            };
+            if let Some(name) = block.name() {
+                let members = block.members.iter().map(member).collect();
+                let layout = found.entry(name.to_owned()).or_insert(StructLayout { members, stride });
+                layout.stride = layout.stride.or(stride);
+            }
+            for member in &block.members {
+                collect_structs(&member.ty, None, found);
+            }
+        }
+        _ => {}
+    }
+}

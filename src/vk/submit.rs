@@ -1,0 +1,186 @@
+//! Command buffers: taken from a small stock, submitted, waited for, put back.
+
+use super::context::Context;
+use crate::{Error, Result};
+use ash::vk;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
+
+/// Longest wait for one submission. A CPU device may take minutes for a large image with many cones.
+const TIMEOUT_S: u64 = 600;
+/// Timestamps per recording: two per zone.
+pub(super) const MAX_TIMESTAMPS: u32 = 1024;
+
+/// What one recording needs; reused from frame to frame.
+pub(super) struct CommandSet {
+    pool: vk::CommandPool,
+    pub(super) commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    pub(super) timestamps: vk::QueryPool,
+}
+
+impl CommandSet {
+    fn new(context: &Context) -> std::result::Result<Self, vk::Result> {
+        let device = context.device();
+        let null = Self {
+            pool: vk::CommandPool::null(),
+            commands: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            timestamps: vk::QueryPool::null(),
+        };
+        let fill = |mut set: Self| {
+            let pool = vk::CommandPoolCreateInfo::default()
+                .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+                .queue_family_index(context.queue_family);
+            let queries =
+                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(MAX_TIMESTAMPS);
+            // SAFETY: the infos are complete.
+            let result = unsafe {
+                (|| {
+                    set.pool = device.create_command_pool(&pool, None)?;
+                    set.fence = device.create_fence(&vk::FenceCreateInfo::default(), None)?;
+                    set.timestamps = device.create_query_pool(&queries, None)?;
+                    let info = vk::CommandBufferAllocateInfo::default().command_pool(set.pool).command_buffer_count(1);
+                    set.commands = device.allocate_command_buffers(&info)?[0];
+                    Ok(())
+                })()
+            };
+            match result {
+                Ok(()) => Ok(set),
+                Err(error) => {
+                    // SAFETY: not in use; null handles are allowed.
+                    unsafe { set.destroy(device) };
+                    Err(error)
+                }
+            }
+        };
+        fill(null)
+    }
+
+    pub(super) unsafe fn destroy(&self, device: &ash::Device) {
+        // SAFETY: the caller's: the set is not in flight.
+        unsafe {
+            device.destroy_query_pool(self.timestamps, None);
+            device.destroy_fence(self.fence, None);
+            device.destroy_command_pool(self.pool, None);
+        }
+    }
+
+    fn begin(&self, device: &ash::Device) -> std::result::Result<(), vk::Result> {
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the set is not in flight: it is fresh or was waited for.
+        unsafe {
+            device.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())?;
+            device.begin_command_buffer(self.commands, &info)
+        }
+    }
+}
+
+/// A command buffer that is being recorded; it goes back to the stock when dropped.
+pub(super) struct Commands {
+    context: Arc<Context>,
+    set: Option<CommandSet>,
+}
+
+impl Commands {
+    pub(super) fn begin(context: &Arc<Context>) -> Result<Self> {
+        let reused = context.commands.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let failed = |result| context.error("starting to record", result);
+        let set = match reused {
+            Some(set) => set,
+            None => CommandSet::new(context).map_err(failed)?,
+        };
+        let this = Self { context: context.clone(), set: Some(set) };
+        this.set().begin(context.device()).map_err(failed)?;
+        this.record_entry_barrier();
+        Ok(this)
+    }
+
+    pub(super) fn set(&self) -> &CommandSet {
+        self.set.as_ref().expect("taken only by drop")
+    }
+
+    /// Submits what was recorded and waits; `doing` is for the error.
+    pub(super) fn submit_and_wait(&mut self, doing: &str) -> Result<()> {
+        self.record_exit_barrier();
+        let device = self.context.device();
+        let set = self.set();
+        let failed = |result| self.context.error(doing, result);
+        let commands = [set.commands];
+        let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+        // SAFETY: the buffer is recording, outside a rendering scope; the queue is locked.
+        unsafe {
+            device.end_command_buffer(set.commands).map_err(failed)?;
+            let queue = self.context.queue.lock().unwrap_or_else(PoisonError::into_inner);
+            device.queue_submit(*queue, &submit, set.fence).map_err(failed)?;
+        }
+        // SAFETY: the fence was just submitted.
+        let waited = unsafe { device.wait_for_fences(&[set.fence], true, TIMEOUT_S * 1_000_000_000) };
+        match waited {
+            Ok(()) => {}
+            Err(vk::Result::TIMEOUT) => {
+                self.context.stuck.store(true, Ordering::Relaxed);
+                return Err(Error::Device(format!(
+                    "{} did not finish {doing} within {TIMEOUT_S} s: try fewer voxels, fewer cones or a smaller image",
+                    self.context.name
+                )));
+            }
+            Err(result) => return Err(failed(result)),
+        }
+        // SAFETY: signalled, so not in use.
+        unsafe { device.reset_fences(&[set.fence]) }.map_err(failed)
+    }
+
+    /// Starts over after [`Self::submit_and_wait`].
+    pub(super) fn begin_again(&mut self) -> Result<()> {
+        let begun = self.set().begin(self.context.device());
+        begun.map_err(|result| self.context.error("starting to record", result))?;
+        self.record_entry_barrier();
+        Ok(())
+    }
+
+    /// Makes what earlier submissions wrote visible to everything that follows.
+    fn record_entry_barrier(&self) {
+        use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+        self.record_barrier((S::ALL_COMMANDS, A::MEMORY_WRITE), (S::ALL_COMMANDS, A::MEMORY_READ | A::MEMORY_WRITE));
+    }
+
+    /// Makes everything written visible to the CPU.
+    fn record_exit_barrier(&self) {
+        use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+        self.record_barrier((S::ALL_COMMANDS, A::MEMORY_WRITE), (S::HOST, A::HOST_READ));
+    }
+
+    pub(super) fn record_barrier(
+        &self,
+        (from_stage, from_access): (vk::PipelineStageFlags2, vk::AccessFlags2),
+        (to_stage, to_access): (vk::PipelineStageFlags2, vk::AccessFlags2),
+    ) {
+        let barrier = [vk::MemoryBarrier2::default()
+            .src_stage_mask(from_stage)
+            .src_access_mask(from_access)
+            .dst_stage_mask(to_stage)
+            .dst_access_mask(to_access)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+        // SAFETY: the buffer is recording, outside a rendering scope.
+        unsafe { self.context.cmd_pipeline_barrier2(self.set().commands, &info) };
+    }
+}
+
+impl Drop for Commands {
+    fn drop(&mut self) {
+        // After a time-out the set may still be in flight: it must not be reused.
+        if let Some(set) = self.set.take()
+            && self.context.device_to_destroy_with().is_some()
+        {
+            self.context.commands.lock().unwrap_or_else(PoisonError::into_inner).push(set);
+        }
+    }
+}
+
+/// Records with `record`, submits and waits. For set-up work outside of frames.
+pub(super) fn immediate(context: &Arc<Context>, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+    let mut commands = Commands::begin(context)?;
+    record(commands.set().commands);
+    commands.submit_and_wait("setting up")
+}

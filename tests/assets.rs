@@ -1,0 +1,152 @@
+//! The scenes in `assets/` are what the code makes, valid glTF, closed where they should be, and show what they promise.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use gltf::Gltf;
+use gltf::material::AlphaMode;
+use twobounce::scene::{LoadOptions, Scene};
+
+fn scenes() -> Vec<(&'static str, Vec<u8>)> {
+    twobounce::assets::all().unwrap()
+}
+
+fn parse(name: &str) -> Gltf {
+    let bytes = scenes().into_iter().find(|(n, _)| *n == name).unwrap().1;
+    Gltf::from_slice(&bytes).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn triangles(gltf: &Gltf) -> usize {
+    gltf.meshes().flat_map(|mesh| mesh.primitives()).map(|p| p.indices().unwrap().count() / 3).sum()
+}
+
+#[test]
+fn committed_files_are_current() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    for (name, bytes) in scenes() {
+        let committed = std::fs::read(folder.join(name)).unwrap();
+        assert!(committed == bytes, "assets/{name} is out of date: run `twobounce make-assets`");
+        assert!(bytes.len() < 1_500_000, "{name} has {} bytes", bytes.len());
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    let error = twobounce::assets::write(&file).unwrap_err().to_string();
+    assert!(error.contains(file.to_str().unwrap()), "{error}");
+}
+
+/// What is not a sheet seen from both sides, or a lamp that shines one way, is closed: every edge of a triangle is walked
+/// once in each direction. Vertices count as one where their positions agree to the bit.
+#[test]
+fn solids_are_closed() {
+    for (name, _) in scenes() {
+        let gltf = parse(name);
+        let blob = gltf.blob.as_deref().unwrap();
+        for mesh in gltf.meshes() {
+            for primitive in mesh.primitives() {
+                let lamp = ["lamp", "panel"].contains(&mesh.name().unwrap());
+                let walled = name.starts_with("cornell") && mesh.name().unwrap().ends_with("block");
+                if (primitive.material().double_sided() && !walled) || lamp {
+                    continue;
+                }
+                let reader = primitive.reader(|_| Some(blob));
+                let corners: Vec<[u32; 3]> = reader.read_positions().unwrap().map(|p| p.map(f32::to_bits)).collect();
+                let indices: Vec<usize> = reader.read_indices().unwrap().into_u32().map(|i| i as usize).collect();
+                let mut edges: HashMap<_, i32> = HashMap::new();
+                for triangle in indices.chunks(3) {
+                    for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                        let (a, b) = (corners[triangle[a]], corners[triangle[b]]);
+                        assert_ne!(a, b, "{name}: {:?} has a degenerate triangle", mesh.name());
+                        *edges.entry((a, b)).or_default() += 1;
+                    }
+                }
+                for ((a, b), count) in &edges {
+                    assert_eq!(edges.get(&(*b, *a)), Some(count), "{name}: {:?} is open", mesh.name());
+                }
+            }
+        }
+    }
+}
+
+/// Faces look the way their normals do, and normals have unit length.
+#[test]
+fn normals_agree_with_winding() {
+    for (name, _) in scenes() {
+        let gltf = parse(name);
+        let blob = gltf.blob.as_deref().unwrap();
+        for primitive in gltf.meshes().flat_map(|mesh| mesh.primitives()) {
+            let reader = primitive.reader(|_| Some(blob));
+            let positions: Vec<glam::Vec3> = reader.read_positions().unwrap().map(Into::into).collect();
+            let normals: Vec<glam::Vec3> = reader.read_normals().unwrap().map(Into::into).collect();
+            // Components are rounded to 2⁻²⁰.
+            assert!(normals.iter().all(|n| (n.length() - 1.0).abs() < 4e-6), "{name}");
+            let indices: Vec<usize> = reader.read_indices().unwrap().into_u32().map(|i| i as usize).collect();
+            for triangle in indices.chunks(3) {
+                let [a, b, c] = [0, 1, 2].map(|k| positions[triangle[k]]);
+                let face = (b - a).cross(c - a);
+                assert!(triangle.iter().all(|&k| face.dot(normals[k]) > 0.0), "{name}: {triangle:?} is inside out");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_cornell_boxes_differ_by_their_lamp() {
+    let (area, point) = (parse("cornell-area.glb"), parse("cornell-point.glb"));
+    assert_eq!((triangles(&area), triangles(&point)), (36, 34));
+    assert_eq!(area.lights().map_or(0, |lights| lights.count()), 0);
+    assert_eq!(point.lights().map_or(0, |lights| lights.count()), 1);
+    assert_eq!(area.materials().filter(|m| m.emissive_factor() != [0.0; 3]).count(), 1);
+    assert_eq!(area.cameras().len(), 1);
+}
+
+#[test]
+fn the_gallery_shows_everything() {
+    let gltf = parse("gallery.glb");
+    assert!((5_000..30_000).contains(&triangles(&gltf)), "{}", triangles(&gltf));
+    let materials: Vec<_> = gltf.materials().collect();
+    let metals: Vec<f32> = materials
+        .iter()
+        .map(|m| m.pbr_metallic_roughness())
+        .filter(|pbr| pbr.metallic_factor() == 1.0 && pbr.metallic_roughness_texture().is_none())
+        .filter(|pbr| pbr.base_color_factor()[0] > 0.9 && pbr.base_color_factor()[2] < 0.5)
+        .map(|pbr| pbr.roughness_factor())
+        .collect();
+    assert!(metals.len() == 5 && metals.is_sorted(), "{metals:?}");
+    assert_eq!(materials.iter().filter(|m| m.transmission().is_some() && m.volume().is_some()).count(), 1);
+    assert_eq!(materials.iter().filter(|m| m.emissive_strength().is_some()).count(), 3);
+    assert_eq!(materials.iter().filter(|m| m.normal_texture().is_some()).count(), 1);
+    assert!(materials.iter().any(|m| m.alpha_mode() == AlphaMode::Mask));
+    assert!(materials.iter().any(|m| m.alpha_mode() == AlphaMode::Blend));
+    assert!(gltf.meshes().flat_map(|m| m.primitives()).any(|p| p.get(&gltf::Semantic::Colors(0)).is_some()));
+    let lights: Vec<_> = gltf.lights().unwrap().collect();
+    assert!(lights.iter().any(|light| light.extras().as_ref().is_some_and(|e| e.get().contains("radius"))));
+    assert_eq!(lights.len(), 2);
+    assert_eq!(gltf.animations().len(), 1);
+    assert_eq!(gltf.cameras().filter_map(|camera| camera.name()).collect::<Vec<_>>(), ["gallery", "spheres"]);
+}
+
+/// The loader takes every scene without a warning, and the gallery comes out as it was meant.
+#[test]
+fn the_loader_reads_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    let load = |name: &str| Scene::load(&folder.join(name), &LoadOptions::default()).unwrap();
+    for (name, _) in scenes() {
+        assert_eq!(load(name).warnings, [] as [String; 0], "{name}");
+    }
+    let gallery = load("gallery.glb");
+    assert_eq!(gallery.lights.iter().map(|light| light.radius).fold(0.0, f32::max), 0.06);
+    // The knot turns inside the room, so the room's corners are the bounds at all times.
+    let bounds = gallery.bounds(Some(0));
+    assert!((bounds.min - glam::dvec3(-1.7, 0.0, -2.1)).length() < 1e-5, "{bounds:?}");
+    assert!((bounds.max - glam::dvec3(1.7, 2.5, 2.15)).length() < 1e-5, "{bounds:?}");
+    let turned = |time: f32| gallery.pose(Some(0), time).world_from_instance;
+    let moved = turned(0.0).iter().zip(turned(0.5)).filter(|(a, b)| !a.abs_diff_eq(*b, 1e-9)).count();
+    assert_eq!(moved, 1, "one part moves");
+    // One turn in the two seconds of the loop.
+    assert!(turned(0.0).iter().zip(turned(2.0)).all(|(a, b)| a.abs_diff_eq(b, 1e-5)));
+}

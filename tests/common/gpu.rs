@@ -1,0 +1,87 @@
+//! One frame under validation, and what it left on the device.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use half::f16;
+use twobounce::gi::Method;
+use twobounce::gi::cones::resources::VolumeImages;
+use twobounce::layout::{Globals, ListItem, Triangle};
+use twobounce::renderer::{RenderOptions, Renderer, Submit};
+use twobounce::scene::{Scene, View};
+use twobounce::settings::Settings;
+use twobounce::twins::volume::Volume;
+use twobounce::twins::voxelise::Pair;
+use twobounce::vk::{Context, ContextOptions, download, download_image};
+
+use glam::Vec4;
+
+/// A device with validation and synchronisation validation on.
+pub fn context() -> Arc<Context> {
+    Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device that twobounce can use")
+}
+
+/// A renderer that has drawn `scene` once, `size` pixels wide and high.
+pub fn render(context: &Arc<Context>, scene: &Scene, settings: &Settings, size: u32) -> Renderer {
+    render_from(context, scene, settings, size, View::framing(scene.bounds(None)))
+}
+
+/// As [`render`], seen through `view`. Any validation message fails.
+pub fn render_from(context: &Arc<Context>, scene: &Scene, settings: &Settings, size: u32, view: View) -> Renderer {
+    let pose = scene.pose(None, 0.0);
+    let options = RenderOptions {
+        size: (size, size),
+        method: Method::Cones,
+        aovs: vec![],
+        submit: Submit::Frame,
+        memory_limit: None,
+        bounds: scene.bounds(None),
+    };
+    let mut renderer =
+        Renderer::new(context, scene.clone(), &pose, settings.clone(), options).expect("the scene fits the device");
+    renderer.render(&pose, &view).expect("a frame");
+    assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+    renderer
+}
+
+/// The listed (voxel, triangle) pairs; triangles by their place in the scene. Checks what must hold of any lists: the
+/// counters count them, no list is cyclic, and the cells are the occupied voxels, each once.
+pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
+    let resources = renderer.resources();
+    let globals: Globals = download(context, &resources.globals).expect("counters")[0];
+    let heads: Vec<u32> = download(context, &resources.heads).expect("heads");
+    let items: Vec<ListItem> = download(context, &resources.items).expect("items");
+    let triangles: Vec<Triangle> = download(context, &resources.triangles).expect("triangles");
+    let cells: Vec<u32> = download(context, &resources.cells).expect("cells");
+    assert_eq!((globals.triangle_overflow, globals.item_overflow, globals.cell_overflow), (0, 0, 0));
+    let mut pairs = Vec::new();
+    for (voxel, head) in heads.iter().enumerate() {
+        let mut item = *head;
+        while item != 0 {
+            let ListItem { triangle, next } = items[item as usize - 1];
+            pairs.push((voxel as u32, triangles[triangle as usize].source));
+            assert!(pairs.len() <= globals.item_count as usize, "a list is cyclic");
+            item = next;
+        }
+    }
+    assert_eq!(pairs.len(), globals.item_count as usize);
+    let occupied: BTreeSet<u32> = pairs.iter().map(|p| p.0).collect();
+    let cells: Vec<u32> = cells[..globals.cell_count as usize].to_vec();
+    assert_eq!(cells.len(), occupied.len());
+    assert_eq!(cells.into_iter().collect::<BTreeSet<_>>(), occupied);
+    pairs
+}
+
+/// The bits of every texel of a volume: level by level, face by face.
+pub fn volume_bits(context: &Arc<Context>, images: &VolumeImages) -> Vec<Vec<Vec<[u16; 4]>>> {
+    let level = |k: u32| images.faces.iter().map(|face| download_image(context, face, k).expect("a level")).collect();
+    (0..images.levels).map(level).collect()
+}
+
+/// A volume as its twin holds it.
+pub fn volume(context: &Arc<Context>, images: &VolumeImages) -> Volume {
+    let texel = |bits: &[u16; 4]| Vec4::from_array(bits.map(|b| f16::from_bits(b).to_f32()));
+    let levels = volume_bits(context, images);
+    let face = |face: &Vec<[u16; 4]>| face.iter().map(texel).collect();
+    Volume::new(levels.iter().map(|l| std::array::from_fn(|k| face(&l[k]))).collect())
+}

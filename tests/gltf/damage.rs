@@ -1,0 +1,322 @@
+//! Damaged and hostile files: one sentence that names the file, never a panic, never a long wait or a large allocation.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::files::{F32, File, U8, U16, load_bytes, png, write};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use twobounce::scene::texture::Textures;
+use twobounce::scene::{LoadOptions, Scene, View};
+
+/// Everything that the loader reads, in one file.
+fn everything() -> File {
+    let mut file = File::quad();
+    let texture = file.texture(&png(2, 2, &[9; 16]));
+    let slot =
+        json!({"index": texture, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0.5], "rotation": 1.0}}});
+    file.material(json!({
+        "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1.0], "baseColorTexture": slot, "metallicRoughnessTexture": slot},
+        "normalTexture": {"index": texture}, "alphaMode": "BLEND", "emissiveFactor": [1, 1, 1],
+        "extensions": {"KHR_materials_ior": {"ior": 1.3}, "KHR_materials_volume": {"thicknessFactor": 1.0, "attenuationDistance": 2.0}}
+    }));
+    let joints = file.accessor(U8, "VEC4", 4, &[0, 1, 0, 0].repeat(4));
+    let weights = file.floats("VEC4", &[0.5, 0.5, 0.0, 0.0].repeat(4));
+    let offsets = file.floats("VEC3", &[0.0, 0.0, 1.0].repeat(4));
+    let identity: Vec<f32> = glam::Mat4::IDENTITY.to_cols_array().repeat(2);
+    let bind = file.floats("MAT4", &identity);
+    let keys = file.view(&[3, 0]);
+    let values = file.view(&[1f32, 1.0, 1.0].iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>());
+    file.json["accessors"][0]["sparse"] =
+        json!({"count": 1, "indices": {"bufferView": keys, "componentType": U16}, "values": {"bufferView": values}});
+    let primitive = &mut file.json["meshes"][0]["primitives"][0];
+    primitive["attributes"]["JOINTS_0"] = json!(joints);
+    primitive["attributes"]["WEIGHTS_0"] = json!(weights);
+    primitive["targets"] = json!([{"POSITION": offsets}]);
+    file.json["meshes"][0]["weights"] = json!([0.5]);
+    file.json["nodes"][0]["skin"] = json!(0);
+    let child = file.push("nodes", json!({"mesh": 0, "translation": [1, 2, 3], "rotation": [0, 0, 0, 1]}));
+    file.node(json!({"children": [child], "scale": [1, 2, 3], "camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}));
+    file.push("skins", json!({"joints": [1, 2], "inverseBindMatrices": bind}));
+    file.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1, "zfar": 10.0}}));
+    file.json["extensions"] =
+        json!({"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 3.0, "range": 5.0, "spot": {}}]}});
+    let times = file.floats("SCALAR", &[0.0, 1.0]);
+    let moves = file.floats("VEC3", &[0.0, 0.0, 0.0, 4.0, 0.0, 0.0]);
+    file.push(
+        "animations",
+        json!({"samplers": [{"input": times, "output": moves}],
+        "channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}}]}),
+    );
+    file
+}
+
+/// What must hold of any outcome: a clear sentence, or a scene that everything else can rely on.
+fn check(outcome: Result<Scene, String>) {
+    match outcome {
+        Err(sentence) => {
+            assert!(sentence.contains("scene.gl"), "no file name: {sentence}");
+            assert!(!sentence.contains('\n') && sentence.len() < 600, "not one sentence: {sentence}");
+        }
+        Ok(scene) => use_everything(&scene),
+    }
+}
+
+fn use_everything(scene: &Scene) {
+    for mesh in &scene.meshes {
+        let count = mesh.positions.len();
+        assert!(
+            [mesh.normals.len(), mesh.tangents.len(), mesh.uvs[0].len(), mesh.uvs[1].len(), mesh.colors.len()]
+                == [count; 5]
+        );
+        assert!(mesh.indices.iter().all(|i| (*i as usize) < count) && mesh.indices.len() % 3 == 0);
+        assert!(mesh.positions.iter().all(|p| p.is_finite()) && mesh.uvs.iter().flatten().all(|uv| uv.is_finite()));
+        // Rounding of a normalisation in f32.
+        assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
+        assert!(mesh.tangents.iter().all(|t| (t.truncate().length() - 1.0).abs() < 1e-5 && t.w.abs() == 1.0));
+        assert!(mesh.material < scene.materials.len());
+    }
+    let textures = Textures::new(scene);
+    let point = twobounce::scene::surface::SurfacePoint {
+        uvs: [glam::Vec2::splat(0.3); 2],
+        color: glam::Vec4::ONE,
+        footprint: [0.1; 2],
+    };
+    for material in &scene.materials {
+        material.evaluate(scene, &textures, &point);
+    }
+    let pose = scene.pose((!scene.animations.is_empty()).then_some(0), 0.5);
+    assert_eq!(pose.world_from_instance.len(), scene.instances.len());
+    (0..scene.cameras.len()).for_each(|camera| assert!(scene.view(&pose, camera).forward.is_normalized()));
+    scene.degenerate_triangles(&pose);
+    let bounds = scene.bounds(None);
+    assert!(bounds.size().is_finite() && View::framing(bounds).eye.is_finite());
+}
+
+fn refused(file: &File, expected: &str) {
+    let sentence = file.load().err().unwrap_or_else(|| panic!("loaded, but expected: {expected}"));
+    assert!(sentence.contains(expected), "expected \"{expected}\" in: {sentence}");
+    check(Err(sentence));
+}
+
+#[test]
+fn the_file_with_everything_loads() {
+    let scene = everything().scene();
+    assert_eq!((scene.triangle_count(), scene.lights.len(), scene.cameras.len(), scene.animations.len()), (4, 1, 1, 1));
+    use_everything(&scene);
+}
+
+#[test]
+fn what_is_no_scene_is_refused_in_one_sentence() {
+    let load = |path: &Path| Scene::load(path, &LoadOptions::default()).unwrap_err().to_string();
+    let folder = tempfile::tempdir().unwrap();
+    assert!(load(folder.path()).contains("is a directory"));
+    assert!(load(&folder.path().join("none.glb")).contains("does not exist"));
+    let glb = everything().glb();
+    let version = |version: u32| [&glb[..4], &version.to_le_bytes(), &glb[8..]].concat();
+    for (bytes, expected) in [
+        (&b""[..], "neither glTF JSON nor a binary .glb"),
+        (b"\x89PNG\r\n", "neither glTF JSON nor a binary .glb"),
+        (b"{", "is not valid glTF"),
+        (b"{\"asset\": 1}", "is not valid glTF"),
+        (b"{}", "states no asset.version"),
+        (b"{\"asset\": {\"version\": \"1.0\"}, \"meshes\": {}}", "is glTF 1.0"),
+        (b"{\"asset\": {\"version\": \"2.0\", \"minVersion\": \"2.1\"}}", "is glTF 2.1"),
+        (b"{\"asset\": {\"version\": \"2.0\"}, \"meshes\": {}}", "is not valid glTF at line 1"),
+        (&version(1), "is glTF 1.0 binary"),
+        (&version(3), "is binary glTF version 3"),
+        (&glb[..glb.len() - 1], "is truncated"),
+        (&glb[..10], "is truncated"),
+    ] {
+        let sentence = load_bytes("scene.glb", bytes).unwrap_err();
+        assert!(sentence.contains(expected), "expected \"{expected}\" in: {sentence}");
+        check(Err(sentence));
+    }
+}
+
+#[test]
+fn paths_that_are_not_beside_the_scene_are_refused() {
+    for (uri, expected) in [
+        ("none.bin", "does not exist beside the scene"),
+        ("/etc/passwd", "is not a relative path"),
+        ("https://example.com/a.bin", "is not a relative path"),
+        ("data:application/octet-stream;base64,@", "not valid base64"),
+        ("data:nothing", "has no comma"),
+        ("a%00b", "zero byte"),
+    ] {
+        let mut file = File::triangle();
+        file.json["buffers"][0]["uri"] = json!(uri);
+        refused(&file, expected);
+    }
+    let mut file = File::triangle();
+    file.json["buffers"][0]["uri"] = json!("short.bin");
+    let (folder, path) = write("scene.gltf", file.json.to_string().as_bytes());
+    std::fs::write(folder.path().join("short.bin"), [0; 35]).unwrap();
+    let sentence = Scene::load(&path, &LoadOptions::default()).unwrap_err().to_string();
+    assert!(sentence.contains("holds 35 of its 36 bytes"), "{sentence}");
+}
+
+/// The value at `pointer` of the file with everything, replaced, must be refused with these words.
+#[test]
+fn wrong_values_are_refused_by_name() {
+    let huge = json!(u64::MAX);
+    for (pointer, value, expected) in [
+        ("/accessors/0/bufferView", json!(999), "buffer view 999 is used but does not exist"),
+        ("/accessors/0/count", json!(5), "accessor 0 needs 5 elements"),
+        ("/accessors/0/count", huge.clone(), "accessor 0 needs 18446744073709551615 elements"),
+        ("/accessors/0/byteOffset", huge.clone(), "accessor 0 needs"),
+        ("/accessors/0/componentType", json!(7), "component type 7"),
+        ("/accessors/0/type", json!("VEC9"), "type \"VEC9\""),
+        ("/accessors/0/type", json!("VEC2"), "does not fit its use"),
+        ("/accessors/1/count", json!(3), "4 vertices but 3 values of NORMAL"),
+        ("/accessors/0/sparse/count", json!(1u64 << 40), "accessor 0 (sparse) needs"),
+        ("/accessors/0/sparse/indices/componentType", json!(F32), "sparse indices"),
+        ("/bufferViews/0/byteLength", huge.clone(), "buffer view 0 ends behind buffer 0"),
+        ("/bufferViews/0/byteStride", json!(4), "stride of 4"),
+        ("/bufferViews/0/byteStride", json!(252), "accessor 0 needs"),
+        ("/bufferViews/0/buffer", json!(1), "buffer 1 is used but does not exist"),
+        ("/buffers/0/byteLength", json!(1 << 30), "of its 1073741824 bytes"),
+        ("/meshes/0/primitives/0/indices", json!(0), "does not fit its use"),
+        ("/meshes/0/primitives/0/indices", json!(99), "accessor 99 is used but does not exist"),
+        ("/meshes/0/primitives/0/material", json!(1), "material 1 is used but does not exist"),
+        ("/meshes/0/primitives/0/mode", json!(7), "mode 7"),
+        ("/nodes/0/mesh", json!(3), "mesh 3 is used but does not exist"),
+        ("/nodes/0/skin", json!(3), "skin 3 is used but does not exist"),
+        ("/nodes/2/camera", json!(3), "camera 3 is used but does not exist"),
+        ("/nodes/2/children", json!([9]), "node 9 is used but does not exist"),
+        ("/nodes/2/children", json!([2]), "their own ancestors"),
+        ("/nodes/0/children", json!([1]), "node 1 has two parents"),
+        ("/nodes/2/scale", json!([1e20, 1, 1]), "beyond 10¹⁵"),
+        ("/nodes/2/scale", json!([1e308, 1, "a"]), "is not valid glTF"),
+        ("/scenes/0/nodes", json!([7]), "node 7 is used but does not exist"),
+        ("/scene", json!(1), "scene 1 is used but does not exist"),
+        ("/skins/0/joints", json!([8, 1]), "node 8 is used but does not exist"),
+        ("/skins/0/joints", json!([1]), "uses joint 1 of 1"),
+        ("/skins/0/joints", json!([1, 1, 1]), "3 joints and 2 matrices"),
+        ("/textures/0/source", json!(1), "image 1 is used but does not exist"),
+        ("/textures/0/sampler", json!(0), "sampler 0 is used but does not exist"),
+        ("/materials/0/normalTexture/index", json!(4), "texture 4 is used but does not exist"),
+        ("/images/0/bufferView", json!(0), "image 0 (\"\") cannot be decoded"),
+        ("/cameras/0/perspective/yfov", json!(0), "camera 0 has no valid projection"),
+        ("/cameras/0/perspective/zfar", json!(0.05), "camera 0 has no valid projection"),
+        ("/extensions/KHR_lights_punctual/lights/0/type", json!("moon"), "unknown type \"moon\""),
+        ("/extensions/KHR_lights_punctual/lights/0/intensity", json!(1e300), "not finite"),
+        ("/extensions/KHR_lights_punctual/lights", json!([]), "light 0 is used but does not exist"),
+        ("/animations/0/channels/0/target/node", json!(9), "node 9 is used but does not exist"),
+        ("/animations/0/channels/0/sampler", json!(1), "animation sampler 1 is used"),
+        ("/animations/0/samplers/0/interpolation", json!("CUBICSPLINE"), "2 keys and 2 values"),
+        ("/animations/0/samplers/0/interpolation", json!("SMOOTH"), "interpolation \"SMOOTH\""),
+    ] {
+        let mut file = everything();
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        let parent = file.json.pointer_mut(parent).unwrap_or_else(|| panic!("no {pointer}"));
+        match parent {
+            Value::Array(list) => list[key.parse::<usize>().unwrap()] = value,
+            object => object[key] = value,
+        }
+        refused(&file, expected);
+    }
+}
+
+#[test]
+fn wrong_numbers_in_buffers_are_refused() {
+    for bad in [f32::NAN, f32::INFINITY] {
+        let mut file = File::quad();
+        file.binary[4..8].copy_from_slice(&bad.to_le_bytes());
+        refused(&file, "position that is NaN or infinite (vertex 0)");
+    }
+    let mut file = File::quad();
+    file.binary[4..8].copy_from_slice(&1e20f32.to_le_bytes());
+    refused(&file, "beyond 10¹⁵ m (vertex 0)");
+    let mut file = File::quad();
+    let indices = file.accessor(U8, "SCALAR", 3, &[0, 1, 4]);
+    file.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+    refused(&file, "index 4 but only 4 vertices");
+    let mut file = everything();
+    let times = file.floats("SCALAR", &[1.0, 0.0]);
+    file.json["animations"][0]["samplers"][0]["input"] = json!(times);
+    refused(&file, "key times that do not increase");
+}
+
+#[test]
+fn declared_sizes_without_data_allocate_nothing() {
+    let start = Instant::now();
+    let mut file = File::triangle();
+    file.json["accessors"][0] = json!({"componentType": F32, "type": "VEC3", "count": 4_000_000_000u64});
+    refused(&file, "declares 4000000000 elements without data");
+    // A PNG that claims 2³¹ × 2³¹ texels.
+    let mut bytes = png(1, 1, &[0; 4]);
+    bytes[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
+    let mut file = File::quad();
+    let texture = file.texture(&bytes);
+    file.material(json!({"emissiveTexture": {"index": texture}}));
+    refused(&file, "cannot be decoded");
+    assert!(start.elapsed() < Duration::from_secs(5));
+}
+
+#[test]
+fn deep_hierarchies_and_nested_json_do_not_exhaust_the_stack() {
+    let mut file = File::triangle();
+    let mut top = 0;
+    for _ in 0..20_000 {
+        top = file.push("nodes", json!({"children": [top]}));
+    }
+    file.json["scenes"][0]["nodes"] = json!([top]);
+    assert_eq!(file.scene().triangle_count(), 1);
+    let nested = [b"{\"asset\":".to_vec(), b"[".repeat(100_000)].concat();
+    check(load_bytes("scene.gltf", &nested));
+}
+
+#[test]
+fn every_truncation_is_survived() {
+    let glb = everything().glb();
+    for length in (0..glb.len()).step_by(7) {
+        let sentence = load_bytes("scene.glb", &glb[..length]).expect_err("a truncated file loaded");
+        check(Err(sentence));
+    }
+}
+
+/// Numbers that loaders trip over.
+const EXTREMES: [f64; 10] = [-1.0, 0.0, 0.5, 1.0, 255.0, 65536.0, 4294967295.0, 1.8446744073709552e19, 1e-300, 1e300];
+
+/// Every number of the document in turn becomes every extreme.
+#[test]
+fn every_number_of_the_document_may_be_anything() {
+    fn numbers(value: &Value, path: String, out: &mut Vec<String>) {
+        match value {
+            Value::Number(_) => out.push(path),
+            Value::Array(list) => list.iter().enumerate().for_each(|(i, v)| numbers(v, format!("{path}/{i}"), out)),
+            Value::Object(map) => map.iter().for_each(|(k, v)| numbers(v, format!("{path}/{k}"), out)),
+            _ => {}
+        }
+    }
+    let original = everything();
+    let mut pointers = Vec::new();
+    numbers(&original.json, String::new(), &mut pointers);
+    for pointer in pointers {
+        for extreme in EXTREMES {
+            let whole = extreme.fract() == 0.0 && extreme.abs() < 1e19;
+            let mut file = File { json: original.json.clone(), binary: original.binary.clone() };
+            *file.json.pointer_mut(&pointer).unwrap() = if whole { json!(extreme as i64) } else { json!(extreme) };
+            check(file.load());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Bytes flipped anywhere in the file: header, document, vertices, image.
+    #[test]
+    fn flipped_bytes_are_survived(flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
+        let mut glb = everything().glb();
+        for (at, byte) in flips {
+            let at = at.index(glb.len());
+            glb[at] = byte;
+        }
+        let start = Instant::now();
+        check(load_bytes("scene.glb", &glb));
+        // The intact file takes a millisecond; nothing that it can be made to declare may take a thousand times as long.
+        prop_assert!(start.elapsed() < Duration::from_secs(2));
+    }
+}

@@ -1,0 +1,5 @@
+//! The glTF loader: what it makes of good files and how it refuses bad ones.
+
+mod damage;
+mod files;
+mod load;

@@ -1,0 +1,35 @@
+//! Every struct shared with GLSL has the same names, offsets and sizes on both sides, read from the compiled shaders.
+
+use std::collections::BTreeMap;
+
+use twobounce::layout::*;
+use twobounce::vk::shader;
+
+#[test]
+fn structs_agree_with_the_shaders() {
+    let mut found = BTreeMap::new();
+    for name in ["cones/render_cones.frag", "cones/shade_second.frag", "cones/record.geom", "cones/voxelise.frag"] {
+        found.extend(shader::structs(name));
+    }
+    let check = |name: &str, fields: &[(&str, usize)], bytes: usize| {
+        let theirs = found.get(name).unwrap_or_else(|| panic!("no shader declares {name}"));
+        let names: Vec<_> = theirs.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+        assert_eq!(names, fields, "{name}: (name, offset) in GLSL and in Rust");
+        let end = theirs.members.iter().map(|m| m.offset + m.bytes).max().unwrap_or(0);
+        assert_eq!(end, bytes, "{name}: bytes in GLSL and in Rust");
+        if let Some(stride) = theirs.stride {
+            assert_eq!(stride, bytes, "{name}: stride in arrays");
+        }
+    };
+    check("Vertex", Vertex::FIELDS, size_of::<Vertex>());
+    check("Triangle", Triangle::FIELDS, size_of::<Triangle>());
+    check("Globals", Globals::FIELDS, size_of::<Globals>());
+    check("ListItem", ListItem::FIELDS, size_of::<ListItem>());
+    check("TextureSlot", TextureSlot::FIELDS, size_of::<TextureSlot>());
+    check("Material", Material::FIELDS, size_of::<Material>());
+    check("Light", Light::FIELDS, size_of::<Light>());
+    check("TextureEntry", TextureEntry::FIELDS, size_of::<TextureEntry>());
+    check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
+    check("Frame", Frame::FIELDS, size_of::<Frame>());
+    check("RecordPush", RecordPush::FIELDS, size_of::<RecordPush>());
+}

@@ -1,0 +1,108 @@
+//! Passes 2b and 2c against their twins: level 0 of triangles that only emit, for each fill, and the mips above it.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+#[path = "common/scenes.rs"]
+mod scenes;
+
+use glam::{DVec3, IVec3, Vec3};
+use scenes::{Random, add, triangle};
+use std::collections::{BTreeMap, BTreeSet};
+use twobounce::scene::{Material, Scene};
+use twobounce::settings::{Fill, Form, Settings};
+use twobounce::twins::mips::mip_level;
+use twobounce::twins::shade::{Shaded, fill};
+use twobounce::twins::volume::round_to_half;
+use twobounce::twins::voxelise::{Polygon, voxelise};
+
+const EDGE: u32 = 16;
+
+fn settings(fill: Fill) -> Settings {
+    let mut settings = Settings { voxels: EDGE, bounces: 1, fill, ..Settings::default() };
+    settings.volume.center = Some([f64::from(EDGE) / 2.0; 3]);
+    settings.volume.side = Some(f64::from(EDGE));
+    settings
+}
+
+/// Triangles about three voxels large that emit, each with a colour of its own, every other one on both sides.
+fn confetti() -> (Scene, Vec<[DVec3; 3]>) {
+    let (mut scene, mut triangles, mut random) = (Scene::empty("confetti"), Vec::new(), Random::new(3));
+    for i in 0..60 {
+        let center = random.point() * 12.0 + 2.0;
+        let corners = triangle(&mut random, center, 4.0);
+        let lamp = Material::lamp("lamp", random.point().as_vec3());
+        add(&mut scene, &[corners], Material { double_sided: i % 2 == 0, ..lamp });
+        triangles.push(corners);
+    }
+    (scene, triangles)
+}
+
+/// What triangle `i` leaves in `voxel`.
+fn shaded(scene: &Scene, triangles: &[[DVec3; 3]], i: usize, voxel: u32, scale: f32) -> Shaded {
+    let n = EDGE as i32;
+    let voxel = IVec3::new(voxel as i32 % n, voxel as i32 / n % n, voxel as i32 / n / n).as_dvec3();
+    let t = &triangles[i];
+    let material = &scene.materials[scene.meshes[i].material];
+    Shaded {
+        normal: (t[1] - t[0]).cross(t[2] - t[0]).normalize().as_vec3(),
+        front: material.emissive * scale,
+        back: material.double_sided.then_some(material.emissive * scale),
+        opacity: 1.0,
+        area: Polygon::clipped(t, voxel, voxel + 1.0).area_vector().length() as f32,
+    }
+}
+
+#[test]
+fn every_fill_is_its_twins() {
+    let (scene, triangles) = confetti();
+    let exact = voxelise(&triangles, EDGE);
+    let undecided: BTreeSet<u32> = exact.touching.iter().map(|p| p.0).collect();
+    let mut lists: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (voxel, triangle) in &exact.certain {
+        lists.entry(*voxel).or_default().push(*triangle as usize);
+    }
+    let context = gpu::context();
+    for how in Fill::ALL {
+        let renderer = gpu::render(&context, &scene, &settings(*how), 16);
+        let volume = gpu::volume(&context, &renderer.resources().volumes[0]);
+        let scale = renderer.scale();
+        let mut seen = 0;
+        for voxel in (0..EDGE.pow(3)).filter(|v| !undecided.contains(v)) {
+            let list: Vec<Shaded> =
+                lists.get(&voxel).into_iter().flatten().map(|i| shaded(&scene, &triangles, *i, voxel, scale)).collect();
+            for (target, expected) in fill(&list, *how).into_iter().enumerate() {
+                let got = volume.levels()[0][target][voxel as usize];
+                // One unit of a half (2⁻¹⁰), and f32 clipping against f64: 2⁻²³ of a coordinate of 16, over a side of 0.01.
+                let tolerance = expected.abs() / 1024.0 + Vec3::splat(1e-4 * scale).extend(1e-4);
+                assert!(
+                    (got - expected).abs().cmple(tolerance).all(),
+                    "{how} voxel {voxel} target {target}: {got} is not {expected}"
+                );
+            }
+            seen += usize::from(!list.is_empty());
+        }
+        assert!(seen > 300, "{how}: {seen} voxels are a test of little");
+    }
+}
+
+#[test]
+fn mips_are_their_twins_in_every_form() {
+    let (scene, _) = confetti();
+    let context = gpu::context();
+    for (d1, d2) in [(Form::Right, Form::Right), (Form::Printed, Form::Right), (Form::Right, Form::Printed)] {
+        let mut settings = settings(Fill::Coverage);
+        (settings.ledger.d1, settings.ledger.d2) = (d1, d2);
+        let renderer = gpu::render(&context, &scene, &settings, 16);
+        let volume = gpu::volume(&context, &renderer.resources().volumes[0]);
+        let mut lit = 0;
+        for (fine, coarse) in volume.levels().iter().zip(&volume.levels()[1..]) {
+            for (got, expected) in coarse.iter().flatten().zip(mip_level(fine, d1, d2).iter().flatten()) {
+                // One unit of a half: sums of eight in another order may round the other way.
+                let unit = (round_to_half(*expected * (1.0 + 1.0 / 1024.0)) - *expected).abs() + 6e-8;
+                assert!((*got - *expected).abs().cmple(unit).all(), "{got} is not {expected}");
+                lit += usize::from(got.w > 0.0);
+            }
+        }
+        assert!(lit > 500, "{lit} texels are a test of little");
+    }
+}

@@ -247,10 +247,10 @@ fn ggx_white_furnace() {
 #[test]
 fn a_glass_ball_in_a_white_furnace_is_invisible() {
     for ior in [1.0, 1.33, 1.5, 2.4] {
-        let built = Built::new().mesh(&sphere(3), glass(ior, 1.0)).sky(1.0);
-        let mean = built.mean(&above(0.0, 1.0), 16, 64, Depth::Full);
-        // Noise: roulette of paths that are reflected inside many times.
-        assert!((mean - 1.0).abs() < 0.005, "ior {ior}: {mean}");
+        let built = Built::new().mesh(&sphere(5), glass(ior, 1.0)).sky(1.0);
+        let mean = built.mean(&above(0.0, 1.0), 16, 256, Depth::Full);
+        // Noise of roulette: near its edges a facetted ball holds light for many reflections.
+        assert!((mean - 1.0).abs() < 0.003, "ior {ior}: {mean}");
     }
 }
 

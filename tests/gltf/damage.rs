@@ -251,7 +251,8 @@ fn declared_sizes_without_data_allocate_nothing() {
     let texture = file.texture(&bytes);
     file.material(json!({"emissiveTexture": {"index": texture}}));
     refused(&file, "cannot be decoded");
-    assert!(start.elapsed() < Duration::from_secs(5));
+    // Each takes a millisecond; four billion elements would take minutes and more memory than there is.
+    assert!(start.elapsed() < Duration::from_secs(20));
 }
 
 #[test]
@@ -316,7 +317,7 @@ proptest! {
         }
         let start = Instant::now();
         check(load_bytes("scene.glb", &glb));
-        // The intact file takes a millisecond; nothing that it can be made to declare may take a thousand times as long.
-        prop_assert!(start.elapsed() < Duration::from_secs(2));
+        // The intact file takes a millisecond; this tells a hang from a slow machine, not fast from slow.
+        prop_assert!(start.elapsed() < Duration::from_secs(20));
     }
 }

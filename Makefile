@@ -2,6 +2,8 @@
 # Everything is built in the release profile, so that dependencies are built once.
 
 export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
+# Every test binary shares one device among its tests; many at once only take memory.
+export RUST_TEST_THREADS ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ $$n -gt 4 ] && echo 4 || echo $$n)
 # A driver that hangs must not hang the run.
 TEST_SECONDS ?= 1500
 DEMO_SECONDS ?= 300
@@ -12,7 +14,7 @@ demo:  ## build, render the gallery, print what each pass took
 	scripts/setup.sh demo
 	cargo build --release --locked
 	mkdir -p out
-	timeout $(DEMO_SECONDS) target/release/twobounce render assets/gallery.glb -o out/gallery.png \
+	scripts/guard.sh $(DEMO_SECONDS) target/release/twobounce render assets/gallery.glb -o out/gallery.png \
 	  --size 512x512 --set voxels=64 --timings
 	@echo "The picture: out/gallery.png"
 
@@ -22,12 +24,12 @@ test:  ## formatting, lints, docs, every test
 	cargo clippy --release --locked --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps --document-private-items
 	cargo test --release --locked --no-run
-	timeout $(TEST_SECONDS) cargo test --release --locked
+	scripts/guard.sh $(TEST_SECONDS) cargo test --release --locked
 
 test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and both drivers' images compared
 	scripts/setup.sh test
 	cargo test --release --locked --no-run
-	timeout $(TEST_SECONDS) scripts/mesa25.sh cargo test --release --locked
+	scripts/guard.sh $(TEST_SECONDS) scripts/mesa25.sh cargo test --release --locked
 	cargo build --release --locked
 	scripts/compare-drivers.sh
 

@@ -112,7 +112,8 @@ mod tests {
 
     #[test]
     fn every_level_has_texels_of_its_own() {
-        let chains: Vec<_> = [(64, 64), (1, 256), (33, 7), (256, 1), (1, 1), (64, 128)].map(|(w, h)| chain(w, h)).into();
+        let chains: Vec<_> =
+            [(64, 64), (1, 256), (33, 7), (256, 1), (1, 1), (64, 128)].map(|(w, h)| chain(w, h)).into();
         let atlas = Atlas::pack(&chains);
         let mut taken = vec![false; (atlas.width * atlas.height * atlas.layers) as usize];
         for place in &atlas.places {

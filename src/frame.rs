@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::Result;
 use crate::gi::cones::constants::Features;
 use crate::gi::cones::mips::Mips;
 use crate::gi::cones::record::Record;
@@ -16,7 +17,6 @@ use crate::image_target::ImageTarget;
 use crate::scene::Pose;
 use crate::settings::{Lists, Settings, Shadows};
 use crate::vk::{Context, Recorder};
-use crate::Result;
 
 /// The passes of one method with its settings, compiled.
 pub struct Passes {

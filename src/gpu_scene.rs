@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
+use crate::Result;
 use crate::atlas::Atlas;
 use crate::layout::{self, material_flags};
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Alpha, Material, Mip, Pose, Scene, Texture, TextureRef, Wrap};
 use crate::vk::{self, Buffer, Context, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Sampler};
-use crate::Result;
 
 /// One instance of a mesh: a draw of the recording pass.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +97,14 @@ impl ScenePacked {
             });
             let (first_index, vertex_offset) = mesh_start[instance.mesh];
             let index_count = mesh.indices.len() as u32;
-            draws.push(SceneDraw { instance: i, first_index, index_count, vertex_offset, material: index, first_source: triangles });
+            draws.push(SceneDraw {
+                instance: i,
+                first_index,
+                index_count,
+                vertex_offset,
+                material: index,
+                first_source: triangles,
+            });
             if material.alpha == Alpha::Blend {
                 blended.extend((0..mesh.indices.len() / 3).map(|t| BlendedTriangle {
                     source: triangles + t as u32,
@@ -112,7 +119,18 @@ impl ScenePacked {
             textures.chains.iter().map(|chain| chain.levels.iter().map(|l| (l.width, l.height)).collect()).collect();
         let atlas = Atlas::pack(&sizes);
         let (entries, levels) = textures.place(&atlas);
-        Self { vertices, indices, materials, entries, levels, chains: textures.chains, atlas, draws, triangles, blended }
+        Self {
+            vertices,
+            indices,
+            materials,
+            entries,
+            levels,
+            chains: textures.chains,
+            atlas,
+            draws,
+            triangles,
+            blended,
+        }
     }
 
     /// (name, bytes) of every resource that [`ScenePacked::upload`] makes.
@@ -297,6 +315,8 @@ fn object_scale(world_from_object: &DAffine3) -> f32 {
 }
 
 fn half4(v: glam::Vec4) -> [u32; 2] {
-    let pair = |a: f32, b: f32| u32::from(half::f16::from_f32(a).to_bits()) | u32::from(half::f16::from_f32(b).to_bits()) << 16;
+    let pair = |a: f32, b: f32| {
+        u32::from(half::f16::from_f32(a).to_bits()) | u32::from(half::f16::from_f32(b).to_bits()) << 16
+    };
     [pair(v.x, v.y), pair(v.z, v.w)]
 }

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
+use crate::Result;
 use crate::layers::{Aov, Layers};
 use crate::vk::{
     Buffer, BufferKind, BufferUsageFlags, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim,
     ImageRegion, ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
 };
-use crate::Result;
 
 pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
@@ -90,8 +90,7 @@ impl ImageTarget {
             let name = layer.name();
             let samples =
                 (samples > 1).then(|| image(&format!("{name}, samples"), COLOR_FORMAT, samples, color)).transpose()?;
-            let resolved =
-                image(&format!("{name}, resolved"), COLOR_FORMAT, 1, color | ImageUsageFlags::TRANSFER_SRC)?;
+            let resolved = image(&format!("{name}, resolved"), COLOR_FORMAT, 1, color | ImageUsageFlags::TRANSFER_SRC)?;
             let bytes = u64::from(width) * u64::from(height) * COLOR_BYTES;
             let label = format!("{name}, readback");
             let readback = Buffer::new(context, &label, bytes, BufferKind::Readback, BufferUsageFlags::empty())?;
@@ -166,7 +165,8 @@ impl ImageTarget {
 
     /// The finished image; `aovs` chooses among the layers drawn.
     pub fn read(&self, aovs: &[Aov]) -> Layers {
-        let layers = self.layers.iter().zip(Aov::ALL).filter(|(_, layer)| **layer == Aov::Beauty || aovs.contains(layer));
+        let layers =
+            self.layers.iter().zip(Aov::ALL).filter(|(_, layer)| **layer == Aov::Beauty || aovs.contains(layer));
         let layers = layers.map(|(target, &layer)| {
             let texels: Vec<[f32; 4]> = target.readback.read_some(0, (self.width * self.height) as usize);
             let far = |v: f32| if layer == Aov::Depth && v > FAR / 64.0 { f32::INFINITY } else { v };

@@ -76,7 +76,7 @@ shared! {
         specular_start_normal: f32, specular_start_along: f32,
         refraction_start_normal: f32, refraction_start_along: f32,
         shadow_start_normal: f32, shadow_start_along: f32,
-        shadow_end: f32, shadow_step: f32, shadow_aperture: f32,
+        shadow_end: f32, shadow_step: f32, cone_step: f32, shadow_aperture: f32,
     }
 }
 shared! {

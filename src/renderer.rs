@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::Result;
 use crate::frame::{FrameScene, Passes};
 use crate::gi::Method;
 use crate::gi::cones::constants::Features;
@@ -18,7 +19,6 @@ use crate::memory_plan::{self, MemoryPlan};
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::Settings;
 use crate::vk::{self, Context, FrameLog, Recorder, RecorderOptions, ZoneTimings};
-use crate::Result;
 
 /// How a frame is handed to the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -150,10 +150,8 @@ impl Renderer {
         self.upload_pose(pose, view)?;
         for repeats in 0.. {
             self.upload_frame(view)?;
-            let mut recorder = Recorder::new(
-                &self.context,
-                RecorderOptions { per_pass: self.options.submit == Submit::PerPass },
-            )?;
+            let mut recorder =
+                Recorder::new(&self.context, RecorderOptions { per_pass: self.options.submit == Submit::PerPass })?;
             self.passes.record(
                 &mut recorder,
                 &FrameScene {
@@ -202,6 +200,11 @@ impl Renderer {
     /// The passes' buffers and volumes after the last frame.
     pub fn resources(&self) -> &Resources {
         &self.resources
+    }
+
+    /// What is rendered.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     pub fn volume(&self) -> &Volume {
@@ -257,11 +260,7 @@ impl Renderer {
         if capacities == self.capacities {
             return Ok(false);
         }
-        tracing::info!(
-            "buffers grow and the frame is repeated: {:?} to {:?}",
-            self.capacities,
-            capacities
-        );
+        tracing::info!("buffers grow and the frame is repeated: {:?} to {:?}", self.capacities, capacities);
         self.capacities = capacities;
         self.resources.grow(&self.context, self.counts, &self.settings, self.bounces, capacities)?;
         Ok(true)

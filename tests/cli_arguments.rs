@@ -1,34 +1,18 @@
 //! The command line as a user meets it: through the built program, without a GPU.
 
+mod cli_common;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+
+use cli_common::{folder, names};
 
 fn twobounce(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
     // No driver is found, so that nothing here depends on the machine's devices.
     command.env("VK_DRIVER_FILES", "/none").env("VK_ICD_FILENAMES", "/none").env_remove("TWOBOUNCE_DEVICE");
     command.current_dir(folder).args(args).output().unwrap()
-}
-
-/// One triangle, one point light, in a glTF file with its buffer inside.
-fn write_scene(path: &Path) {
-    let json = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual"],
-        "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point"}]}},"scenes":[{"nodes":[0,1]}],
-        "nodes":[{"mesh":0},{"extensions":{"KHR_lights_punctual":{"light":0}},"translation":[0,0,2]}],
-        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-        "bufferViews":[{"buffer":0,"byteLength":36}],
-        "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
-    fs::write(path, json).unwrap();
-}
-
-/// A folder with `scene.gltf` and `other.toml`.
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    write_scene(&folder.path().join("scene.gltf"));
-    fs::write(folder.path().join("other.toml"), "voxels = 32\ncones = 16\n").unwrap();
-    folder
 }
 
 /// Fails unless the command exits with 2, says exactly one sentence that holds all `parts`, and leaves no file.
@@ -40,13 +24,6 @@ fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
     assert!(message.starts_with("twobounce: ") && message.trim_end().lines().count() == 1, "{args:?}: {message}");
     assert!(parts.iter().all(|part| message.contains(part)), "{args:?} should say {parts:?}: {message}");
     assert_eq!(names(folder), before, "{args:?} left something behind");
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 fn effective(folder: &Path, args: &[&str]) -> String {

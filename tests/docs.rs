@@ -22,7 +22,10 @@ fn quoted(page: &str) -> Vec<String> {
 fn commands(page: &str) -> Vec<String> {
     let blocks = page.split("```").skip(1).step_by(2).map(|block| block.split_once('\n').unwrap().1);
     let text = blocks.collect::<String>().replace("\\\n", " ");
-    text.lines().map(|line| line.split(" #").next().unwrap().trim().to_owned()).filter(|line| !line.is_empty()).collect()
+    text.lines()
+        .map(|line| line.split(" #").next().unwrap().trim().to_owned())
+        .filter(|line| !line.is_empty())
+        .collect()
 }
 
 /// Every file of the project, without what is built or fetched.

@@ -97,11 +97,9 @@ impl Gpu {
 
     fn evaluate(&self, function: Function, inputs: &[Arguments], settings: &Settings) -> Vec<Arguments> {
         let c = &self.context;
-        let desc = ComputeDesc {
-            label: "functions",
-            shader: "test/functions.comp",
-            constants: &constants(settings, Features::default(), 1),
-        };
+        let mut constants = constants(settings, Features::default(), 1);
+        constants.push((20, function as u32));
+        let desc = ComputeDesc { label: "functions", shader: "test/functions.comp", constants: &constants };
         let pipeline = Compute::new(c, &desc).expect("a pipeline");
         let start = &settings.start;
         let frame = layout::Frame {
@@ -130,8 +128,8 @@ impl Gpu {
         binds.push(Bind::buffer("inputs", &input));
         binds.push(Bind::buffer("outputs", &output));
         let mut recorder = Recorder::new(c, RecorderOptions::default()).expect("a recorder");
-        let push = [function as u32, inputs.len() as u32];
-        recorder.dispatch(&pipeline, &binds, &push, [(inputs.len() as u32).div_ceil(64), 1, 1]);
+        let count = inputs.len() as u32;
+        recorder.dispatch(&pipeline, &binds, &count, [count.div_ceil(64), 1, 1]);
         recorder.finish().expect("a dispatch");
         let outputs = download(c, &output).expect("outputs");
         assert_eq!(c.take_validation_messages(), Vec::<String>::new());

@@ -2,6 +2,7 @@
 // premultiplied, and alpha. CPU twin: src/twins/cone.rs.
 // Needs: volume_0 … volume_6: what a cone sees that travels along +x +y +z −x −y −z, and the isotropic average.
 
+const uint BLEND_SUM = 1u;
 const float NEARLY_OPAQUE = 0.995; // D18: what is left cannot change an 8-bit image
 const uint STEP_CAP = 1024u;
 const float MAX_FACE_ALPHA = 0.9999; // keeps −ln(1 − α) finite
@@ -50,6 +51,8 @@ float exit_distance(vec3 from, vec3 d) {
 }
 
 // Travels along unit d from `from`, first look-up at `start`, aperture = tangent of the half angle.
+// `over`: front hides back. `sum`: alphas add up to 1: a full wall that is read every edge with linear filtering gives
+// alphas a and 1 − a, of which "over" loses a(1 − a), and the sum nothing.
 vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
     vec3 weights = direction_weights(d);
     // D10, D11: printed to √2 edges with the border repeated, right to the exit.
@@ -60,12 +63,25 @@ vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
     float opaque = printed(18) ? 1.0 : NEARLY_OPAQUE;
     float s = start;
     vec4 sum = vec4(0.0);
-    for (uint i = 0u; i < STEP_CAP && s < end && sum.a < opaque; i++) {
+    for (uint i = 0u; i < STEP_CAP && sum.a < opaque; i++) {
         // D17: printed compares the aperture, a ratio, with an edge of the volume, a length.
         float diameter = printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
+        // A sum goes on until the last wall, cut by the border, is met whole.
+        if (s >= (BLEND == BLEND_SUM ? end + 0.5 + min(diameter, float(EDGE) / 8.0) : end)) {
+            break;
+        }
         float level = max(0.0, log2(diameter));
-        sum += (1.0 - sum.a) * sample_directional(from + s * d, d, weights, level);
-        s += max(diameter, 1.0);
+        vec4 seen = sample_directional(from + s * d, d, weights, level);
+        if (BLEND == BLEND_SUM) {
+            seen *= frame.cone_step;
+            sum += seen * min(1.0, (1.0 - sum.a) / max(seen.a, 1e-6));
+        } else {
+            if (frame.cone_step != 1.0) {
+                seen = correct_opacity(seen, frame.cone_step);
+            }
+            sum += (1.0 - sum.a) * seen;
+        }
+        s += max(diameter, 1.0) * frame.cone_step;
     }
     return max(sum, vec4(0.0));
 }

@@ -1,4 +1,4 @@
-// The talk's sets of diffuse cones about +z (listings of BeRo and urs, CC0), and the frame that turns them about a normal.
+// The talk's sets of diffuse cones about +z (listings of BeRo and urs, CC0), cosine-distributed ones of any number, and the frame that turns them about a normal.
 
 struct Cone {
     vec3 direction;
@@ -46,6 +46,14 @@ Cone cone_set(uint i) {
     }
     if (CONE_SET == 3u) {
         return i == 0u ? Cone(vec3(0.0, 0.0, 1.0), 0.25, 0.57735026919) : Cone(SIDES_6B[i - 1u], 0.15, 0.57735026919);
+    }
+    if (CONE_SET == 5u) {
+        // The cosine is in the distribution: a sunflower on the unit disc, lifted onto the hemisphere.
+        float u = (float(i) + 0.5) / float(CONE_COUNT);
+        float turn = 2.39996323 * float(i);
+        float spread = CONE_COUNT < 64u ? 0.6 : 0.5;
+        vec3 d = vec3(sqrt(u) * cos(turn), sqrt(u) * sin(turn), sqrt(1.0 - u));
+        return Cone(d, 1.0 / float(CONE_COUNT), spread / sqrt(float(CONE_COUNT)));
     }
     vec3 d = normalize(SET_16[i]);
     // D26: sixteen directions spread evenly need the cosine in their weights.

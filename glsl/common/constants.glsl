@@ -11,9 +11,12 @@ layout(constant_id = 6) const uint PRINTED = 0u; // bit k: row Dk of the ledger 
 layout(constant_id = 7) const uint BOUNCE = 0u; // what gathers: 0 nothing to gather from, 1 a volume is there
 layout(constant_id = 8) const uint FEATURES = 0u; // what the scene asks for
 
+layout(constant_id = 11) const uint BLEND = 0u; // 0: over, 1: sum
+
 const uint FILL_UNIFORM = 0u;
 const uint FILL_FACING = 1u;
 const uint FILL_COVERAGE = 2u;
+const uint FILL_SIDED = 3u;
 
 const uint WEIGHTS_D2 = 0u;
 const uint WEIGHTS_NORM1 = 1u;

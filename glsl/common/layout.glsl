@@ -130,5 +130,6 @@ struct Frame {
     float shadow_start_along;
     float shadow_end;
     float shadow_step;
+    float cone_step; // over the diameter
     float shadow_aperture; // tangent of the half angle; negative: from the light's radius
 };

@@ -92,7 +92,7 @@ void main() {
             vec3 c = t.vertices[2].position;
             float area = 1.0;
             vec2 bc;
-            if (FILL == FILL_COVERAGE) {
+            if (FILL >= FILL_COVERAGE) { // and sided
                 vec3 middle;
                 clip_to_voxel(a, b, c, center, area, middle);
                 if (area <= 0.0) {
@@ -121,7 +121,13 @@ void main() {
                 float along = k < 3 ? n[k] : -n[k - 3];
                 bool sees_front = along < 0.0 || (FILL == FILL_UNIFORM && !two_sided);
                 float weight = FILL == FILL_UNIFORM ? opacity : opacity * area * abs(along);
-                fixed_add(sums[k], vec4((sees_front ? front : back) * weight, weight));
+                vec3 seen = sees_front ? front : back;
+                // Nobody who could be lit by it ever meets a back that no light meets: as a zero-thickness wall's other
+                // side it would only darken the cones that leave its front.
+                if (FILL == FILL_SIDED && !sees_front && seen == vec3(0.0)) {
+                    weight = 0.0;
+                }
+                fixed_add(sums[k], vec4(seen * weight, weight));
             }
             float weight = opacity * area;
             fixed_add(sums[6], vec4((two_sided ? 0.5 * (front + back) : front) * weight, weight));

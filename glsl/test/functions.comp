@@ -34,48 +34,49 @@ struct Arguments {
 layout(set = 0, binding = 30, scalar) readonly buffer Inputs { Arguments inputs[]; };
 layout(set = 0, binding = 31, scalar) writeonly buffer Outputs { Arguments outputs[]; };
 
-// The order is that of `Function` in tests/common/functions.rs.
+// The order is that of `Function` in tests/functions_cones.rs.
+layout(constant_id = 20) const uint FUNCTION = 0u;
+
 layout(push_constant) uniform Push {
-    uint function;
     uint count;
 } push;
 
 Arguments evaluate(Arguments x) {
     Arguments y = Arguments(vec4(0.0), vec4(0.0), vec4(0.0));
-    if (push.function == 0u) {
+    if (FUNCTION == 0u) {
         Cone cone = cone_set(uint(x.a.x));
         y.a = vec4(cone.direction, cone.weight);
         y.b = vec4(cone.aperture, float(CONE_COUNT), 0.0, 0.0);
-    } else if (push.function == 1u) {
+    } else if (FUNCTION == 1u) {
         mat3 frame = tangent_frame(x.a.xyz);
         y = Arguments(vec4(frame[0], 0.0), vec4(frame[1], 0.0), vec4(frame[2], 0.0));
-    } else if (push.function == 2u) {
+    } else if (FUNCTION == 2u) {
         mat3 rotation = jitter_rotation(x.a.xyz, x.a.w);
         y = Arguments(vec4(rotation[0], 0.0), vec4(rotation[1], 0.0), vec4(rotation[2], 0.0));
-    } else if (push.function == 3u) {
+    } else if (FUNCTION == 3u) {
         y.a.x = roughness_to_aperture(x.a.x);
-    } else if (push.function == 4u) {
+    } else if (FUNCTION == 4u) {
         y.a.xyz = direction_weights(x.a.xyz);
         y.a.w = exit_distance(x.b.xyz, x.a.xyz);
-    } else if (push.function == 5u) {
+    } else if (FUNCTION == 5u) {
         y.a.xyz = refraction_direction(x.a.xyz, x.b.xyz, x.a.w, x.b.w > 0.5, false);
-    } else if (push.function == 6u) {
+    } else if (FUNCTION == 6u) {
         clip_to_voxel(x.a.xyz, x.b.xyz, x.c.xyz, vec3(x.a.w, x.b.w, x.c.w), y.a.w, y.a.xyz);
         y.b.x = float(triangle_touches_voxel(x.a.xyz, x.b.xyz, x.c.xyz,
             triangle_normal(x.a.xyz, x.b.xyz, x.c.xyz), vec3(x.a.w, x.b.w, x.c.w)));
-    } else if (push.function == 7u) {
+    } else if (FUNCTION == 7u) {
         FixedSum sum = fixed_zero();
         fixed_add(sum, x.a);
         fixed_add(sum, x.b);
         fixed_add(sum, x.c);
         y.a = fixed_value(sum);
-    } else if (push.function == 8u) {
+    } else if (FUNCTION == 8u) {
         y.a = trace_cone(x.a.xyz, x.b.xyz, x.a.w, x.b.w);
-    } else if (push.function == 9u) {
+    } else if (FUNCTION == 9u) {
         vec3 to = x.b.xyz - x.a.xyz;
         y.a.x = trace_shadow_cone(x.a.xyz, to / length(to), length(to), x.a.w, frame.shadow_start_along, frame.shadow_step,
             frame.shadow_end);
-    } else if (push.function == 10u) {
+    } else if (FUNCTION == 10u) {
         y.a = gather_diffuse(x.a.xyz, x.b.xyz, uvec3(0u));
     }
     return y;

@@ -73,7 +73,7 @@ fn bench(glb: &mut Glb) {
     let stone = glb.material(matte("pale stone", [0.66, 0.64, 0.6]));
     let bench = Shape::cuboid(dvec3(-1.1, 0.0, -1.65), dvec3(1.1, 0.45, -1.2));
     glb.object("bench", &bench, stone, json!({}));
-    let sphere = glb.geometry(&Shape::sphere(0.17, 20, 40));
+    let sphere = glb.geometry(&Shape::sphere(0.18, 20, 40));
     for (i, roughness) in [0.0, 0.2, 0.4, 0.65, 1.0].into_iter().enumerate() {
         let name = format!("gold, roughness {roughness}");
         let gold = glb.material(json!({
@@ -83,7 +83,7 @@ fn bench(glb: &mut Glb) {
             },
         }));
         let mesh = glb.mesh(&name, &sphere, gold);
-        glb.place(&name, mesh, json!({ "translation": [-0.8 + 0.4 * i as f64, 0.62, -1.42] }));
+        glb.place(&name, mesh, json!({ "translation": [-0.84 + 0.4 * i as f64, 0.63, -1.42] }));
     }
 }
 
@@ -91,7 +91,7 @@ fn bench(glb: &mut Glb) {
 fn knot(glb: &mut Glb) {
     let stone = glb.material(matte("dark stone", [0.22, 0.21, 0.2]));
     let plinth = Shape::cuboid(dvec3(-0.19, 0.0, -0.19), dvec3(0.19, 0.6, 0.19));
-    glb.object("plinth", &plinth, stone, json!({ "translation": [-0.95, 0.0, -0.35] }));
+    glb.object("plinth", &plinth, stone, json!({ "translation": [-0.99, 0.0, -0.35] }));
     let clay = glb.material(json!({
         "name": "glazed clay",
         "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.35 },
@@ -105,7 +105,7 @@ fn knot(glb: &mut Glb) {
         dvec3(0.0, TAU / 3.0, 2.0 * TAU / 3.0).to_array().map(|phase| 0.42 + 0.4 * (angle + phase).cos()).into()
     };
     let knot = Shape::tube(trefoil, 0.055, 128, 14).colored(hue);
-    let node = glb.object("knot", &knot, clay, json!({ "translation": [-0.95, 0.98, -0.35] }));
+    let node = glb.object("knot", &knot, clay, json!({ "translation": [-0.99, 0.98, -0.35] }));
     let key = |quarter: u32| {
         let turned = DQuat::from_rotation_y(TAU / 4.0 * f64::from(quarter));
         (LOOP_S / 4.0 * f64::from(quarter), turned.to_array().to_vec())
@@ -126,12 +126,12 @@ fn glasses(glb: &mut Glb) {
             },
         },
     }));
-    glb.object("glass ball", &Shape::sphere(0.28, 24, 48), clear, json!({ "translation": [0.55, 0.28, 0.05] }));
+    glb.object("glass ball", &Shape::sphere(0.28, 24, 48), clear, json!({ "translation": [0.34, 0.28, 0.12] }));
     let rose = glb.material(sheet(json!({
         "name": "rose glass",
         "alphaMode": "BLEND",
         "pbrMetallicRoughness": {
-            "baseColorFactor": [0.85, 0.22, 0.38, 0.4], "metallicFactor": 0.0, "roughnessFactor": 0.15,
+            "baseColorFactor": [0.8, 0.12, 0.3, 0.45], "metallicFactor": 0.0, "roughnessFactor": 0.15,
         },
     })));
     let pane = Shape::quad(dvec3(-0.26, 0.0, 0.0), DVec3::X * 0.52, DVec3::Y * 0.6, DVec2::ONE);
@@ -153,9 +153,9 @@ fn screen(glb: &mut Glb) -> Result<()> {
         },
     })));
     let wood = glb.material(matte("walnut", [0.16, 0.085, 0.05]));
-    let (half, low, high, post) = (0.42, 0.08, 1.48, 0.04);
+    let (half, low, high, post) = (0.37, 0.08, 1.58, 0.04);
     let corner = dvec3(-half, low, 0.0);
-    let leaf = Shape::quad(corner, DVec3::X * 2.0 * half, DVec3::Y * (high - low), dvec2(3.0, 5.0));
+    let leaf = Shape::quad(corner, DVec3::X * 2.0 * half, DVec3::Y * (high - low), dvec2(3.0, 6.0));
     let mut frame = Shape::default();
     for (min, max) in [
         (dvec3(-half - post, 0.0, -0.02), dvec3(-half, high + post, 0.02)),
@@ -170,7 +170,7 @@ fn screen(glb: &mut Glb) -> Result<()> {
     glb.node(json!({
         "name": "screen",
         "children": [leaf, frame],
-        "translation": [1.14, 0.0, -0.8],
+        "translation": [1.24, 0.0, -0.8],
         "rotation": rotation(DQuat::from_rotation_y(-0.53)),
     }));
     Ok(())
@@ -178,12 +178,12 @@ fn screen(glb: &mut Glb) -> Result<()> {
 
 /// What glows: a ring on the back wall, a ball on the floor, a panel in the ceiling (which shines down only).
 fn emitters(glb: &mut Glb) {
-    let ring = glb.material(glowing("warm neon", [1.0, 0.5, 0.2], 5.0));
+    let ring = glb.material(glowing("warm neon", [1.0, 0.5, 0.2], 4.0));
     let circle = |t: f64| dvec3((t * TAU).cos(), (t * TAU).sin(), 0.0) * 0.42;
     let placement = json!({ "translation": [0.0, 1.62, -2.03] });
     glb.object("ring", &Shape::tube(circle, 0.04, 64, 12), ring, placement);
     let blue = glb.material(glowing("blue lamp", [0.2, 0.55, 1.0], 4.0));
-    glb.object("blue ball", &Shape::sphere(0.12, 16, 32), blue, json!({ "translation": [-0.14, 0.12, -0.25] }));
+    glb.object("blue ball", &Shape::sphere(0.12, 16, 32), blue, json!({ "translation": [-0.3, 0.12, -0.2] }));
     let panel = glb.material(glowing("panel", [1.0, 0.93, 0.84], 3.0));
     let corner = dvec3(-0.5, HIGH.y - 0.01, -0.9);
     glb.object("panel", &Shape::quad(corner, DVec3::X, DVec3::Z * 0.8, DVec2::ONE), panel, json!({}));
@@ -195,7 +195,7 @@ fn lights(glb: &mut Glb) {
     let eye = dvec3(-0.6, 2.1, 0.9);
     glb.light("lamp", lamp, eye, eye - DVec3::Y);
     let spot = json!({
-        "type": "spot", "color": [1.0, 0.84, 0.62], "intensity": 9.0, "range": 8.0,
+        "type": "spot", "color": [1.0, 0.84, 0.62], "intensity": 14.0, "range": 8.0,
         "spot": { "innerConeAngle": 0.4, "outerConeAngle": 0.62 },
     });
     glb.light("spot", spot, dvec3(1.5, 2.35, -1.75), dvec3(0.3, 0.0, 0.2));

@@ -66,8 +66,7 @@ impl Glb {
     }
 
     pub fn mesh(&mut self, name: &str, geometry: &Geometry, material: usize) -> usize {
-        let primitive =
-            json!({ "attributes": geometry.attributes, "indices": geometry.indices, "material": material });
+        let primitive = json!({ "attributes": geometry.attributes, "indices": geometry.indices, "material": material });
         push(&mut self.meshes, json!({ "name": name, "primitives": [primitive] }))
     }
 
@@ -131,8 +130,13 @@ impl Glb {
     /// The whole file. Nodes that no other node holds become the scene's roots.
     pub fn finish(mut self, name: &str, copyright: &str) -> Vec<u8> {
         pad(&mut self.bin, 0);
-        let children: BTreeSet<u64> =
-            self.nodes.iter().filter_map(|node| node["children"].as_array()).flatten().filter_map(Value::as_u64).collect();
+        let children: BTreeSet<u64> = self
+            .nodes
+            .iter()
+            .filter_map(|node| node["children"].as_array())
+            .flatten()
+            .filter_map(Value::as_u64)
+            .collect();
         let roots: Vec<usize> = (0..self.nodes.len()).filter(|&node| !children.contains(&(node as u64))).collect();
         let textures: Vec<Value> = (0..self.images.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect();
         let mut root = json!({

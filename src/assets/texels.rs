@@ -26,7 +26,7 @@ struct Stone {
 pub fn floor_color() -> Result<Vec<u8>> {
     png(3, |x, y| {
         let stone = stone(x, y);
-        let light = if stone.height < 0.2 { 70.0 } else { 138.0 + 48.0 * stone.tone + 12.0 * stone.grain };
+        let light = if stone.height < 0.2 { 92.0 } else { 138.0 + 48.0 * stone.tone + 12.0 * stone.grain };
         [light, light * 0.955, light * 0.89, 255.0]
     })
 }

@@ -25,6 +25,8 @@ pub enum Command {
     Compare(super::compare::CompareArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
+    /// List the Vulkan devices, what twobounce needs of them, and what they lack
+    Info(InfoArgs),
     /// Write the scenes in assets/ anew
     MakeAssets(MakeAssetsArgs),
 }
@@ -74,7 +76,7 @@ pub struct SceneArgs {
 #[derive(Args, Debug)]
 pub struct SettingsArgs {
     /// Start from this preset
-    #[arg(long, value_name = "NAME", default_value = "corrected")]
+    #[arg(long, value_name = "NAME", default_value = "fast")]
     pub preset: String,
     /// Then take the keys of this TOML file
     #[arg(long, value_name = "FILE.toml")]
@@ -158,6 +160,13 @@ pub struct SettingsCommandArgs {
     /// Print the effective settings as a file for --config
     #[arg(long)]
     pub toml: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Print JSON; sizes in bytes
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

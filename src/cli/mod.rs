@@ -4,6 +4,7 @@
 
 pub mod args;
 mod compare;
+mod info;
 pub mod interrupt;
 pub mod job;
 pub mod log;
@@ -11,6 +12,7 @@ mod make_assets;
 pub mod out;
 mod reference;
 mod render;
+mod report;
 pub mod scene;
 mod settings;
 
@@ -64,6 +66,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Settings(args) => settings::run(args),
+        Command::Info(args) => info::run(args),
     }
 }
 

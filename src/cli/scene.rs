@@ -15,6 +15,11 @@ pub struct Opened {
     pub notes: Vec<String>,
     /// The camera in words, for headers and reports.
     pub camera: String,
+    pub shot: Shot,
+}
+
+/// Which moment of a scene is seen, and from where.
+pub struct Shot {
     animation: Option<usize>,
     time_s: f64,
     chosen: Chosen,
@@ -59,7 +64,8 @@ impl SceneArgs {
         let (chosen, camera) = self.choose_camera(&scene, animation)?;
         let (width, height) = self.size;
         let notes = std::mem::take(&mut scene.warnings);
-        let mut opened = Opened { scene, width, height, notes, camera, animation, time_s: self.time, chosen };
+        let mut opened =
+            Opened { scene, width, height, notes, camera, shot: Shot { animation, time_s: self.time, chosen } };
         if !opened.scene.has_light() {
             let note = if self.no_default_light {
                 "the scene has no light, emission or sky: the image will be black".into()
@@ -93,19 +99,31 @@ impl SceneArgs {
 impl Opened {
     /// The scene `later_s` seconds after --time.
     pub fn pose(&self, later_s: f64) -> Pose {
-        self.scene.pose(self.animation, (self.time_s + later_s) as f32)
+        self.shot.pose(&self.scene, later_s)
     }
 
     /// The camera in a pose.
     pub fn view(&self, pose: &Pose) -> View {
+        self.shot.view(&self.scene, pose)
+    }
+}
+
+impl Shot {
+    /// The scene `later_s` seconds after --time.
+    pub fn pose(&self, scene: &Scene, later_s: f64) -> Pose {
+        scene.pose(self.animation, (self.time_s + later_s) as f32)
+    }
+
+    /// The camera in a pose.
+    pub fn view(&self, scene: &Scene, pose: &Pose) -> View {
         match self.chosen {
-            Chosen::Camera(index) => self.scene.view(pose, index),
+            Chosen::Camera(index) => scene.view(pose, index),
             Chosen::Fixed(view) => view,
         }
     }
 
     /// The scene's bounds over the whole animation.
-    pub fn bounds(&self) -> Bounds {
-        self.scene.bounds(self.animation)
+    pub fn bounds(&self, scene: &Scene) -> Bounds {
+        scene.bounds(self.animation)
     }
 }

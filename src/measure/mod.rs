@@ -1,4 +1,6 @@
-//! Measuring: images against references.
+//! Measuring: images against references, and what each pass costs.
 
 pub mod metrics;
 pub mod picture;
+pub mod timing;
+pub mod trace;

@@ -4,14 +4,17 @@ use super::metrics::{Comparison, exposed};
 use crate::layers::Layers;
 use crate::{Error, Result};
 
-/// The bytes of a PNG: image, reference, signed difference (red: too bright, blue: too dark; full colour at half of white)
-/// and FLIP in magma, side by side, all at the comparison's exposure.
+/// Relative difference that gets full colour.
+const FULL_COLOR: f32 = 0.25;
+
+/// The bytes of a PNG: image, reference, signed difference (red: too bright, blue: too dark)
+/// and FLIP in magma, side by side. The images are shown at the comparison's exposure.
 pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison) -> Result<Vec<u8>> {
     let (width, height) = (image.width as usize, image.height as usize);
     let panels = [
         exposed(image.beauty(), comparison.exposure),
         exposed(reference.beauty(), comparison.exposure),
-        signed_difference(image.beauty(), reference.beauty(), comparison.exposure),
+        signed_difference(image.beauty(), reference.beauty()),
         magma(&comparison.flip_map, image.width, image.height),
     ];
     let mut pixels = Vec::with_capacity(4 * 3 * width * height);
@@ -29,10 +32,12 @@ pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison)
 }
 
 /// Per pixel: white where equal, towards red where the image is brighter, towards blue where it is darker.
-fn signed_difference(image: &[[f32; 3]], reference: &[[f32; 3]], exposure: f32) -> Vec<u8> {
+fn signed_difference(image: &[[f32; 3]], reference: &[[f32; 3]]) -> Vec<u8> {
+    let sum = |p: &[f32; 3]| p.iter().filter(|v| v.is_finite()).sum::<f32>();
+    let floor = 0.01 * reference.iter().map(sum).sum::<f32>() / reference.len() as f32;
     let color = |(a, b): (&[f32; 3], &[f32; 3])| {
-        let difference = (0..3).map(|c| a[c] - b[c]).sum::<f32>() / 3.0 * exposure;
-        let fade = 255 - (2.0 * difference.abs() * 255.0).min(255.0) as u8;
+        let difference = (sum(a) - sum(b)) / (sum(b) + floor) / FULL_COLOR;
+        let fade = 255 - (difference.abs() * 255.0).min(255.0) as u8;
         if difference > 0.0 { [255, fade, fade] } else { [fade, fade, 255] }
     };
     image.iter().zip(reference).flat_map(color).collect()

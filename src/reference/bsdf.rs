@@ -141,6 +141,11 @@ impl Bsdf {
         (self.reflected.at(cos_outside), 1.0 - self.coat.at(cos_outside).max_element())
     }
 
+    /// Whether light from beyond the surface is scattered to the viewer.
+    pub fn transmits(&self) -> bool {
+        self.choose[2] > 0.0
+    }
+
     /// The share of light that goes straight through a smooth thin wall.
     pub fn straight(&self) -> Vec3 {
         if self.volume || self.alpha >= SMOOTH { Vec3::ZERO } else { self.through * self.fresnel(self.wo.z).1 }
@@ -158,7 +163,15 @@ impl Bsdf {
         }
     }
 
+    /// Whether this is Lambert's law alone, which looks the same from everywhere.
+    pub fn is_lambertian(&self) -> bool {
+        self.reflected.f90 == 0.0 && self.choose[0] == 1.0
+    }
+
     fn eval_reflection(&self, wi: Vec3) -> (Vec3, f32) {
+        if self.is_lambertian() {
+            return (self.diffuse * (FRAC_1_PI * wi.z), FRAC_1_PI * wi.z);
+        }
         let h = (self.wo + wi).normalize();
         let (reflected, rest) = self.fresnel(self.wo.dot(h).min(1.0));
         let mut f = self.diffuse * (rest * FRAC_1_PI * wi.z);

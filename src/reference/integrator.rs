@@ -46,36 +46,38 @@ pub struct Integrator<'a> {
     pub geometry: Geometry<'a>,
     materials: Materials<'a>,
     bvh: Bvh,
-    lights: Lights,
+    pub(super) lights: Lights,
     /// Indirect bounces.
-    bounces: u32,
+    pub(super) bounces: u32,
     /// Whether to trace ambient occlusion.
     occlusion: bool,
 }
 
 /// A hit with everything about it.
-struct Vertex {
-    hit: Hit,
-    point: Point,
-    surface: Surface,
-    bsdf: Bsdf,
+pub(super) struct Vertex {
+    pub hit: Hit,
+    pub point: Point,
+    pub surface: Surface,
+    pub bsdf: Bsdf,
     /// The triangle's normal on the viewer's side.
-    geometric: Vec3,
+    pub geometric: Vec3,
     /// Share of light that goes straight on.
     straight: Vec3,
+    /// Whether the ray met nothing before that lets light straight through, nor does the vertex.
+    pub clear: bool,
 }
 
 /// What a path carries along.
-struct Path {
-    ray: Ray,
-    throughput: Vec3,
+pub(super) struct Path {
+    pub ray: Ray,
+    pub throughput: Vec3,
     /// Vertices that scattered so far.
-    scattered: u32,
+    pub scattered: u32,
     /// Density of the ray's direction; `None` if light sampling could not have chosen it.
-    density: Option<f32>,
+    pub density: Option<f32>,
     /// Product of [`bsdf::Scatter::compression`].
-    compression: f32,
-    sample: Sample,
+    pub compression: f32,
+    pub sample: Sample,
 }
 
 impl<'a> Integrator<'a> {
@@ -87,24 +89,23 @@ impl<'a> Integrator<'a> {
         Self { bvh: Bvh::new(&geometry.triangles), geometry, materials, lights, bounces, occlusion }
     }
 
-    /// Traces one path. `ray` is the camera's.
-    pub fn trace(&self, ray: Ray, sampler: &mut Sampler) -> Sample {
-        let sample = Sample { ao: 1.0, ..Sample::default() };
-        let mut path = Path { ray, throughput: Vec3::ONE, scattered: 0, density: None, compression: 1.0, sample };
-        while let Some(vertex) = self.advance(&mut path, sampler) {
-            self.emitted(&mut path, &vertex);
-            if vertex.surface.params.unlit
-                || path.scattered > self.bounces
-                || (vertex.hit.back && !self.two_sided(&vertex))
-            {
+    /// Follows a path from where its ray hits until it ends.
+    pub(super) fn follow(&self, path: &mut Path, sampler: &mut Sampler) {
+        while let Some(vertex) = self.advance(path, sampler) {
+            self.emitted(path, &vertex);
+            if !self.continues(path, &vertex) {
                 break;
             }
-            self.lit(&mut path, &vertex, sampler);
-            if !self.scatter(&mut path, &vertex, sampler) {
+            self.lit(path, &vertex, sampler);
+            if !self.scatter(path, &vertex, sampler) {
                 break;
             }
         }
-        path.sample
+    }
+
+    /// Whether a vertex scatters light that still counts.
+    pub(super) fn continues(&self, path: &Path, vertex: &Vertex) -> bool {
+        !vertex.surface.params.unlit && path.scattered <= self.bounces && (!vertex.hit.back || self.two_sided(vertex))
     }
 
     fn two_sided(&self, vertex: &Vertex) -> bool {
@@ -113,8 +114,8 @@ impl<'a> Integrator<'a> {
     }
 
     /// Follows the path's ray to the next surface that does not let it straight through. `None`: the sky, whose light it adds.
-    fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
-        let mut travelled = 0.0;
+    pub(super) fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
+        let (mut travelled, mut clear) = (0.0, true);
         loop {
             let Some(hit) = self.hit(&path.ray, path.scattered == 0) else {
                 path.add(self.lights.sky);
@@ -127,6 +128,7 @@ impl<'a> Integrator<'a> {
             }
             let pass = vertex.straight.max_element();
             if pass > 0.0 {
+                clear = false;
                 if sampler.event() < pass {
                     path.throughput *= vertex.straight / pass;
                     path.ray.origin = self.leave(&vertex, path.ray.direction);
@@ -137,6 +139,7 @@ impl<'a> Integrator<'a> {
                 path.throughput *= vertex.surface.params.opacity / (1.0 - pass);
             }
             vertex.hit.t = travelled;
+            vertex.clear = clear;
             if path.scattered == 0 {
                 self.first_seen(path, &vertex, sampler);
             }
@@ -162,11 +165,11 @@ impl<'a> Integrator<'a> {
         let normal = facing(surface.normal * side, geometric, wo);
         let bsdf = Bsdf::new(&surface.params, self.geometry.traits[point.material].volume, normal, wo, hit.back);
         let straight = bsdf.straight() * surface.params.opacity + (1.0 - surface.params.opacity);
-        Vertex { hit, point, surface, bsdf, geometric, straight }
+        Vertex { hit, point, surface, bsdf, geometric, straight, clear: true }
     }
 
     /// Where a ray in `direction` leaves a vertex: a little off the surface, so that it does not meet it again.
-    fn leave(&self, vertex: &Vertex, direction: Vec3) -> Vec3 {
+    pub(super) fn leave(&self, vertex: &Vertex, direction: Vec3) -> Vec3 {
         let p = vertex.point.position;
         // A few times the spacing of f32 at the position; 16 units stand for the sizes that cancel near the centre.
         let offset = 2e-6 * (p.abs().max_element() + 16.0);
@@ -189,7 +192,7 @@ impl<'a> Integrator<'a> {
     }
 
     /// Emission at a vertex, weighed against having been found by light sampling.
-    fn emitted(&self, path: &mut Path, vertex: &Vertex) {
+    pub(super) fn emitted(&self, path: &mut Path, vertex: &Vertex) {
         if vertex.surface.params.unlit {
             if path.scattered == 0 {
                 path.add(vertex.surface.params.base_color);
@@ -207,20 +210,15 @@ impl<'a> Integrator<'a> {
     }
 
     /// Light sampled at a vertex.
-    fn lit(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
+    pub(super) fn lit(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
         let k = path.scattered;
-        let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
-        let [_, _, choice, _] = sampler.set(2 * k + 2);
-        let p = vertex.point.position;
         let mut light = Vec3::ZERO;
-        for arrival in [
-            self.lights.from_lamps(p, choice, [u, v]),
-            self.lights.from_emitters(&self.geometry, &self.materials, p, [u, v]),
-        ]
-        .into_iter()
-        .flatten()
-        {
-            light += self.arriving(vertex, &arrival);
+        for arrival in self.arrivals(vertex.point.position, k, sampler) {
+            let (f, density) = vertex.evaluate(arrival.direction);
+            let arriving = f * arrival.weighted(density);
+            if arriving != Vec3::ZERO {
+                light += arriving * self.transmittance(vertex, arrival.direction, arrival.end);
+            }
         }
         let light = path.throughput * light;
         path.sample.beauty += light;
@@ -229,18 +227,17 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    fn arriving(&self, vertex: &Vertex, arrival: &Arrival) -> Vec3 {
-        let (f, density) = vertex.evaluate(arrival.direction);
-        if f == Vec3::ZERO {
-            return Vec3::ZERO;
-        }
-        let weight = arrival.density.map_or(1.0, |d| weight(d, density));
-        let light = f * arrival.radiance * weight;
-        if light == Vec3::ZERO { light } else { light * self.transmittance(vertex, arrival.direction, arrival.end) }
+    /// Light that could arrive at vertex `k` of a path: one choice among the lamps, one among the emitters.
+    pub(super) fn arrivals(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = Arrival> {
+        let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
+        let [_, _, choice, _] = sampler.set(2 * k + 2);
+        let lamp = self.lights.from_lamps(p, choice, [u, v]);
+        let emitter = self.lights.from_emitters(&self.geometry, &self.materials, p, [u, v]);
+        lamp.into_iter().chain(emitter)
     }
 
     /// The share of light that reaches a vertex from `end`, or along `direction` from infinity.
-    fn transmittance(&self, vertex: &Vertex, direction: Vec3, end: Option<Vec3>) -> Vec3 {
+    pub(super) fn transmittance(&self, vertex: &Vertex, direction: Vec3, end: Option<Vec3>) -> Vec3 {
         let origin = self.leave(vertex, direction);
         let ray = match end {
             None => Ray { origin, direction, near: 0.0, far: f32::INFINITY },
@@ -264,8 +261,20 @@ impl<'a> Integrator<'a> {
         if blocked { Vec3::ZERO } else { share }
     }
 
+    /// Whether nothing at all stands between two vertices, `direction` being the way from the first to the second.
+    pub(super) fn sees(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> bool {
+        let origin = self.leave(from, direction);
+        let way = self.leave(to, -direction) - origin;
+        let far = way.length();
+        let ray = Ray { origin, direction: way / far.max(f32::MIN_POSITIVE), near: 0.0, far };
+        !self.bvh.any(&ray, |hit| {
+            let masked = self.geometry.traits[self.geometry.material(hit.triangle)].masked;
+            !masked || self.materials.opacity(&self.geometry, hit.triangle, hit.u, hit.v) > 0.0
+        })
+    }
+
     /// Sends the path on. False where it ends.
-    fn scatter(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) -> bool {
+    pub(super) fn scatter(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) -> bool {
         let k = path.scattered;
         if k >= self.bounces && !self.lights.can_be_hit() {
             return false;
@@ -297,7 +306,19 @@ impl<'a> Integrator<'a> {
     }
 }
 
+impl Arrival {
+    /// Radiance over density, weighed against scattering that would have chosen the direction with density `scattered`.
+    pub(super) fn weighted(&self, scattered: f32) -> Vec3 {
+        self.radiance * self.density.map_or(1.0, |density| weight(density, scattered))
+    }
+}
+
 impl Path {
+    pub(super) fn new(ray: Ray) -> Self {
+        let sample = Sample { ao: 1.0, ..Sample::default() };
+        Self { ray, throughput: Vec3::ONE, scattered: 0, density: None, compression: 1.0, sample }
+    }
+
     /// Light that the path's ray found.
     fn add(&mut self, radiance: Vec3) {
         let light = self.throughput * radiance;
@@ -309,18 +330,36 @@ impl Path {
 }
 
 impl Vertex {
-    fn evaluate(&self, wi: Vec3) -> (Vec3, f32) {
-        if self.consistent(wi) { self.bsdf.eval(wi) } else { (Vec3::ZERO, 0.0) }
+    pub(super) fn evaluate(&self, wi: Vec3) -> (Vec3, f32) {
+        evaluate(&self.bsdf, self.geometric, wi)
     }
 
     /// Whether a direction lies on the same side of the triangle as of the shading normal: else light would leak through.
     fn consistent(&self, wi: Vec3) -> bool {
-        (self.geometric.dot(wi) > 0.0) == (self.bsdf.normal().dot(wi) > 0.0)
+        consistent(&self.bsdf, self.geometric, wi)
+    }
+
+    /// How the surface scatters light to another viewer on the same side, in unit direction `wo`.
+    pub(super) fn seen_from(&self, wo: Vec3) -> Bsdf {
+        if self.bsdf.is_lambertian() && self.bsdf.normal().dot(wo) > 0.0 {
+            return self.bsdf;
+        }
+        let side = if self.hit.back { -1.0 } else { 1.0 };
+        Bsdf::new(&self.surface.params, false, facing(self.surface.normal * side, self.geometric, wo), wo, self.hit.back)
     }
 }
 
+fn consistent(bsdf: &Bsdf, geometric: Vec3, wi: Vec3) -> bool {
+    (geometric.dot(wi) > 0.0) == (bsdf.normal().dot(wi) > 0.0)
+}
+
+/// f · |cos| and density, where [`Vertex::consistent`].
+pub(super) fn evaluate(bsdf: &Bsdf, geometric: Vec3, wi: Vec3) -> (Vec3, f32) {
+    if consistent(bsdf, geometric, wi) { bsdf.eval(wi) } else { (Vec3::ZERO, 0.0) }
+}
+
 /// Veach's power heuristic, for the strategy whose density is `a`.
-fn weight(a: f32, b: f32) -> f32 {
+pub(super) fn weight(a: f32, b: f32) -> f32 {
     let ratio = b / a;
     1.0 / (1.0 + ratio * ratio)
 }

@@ -14,6 +14,7 @@ mod lights;
 mod material;
 mod microfacet;
 mod sampler;
+mod tile;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -138,7 +139,7 @@ pub fn render(
     Ok(())
 }
 
-/// Brings every row to `target` samples, or stops between rows.
+/// Brings every row to `target` samples, or stops between rows of tiles.
 fn pass(
     integrator: &Integrator,
     camera: &Camera,
@@ -152,31 +153,42 @@ fn pass(
     let noise = film.history.last().map(|(_, noise)| *noise);
     let expected = pixels * options.stop.expected(film).max(target) as u64;
     let paths = AtomicU64::new(film.paths());
-    film.rows.par_iter_mut().enumerate().for_each(|(y, row)| {
-        if cancel.load(Ordering::Relaxed) || row.done >= target {
+    film.rows.par_chunks_mut(tile::SIDE).enumerate().for_each(|(i, rows)| {
+        let done = rows[0].done;
+        if cancel.load(Ordering::Relaxed) || done >= target {
             return;
         }
-        let added = (target - row.done) as u64 * options.width as u64;
-        trace_row(integrator, camera, options.seed, row, y as u32, target);
+        for x in (0..options.width as usize).step_by(tile::SIDE) {
+            for index in done..target {
+                trace_tile(integrator, camera, options.seed, rows, [x, i * tile::SIDE], index);
+            }
+        }
+        rows.iter_mut().for_each(|row| row.done = target);
+        let added = (target - done) as u64 * options.width as u64 * rows.len() as u64;
         let paths = paths.fetch_add(added, Ordering::Relaxed) + added;
         progress(paths, expected, noise);
     });
 }
 
-fn trace_row(integrator: &Integrator, camera: &Camera, seed: u64, row: &mut Row, y: u32, target: u32) {
-    for (x, pixel) in row.pixels.iter_mut().enumerate() {
-        for index in row.done..target {
-            let mut sampler = Sampler::new(seed, x as u32, y, index);
-            let [u, v, ..] = sampler.set(integrator::PIXEL_AND_LIGHT);
-            let ray = camera.ray(x as f32 + u, y as f32 + v);
-            let mut sample = integrator.trace(ray, &mut sampler);
-            if !(sample.beauty.is_finite() && sample.direct.is_finite()) {
-                row.rejected += 1;
-                (sample.beauty, sample.direct) = Default::default();
-            }
-            let depth = sample.first.map_or(0.0, |first| camera.depth(&ray, first.distance));
-            pixel.add(&sample, index, depth);
-        }
+/// Adds sample number `index` to the pixels of a tile whose upper left corner is `corner`; `rows` are the tile's.
+fn trace_tile(integrator: &Integrator, camera: &Camera, seed: u64, rows: &mut [Row], corner: [usize; 2], index: u32) {
+    let columns = tile::SIDE.min(rows[0].pixels.len() - corner[0]);
+    let pixels: Vec<_> = (0..rows.len()).flat_map(|y| (0..columns).map(move |x| (corner[0] + x, y))).collect();
+    let (mut rays, mut samplers) = (Vec::with_capacity(pixels.len()), Vec::with_capacity(pixels.len()));
+    for &(x, row) in &pixels {
+        let y = corner[1] + row;
+        let sampler = Sampler::new(seed, x as u32, y as u32, index);
+        let [u, v, ..] = sampler.set(integrator::PIXEL_AND_LIGHT);
+        rays.push(camera.ray(x as f32 + u, y as f32 + v));
+        samplers.push(sampler);
     }
-    row.done = target;
+    let samples = integrator.trace(&rays, &mut samplers);
+    for ((&(x, y), ray), mut sample) in pixels.iter().zip(&rays).zip(samples) {
+        if !(sample.beauty.is_finite() && sample.direct.is_finite()) {
+            rows[y].rejected += 1;
+            (sample.beauty, sample.direct) = Default::default();
+        }
+        let depth = sample.first.map_or(0.0, |first| camera.depth(ray, first.distance));
+        rows[y].pixels[x].add(&sample, index, depth);
+    }
 }

@@ -1,6 +1,6 @@
 //! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
 
-use super::{ConeSet, Emitters, Fill, Form, Lists, RoughnessFit, Shadows, Weights};
+use super::{Blend, ConeSet, Emitters, Fill, Form, Lists, RoughnessFit, Shadows, Weights};
 
 /// What `twobounce settings` says about one setting.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +93,7 @@ pub const KEYS: &[Key] = &[
         "cones",
         "set",
         names!(ConeSet),
-        "diffuse cones around the normal: the talk's five sets",
+        "diffuse cones around the normal: the talk's five sets, and cosine-distributed ones (g)",
         "the image's time grows with the number: ×2 from 1 to 5, ×1.7 to 6, ×5.7 to 16",
     ),
     key("bounces", "bounces", Range::OneOf(&[1, 2]), "indirect bounces", "2 adds a volume and, mostly, its shading"),
@@ -101,7 +101,7 @@ pub const KEYS: &[Key] = &[
         "fill",
         "choice",
         names!(Fill),
-        "how triangles fill a voxel's targets: uniform keeps energy, facing leaks less, coverage clips exactly",
+        "how triangles fill a voxel's targets: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops dark backs",
         "coverage clips each listed triangle: more shading time",
     ),
     key(
@@ -111,6 +111,14 @@ pub const KEYS: &[Key] = &[
         "how the three facing volumes are mixed along a cone: d2, norm1 (both sum to 1), abs (brightens), extinction",
         "extinction takes three logarithms per step",
     ),
+    key(
+        "blend",
+        "choice",
+        names!(Blend),
+        "how a cone's samples are composited: over, or sum (a wall's alpha adds up to 1; with fill = sided, weights = abs)",
+        "sum goes on a little past the volume's border",
+    ),
+    key("step", "diameters", Range::Number(0.1, 4.0), "length of a cone's step", "less: longer steps are fewer"),
     key(
         "shadows",
         "choice",

@@ -30,8 +30,11 @@ macro_rules! choices {
 }
 
 choices! {
-    /// The sets of diffuse cones in the talk.
-    ConeSet { One = "1", Five = "5", SixA = "6a", SixB = "6b", Sixteen = "16" }
+    /// The talk's five sets of diffuse cones, and cosine-distributed ones.
+    ConeSet {
+        One = "1", Five = "5", SixA = "6a", SixB = "6b", Sixteen = "16",
+        G6 = "g6", G8 = "g8", G16 = "g16", G32 = "g32", G64 = "g64",
+    }
 }
 choices! {
     /// How a voxel's triangles fill its seven level-0 targets.
@@ -42,11 +45,22 @@ choices! {
         Facing = "facing",
         /// Alpha is the clipped triangle's projected area over the voxel's face area.
         Coverage = "coverage",
+        /// As coverage, but sides that send nothing do not block: backs of single-sided triangles, dark backs of others.
+        Sided = "sided",
     }
 }
 choices! {
     /// How three directional volumes are mixed along a cone's direction d.
     Weights { D2 = "d2", Norm1 = "norm1", Abs = "abs", Extinction = "extinction" }
+}
+choices! {
+    /// How a cone's samples are composited.
+    Blend {
+        /// Front hides back.
+        Over = "over",
+        /// Alphas add up to 1: exact for a wall read with linear filtering, at any phase.
+        Sum = "sum",
+    }
 }
 choices! {
     /// How lights are tested for occlusion.
@@ -94,6 +108,9 @@ pub struct Settings {
     pub bounces: u32,
     pub fill: Fill,
     pub weights: Weights,
+    pub blend: Blend,
+    /// Diffuse and specular cones: length of a step over the cone's diameter.
+    pub step: f32,
     pub shadows: Shadows,
     pub emitters: Emitters,
     pub lists: Lists,
@@ -207,6 +224,8 @@ impl Default for Settings {
             bounces: 2,
             fill: Fill::Uniform,
             weights: Weights::D2,
+            blend: Blend::Over,
+            step: 1.0,
             shadows: Shadows::Rays,
             emitters: Emitters::Cones,
             lists: Lists::Rebuild,
@@ -231,8 +250,9 @@ impl Default for Volume {
 impl Default for Start {
     fn default() -> Self {
         Self {
-            diffuse_normal: 1.0,
-            diffuse_along: 1.0,
+            // As printed (D20): a wide cone that starts nearer meets the voxels of its own surface.
+            diffuse_normal: 1.0 + 4.0 * std::f32::consts::FRAC_1_SQRT_2,
+            diffuse_along: 4.0 - 1.28,
             specular_normal: 1.0,
             specular_along: 1.0,
             refraction_normal: 1.0,
@@ -315,9 +335,41 @@ mod auto {
 pub const PRESETS: &[(&str, &str, fn() -> Settings)] = &[
     ("corrected", "every row of the ledger right", Settings::default),
     ("printed", "the talk's listings as printed, where they can run", Settings::printed),
+    ("fast", "saturating cones, 6 a pixel: the default", Settings::fast),
+    ("balanced", "saturating cones, 16 a pixel", Settings::balanced),
+    ("accurate", "saturating cones, 64 a pixel", Settings::accurate),
 ];
 
 impl Settings {
+    /// Fill, weights and compositing changed together, so that a wall's alpha adds up to 1 from every angle.
+    fn saturating(cones: ConeSet, step: f32) -> Self {
+        Self {
+            cones,
+            step,
+            fill: Fill::Sided,
+            weights: Weights::Abs,
+            blend: Blend::Sum,
+            lists: Lists::Reuse,
+            start: Start { diffuse_normal: 1.0, diffuse_along: 0.5, ..Start::default() },
+            ..Self::default()
+        }
+    }
+
+    /// Six saturating cones.
+    pub fn fast() -> Self {
+        Self::saturating(ConeSet::G6, 1.5)
+    }
+
+    /// Sixteen saturating cones.
+    pub fn balanced() -> Self {
+        Self::saturating(ConeSet::G16, 1.0)
+    }
+
+    /// Sixty-four saturating cones.
+    pub fn accurate() -> Self {
+        Self::saturating(ConeSet::G64, 1.0)
+    }
+
     /// The talk as printed, where it can run.
     pub fn printed() -> Self {
         Self {

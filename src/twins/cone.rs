@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 
 use super::directions::{cone_set, tangent_frame};
 use super::volume::{ISOTROPIC, Volume};
-use crate::settings::{Form, Settings, Weights};
+use crate::settings::{Blend, Form, Ledger, Settings, Weights};
 
 /// Alpha at which a cone ends (D18): what is left cannot change an 8-bit image.
 pub const OPAQUE: f32 = 0.995;
@@ -72,12 +72,12 @@ pub fn is_inside_cube(position: Vec3) -> bool {
     position.cmpge(Vec3::ZERO).all() && position.cmple(Vec3::ONE).all()
 }
 
-/// How far a cone reaches. D10 printed: √2 at most; right: to the exit from the cube.
-fn reach(cone: &Cone, d10: Form) -> f32 {
-    match d10 {
-        Form::Printed => cone.end.min(std::f32::consts::SQRT_2),
-        Form::Right => cone.end.min(exit_distance(cone.origin, cone.direction)),
-    }
+/// How far a cone reaches. D10 printed: √2 at most; right: to the exit from the cube. D11 right: never beyond that exit.
+fn reach(cone: &Cone, ledger: &Ledger) -> f32 {
+    let diagonal = if ledger.d10 == Form::Printed { std::f32::consts::SQRT_2 } else { f32::INFINITY };
+    let both_printed = ledger.d10 == Form::Printed && ledger.d11 == Form::Printed;
+    let exit = if both_printed { f32::INFINITY } else { exit_distance(cone.origin, cone.direction) };
+    cone.end.min(diagonal).min(exit)
 }
 
 /// Alpha at which a cone stops looking. D18 printed: 1 and no less; right: [`OPAQUE`].
@@ -119,15 +119,25 @@ fn sample_volume(
 /// Front to back through the volume, in steps of the cone's diameter: `acc += (1 − acc.a) · sample` at level
 /// log2(diameter · N). Twin of `trace_cone`.
 pub fn trace_cone(volume: &Volume, cone: &Cone, s: &Settings) -> Traced {
-    let (edge, end) = (volume.edge(), reach(cone, s.ledger.d10));
+    let (edge, end) = (volume.edge(), reach(cone, &s.ledger));
     let voxel = 1.0 / edge as f32;
     let (mut value, mut steps, mut distance) = (Vec4::ZERO, 0, cone.start);
-    while distance < end && value.w < stop_alpha(s.ledger.d18) && steps < MAX_STEPS {
+    while value.w < stop_alpha(s.ledger.d18) && steps < MAX_STEPS {
         let diameter = cone_diameter(cone.aperture, distance, edge, s.ledger.d17);
+        // A sum goes on until the last wall, cut by the border, is met whole.
+        let margin = if s.blend == Blend::Sum { 0.5 * voxel + diameter.min(0.125) } else { 0.0 };
+        if distance >= end + margin {
+            break;
+        }
         let level = (diameter * edge as f32).log2().max(0.0);
         let position = cone.origin + distance * cone.direction;
-        value += (1.0 - value.w) * sample_volume(volume, position, cone.direction, level, 1.0, s);
-        distance += diameter.max(voxel);
+        if s.blend == Blend::Sum {
+            let seen = s.step * sample_volume(volume, position, cone.direction, level, 1.0, s);
+            value += seen * f32::min(1.0, (1.0 - value.w) / seen.w.max(1e-6));
+        } else {
+            value += (1.0 - value.w) * sample_volume(volume, position, cone.direction, level, s.step, s);
+        }
+        distance += diameter.max(voxel) * s.step;
         steps += 1;
     }
     Traced { value: value.max(Vec4::ZERO), steps }
@@ -155,7 +165,7 @@ pub fn trace_shadow_cone(
     }
     let direction = to_light / length;
     let cone = Cone { origin, direction, aperture, start: 0.0, end: length - s.start.shadow_end * voxel };
-    let end = reach(&cone, ledger.d10);
+    let end = reach(&cone, ledger);
     let mut distance = (s.start.shadow_along + jitter * s.shadow.step) * voxel;
     let (mut alpha, mut steps) = (0.0, 0);
     while alpha < stop_alpha(ledger.d18) && distance < end && steps < MAX_STEPS {

@@ -37,6 +37,7 @@ pub fn fill(triangles: &[Shaded], how: Fill) -> [Vec4; TARGETS] {
     let target = |e: Option<Vec3>| match how {
         Fill::Uniform => uniform(triangles, e),
         Fill::Facing => blend(triangles.iter().map(|t| weighted(t, e, t.opacity))),
+        Fill::Sided => blend(triangles.iter().map(|t| sided(t, e))),
         Fill::Coverage => blend(triangles.iter().map(|t| weighted(t, e, t.opacity * t.area))),
     };
     std::array::from_fn(|k| target(TRAVEL.get(k).copied()))
@@ -59,6 +60,13 @@ fn weighted(t: &Shaded, travel: Option<Vec3>, weight: f32) -> (f32, Vec3) {
         Some(e) => (weight * t.normal.dot(e).abs(), t.seen(e)),
         None => (weight, t.mean()),
     }
+}
+
+/// As coverage, but a back that sends nothing does not block either.
+fn sided(t: &Shaded, travel: Option<Vec3>) -> (f32, Vec3) {
+    let (weight, radiance) = weighted(t, travel, t.opacity * t.area);
+    let back = travel.is_some_and(|e| t.normal.dot(e) >= 0.0);
+    (if back && radiance == Vec3::ZERO { 0.0 } else { weight }, radiance)
 }
 
 /// rgb = Σwl/Σw · alpha, alpha = min(1, Σw).

@@ -1,7 +1,7 @@
 //! Specialisation constants of the cones' shaders: `glsl/common/constants.glsl` is their twin.
 
 use crate::scene::{Alpha, Scene};
-use crate::settings::{ConeSet, Fill, Form, Ledger, RoughnessFit, Settings, Shadows, Weights};
+use crate::settings::{Blend, ConeSet, Fill, Form, Ledger, RoughnessFit, Settings, Shadows, Weights};
 
 const EDGE: u32 = 0;
 const CONE_SET: u32 = 1;
@@ -13,6 +13,7 @@ const PRINTED: u32 = 6;
 const BOUNCE: u32 = 7;
 const FEATURES: u32 = 8;
 const CONE_COUNT: u32 = 10;
+const BLEND: u32 = 11;
 /// Of `render.vert` alone.
 pub const BLENDED: u32 = 9;
 
@@ -95,11 +96,17 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
         ConeSet::SixA => (2, 6),
         ConeSet::SixB => (3, 6),
         ConeSet::Sixteen => (4, 16),
+        ConeSet::G6 => (5, 6),
+        ConeSet::G8 => (5, 8),
+        ConeSet::G16 => (5, 16),
+        ConeSet::G32 => (5, 32),
+        ConeSet::G64 => (5, 64),
     };
     let fill = match settings.fill {
         Fill::Uniform => 0,
         Fill::Facing => 1,
         Fill::Coverage => 2,
+        Fill::Sided => 3,
     };
     let weights = match settings.weights {
         Weights::D2 => 0,
@@ -122,6 +129,7 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
         (CONE_SET, cone_set),
         (CONE_COUNT, cone_count),
         (FILL, fill),
+        (BLEND, u32::from(settings.blend == Blend::Sum)),
         (WEIGHTS, weights),
         (SHADOWS, shadows),
         (ROUGHNESS_FIT, fit),

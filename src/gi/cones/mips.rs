@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use super::constants::{constants, Features};
-use super::resources::{Resources, VolumeImages, FACES, VOLUME_FORMAT};
-use super::{layered_target, Bounce};
+use super::constants::{Features, constants};
+use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
+use super::{Bounce, layered_target};
+use crate::Result;
 use crate::settings::Settings;
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
-use crate::Result;
 
 pub struct Mips {
     pipeline: Raster,

@@ -5,15 +5,18 @@ use std::sync::Arc;
 
 use glam::{DMat3, Vec3};
 
-use super::constants::{constants, Features};
-use super::resources::{Resources, FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT};
+use super::constants::{Features, constants};
+use super::resources::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Resources};
+use crate::Result;
 use crate::gi::volume::Volume;
 use crate::gpu_scene::GpuScene;
 use crate::layout::{RecordPush, SceneVertex};
 use crate::scene::Pose;
 use crate::settings::Settings;
-use crate::vk::{Bind, ColorTarget, Context, DrawCall, Format, Load, Raster, RasterDesc, Recorder, RenderTarget, VertexInput, ZoneKind};
-use crate::Result;
+use crate::vk::{
+    Bind, ColorTarget, Context, DrawCall, Format, Load, Raster, RasterDesc, Recorder, RenderTarget, VertexInput,
+    ZoneKind,
+};
 
 pub struct Record {
     pipeline: Raster,
@@ -47,7 +50,14 @@ impl Record {
         Ok(Self { pipeline })
     }
 
-    pub fn record(&self, recorder: &mut Recorder, scene: &GpuScene, pose: &Pose, volume: &Volume, resources: &Resources) {
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &GpuScene,
+        pose: &Pose,
+        volume: &Volume,
+        resources: &Resources,
+    ) {
         recorder.zone("record", ZoneKind::Raster, resources.triangles.bytes(), |r| {
             r.full_barrier(); // reset wrote the counters
             let colors = [ColorTarget {

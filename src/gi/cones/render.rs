@@ -7,12 +7,12 @@ use std::sync::Arc;
 use super::constants::{BLENDED, Features, constants};
 use super::resources::{Resources, VolumeImages};
 use super::{shading_binds, volume_binds};
+use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::image_target::{COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
 use crate::layout::BandPush;
 use crate::settings::Settings;
 use crate::vk::{Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
-use crate::Result;
 
 pub struct Render {
     /// Whether something may be discarded.
@@ -59,8 +59,10 @@ impl Render {
                 ..common
             },
         )?;
-        let opaque =
-            Raster::new(context, &RasterDesc { fragment: Some(fragment), depth: depth(CompareOp::EQUAL, false), ..common })?;
+        let opaque = Raster::new(
+            context,
+            &RasterDesc { fragment: Some(fragment), depth: depth(CompareOp::EQUAL, false), ..common },
+        )?;
         let with_blending: Vec<_> = base.iter().copied().chain([(BLENDED, 1)]).collect();
         let blended = RasterDesc {
             label: "render blended",

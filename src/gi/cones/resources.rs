@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use super::uniforms::Capacities;
+use crate::Result;
 use crate::layout;
 use crate::memory_plan::volume_bytes;
 use crate::settings::{Form, Settings};
-use crate::vk::{self, Buffer, BufferKind, BufferUsageFlags, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Sampler};
-use crate::Result;
+use crate::vk::{
+    self, Buffer, BufferKind, BufferUsageFlags, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Sampler,
+};
 
 /// Colour format of both volumes.
 pub const VOLUME_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
@@ -160,12 +162,7 @@ fn plan_bytes(plan: &[(&'static str, u64)], name: &str) -> u64 {
 }
 
 /// (name, bytes) of every resource that [`Resources::new`] makes.
-pub fn plan(
-    scene: SceneCounts,
-    settings: &Settings,
-    volumes: u32,
-    capacities: Capacities,
-) -> Vec<(&'static str, u64)> {
+pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: Capacities) -> Vec<(&'static str, u64)> {
     fn array<T>(count: u32) -> u64 {
         u64::from(count.max(1)) * size_of::<T>() as u64
     }

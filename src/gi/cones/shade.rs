@@ -4,13 +4,13 @@
 
 use std::sync::Arc;
 
-use super::constants::{constants, Features};
-use super::resources::{Resources, VolumeImages, FACES, VOLUME_FORMAT};
-use super::{layered_target, shading_binds, volume_binds, Bounce};
+use super::constants::{Features, constants};
+use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
+use super::{Bounce, layered_target, shading_binds, volume_binds};
+use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::settings::Settings;
 use crate::vk::{Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
-use crate::Result;
 
 pub struct Shade {
     pipeline: Raster,

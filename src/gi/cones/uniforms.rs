@@ -60,6 +60,7 @@ pub fn frame(inputs: &FrameInputs) -> layout::Frame {
         shadow_start_along: start.shadow_along,
         shadow_end: start.shadow_end,
         shadow_step: settings.shadow.step,
+        cone_step: settings.step,
         shadow_aperture: settings.shadow.half_angle.map_or(-1.0, |degrees| degrees.to_radians().tan()),
     }
 }

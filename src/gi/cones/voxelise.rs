@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use super::constants::{constants, Features};
-use super::resources::Resources;
 use super::Bounce;
+use super::constants::{Features, constants};
+use super::resources::Resources;
+use crate::Result;
 use crate::settings::Settings;
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
-use crate::Result;
 
 pub struct Voxelise {
     pipeline: Raster,

@@ -1,0 +1,164 @@
+//! `twobounce info`: every Vulkan device, what twobounce needs of it, what is missing, and the limits that matter.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+use twobounce::measure::timing::short_bytes;
+use twobounce::vk::{self, DeviceReport};
+
+use super::Outcome;
+use super::args::InfoArgs;
+
+/// Prints the list; fails when there is no loader or no device.
+pub fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
+    let devices = vk::devices()?;
+    let text = if args.json { json(&devices) } else { text(&devices) };
+    super::out::write(&text);
+    Ok(Outcome::Done)
+}
+
+fn text(devices: &[DeviceReport]) -> String {
+    let devices = devices.iter().enumerate().map(|(index, device)| device_text(index, device));
+    devices.collect::<Vec<_>>().join("\n")
+}
+
+fn device_text(index: usize, device: &DeviceReport) -> String {
+    let (major, minor, patch) = device.api_version;
+    let mut text = format!(
+        "{index}: {}\n   {}, Vulkan {major}.{minor}.{patch}, driver {}\n",
+        device.name,
+        device.kind.name(),
+        device.driver
+    );
+    let missing: Vec<_> = device.needs.iter().filter(|need| !need.present).map(|need| need.name.as_str()).collect();
+    text += &match missing.as_slice() {
+        [] => "   has everything that twobounce needs:\n".to_owned(),
+        some => format!("   cannot be used, it lacks {}:\n", some.join(", ")),
+    };
+    for need in &device.needs {
+        let mark = if need.present { '✓' } else { '✗' };
+        text += &format!("     {mark} {}\n", need.name);
+    }
+    text += "   limits:\n";
+    for (name, value) in limits(device) {
+        writeln!(text, "     {name:44} {value}").expect("writing to a string");
+    }
+    text += "   memory:\n";
+    for (heap, (bytes, local)) in device.heaps.iter().enumerate() {
+        let budget = device.budgets.as_ref().map(|budgets| format!(", {} free", short_bytes(budgets[heap])));
+        let whose = if *local { "the device's own" } else { "shared with it" };
+        writeln!(text, "     heap {heap}: {}, {whose}{}", short_bytes(*bytes), budget.unwrap_or_default())
+            .expect("writing to a string");
+    }
+    text
+}
+
+fn limits(device: &DeviceReport) -> Vec<(&'static str, String)> {
+    let limits = &device.limits;
+    let counts = |samples: &[u32]| samples.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+    vec![
+        ("storage buffer, at most", short_bytes(limits.max_storage_buffer_range.into())),
+        ("single allocation, at most", short_bytes(device.max_allocation_bytes)),
+        ("side of a 2D image, at most", limits.max_image_dimension2_d.to_string()),
+        ("side of a 3D image, at most", limits.max_image_dimension3_d.to_string()),
+        ("layers of an image, at most", limits.max_image_array_layers.to_string()),
+        ("layers of a framebuffer, at most", limits.max_framebuffer_layers.to_string()),
+        ("colour attachments, at most", limits.max_color_attachments.to_string()),
+        ("push descriptors, at most", device.max_push_descriptors.to_string()),
+        ("samples per pixel of an RGBA32F colour image", counts(&device.color_samples)),
+        ("samples per pixel of a D32F depth image", counts(&device.depth_samples)),
+        ("timestamp period", format!("{} ns", limits.timestamp_period)),
+    ]
+}
+
+fn json(devices: &[DeviceReport]) -> String {
+    let list: Vec<_> = devices.iter().enumerate().map(|(index, device)| device_json(index, device)).collect();
+    format!("{:#}\n", json!({ "version": 1, "devices": list }))
+}
+
+fn device_json(index: usize, device: &DeviceReport) -> Value {
+    let limits = &device.limits;
+    let (major, minor, patch) = device.api_version;
+    let needs: serde_json::Map<_, _> =
+        device.needs.iter().map(|need| (need.name.clone(), Value::Bool(need.present))).collect();
+    let heap = |(heap, (bytes, local)): (usize, &(u64, bool))| {
+        let free = device.budgets.as_ref().map(|budgets| budgets[heap]);
+        json!({ "bytes": bytes, "device_local": local, "free_bytes": free })
+    };
+    json!({
+        "index": index,
+        "name": device.name,
+        "kind": device.kind.name(),
+        "api_version": format!("{major}.{minor}.{patch}"),
+        "driver": device.driver,
+        "usable": device.needs.iter().all(|need| need.present),
+        "needs": needs,
+        "limits": {
+            "storage_buffer_bytes": limits.max_storage_buffer_range,
+            "allocation_bytes": device.max_allocation_bytes,
+            "image_side_2d": limits.max_image_dimension2_d,
+            "image_side_3d": limits.max_image_dimension3_d,
+            "image_layers": limits.max_image_array_layers,
+            "framebuffer_layers": limits.max_framebuffer_layers,
+            "color_attachments": limits.max_color_attachments,
+            "push_descriptors": device.max_push_descriptors,
+            "rgba32f_samples": device.color_samples,
+            "d32f_samples": device.depth_samples,
+            "timestamp_period_ns": limits.timestamp_period,
+        },
+        "heaps": device.heaps.iter().enumerate().map(heap).collect::<Vec<_>>(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use twobounce::vk::{DeviceKind, Need};
+
+    fn device(present: bool) -> DeviceReport {
+        let need = |name: &str, present| Need { name: name.into(), present };
+        DeviceReport {
+            name: "A device".into(),
+            kind: DeviceKind::Integrated,
+            api_version: (1, 3, 230),
+            driver: "a driver 1.2".into(),
+            needs: vec![need("geometryShader", present), need("scalarBlockLayout", true)],
+            limits: Default::default(),
+            max_allocation_bytes: 1 << 31,
+            max_push_descriptors: 32,
+            heaps: vec![(8 << 30, true), (16 << 30, false)],
+            budgets: Some(vec![7 << 30, 3 << 20]),
+            color_samples: vec![1, 4],
+            depth_samples: vec![1, 2, 4],
+        }
+    }
+
+    #[test]
+    fn the_list_says_what_is_there_and_what_is_missing() {
+        let text = text(&[device(true), device(false)]);
+        for part in [
+            "0: A device\n   integrated GPU, Vulkan 1.3.230, driver a driver 1.2\n   has everything",
+            "✓ geometryShader",
+            "1: A device\n",
+            "cannot be used, it lacks geometryShader:\n     ✗ geometryShader\n     ✓ scalarBlockLayout",
+            "heap 1: 16.00 GiB, shared with it, 3.0 MiB free",
+            "single allocation, at most                   2.00 GiB",
+        ] {
+            assert!(text.contains(part), "{part:?} is not in\n{text}");
+        }
+    }
+
+    #[test]
+    fn the_json_says_the_same() {
+        let list: Value = serde_json::from_str(&json(&[device(true), device(false)])).unwrap();
+        assert_eq!(list["version"], 1);
+        let [first, second] = [&list["devices"][0], &list["devices"][1]];
+        assert_eq!((&first["usable"], &second["usable"]), (&json!(true), &json!(false)));
+        assert_eq!(second["needs"]["geometryShader"], false);
+        assert_eq!(
+            first["heaps"][1],
+            json!({ "bytes": 17179869184_u64, "device_local": false, "free_bytes": 3145728 })
+        );
+        assert_eq!(first["limits"]["rgba32f_samples"], json!([1, 4]));
+    }
+}

@@ -1,0 +1,75 @@
+//! Frames as a Chrome trace, which Perfetto and `chrome://tracing` open: one slice per pass inside one per frame.
+
+use crate::vk::ZoneTimings;
+use serde_json::{Value, json};
+
+/// The process and thread that the slices belong to: one track.
+const TRACK: u32 = 1;
+
+/// The trace of consecutive frames on `device`; times in microseconds of device time, the frames laid end to end by
+/// their wall-clock time.
+pub fn chrome_trace(device: &str, frames: &[ZoneTimings]) -> Value {
+    let mut events = vec![
+        json!({ "ph": "M", "name": "process_name", "pid": TRACK, "args": { "name": "twobounce" } }),
+        json!({ "ph": "M", "name": "thread_name", "pid": TRACK, "tid": TRACK, "args": { "name": device } }),
+    ];
+    let mut start_ms = 0.0;
+    for (index, frame) in frames.iter().enumerate() {
+        events.push(slice(&format!("frame {index}"), "frame", start_ms, frame.gpu_ms, json!({})));
+        for zone in &frame.zones {
+            let details = json!({ "bytes": zone.bytes, "cpu_ms": zone.cpu_ms, "wall_ms": zone.wall_ms });
+            let kind = format!("{:?}", zone.kind).to_lowercase();
+            events.push(slice(zone.name, &kind, start_ms + zone.start_ms, zone.gpu_ms, details));
+        }
+        // The next frame starts when this one was waited for; device and wall clock may run apart by rounding.
+        start_ms += frame.wall_ms.max(frame.gpu_ms);
+    }
+    json!({ "displayTimeUnit": "ms", "traceEvents": events })
+}
+
+/// A complete event.
+fn slice(name: &str, category: &str, start_ms: f64, length_ms: f64, details: Value) -> Value {
+    json!({
+        "ph": "X",
+        "name": name,
+        "cat": category,
+        "pid": TRACK,
+        "tid": TRACK,
+        "ts": start_ms * 1e3,
+        "dur": length_ms * 1e3,
+        "args": details,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vk::{ZoneKind, ZoneTiming};
+
+    #[test]
+    fn passes_nest_in_their_frames_which_follow_each_other() {
+        let zone = |name, start_ms, gpu_ms| ZoneTiming {
+            name,
+            kind: ZoneKind::Compute,
+            start_ms,
+            gpu_ms,
+            cpu_ms: None,
+            wall_ms: None,
+            bytes: 64,
+        };
+        let frame = ZoneTimings { zones: vec![zone("a", 0.0, 1.0), zone("b", 1.0, 2.0)], gpu_ms: 3.0, wall_ms: 4.0 };
+        let trace = chrome_trace("a device", &[frame.clone(), frame]);
+        let slices: Vec<_> =
+            trace["traceEvents"].as_array().unwrap().iter().filter(|event| event["ph"] == "X").collect();
+        let span = |event: &Value| (event["ts"].as_f64().unwrap(), event["dur"].as_f64().unwrap());
+        let names: Vec<_> = slices.iter().map(|event| event["name"].as_str().unwrap()).collect();
+        assert_eq!(names, ["frame 0", "a", "b", "frame 1", "a", "b"]);
+        assert_eq!(span(slices[3]), (4000.0, 3000.0), "microseconds");
+        for (frame, pass) in [(0, 1), (0, 2), (3, 4), (3, 5)] {
+            let ((from, long), (start, length)) = (span(slices[frame]), span(slices[pass]));
+            assert!(from <= start && start + length <= from + long);
+        }
+        assert_eq!(slices[1]["cat"], "compute");
+        assert_eq!(slices[1]["args"]["bytes"], 64);
+    }
+}

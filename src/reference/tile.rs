@@ -1,0 +1,197 @@
+//! Paths of neighbouring pixels, which share their second vertices (Bekaert, Sbert and Halton 2002).
+//!
+//! What a surface sends towards one pixel's first vertex it sends, with another value of its BSDF, towards those of the
+//! pixels around too. So after every pixel of a tile has traced its own path x → y → …, each first vertex x is joined to
+//! each second vertex y that it sees. The balance heuristic over all the pixels that could have found y keeps the
+//! estimate unbiased. A join costs a shadow ray and saves a path.
+//!
+//! Not joined: mirrors at x, and whatever lies beyond or on surfaces that light goes straight through or that bound a volume.
+
+use glam::Vec3;
+
+use super::bsdf::Bsdf;
+use super::bvh::Ray;
+use super::integrator::{Integrator, Path, Sample, Vertex, evaluate, weight};
+use super::lights::Arrival;
+use super::sampler::Sampler;
+
+/// Pixels along each side of a tile.
+pub const SIDE: usize = 4;
+
+/// A pixel's first vertex.
+struct Origin {
+    vertex: Vertex,
+    /// Of the path that arrives there.
+    throughput: Vec3,
+}
+
+/// A second vertex that others may join, and the light that reaches it.
+struct Joint {
+    /// Of the pixel whose path found it, in the tile.
+    pixel: usize,
+    vertex: Vertex,
+    /// Sampled lights, what stands in between taken off.
+    arrivals: [Option<Arrival>; 2],
+    /// What a scattered ray found.
+    next: Option<Next>,
+}
+
+/// What arrives at a joint along a scattered ray.
+struct Next {
+    direction: Vec3,
+    /// Emitted there, or by the sky; light sampling would have found it with `density`.
+    emission: Vec3,
+    density: f32,
+    /// Everything else.
+    rest: Vec3,
+}
+
+/// One first vertex as a joint sees it.
+struct Join<'a> {
+    pixel: usize,
+    origin: &'a Origin,
+    /// f · |cos| at the first vertex, and the density of the joint's point, both per area of the joint.
+    f: Vec3,
+    density: f32,
+    /// The joint's BSDF towards the first vertex.
+    bsdf: Bsdf,
+    /// Of the joint's scattered ray: f · |cos| and density per steradian.
+    next: (Vec3, f32),
+}
+
+impl Integrator<'_> {
+    /// One sample for each pixel of a tile: of `rays[i]`, with the numbers of `samplers[i]`.
+    pub fn trace(&self, rays: &[Ray], samplers: &mut [Sampler]) -> Vec<Sample> {
+        let mut samples = Vec::with_capacity(rays.len());
+        let mut origins = Vec::with_capacity(rays.len());
+        let mut joints = Vec::new();
+        for (pixel, (ray, sampler)) in rays.iter().zip(samplers).enumerate() {
+            let mut path = Path::new(*ray);
+            origins.push(self.first(&mut path, sampler, &mut joints, pixel));
+            samples.push(path.sample);
+        }
+        for joint in &joints {
+            self.join(joint, &origins, &mut samples);
+        }
+        samples
+    }
+
+    /// Traces one path up to where others may join it, or to its end if they may not.
+    fn first(&self, path: &mut Path, sampler: &mut Sampler, joints: &mut Vec<Joint>, pixel: usize) -> Option<Origin> {
+        let vertex = self.advance(path, sampler)?;
+        self.emitted(path, &vertex);
+        if !self.continues(path, &vertex) {
+            return None;
+        }
+        self.lit(path, &vertex, sampler);
+        let origin = Origin { throughput: path.throughput, vertex };
+        if self.scatter(path, &origin.vertex, sampler) {
+            self.second(path, sampler, joints, pixel);
+        }
+        Some(origin)
+    }
+
+    fn second(&self, path: &mut Path, sampler: &mut Sampler, joints: &mut Vec<Joint>, pixel: usize) {
+        let Some(vertex) = self.advance(path, sampler) else { return };
+        self.emitted(path, &vertex);
+        if !self.continues(path, &vertex) {
+            return;
+        }
+        let shared = path.density.is_some() && vertex.clear && !self.geometry.traits[vertex.point.material].volume;
+        if !shared {
+            self.lit(path, &vertex, sampler);
+            if self.scatter(path, &vertex, sampler) {
+                self.follow(path, sampler);
+            }
+            return;
+        }
+        let arrivals = self.reaching(&vertex, sampler);
+        let next = self.scattered(path, &vertex, sampler);
+        joints.push(Joint { pixel, vertex, arrivals, next });
+    }
+
+    /// Sampled lights at a joint that are not hidden.
+    fn reaching(&self, vertex: &Vertex, sampler: &Sampler) -> [Option<Arrival>; 2] {
+        let mut reaching = [None; 2];
+        for (slot, arrival) in reaching.iter_mut().zip(self.arrivals(vertex.point.position, 1, sampler)) {
+            if vertex.geometric.dot(arrival.direction) > 0.0 || vertex.bsdf.transmits() {
+                let share = self.transmittance(vertex, arrival.direction, arrival.end);
+                *slot = (share != Vec3::ZERO).then(|| Arrival { radiance: arrival.radiance * share, ..arrival });
+            }
+        }
+        reaching
+    }
+
+    /// Light along a ray scattered at a joint. A mirror's goes to the path's own pixel alone.
+    fn scattered(&self, path: &mut Path, vertex: &Vertex, sampler: &mut Sampler) -> Option<Next> {
+        let throughput = std::mem::replace(&mut path.throughput, Vec3::ONE);
+        if !self.scatter(path, vertex, sampler) {
+            return None;
+        }
+        if path.density.is_none() {
+            path.throughput *= throughput;
+            self.follow(path, sampler);
+            return None;
+        }
+        let mut tail = Path { throughput: Vec3::ONE, compression: 1.0, ..Path::new(path.ray) };
+        tail.scattered = path.scattered;
+        let direction = tail.ray.direction;
+        let Some(next) = self.advance(&mut tail, sampler) else {
+            return Some(Next { direction, emission: tail.sample.beauty, density: 0.0, rest: Vec3::ZERO });
+        };
+        let emission = tail.throughput * next.surface.emission;
+        let cos = next.point.geometric.dot(direction);
+        let density = self.lights.emitter_density(next.hit.triangle, next.hit.t, cos);
+        if self.continues(&tail, &next) {
+            self.lit(&mut tail, &next, sampler);
+            if self.scatter(&mut tail, &next, sampler) {
+                self.follow(&mut tail, sampler);
+            }
+        }
+        Some(Next { direction, emission, density, rest: tail.sample.beauty })
+    }
+
+    /// Gives every first vertex that sees the joint its share.
+    fn join(&self, joint: &Joint, origins: &[Option<Origin>], samples: &mut [Sample]) {
+        let mut joins: [Option<Join>; SIDE * SIDE] = Default::default();
+        let (mut density, mut next_density) = (0.0, 0.0);
+        for (pixel, origin) in origins.iter().enumerate() {
+            joins[pixel] = origin.as_ref().and_then(|origin| self.view(joint, origin, pixel));
+            if let Some(join) = &joins[pixel] {
+                density += join.density;
+                next_density += join.density * join.next.1;
+            }
+        }
+        for join in joins.iter().flatten() {
+            let mut light = Vec3::ZERO;
+            for arrival in joint.arrivals.iter().flatten() {
+                let (f, scattered) = evaluate(&join.bsdf, joint.vertex.geometric, arrival.direction);
+                light += f * arrival.weighted(scattered) / density;
+            }
+            if let Some(next) = joint.next.as_ref().filter(|_| join.next.1 > 0.0) {
+                let arriving = next.emission * weight(join.next.1, next.density) + next.rest;
+                light += join.next.0 * arriving / next_density;
+            }
+            samples[join.pixel].beauty += join.origin.throughput * join.f * light;
+        }
+    }
+
+    /// A first vertex as the joint sees it; `None` if it does not.
+    fn view<'a>(&self, joint: &Joint, origin: &'a Origin, pixel: usize) -> Option<Join<'a>> {
+        let to = joint.vertex.point.position - origin.vertex.point.position;
+        let distance2 = to.length_squared();
+        let direction = to / distance2.sqrt();
+        let cos = -joint.vertex.geometric.dot(direction);
+        if !(cos > 0.0 && distance2 > 0.0) {
+            return None;
+        }
+        let (f, density) = origin.vertex.evaluate(direction);
+        if density <= 0.0 || (pixel != joint.pixel && !self.sees(&origin.vertex, &joint.vertex, direction)) {
+            return None;
+        }
+        let bsdf = joint.vertex.seen_from(-direction);
+        let next = joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |n| evaluate(&bsdf, joint.vertex.geometric, n.direction));
+        let per_area = cos / distance2;
+        Some(Join { pixel, origin, f: f * per_area, density: density * per_area, bsdf, next })
+    }
+}

@@ -1,0 +1,189 @@
+//! `render` as a user meets it, on whatever device the machine has.
+
+mod cli_common;
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use cli_common::{folder, names};
+use twobounce::layers::{Aov, Layers};
+
+/// Small enough for a CPU device.
+const SMALL: [&str; 6] = ["--size", "24x16", "--set", "voxels=16", "--set", "image.samples=1"];
+
+fn command(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
+    command.current_dir(folder).arg("render").args(args).args(SMALL);
+    command
+}
+
+fn render(folder: &Path, args: &[&str]) -> Output {
+    command(folder, args).output().unwrap()
+}
+
+/// Standard output of a render that must work.
+fn rendered(folder: &Path, args: &[&str]) -> String {
+    let output = render(folder, args);
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn refused(folder: &Path, args: &[&str]) -> String {
+    let output = render(folder, args);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    assert_eq!(message.lines().filter(|line| !line.contains("note: ")).count(), 1, "{args:?}: {message}");
+    message
+}
+
+fn layers(path: &Path) -> Layers {
+    Layers::read_exr(path).unwrap().0
+}
+
+#[test]
+fn the_same_command_writes_the_same_bytes() {
+    let folder = folder();
+    let at = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let layers = ["--aov", "normal,depth,direct", "--preset", "printed"];
+    for name in ["a.exr", "b.exr"] {
+        rendered(folder.path(), &[&["scene.gltf", "-o", name], &layers[..]].concat());
+    }
+    assert!(at("a.exr") == at("b.exr"));
+    let (image, header) = Layers::read_exr(&folder.path().join("a.exr")).unwrap();
+    assert_eq!((image.width, image.height), (24, 16));
+    let aovs: Vec<Aov> = image.layers.iter().map(|(aov, _)| *aov).collect();
+    assert_eq!(aovs, [Aov::Beauty, Aov::Direct, Aov::Normal, Aov::Depth]);
+    for key in ["writer", "scene", "sceneHash", "camera", "time", "sky", "method", "settings", "device", "driver"] {
+        assert!(header.contains_key(key), "the header lacks {key}");
+    }
+    let mut settings = twobounce::settings::Settings::default();
+    settings.merge_toml(&header["settings"]).unwrap();
+    assert_eq!((settings.voxels, settings.ledger), (16, twobounce::settings::Settings::printed().ledger));
+}
+
+#[test]
+fn the_printed_exposure_gives_the_same_image() {
+    let folder = folder();
+    let told = rendered(folder.path(), &["scene.gltf", "-o", "auto.png", "--method", "none"]);
+    let ev = told.split("(--exposure ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    rendered(folder.path(), &["scene.gltf", "-o", "same.png", "--method", "none", "--exposure", ev]);
+    rendered(folder.path(), &["scene.gltf", "-o", "dark.png", "--method", "none", "--exposure=-4"]);
+    let at = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(at("auto.png") == at("same.png"));
+    assert!(at("auto.png") != at("dark.png"));
+}
+
+#[test]
+fn a_sequence_is_numbered_and_reports_are_whole() {
+    let folder = folder();
+    let reports = ["--timings", "--json", "t.json", "--trace", "t.trace", "--submit", "pass"];
+    let sequence = ["scene.gltf", "-o", "out_%03d.png", "--frames", "3", "--fps", "24", "--method", "none"];
+    let told = rendered(folder.path(), &[&sequence[..], &reports].concat());
+    let expected = ["other.toml", "out_000.png", "out_001.png", "out_002.png", "scene.gltf", "t.json", "t.trace"];
+    assert_eq!(names(folder.path()), expected);
+    for name in &expected[1..4] {
+        assert_eq!(image::open(folder.path().join(name)).unwrap().to_rgb8().dimensions(), (24, 16));
+    }
+    let json = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap()
+    };
+    let report = json("t.json");
+    assert_eq!((&report["frames"], &report["warm_up_frames"], &report["width"]), (&3.into(), &1.into(), &24.into()));
+    assert_eq!(report["counters"]["triangles"], 1);
+    let passes = report["passes"].as_array().unwrap();
+    for pass in passes {
+        let name = pass["name"].as_str().unwrap();
+        assert!(told.lines().any(|line| line.starts_with(name)), "{name} is not in the table");
+        assert!(pass["cpu_ms"]["median"].as_f64().unwrap() >= 0.0);
+    }
+    // 3 frames and the passes of each, beside the two events that name the track.
+    assert_eq!(json("t.trace")["traceEvents"].as_array().unwrap().len(), 2 + 3 * (1 + passes.len()));
+    let memory = &report["memory"];
+    let bytes = |key: &str| memory[key].as_f64().unwrap();
+    // The driver's own rounding of sizes; small resources are rounded up most.
+    assert!((bytes("allocated_bytes") / bytes("planned_bytes") - 1.0).abs() < 0.05, "{memory}");
+}
+
+/// Nothing to see is no error: the sky is.
+#[test]
+fn a_scene_without_triangles_shows_the_sky() {
+    let folder = folder();
+    fs::write(folder.path().join("empty.gltf"), r#"{"asset":{"version":"2.0"}}"#).unwrap();
+    rendered(folder.path(), &["empty.gltf", "-o", "sky.exr", "--sky", "0.25,0.5,2", "--aov", "depth"]);
+    let sky = layers(&folder.path().join("sky.exr"));
+    assert!(sky.beauty().iter().all(|p| *p == [0.25, 0.5, 2.0]), "{:?}", sky.beauty()[0]);
+    assert!(sky.get(Aov::Depth).unwrap().iter().all(|p| *p == [f32::INFINITY; 3]));
+}
+
+#[test]
+fn a_dark_scene_gets_a_light_and_says_so() {
+    let folder = folder();
+    let text = fs::read_to_string(folder.path().join("scene.gltf")).unwrap();
+    fs::write(folder.path().join("dark.gltf"), text.replace("\"nodes\":[0,1]", "\"nodes\":[0]")).unwrap();
+    let brightness = |flags: &[&str], said: &str| {
+        let args = [&["dark.gltf", "-o", "dark.exr", "--method", "none"], flags].concat();
+        let output = render(folder.path(), &args);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success() && message.lines().count() == 1 && message.contains(said), "{message}");
+        layers(&folder.path().join("dark.exr")).beauty().iter().map(|p| p[1]).sum::<f32>()
+    };
+    assert!(brightness(&[], "added a directional light") > 0.0);
+    assert_eq!(brightness(&["--no-default-light"], "will be black"), 0.0);
+}
+
+#[test]
+fn too_little_memory_is_refused_with_the_grid_that_fits() {
+    let folder = folder();
+    let limited = ["scene.gltf", "-o", "a.png", "--memory-limit", "40MiB", "--set", "voxels=128"];
+    // The last --set wins, and SMALL's comes last; this one is about a grid of 128.
+    let output = Command::new(env!("CARGO_BIN_EXE_twobounce"))
+        .current_dir(folder.path())
+        .arg("render")
+        .args(limited)
+        .args(["--size", "24x16"])
+        .output()
+        .unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("voxels=64") && message.contains("--memory-limit"), "{message}");
+    assert_eq!(names(folder.path()), ["other.toml", "scene.gltf"]);
+}
+
+#[test]
+fn an_unknown_device_is_refused_with_those_there_are() {
+    let folder = folder();
+    let message = refused(folder.path(), &["scene.gltf", "-o", "a.png", "--device", "Voodoo 2"]);
+    assert!(message.contains("Voodoo 2") && message.contains("0: "), "{message}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_no_half_image() {
+    let folder = folder();
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("full.png")).unwrap();
+    let message = refused(folder.path(), &["scene.gltf", "-o", "full.png", "--method", "none"]);
+    assert!(message.contains("full.png") && message.contains("the disk is full"), "{message}");
+    assert_eq!(names(folder.path()), ["full.png", "other.toml", "scene.gltf"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_tidily_with_130() {
+    let folder = folder();
+    let args = ["scene.gltf", "-o", "out_%05d.png", "--frames", "99999", "--method", "none"];
+    let mut child = command(folder.path(), &args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(lines.by_ref().map_while(Result::ok).any(|line| line.starts_with("wrote")), "no frame was written");
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let wrote = 1 + lines.map_while(Result::ok).filter(|line| line.starts_with("wrote")).count();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "twobounce: interrupted\n");
+    let images = names(folder.path()).len() - 2;
+    assert_eq!(images, wrote, "every image that was announced is there, and nothing else");
+    for name in names(folder.path()).iter().filter(|name| name.ends_with(".png")) {
+        image::open(folder.path().join(name)).unwrap();
+    }
+}

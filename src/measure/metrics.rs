@@ -75,9 +75,9 @@ pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
             return Err(Error::Usage(format!("the {what} has no finite pixel; render it again")));
         }
     }
-    let total = metrics(image.beauty(), reference.beauty(), "image")?;
+    let total = metrics(image.beauty(), reference.beauty(), "reference")?;
     let indirect = match (indirect(image), indirect(reference)) {
-        (Some(a), Some(b)) => Some(metrics(&a, &b, "indirect part")?),
+        (Some(a), Some(b)) => Some(metrics(&a, &b, "reference's indirect part")?),
         _ => None,
     };
     let exposure = exposure(reference.beauty());
@@ -98,7 +98,7 @@ fn finite(pixel: &[f32; 3]) -> bool {
     pixel.iter().all(|v| v.is_finite())
 }
 
-/// The metrics of pixels against as many others; `what` names them where the reference is black.
+/// The metrics of pixels against as many others; `what` names the reference where it is black.
 pub fn metrics(image: &[[f32; 3]], reference: &[[f32; 3]], what: &str) -> Result<Metrics> {
     let pairs: Vec<_> =
         image.iter().zip(reference).filter(|(a, b)| finite(a) && finite(b)).map(|(a, b)| (wide(a), wide(b))).collect();
@@ -108,7 +108,7 @@ pub fn metrics(image: &[[f32; 3]], reference: &[[f32; 3]], what: &str) -> Result
     };
     let mean = sum(&|(_, b), c| b[c]) / values;
     if mean.is_nan() || mean <= 0.0 {
-        return Err(Error::Usage(format!("the reference's {what} is black: nothing can be compared with it")));
+        return Err(Error::Usage(format!("the {what} is black: nothing can be compared with it")));
     }
     let difference =
         |a: &[f64; 3], b: &[f64; 3], power: i32| (0..3).map(|c| (a[c] - b[c]).abs().powi(power)).sum::<f64>();

@@ -41,10 +41,14 @@ pub struct Film {
     pub history: Vec<(u32, f64)>,
 }
 
-/// The first count of samples after `done` at which noise is estimated: steps of a quarter of a power of two.
+/// The first count of samples after `done` at which noise is estimated: multiples of a quarter of a power of two.
 pub fn next_check(done: u32) -> u32 {
     const FIRST: u32 = 16;
-    if done < FIRST { FIRST } else { done + (1 << done.ilog2()) / 4 }
+    if done < FIRST {
+        return FIRST;
+    }
+    let step = (1 << done.ilog2()) / 4;
+    (done / step + 1) * step
 }
 
 impl Pixel {
@@ -159,6 +163,7 @@ mod tests {
             counts.push(next_check(*counts.last().unwrap_or(&0)));
         }
         assert_eq!(counts, [16, 20, 24, 28, 32, 40, 48, 56, 64, 80]);
+        assert_eq!([1, 15, 17, 22, 31, 47].map(next_check), [16, 16, 20, 24, 32, 48]);
     }
 
     #[test]

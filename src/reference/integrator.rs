@@ -345,7 +345,13 @@ impl Vertex {
             return self.bsdf;
         }
         let side = if self.hit.back { -1.0 } else { 1.0 };
-        Bsdf::new(&self.surface.params, false, facing(self.surface.normal * side, self.geometric, wo), wo, self.hit.back)
+        Bsdf::new(
+            &self.surface.params,
+            false,
+            facing(self.surface.normal * side, self.geometric, wo),
+            wo,
+            self.hit.back,
+        )
     }
 }
 

@@ -127,14 +127,13 @@ pub fn render(
         // A pass of about two million paths lasts some seconds.
         let target = end.min(film.done() + (2_000_000 / (options.width * options.height)).max(1));
         pass(&integrator, &camera, options, film, target, &progress, cancel);
-        if cancel.load(Ordering::Relaxed) {
-            pause(film)?;
-            return Err(Error::Interrupted);
-        }
-        if target == check {
-            film.history.push((target, film.noise()));
+        if film.done() == check {
+            film.history.push((check, film.noise()));
         }
         pause(film)?;
+        if cancel.load(Ordering::Relaxed) && !options.stop.reached(film) {
+            return Err(Error::Interrupted);
+        }
     }
     Ok(())
 }

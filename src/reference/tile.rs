@@ -190,7 +190,8 @@ impl Integrator<'_> {
             return None;
         }
         let bsdf = joint.vertex.seen_from(-direction);
-        let next = joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |n| evaluate(&bsdf, joint.vertex.geometric, n.direction));
+        let next =
+            joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |n| evaluate(&bsdf, joint.vertex.geometric, n.direction));
         let per_area = cos / distance2;
         Some(Join { pixel, origin, f: f * per_area, density: density * per_area, bsdf, next })
     }

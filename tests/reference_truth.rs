@@ -1,0 +1,102 @@
+//! The reference against images of an independent renderer (`truth/README.md`).
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use twobounce::layers::{Aov, Layers};
+use twobounce::measure::metrics::compare;
+use twobounce::reference::film::Film;
+use twobounce::reference::{Depth, Options, Stop, render};
+use twobounce::scene::{LoadOptions, Scene};
+
+const SIZE: u32 = 64;
+
+/// Of the truth at this size (its README).
+const TRUTH_NOISE: f64 = 0.003;
+
+fn path(scene: &str, file: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/truth").join(scene).join(file)
+}
+
+fn film(scene: &str, depth: Depth, samples: u32) -> Film {
+    let scene = Scene::load(&path(scene, &format!("{scene}.glb")), &LoadOptions::default()).expect("the scene loads");
+    let pose = scene.pose(None, 0.0);
+    let view = scene.view(&pose, 0);
+    let stop = Stop::Samples(samples);
+    let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: false };
+    let mut film = Film::new(SIZE, SIZE);
+    let never = AtomicBool::new(false);
+    render((&scene, &pose, &view), &options, &mut film, &|_| {}, &mut |_| Ok(()), &never).expect("nothing interrupts");
+    assert_eq!(film.rejected(), 0, "samples that are not finite");
+    film
+}
+
+fn agrees(scene: &str, file: &str, depth: Depth) {
+    let film = film(scene, depth, 128);
+    let (truth, _) = Layers::read_exr(&path(scene, file)).expect("the truth can be read");
+    let metrics = compare(&film.layers(&[]), &truth).expect("the images can be compared").total;
+    let noise = film.noise() + TRUTH_NOISE;
+    let told = format!("{scene} {file}: {metrics:?}, noise {noise:.4}");
+    println!("{told}");
+    // Half a percent pays for the noise of both images' means.
+    assert!((metrics.energy - 1.0).abs() < 0.005, "{told}");
+    // `rel` is smaller than the root mean square; 2 % on top pay for the truth's smoothing, which rounds edges off.
+    assert!(metrics.rel < 0.02 + noise, "{told}");
+}
+
+#[test]
+fn direct_light_of_a_lamp() {
+    agrees("cornell-area", "direct.exr", Depth::Bounces(0));
+}
+
+#[test]
+fn one_bounce_of_a_lamp() {
+    agrees("cornell-area", "depth3.exr", Depth::Bounces(1));
+}
+
+#[test]
+fn two_bounces_of_a_lamp() {
+    agrees("cornell-area", "depth4.exr", Depth::Bounces(2));
+}
+
+#[test]
+fn full_light_of_a_lamp() {
+    agrees("cornell-area", "total.exr", Depth::Full);
+}
+
+#[test]
+fn direct_light_of_a_point() {
+    agrees("cornell-point", "direct.exr", Depth::Bounces(0));
+}
+
+#[test]
+fn one_bounce_of_a_point() {
+    agrees("cornell-point", "depth3.exr", Depth::Bounces(1));
+}
+
+#[test]
+fn two_bounces_of_a_point() {
+    agrees("cornell-point", "depth4.exr", Depth::Bounces(2));
+}
+
+#[test]
+fn full_light_of_a_point() {
+    agrees("cornell-point", "total.exr", Depth::Full);
+}
+
+/// Albedo ½ and emission 1: n bounces see Σ ½ᵏ for k to n + 1, full light 2.
+#[test]
+fn furnace() {
+    for (depth, expected) in
+        [(Depth::Bounces(0), 1.5), (Depth::Bounces(1), 1.75), (Depth::Bounces(2), 1.875), (Depth::Full, 2.0)]
+    {
+        let film = film("furnace-05", depth, 16);
+        let layers = film.layers(&[Aov::Direct]);
+        let mean = |aov| layers.get(aov).map(|p| p.iter().flatten().sum::<f32>() / (3 * SIZE * SIZE) as f32);
+        let (beauty, direct) = (mean(Aov::Beauty).expect("there"), mean(Aov::Direct).expect("there"));
+        // Five standard deviations of the mean of 4,096 pixels with the noise that the film states.
+        let tolerance = 5.0 * film.noise() as f32 * expected / SIZE as f32 + 1e-5;
+        assert!((beauty - expected).abs() < tolerance, "{depth:?}: {beauty}, expected {expected} ± {tolerance}");
+        assert!((direct - 1.5).abs() < tolerance, "{depth:?}: direct {direct}");
+    }
+}

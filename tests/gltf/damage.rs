@@ -140,7 +140,7 @@ fn unknown_chunks_are_ignored_and_odd_lengths_refused() {
     let glb = File::empty().glb();
     let with_length = |length: u32, rest: &[u8]| [&glb[..8], &length.to_le_bytes(), rest].concat();
     let json_end = 20 + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
-    for tail in [&b"\x04\0\0\0ACMEdata"[..], b"\0\0", b""] {
+    for tail in [&b"\x04\0\0\0ACMEdata"[..], b"\x02\0\0\0JSON{}", b"\0\0", b""] {
         let bytes = [&glb[12..json_end], tail].concat();
         let scene = load_bytes("scene.glb", &with_length(12 + bytes.len() as u32, &bytes)).unwrap();
         assert_eq!(scene.triangle_count(), 0);

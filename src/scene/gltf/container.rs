@@ -67,8 +67,8 @@ fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
         Err(gltf::Error::Binary(binary::Error::ChunkLength { .. })) => {
             Err(truncated("a chunk ends behind the end of the file"))
         }
-        // The crate refuses a second chunk of an unknown kind; the specification demands that it is ignored.
-        Err(gltf::Error::Binary(binary::Error::UnknownChunkType(_) | binary::Error::Io(_))) => {
+        // The crate refuses a second chunk that is not binary; the specification demands that unknown ones are ignored.
+        Err(gltf::Error::Binary(_)) => {
             let first = word(HEADER).map(|size| HEADER + 8 + size as usize).filter(|end| *end < whole.len());
             let mut alone = whole[..first.ok_or_else(|| truncated("it has no JSON chunk"))?].to_vec();
             let length = alone.len() as u32;

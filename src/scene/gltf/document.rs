@@ -1,7 +1,7 @@
-//! The glTF document: the `gltf` crate's JSON types, none of them validated, and the few that must read more than it does.
+//! The glTF document: JSON types of the `gltf` crate, never validated, and own ones for what they cannot hold.
 //!
-//! Its `Root` is not used: its node transforms are f32 (a node at 10 000 000.25 m would move), and it refuses whole files
-//! for scenes without nodes and for animation channels without a target. Its validation refuses quantised meshes.
+//! Its `Root` is not used: its node transforms are f32 (a node at 10 000 000.25 m would move), and it refuses files for
+//! scenes without nodes and for animation channels without a target. Its validation refuses quantised meshes.
 
 use std::sync::OnceLock;
 

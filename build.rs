@@ -2,8 +2,7 @@
 //! An error or a warning stops the build with `file:line: message`.
 
 use shaderc::{
-    CompileOptions, Compiler, EnvVersion, IncludeType, OptimizationLevel, ResolvedInclude, ShaderKind, SpirvVersion,
-    TargetEnv,
+    CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, SpirvVersion, TargetEnv,
 };
 use std::cell::RefCell;
 use std::collections::HashSet;
@@ -90,16 +89,11 @@ fn compile(compiler: &Compiler, path: &Path, out: &Path) -> Result<(), String> {
     // Without it the optimiser strips the names that reflection goes by.
     options.set_generate_debug_info();
     options.set_warnings_as_errors();
-    options.set_include_callback(|requested, how, from, _depth| {
-        if how == IncludeType::Standard {
-            return Err(format!("{from}: write #include \"{requested}\", a path below {ROOT}/"));
-        }
+    options.set_include_callback(|requested, _, _, _| {
         let file = Path::new(ROOT).join(requested);
-        let content = if included.borrow_mut().insert(requested.to_owned()) {
-            fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?
-        } else {
-            String::new()
-        };
+        let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+        let first = included.borrow_mut().insert(requested.to_owned());
+        let content = if first { text } else { String::new() };
         Ok(ResolvedInclude { resolved_name: file.to_string_lossy().into_owned(), content })
     });
     let shader_kind = kind(path).expect("only shaders are collected");

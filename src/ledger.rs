@@ -126,14 +126,17 @@ pub const ROWS: &[Row] = &[
     Row {
         id: "D19",
         printed: "the cone's offset of −0.01 is a share of the cube: 0.64 voxels of 64, 2.56 of 256",
-        right: "starts are settings in voxels",
-        effect: Measured { right: &["start.diffuse_along=4"], printed: &["start.diffuse_along=3.36"] },
+        right: "starts are settings in voxels (1.28, as in the talk's 128)",
+        effect: Measured { right: &[], printed: &["start.diffuse_along=3.36"] },
     },
     Row {
         id: "D20",
-        printed: "the first diffuse sample lies 6 to 7.5 voxels away, 4 in radius",
-        right: "starts are settings: 1 voxel along the normal, 1 along the cone",
-        effect: Measured { right: &[], printed: &["start.diffuse_normal=3.828427", "start.diffuse_along=4"] },
+        printed: "the first diffuse sample lies 6 to 7.5 voxels away, 4 in radius: no near field",
+        right: "starts are settings; measured: 1 voxel along the normal, 1 along the cone",
+        effect: Measured {
+            right: &["start.diffuse_normal=1", "start.diffuse_along=1"],
+            printed: &["start.diffuse_normal=3.828427", "start.diffuse_along=4"],
+        },
     },
     Row {
         id: "D21",

@@ -109,6 +109,7 @@ impl Gpu {
             diffuse_start_along: start.diffuse_along,
             shadow_start_along: start.shadow_along,
             shadow_step: settings.shadow.step,
+            cone_step: settings.step,
             shadow_end: start.shadow_end,
             ..Zeroable::zeroed()
         };
@@ -154,6 +155,8 @@ fn variants() -> Vec<Settings> {
     let mut variants = vec![right.clone(), Settings { voxels: EDGE, ..Settings::printed() }];
     variants.extend(Weights::ALL.iter().map(|w| Settings { weights: *w, ..right.clone() }));
     variants.extend(ConeSet::ALL.iter().map(|c| Settings { cones: *c, ..right.clone() }));
+    variants.extend([Settings::fast(), Settings::balanced()].map(|s| Settings { voxels: EDGE, ..s }));
+    variants.push(Settings { step: 0.5, ..right.clone() });
     let rows: [fn(&mut Settings); 9] = [
         |s| s.ledger.d6 = Form::Printed,
         |s| s.ledger.d10 = Form::Printed,

@@ -5,10 +5,10 @@ mod gpu;
 #[path = "common/scenes.rs"]
 mod scenes;
 
-use glam::{DVec3, Vec3};
-use scenes::{Random, add, add_point_light, cuboid, diffuse, emitter, empty};
+use glam::{DAffine3, DVec3, Vec3};
+use scenes::{Random, add, triangle};
 use twobounce::layers::Aov;
-use twobounce::scene::{Material, Scene};
+use twobounce::scene::{LightKind, Material, Mesh, Scene};
 use twobounce::settings::{Fill, Settings, Weights};
 
 /// A lit room full of triangles that share voxels, lamps of 10⁻⁶ and 10⁶ among them.

@@ -124,7 +124,7 @@ fn fills_updates_and_copies_are_ordered_and_logged() {
     assert_eq!(log.zones[0].fills().collect::<Vec<_>>(), ["first"]);
     let update = CommandLog::Update { buffer: "first".into(), offset: 8, bytes: 4 };
     assert_eq!(log.zones[0].commands[1], update);
-    let copy = CommandLog::Copy { from: "second".into(), to: "readback".into(), bytes: 8 };
+    let copy = CommandLog::Copy { from: "second".into(), to: "readback".into(), bytes: Some(8) };
     assert_eq!(log.zones[1].commands[1], copy);
     assert_clean(&gpu());
 }

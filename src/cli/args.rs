@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::{DVec3, Vec3};
 use twobounce::layers::Aov;
+use twobounce::settings::PRESETS;
 
 /// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
 #[derive(Debug, Parser)]
@@ -76,7 +77,7 @@ pub struct SceneArgs {
 #[derive(Args, Debug)]
 pub struct SettingsArgs {
     /// Start from this preset
-    #[arg(long, value_name = "NAME", default_value = "fast")]
+    #[arg(long, value_name = "NAME", default_value = PRESETS[0].name)]
     pub preset: String,
     /// Then take the keys of this TOML file
     #[arg(long, value_name = "FILE.toml")]

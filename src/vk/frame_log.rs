@@ -1,7 +1,7 @@
 //! What a frame recorded, as plain data: a test can hold it against a table of passes, stages and resources.
 
-use super::recorder::ZoneKind;
 use super::reflect::{Stage, StageInfo};
+use super::zone::ZoneKind;
 use serde::Serialize;
 
 /// The commands of one recording, zone by zone, in order.
@@ -65,9 +65,23 @@ impl ZoneLog {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandLog {
-    Fill { buffer: String, offset: u64, bytes: u64, value: u32 },
-    Update { buffer: String, offset: u64, bytes: u64 },
-    Copy { from: String, to: String, bytes: u64 },
+    Fill {
+        buffer: String,
+        offset: u64,
+        bytes: u64,
+        value: u32,
+    },
+    Update {
+        buffer: String,
+        offset: u64,
+        bytes: u64,
+    },
+    /// `bytes` is absent where texels are copied.
+    Copy {
+        from: String,
+        to: String,
+        bytes: Option<u64>,
+    },
     Draw(DrawLog),
     Dispatch(DispatchLog),
 }

@@ -4,6 +4,7 @@
 //! Conventions: one queue; every image is in `GENERAL` layout from its creation on; every descriptor is pushed in set 0
 //! and named as in GLSL; a mistake in a pass (a missing binding, a push block of the wrong size) panics and names both.
 
+mod bind;
 mod buffer;
 mod context;
 mod frame_log;
@@ -16,22 +17,27 @@ mod pipeline_cache;
 mod raster_pass;
 mod recorder;
 mod reflect;
+mod sampler;
 pub mod shader;
 mod submit;
 mod transfer;
+mod zone;
 
 pub use ash::vk::{
     AccessFlags2, BorderColor, BufferUsageFlags, CompareOp, Filter, Format, ImageUsageFlags, PipelineStageFlags2,
     SamplerAddressMode, SamplerMipmapMode,
 };
+pub use bind::Bind;
 pub use buffer::{Buffer, BufferKind};
 pub use context::{Context, ContextOptions};
 pub use frame_log::{AttachmentLog, CallLog, CommandLog, DispatchLog, DrawLog, FrameLog, ZoneLog};
-pub use image::{Image, ImageDesc, ImageDim, ImageRegion, ImageView, Sampler};
+pub use image::{Image, ImageDesc, ImageDim, ImageRegion, ImageView};
 pub use instance::{DeviceKind, DeviceReport, devices};
 pub use needs::{NEEDED_COLOR_ATTACHMENTS, NEEDED_FRAMEBUFFER_LAYERS, Need};
 pub use pipeline::{Blend, Compute, ComputeDesc, DepthDesc, Raster, RasterDesc, VertexInput};
-pub use raster_pass::{Bind, ColorTarget, DepthTarget, DrawCall, Load, RasterPass, Rect, RenderTarget};
-pub use recorder::{Recorder, RecorderOptions, ZoneKind, ZoneTiming, ZoneTimings};
+pub use raster_pass::{ColorTarget, DepthTarget, DrawCall, Load, RasterPass, Rect, RenderTarget};
+pub use recorder::{Recorder, RecorderOptions};
 pub use reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
+pub use sampler::Sampler;
 pub use transfer::{download, download_image, upload, upload_image, upload_into};
+pub use zone::{ZoneKind, ZoneTiming, ZoneTimings};

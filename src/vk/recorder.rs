@@ -1,16 +1,17 @@
 //! Recording one frame: zones with timestamps and labels, barriers, transfers, draws and dispatches; then one wait.
 
+use super::bind::{Bind, bind_pipeline};
 use super::buffer::Buffer;
 use super::context::Context;
 use super::frame_log::{CommandLog, DispatchLog, FrameLog};
 use super::image::{Image, ImageRegion};
 use super::pipeline::{Compute, Raster};
-use super::raster_pass::{Bind, DrawCall, RasterPass, RenderTarget, bind_pipeline};
+use super::raster_pass::{DrawCall, RasterPass, RenderTarget};
 use super::submit::{Commands, MAX_TIMESTAMPS};
+use super::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 use crate::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
-use serde::Serialize;
 use std::any::Any;
 use std::ffi::CString;
 use std::sync::Arc;
@@ -21,42 +22,6 @@ use std::time::Instant;
 pub struct RecorderOptions {
     /// One submission per zone, each waited for: this also gives CPU and wall times per zone.
     pub per_pass: bool,
-}
-
-/// What a zone mostly does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ZoneKind {
-    Raster,
-    Compute,
-    Transfer,
-}
-
-/// The times of one zone of one frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ZoneTiming {
-    pub name: &'static str,
-    pub kind: ZoneKind,
-    /// From the frame's first timestamp to this zone's, in milliseconds of device time.
-    pub start_ms: f64,
-    /// Between the timestamps at its ends, in milliseconds of device time.
-    pub gpu_ms: f64,
-    /// Processor time of the whole process, in milliseconds over all threads; only with one submission per pass.
-    pub cpu_ms: Option<f64>,
-    /// From before its submission to after the wait, in milliseconds; only with one submission per pass.
-    pub wall_ms: Option<f64>,
-    /// Estimate of the bytes that it writes, as the pass states it.
-    pub bytes: u64,
-}
-
-/// The times of one frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ZoneTimings {
-    pub zones: Vec<ZoneTiming>,
-    /// From the first timestamp to the last, in milliseconds of device time.
-    pub gpu_ms: f64,
-    /// From the making of the recorder to the end of the wait, in milliseconds.
-    pub wall_ms: f64,
 }
 
 struct OpenZone {
@@ -205,6 +170,7 @@ impl Recorder {
         unsafe { self.context.device().cmd_copy_buffer(self.handle(), from.raw.handle, to.raw.handle, &region) };
         self.keep(from.raw.clone());
         self.keep(to.raw.clone());
+        let bytes = Some(bytes);
         self.log(CommandLog::Copy { from: from.label().to_owned(), to: to.label().to_owned(), bytes });
     }
 
@@ -219,8 +185,7 @@ impl Recorder {
         }
         self.keep(image.raw.clone());
         self.keep(buffer.raw.clone());
-        let bytes = buffer.bytes() - offset;
-        self.log(CommandLog::Copy { from: image.label().to_owned(), to: buffer.label().to_owned(), bytes });
+        self.log(CommandLog::Copy { from: image.label().to_owned(), to: buffer.label().to_owned(), bytes: None });
     }
 
     /// Copies tightly packed texels from byte `offset` of `buffer` on into a region of `image`.
@@ -234,8 +199,7 @@ impl Recorder {
         }
         self.keep(image.raw.clone());
         self.keep(buffer.raw.clone());
-        let bytes = buffer.bytes() - offset;
-        self.log(CommandLog::Copy { from: buffer.label().to_owned(), to: image.label().to_owned(), bytes });
+        self.log(CommandLog::Copy { from: buffer.label().to_owned(), to: image.label().to_owned(), bytes: None });
     }
 
     /// One rendering scope into `target`, for any number of draws.
@@ -391,18 +355,4 @@ fn image_copy(image: &Image, region: ImageRegion, buffer_offset: u64) -> vk::Buf
         })
         .image_offset(vk::Offset3D { x: offset[0] as i32, y: offset[1] as i32, z: offset[2] as i32 })
         .image_extent(vk::Extent3D { width: extent[0], height: extent[1], depth: extent[2] })
-}
-
-/// Processor time that this process has used over all threads, in milliseconds.
-#[cfg(unix)]
-fn process_cpu_ms() -> Option<f64> {
-    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the pointer is valid for the call.
-    let result = unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &mut time) };
-    (result == 0).then(|| time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6)
-}
-
-#[cfg(not(unix))]
-fn process_cpu_ms() -> Option<f64> {
-    None
 }

@@ -127,9 +127,38 @@ pub(super) fn module((name, words): Shader, constants: &[(u32, u32)]) -> Module 
     Module { info: StageInfo { stage, shader: name, outputs }, bindings, push_bytes }
 }
 
+/// The module with every expression of specialisation constants replaced by a constant of its type: spirq evaluates them
+/// all, knows few operators and fails on the rest, and no layout here depends on one.
+fn without_constant_expressions(words: &[u32]) -> Vec<u32> {
+    const HEADER_WORDS: usize = 5;
+    const TYPE_BOOL: u32 = 20;
+    const CONSTANT_TRUE: u32 = 3 << 16 | 41;
+    const CONSTANT: u32 = 4 << 16 | 43;
+    const SPEC_CONSTANT_OP: u32 = 52;
+    let mut simple = words[..HEADER_WORDS].to_vec();
+    let mut bools = Vec::new();
+    let mut at = HEADER_WORDS;
+    while at < words.len() {
+        let (count, opcode) = (((words[at] >> 16) as usize).max(1), words[at] & 0xffff);
+        if opcode == TYPE_BOOL {
+            bools.push(words[at + 1]);
+        }
+        if opcode == SPEC_CONSTANT_OP {
+            let [ty, id] = [words[at + 1], words[at + 2]];
+            let is_bool = bools.contains(&ty);
+            simple.extend([if is_bool { CONSTANT_TRUE } else { CONSTANT }, ty, id]);
+            simple.extend((!is_bool).then_some(1));
+        } else {
+            simple.extend(&words[at..at + count]);
+        }
+        at += count;
+    }
+    simple
+}
+
 fn entry_point((name, words): Shader, constants: &[(u32, u32)]) -> EntryPoint {
     let mut config = ReflectConfig::new();
-    config.spv(words).ref_all_rscs(true);
+    config.spv(without_constant_expressions(words)).ref_all_rscs(true);
     for (id, value) in constants {
         config.specialize(*id, [*value].as_slice().into());
     }

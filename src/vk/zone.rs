@@ -1,0 +1,53 @@
+//! What was timed: zones, and the frame that they are parts of.
+
+use serde::Serialize;
+
+/// What a zone mostly does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ZoneKind {
+    Raster,
+    Compute,
+    Transfer,
+}
+
+/// The times of one zone of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ZoneTiming {
+    pub name: &'static str,
+    pub kind: ZoneKind,
+    /// From the frame's first timestamp to this zone's, in milliseconds of device time.
+    pub start_ms: f64,
+    /// Between the timestamps at its ends, in milliseconds of device time.
+    pub gpu_ms: f64,
+    /// Processor time of the whole process, in milliseconds over all threads; only with one submission per pass.
+    pub cpu_ms: Option<f64>,
+    /// From before its submission to after the wait, in milliseconds; only with one submission per pass.
+    pub wall_ms: Option<f64>,
+    /// Estimate of the bytes that it writes, as the pass states it.
+    pub bytes: u64,
+}
+
+/// The times of one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ZoneTimings {
+    pub zones: Vec<ZoneTiming>,
+    /// From the first timestamp to the last, in milliseconds of device time.
+    pub gpu_ms: f64,
+    /// From the making of the recorder to the end of the wait, in milliseconds.
+    pub wall_ms: f64,
+}
+
+/// Processor time that this process has used over all threads, in milliseconds.
+#[cfg(unix)]
+pub(super) fn process_cpu_ms() -> Option<f64> {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the pointer is valid for the call.
+    let result = unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &mut time) };
+    (result == 0).then_some(time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6)
+}
+
+#[cfg(not(unix))]
+pub(super) fn process_cpu_ms() -> Option<f64> {
+    None
+}

@@ -231,8 +231,8 @@ impl<'a> Integrator<'a> {
     pub(super) fn arrivals(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = Arrival> {
         let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
         let [_, _, choice, _] = sampler.set(2 * k + 2);
-        let lamp = self.lights.from_lamps(p, choice, [u, v]);
-        let emitter = self.lights.from_emitters(&self.geometry, &self.materials, p, [u, v]);
+        let lamp = self.lights.lamp_at(p, choice, [u, v]);
+        let emitter = self.lights.emitter_at(&self.geometry, &self.materials, p, [u, v]);
         lamp.into_iter().chain(emitter)
     }
 

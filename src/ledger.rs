@@ -228,6 +228,47 @@ impl Change {
     }
 }
 
+/// Fills on which furnaces are measured, each with the settings that it is made for.
+pub const FURNACE_FILLS: &[(&str, &[&str])] = &[
+    ("uniform", &["fill=uniform"]),
+    ("facing", &["fill=facing"]),
+    ("coverage", &["fill=coverage"]),
+    (
+        "sided",
+        &["fill=sided", "weights=abs", "blend=sum", "start.diffuse_normal=1", "start.diffuse_along=0.5", "cones=g16"],
+    ),
+];
+/// Albedo, and whether a block stands inside.
+pub const FURNACE_ROOMS: &[(f32, bool)] = &[(0.5, false), (0.5, true), (0.8, false), (0.8, true)];
+/// Grids on which furnaces are measured.
+pub const FURNACE_EDGES: &[u32] = &[32, 128];
+
+/// Radiance in a furnace after two bounces over Σρᵏ: 1 is right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Furnace {
+    pub mean: f64,
+    /// Of the darkest and the brightest pixel.
+    pub range: [f64; 2],
+}
+
+impl Furnace {
+    fn cell(&self) -> String {
+        format!("{:.3} ({:.3} … {:.3})", self.mean, self.range[0], self.range[1])
+    }
+
+    /// The reverse of [`Self::cell`].
+    fn parse(cell: &str) -> Option<Self> {
+        let (mean, range) = cell.strip_suffix(')')?.split_once(" (")?;
+        let (least, most) = range.split_once(" … ")?;
+        Some(Self { mean: mean.parse().ok()?, range: [least.parse().ok()?, most.parse().ok()?] })
+    }
+}
+
+/// What a row of the furnaces' table is called.
+pub fn furnace_row(fill: &str, albedo: f32, block: bool) -> String {
+    format!("{fill} | {albedo} | {}", if block { "with a block" } else { "empty" })
+}
+
 /// What a run of `twobounce ledger` measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measurements {
@@ -235,6 +276,8 @@ pub struct Measurements {
     pub about: String,
     /// By a row's id, or by the choice's `key=value`.
     pub changes: BTreeMap<String, Change>,
+    /// By [`furnace_row`], one per grid of [`FURNACE_EDGES`].
+    pub furnaces: BTreeMap<String, Vec<Furnace>>,
 }
 
 const HEAD: &str = "# The ledger of the printed listings
@@ -245,6 +288,16 @@ also a setting of its own (`ledger.d1`, …). Changes are of the whole image, on
 *change* is mean |printed − right| over mean right, *energy* is mean printed over mean right, and the GPU time is the
 frame's, printed → right.
 
+";
+
+const FURNACE_HEAD: &str = "
+## Furnaces
+A closed room that emits 1, of one albedo ρ: after two bounces every pixel should be 1 + ρ + ρ². Mean over the image (and
+darkest … brightest pixel) over that. `sided` is measured as the presets use it, with `weights = abs`, `blend = sum` and 16
+cones; the others with the preset `corrected`.
+
+| fill | albedo | room | 32³ | 128³ |
+|---|---|---|---|---|
 ";
 
 /// The page.
@@ -265,20 +318,31 @@ pub fn document(measured: &Measurements) -> String {
     for choice in CHOICES {
         writeln!(text, "| `{choice}` | {} |", cells(choice)).expect("fmt");
     }
+    text += FURNACE_HEAD;
+    for (fill, _) in FURNACE_FILLS {
+        for &(albedo, block) in FURNACE_ROOMS {
+            let row = furnace_row(fill, albedo, block);
+            let cells: Vec<String> = measured.furnaces.get(&row).into_iter().flatten().map(Furnace::cell).collect();
+            writeln!(text, "| {row} | {} |", cells.join(" | ")).expect("fmt");
+        }
+    }
     text
 }
 
 /// What a page written by [`document`] says; `None` where its head is another's.
 pub fn parse(text: &str) -> Option<Measurements> {
     let (about, tables) = text.strip_prefix(HEAD)?.split_once('\n')?;
-    let mut changes = BTreeMap::new();
+    let mut measured = Measurements { about: about.into(), ..Measurements::default() };
     for line in tables.lines().filter(|l| l.starts_with("| ")) {
         let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
+        let furnaces: Vec<Furnace> = cells.iter().filter_map(|cell| Furnace::parse(cell)).collect();
         if let Some(change) = cells.len().checked_sub(3).and_then(|i| Change::parse(&cells[i..])) {
-            changes.insert(cells[0].trim_matches('`').into(), change);
+            measured.changes.insert(cells[0].trim_matches('`').into(), change);
+        } else if !furnaces.is_empty() {
+            measured.furnaces.insert(cells[..cells.len() - furnaces.len()].join(" | "), furnaces);
         }
     }
-    Some(Measurements { about: about.into(), changes })
+    Some(measured)
 }
 
 #[cfg(test)]
@@ -290,7 +354,9 @@ mod tests {
         let change = Change { rel_percent: 12.34, energy: 0.987, frame_ms: [12.0, 34.0] };
         let keys = ["D1", "D22", "D29", "fill=facing"];
         let changes = keys.iter().map(|k| ((*k).into(), change.clone())).collect();
-        let measured = Measurements { about: "A scene on a device.".into(), changes };
+        let furnace = Furnace { mean: 0.98, range: [0.9, 1.004] };
+        let furnaces = [(furnace_row("facing", 0.8, true), vec![furnace; 2])].into();
+        let measured = Measurements { about: "A scene on a device.".into(), changes, furnaces };
         let page = document(&measured);
         assert_eq!(parse(&page), Some(measured));
         assert_eq!(parse(&page.replace("Written by", "Made by")), None);

@@ -5,6 +5,7 @@ use glam::{Mat3, Vec3, Vec4};
 use proptest::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI, SQRT_2};
 
+use twobounce::ledger::{self, Effect};
 use twobounce::settings::Form::{self, Printed, Right};
 use twobounce::settings::{ConeSet, Ledger, RoughnessFit, Settings, Start, Weights};
 use twobounce::twins::cone::*;
@@ -440,4 +441,28 @@ fn presets_hold_every_row_in_one_form() {
     assert_eq!(Settings::printed().ledger, Ledger::all(Printed));
     assert_eq!(Settings::default().ledger, Ledger::all(Right));
     assert_eq!(TARGETS, TRAVEL.len() + 1);
+}
+
+#[test]
+fn the_page_has_every_row_in_its_present_wording() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/ledger.md")).expect("docs/ledger.md");
+    let measured = ledger::parse(&page).expect("a page that `twobounce ledger` wrote");
+    assert!(ledger::document(&measured) == page, "docs/ledger.md is stale: run `twobounce ledger`");
+    for row in ledger::ROWS.iter().filter(|row| !matches!(row.effect, Effect::NeverRan)) {
+        assert!(measured.changes.contains_key(row.id), "{} was not measured", row.id);
+    }
+    assert!(ledger::CHOICES.iter().all(|choice| measured.changes.contains_key(*choice)));
+    assert_eq!(measured.furnaces.len(), ledger::FURNACE_FILLS.len() * ledger::FURNACE_ROOMS.len());
+    // What the talk does twice gives the same bits when it is done once.
+    assert_eq!(measured.changes["D29"].rel_percent, 0.0);
+}
+
+#[test]
+fn every_row_with_a_formula_has_its_test_here() {
+    // Rows about syntax, or about doing the same work twice, have no formula.
+    let without = ["D4", "D5", "D9", "D29"];
+    let tests = include_str!("ledger_formulas.rs");
+    for row in ledger::ROWS.iter().filter(|row| !without.contains(&row.id)) {
+        assert!(tests.contains(&format!("\nfn {}_", row.id.to_lowercase())), "{} has no test", row.id);
+    }
 }

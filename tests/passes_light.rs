@@ -2,40 +2,76 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
+
+use glam::{DAffine3, DVec3, Vec3};
 use twobounce::layers::Aov;
-use twobounce::scene::analytic;
+use twobounce::scene::{Material, Mesh, Projection, Scene, View, analytic};
 use twobounce::settings::{Fill, Settings};
 use twobounce::twins::closed_forms;
 
 /// Mean and largest pixel over Σρᵏ after two bounces.
 fn furnace_ratio(albedo: f32, block: bool, settings: &Settings) -> (f64, f64) {
-    let context = gpu::context();
     let scene = analytic::furnace(albedo, 1.0, block);
     let view = scene.view(&scene.pose(None, 0.0), 0);
-    let image = gpu::render_from(&context, &scene, settings, 32, view).read();
-    let pixels = image.get(Aov::Beauty).expect("an image");
+    let image = gpu::render_from(&gpu::context(), &scene, settings, 32, view).read();
     let expected = closed_forms::furnace(f64::from(albedo), 2);
-    let ratios: Vec<f64> = pixels.iter().map(|p| f64::from(p[1]) / expected).collect();
-    (ratios.iter().sum::<f64>() / ratios.len() as f64, ratios.iter().fold(0.0, |a, b| f64::max(a, *b)))
+    let ratios: Vec<f64> = image.beauty().iter().map(|p| f64::from(p[1]) / expected).collect();
+    (ratios.iter().sum::<f64>() / ratios.len() as f64, ratios.iter().copied().fold(0.0, f64::max))
 }
 
 #[test]
-fn a_furnace_keeps_its_energy_and_makes_none() {
+fn the_default_keeps_a_furnaces_energy_and_makes_none() {
     for (albedo, block) in [(0.5, false), (0.5, true), (0.8, false), (0.8, true)] {
-        for base in [
-            Settings::fast(),
-            Settings::balanced(),
-            Settings::accurate(),
-            Settings { fill: Fill::Coverage, ..Settings::default() },
-            Settings { fill: Fill::Facing, ..Settings::default() },
-        ] {
-            let settings = Settings { voxels: 32, ..base };
-            eprintln!("{albedo} {block} {} {:?}", settings.fill, furnace_ratio(albedo, block, &settings));
-        }
-        let settings = Settings { voxels: 32, fill: Fill::Uniform, ..Settings::default() };
-        eprintln!("{albedo} {block} uniform {:?}", furnace_ratio(albedo, block, &settings));
-        let (mean, most) = furnace_ratio(albedo, block, &settings);
-        // Ten percent is what cones of a few voxels' reach may lose; one is f16 in two volumes' mips.
+        let (mean, most) = furnace_ratio(albedo, block, &Settings { voxels: 32, ..Settings::fast() });
+        // A tenth is what cones lose between their start and their first sample, and in corners; a hundredth is f16 in two
+        // volumes and their mips.
         assert!((0.9..=1.01).contains(&mean) && most < 1.01, "albedo {albedo}, block {block}: {mean}, {most} at most");
+    }
+}
+
+#[test]
+fn no_fill_makes_energy() {
+    for fill in [Fill::Uniform, Fill::Facing, Fill::Coverage] {
+        let (_, most) = furnace_ratio(0.8, true, &Settings { voxels: 16, fill, ..Settings::default() });
+        // f16, as above.
+        assert!(most < 1.01, "{fill}: {most}");
+    }
+}
+
+/// A floor under an opaque square of half side `half`, one metre above it, or under nothing.
+fn sheltered(half: Option<f32>) -> Scene {
+    let mut scene = Scene::empty("sheltered floor");
+    let grey = scene.add_material(Material { double_sided: true, ..Material::lambert("grey", Vec3::splat(0.5)) });
+    let square = |name, y, half: f32| {
+        Mesh::quad(name, grey, Vec3::new(-half, y, -half), Vec3::Z * 2.0 * half, Vec3::X * 2.0 * half)
+    };
+    scene.add_mesh(square("floor", 0.0, 2.0), DAffine3::IDENTITY);
+    if let Some(half) = half {
+        scene.add_mesh(square("ceiling", 1.0, half), DAffine3::IDENTITY);
+    }
+    scene.sky = Vec3::ONE;
+    scene
+}
+
+#[test]
+fn ambient_occlusion_under_a_square_is_the_form_factors() {
+    let at = |scene: &Scene| {
+        let projection = Projection::Orthographic { half_height: 0.05, near: 0.01, far: 10.0 };
+        let down = View { eye: DVec3::Y * 0.5, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
+        let settings = Settings { voxels: 64, ..Settings::accurate() };
+        let image = gpu::render_layers(&gpu::context(), scene, &settings, 8, down, vec![Aov::Ao]).read();
+        let open = image.get(Aov::Ao).expect("the layer asked for");
+        open.iter().map(|p| f64::from(p[0])).sum::<f64>() / open.len() as f64
+    };
+    // The floor itself hides nothing.
+    let open = at(&sheltered(None));
+    assert!((open - 1.0).abs() < 0.02, "{open}");
+    for half in [0.5, 1.0, 1.9] {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let square = corners.map(|(x, z)| DVec3::new(x * half, 1.0, z * half));
+        let expected = closed_forms::ambient_occlusion(DVec3::ZERO, DVec3::Y, &square);
+        let open = at(&sheltered(Some(half as f32)));
+        // Sixty-four cones blur the square's edge over a sixteenth of a radian and a voxel's width.
+        assert!((open - expected).abs() < 0.05, "half side {half}: {open} is not {expected}");
     }
 }

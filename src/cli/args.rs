@@ -30,6 +30,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Write the scenes in assets/ anew
     MakeAssets(MakeAssetsArgs),
+    /// Measure what each defect of the talk's listings changes, and write docs/ledger.md anew
+    Ledger(LedgerArgs),
 }
 
 /// A scene and how to look at it.
@@ -149,6 +151,24 @@ pub struct MakeAssetsArgs {
     /// The folder to write into; made where it is missing
     #[arg(value_name = "DIR", default_value = "assets")]
     pub dir: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub struct LedgerArgs {
+    /// The scene to measure on
+    #[arg(value_name = "SCENE", default_value = "assets/gallery.glb")]
+    pub scene: PathBuf,
+    /// The page to write
+    #[arg(short, long, value_name = "OUT.md", default_value = "docs/ledger.md")]
+    pub output: PathBuf,
+    /// Size of the images in pixels
+    #[arg(long, value_name = "WxH", default_value = "192x192", value_parser = size)]
+    pub size: (u32, u32),
+    /// Edge of the grid
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    pub voxels: u32,
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 #[derive(Args, Debug)]

@@ -7,6 +7,7 @@ mod compare;
 mod info;
 pub mod interrupt;
 pub mod job;
+mod ledger;
 pub mod log;
 mod make_assets;
 pub mod out;
@@ -61,6 +62,7 @@ pub fn parse() -> Result<Cli, ExitCode> {
 /// Runs one subcommand.
 pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
+        Command::Ledger(args) => ledger::run(args),
         Command::MakeAssets(args) => make_assets::run(args),
         Command::Render(args) => render::run(args),
         Command::Reference(args) => reference::run(args),

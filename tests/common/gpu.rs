@@ -1,4 +1,5 @@
-//! One frame under validation, and what it left on the device.
+//! One frame under validation, and what it left on the device. Every test file uses a part of this.
+#![allow(dead_code)]
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -6,6 +7,7 @@ use std::sync::Arc;
 use half::f16;
 use twobounce::gi::Method;
 use twobounce::gi::cones::resources::VolumeImages;
+use twobounce::layers::Aov;
 use twobounce::layout::{Globals, ListItem, Triangle};
 use twobounce::renderer::{RenderOptions, Renderer, Submit};
 use twobounce::scene::{Scene, View};
@@ -26,13 +28,25 @@ pub fn render(context: &Arc<Context>, scene: &Scene, settings: &Settings, size: 
     render_from(context, scene, settings, size, View::framing(scene.bounds(None)))
 }
 
-/// As [`render`], seen through `view`. Any validation message fails.
+/// As [`render`], seen through `view`.
 pub fn render_from(context: &Arc<Context>, scene: &Scene, settings: &Settings, size: u32, view: View) -> Renderer {
+    render_layers(context, scene, settings, size, view, vec![])
+}
+
+/// As [`render_from`], with more layers than the image. Any validation message fails.
+pub fn render_layers(
+    context: &Arc<Context>,
+    scene: &Scene,
+    settings: &Settings,
+    size: u32,
+    view: View,
+    aovs: Vec<Aov>,
+) -> Renderer {
     let pose = scene.pose(None, 0.0);
     let options = RenderOptions {
         size: (size, size),
         method: Method::Cones,
-        aovs: vec![],
+        aovs,
         submit: Submit::Frame,
         memory_limit: None,
         bounds: scene.bounds(None),

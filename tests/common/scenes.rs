@@ -1,4 +1,5 @@
-//! Random numbers, and what random triangles are made of.
+//! Random numbers, and what random triangles are made of. Every test file uses a part of this.
+#![allow(dead_code)]
 
 use glam::{DAffine3, DVec3};
 use twobounce::scene::{Material, Mesh, Scene};

@@ -1,0 +1,136 @@
+//! `twobounce ledger`: measures every row of the ledger and writes `docs/ledger.md`.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use glam::Vec3;
+use twobounce::gi::Method;
+use twobounce::ledger::{
+    CHOICES, Change, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, Furnace, Measurements, ROWS, document,
+    furnace_row,
+};
+use twobounce::output::file;
+use twobounce::renderer::{RenderOptions, Renderer, Submit};
+use twobounce::scene::{LoadOptions, Scene, View, analytic};
+use twobounce::settings::Settings;
+use twobounce::twins::closed_forms;
+use twobounce::vk::Context;
+use twobounce::{Error, Result};
+
+use super::args::LedgerArgs;
+use super::{Outcome, interrupt, out};
+
+/// Pixels a side of a furnace's image: every pixel should be the same.
+const FURNACE_PIXELS: u32 = 64;
+
+pub fn run(args: &LedgerArgs) -> anyhow::Result<Outcome> {
+    interrupt::install()?;
+    file::check_writable(&args.output)?;
+    let context = args.device.open(args.size.0, args.size.1)?;
+    let scene = Scene::load(&args.scene, &LoadOptions::default())?;
+    let voxels = format!("voxels={}", args.voxels);
+    let about = format!(
+        "Measured on `{}` at {}×{}, {}³ voxels, on {} ({}).",
+        scene.name, args.size.0, args.size.1, args.voxels, context.name, context.driver
+    );
+    let mut bench = Bench { context: &context, scene, size: args.size, voxels, frames: BTreeMap::new() };
+    let mut measured = Measurements { about, ..Measurements::default() };
+    for row in ROWS {
+        if let Effect::Measured { right, printed } = row.effect {
+            out::complain(row.id);
+            measured.changes.insert(row.id.into(), bench.change(right, printed)?);
+        }
+    }
+    for choice in CHOICES {
+        out::complain(choice);
+        measured.changes.insert((*choice).into(), bench.change(&[], &[choice])?);
+    }
+    for (fill, settings) in FURNACE_FILLS {
+        for &(albedo, block) in FURNACE_ROOMS {
+            let row = furnace_row(fill, albedo, block);
+            out::complain(&row);
+            let at = |edge: &u32| furnace(&context, settings, albedo, block, *edge);
+            measured.furnaces.insert(row, FURNACE_EDGES.iter().map(at).collect::<Result<_>>()?);
+        }
+    }
+    file::write(&args.output, document(&measured).as_bytes())?;
+    Ok(Outcome::Done)
+}
+
+/// An image of the bench's scene, and what it took.
+struct Shot {
+    beauty: Vec<[f32; 3]>,
+    gpu_ms: f64,
+}
+
+/// One scene under many settings; each is rendered once.
+struct Bench<'a> {
+    context: &'a Arc<Context>,
+    scene: Scene,
+    size: (u32, u32),
+    voxels: String,
+    frames: BTreeMap<String, Rc<Shot>>,
+}
+
+impl Bench<'_> {
+    /// What `printed` changes on top of `right`.
+    fn change(&mut self, right: &[&str], printed: &[&str]) -> Result<Change> {
+        let before = self.shot(&[right, printed].concat())?;
+        let after = self.shot(right)?;
+        let sum = |shot: &Shot| shot.beauty.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+        let pairs = before.beauty.iter().flatten().zip(after.beauty.iter().flatten());
+        let difference: f64 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum();
+        Ok(Change {
+            rel_percent: 100.0 * difference / sum(&after),
+            energy: sum(&before) / sum(&after),
+            frame_ms: [before.gpu_ms, after.gpu_ms],
+        })
+    }
+
+    fn shot(&mut self, assignments: &[&str]) -> Result<Rc<Shot>> {
+        let key = assignments.join(" ");
+        if let Some(shot) = self.frames.get(&key) {
+            return Ok(shot.clone());
+        }
+        let mut settings = Settings::default();
+        settings.set(&self.voxels)?;
+        let mut scene = self.scene.clone();
+        for assignment in assignments {
+            // The sky is the scene's, not a setting.
+            match assignment.strip_prefix("sky=") {
+                Some(sky) => scene.sky = Vec3::splat(sky.parse().map_err(|_| Error::Usage(format!("no sky: {sky}")))?),
+                None => settings.set(assignment)?,
+            }
+        }
+        let shot = Rc::new(render(self.context, scene, settings, self.size)?);
+        self.frames.insert(key, shot.clone());
+        Ok(shot)
+    }
+}
+
+/// The second of two frames: the first compiles the shaders.
+fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32)) -> Result<Shot> {
+    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+    let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
+    let options =
+        RenderOptions { size, method: Method::Cones, aovs: vec![], submit: Submit::Frame, memory_limit: None, bounds };
+    let mut renderer = Renderer::new(context, scene, &pose, settings, options)?;
+    interrupt::check()?;
+    renderer.render(&pose, &view)?;
+    interrupt::check()?;
+    let gpu_ms = renderer.render(&pose, &view)?.timings.gpu_ms;
+    Ok(Shot { beauty: renderer.read().beauty().to_vec(), gpu_ms })
+}
+
+fn furnace(context: &Arc<Context>, fill: &[&str], albedo: f32, block: bool, edge: u32) -> Result<Furnace> {
+    let mut settings = Settings { voxels: edge, ..Settings::default() };
+    fill.iter().try_for_each(|assignment| settings.set(assignment))?;
+    let shot = render(context, analytic::furnace(albedo, 1.0, block), settings, (FURNACE_PIXELS, FURNACE_PIXELS))?;
+    let expected = closed_forms::furnace(f64::from(albedo), 2);
+    let ratios: Vec<f64> = shot.beauty.iter().map(|p| f64::from(p[1]) / expected).collect();
+    Ok(Furnace {
+        mean: ratios.iter().sum::<f64>() / ratios.len() as f64,
+        range: [ratios.iter().copied().fold(f64::INFINITY, f64::min), ratios.iter().copied().fold(0.0, f64::max)],
+    })
+}

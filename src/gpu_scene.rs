@@ -23,6 +23,8 @@ pub struct SceneDraw {
     pub material: u32,
     /// Number of this instance's first triangle, counted over all instances.
     pub first_source: u32,
+    /// Whether its triangles may let a ray pass.
+    pub translucent: bool,
 }
 
 /// What the recording pass and shading read.
@@ -104,6 +106,7 @@ impl ScenePacked {
                 vertex_offset,
                 material: index,
                 first_source: triangles,
+                translucent: material.alpha != Alpha::Opaque || material.transmission > 0.0,
             });
             if material.alpha == Alpha::Blend {
                 blended.extend((0..mesh.indices.len() / 3).map(|t| BlendedTriangle {

@@ -23,7 +23,7 @@ shared! {
 }
 shared! {
     /// What the recording pass appends.
-    Triangle { vertices: [Vertex; 3], material: u32, source: u32 }
+    Triangle { vertices: [Vertex; 3], material: u32, source: u32, translucent: u32 }
 }
 shared! {
     /// Counters; the first four are a `VkDrawIndirectCommand`.
@@ -85,7 +85,7 @@ shared! {
 }
 shared! {
     /// Push constants of the recording pass: rows of `voxel_from_object` and of its inverse transpose.
-    RecordPush { rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32 }
+    RecordPush { rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32 }
 }
 shared! {
     /// Push constants of the image passes.

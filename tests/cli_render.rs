@@ -106,6 +106,34 @@ fn a_sequence_is_numbered_and_reports_are_whole() {
     assert!((bytes("allocated_bytes") / bytes("planned_bytes") - 1.0).abs() < 0.05, "{memory}");
 }
 
+#[test]
+fn without_a_method_the_image_is_the_direct_layer() {
+    let folder = folder();
+    rendered(folder.path(), &["scene.gltf", "-o", "cones.exr", "--aov", "direct"]);
+    rendered(folder.path(), &["scene.gltf", "-o", "none.exr", "--method", "none"]);
+    let [cones, none] = ["cones.exr", "none.exr"].map(|name| layers(&folder.path().join(name)));
+    assert_eq!(cones.get(Aov::Direct).unwrap(), none.beauty());
+    assert!(none.beauty().iter().any(|p| p[0] > 0.0));
+}
+
+/// Positions are f64 until they are counted in voxels: 10⁷ m away nothing may change that 1 m in 10⁹ would not.
+#[test]
+fn a_scene_far_away_renders_as_at_home() {
+    let folder = folder();
+    let text = fs::read_to_string(folder.path().join("scene.gltf")).unwrap();
+    let far = text.replace("{\"mesh\":0}", "{\"mesh\":0,\"translation\":[1e7,-1e7,1e7]}");
+    let far = far.replace("\"translation\":[0,0,2]", "\"translation\":[10000000,-10000000,10000002]");
+    fs::write(folder.path().join("far.gltf"), far).unwrap();
+    for name in ["scene", "far"] {
+        rendered(folder.path(), &[&format!("{name}.gltf"), "-o", &format!("{name}.exr"), "--method", "none"]);
+    }
+    let [home, far] = ["scene.exr", "far.exr"].map(|name| layers(&folder.path().join(name)));
+    let sum = |image: &Layers| image.beauty().iter().map(|p| f64::from(p[0])).sum::<f64>();
+    let apart: f64 = home.beauty().iter().zip(far.beauty()).map(|(a, b)| f64::from((a[0] - b[0]).abs())).sum();
+    // f64 keeps 2·10⁻⁹ m here, which the framing camera's own direction magnifies by at most a few.
+    assert!(sum(&home) > 0.0 && apart <= 1e-5 * sum(&home), "they differ by {}", apart / sum(&home));
+}
+
 /// Nothing to see is no error: the sky is.
 #[test]
 fn a_scene_without_triangles_shows_the_sky() {

@@ -319,6 +319,25 @@ fn lamps_obey_their_laws() {
     }
 }
 
+/// A lamp with a radius sends the same light to whatever sees all of it, but a softer shadow: half where half of it is hidden.
+#[test]
+fn a_lamp_with_a_radius() {
+    let p = |x: f32, z: f32| Vec3::new(x * 8.0, 1.0, z * 8.0);
+    let half_plane = quad(p(0.0, -1.0), p(1.0, -1.0), p(1.0, 1.0), p(0.0, 1.0));
+    let floor = || {
+        let mut built = Built::new().mesh(&level(0.0, 4.0, true), diffuse(PI / 4.0));
+        built = built.light(LightKind::Point, 8.0, DVec3::new(0.0, 2.0, 0.0));
+        built.0.lights[0].radius = 0.4;
+        built
+    };
+    let view = above(0.0, 0.001);
+    let open = floor().mean(&view, 1, 256, Depth::Full);
+    let half = floor().mesh(&half_plane, diffuse(0.5)).mean(&view, 1, 256, Depth::Bounces(0));
+    // I / d² · ρ / π = 0.5; stratified noise of 256 samples.
+    assert!((open - 0.5).abs() < 0.002, "open {open}");
+    assert!((half - 0.25).abs() < 0.01, "half {half}");
+}
+
 /// A single-sided surface is not there for the eye behind it, but shades; its back neither shines nor reflects.
 #[test]
 fn single_sided_surfaces() {

@@ -1,4 +1,5 @@
-//! A machine without a Vulkan loader or without a driver: one sentence that names the package, exit code 2.
+//! A machine without a Vulkan loader, without a driver or without the device that was asked for: one sentence that
+//! names what is missing, exit code 2.
 #![cfg(target_os = "linux")]
 
 use std::process::{Command, Output};
@@ -37,4 +38,23 @@ fn with_both_the_devices_are_listed() {
     let text = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.starts_with("0: ") && text.contains("geometryShader"), "{text}");
+}
+
+/// Asks for a device that is not there by the variable, by the flag, and by the flag against the variable.
+#[test]
+fn a_device_that_is_not_there_is_refused_with_a_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = folder.path().join("image.png");
+    let cases: [(Option<&str>, &[&str]); 3] =
+        [(Some("Voodoo"), &[]), (None, &["--device", "Voodoo"]), (Some("0"), &["--device", "Voodoo"])];
+    for (variable, flags) in cases {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
+        command.args(["render", "assets/cornell-point.glb", "--size", "8x8", "-o"]).arg(&image).args(flags);
+        command.env_remove("TWOBOUNCE_DEVICE").envs(variable.map(|name| ("TWOBOUNCE_DEVICE", name)));
+        let output = command.output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains("\"Voodoo\"") && message.contains("0: "), "{message}");
+        assert!(!image.exists());
+    }
 }

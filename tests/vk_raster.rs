@@ -281,3 +281,15 @@ fn masked_and_indirect_draws_and_rows() {
     }
     assert_clean(&gpu());
 }
+
+#[test]
+fn too_large_an_image_is_refused_in_one_sentence() {
+    let (format, usage) = (Format::R8G8B8A8_UNORM, ImageUsageFlags::SAMPLED);
+    let width = gpu().limits.max_image_dimension2_d + 1;
+    let desc = ImageDesc { label: "texture", format, width, usage, ..Default::default() };
+    let Err(error) = Image::new(&gpu(), &desc) else { panic!("accepted") };
+    let message = error.to_string();
+    assert!(matches!(error, twobounce::Error::Memory(_)), "{message}");
+    assert!(message.contains("texture") && message.contains(&width.to_string()), "{message}");
+    assert_clean(&gpu());
+}

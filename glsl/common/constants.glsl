@@ -27,7 +27,6 @@ const uint SHADOWS_NONE = 0u;
 const uint SHADOWS_CONES = 1u;
 const uint SHADOWS_RAYS = 2u;
 
-const uint FEATURE_TEXTURES = 1u;
 const uint FEATURE_ALPHA = 2u; // masks, blending or transmission: what a shadow ray may pass through
 const uint FEATURE_SPECULAR = 4u;
 const uint FEATURE_TRANSMISSION = 8u;
@@ -42,6 +41,11 @@ bool printed(uint row) {
 
 bool feature(uint bit) {
     return (FEATURES & bit) != 0u;
+}
+
+// Bits 8 to 15 of FEATURES: some material has a texture in that slot.
+bool slot_in_use(uint slot) {
+    return (FEATURES & (256u << slot)) != 0u;
 }
 
 const float PI = 3.14159265358979;

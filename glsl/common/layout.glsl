@@ -13,6 +13,7 @@ struct Triangle {
     Vertex vertices[3];
     uint material;
     uint source; // index in the scene, the same every frame
+    uint translucent; // 1: a ray may pass
 };
 
 struct Globals {

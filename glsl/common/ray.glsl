@@ -42,6 +42,9 @@ vec3 triangle_transmittance(Triangle t, vec2 uv) {
 
 // Share of the light that comes from `distance` voxels away along unit d to a point on a surface with normal `facet`.
 // Alpha masks, blending and transmission let light through, straight and tinted.
+//
+// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes empty voxels, one tests a
+// list, and textures are looked at outside of both, once per hit that may let light through.
 vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
     vec3 origin = from + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
     vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
@@ -56,52 +59,56 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
     }
     ivec3 cell = clamp(ivec3(floor(origin + d * enter)), ivec3(0), ivec3(int(EDGE) - 1));
     ivec3 direction = ivec3(mix(vec3(1.0), vec3(-1.0), lessThan(d, vec3(0.0))));
+    ivec3 stride = direction * ivec3(1, int(EDGE), int(EDGE * EDGE));
     vec3 next = (vec3(cell) + max(vec3(direction), vec3(0.0)) - origin) * inverse;
     vec3 delta = abs(inverse);
+    int voxel = (cell.z * int(EDGE) + cell.y) * int(EDGE) + cell.x;
+    float t = enter;
+    float t_next = min(next.x, min(next.y, next.z));
+    uint item = heads[voxel];
+    bool blocked = false;
     // Optical depth in fixed point: the order of the hits cannot matter.
     uvec3 depth = uvec3(0u);
-    float t = enter;
-    for (uint guard = 0u; guard < 3u * EDGE + 3u; guard++) {
-        float t_next = min(next.x, min(next.y, next.z));
-        uint item = heads[(uint(cell.z) * EDGE + uint(cell.y)) * EDGE + uint(cell.x)];
-        for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
+    for (uint guard = 0u; guard < globals.item_count + 3u * EDGE; guard++) {
+        for (uint k = 0u; k < 3u * EDGE && item == 0u && t_next < leave; k++) {
+            bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
+                next.z < next.x && next.z < next.y);
+            voxel += axis.x ? stride.x : axis.y ? stride.y : stride.z;
+            next += mix(vec3(0.0), delta, axis);
+            t = t_next;
+            t_next = min(next.x, min(next.y, next.z));
+            // Rounding may step past the last voxel just before `leave`.
+            item = voxel >= 0 && voxel < int(EDGE * EDGE * EDGE) ? heads[voxel] : 0u;
+        }
+        if (item == 0u) {
+            break;
+        }
+        uint passing = 0u; // 1 + a triangle that was hit and may let light through
+        vec2 passing_uv = vec2(0.0);
+        for (uint k = 0u; k < globals.item_count && item != 0u && passing == 0u; k++) {
             ListItem entry = list_items[item - 1u];
             item = entry.next;
             vec2 uv;
             float hit = hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
                 triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
-            if (hit <= 0.0 || hit >= distance) {
-                continue;
-            }
-            if (!feature(FEATURE_ALPHA)) {
-                return vec3(0.0);
-            }
-            // A triangle stands in many lists: its hit counts in the voxel where it lies.
-            if (hit >= t && hit < t_next) {
-                vec3 passed = triangle_transmittance(triangles[entry.triangle], uv);
-                if (all(lessThanEqual(passed, vec3(0.0)))) {
-                    return vec3(0.0);
+            if (hit > 0.0 && hit < distance) {
+                if (!feature(FEATURE_ALPHA) || triangles[entry.triangle].translucent == 0u) {
+                    blocked = true;
+                    item = 0u;
+                } else if (hit >= t && hit < t_next) {
+                    // A triangle stands in many lists: its hit counts in the voxel where it lies.
+                    passing = entry.triangle + 1u;
+                    passing_uv = uv;
                 }
-                depth += uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
             }
         }
-        if (t_next >= leave) {
+        if (blocked) {
             break;
         }
-        t = t_next;
-        if (next.x <= next.y && next.x <= next.z) {
-            cell.x += direction.x;
-            next.x += delta.x;
-        } else if (next.y <= next.z) {
-            cell.y += direction.y;
-            next.y += delta.y;
-        } else {
-            cell.z += direction.z;
-            next.z += delta.z;
-        }
-        if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(int(EDGE))))) {
-            break;
+        if (feature(FEATURE_ALPHA) && passing != 0u) {
+            vec3 passed = triangle_transmittance(triangles[passing - 1u], passing_uv);
+            depth += uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
         }
     }
-    return exp2(-vec3(depth) / 65536.0);
+    return blocked ? vec3(0.0) : mix(exp2(-vec3(depth) / 65536.0), vec3(0.0), greaterThan(depth, uvec3(29u * 65536u)));
 }

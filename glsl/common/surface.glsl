@@ -37,7 +37,7 @@ vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
 }
 
 bool has_slot(Material m, uint slot) {
-    return feature(FEATURE_TEXTURES) && m.slots[slot].texture >= 0;
+    return slot_in_use(slot) && m.slots[slot].texture >= 0;
 }
 
 // How uv moves per voxel along two orthogonal directions in the triangle's plane.

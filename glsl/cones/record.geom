@@ -22,6 +22,7 @@ layout(push_constant, scalar) uniform Push {
     uint material;
     uint first_source;
     uint mirrored;
+    uint translucent;
 } push;
 
 layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
@@ -52,6 +53,7 @@ void main() {
     triangles[slot].material = push.material;
     uint source = push.first_source + uint(gl_PrimitiveIDIn);
     triangles[slot].source = source;
+    triangles[slot].translucent = push.translucent;
     if (feature(FEATURE_BLEND)) {
         slots[source] = slot + 1u; // the image draws blended triangles in an order of its own
     }

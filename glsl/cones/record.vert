@@ -21,6 +21,7 @@ layout(push_constant, scalar) uniform Push {
     uint material;
     uint first_source;
     uint mirrored;
+    uint translucent;
 } push;
 
 vec3 unit(vec3 v) {

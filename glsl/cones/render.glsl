@@ -53,12 +53,9 @@ layout(location = 6) out vec4 out_albedo;
 // Light that arrives without a bounce, averaged over the covered samples.
 vec3 direct_light(Surface s, vec3 a, uint covered) {
     vec3 sum = vec3(0.0);
-    uint count = 0u;
-    for (uint i = 0u; i < frame.samples; i++) {
-        if ((covered & (1u << i)) == 0u) {
-            continue;
-        }
-        count++;
+    uint count = uint(bitCount(covered));
+    for (uint left = covered; left != 0u; left &= left - 1u) {
+        uint i = uint(findLSB(left));
         vec3 position = sample_position(i, a, s.facet);
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - position);
         for (uint k = 0u; k < frame.light_count; k++) {

@@ -109,12 +109,17 @@ void main() {
             }
             bool two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
             vec3 n = s.facet;
-            vec3 front = shade_side(s, voxel);
+            vec3 front = vec3(0.0);
             vec3 back = vec3(0.0);
-            if (two_sided) {
+            for (uint side = 0u; side < (two_sided ? 2u : 1u); side++) {
+                front = back;
+                back = shade_side(s, voxel);
                 s.normal = -s.normal;
                 s.facet = -s.facet;
-                back = shade_side(s, voxel);
+            }
+            if (!two_sided) {
+                front = back;
+                back = vec3(0.0);
             }
             count++;
             for (int k = 0; k < 6; k++) {

@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::{DVec3, Vec3};
 use twobounce::layers::Aov;
+use twobounce::settings::PRESETS;
 
 /// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
 #[derive(Debug, Parser)]
@@ -78,7 +79,7 @@ pub struct SceneArgs {
 #[derive(Args, Debug)]
 pub struct SettingsArgs {
     /// Start from this preset
-    #[arg(long, value_name = "NAME", default_value = "fast")]
+    #[arg(long, value_name = "NAME", default_value = PRESETS[0].name)]
     pub preset: String,
     /// Then take the keys of this TOML file
     #[arg(long, value_name = "FILE.toml")]
@@ -161,11 +162,8 @@ pub struct LedgerArgs {
     #[arg(short, long, value_name = "OUT.md", default_value = "docs/ledger.md")]
     pub output: PathBuf,
     /// Size of the images in pixels
-    #[arg(long, value_name = "WxH", default_value = "192x192", value_parser = size)]
+    #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
     pub size: (u32, u32),
-    /// Edge of the grid
-    #[arg(long, value_name = "N", default_value_t = 64)]
-    pub voxels: u32,
     #[command(flatten)]
     pub device: DeviceArgs,
 }

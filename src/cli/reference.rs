@@ -91,11 +91,27 @@ fn check(args: &ReferenceArgs) -> Result<Stop> {
         return Err(Error::file(&args.output, "is no .exr; a reference holds linear radiance, name it something.exr"));
     }
     file::check_writable(&args.output)?;
+    let (width, height) = args.scene.size;
+    let needed = Film::bytes(width, height);
+    if let Some(available) = available_memory().filter(|available| needed > *available) {
+        let [needed, available] = [needed, available].map(|bytes| bytes >> 20);
+        let text = format!(
+            "a reference of {width}x{height} needs {needed} MiB, {available} are free; choose a smaller --size"
+        );
+        return Err(Error::Memory(text));
+    }
     match args.spp {
         Some(n) => Ok(Stop::Samples(n)),
         None if args.noise > 0.0 && args.noise.is_finite() => Ok(Stop::Noise(args.noise / 100.0)),
         None => Err(Error::Usage("--noise takes a percentage above 0".to_owned())),
     }
+}
+
+/// Bytes of memory that programs can still get, where the system says.
+fn available_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
+    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib << 10)
 }
 
 fn header(args: &ReferenceArgs, opened: &scene::Opened, film: &Film) -> Metadata {
@@ -126,7 +142,8 @@ fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
         say!("taken from the cache");
     } else {
         let (paths, seconds) = (traced.paths as f64 / 1e6, traced.seconds);
-        say!("traced {paths:.2} million paths in {seconds:.1} s: {:.3} million per second", paths / seconds);
+        let (rate, threads) = (paths / seconds, rayon::current_num_threads());
+        say!("traced {paths:.2} million paths in {seconds:.1} s: {rate:.3} million per second on {threads} threads");
     }
     if film.rejected() > 0 {
         say!("{} samples were not finite and count as black", film.rejected());
@@ -136,9 +153,8 @@ fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
 /// The progress bar on standard error, and what it saw.
 struct Bar {
     bar: ProgressBar,
-    start: Instant,
-    /// Paths at the first and at the latest report.
-    seen: Mutex<Option<(u64, u64)>>,
+    /// When the first path began, and the latest count of paths since.
+    seen: Mutex<Option<(Instant, u64)>>,
 }
 
 /// Work that was done in this call.
@@ -153,7 +169,7 @@ impl Bar {
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent} %, {eta} left{msg}") {
             bar.set_style(style);
         }
-        Self { bar, start: Instant::now(), seen: Mutex::new(None) }
+        Self { bar, seen: Mutex::new(None) }
     }
 
     fn show(&self, progress: &Progress) {
@@ -163,15 +179,17 @@ impl Bar {
             self.bar.set_message(format!(", noise {:.2} %", 100.0 * noise));
         }
         if let Ok(mut seen) = self.seen.lock() {
-            let first = seen.map_or(progress.before, |s| s.0);
-            let latest = seen.map_or(0, |s| s.1).max(progress.paths);
-            *seen = Some((first, latest));
+            let (start, latest) = seen.unwrap_or((Instant::now(), 0));
+            *seen = Some((start, latest.max(progress.paths - progress.before)));
         }
     }
 
     fn finish(&self) -> Traced {
         self.bar.finish_and_clear();
-        let paths = self.seen.lock().ok().and_then(|s| *s).map_or(0, |(first, latest)| latest - first);
-        Traced { paths, seconds: self.start.elapsed().as_secs_f64() }
+        let seen = self.seen.lock().ok().and_then(|s| *s);
+        seen.map_or(Traced { paths: 0, seconds: 0.0 }, |(start, paths)| Traced {
+            paths,
+            seconds: start.elapsed().as_secs_f64(),
+        })
     }
 }

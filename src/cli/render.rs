@@ -96,7 +96,7 @@ struct Studio<'a> {
 impl<'a> Studio<'a> {
     fn new(args: &RenderArgs, job: &'a RenderJob, opened: Opened, context: &'a Arc<Context>) -> Result<Self> {
         let Opened { scene, shot, width, height, camera, .. } = opened;
-        say!("{}: {} triangles, camera {camera}, {width}x{height}", scene.name, scene.triangle_count());
+        say!("{}: triangles {}, camera {camera}, {width}x{height}", scene.name, scene.triangle_count());
         say!("{}: {}", context.name, context.driver);
         let options = RenderOptions {
             size: (width, height),
@@ -182,7 +182,7 @@ impl<'a> Studio<'a> {
         let Some(last) = self.reports.last() else { return };
         let counters = &last.counters;
         say!(
-            "recorded {} triangles (dropped {} without area), listed {} in {} voxels",
+            "recorded triangles {} (dropped without area {}), list items {}, occupied voxels {}",
             counters.triangles,
             counters.degenerate,
             counters.list_items,
@@ -190,7 +190,7 @@ impl<'a> Studio<'a> {
         );
         let repeats: u32 = self.reports.iter().map(|r| r.repeats).sum();
         if repeats > 0 {
-            say!("buffers were too small and grew: {repeats} times a frame was repeated");
+            say!("buffers were too small and grew; frames repeated for it {repeats}");
         }
     }
 

@@ -37,12 +37,12 @@ pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<Outcome> {
 }
 
 fn list(settings: &Settings) {
-    say!("presets:");
-    for (name, meaning, _) in PRESETS {
-        say!("  {name:<10} {meaning}");
+    say!("presets (--preset name; {} where none is named):", PRESETS[0].name);
+    for preset in PRESETS {
+        say!("  {:<10} {}", preset.name, preset.meaning);
     }
     say!("\nsettings (--set key=value; a * marks what differs from the default):");
-    let defaults = Settings::default().entries();
+    let defaults = (PRESETS[0].settings)().entries();
     for ((key, value), (_, default)) in settings.entries().iter().zip(&defaults) {
         let mark = if value == default { ' ' } else { '*' };
         let was = if value == default { String::new() } else { format!(", default {default}") };

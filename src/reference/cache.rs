@@ -1,7 +1,7 @@
 //! References kept between runs, so that nobody waits twice: films under a hash of everything that shapes them.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bytemuck::{cast_slice, cast_slice_mut};
@@ -60,10 +60,15 @@ impl Cache {
         };
         let mut saved = Instant::now();
         let mut pause = |film: &Film| {
-            let cancelled = cancel.load(std::sync::atomic::Ordering::Relaxed);
-            if cancelled || options.stop.reached(film) || saved.elapsed() > SAVE_EVERY {
-                file::write(&path, &encode(film, &key))?;
-                saved = Instant::now();
+            let finished = options.stop.reached(film);
+            if !(finished || cancel.load(Ordering::Relaxed) || saved.elapsed() > SAVE_EVERY) {
+                return Ok(());
+            }
+            saved = Instant::now();
+            match file::write(&path, &encode(film, &key)) {
+                // The image itself is there; only the next call will have to wait again.
+                Err(error) if finished => tracing::warn!("the reference is not kept for next time: {error}"),
+                other => other?,
             }
             Ok(())
         };

@@ -99,6 +99,11 @@ impl Film {
         Self { width, rows: vec![row; height as usize], history: Vec::new() }
     }
 
+    /// Memory for a film and, while it is saved, its copy.
+    pub fn bytes(width: u32, height: u32) -> u64 {
+        2 * width as u64 * height as u64 * size_of::<Pixel>() as u64
+    }
+
     /// Samples per pixel that every row has.
     pub fn done(&self) -> u32 {
         self.rows.iter().map(|r| r.done).min().unwrap_or(0)

@@ -19,7 +19,7 @@ pub const PIXEL_AND_LIGHT: u32 = 0;
 const OCCLUSION: u32 = u32::MAX;
 
 /// Vertices after which paths may end at random.
-const ROULETTE_START: u32 = 3;
+const ROULETTE_START: u32 = 1;
 
 /// What one path found.
 #[derive(Clone, Copy, Debug, Default)]

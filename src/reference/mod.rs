@@ -103,7 +103,8 @@ impl Stop {
     }
 }
 
-/// Brings `film` to where `options` want it, on all threads. `progress` is called now and then from any of them; `pause`
+/// Brings `film` to where `options` want it, on all threads. `progress` is called before the
+/// first path and then now and then from any of them; `pause`
 /// after some seconds of work, with the film in a state to keep. [`Error::Interrupted`] soon after `cancel` is set.
 pub fn render(
     (scene, pose, view): (&Scene, &Pose, &View),
@@ -121,6 +122,9 @@ pub fn render(
     let camera = Camera::new(view, &integrator.geometry.units, options.width, options.height);
     let before = film.paths();
     let progress = |paths, expected, noise| progress(Progress { before, paths, expected, noise });
+    if !options.stop.reached(film) {
+        progress(before, before.max(1), None);
+    }
     while !options.stop.reached(film) {
         let check = next_check(film.done());
         let end = options.stop.end(film).map_or(check, |n| check.min(n));

@@ -153,7 +153,7 @@ impl Integrator<'_> {
 
     /// Gives every first vertex that sees the joint its share.
     fn join(&self, joint: &Joint, origins: &[Option<Origin>], samples: &mut [Sample]) {
-        let mut joins: [Option<Join>; SIDE * SIDE] = Default::default();
+        let mut joins: [Option<Join>; SIDE * SIDE] = std::array::from_fn(|_| None);
         let (mut density, mut next_density) = (0.0, 0.0);
         for (pixel, origin) in origins.iter().enumerate() {
             joins[pixel] = origin.as_ref().and_then(|origin| self.view(joint, origin, pixel));

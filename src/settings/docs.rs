@@ -9,17 +9,18 @@ pub fn markdown() -> String {
          Made by `twobounce settings --markdown`; a test checks that it is current.\n\n\
          `--preset NAME`, then `--config FILE.toml`, then every `--set key=value`: later ones win. In a file, keys stand\n\
          as here (`start.diffuse_along = 1.0`) or in groups (`[start]`). Lengths in voxels do not change when a scene is\n\
-         scaled. Factors of time were measured on two CPU cores.\n\n## Presets\n\n",
+         scaled. Factors of time were measured on two CPU cores.\n\n## Presets\n\n\
+         The first is the default.\n\n",
     );
-    for (name, meaning, _) in PRESETS {
-        page += &format!("- `{name}`: {meaning}\n");
+    for preset in PRESETS {
+        page += &format!("- `{}`: {}\n", preset.name, preset.meaning);
     }
     page += "\n## Keys\n\n| key | what | ";
-    page += &PRESETS.iter().map(|(name, ..)| format!("`{name}` | ")).collect::<String>();
+    page += &PRESETS.iter().map(|preset| format!("`{}` | ", preset.name)).collect::<String>();
     page += "unit | range | what more of it costs |\n|---|---|";
     page += &"---|".repeat(PRESETS.len());
     page += "---|---|---|\n";
-    let presets: Vec<_> = PRESETS.iter().map(|(.., make)| make().entries()).collect();
+    let presets: Vec<_> = PRESETS.iter().map(|preset| (preset.settings)().entries()).collect();
     for (i, (key, _)) in Settings::default().entries().iter().enumerate() {
         let values: String = presets.iter().map(|entries| format!("{} | ", entries[i].1)).collect();
         let escaped = |text: &str| text.replace('|', "\\|");

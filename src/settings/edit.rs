@@ -11,9 +11,9 @@ impl Settings {
     /// # Errors
     /// [`Error::Usage`] with the nearest name if there is none.
     pub fn preset(name: &str) -> Result<Self> {
-        let found = PRESETS.iter().find(|(preset, ..)| *preset == name);
-        found.map(|(.., make)| make()).ok_or_else(|| {
-            let names: Vec<&str> = PRESETS.iter().map(|(preset, ..)| *preset).collect();
+        let found = PRESETS.iter().find(|preset| preset.name == name);
+        found.map(|preset| (preset.settings)()).ok_or_else(|| {
+            let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
             usage(format!("there is no preset {name:?}; {}", suggestion(name, &names)))
         })
     }

@@ -331,13 +331,26 @@ mod auto {
     }
 }
 
-/// The presets by name, with what each is for. The first is the default.
-pub const PRESETS: &[(&str, &str, fn() -> Settings)] = &[
-    ("corrected", "every row of the ledger right", Settings::default),
-    ("printed", "the talk's listings as printed, where they can run", Settings::printed),
-    ("fast", "saturating cones, 6 a pixel: the default", Settings::fast),
-    ("balanced", "saturating cones, 16 a pixel", Settings::balanced),
-    ("accurate", "saturating cones, 64 a pixel", Settings::accurate),
+/// Settings with a name.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    pub name: &'static str,
+    /// What it is for.
+    pub meaning: &'static str,
+    pub settings: fn() -> Settings,
+}
+
+/// Every preset. The first is what the command line takes where none is named.
+pub const PRESETS: &[Preset] = &[
+    Preset { name: "fast", meaning: "saturating cones, 6 a pixel", settings: Settings::fast },
+    Preset { name: "balanced", meaning: "saturating cones, 16 a pixel", settings: Settings::balanced },
+    Preset { name: "accurate", meaning: "saturating cones, 64 a pixel", settings: Settings::accurate },
+    Preset { name: "corrected", meaning: "the talk, every row of the ledger right", settings: Settings::default },
+    Preset {
+        name: "printed",
+        meaning: "the talk's listings as printed, where they can run",
+        settings: Settings::printed,
+    },
 ];
 
 impl Settings {

@@ -1,10 +1,11 @@
 //! Resources for a pipeline's bindings, by name, checked against reflection.
 
 use super::buffer::Buffer;
-use super::image::{ImageView, Sampler};
+use super::image::ImageView;
 use super::pipeline::{Raster, RawPipeline};
 use super::recorder::Recorder;
 use super::reflect::{Binding, BindingKind};
+use super::sampler::Sampler;
 use ash::vk;
 use bytemuck::Pod;
 use std::sync::Arc;

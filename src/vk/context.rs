@@ -6,7 +6,9 @@ use super::pipeline_cache::PipelineCache;
 use super::submit::CommandSet;
 use crate::{Error, Result};
 use ash::vk;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::ffi::CString;
+use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -32,6 +34,8 @@ pub struct Context {
     pub(super) max_push_descriptors: u32,
     pub(super) max_allocation_bytes: u64,
     pub(super) allocated: AtomicU64,
+    /// Dropped before the device.
+    pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
     /// Set when a wait timed out: the device may still be at work, so nothing of it may be destroyed.
     pub(super) stuck: AtomicBool,
     pub(super) queue: Mutex<vk::Queue>,
@@ -74,6 +78,15 @@ impl Context {
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let version = capabilities.properties.api_version;
         let pipeline_cache = PipelineCache::open(&device, &capabilities);
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: device.clone(),
+            physical_device: physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: Default::default(),
+        })
+        .map_err(|error| Error::Device(format!("{name} gives no memory: {error}")))?;
         Ok(Arc::new(Self {
             driver: capabilities.driver.clone(),
             api_version: (
@@ -86,6 +99,7 @@ impl Context {
             max_push_descriptors: capabilities.max_push_descriptors,
             max_allocation_bytes: capabilities.max_allocation_bytes,
             allocated: AtomicU64::new(0),
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
             stuck: AtomicBool::new(false),
             queue: Mutex::new(queue),
             queue_family,
@@ -129,10 +143,6 @@ impl Context {
             Some(left) => left[largest],
             None => heaps[largest].size.saturating_sub(self.allocated_bytes()),
         }
-    }
-
-    pub(super) fn memory_properties(&self) -> &vk::PhysicalDeviceMemoryProperties {
-        &self.capabilities.memory
     }
 
     /// Whether `format` can be used like `features` in optimally tiled images.
@@ -216,6 +226,7 @@ impl Drop for Context {
                 set.destroy(&self.device);
             }
             self.pipeline_cache.close(&self.device);
+            ManuallyDrop::drop(&mut self.allocator);
             self.device.destroy_device(None);
         }
     }

@@ -44,7 +44,7 @@ pub(super) fn process_cpu_ms() -> Option<f64> {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the pointer is valid for the call.
     let result = unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &mut time) };
-    (result == 0).then(|| time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6)
+    (result == 0).then_some(time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6)
 }
 
 #[cfg(not(unix))]

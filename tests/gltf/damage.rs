@@ -134,6 +134,23 @@ fn what_is_no_scene_is_refused_in_one_sentence() {
     }
 }
 
+/// What follows the JSON chunk is the binary chunk or of no interest; header lengths below the header's own are damage.
+#[test]
+fn unknown_chunks_are_ignored_and_odd_lengths_refused() {
+    let glb = File::empty().glb();
+    let with_length = |length: u32, rest: &[u8]| [&glb[..8], &length.to_le_bytes(), rest].concat();
+    let json_end = 20 + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    for tail in [&b"\x04\0\0\0ACMEdata"[..], b"\x02\0\0\0JSON{}", b"\0\0", b""] {
+        let bytes = [&glb[12..json_end], tail].concat();
+        let scene = load_bytes("scene.glb", &with_length(12 + bytes.len() as u32, &bytes)).unwrap();
+        assert_eq!(scene.triangle_count(), 0);
+    }
+    for length in [0, 11, 12, 19] {
+        let sentence = load_bytes("scene.glb", &with_length(length, &glb[12..])).unwrap_err();
+        assert!(sentence.contains("is truncated"), "{sentence}");
+    }
+}
+
 #[test]
 fn paths_that_are_not_beside_the_scene_are_refused() {
     for (uri, expected) in [
@@ -251,7 +268,8 @@ fn declared_sizes_without_data_allocate_nothing() {
     let texture = file.texture(&bytes);
     file.material(json!({"emissiveTexture": {"index": texture}}));
     refused(&file, "cannot be decoded");
-    assert!(start.elapsed() < Duration::from_secs(5));
+    // Each takes a millisecond; four billion elements would take minutes and more memory than there is.
+    assert!(start.elapsed() < Duration::from_secs(20));
 }
 
 #[test]
@@ -316,7 +334,7 @@ proptest! {
         }
         let start = Instant::now();
         check(load_bytes("scene.glb", &glb));
-        // The intact file takes a millisecond; nothing that it can be made to declare may take a thousand times as long.
-        prop_assert!(start.elapsed() < Duration::from_secs(2));
+        // The intact file takes a millisecond; this tells a hang from a slow machine, not fast from slow.
+        prop_assert!(start.elapsed() < Duration::from_secs(20));
     }
 }

@@ -263,8 +263,11 @@ fn texture_transforms_follow_the_extensions_example() {
     let texture = file.texture(&png(1, 1, &[255; 4]));
     let transform =
         json!({"offset": [0, 1], "rotation": std::f64::consts::FRAC_PI_2, "scale": [0.5, 0.5], "texCoord": 1});
-    file.material(json!({"emissiveTexture": {"index": texture, "extensions": {"KHR_texture_transform": transform}}}));
-    let slot = file.scene().materials[1].emissive_texture.unwrap();
+    let slot = json!({"index": texture, "extensions": {"KHR_texture_transform": transform}});
+    file.material(json!({"emissiveTexture": slot, "normalTexture": slot, "occlusionTexture": slot}));
+    let material = &file.scene().materials[1];
+    let slot = material.emissive_texture.unwrap();
+    assert_eq!((material.normal_texture, material.occlusion_texture), (Some(slot), Some(slot)));
     assert_eq!(slot.uv_set, 1);
     // "Only the lower left quadrant of the source image, rotated clockwise": u in 0…½, v in ½…1.
     for (uv, expected) in [(Vec2::ZERO, Vec2::Y), (Vec2::X, Vec2::new(0.0, 0.5)), (Vec2::Y, Vec2::new(0.5, 1.0))] {

@@ -22,7 +22,6 @@ pub const BLENDED: u32 = 9;
 pub struct Features(pub u32);
 
 impl Features {
-    pub const TEXTURES: Self = Self(1);
     pub const ALPHA: Self = Self(2);
     pub const SPECULAR: Self = Self(4);
     pub const TRANSMISSION: Self = Self(8);
@@ -30,6 +29,11 @@ impl Features {
     pub const MASK: Self = Self(32);
     pub const FIRST_BOUNCE_SHADOWS: Self = Self(64);
     pub const BLEND: Self = Self(128);
+
+    /// Some material has a texture in slot `slot` of `layout::Material::slots`.
+    fn texture_slot(slot: usize) -> Self {
+        Self(256 << slot)
+    }
 
     pub fn has(self, other: Self) -> bool {
         self.0 & other.0 != 0
@@ -51,7 +55,9 @@ impl Features {
                 m.thickness_texture,
             ];
             let transmits = m.transmission > 0.0;
-            ask(Self::TEXTURES, textures.iter().any(Option::is_some));
+            for (slot, texture) in textures.iter().enumerate() {
+                ask(Self::texture_slot(slot), texture.is_some());
+            }
             ask(Self::ALPHA, m.alpha != Alpha::Opaque || transmits);
             ask(Self::MASK, matches!(m.alpha, Alpha::Mask(_)));
             ask(Self::BLEND, m.alpha == Alpha::Blend);

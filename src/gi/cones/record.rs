@@ -74,6 +74,7 @@ impl Record {
                     let push = RecordPush {
                         material: draw.material,
                         first_source: draw.first_source,
+                        translucent: u32::from(draw.translucent),
                         ..push_of(&voxel_from_object)
                     };
                     let call = DrawCall::Indexed {
@@ -114,6 +115,7 @@ fn push_of(voxel_from_object: &glam::DAffine3) -> RecordPush {
         normal_rows: [normal_row(0), normal_row(1), normal_row(2)],
         material: 0,
         first_source: 0,
+        translucent: 0,
         mirrored: u32::from(determinant < 0.0),
     }
 }

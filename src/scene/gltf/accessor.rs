@@ -1,6 +1,11 @@
 //! Typed, bounds-checked reading of accessors: strides, sparse substitution, normalised integers.
 
-use super::document::{Accessor, Document};
+use gltf::json::accessor::ComponentType;
+use gltf::json::buffer::View;
+use gltf::json::validation::{Checked, USize64};
+use gltf::json::{Accessor, Index};
+
+use super::document::{Document, size};
 
 /// Elements without any bytes behind them (no buffer view) that an accessor may declare. Everything else is bounded by
 /// the file's own size, so that no damaged file makes the loader allocate much more than it holds.
@@ -15,57 +20,26 @@ pub struct Data<'a> {
     pub buffers: &'a [Option<Vec<u8>>],
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
+/// One component as a float. glTF 2.0, 3.6.2.2 and 3.11: normalised signed integers clamp at −1.
+fn read_f32(component: ComponentType, b: &[u8], normalized: bool) -> f32 {
+    let (value, max) = match component {
+        ComponentType::I8 => (f32::from(b[0] as i8), 127.0),
+        ComponentType::U8 => (f32::from(b[0]), 255.0),
+        ComponentType::I16 => (f32::from(i16::from_le_bytes([b[0], b[1]])), 32767.0),
+        ComponentType::U16 => (f32::from(u16::from_le_bytes([b[0], b[1]])), 65535.0),
+        ComponentType::U32 => (u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32, u32::MAX as f32),
+        ComponentType::F32 => return f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
+    };
+    if normalized { (value / max).max(-1.0) } else { value }
 }
 
-impl Component {
-    fn from_code(code: u32) -> Option<Self> {
-        Some(match code {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-
-    /// glTF 2.0, 3.6.2.2 and 3.11: normalised signed integers clamp at −1.
-    fn read_f32(self, b: &[u8], normalized: bool) -> f32 {
-        let (value, max) = match self {
-            Self::I8 => (f32::from(b[0] as i8), 127.0),
-            Self::U8 => (f32::from(b[0]), 255.0),
-            Self::I16 => (f32::from(i16::from_le_bytes([b[0], b[1]])), 32767.0),
-            Self::U16 => (f32::from(u16::from_le_bytes([b[0], b[1]])), 65535.0),
-            Self::U32 => (u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32, u32::MAX as f32),
-            Self::F32 => return f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
-        };
-        if normalized { (value / max).max(-1.0) } else { value }
-    }
-
-    fn read_u32(self, b: &[u8]) -> Option<u32> {
-        match self {
-            Self::U8 => Some(u32::from(b[0])),
-            Self::U16 => Some(u32::from(u16::from_le_bytes([b[0], b[1]]))),
-            Self::U32 => Some(u32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-            _ => None,
-        }
+/// One component as it is; `None` where it is signed or a float.
+fn read_u32(component: ComponentType, b: &[u8]) -> Option<u32> {
+    match component {
+        ComponentType::U8 => Some(u32::from(b[0])),
+        ComponentType::U16 => Some(u32::from(u16::from_le_bytes([b[0], b[1]]))),
+        ComponentType::U32 => Some(u32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        _ => None,
     }
 }
 
@@ -83,27 +57,32 @@ impl<'a> Span<'a> {
     }
 }
 
+/// What an accessor says of its elements: `count` of `width` components each.
+struct Layout<'a> {
+    accessor: &'a Accessor,
+    component: ComponentType,
+    width: usize,
+    count: usize,
+}
+
 impl<'a> Data<'a> {
     /// The bytes of a buffer view.
     pub fn view(&self, index: usize) -> Result<&'a [u8], Problem> {
         let view = self.document.buffer_views.get(index).ok_or_else(|| missing("buffer view", index))?;
-        let buffer = self.buffers.get(view.buffer).ok_or_else(|| missing("buffer", view.buffer))?;
-        let buffer =
-            buffer.as_deref().ok_or_else(|| format!("buffer {} has no data; export the file again", view.buffer))?;
-        let end = view.byte_offset.checked_add(view.byte_length).filter(|end| *end <= buffer.len());
+        let number = view.buffer.value();
+        let buffer = self.buffers.get(number).ok_or_else(|| missing("buffer", number))?;
+        let buffer = buffer.as_deref().ok_or_else(|| format!("buffer {number} has no data; export the file again"))?;
+        let offset = view.byte_offset.map_or(0, size);
+        let end = offset.checked_add(size(view.byte_length)).filter(|end| *end <= buffer.len());
         let end = end.ok_or_else(|| {
-            format!(
-                "buffer view {index} ends behind buffer {} of {} bytes; export the file again",
-                view.buffer,
-                buffer.len()
-            )
+            format!("buffer view {index} ends behind buffer {number} of {} bytes; export the file again", buffer.len())
         })?;
-        Ok(&buffer[view.byte_offset..end])
+        Ok(&buffer[offset..end])
     }
 
     fn span(&self, what: &str, view: usize, offset: usize, size: usize, count: usize) -> Result<Span<'a>, Problem> {
         let bytes = self.view(view)?;
-        let stride = self.document.buffer_views[view].byte_stride.filter(|stride| *stride > 0).unwrap_or(size);
+        let stride = self.document.buffer_views[view].byte_stride.map(|s| s.0).filter(|s| *s > 0).unwrap_or(size);
         if stride < size {
             return Err(format!(
                 "buffer view {view} has a stride of {stride} below the {size} bytes of an element; export the file again"
@@ -122,40 +101,36 @@ impl<'a> Data<'a> {
         }
     }
 
-    fn accessor(&self, index: usize) -> Result<(&'a Accessor, Component, usize), Problem> {
+    fn accessor(&self, index: usize) -> Result<Layout<'a>, Problem> {
         let accessor = self.document.accessors.get(index).ok_or_else(|| missing("accessor", index))?;
-        let component = Component::from_code(accessor.component_type).ok_or_else(|| {
-            format!("accessor {index} has component type {}, which glTF does not know", accessor.component_type)
-        })?;
-        let width = match accessor.kind.as_str() {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            "VEC4" | "MAT2" => 4,
-            "MAT3" => 9,
-            "MAT4" => 16,
-            other => {
-                return Err(format!(
-                    "accessor {index} has type \"{}\", which glTF does not know",
-                    super::container::shorten(other)
-                ));
-            }
+        let stated = |key: &str| self.document.stated(&format!("/accessors/{index}/{key}"));
+        let Checked::Valid(component) = accessor.component_type else {
+            let code = stated("componentType");
+            return Err(format!("accessor {index} has component type {code}, which glTF does not know"));
         };
-        if accessor.buffer_view.is_none() && accessor.count > UNBACKED_ELEMENTS_MAX {
+        let Checked::Valid(kind) = accessor.type_ else {
+            return Err(format!("accessor {index} has type \"{}\", which glTF does not know", stated("type")));
+        };
+        let count = size(accessor.count);
+        if accessor.buffer_view.is_none() && count > UNBACKED_ELEMENTS_MAX {
             return Err(format!(
-                "accessor {index} declares {} elements without data; at most {UNBACKED_ELEMENTS_MAX} can be read",
-                accessor.count
+                "accessor {index} declares {count} elements without data; at most {UNBACKED_ELEMENTS_MAX} can be read"
             ));
         }
-        Ok((accessor, component, width))
+        Ok(Layout { accessor, component: component.0, width: kind.multiplicity(), count })
+    }
+
+    /// The bytes of an accessor; `None` without a buffer view.
+    fn base(&self, index: usize, layout: &Layout) -> Result<Option<Span<'a>>, Problem> {
+        let Some(view) = layout.accessor.buffer_view else { return Ok(None) };
+        let offset = layout.accessor.byte_offset.map_or(0, size);
+        let what = format!("accessor {index}");
+        self.span(&what, view.value(), offset, layout.component.size() * layout.width, layout.count).map(Some)
     }
 
     /// Whether accessor `index` lies within its buffer view. Sparse parts are checked when they are read.
     pub fn check(&self, index: usize) -> Result<(), Problem> {
-        let (accessor, component, width) = self.accessor(index)?;
-        let Some(view) = accessor.buffer_view else { return Ok(()) };
-        let size = component.size() * width;
-        self.span(&format!("accessor {index}"), view, accessor.byte_offset, size, accessor.count).map(drop)
+        self.base(index, &self.accessor(index)?).map(drop)
     }
 
     /// Reads every element as `read` makes it, with sparse substitution; elements without data are `zero`.
@@ -163,46 +138,52 @@ impl<'a> Data<'a> {
         &self,
         index: usize,
         zero: T,
-        mut read: impl FnMut(Component, &[u8]) -> Result<T, Problem>,
+        mut read: impl FnMut(ComponentType, &[u8]) -> Result<T, Problem>,
     ) -> Result<Vec<T>, Problem> {
-        let (accessor, component, width) = self.accessor(index)?;
-        let size = component.size() * width;
-        let mut out = match accessor.buffer_view {
-            Some(view) => {
-                let span = self.span(&format!("accessor {index}"), view, accessor.byte_offset, size, accessor.count)?;
-                span.elements().map(|bytes| read(component, bytes)).collect::<Result<Vec<_>, _>>()?
-            }
-            None => vec![zero; accessor.count],
+        let layout = self.accessor(index)?;
+        let Layout { accessor, component, width, count } = layout;
+        let mut out = match self.base(index, &layout)? {
+            Some(span) => span.elements().map(|bytes| read(component, bytes)).collect::<Result<Vec<_>, _>>()?,
+            None => vec![zero; count],
         };
         let Some(sparse) = &accessor.sparse else { return Ok(out) };
-        let key = Component::from_code(sparse.indices.component_type).filter(|c| c.read_u32(&[0; 4]).is_some());
-        let key = key.ok_or_else(|| format!("accessor {index} has sparse indices that are no unsigned integers"))?;
+        let (indices, values) = (&sparse.indices, &sparse.values);
+        let Checked::Valid(key) = indices.component_type else {
+            return Err(format!("accessor {index} has sparse indices that are no unsigned integers"));
+        };
         let what = format!("accessor {index} (sparse)");
-        let keys =
-            self.span(&what, sparse.indices.buffer_view, sparse.indices.byte_offset, key.size(), sparse.count)?;
-        let values = self.span(&what, sparse.values.buffer_view, sparse.values.byte_offset, size, sparse.count)?;
+        let part = |view: Index<View>, offset: USize64, bytes: usize| {
+            self.span(&what, view.value(), size(offset), bytes, size(sparse.count))
+        };
+        let keys = part(indices.buffer_view, indices.byte_offset, key.0.size())?;
+        let values = part(values.buffer_view, values.byte_offset, component.size() * width)?;
         for (at, value) in keys.elements().zip(values.elements()) {
-            let at = key.read_u32(at).unwrap_or(u32::MAX);
+            let at = read_u32(key.0, at).unwrap_or(u32::MAX);
             let slot = out.get_mut(at as usize);
-            *slot.ok_or_else(|| {
-                format!("accessor {index} has sparse index {at} of {}; export the file again", accessor.count)
-            })? = read(component, value)?;
+            *slot
+                .ok_or_else(|| format!("accessor {index} has sparse index {at} of {count}; export the file again"))? =
+                read(component, value)?;
         }
         Ok(out)
     }
 
+    fn misfit(&self, index: usize) -> Problem {
+        let kind = self.document.stated(&format!("/accessors/{index}/type"));
+        format!("accessor {index} has type {kind}, which does not fit its use")
+    }
+
     /// Accessor `index` as vectors of `N` floats. Elements may have fewer components only where `pad` is given.
     pub fn floats<const N: usize>(&self, index: usize, pad: Option<[f32; N]>) -> Result<Vec<[f32; N]>, Problem> {
-        let (accessor, _, width) = self.accessor(index)?;
+        let Layout { accessor, width, .. } = self.accessor(index)?;
         if width != N && (pad.is_none() || width > N) {
-            return Err(format!("accessor {index} has type {}, which does not fit its use", accessor.kind));
+            return Err(self.misfit(index));
         }
         let fill = pad.unwrap_or([0.0; N]);
         let zero = std::array::from_fn(|i| if i < width { 0.0 } else { fill[i] });
         self.collect(index, zero, |component, bytes| {
             let mut value = fill;
             for (slot, b) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
-                *slot = component.read_f32(b, accessor.normalized);
+                *slot = read_f32(component, b, accessor.normalized);
             }
             Ok(value)
         })
@@ -210,14 +191,14 @@ impl<'a> Data<'a> {
 
     /// Accessor `index` as vectors of `N` unsigned integers (indices, joints).
     pub fn integers<const N: usize>(&self, index: usize) -> Result<Vec<[u32; N]>, Problem> {
-        let (accessor, _, width) = self.accessor(index)?;
-        if width != N {
-            return Err(format!("accessor {index} has type {}, which does not fit its use", accessor.kind));
+        if self.accessor(index)?.width != N {
+            return Err(self.misfit(index));
         }
         self.collect(index, [0; N], |component, bytes| {
             let mut value = [0; N];
             for (slot, b) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
-                *slot = component.read_u32(b).ok_or_else(|| format!("accessor {index} must hold unsigned integers"))?;
+                *slot =
+                    read_u32(component, b).ok_or_else(|| format!("accessor {index} must hold unsigned integers"))?;
             }
             Ok(value)
         })

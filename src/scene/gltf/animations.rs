@@ -1,6 +1,8 @@
 //! Animation channels that move nodes. Morph weights and pointers are left out with a warning.
 
 use glam::{DQuat, Quat, Vec3};
+use gltf::json::animation::{self, Sampler};
+use gltf::json::validation::Checked;
 
 use super::Warnings;
 use super::accessor::{Data, Problem, missing};
@@ -17,8 +19,7 @@ pub fn load(data: &Data, tree: &Tree, scene: &mut Scene, warnings: &mut Warnings
                 source.samplers.get(channel.sampler).ok_or_else(|| missing("animation sampler", channel.sampler))?;
             let Some(node) = channel.target.node else { continue };
             let node = *tree.slot.get(node).ok_or_else(|| missing("node", node))?;
-            let what = format!("animation {index}");
-            let Some(channel) = load_channel(data, &what, &channel.target.path, node, sampler, warnings)? else {
+            let Some(channel) = load_channel(data, index, channel, node, sampler, warnings)? else {
                 continue;
             };
             animation.duration = animation.duration.max(channel.times.last().copied().unwrap_or(0.0));
@@ -41,16 +42,18 @@ fn make_animatable(local: &mut Transform) {
 
 fn load_channel(
     data: &Data,
-    what: &str,
-    path: &str,
+    animation: usize,
+    source: &document::Channel,
     node: usize,
-    sampler: &document::AnimationSampler,
+    sampler: &Sampler,
     warnings: &mut Warnings,
 ) -> Result<Option<Channel>, Problem> {
-    let values = match path {
-        "translation" => Values::Translation(vectors(data, what, sampler.output)?),
-        "scale" => Values::Scale(vectors(data, what, sampler.output)?),
-        "rotation" => Values::Rotation(rotations(data, what, sampler.output)?),
+    let what = &format!("animation {animation}");
+    let output = sampler.output.value();
+    let values = match source.target.path.as_str() {
+        "translation" => Values::Translation(vectors(data, what, output)?),
+        "scale" => Values::Scale(vectors(data, what, output)?),
+        "rotation" => Values::Rotation(rotations(data, what, output)?),
         "weights" => {
             warnings.once("animated morph weights are not supported; morph targets keep their default weights");
             return Ok(None);
@@ -61,15 +64,17 @@ fn load_channel(
             return Ok(None);
         }
     };
-    let (interpolation, per_key) = match sampler.interpolation.as_str() {
-        "STEP" => (Interpolation::Step, 1),
-        "LINEAR" => (Interpolation::Linear, 1),
-        "CUBICSPLINE" => (Interpolation::CubicSpline, 3),
-        other => {
-            return Err(format!("{what} has the unknown interpolation \"{}\"; export the file again", shorten(other)));
+    let (interpolation, per_key) = match sampler.interpolation {
+        Checked::Valid(animation::Interpolation::Step) => (Interpolation::Step, 1),
+        Checked::Valid(animation::Interpolation::Linear) => (Interpolation::Linear, 1),
+        Checked::Valid(animation::Interpolation::CubicSpline) => (Interpolation::CubicSpline, 3),
+        Checked::Invalid => {
+            let pointer = format!("/animations/{animation}/samplers/{}/interpolation", source.sampler);
+            let unknown = data.document.stated(&pointer);
+            return Err(format!("{what} has the unknown interpolation \"{unknown}\"; export the file again"));
         }
     };
-    let times: Vec<f32> = data.floats::<1>(sampler.input, None)?.into_iter().map(|[t]| t).collect();
+    let times: Vec<f32> = data.floats::<1>(sampler.input.value(), None)?.into_iter().map(|[t]| t).collect();
     if times.iter().any(|t| !t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
         return Err(format!("{what} has key times that do not increase; export the file again"));
     }

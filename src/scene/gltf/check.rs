@@ -1,8 +1,12 @@
 //! Checks what nothing on screen may use: a file with a dangling index or a view past its buffer is damaged, and says so
 //! before it is half loaded.
 
+use gltf::json::Index;
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::validation::Checked;
+
 use super::accessor::{Data, Problem, missing};
-use super::document::Primitive;
+use super::document::image_of;
 
 /// Every buffer view, accessor, primitive, texture and image of the document.
 pub fn document(data: &Data) -> Result<(), Problem> {
@@ -12,41 +16,47 @@ pub fn document(data: &Data) -> Result<(), Problem> {
         _ => Ok(()),
     };
     for (index, view) in document.buffer_views.iter().enumerate() {
-        exists("buffer", Some(view.buffer), data.buffers.len())?;
+        exists("buffer", Some(view.buffer.value()), data.buffers.len())?;
         // Buffers without data belong to extensions, which may leave the views on them unused.
-        if data.buffers[view.buffer].is_some() {
+        if data.buffers[view.buffer.value()].is_some() {
             data.view(index)?;
         }
     }
     for (index, accessor) in document.accessors.iter().enumerate() {
-        exists("buffer view", accessor.buffer_view, document.buffer_views.len())?;
-        let has_data = |view: usize| data.buffers[document.buffer_views[view].buffer].is_some();
-        if accessor.buffer_view.is_none_or(has_data) {
+        let view = accessor.buffer_view.map(|v| v.value());
+        exists("buffer view", view, document.buffer_views.len())?;
+        if view.is_none_or(|v| data.buffers[document.buffer_views[v].buffer.value()].is_some()) {
             data.check(index)?;
         }
     }
     for (mesh, primitive) in
         document.meshes.iter().enumerate().flat_map(|(m, mesh)| mesh.primitives.iter().map(move |p| (m, p)))
     {
-        let accessors = primitive.attributes.values().chain(primitive.targets.iter().flat_map(|t| t.values()));
-        for &accessor in accessors.chain(&primitive.indices) {
-            exists("accessor", Some(accessor), document.accessors.len())?;
+        let targets =
+            primitive.targets.iter().flatten().flat_map(|t| [&t.positions, &t.normals, &t.tangents]).flatten();
+        for accessor in primitive.attributes.values().chain(targets).chain(&primitive.indices) {
+            exists("accessor", Some(accessor.value()), document.accessors.len())?;
         }
-        exists("material", primitive.material, document.materials.len())?;
+        exists("material", primitive.material.as_ref().map(Index::value), document.materials.len())?;
         compressed(data, mesh, primitive)?;
     }
     for texture in &document.textures {
-        exists("image", texture.source, document.images.len())?;
-        exists("sampler", texture.sampler, document.samplers.len())?;
+        exists("image", image_of(texture), document.images.len())?;
+        exists("sampler", texture.sampler.as_ref().map(Index::value), document.samplers.len())?;
     }
-    document.images.iter().try_for_each(|image| exists("buffer view", image.buffer_view, document.buffer_views.len()))
+    for image in &document.images {
+        exists("buffer view", image.buffer_view.as_ref().map(Index::value), document.buffer_views.len())?;
+    }
+    Ok(())
 }
 
 /// An optional compression extension without an uncompressed copy beside it leaves accessors of zeros.
 fn compressed(data: &Data, mesh: usize, primitive: &Primitive) -> Result<(), Problem> {
     const DRACO: &str = "KHR_draco_mesh_compression";
-    let position = primitive.attributes.get("POSITION").map(|&a| &data.document.accessors[a]);
-    if primitive.extensions.contains_key(DRACO) && position.is_some_and(|p| p.buffer_view.is_none()) {
+    let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+    let position = position.map(|a| &data.document.accessors[a.value()]);
+    let compressed = primitive.extensions.as_ref().is_some_and(|e| e.others.contains_key(DRACO));
+    if compressed && position.is_some_and(|p| p.buffer_view.is_none()) {
         return Err(format!(
             "mesh {mesh} is compressed by {DRACO}, which is not supported; export the scene without it"
         ));

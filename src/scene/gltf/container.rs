@@ -1,6 +1,9 @@
 //! Bytes of a glTF file and of everything that it points to: `.gltf` or `.glb`, buffers and images by relative or data URI.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+use gltf::binary::{self, Glb};
 
 use super::accessor::Problem;
 use crate::Error;
@@ -12,8 +15,8 @@ pub struct Container {
 }
 
 const MAGIC: &[u8; 4] = b"glTF";
-const CHUNK_JSON: u32 = 0x4E4F_534A;
-const CHUNK_BINARY: u32 = 0x004E_4942;
+/// Bytes of a `.glb` before its first chunk.
+const HEADER: usize = 12;
 
 /// Reads the file at `path`. What it is follows from its first bytes, not from its name.
 pub fn read(path: &Path) -> Result<Container, Error> {
@@ -42,34 +45,38 @@ fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
 fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
     let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?)) };
     let truncated = |what: &str| Error::file(path, format!("is truncated: {what}; copy or export the file again"));
-    let version = word(4).ok_or_else(|| truncated("it ends within its header"))?;
+    // The crate subtracts the header's size from its length unchecked, and says nothing of what follows that length.
+    let (Some(version), Some(length)) = (word(4), word(8)) else {
+        return Err(truncated("it ends within its header"));
+    };
     if version != 2 {
         let name = if version == 1 { "glTF 1.0 binary".into() } else { format!("binary glTF version {version}") };
         return Err(Error::file(path, format!("is {name}, only 2.0 can be read; convert it to glTF 2.0")));
     }
-    let length = word(8).ok_or_else(|| truncated("it ends within its header"))? as usize;
-    if length > bytes.len() {
+    if length as usize > bytes.len() {
         return Err(truncated(&format!("its header promises {length} bytes and {} are there", bytes.len())));
     }
-    let mut container = Container { json: Vec::new(), binary: None };
-    let mut at = 12;
-    while let (Some(size), Some(kind)) = (word(at), word(at + 4)) {
-        let body = bytes[..length.max(at)].get(at + 8..(at + 8).saturating_add(size as usize));
-        let body = body.ok_or_else(|| truncated("a chunk ends behind the end of the file"))?;
-        match kind {
-            CHUNK_JSON if container.json.is_empty() => container.json = body.to_vec(),
-            CHUNK_BINARY if container.binary.is_none() => container.binary = Some(body.to_vec()),
-            _ => {} // The specification demands that unknown chunks are ignored.
-        }
-        at += 8 + (size as usize).next_multiple_of(4);
-        if at >= length {
-            break;
-        }
-    }
-    if container.json.is_empty() {
+    let whole = &bytes[..length as usize];
+    if whole.len() < HEADER {
         return Err(truncated("it has no JSON chunk"));
     }
-    Ok(container)
+    match Glb::from_slice(whole) {
+        Ok(glb) if !glb.json.is_empty() => {
+            Ok(Container { json: glb.json.into_owned(), binary: glb.bin.map(Cow::into_owned) })
+        }
+        Err(gltf::Error::Binary(binary::Error::ChunkLength { .. })) => {
+            Err(truncated("a chunk ends behind the end of the file"))
+        }
+        // The crate refuses a second chunk that is not binary; the specification demands that unknown ones are ignored.
+        Err(gltf::Error::Binary(_)) => {
+            let first = word(HEADER).map(|size| HEADER + 8 + size as usize).filter(|end| *end < whole.len());
+            let mut alone = whole[..first.ok_or_else(|| truncated("it has no JSON chunk"))?].to_vec();
+            let length = alone.len() as u32;
+            alone[8..HEADER].copy_from_slice(&length.to_le_bytes());
+            split_glb(path, &alone)
+        }
+        _ => Err(truncated("it has no JSON chunk")),
+    }
 }
 
 /// The bytes behind `uri` of `what` ("buffer 3"): inline data, or a file relative to `folder`.

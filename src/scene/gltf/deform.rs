@@ -1,9 +1,11 @@
 //! Skins and morph targets, applied once: at the file's own node transforms and default weights.
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3, Vec4};
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::validation::Checked;
+use gltf::json::{Accessor, Index};
 
 use super::accessor::{Data, Problem, missing};
-use super::document::Primitive;
 use super::nodes::Tree;
 use super::{Warnings, WorldFromNodes};
 use crate::scene::Mesh;
@@ -13,7 +15,7 @@ pub struct Rest<'a> {
     /// Skinned position in the node's space from bind pose, one per joint.
     pub joints: Option<&'a [DAffine3]>,
     /// One per morph target; missing ones are 0.
-    pub weights: &'a [f64],
+    pub weights: &'a [f32],
 }
 
 /// The joints of node `index`'s skin, relative to that node, so that the instance can hang on it like any other: glTF
@@ -34,7 +36,7 @@ pub fn joint_matrices(
     }
     warnings.once("skins are not animated; skinned meshes keep the pose of the file's nodes");
     let bind = match skin.inverse_bind_matrices {
-        Some(accessor) => data.floats::<16>(accessor, None)?,
+        Some(accessor) => data.floats::<16>(accessor.value(), None)?,
         None => vec![glam::Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
     };
     if bind.len() < skin.joints.len() {
@@ -44,12 +46,12 @@ pub fn joint_matrices(
             bind.len()
         ));
     }
-    let matrix = |(&joint, bind): (&usize, &[f32; 16])| {
+    let matrix = |(joint, bind): (usize, &[f32; 16])| {
         let slot = *tree.slot.get(joint).ok_or_else(|| missing("node", joint))?;
         let bind = DAffine3::from_mat4(DMat4::from_cols_array(&bind.map(f64::from)));
         Ok(node_from_world * world[slot] * bind)
     };
-    skin.joints.iter().zip(&bind).map(matrix).collect::<Result<_, _>>().map(Some)
+    skin.joints.iter().map(|j| j.value()).zip(&bind).map(matrix).collect::<Result<_, _>>().map(Some)
 }
 
 /// Moves positions, normals and tangents of `mesh`, morph targets first.
@@ -61,22 +63,22 @@ pub fn apply(
     mesh: &mut Mesh,
     warnings: &mut Warnings,
 ) -> Result<(), Problem> {
-    if !primitive.targets.is_empty() {
+    let targets = primitive.targets.as_deref().unwrap_or_default();
+    if !targets.is_empty() {
         warnings.once("morph targets are not animated; they keep the file's default weights");
     }
-    for (target, &weight) in primitive.targets.iter().zip(rest.weights).filter(|(_, w)| **w != 0.0) {
-        for (name, &accessor) in target {
-            let offsets = || data.floats::<3>(accessor, None);
-            match name.as_str() {
-                "POSITION" => add(what, name, &mut mesh.positions, &offsets()?, weight as f32)?,
-                "NORMAL" if !mesh.normals.is_empty() => add(what, name, &mut mesh.normals, &offsets()?, weight as f32)?,
-                "TANGENT" if !mesh.tangents.is_empty() => {
-                    let mut directions: Vec<Vec3> = mesh.tangents.iter().map(|t| t.truncate()).collect();
-                    add(what, name, &mut directions, &offsets()?, weight as f32)?;
-                    mesh.tangents.iter_mut().zip(directions).for_each(|(t, d)| *t = d.extend(t.w));
-                }
-                _ => {}
-            }
+    for (target, &weight) in targets.iter().zip(rest.weights).filter(|(_, w)| **w != 0.0) {
+        let offsets = |accessor: &Index<Accessor>| data.floats::<3>(accessor.value(), None);
+        if let Some(accessor) = &target.positions {
+            add(what, "POSITION", &mut mesh.positions, &offsets(accessor)?, weight)?;
+        }
+        if let Some(accessor) = target.normals.as_ref().filter(|_| !mesh.normals.is_empty()) {
+            add(what, "NORMAL", &mut mesh.normals, &offsets(accessor)?, weight)?;
+        }
+        if let Some(accessor) = target.tangents.as_ref().filter(|_| !mesh.tangents.is_empty()) {
+            let mut directions: Vec<Vec3> = mesh.tangents.iter().map(|t| t.truncate()).collect();
+            add(what, "TANGENT", &mut directions, &offsets(accessor)?, weight)?;
+            mesh.tangents.iter_mut().zip(directions).for_each(|(t, d)| *t = d.extend(t.w));
         }
     }
     match rest.joints {
@@ -100,9 +102,9 @@ fn skin(data: &Data, what: &str, primitive: &Primitive, joints: &[DAffine3], mes
     let mut blended = vec![DAffine3::ZERO; mesh.positions.len()];
     let mut sums = vec![0.0f64; mesh.positions.len()];
     for set in 0.. {
-        let name = |kind: &str| primitive.attributes.get(&format!("{kind}_{set}"));
-        let (Some(&keys), Some(&weights)) = (name("JOINTS"), name("WEIGHTS")) else { break };
-        let (keys, weights) = (data.integers::<4>(keys)?, data.floats::<4>(weights, None)?);
+        let find = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic));
+        let (Some(keys), Some(weights)) = (find(Semantic::Joints(set)), find(Semantic::Weights(set))) else { break };
+        let (keys, weights) = (data.integers::<4>(keys.value())?, data.floats::<4>(weights.value(), None)?);
         if keys.len() != blended.len() || weights.len() != blended.len() {
             return Err(format!(
                 "{what} has joints or weights for fewer or more than its vertices; export the file again"

@@ -3,12 +3,14 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
+use gltf::json::validation::Checked::{self, Valid};
 use image::{DynamicImage, ImageReader, Limits};
 use rayon::prelude::*;
 
 use super::accessor::{Data, Problem, missing};
 use super::container::{resolve, shorten};
-use super::document::{self, Document};
+use super::document::{Document, image_of};
 use super::{Warnings, hash_part};
 use crate::scene::{Image, Mip, Texture, Wrap};
 
@@ -37,14 +39,15 @@ impl Used {
             return Ok(Some(at));
         }
         let source = document.textures.get(index).ok_or_else(|| missing("texture", index))?;
-        let Some(image) = source.source else {
+        let Some(image) = image_of(source) else {
             warnings.once(format!("texture {index} has no PNG or JPEG image and was left out"));
             return Ok(None);
         };
         document.images.get(image).ok_or_else(|| missing("image", image))?;
-        let sampler = match source.sampler {
+        let default = Sampler::default();
+        let sampler = match source.sampler.map(|s| s.value()) {
             Some(sampler) => document.samplers.get(sampler).ok_or_else(|| missing("sampler", sampler))?,
-            None => &document::Sampler::default(),
+            None => &default,
         };
         let place = *self.image_places.entry(image).or_insert_with(|| {
             self.images.push(image);
@@ -57,22 +60,23 @@ impl Used {
 }
 
 /// Absent and unknown values: repeat, linear, trilinear.
-fn texture(image: usize, sampler: &document::Sampler) -> Texture {
-    let wrap = |code| match code {
-        Some(33071) => Wrap::Clamp,
-        Some(33648) => Wrap::Mirror,
+fn texture(image: usize, sampler: &Sampler) -> Texture {
+    let wrap = |mode: Checked<WrappingMode>| match mode {
+        Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
         _ => Wrap::Repeat,
     };
     let (min_linear, mip) = match sampler.min_filter {
-        Some(9728) => (false, Mip::None),
-        Some(9729) => (true, Mip::None),
-        Some(9984) => (false, Mip::Nearest),
-        Some(9985) => (true, Mip::Nearest),
-        Some(9986) => (false, Mip::Linear),
+        Some(Valid(MinFilter::Nearest)) => (false, Mip::None),
+        Some(Valid(MinFilter::Linear)) => (true, Mip::None),
+        Some(Valid(MinFilter::NearestMipmapNearest)) => (false, Mip::Nearest),
+        Some(Valid(MinFilter::LinearMipmapNearest)) => (true, Mip::Nearest),
+        Some(Valid(MinFilter::NearestMipmapLinear)) => (false, Mip::Linear),
         _ => (true, Mip::Linear),
     };
     let wrap = [wrap(sampler.wrap_s), wrap(sampler.wrap_t)];
-    Texture { image, wrap, mag_linear: sampler.mag_filter != Some(9728), min_linear, mip }
+    let mag_linear = sampler.mag_filter != Some(Valid(MagFilter::Nearest));
+    Texture { image, wrap, mag_linear, min_linear, mip }
 }
 
 /// Reads and decodes all images in use; their bytes go into `hash`.
@@ -103,13 +107,13 @@ fn load_image(data: &Data, folder: &Path, index: usize) -> Result<(Image, blake3
             external = resolve(folder, &what, uri)?;
             &external[..]
         }
-        (None, Some(view)) => data.view(view)?,
+        (None, Some(view)) => data.view(view.value())?,
         (None, None) => return Err(format!("{what} has neither a URI nor a buffer view; export the file again")),
     };
-    let name = match &source.uri {
-        Some(uri) if source.name.is_empty() && !uri.starts_with("data:") => uri.clone(),
-        _ => source.name.clone(),
-    };
+    let mut name = source.name.clone().unwrap_or_default();
+    if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && !uri.starts_with("data:")) {
+        name.clone_from(uri);
+    }
     let decoded = decode(bytes).map_err(|e| {
         format!("{what} (\"{}\") cannot be decoded ({e}); save it as PNG or JPEG again", shorten(&name))
     })?;

@@ -1,11 +1,18 @@
 //! Materials: factors checked and clamped, texture slots resolved.
 
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
+use gltf::json;
+use gltf::json::Index;
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::material::AlphaMode;
+use gltf::json::texture::Info;
+use gltf::json::validation::Checked::{Invalid, Valid};
+use serde_json::{Map, Value};
 
 use super::Warnings;
 use super::accessor::Problem;
 use super::container::shorten;
-use super::document::{self, Document, TextureInfo};
+use super::document::Document;
 use super::images::Used;
 use crate::scene::{Alpha, Material, TextureRef};
 
@@ -16,13 +23,14 @@ const UV_SETS: usize = 2;
 pub fn load(document: &Document, used: &mut Used, warnings: &mut Warnings) -> Result<Vec<Material>, Problem> {
     let mut materials = vec![Material::default()];
     for (index, source) in document.materials.iter().enumerate() {
-        let mut loader = Loader { what: format!("material {index}"), document, used, warnings };
+        let mut loader = Loader { index, what: format!("material {index}"), document, used, warnings };
         materials.push(loader.material(source)?);
     }
     Ok(materials)
 }
 
 struct Loader<'a> {
+    index: usize,
     what: String,
     document: &'a Document,
     used: &'a mut Used,
@@ -30,100 +38,130 @@ struct Loader<'a> {
 }
 
 impl Loader<'_> {
-    fn material(&mut self, source: &document::Material) -> Result<Material, Problem> {
+    fn material(&mut self, source: &json::Material) -> Result<Material, Problem> {
         let pbr = &source.pbr_metallic_roughness;
-        let [r, g, b, a] = pbr.base_color_factor.map(|x| self.unit(x, "base colour"));
+        let normal = source.normal_texture.as_ref();
+        let occlusion = source.occlusion_texture.as_ref();
+        let [r, g, b, a] = pbr.base_color_factor.0.map(|x| self.unit(x, "base colour"));
         let material = Material {
-            name: source.name.clone(),
+            name: source.name.clone().unwrap_or_default(),
             base_color: Vec4::new(r, g, b, a),
-            base_color_texture: self.slot(&pbr.base_color_texture)?,
-            metallic: self.unit(pbr.metallic_factor, "metallic factor"),
-            roughness: self.unit(pbr.roughness_factor, "roughness"),
-            metallic_roughness_texture: self.slot(&pbr.metallic_roughness_texture)?,
-            normal_texture: self.slot(&source.normal_texture)?,
-            normal_scale: source.normal_texture.as_ref().map_or(1.0, |t| self.clamp(t.scale, f64::MIN, "normal scale")),
-            occlusion_texture: self.slot(&source.occlusion_texture)?,
-            occlusion_strength: source
-                .occlusion_texture
-                .as_ref()
-                .map_or(1.0, |t| self.unit(t.strength, "occlusion strength")),
-            emissive: self.positive(source.emissive_factor, "emission"),
-            emissive_texture: self.slot(&source.emissive_texture)?,
+            base_color_texture: self.slot(pbr.base_color_texture.as_ref())?,
+            metallic: self.unit(pbr.metallic_factor.0, "metallic factor"),
+            roughness: self.unit(pbr.roughness_factor.0, "roughness"),
+            metallic_roughness_texture: self.slot(pbr.metallic_roughness_texture.as_ref())?,
+            normal_texture: match normal {
+                Some(t) => self.plain_slot(t.index, t.tex_coord, t.extensions.as_ref().map(|e| &e.others))?,
+                None => None,
+            },
+            normal_scale: normal.map_or(1.0, |t| self.clamp(t.scale, f32::NEG_INFINITY, "normal scale")),
+            occlusion_texture: match occlusion {
+                Some(t) => self.plain_slot(t.index, t.tex_coord, t.extensions.as_ref().map(|e| &e.others))?,
+                None => None,
+            },
+            occlusion_strength: occlusion.map_or(1.0, |t| self.unit(t.strength.0, "occlusion strength")),
+            emissive: self.positive(source.emissive_factor.0, "emission"),
+            emissive_texture: self.slot(source.emissive_texture.as_ref())?,
             alpha: self.alpha(source),
             double_sided: source.double_sided,
-            unlit: source.extensions.unlit.is_some(),
             ..Material::default()
         };
-        self.extensions(source, material)
+        match &source.extensions {
+            Some(extensions) => self.extensions(extensions, material),
+            None => Ok(material),
+        }
     }
 
-    fn extensions(&mut self, source: &document::Material, mut m: Material) -> Result<Material, Problem> {
-        let extensions = &source.extensions;
+    fn extensions(
+        &mut self,
+        extensions: &json::extensions::material::Material,
+        mut m: Material,
+    ) -> Result<Material, Problem> {
+        m.unlit = extensions.unlit.is_some();
         if let Some(e) = &extensions.emissive_strength {
-            m.emissive *= self.clamp(e.emissive_strength, 0.0, "emissive strength");
+            m.emissive *= self.clamp(e.emissive_strength.0, 0.0, "emissive strength");
             m.emissive = m.emissive.min(Vec3::MAX);
         }
         if let Some(e) = &extensions.ior {
             // 0 is KHR_materials_ior's way to say "reflects everything"; other values below 1 have no meaning.
-            m.ior = if e.ior == 0.0 { 0.0 } else { self.clamp(e.ior, 1.0, "index of refraction") };
+            m.ior = if e.ior.0 == 0.0 { 0.0 } else { self.clamp(e.ior.0, 1.0, "index of refraction") };
         }
         if let Some(e) = &extensions.specular {
-            m.specular = self.unit(e.specular_factor, "specular factor");
-            m.specular_texture = self.slot(&e.specular_texture)?;
-            m.specular_color = self.positive(e.specular_color_factor, "specular colour");
-            m.specular_color_texture = self.slot(&e.specular_color_texture)?;
+            m.specular = self.unit(e.specular_factor.0, "specular factor");
+            m.specular_texture = self.slot(e.specular_texture.as_ref())?;
+            m.specular_color = self.positive(e.specular_color_factor.0, "specular colour");
+            m.specular_color_texture = self.slot(e.specular_color_texture.as_ref())?;
         }
         if let Some(e) = &extensions.transmission {
-            m.transmission = self.unit(e.transmission_factor, "transmission");
-            m.transmission_texture = self.slot(&e.transmission_texture)?;
+            m.transmission = self.unit(e.transmission_factor.0, "transmission");
+            m.transmission_texture = self.slot(e.transmission_texture.as_ref())?;
         }
         if let Some(e) = &extensions.volume {
-            m.thickness = self.clamp(e.thickness_factor, 0.0, "thickness");
-            m.thickness_texture = self.slot(&e.thickness_texture)?;
-            m.attenuation_color = Vec3::from(e.attenuation_color.map(|x| self.unit(x, "attenuation colour")));
+            m.thickness = self.clamp(e.thickness_factor.0, 0.0, "thickness");
+            m.thickness_texture = self.slot(e.thickness_texture.as_ref())?;
+            m.attenuation_color = Vec3::from(e.attenuation_color.0.map(|x| self.unit(x, "attenuation colour")));
             // Zero would absorb everything over no distance at all; the schema excludes it.
-            m.attenuation_distance = e.attenuation_distance.filter(|d| *d > 0.0).map_or(f32::INFINITY, |d| d as f32);
+            let distance = e.attenuation_distance.0;
+            m.attenuation_distance = if distance > 0.0 { distance } else { f32::INFINITY };
         }
         Ok(m)
     }
 
-    fn alpha(&mut self, source: &document::Material) -> Alpha {
-        match source.alpha_mode.as_deref() {
-            None | Some("OPAQUE") => Alpha::Opaque,
-            Some("MASK") => Alpha::Mask(self.clamp(source.alpha_cutoff.unwrap_or(0.5), 0.0, "alpha cutoff")),
-            Some("BLEND") => Alpha::Blend,
-            Some(other) => {
-                let what = &self.what;
-                self.warnings.once(format!("{what} has the unknown alpha mode \"{}\"; it is opaque", shorten(other)));
+    fn alpha(&mut self, source: &json::Material) -> Alpha {
+        match source.alpha_mode {
+            Valid(AlphaMode::Opaque) => Alpha::Opaque,
+            Valid(AlphaMode::Mask) => {
+                Alpha::Mask(self.clamp(source.alpha_cutoff.unwrap_or_default().0, 0.0, "alpha cutoff"))
+            }
+            Valid(AlphaMode::Blend) => Alpha::Blend,
+            Invalid => {
+                let mode = self.document.stated(&format!("/materials/{}/alphaMode", self.index));
+                self.warnings.once(format!("{} has the unknown alpha mode \"{mode}\"; it is opaque", self.what));
                 Alpha::Opaque
             }
         }
     }
 
-    fn unit(&mut self, value: f64, name: &str) -> f32 {
+    fn unit(&mut self, value: f32, name: &str) -> f32 {
         if value > 1.0 {
             self.warnings.once(format!("{} has a {name} above 1; it was lowered to 1", self.what));
         }
         self.clamp(value, 0.0, name).min(1.0)
     }
 
-    fn positive(&mut self, value: [f64; 3], name: &str) -> Vec3 {
+    fn positive(&mut self, value: [f32; 3], name: &str) -> Vec3 {
         Vec3::from(value.map(|x| self.clamp(x, 0.0, name)))
     }
 
-    /// JSON knows neither NaN nor infinity, but a number can be too large for f32.
-    fn clamp(&mut self, value: f64, min: f64, name: &str) -> f32 {
+    /// JSON knows neither NaN nor infinity, but a number too large for f32 is read as infinite.
+    fn clamp(&mut self, value: f32, min: f32, name: &str) -> f32 {
         if value < min {
             self.warnings.once(format!("{} has a {name} below {min}; it was raised to {min}", self.what));
         }
-        value.max(min).clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+        value.max(min).clamp(f32::MIN, f32::MAX)
     }
 
-    fn slot(&mut self, info: &Option<TextureInfo>) -> Result<Option<TextureRef>, Problem> {
+    /// A normal or occlusion slot, of whose extensions the crate leaves KHR_texture_transform unread.
+    fn plain_slot(
+        &mut self,
+        index: Index<json::Texture>,
+        tex_coord: u32,
+        extensions: Option<&Map<String, Value>>,
+    ) -> Result<Option<TextureRef>, Problem> {
+        let extensions = extensions.map(|e| serde_json::from_value(Value::Object(e.clone()))).transpose();
+        let extensions = extensions.map_err(|e| {
+            format!("{} has a texture transform that is not valid ({}); correct it", self.what, shorten(&e.to_string()))
+        })?;
+        self.slot(Some(&Info { index, tex_coord, extensions, extras: None }))
+    }
+
+    fn slot(&mut self, info: Option<&Info>) -> Result<Option<TextureRef>, Problem> {
         let Some(info) = info else { return Ok(None) };
-        let Some(texture) = self.used.texture(self.document, info.index, self.warnings)? else { return Ok(None) };
-        let transform = info.extensions.transform.as_ref();
-        let mut uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
+        let Some(texture) = self.used.texture(self.document, info.index.value(), self.warnings)? else {
+            return Ok(None);
+        };
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        let mut uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord) as usize;
         if uv_set >= UV_SETS {
             self.warnings.once(format!("{} uses uv set {uv_set}; only 0 and 1 are kept, so 0 is used", self.what));
             uv_set = 0;
@@ -138,8 +176,7 @@ impl Loader<'_> {
 
 /// KHR_texture_transform: translation · rotation · scale. Counter-clockwise as seen on the image, whose v points down:
 /// a negative angle for matrices. (The extension's example, the lower left quadrant turned, fixes the sign.)
-fn uv_transform(t: &document::TextureTransform) -> Affine2 {
-    let vec2 = |v: [f64; 2]| Vec2::new(v[0] as f32, v[1] as f32);
-    let linear = Mat2::from_angle(-t.rotation as f32) * Mat2::from_diagonal(vec2(t.scale));
-    Affine2 { matrix2: linear, translation: vec2(t.offset) }
+fn uv_transform(t: &TextureTransform) -> Affine2 {
+    let linear = Mat2::from_angle(-t.rotation.0) * Mat2::from_diagonal(Vec2::from(t.scale.0));
+    Affine2 { matrix2: linear, translation: Vec2::from(t.offset.0) }
 }

@@ -1,49 +1,55 @@
 //! One primitive into one [`Mesh`]: triangles of any mode, attributes checked, what is missing made.
 
 use glam::{Vec2, Vec3, Vec4};
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked::Valid;
 
 use super::accessor::{Data, Problem};
 use super::deform::{self, Rest};
-use super::document::Primitive;
 use super::tangents;
 use super::{COORDINATE_MAX, Warnings};
 use crate::scene::{Material, Mesh};
 
-/// `None` for primitives that hold no triangles.
+/// The `number`th primitive of mesh `mesh`; `None` where it holds no triangles.
 pub fn load(
     data: &Data,
-    what: &str,
-    primitive: &Primitive,
+    [mesh, number]: [usize; 2],
     rest: &Rest,
     materials: &[Material],
     warnings: &mut Warnings,
 ) -> Result<Option<Mesh>, Problem> {
-    if primitive.mode < 4 {
+    let what = &format!("mesh {mesh} primitive {number}");
+    let primitive = &data.document.meshes[mesh].primitives[number];
+    let Valid(mode) = primitive.mode else {
+        let mode = data.document.stated(&format!("/meshes/{mesh}/primitives/{number}/mode"));
+        return Err(format!("{what} has mode {mode}, which glTF does not know; export the file again"));
+    };
+    if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
         warnings.once("points and lines cannot be rendered and were left out");
         return Ok(None);
     }
-    let Some(&position) = primitive.attributes.get("POSITION") else {
+    let Some(position) = find(primitive, Semantic::Positions) else {
         warnings.once(format!("{what} has no positions and was left out"));
         return Ok(None);
     };
-    let material = match primitive.material {
+    let material = match primitive.material.map(|m| m.value()) {
         Some(m) if m + 1 < materials.len() => m + 1,
         Some(m) => return Err(super::missing("material", m)),
         None => 0,
     };
     let positions: Vec<Vec3> = data.floats::<3>(position, None)?.into_iter().map(Vec3::from).collect();
     let count = positions.len();
-    let indices = triangles(data, what, primitive, count, warnings)?;
+    let indices = triangles(what, mode, corners(data, what, primitive, count)?, warnings);
     let attributes = Attributes { data, what, primitive, count };
     let normal_map = materials[material].normal_texture;
     let mut mesh = Mesh {
         name: String::new(),
-        normals: attributes.read::<3, _>("NORMAL", None, Vec3::from)?.unwrap_or_default(),
+        normals: attributes.read::<3, _>(Semantic::Normals, None, Vec3::from)?.unwrap_or_default(),
         tangents: match normal_map {
-            Some(_) => attributes.read::<4, _>("TANGENT", None, Vec4::from)?.unwrap_or_default(),
+            Some(_) => attributes.read::<4, _>(Semantic::Tangents, None, Vec4::from)?.unwrap_or_default(),
             None => Vec::new(),
         },
-        uvs: [attributes.uvs("TEXCOORD_0", warnings)?, attributes.uvs("TEXCOORD_1", warnings)?],
+        uvs: [attributes.uvs(0, warnings)?, attributes.uvs(1, warnings)?],
         colors: attributes.colors(warnings)?,
         positions,
         indices,
@@ -65,40 +71,42 @@ pub fn load(
     Ok(Some(mesh))
 }
 
-/// Vertex indices, 3 per triangle, all below `count`.
-fn triangles(
-    data: &Data,
-    what: &str,
-    primitive: &Primitive,
-    count: usize,
-    warnings: &mut Warnings,
-) -> Result<Vec<u32>, Problem> {
+/// The primitive's vertices in drawing order, all below `count`.
+fn corners(data: &Data, what: &str, primitive: &Primitive, count: usize) -> Result<Vec<u32>, Problem> {
     let vertices = u32::try_from(count).map_err(|_| format!("{what} has more than 2³² vertices; split it"))?;
     let list: Vec<u32> = match primitive.indices {
-        Some(accessor) => data.integers::<1>(accessor)?.into_iter().map(|[i]| i).collect(),
+        Some(accessor) => data.integers::<1>(accessor.value())?.into_iter().map(|[i]| i).collect(),
         None => (0..vertices).collect(),
     };
-    if let Some(bad) = list.iter().find(|i| **i >= vertices) {
-        return Err(format!("{what} has index {bad} but only {count} vertices; export the file again"));
+    match list.iter().find(|i| **i >= vertices) {
+        Some(bad) => Err(format!("{what} has index {bad} but only {count} vertices; export the file again")),
+        None => Ok(list),
     }
-    let triangles = match primitive.mode {
-        4 => {
-            if !list.len().is_multiple_of(3) {
-                warnings.once(format!("{what} ends in an incomplete triangle, which was left out"));
-            }
-            let whole = list.len() - list.len() % 3;
-            list[..whole].to_vec()
-        }
+}
+
+/// Three vertices per triangle of a list, a strip or a fan.
+fn triangles(what: &str, mode: Mode, mut list: Vec<u32>, warnings: &mut Warnings) -> Vec<u32> {
+    match mode {
         // glTF 2.0, 3.7.2.1: every second triangle of a strip is turned to keep its winding.
-        5 => list
+        Mode::TriangleStrip => list
             .windows(3)
             .enumerate()
             .flat_map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
             .collect(),
-        6 => list.get(1..).unwrap_or_default().windows(2).flat_map(|w| [w[0], w[1], list[0]]).collect(),
-        other => return Err(format!("{what} has mode {other}, which glTF does not know; export the file again")),
-    };
-    Ok(triangles)
+        Mode::TriangleFan => list.get(1..).unwrap_or_default().windows(2).flat_map(|w| [w[0], w[1], list[0]]).collect(),
+        _ => {
+            if !list.len().is_multiple_of(3) {
+                warnings.once(format!("{what} ends in an incomplete triangle, which was left out"));
+                list.truncate(list.len() - list.len() % 3);
+            }
+            list
+        }
+    }
+}
+
+/// The accessor of an attribute.
+fn find(primitive: &Primitive, semantic: Semantic) -> Option<usize> {
+    primitive.attributes.get(&Valid(semantic)).map(|a| a.value())
 }
 
 struct Attributes<'a> {
@@ -111,11 +119,12 @@ struct Attributes<'a> {
 impl Attributes<'_> {
     fn read<const N: usize, T>(
         &self,
-        name: &str,
+        semantic: Semantic,
         pad: Option<[f32; N]>,
         make: impl Fn([f32; N]) -> T,
     ) -> Result<Option<Vec<T>>, Problem> {
-        let Some(&accessor) = self.primitive.attributes.get(name) else { return Ok(None) };
+        let name = semantic.to_string();
+        let Some(accessor) = find(self.primitive, semantic) else { return Ok(None) };
         let values = self.data.floats::<N>(accessor, pad)?;
         if values.len() != self.count {
             let (what, count, have) = (self.what, self.count, values.len());
@@ -124,8 +133,10 @@ impl Attributes<'_> {
         Ok(Some(values.into_iter().map(make).collect()))
     }
 
-    fn uvs(&self, name: &str, warnings: &mut Warnings) -> Result<Vec<Vec2>, Problem> {
-        let mut uvs = self.read::<2, _>(name, None, Vec2::from)?.unwrap_or_else(|| vec![Vec2::ZERO; self.count]);
+    fn uvs(&self, set: u32, warnings: &mut Warnings) -> Result<Vec<Vec2>, Problem> {
+        let mut uvs = self
+            .read::<2, _>(Semantic::TexCoords(set), None, Vec2::from)?
+            .unwrap_or_else(|| vec![Vec2::ZERO; self.count]);
         for uv in uvs.iter_mut().filter(|uv| !uv.is_finite()) {
             warnings.once(format!("{} has texture coordinates that are NaN or infinite; they are 0 now", self.what));
             *uv = Vec2::ZERO;
@@ -134,8 +145,9 @@ impl Attributes<'_> {
     }
 
     fn colors(&self, warnings: &mut Warnings) -> Result<Vec<Vec4>, Problem> {
-        let mut colors =
-            self.read::<4, _>("COLOR_0", Some([1.0; 4]), Vec4::from)?.unwrap_or_else(|| vec![Vec4::ONE; self.count]);
+        let mut colors = self
+            .read::<4, _>(Semantic::Colors(0), Some([1.0; 4]), Vec4::from)?
+            .unwrap_or_else(|| vec![Vec4::ONE; self.count]);
         for color in colors.iter_mut().filter(|c| c.clamp(Vec4::ZERO, Vec4::ONE) != **c) {
             warnings.once(format!("{} has vertex colours outside 0 to 1; they were clamped", self.what));
             *color = if color.is_finite() { color.clamp(Vec4::ZERO, Vec4::ONE) } else { Vec4::ONE };

@@ -78,9 +78,9 @@ impl Scene {
     /// [`Error::File`] in one sentence: missing or damaged files, glTF 1.0, required extensions that are not known.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         let file = container::read(path)?;
-        let document = parse(path, &file.json)?;
+        let document = parse(path, file.json)?;
         let mut hash = blake3::Hasher::new();
-        hash_part(&mut hash, &file.json);
+        hash_part(&mut hash, &document.source);
         let load = || -> Result<Self, Problem> {
             let mut warnings = Warnings::default();
             check_extensions(&document, &mut warnings)?;
@@ -105,7 +105,7 @@ fn hash_part(hash: &mut blake3::Hasher, bytes: &[u8]) {
 }
 
 /// Checks the version first: a glTF 1.0 document does not have the shape of a 2.0 one.
-fn parse(path: &Path, json: &[u8]) -> Result<Document, Error> {
+fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     #[derive(serde::Deserialize)]
     struct Head {
         asset: Option<document::Asset>,
@@ -114,11 +114,11 @@ fn parse(path: &Path, json: &[u8]) -> Result<Document, Error> {
         let (what, line, column) = (container::shorten(&e.to_string()), e.line(), e.column());
         Error::file(path, format!("is not valid glTF at line {line}, column {column} ({what}); export the file again"))
     };
-    let head: Head = serde_json::from_slice(json).map_err(broken)?;
+    let head: Head = serde_json::from_slice(&json).map_err(broken)?;
     let asset = head.asset.unwrap_or_default();
     let version = asset.min_version.as_deref().unwrap_or(&asset.version);
     match version.split('.').next() {
-        Some("2") if version == "2.0" || asset.min_version.is_none() => serde_json::from_slice(json).map_err(broken),
+        Some("2") if version == "2.0" || asset.min_version.is_none() => Document::parse(json).map_err(broken),
         Some("") | None => {
             Err(Error::file(path, "states no asset.version, so it is not glTF 2.0; export the scene as glTF 2.0"))
         }
@@ -147,7 +147,7 @@ fn load_buffers(
     folder: &Path,
     mut binary: Option<Vec<u8>>,
 ) -> Result<Vec<Option<Vec<u8>>>, Problem> {
-    let load = |(index, buffer): (usize, &document::Buffer)| {
+    let load = |(index, buffer): (usize, &gltf::json::Buffer)| {
         let what = format!("buffer {index}");
         let bytes = match &buffer.uri {
             Some(uri) => Some(container::resolve(folder, &what, uri)?),
@@ -155,10 +155,10 @@ fn load_buffers(
             None => None,
         };
         match bytes {
-            Some(bytes) if bytes.len() < buffer.byte_length => Err(format!(
+            Some(bytes) if bytes.len() < document::size(buffer.byte_length) => Err(format!(
                 "{what} holds {} of its {} bytes; copy or export the file again",
                 bytes.len(),
-                buffer.byte_length
+                buffer.byte_length.0
             )),
             bytes => Ok(bytes),
         }
@@ -234,10 +234,10 @@ fn load_primitives(
 ) -> Result<Vec<usize>, Problem> {
     let first = scene.meshes.len();
     let source = &data.document.meshes[mesh];
-    for (number, primitive) in source.primitives.iter().enumerate() {
-        let what = format!("mesh {mesh} primitive {number}");
-        let made = mesh::load(data, &what, primitive, pose, &scene.materials, warnings)?;
-        scene.meshes.extend(made.map(|made| super::Mesh { name: source.name.clone(), ..made }));
+    let name = source.name.as_deref().unwrap_or_default();
+    for number in 0..source.primitives.len() {
+        let made = mesh::load(data, [mesh, number], pose, &scene.materials, warnings)?;
+        scene.meshes.extend(made.map(|made| super::Mesh { name: name.into(), ..made }));
     }
     Ok((first..scene.meshes.len()).collect())
 }

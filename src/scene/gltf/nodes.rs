@@ -1,6 +1,11 @@
 //! The node tree in parents-first order, the chosen scene's roots, and what hangs on nodes: cameras and lights.
 
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
+use gltf::json;
+use gltf::json::extensions::scene::khr_lights_punctual::{self, Type};
+use gltf::json::validation::Checked::{Invalid, Valid};
 
 use super::Warnings;
 use super::accessor::{Problem, missing};
@@ -114,24 +119,24 @@ pub fn load_cameras(document: &Document, tree: &Tree, shown: &[usize], scene: &m
         let source = document.cameras.get(camera).ok_or_else(|| missing("camera", camera))?;
         let projection = projection(source)
             .ok_or_else(|| format!("camera {camera} has no valid projection; correct it or remove the camera"))?;
-        let name = if source.name.is_empty() { &node.name } else { &source.name };
+        let name = source.name.as_ref().filter(|name| !name.is_empty()).unwrap_or(&node.name);
         scene.cameras.push(Camera { name: name.clone(), node: tree.slot[index], projection });
     }
     Ok(())
 }
 
-fn projection(camera: &document::Camera) -> Option<Projection> {
-    let in_order = |near: f64, far: f64| near >= 0.0 && far > near;
+fn projection(camera: &json::Camera) -> Option<Projection> {
+    let in_order = |near: f32, far: f32| near >= 0.0 && far > near;
     if let Some(p) = &camera.perspective {
-        let far = p.zfar.unwrap_or(f64::INFINITY);
-        let valid = p.yfov > 0.0 && p.yfov < std::f64::consts::PI && p.znear > 0.0 && in_order(p.znear, far);
-        return valid.then_some(Projection::Perspective { fov: p.yfov as f32, near: p.znear as f32, far: far as f32 });
+        let far = p.zfar.unwrap_or(f32::INFINITY);
+        let valid = p.yfov > 0.0 && p.yfov < std::f32::consts::PI && p.znear > 0.0 && in_order(p.znear, far);
+        return valid.then_some(Projection::Perspective { fov: p.yfov, near: p.znear, far });
     }
     let o = camera.orthographic.as_ref()?;
     // Some exporters write a negative ymag; the sign has no meaning.
-    let half_height = o.ymag.abs() as f32;
+    let half_height = o.ymag.abs();
     let valid = half_height > 0.0 && half_height.is_finite() && in_order(o.znear, o.zfar);
-    valid.then_some(Projection::Orthographic { half_height, near: o.znear as f32, far: o.zfar as f32 })
+    valid.then_some(Projection::Orthographic { half_height, near: o.znear, far: o.zfar })
 }
 
 pub fn load_lights(
@@ -141,12 +146,11 @@ pub fn load_lights(
     scene: &mut Scene,
     warnings: &mut Warnings,
 ) -> Result<(), Problem> {
-    let lights = document.extensions.lights.as_ref().map_or(&[][..], |l| &l.lights);
     for &index in shown {
         let node = &document.nodes[index];
-        let Some(number) = node.extensions.light.as_ref().map(|l| l.light) else { continue };
-        let source = lights.get(number).ok_or_else(|| missing("light", number))?;
-        let mut light = light(number, source, warnings)?;
+        let Some(number) = node.extensions.khr_lights_punctual.as_ref().map(|l| l.light.value()) else { continue };
+        let source = document.lights().get(number).ok_or_else(|| missing("light", number))?;
+        let mut light = light(document, number, source, warnings)?;
         light.node = tree.slot[index];
         if light.name.is_empty() {
             light.name = node.name.clone();
@@ -156,23 +160,27 @@ pub fn load_lights(
     Ok(())
 }
 
-fn light(number: usize, source: &document::Light, warnings: &mut Warnings) -> Result<Light, Problem> {
-    let kind = match source.kind.as_str() {
-        "point" => LightKind::Point,
-        "directional" => LightKind::Directional,
-        "spot" => {
-            let outer = source.spot.outer_cone_angle.clamp(0.0, std::f64::consts::FRAC_PI_2);
-            let inner = source.spot.inner_cone_angle.clamp(0.0, outer);
-            LightKind::Spot { inner: inner as f32, outer: outer as f32 }
+fn light(
+    document: &Document,
+    number: usize,
+    source: &khr_lights_punctual::Light,
+    warnings: &mut Warnings,
+) -> Result<Light, Problem> {
+    let kind = match source.type_ {
+        Valid(Type::Point) => LightKind::Point,
+        Valid(Type::Directional) => LightKind::Directional,
+        Valid(Type::Spot) => {
+            let (inner, outer) =
+                source.spot.as_ref().map_or((0.0, FRAC_PI_4), |s| (s.inner_cone_angle, s.outer_cone_angle));
+            let outer = outer.clamp(0.0, FRAC_PI_2);
+            LightKind::Spot { inner: inner.clamp(0.0, outer), outer }
         }
-        other => {
-            return Err(format!(
-                "light {number} has the unknown type \"{}\"; use point, spot or directional",
-                shorten(other)
-            ));
+        Invalid => {
+            let kind = document.stated(&format!("/extensions/KHR_lights_punctual/lights/{number}/type"));
+            return Err(format!("light {number} has the unknown type \"{kind}\"; use point, spot or directional"));
         }
     };
-    let intensity = (DVec3::from(source.color) * source.intensity).as_vec3();
+    let intensity = Vec3::from(source.color) * source.intensity;
     if !intensity.is_finite() {
         return Err(format!("light {number} has an intensity that is not finite; correct it"));
     }
@@ -182,13 +190,14 @@ fn light(number: usize, source: &document::Light, warnings: &mut Warnings) -> Re
     if source.range.is_some_and(|r| r <= 0.0) {
         warnings.once(format!("light {number} has a range of 0 or less; it reaches everywhere"));
     }
-    let radius = source.extras.get("radius").and_then(serde_json::Value::as_f64).unwrap_or(0.0);
+    let extras: Option<serde_json::Value> = source.extras.as_ref().and_then(|e| serde_json::from_str(e.get()).ok());
+    let radius = extras.and_then(|e| e.get("radius")?.as_f64()).unwrap_or(0.0);
     Ok(Light {
-        name: source.name.clone(),
+        name: source.name.clone().unwrap_or_default(),
         node: 0,
         kind,
         intensity: intensity.max(Vec3::ZERO),
-        range: source.range.filter(|r| *r > 0.0).map_or(f32::INFINITY, |r| (r as f32).max(f32::MIN_POSITIVE)),
+        range: source.range.filter(|r| *r > 0.0).map_or(f32::INFINITY, |r| r.max(f32::MIN_POSITIVE)),
         radius: if radius.is_finite() { radius.max(0.0) as f32 } else { 0.0 },
     })
 }

@@ -1,0 +1,50 @@
+//! Samplers.
+
+use super::context::Context;
+use crate::Result;
+use ash::vk;
+use std::sync::Arc;
+
+pub(super) struct RawSampler {
+    context: Arc<Context>,
+    pub(super) handle: vk::Sampler,
+}
+
+impl Drop for RawSampler {
+    fn drop(&mut self) {
+        if let Some(device) = self.context.device_to_destroy_with() {
+            // SAFETY: nothing in flight refers to it; see `Memory::drop`.
+            unsafe { device.destroy_sampler(self.handle, None) };
+        }
+    }
+}
+
+/// How an image is read between its texels.
+pub struct Sampler {
+    pub(super) raw: Arc<RawSampler>,
+}
+
+impl Sampler {
+    /// `filter` serves magnification and minification, `address` all three axes; every level may be read.
+    pub fn new(
+        context: &Arc<Context>,
+        filter: vk::Filter,
+        mip_filter: vk::SamplerMipmapMode,
+        address: vk::SamplerAddressMode,
+        border: vk::BorderColor,
+    ) -> Result<Self> {
+        let info = vk::SamplerCreateInfo::default()
+            .mag_filter(filter)
+            .min_filter(filter)
+            .mipmap_mode(mip_filter)
+            .address_mode_u(address)
+            .address_mode_v(address)
+            .address_mode_w(address)
+            .border_color(border)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        // SAFETY: the info is complete.
+        let handle = unsafe { context.device().create_sampler(&info, None) }
+            .map_err(|result| context.error("creating a sampler", result))?;
+        Ok(Self { raw: Arc::new(RawSampler { context: context.clone(), handle }) })
+    }
+}

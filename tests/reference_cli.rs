@@ -1,0 +1,121 @@
+//! `twobounce reference` and `twobounce compare` as commands: files, sentences, exit codes.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use twobounce::layers::{Aov, Layers};
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a folder"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
+        command.current_dir(self.0.path()).env("TWOBOUNCE_CACHE", self.path("cache")).args(args);
+        command.output().expect("the program runs")
+    }
+
+    /// Runs and gives the exit code and what was said on either stream.
+    fn said(&self, args: &[&str]) -> (Option<i32>, String) {
+        let output = self.run(args);
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+    }
+
+    fn reference(&self, output: &str, more: &[&str]) -> (Option<i32>, String) {
+        self.sized(output, "16x12", more)
+    }
+
+    fn sized(&self, output: &str, size: &str, more: &[&str]) -> (Option<i32>, String) {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/truth/cornell-area/cornell-area.glb");
+        let scene = scene.to_str().expect("a path in UTF-8");
+        self.said(&[&["reference", scene, "--size", size, "-o", output], more].concat())
+    }
+}
+
+#[test]
+fn a_reference_holds_its_layers_and_says_its_noise() {
+    let folder = Folder::new();
+    let (code, said) = folder.reference("a.exr", &["--spp", "8", "--aov", "direct,indirect,ao,normal,depth,albedo"]);
+    assert!(code == Some(0) && said.contains("8 samples per pixel, noise "), "{said}");
+    let (layers, header) = Layers::read_exr(&folder.path("a.exr")).expect("it can be read");
+    assert_eq!((layers.width, layers.height), (16, 12));
+    assert!(Aov::ALL.iter().all(|aov| layers.get(*aov).is_some()), "a layer is missing");
+    let keys: Vec<_> = header.keys().map(String::as_str).collect();
+    assert!(["depth", "noise", "samplesPerPixel", "seed"].iter().all(|k| keys.contains(k)), "{keys:?}");
+    let (code, said) = folder.reference("b.exr", &["--spp", "8", "--aov", "direct,indirect,ao,normal,depth,albedo"]);
+    assert!(code == Some(0) && said.contains("taken from the cache"), "{said}");
+    let read = |name| std::fs::read(folder.path(name)).expect("it can be read");
+    assert!(read("a.exr") == read("b.exr"), "the same command gives other bytes");
+}
+
+#[test]
+fn compare_prints_writes_and_judges() {
+    let folder = Folder::new();
+    folder.reference("a.exr", &["--spp", "8", "--aov", "direct"]);
+    folder.reference("b.exr", &["--spp", "8", "--aov", "direct", "--depth", "1"]);
+    let files = ["compare", "b.exr", "a.exr"];
+    let (code, said) =
+        folder.said(&[&files[..], &["--json", "c.json", "--out", "pictures", "--max-rel", "0.5"]].concat());
+    assert!(code == Some(0) && said.contains("indirect"), "{said}");
+    let json = std::fs::read_to_string(folder.path("c.json")).expect("the report");
+    let report: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let keys: Vec<_> = report.as_object().expect("an object").keys().map(String::as_str).collect();
+    let documented = [
+        "exceeded",
+        "flip",
+        "height",
+        "image",
+        "image_nonfinite",
+        "indirect",
+        "reference",
+        "reference_nonfinite",
+        "total",
+        "version",
+        "width",
+    ];
+    assert_eq!(keys, documented);
+    assert_eq!(report["version"], 1);
+    assert!(report["indirect"]["energy"].as_f64().is_some_and(|e| (0.3..0.9).contains(&e)), "{json}");
+    let png = image::open(folder.path("pictures/compare.png")).expect("a picture");
+    assert_eq!((png.width(), png.height()), (64, 12));
+    let (code, said) = folder.said(&[&files[..], &["--max-indirect-energy", "0.05"]].concat());
+    assert!(code == Some(1) && said.contains("indirect energy's distance from 1 is "), "{said}");
+}
+
+#[test]
+fn what_makes_no_sense_is_one_sentence() {
+    let folder = Folder::new();
+    folder.reference("a.exr", &["--spp", "2"]);
+    folder.sized("small.exr", "8x8", &["--spp", "2"]);
+    std::fs::write(folder.path("noise.exr"), b"no image").expect("written");
+    for (args, part) in [
+        (&["compare", "a.exr", "small.exr"][..], "the image is 16x12, the reference 8x8"),
+        (&["compare", "a.exr", "a.exr", "--max-indirect-rel", "1"], "needs the direct layer"),
+        (&["compare", "a.exr", "none.exr"], "none.exr: cannot be read"),
+        (&["compare", "noise.exr", "a.exr"], "noise.exr: is not a readable OpenEXR image"),
+        (&["compare", "a.exr", "a.exr", "--json", "a.exr"], "is read and written by the same command"),
+        (&["compare", "a.exr", "a.exr", "--out", "noise.exr"], "is a file; --out takes a folder"),
+        (&["compare", "a.exr", "a.exr", "--max-rel", "-1"], "at least 0"),
+    ] {
+        let (code, said) = folder.said(args);
+        assert!(code == Some(2) && said.contains(part) && said.trim_end().lines().count() == 1, "{args:?}: {said}");
+    }
+    for (more, part) in [
+        (&["--noise", "0"][..], "--noise takes a percentage above 0"),
+        (&["--depth", "some"], "write full, direct or a number"),
+        (&["--spp", "0"], "--spp"),
+        (&["-o", "x.png"], "cannot be used multiple times"),
+    ] {
+        let (code, said) = folder.reference("x.exr", more);
+        assert!(code == Some(2) && said.contains(part), "{more:?}: {said}");
+        assert!(!folder.path("x.exr").exists(), "{more:?} left an image");
+    }
+}

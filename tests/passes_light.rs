@@ -22,26 +22,9 @@ fn furnace_ratio(albedo: f32, block: bool, settings: &Settings) -> (f64, f64) {
 #[test]
 fn the_default_keeps_a_furnaces_energy_and_makes_none() {
     for (albedo, block) in [(0.5, false), (0.5, true), (0.8, false), (0.8, true)] {
-<<<<<<< HEAD
         let (mean, most) = furnace_ratio(albedo, block, &Settings { voxels: 32, ..Settings::fast() });
         // A tenth is what cones lose between their start and their first sample, and in corners; a hundredth is f16 in two
         // volumes and their mips.
-=======
-        for base in [
-            Settings::fast(),
-            Settings::balanced(),
-            Settings::accurate(),
-            Settings { fill: Fill::Coverage, ..Settings::default() },
-            Settings { fill: Fill::Facing, ..Settings::default() },
-        ] {
-            let settings = Settings { voxels: 32, ..base };
-            eprintln!("{albedo} {block} {} {:?}", settings.fill, furnace_ratio(albedo, block, &settings));
-        }
-        let settings = Settings { voxels: 32, fill: Fill::Uniform, ..Settings::default() };
-        eprintln!("{albedo} {block} uniform {:?}", furnace_ratio(albedo, block, &settings));
-        let (mean, most) = furnace_ratio(albedo, block, &settings);
-        // Ten percent is what cones of a few voxels' reach may lose; one is f16 in two volumes' mips.
->>>>>>> main
         assert!((0.9..=1.01).contains(&mean) && most < 1.01, "albedo {albedo}, block {block}: {mean}, {most} at most");
     }
 }

@@ -73,7 +73,7 @@ fn bench(glb: &mut Glb) {
     let stone = glb.material(matte("pale stone", [0.66, 0.64, 0.6]));
     let bench = Shape::cuboid(dvec3(-1.1, 0.0, -1.65), dvec3(1.1, 0.45, -1.2));
     glb.object("bench", &bench, stone, json!({}));
-    let sphere = glb.geometry(&Shape::sphere(0.18, 20, 40));
+    let sphere = glb.geometry(&Shape::sphere(0.18, 14, 28));
     for (i, roughness) in [0.0, 0.2, 0.4, 0.65, 1.0].into_iter().enumerate() {
         let name = format!("gold, roughness {roughness}");
         let gold = glb.material(json!({
@@ -126,7 +126,7 @@ fn glasses(glb: &mut Glb) {
             },
         },
     }));
-    glb.object("glass ball", &Shape::sphere(0.28, 24, 48), clear, json!({ "translation": [0.34, 0.28, 0.12] }));
+    glb.object("glass ball", &Shape::sphere(0.28, 18, 36), clear, json!({ "translation": [0.34, 0.28, 0.12] }));
     let rose = glb.material(sheet(json!({
         "name": "rose glass",
         "alphaMode": "BLEND",
@@ -183,7 +183,7 @@ fn emitters(glb: &mut Glb) {
     let placement = json!({ "translation": [0.0, 1.62, -2.03] });
     glb.object("ring", &Shape::tube(circle, 0.04, 64, 12), ring, placement);
     let blue = glb.material(glowing("blue lamp", [0.2, 0.55, 1.0], 4.0));
-    glb.object("blue ball", &Shape::sphere(0.12, 16, 32), blue, json!({ "translation": [-0.3, 0.12, -0.2] }));
+    glb.object("blue ball", &Shape::sphere(0.12, 12, 24), blue, json!({ "translation": [-0.3, 0.12, -0.2] }));
     let panel = glb.material(glowing("panel", [1.0, 0.93, 0.84], 3.0));
     let corner = dvec3(-0.5, HIGH.y - 0.01, -0.9);
     glb.object("panel", &Shape::quad(corner, DVec3::X, DVec3::Z * 0.8, DVec2::ONE), panel, json!({}));

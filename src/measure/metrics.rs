@@ -98,35 +98,30 @@ fn finite(pixel: &[f32; 3]) -> bool {
     pixel.iter().all(|v| v.is_finite())
 }
 
+/// A pixel of the image and of the reference.
+type Pair = ([f64; 3], [f64; 3]);
+
 /// The metrics of pixels against as many others; `what` names the reference where it is black.
 pub fn metrics(image: &[[f32; 3]], reference: &[[f32; 3]], what: &str) -> Result<Metrics> {
-    let pairs: Vec<_> =
-        image.iter().zip(reference).filter(|(a, b)| finite(a) && finite(b)).map(|(a, b)| (wide(a), wide(b))).collect();
+    let pairs = image.iter().zip(reference).filter(|(a, b)| finite(a) && finite(b));
+    let pairs: Vec<Pair> = pairs.map(|(a, b)| (a.map(f64::from), b.map(f64::from))).collect();
     let values = 3.0 * pairs.len() as f64;
-    let sum = |f: &dyn Fn(&([f64; 3], [f64; 3]), usize) -> f64| -> f64 {
-        pairs.iter().map(|p| (0..3).map(|c| f(p, c)).sum::<f64>()).sum()
-    };
-    let mean = sum(&|(_, b), c| b[c]) / values;
+    let mean = pairs.iter().flat_map(|(_, b)| b).sum::<f64>() / values;
     if mean.is_nan() || mean <= 0.0 {
         return Err(Error::Usage(format!("the {what} is black: nothing can be compared with it")));
     }
-    let difference =
-        |a: &[f64; 3], b: &[f64; 3], power: i32| (0..3).map(|c| (a[c] - b[c]).abs().powi(power)).sum::<f64>();
-    let squared = |(a, b): &([f64; 3], [f64; 3])| {
-        difference(a, b, 2) / (b.iter().map(|v| v * v).sum::<f64>() + 3.0 * FLOOR * mean * mean)
+    let differences = |(a, b): &Pair, power: i32| (0..3).map(|c| (a[c] - b[c]).abs().powi(power)).sum::<f64>();
+    let squared = |pair: &Pair| {
+        let square: f64 = pair.1.iter().map(|v| v * v).sum();
+        differences(pair, 2) / (square + 3.0 * FLOOR * mean * mean)
     };
-    let relative: Vec<f64> =
-        pairs.iter().map(|(a, b)| difference(a, b, 1) / (b.iter().sum::<f64>() + 3.0 * FLOOR * mean)).collect();
+    let relative = |pair: &Pair| differences(pair, 1) / (pair.1.iter().sum::<f64>() + 3.0 * FLOOR * mean);
     Ok(Metrics {
-        energy: sum(&|(a, _), c| a[c]) / values / mean,
-        rel: sum(&|(a, b), c| (a[c] - b[c]).abs()) / values / mean,
+        energy: pairs.iter().flat_map(|(a, _)| a).sum::<f64>() / values / mean,
+        rel: pairs.iter().map(|pair| differences(pair, 1)).sum::<f64>() / values / mean,
         relmse: pairs.iter().map(squared).sum::<f64>() / pairs.len() as f64,
-        p95: percentile(relative, 0.95),
+        p95: percentile(pairs.iter().map(relative).collect(), 0.95),
     })
-}
-
-fn wide(pixel: &[f32; 3]) -> [f64; 3] {
-    pixel.map(f64::from)
 }
 
 /// Linear between ranks (Hyndman and Fan's type 7, NumPy's default). 0 of nothing.

@@ -97,7 +97,7 @@ impl<'a> Integrator<'a> {
                 break;
             }
             self.lit(path, &vertex, sampler);
-            if !self.scatter(path, &vertex, sampler) {
+            if self.scatter(path, &vertex, sampler).is_none() {
                 break;
             }
         }
@@ -231,8 +231,8 @@ impl<'a> Integrator<'a> {
     pub(super) fn arrivals(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = Arrival> {
         let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
         let [_, _, choice, _] = sampler.set(2 * k + 2);
-        let lamp = self.lights.from_lamps(p, choice, [u, v]);
-        let emitter = self.lights.from_emitters(&self.geometry, &self.materials, p, [u, v]);
+        let lamp = self.lights.lamp_at(p, choice, [u, v]);
+        let emitter = self.lights.emitter_at(&self.geometry, &self.materials, p, [u, v]);
         lamp.into_iter().chain(emitter)
     }
 
@@ -273,24 +273,25 @@ impl<'a> Integrator<'a> {
         })
     }
 
-    /// Sends the path on. False where it ends.
-    pub(super) fn scatter(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) -> bool {
+    /// Sends the path on, and says with what probability roulette let it live, which is in its throughput. `None`: it ends.
+    pub(super) fn scatter(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) -> Option<f32> {
         let k = path.scattered;
         if k >= self.bounces && !self.lights.can_be_hit() {
-            return false;
+            return None;
         }
         let [u, v, _, _] = sampler.set(2 * k + 1);
         let [lobe, roulette, ..] = sampler.set(2 * k + 2);
-        let Some(scatter) = vertex.bsdf.sample(lobe, [u, v]) else { return false };
+        let scatter = vertex.bsdf.sample(lobe, [u, v])?;
         if !vertex.consistent(scatter.direction) {
-            return false;
+            return None;
         }
         path.throughput *= scatter.weight;
         path.compression *= scatter.compression;
+        let mut survive = 1.0;
         if k >= ROULETTE_START {
-            let survive = (path.throughput.max_element() / path.compression).min(0.95);
+            survive = (path.throughput.max_element() / path.compression).min(0.95);
             if roulette >= survive {
-                return false;
+                return None;
             }
             path.throughput /= survive;
         }
@@ -302,7 +303,7 @@ impl<'a> Integrator<'a> {
             near: 0.0,
             far: f32::INFINITY,
         };
-        path.throughput != Vec3::ZERO
+        (path.throughput != Vec3::ZERO).then_some(survive)
     }
 }
 

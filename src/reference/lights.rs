@@ -63,7 +63,7 @@ impl Lights {
     }
 
     /// Light at `p` from one lamp, chosen by `choice` among those that reach `p`, by how much they could give.
-    pub fn from_lamps(&self, p: Vec3, choice: f32, u: [f32; 2]) -> Option<Arrival> {
+    pub fn lamp_at(&self, p: Vec3, choice: f32, u: [f32; 2]) -> Option<Arrival> {
         match self.lamps.as_slice() {
             [] => None,
             [lamp] => lamp.arrival(p, u),
@@ -88,7 +88,7 @@ impl Lights {
     }
 
     /// Light at `p` from a point on the emissive triangles.
-    pub fn from_emitters(&self, geometry: &Geometry, materials: &Materials, p: Vec3, u: [f32; 2]) -> Option<Arrival> {
+    pub fn emitter_at(&self, geometry: &Geometry, materials: &Materials, p: Vec3, u: [f32; 2]) -> Option<Arrival> {
         let (triangle, u) = self.emitters.choose(u)?;
         // The square's far half folds onto the near one.
         let (b, c) = if u[0] + u[1] > 1.0 { (1.0 - u[0], 1.0 - u[1]) } else { (u[0], u[1]) };
@@ -111,7 +111,7 @@ impl Lights {
         })
     }
 
-    /// Density per steradian with which [`Self::from_emitters`] finds a point on `triangle`, seen at `distance` under
+    /// Density per steradian with which [`Self::emitter_at`] finds a point on `triangle`, seen at `distance` under
     /// `cos` to the triangle's normal.
     pub fn emitter_density(&self, triangle: u32, distance: f32, cos: f32) -> f32 {
         match self.emitters.density.get(triangle as usize) {
@@ -196,7 +196,7 @@ impl Emitters {
             }
         }
         let total: f64 = power.iter().map(|p| p.2).sum();
-        if !(total > 0.0) {
+        if total <= 0.0 {
             return Self::default();
         }
         let mut emitters = Self { density: vec![0.0; geometry.triangles.len()], ..Self::default() };

@@ -136,14 +136,14 @@ mod tests {
         for set in 0..8 {
             let points: Vec<_> = (0..16).map(|i| Sampler::new(7, 3, 5, 2 * i).set(set)).collect();
             for (nx, ny) in [(16, 1), (8, 2), (4, 4), (2, 8), (1, 16)] {
-                let mut seen = vec![0; 16];
+                let mut seen = [0; 16];
                 for p in &points {
                     seen[(p[0] * nx as f32) as usize + nx * (p[1] * ny as f32) as usize] += 1;
                 }
                 assert!(seen.iter().all(|&n| n == 1), "set {set}, {nx}×{ny}: {seen:?}");
             }
             for d in 2..SET {
-                let mut seen = vec![0; 16];
+                let mut seen = [0; 16];
                 points.iter().for_each(|p| seen[(p[d] * 16.0) as usize] += 1);
                 assert!(seen.iter().all(|&n| n == 1), "set {set}, dimension {d}");
             }

@@ -85,7 +85,7 @@ impl Integrator<'_> {
         }
         self.lit(path, &vertex, sampler);
         let origin = Origin { throughput: path.throughput, vertex };
-        if self.scatter(path, &origin.vertex, sampler) {
+        if self.scatter(path, &origin.vertex, sampler).is_some() {
             self.second(path, sampler, joints, pixel);
         }
         Some(origin)
@@ -100,7 +100,7 @@ impl Integrator<'_> {
         let shared = path.density.is_some() && vertex.clear && !self.geometry.traits[vertex.point.material].volume;
         if !shared {
             self.lit(path, &vertex, sampler);
-            if self.scatter(path, &vertex, sampler) {
+            if self.scatter(path, &vertex, sampler).is_some() {
                 self.follow(path, sampler);
             }
             return;
@@ -125,15 +125,14 @@ impl Integrator<'_> {
     /// Light along a ray scattered at a joint. A mirror's goes to the path's own pixel alone.
     fn scattered(&self, path: &mut Path, vertex: &Vertex, sampler: &mut Sampler) -> Option<Next> {
         let throughput = std::mem::replace(&mut path.throughput, Vec3::ONE);
-        if !self.scatter(path, vertex, sampler) {
-            return None;
-        }
+        let survive = self.scatter(path, vertex, sampler)?;
         if path.density.is_none() {
             path.throughput *= throughput;
             self.follow(path, sampler);
             return None;
         }
-        let mut tail = Path { throughput: Vec3::ONE, compression: 1.0, ..Path::new(path.ray) };
+        // The joins bring the joint's own f / density; only roulette's share is the path's.
+        let mut tail = Path { throughput: Vec3::splat(1.0 / survive), ..Path::new(path.ray) };
         tail.scattered = path.scattered;
         let direction = tail.ray.direction;
         let Some(next) = self.advance(&mut tail, sampler) else {
@@ -144,7 +143,7 @@ impl Integrator<'_> {
         let density = self.lights.emitter_density(next.hit.triangle, next.hit.t, cos);
         if self.continues(&tail, &next) {
             self.lit(&mut tail, &next, sampler);
-            if self.scatter(&mut tail, &next, sampler) {
+            if self.scatter(&mut tail, &next, sampler).is_some() {
                 self.follow(&mut tail, sampler);
             }
         }

@@ -61,10 +61,10 @@ pub fn opacity_correction(alpha: f32, steps: f32) -> f32 {
     1.0 - (1.0 - alpha).max(0.0).powf(steps)
 }
 
-/// Distance from `origin` along `direction` to where the cube [0,1]³ is left; 0 or less where it is never met.
+/// Distance from `origin` along `direction` to where the cube [0,1]³ is left; 0 where it lies behind.
 pub fn exit_distance(origin: Vec3, direction: Vec3) -> f32 {
     let to_planes = (Vec3::select(direction.cmpgt(Vec3::ZERO), Vec3::ONE, Vec3::ZERO) - origin) / direction;
-    Vec3::select(direction.cmpeq(Vec3::ZERO), Vec3::INFINITY, to_planes).min_element()
+    Vec3::select(direction.cmpeq(Vec3::ZERO), Vec3::INFINITY, to_planes).min_element().max(0.0)
 }
 
 /// Whether a point lies in [0,1]³, its surface included (D14).

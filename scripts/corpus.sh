@@ -12,12 +12,13 @@ shift
 cd "$(dirname "$0")/.."
 out=out/corpus
 seconds=120
+columns=16
 rm -rf "$out"
 mkdir -p "$out/images"
 
 declare -A count=([rendered]=0 [refused]=0 [failed]=0)
 rows=()
-labels=()
+images=()
 while IFS= read -r -d '' file; do
   name=${file#"$models"/}
   image=$out/images/$(printf '%04d' ${#rows[@]}).png
@@ -34,18 +35,24 @@ while IFS= read -r -d '' file; do
   esac
   # A refusal is one sentence, and a refusal leaves no image.
   if [ $result = refused ] && { [ "$(wc -l <<<"$said")" -ne 1 ] || [ -z "$said" ] || [ -e "$image" ]; }; then result=failed; fi
-  if [ $result = rendered ]; then labels+=(-label "$name" "$image"); fi
+  cell=
+  if [ $result = rendered ]; then
+    cell="$((${#images[@]} / columns + 1)), $((${#images[@]} % columns + 1))"
+    images+=("$image")
+  fi
   count[$result]=$((count[$result] + 1))
   said=${said//"$models"\//}
-  rows+=("| \`$name\` | $result | $took | $(tr '\n|' ' /' <<<"$said") |")
+  rows+=("| \`$name\` | $result | $took | $cell | $(tr '\n|' ' /' <<<"$said") |")
   echo "$result ${took}s $name"
 done < <(find "$models" \( -iname '*.gltf' -o -iname '*.glb' \) -print0 | sort -z)
 
 {
   echo "# ${#rows[@]} files: ${count[rendered]} rendered, ${count[refused]} refused, ${count[failed]} failed"
   echo
-  echo "| file | result | seconds | what was said |"
-  echo "|---|---|---|---|"
+  echo "Cells are rows and columns of the contact sheet."
+  echo
+  echo "| file | result | seconds | cell | what was said |"
+  echo "|---|---|---|---|---|"
   printf '%s\n' "${rows[@]}"
 } >"$out/tally.md"
 head -n 1 "$out/tally.md"
@@ -53,9 +60,8 @@ echo "The tally: $out/tally.md"
 
 if ! command -v montage >/dev/null; then
   echo "No contact sheet: it is made by ImageMagick (apt-get install imagemagick)"
-elif [ ${#labels[@]} -gt 0 ]; then
-  # Pages of 60, so that labels stay legible.
-  montage "${labels[@]}" -tile 10x6 -geometry 96x96+4+4 -background '#202020' -fill white -pointsize 7 "$out/sheet.png"
-  echo "The contact sheet: $(ls "$out"/sheet*.png | tr '\n' ' ')"
+elif [ ${#images[@]} -gt 0 ]; then
+  montage "${images[@]}" -tile "${columns}x" -geometry 96x96+2+2 -background '#202020' "$out/sheet.png"
+  echo "The contact sheet: $out/sheet.png"
 fi
 [ "${count[failed]}" -eq 0 ]

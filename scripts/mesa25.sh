@@ -12,8 +12,13 @@ if [ ! -f "$root/driver.json" ]; then
   echo "mesa25: fetching Mesa from bookworm-backports into $root" >&2
   rm -rf "$root"
   mkdir -p "$root/apt/lists/partial" "$root/apt/cache/archives/partial" "$root/deb" "$root/tree"
-  echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] http://deb.debian.org/debian bookworm-backports main" \
-    >"$root/apt/sources.list"
+  # From the mirror that this system uses.
+  mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | head -n 1)
+  if [ -z "$mirror" ]; then
+    echo "mesa25: apt knows no mirror of bookworm here; run apt-get update first" >&2
+    exit 2
+  fi
+  echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] $mirror bookworm-backports main" >"$root/apt/sources.list"
   # Lists and cache of our own: the system's stay as they are.
   private=(-q -o "Dir::Etc::sourcelist=$root/apt/sources.list" -o Dir::Etc::sourceparts=/dev/null
     -o "Dir::State::lists=$root/apt/lists" -o "Dir::Cache=$root/apt/cache" -o APT::Sandbox::User=)

@@ -111,9 +111,10 @@ impl Renderer {
             let at = Settings { voxels: edge, ..settings.clone() };
             fixed_plan.iter().chain(&resources::plan(counts, &at, bounces, capacities)).map(|r| r.1).sum()
         };
+        let budget = context.memory_budget();
         let (limit, limit_name) = match options.memory_limit {
-            Some(bytes) => (bytes, "the --memory-limit".to_owned()),
-            None => (context.memory_budget(), format!("the budget of {}", context.name)),
+            Some(bytes) if bytes < budget => (bytes, "the --memory-limit".to_owned()),
+            _ => (budget, format!("the budget of {}", context.name)),
         };
         memory_plan::check(settings.voxels, limit, &limit_name, total_at)?;
         let features = Features::of(&scene, &settings);

@@ -184,7 +184,7 @@ fn close(a: Vec4, b: Vec4, tolerance: f32, what: &str) {
 fn rays(count: usize) -> Vec<(Vec3, Vec3)> {
     let mut random = Random::new(6);
     let ray = |i: usize| {
-        let direction = if i % 8 == 0 { Vec3::AXES[i / 8 % 3] } else { random.direction().as_vec3() };
+        let direction = if i.is_multiple_of(8) { Vec3::AXES[i / 8 % 3] } else { random.direction().as_vec3() };
         (random.point().as_vec3() * EDGE as f32, direction)
     };
     (0..count).map(ray).collect()

@@ -19,26 +19,6 @@ int wrap_texel(int i, int size, uint mode) {
     return clamp(i, 0, size - 1);
 }
 
-vec4 fetch_texel(TextureEntry entry, TextureLevel level, ivec2 texel, bool srgb) {
-    ivec2 size = ivec2(level.width, level.height);
-    ivec3 place = ivec3(ivec2(level.x, level.y)
-        + ivec2(wrap_texel(texel.x, size.x, entry.flags & 3u), wrap_texel(texel.y, size.y, (entry.flags >> 2) & 3u)), int(entry.layer));
-    return srgb ? texelFetch(atlas_srgb, place, 0) : texelFetch(atlas_linear, place, 0);
-}
-
-vec4 sample_level(TextureEntry entry, uint index, vec2 uv, bool linear, bool srgb) {
-    TextureLevel level = texture_levels[entry.first_level + index];
-    vec2 at = uv * vec2(level.width, level.height);
-    if (!linear) {
-        return fetch_texel(entry, level, ivec2(floor(at)), srgb);
-    }
-    at -= 0.5;
-    ivec2 corner = ivec2(floor(at));
-    vec2 f = at - vec2(corner);
-    return mix(mix(fetch_texel(entry, level, corner, srgb), fetch_texel(entry, level, corner + ivec2(1, 0), srgb), f.x),
-               mix(fetch_texel(entry, level, corner + ivec2(0, 1), srgb), fetch_texel(entry, level, corner + ivec2(1), srgb), f.x), f.y);
-}
-
 // The level at which the longer axis of the footprint is one texel.
 float footprint_level(TextureEntry entry, mat2 footprint) {
     TextureLevel base = texture_levels[entry.first_level];
@@ -48,24 +28,33 @@ float footprint_level(TextureEntry entry, mat2 footprint) {
     return 0.5 * log2(max(max(dot(x, x), dot(y, y)), 1e-20));
 }
 
+// Every tap of every level in one loop: lavapipe runs all code of a shader, whatever its branches, and a loop's body once is
+// what it costs a point without this texture.
 vec4 sample_texture(uint index, vec2 uv, mat2 footprint, bool srgb) {
     TextureEntry entry = texture_entries[index];
-    float level = footprint_level(entry, footprint);
-    if (level <= 0.0) {
-        return sample_level(entry, 0u, uv, (entry.flags & 16u) != 0u, srgb);
-    }
-    bool linear = (entry.flags & 32u) != 0u;
     uint mip = (entry.flags >> 6) & 3u;
-    float last = float(entry.level_count - 1u);
-    if (mip == 0u) {
-        return sample_level(entry, 0u, uv, linear, srgb);
-    }
-    level = min(level, last);
-    if (mip == 1u) {
-        return sample_level(entry, uint(level + 0.5), uv, linear, srgb);
-    }
+    float level = footprint_level(entry, footprint);
+    bool linear = (entry.flags & (level <= 0.0 ? 16u : 32u)) != 0u;
+    level = mip == 0u ? 0.0 : clamp(level, 0.0, float(entry.level_count - 1u));
+    level = mip == 1u ? floor(level + 0.5) : level;
     uint fine = uint(level);
-    vec4 near = sample_level(entry, fine, uv, linear, srgb);
-    float f = level - float(fine);
-    return f == 0.0 ? near : mix(near, sample_level(entry, fine + 1u, uv, linear, srgb), f);
+    float coarser = level - float(fine);
+    uint taps_per_level = linear ? 4u : 1u;
+    uint taps = coarser > 0.0 ? 2u * taps_per_level : taps_per_level;
+    vec4 sum = vec4(0.0);
+    for (uint tap = 0u; tap < taps; tap++) {
+        bool second = tap >= taps_per_level;
+        TextureLevel texels = texture_levels[entry.first_level + fine + (second ? 1u : 0u)];
+        vec2 at = uv * vec2(texels.width, texels.height) - (linear ? 0.5 : 0.0);
+        ivec2 corner = ivec2(floor(at));
+        bvec2 far = bvec2(linear && (tap & 1u) != 0u, linear && (tap & 2u) != 0u);
+        vec2 f = linear ? at - vec2(corner) : vec2(0.0);
+        vec2 share = mix(1.0 - f, f, far);
+        ivec2 texel = corner + ivec2(far);
+        ivec3 place = ivec3(texels.x + wrap_texel(texel.x, int(texels.width), entry.flags & 3u),
+            texels.y + wrap_texel(texel.y, int(texels.height), (entry.flags >> 2) & 3u), entry.layer);
+        vec4 value = srgb ? texelFetch(atlas_srgb, place, 0) : texelFetch(atlas_linear, place, 0);
+        sum += share.x * share.y * (second ? coarser : 1.0 - coarser) * value;
+    }
+    return sum;
 }

@@ -162,11 +162,8 @@ pub struct LedgerArgs {
     #[arg(short, long, value_name = "OUT.md", default_value = "docs/ledger.md")]
     pub output: PathBuf,
     /// Size of the images in pixels
-    #[arg(long, value_name = "WxH", default_value = "192x192", value_parser = size)]
+    #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
     pub size: (u32, u32),
-    /// Edge of the grid
-    #[arg(long, value_name = "N", default_value_t = 64)]
-    pub voxels: u32,
     #[command(flatten)]
     pub device: DeviceArgs,
 }

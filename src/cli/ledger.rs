@@ -7,8 +7,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use twobounce::gi::Method;
 use twobounce::ledger::{
-    CHOICES, Change, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, Furnace, Measurements, ROWS, document,
-    furnace_row,
+    BASE, CHOICES, Change, EDGE, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, Furnace, Measurements, ROWS,
+    document, furnace_row,
 };
 use twobounce::output::file;
 use twobounce::renderer::{RenderOptions, Renderer, Submit};
@@ -22,19 +22,18 @@ use super::args::LedgerArgs;
 use super::{Outcome, interrupt, out};
 
 /// Pixels a side of a furnace's image: every pixel should be the same.
-const FURNACE_PIXELS: u32 = 64;
+const FURNACE_PIXELS: u32 = 48;
 
 pub fn run(args: &LedgerArgs) -> anyhow::Result<Outcome> {
     interrupt::install()?;
     file::check_writable(&args.output)?;
     let context = args.device.open(args.size.0, args.size.1)?;
     let scene = Scene::load(&args.scene, &LoadOptions::default())?;
-    let voxels = format!("voxels={}", args.voxels);
     let about = format!(
         "Measured on `{}` at {}×{}, {}³ voxels, on {} ({}).",
-        scene.name, args.size.0, args.size.1, args.voxels, context.name, context.driver
+        scene.name, args.size.0, args.size.1, EDGE, context.name, context.driver
     );
-    let mut bench = Bench { context: &context, scene, size: args.size, voxels, frames: BTreeMap::new() };
+    let mut bench = Bench { context: &context, scene, size: args.size, frames: BTreeMap::new() };
     let mut measured = Measurements { about, ..Measurements::default() };
     for row in ROWS {
         if let Effect::Measured { right, printed } = row.effect {
@@ -69,7 +68,6 @@ struct Bench<'a> {
     context: &'a Arc<Context>,
     scene: Scene,
     size: (u32, u32),
-    voxels: String,
     frames: BTreeMap<String, Rc<Shot>>,
 }
 
@@ -93,40 +91,42 @@ impl Bench<'_> {
         if let Some(shot) = self.frames.get(&key) {
             return Ok(shot.clone());
         }
-        let mut settings = Settings::default();
-        settings.set(&self.voxels)?;
+        let mut settings = Settings { voxels: EDGE, ..Settings::default() };
         let mut scene = self.scene.clone();
-        for assignment in assignments {
+        for assignment in BASE.iter().chain(assignments) {
             // The sky is the scene's, not a setting.
             match assignment.strip_prefix("sky=") {
                 Some(sky) => scene.sky = Vec3::splat(sky.parse().map_err(|_| Error::Usage(format!("no sky: {sky}")))?),
                 None => settings.set(assignment)?,
             }
         }
-        let shot = Rc::new(render(self.context, scene, settings, self.size)?);
+        // The first frame compiles the shaders, the second is timed.
+        let shot = Rc::new(render(self.context, scene, settings, self.size, 2)?);
         self.frames.insert(key, shot.clone());
         Ok(shot)
     }
 }
 
-/// The second of two frames: the first compiles the shaders.
-fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32)) -> Result<Shot> {
+/// The last of `frames` frames.
+fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32), frames: u32) -> Result<Shot> {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
     let options =
         RenderOptions { size, method: Method::Cones, aovs: vec![], submit: Submit::Frame, memory_limit: None, bounds };
     let mut renderer = Renderer::new(context, scene, &pose, settings, options)?;
-    interrupt::check()?;
-    renderer.render(&pose, &view)?;
-    interrupt::check()?;
-    let gpu_ms = renderer.render(&pose, &view)?.timings.gpu_ms;
+    let mut gpu_ms = 0.0;
+    for _ in 0..frames {
+        interrupt::check()?;
+        gpu_ms = renderer.render(&pose, &view)?.timings.gpu_ms;
+    }
     Ok(Shot { beauty: renderer.read().beauty().to_vec(), gpu_ms })
 }
 
 fn furnace(context: &Arc<Context>, fill: &[&str], albedo: f32, block: bool, edge: u32) -> Result<Furnace> {
     let mut settings = Settings { voxels: edge, ..Settings::default() };
     fill.iter().try_for_each(|assignment| settings.set(assignment))?;
-    let shot = render(context, analytic::furnace(albedo, 1.0, block), settings, (FURNACE_PIXELS, FURNACE_PIXELS))?;
+    let size = (FURNACE_PIXELS, FURNACE_PIXELS);
+    let shot = render(context, analytic::furnace(albedo, 1.0, block), settings, size, 1)?;
     let expected = closed_forms::furnace(f64::from(albedo), 2);
     let ratios: Vec<f64> = shot.beauty.iter().map(|p| f64::from(p[1]) / expected).collect();
     Ok(Furnace {

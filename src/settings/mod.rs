@@ -342,7 +342,7 @@ pub struct Preset {
 
 /// Every preset. The first is what the command line takes where none is named.
 pub const PRESETS: &[Preset] = &[
-    Preset { name: "fast", meaning: "saturating cones, 6 a pixel", settings: Settings::fast },
+    Preset { name: "fast", meaning: "saturating cones, 8 a pixel", settings: Settings::fast },
     Preset { name: "balanced", meaning: "saturating cones, 16 a pixel", settings: Settings::balanced },
     Preset { name: "accurate", meaning: "saturating cones, 64 a pixel", settings: Settings::accurate },
     Preset { name: "corrected", meaning: "the talk, every row of the ledger right", settings: Settings::default },
@@ -368,9 +368,9 @@ impl Settings {
         }
     }
 
-    /// Six saturating cones.
+    /// Eight saturating cones.
     pub fn fast() -> Self {
-        Self::saturating(ConeSet::G6, 1.5)
+        Self::saturating(ConeSet::G8, 1.5)
     }
 
     /// Sixteen saturating cones.

@@ -125,7 +125,7 @@ pub fn rotation(axis: Vec3, angle: f32, d7: Form) -> Mat3 {
     if d7 == Form::Printed { right.transpose() } else { right }
 }
 
-/// How far the cone set turns about the normal, radians, for a random number in [0,1).
+/// How far the cone set turns about the normal, radians, for a random number in `[0, 1)`.
 /// D8 printed: the number itself, one radian at most; right: a full turn.
 pub fn jitter_angle(random: f32, d8: Form) -> f32 {
     if d8 == Form::Printed { random } else { 2.0 * PI * random }
@@ -135,12 +135,12 @@ pub fn jitter_angle(random: f32, d8: Form) -> f32 {
 pub fn roughness_to_aperture(roughness: f32, fit: RoughnessFit) -> f32 {
     let r = roughness.clamp(0.0, 1.0);
     match fit {
-        RoughnessFit::Polynomial => (0.000347466 + r * (1.33312905 - 0.504055269 * r)).tan(),
+        RoughnessFit::Polynomial => (0.000_347_466 + r * (1.333_129 - 0.504_055_3 * r)).tan(),
         RoughnessFit::Power => {
             let power = (2.0 / (r * r).max(1e-4) - 2.0).clamp(4.0, 1024.0 * 16.0);
             0.244f32.powf(1.0 / (power + 1.0)).acos().tan()
         }
-        RoughnessFit::Linear => (PI * 0.5 * 0.75 * r).tan().clamp(0.00174533102, PI),
+        RoughnessFit::Linear => (PI * 0.5 * 0.75 * r).tan().clamp(0.001_745_331, PI),
     }
 }
 

@@ -19,7 +19,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     beside.fill(bytes).and_then(|()| fs::rename(&beside.name, &target)).map_err(|e| failed(path, &e))
 }
 
-/// Whether [`write`] to `path` could work: its folder exists and takes a new file. Leaves nothing behind.
+/// Whether [`write()`] to `path` could work: its folder exists and takes a new file. Leaves nothing behind.
 pub fn check_writable(path: &Path) -> Result<()> {
     let target = resolve(path)?;
     if target.exists() && !target.is_file() {

@@ -61,13 +61,13 @@ pub fn opacity_correction(alpha: f32, steps: f32) -> f32 {
     1.0 - (1.0 - alpha).max(0.0).powf(steps)
 }
 
-/// Distance from `origin` along `direction` to where the cube [0,1]³ is left; 0 where it lies behind.
+/// Distance from `origin` along `direction` to where the cube `[0, 1]³` is left; 0 where it lies behind.
 pub fn exit_distance(origin: Vec3, direction: Vec3) -> f32 {
     let to_planes = (Vec3::select(direction.cmpgt(Vec3::ZERO), Vec3::ONE, Vec3::ZERO) - origin) / direction;
     Vec3::select(direction.cmpeq(Vec3::ZERO), Vec3::INFINITY, to_planes).min_element().max(0.0)
 }
 
-/// Whether a point lies in [0,1]³, its surface included (D14).
+/// Whether a point lies in `[0, 1]³`, its surface included (D14).
 pub fn is_inside_cube(position: Vec3) -> bool {
     position.cmpge(Vec3::ZERO).all() && position.cmple(Vec3::ONE).all()
 }
@@ -144,7 +144,7 @@ pub fn trace_cone(volume: &Volume, cone: &Cone, s: &Settings) -> Traced {
 }
 
 /// What of a light at `to` reaches `from`, 1 is all of it. The cone starts off the surface as [`Settings::start`] says;
-/// `jitter` in [0,1) is a share of one step. Twin of `trace_shadow_cone`.
+/// `jitter` in `[0, 1)` is a share of one step. Twin of `trace_shadow_cone`.
 pub fn trace_shadow_cone(
     volume: &Volume,
     from: Vec3,

@@ -125,7 +125,7 @@ pub fn rotation(axis: Vec3, angle: f32, d7: Form) -> Mat3 {
     if d7 == Form::Printed { right.transpose() } else { right }
 }
 
-/// How far the cone set turns about the normal, radians, for a random number in [0,1).
+/// How far the cone set turns about the normal, radians, for a random number in `[0, 1)`.
 /// D8 printed: the number itself, one radian at most; right: a full turn.
 pub fn jitter_angle(random: f32, d8: Form) -> f32 {
     if d8 == Form::Printed { random } else { 2.0 * PI * random }

@@ -108,7 +108,7 @@ pub const ROWS: &[Row] = &[
         id: "D15",
         printed: "shadow cones read the isotropic volume: a wall's alpha halves per mip",
         right: "directional alpha",
-        effect: Measured { right: &[], printed: &["ledger.d15=printed"] },
+        effect: Measured { right: &["shadow.half_angle=5"], printed: &["ledger.d15=printed"] },
     },
     Row {
         id: "D16",
@@ -211,25 +211,18 @@ pub struct Change {
     pub rel_percent: f64,
     /// mean(printed) / mean(right).
     pub energy: f64,
-    /// GPU milliseconds of a frame, printed and right.
-    pub frame_ms: [f64; 2],
 }
 
 impl Change {
-    /// Three cells of a Markdown table.
+    /// Two cells of a Markdown table.
     fn cells(&self) -> String {
-        format!("{:.2} % | {:.3} | {:.0} → {:.0}", self.rel_percent, self.energy, self.frame_ms[0], self.frame_ms[1])
+        format!("{:.2} % | {:.3}", self.rel_percent, self.energy)
     }
 
     /// The reverse of [`Self::cells`].
     fn parse(cells: &[&str]) -> Option<Self> {
-        let [rel, energy, ms] = cells else { return None };
-        let (before, after) = ms.split_once(" → ")?;
-        Some(Self {
-            rel_percent: rel.strip_suffix(" %")?.parse().ok()?,
-            energy: energy.parse().ok()?,
-            frame_ms: [before.parse().ok()?, after.parse().ok()?],
-        })
+        let [rel, energy] = cells else { return None };
+        Some(Self { rel_percent: rel.strip_suffix(" %")?.parse().ok()?, energy: energy.parse().ok()? })
     }
 }
 
@@ -290,8 +283,8 @@ const HEAD: &str = "# The ledger of the printed listings
 Written by `twobounce ledger`; `tests/ledger_formulas.rs` holds, for each row with a formula, a test that the printed form
 fails and the right form passes. The preset `printed` has every row as printed, `corrected` every row right; each row is
 also a setting of its own (`ledger.d1`, …). Changes are of the whole image, one row at a time, everything else right, with
-`shadows = cones` so that every row has its effect: *change* is mean |printed − right| over mean right, *energy* is mean printed over mean right, and the GPU time is the
-frame's, printed → right.
+`shadows = cones` so that every row has its effect: *change* is mean |printed − right| over mean right, *energy* is mean
+printed over mean right.
 
 ";
 
@@ -308,8 +301,8 @@ cones; the others with the preset `corrected`.
 /// The page.
 pub fn document(measured: &Measurements) -> String {
     let mut text = format!("{HEAD}{}\n\n", measured.about);
-    text += "| row | printed | right | measured with | change | energy | ms |\n|---|---|---|---|---|---|---|\n";
-    let cells = |key: &str| measured.changes.get(key).map_or("– | – | –".into(), Change::cells);
+    text += "| row | printed | right | measured with | change | energy |\n|---|---|---|---|---|---|\n";
+    let cells = |key: &str| measured.changes.get(key).map_or("– | –".into(), Change::cells);
     for row in ROWS {
         let with = match row.effect {
             NeverRan => "never ran as printed".into(),
@@ -319,7 +312,7 @@ pub fn document(measured: &Measurements) -> String {
         writeln!(text, "| {} | {} | {} | {with} | {} |", row.id, row.printed, row.right, cells(row.id)).expect("fmt");
     }
     text += "\n## Choices\nAgainst the same settings, one at a time.\n\n";
-    text += "| setting | change | energy | ms |\n|---|---|---|---|\n";
+    text += "| setting | change | energy |\n|---|---|---|\n";
     for choice in CHOICES {
         writeln!(text, "| `{choice}` | {} |", cells(choice)).expect("fmt");
     }
@@ -341,7 +334,7 @@ pub fn parse(text: &str) -> Option<Measurements> {
     for line in tables.lines().filter(|l| l.starts_with("| ")) {
         let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
         let furnaces: Vec<Furnace> = cells.iter().filter_map(|cell| Furnace::parse(cell)).collect();
-        if let Some(change) = cells.len().checked_sub(3).and_then(|i| Change::parse(&cells[i..])) {
+        if let Some(change) = cells.len().checked_sub(2).and_then(|i| Change::parse(&cells[i..])) {
             measured.changes.insert(cells[0].trim_matches('`').into(), change);
         } else if !furnaces.is_empty() {
             measured.furnaces.insert(cells[..cells.len() - furnaces.len()].join(" | "), furnaces);
@@ -356,7 +349,7 @@ mod tests {
 
     #[test]
     fn a_page_says_what_was_measured() {
-        let change = Change { rel_percent: 12.34, energy: 0.987, frame_ms: [12.0, 34.0] };
+        let change = Change { rel_percent: 12.34, energy: 0.987 };
         let keys = ["D1", "D22", "D29", "fill=facing"];
         let changes = keys.iter().map(|k| ((*k).into(), change.clone())).collect();
         let furnace = Furnace { mean: 0.98, range: [0.9, 1.004] };

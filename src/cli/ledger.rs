@@ -57,18 +57,14 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// An image of the bench's scene, and what it took.
-struct Shot {
-    beauty: Vec<[f32; 3]>,
-    gpu_ms: f64,
-}
+type Pixels = Vec<[f32; 3]>;
 
 /// One scene under many settings; each is rendered once.
 struct Bench<'a> {
     context: &'a Arc<Context>,
     scene: Scene,
     size: (u32, u32),
-    frames: BTreeMap<String, Rc<Shot>>,
+    frames: BTreeMap<String, Rc<Pixels>>,
 }
 
 impl Bench<'_> {
@@ -76,17 +72,13 @@ impl Bench<'_> {
     fn change(&mut self, right: &[&str], printed: &[&str]) -> Result<Change> {
         let before = self.shot(&[right, printed].concat())?;
         let after = self.shot(right)?;
-        let sum = |shot: &Shot| shot.beauty.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
-        let pairs = before.beauty.iter().flatten().zip(after.beauty.iter().flatten());
+        let sum = |image: &Pixels| image.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+        let pairs = before.iter().flatten().zip(after.iter().flatten());
         let difference: f64 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum();
-        Ok(Change {
-            rel_percent: 100.0 * difference / sum(&after),
-            energy: sum(&before) / sum(&after),
-            frame_ms: [before.gpu_ms, after.gpu_ms],
-        })
+        Ok(Change { rel_percent: 100.0 * difference / sum(&after), energy: sum(&before) / sum(&after) })
     }
 
-    fn shot(&mut self, assignments: &[&str]) -> Result<Rc<Shot>> {
+    fn shot(&mut self, assignments: &[&str]) -> Result<Rc<Pixels>> {
         let key = assignments.join(" ");
         if let Some(shot) = self.frames.get(&key) {
             return Ok(shot.clone());
@@ -100,35 +92,30 @@ impl Bench<'_> {
                 None => settings.set(assignment)?,
             }
         }
-        // The first frame compiles the shaders, the second is timed.
-        let shot = Rc::new(render(self.context, scene, settings, self.size, 2)?);
+        let shot = Rc::new(render(self.context, scene, settings, self.size)?);
         self.frames.insert(key, shot.clone());
         Ok(shot)
     }
 }
 
-/// The last of `frames` frames.
-fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32), frames: u32) -> Result<Shot> {
+fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32)) -> Result<Pixels> {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
     let options =
         RenderOptions { size, method: Method::Cones, aovs: vec![], submit: Submit::Frame, memory_limit: None, bounds };
     let mut renderer = Renderer::new(context, scene, &pose, settings, options)?;
-    let mut gpu_ms = 0.0;
-    for _ in 0..frames {
-        interrupt::check()?;
-        gpu_ms = renderer.render(&pose, &view)?.timings.gpu_ms;
-    }
-    Ok(Shot { beauty: renderer.read().beauty().to_vec(), gpu_ms })
+    interrupt::check()?;
+    renderer.render(&pose, &view)?;
+    Ok(renderer.read().beauty().to_vec())
 }
 
 fn furnace(context: &Arc<Context>, fill: &[&str], albedo: f32, block: bool, edge: u32) -> Result<Furnace> {
     let mut settings = Settings { voxels: edge, ..Settings::default() };
     fill.iter().try_for_each(|assignment| settings.set(assignment))?;
     let size = (FURNACE_PIXELS, FURNACE_PIXELS);
-    let shot = render(context, analytic::furnace(albedo, 1.0, block), settings, size, 1)?;
+    let shot = render(context, analytic::furnace(albedo, 1.0, block), settings, size)?;
     let expected = closed_forms::furnace(f64::from(albedo), 2);
-    let ratios: Vec<f64> = shot.beauty.iter().map(|p| f64::from(p[1]) / expected).collect();
+    let ratios: Vec<f64> = shot.iter().map(|p| f64::from(p[1]) / expected).collect();
     Ok(Furnace {
         mean: ratios.iter().sum::<f64>() / ratios.len() as f64,
         range: [ratios.iter().copied().fold(f64::INFINITY, f64::min), ratios.iter().copied().fold(0.0, f64::max)],

@@ -31,5 +31,5 @@ fn structs_agree_with_the_shaders() {
     check("TextureEntry", TextureEntry::FIELDS, size_of::<TextureEntry>());
     check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
     check("Frame", Frame::FIELDS, size_of::<Frame>());
-    check("RecordPush", RecordPush::FIELDS, size_of::<RecordPush>());
+    check("Push", RecordPush::FIELDS, size_of::<RecordPush>());
 }

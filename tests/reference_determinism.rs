@@ -61,7 +61,7 @@ fn a_resumed_image_is_the_uninterrupted_one() {
     let (scene, pose, view) = cornell();
     let folder = tempfile::tempdir().expect("a folder");
     let cache = Cache::at(folder.path());
-    for stop in [Stop::Samples(22), Stop::Noise(0.07)] {
+    for stop in [Stop::Samples(21), Stop::Noise(0.07)] {
         let mut interruptions = 0;
         let film = loop {
             let (rows, cancel) = (AtomicU32::new(0), AtomicBool::new(false));

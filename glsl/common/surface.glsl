@@ -68,9 +68,12 @@ vec4 base_color(Material m, vec4 uv, vec4 color, Footprint footprint) {
     return base;
 }
 
+// A factor that equals the cutoff, under a texture of ones, is no hole: filtering rounds by less than this.
+const float ALPHA_ROUNDING = 1e-5;
+
 float surface_alpha(Material m, float alpha) {
     if ((m.flags & MATERIAL_MASK) != 0u) {
-        return alpha < m.alpha_cutoff ? 0.0 : 1.0;
+        return alpha < m.alpha_cutoff - ALPHA_ROUNDING ? 0.0 : 1.0;
     }
     return (m.flags & MATERIAL_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
 }

@@ -23,7 +23,7 @@ layout(location = 2) flat in uint in_triangle;
 
 void main() {
     Triangle t = triangles[in_triangle];
-    uint covered = covered_samples(t, pixel_footprint(triangle_uv(t, in_weights)));
+    uint covered = covered_samples(t, pixel_footprint(t, in_weights));
     if (covered == 0u) {
         discard;
     }

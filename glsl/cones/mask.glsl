@@ -16,15 +16,16 @@ uint covered_samples(Triangle t, Footprint footprint) {
             vec2 bc = barycentric(a, b, c, sample_position(i, a, facet));
             vec3 weights = vec3(1.0 - bc.x - bc.y, bc);
             float alpha = base_color(m, triangle_uv(t, weights), triangle_color(t, weights), footprint).a;
-            kept |= alpha >= m.alpha_cutoff ? 1u << i : 0u;
+            kept |= surface_alpha(m, alpha) > 0.0 ? 1u << i : 0u;
         }
     }
     return kept;
 }
 
-// Per pixel, how uv moves to the neighbours.
-Footprint pixel_footprint(vec4 uv) {
-    vec4 dx = dFdx(uv);
-    vec4 dy = dFdy(uv);
+// Per pixel, how uv moves to the neighbours. Of the weights, which are interpolated: helper lanes beyond the triangle's
+// edge read zeros from buffers on lavapipe, so a uv made there would be 0.
+Footprint pixel_footprint(Triangle t, vec3 weights) {
+    vec4 dx = triangle_uv(t, dFdx(weights));
+    vec4 dy = triangle_uv(t, dFdy(weights));
     return Footprint(mat2[2](mat2(dx.xy, dy.xy), mat2(dx.zw, dy.zw)));
 }

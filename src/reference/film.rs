@@ -41,13 +41,13 @@ pub struct Film {
     pub history: Vec<(u32, f64)>,
 }
 
-/// The first count of samples after `done` at which noise is estimated: multiples of a quarter of a power of two.
+/// The first count of samples after `done` at which noise is estimated: multiples of an eighth of a power of two.
 pub fn next_check(done: u32) -> u32 {
     const FIRST: u32 = 16;
     if done < FIRST {
         return FIRST;
     }
-    let step = (1 << done.ilog2()) / 4;
+    let step = (1 << done.ilog2()) / 8;
     (done / step + 1) * step
 }
 
@@ -162,13 +162,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn checks_come_in_steps_of_a_quarter() {
+    fn checks_come_in_steps_of_an_eighth() {
         let mut counts = vec![next_check(0)];
-        while counts.len() < 10 {
+        while counts.len() < 11 {
             counts.push(next_check(*counts.last().unwrap_or(&0)));
         }
-        assert_eq!(counts, [16, 20, 24, 28, 32, 40, 48, 56, 64, 80]);
-        assert_eq!([1, 15, 17, 22, 31, 47].map(next_check), [16, 16, 20, 24, 32, 48]);
+        assert_eq!(counts, [16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 40]);
+        assert_eq!([1, 15, 17, 23, 31, 47].map(next_check), [16, 16, 18, 24, 32, 48]);
     }
 
     #[test]

@@ -18,8 +18,10 @@ use crate::scene::{Pose, Scene};
 pub const PIXEL_AND_LIGHT: u32 = 0;
 const OCCLUSION: u32 = u32::MAX;
 
-/// Vertices after which paths may end at random.
+/// Vertices after which paths may end at random as they darken, and after which even undiminished ones do: a path may be
+/// held by clear glass for ever.
 const ROULETTE_START: u32 = 1;
+const ROULETTE_ALWAYS: u32 = 64;
 
 /// What one path found.
 #[derive(Clone, Copy, Debug, Default)]
@@ -289,7 +291,8 @@ impl<'a> Integrator<'a> {
         path.compression *= scatter.compression;
         let mut survive = 1.0;
         if k >= ROULETTE_START {
-            survive = (path.throughput.max_element() / path.compression).min(0.95);
+            let cap = if k < ROULETTE_ALWAYS { 1.0 } else { 0.95 };
+            survive = (path.throughput.max_element() / path.compression).min(cap);
             if roulette >= survive {
                 return None;
             }

@@ -15,7 +15,8 @@ use super::integrator::{Integrator, Path, Sample, Vertex, evaluate, weight};
 use super::lights::Arrival;
 use super::sampler::Sampler;
 
-/// Pixels along each side of a tile.
+/// Pixels along each side of a tile. Image quality per second (1 / noise² / time) against paths that share nothing, on a
+/// Cornell box and an atrium: 2 gives 2.8 and 2.1 times as much, 3 gives 4.5 and 2.8, 4 gives 5.3 and 2.8, 6 the same.
 pub const SIDE: usize = 4;
 
 /// A pixel's first vertex.

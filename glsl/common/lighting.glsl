@@ -5,6 +5,7 @@ vec3 shadow_towards(Light light, LightSample to, vec3 position, vec3 facet, vec3
     if (SHADOWS == SHADOWS_RAYS) {
         return trace_shadow_ray(position, facet, to.direction, to.distance);
     }
+#ifdef CONES
     if (SHADOWS == SHADOWS_CONES && volume_is_there) {
         vec3 from = position + normal * frame.shadow_start_normal;
         bool far = light.kind == LIGHT_DIRECTIONAL;
@@ -18,6 +19,7 @@ vec3 shadow_towards(Light light, LightSample to, vec3 position, vec3 facet, vec3
         }
         return vec3(trace_shadow_cone(from, d, distance, aperture, start, frame.shadow_step, frame.shadow_end));
     }
+#endif
     return vec3(1.0);
 }
 

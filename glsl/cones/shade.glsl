@@ -21,10 +21,6 @@
 #include "common/cone_set.glsl"
 #include "common/roughness.glsl"
 #include "common/cone.glsl"
-#else
-float trace_shadow_cone(vec3 from, vec3 d, float distance, float aperture, float start, float step_over_diameter, float end_bias) {
-    return 1.0; // no volume yet
-}
 #endif
 #include "common/ray.glsl"
 #include "common/lighting.glsl"

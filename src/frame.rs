@@ -15,7 +15,7 @@ use crate::gi::volume::Volume;
 use crate::gpu_scene::GpuScene;
 use crate::image_target::ImageTarget;
 use crate::scene::Pose;
-use crate::settings::{Lists, Settings, Shadows};
+use crate::settings::{Emitters, Lists, Settings, Shadows};
 use crate::vk::{Context, Recorder};
 
 /// The passes of one method with its settings, compiled.
@@ -50,7 +50,8 @@ impl Passes {
         bounces: u32,
         layers: usize,
     ) -> Result<Self> {
-        let lists_are_read = bounces > 0 || settings.shadows == Shadows::Rays;
+        let lists_are_read =
+            bounces > 0 || settings.shadows == Shadows::Rays || settings.emitters == Emitters::Sampled;
         let shade = |needed: bool, bounce| needed.then(|| Shade::new(context, settings, features, bounce)).transpose();
         Ok(Self {
             record: Record::new(context, settings, features)?,

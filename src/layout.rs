@@ -55,6 +55,12 @@ shared! {
     }
 }
 shared! {
+    /// A piece of an emissive triangle, evenly bright; positions in voxels.
+    Emitter {
+        a: [f32; 3], b: [f32; 3], c: [f32; 3], radiance: [f32; 3], probability: f32, cumulative: f32, two_sided: u32,
+    }
+}
+shared! {
     /// One mip chain in the atlas.
     TextureEntry { layer: u32, first_level: u32, level_count: u32, flags: u32 }
 }
@@ -77,6 +83,7 @@ shared! {
         refraction_start_normal: f32, refraction_start_along: f32,
         shadow_start_normal: f32, shadow_start_along: f32,
         shadow_end: f32, shadow_step: f32, cone_step: f32, shadow_aperture: f32,
+        cone_aperture: f32, exit_margin: f32, emitter_count: u32,
     }
 }
 shared! {

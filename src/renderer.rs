@@ -8,6 +8,7 @@ use crate::Result;
 use crate::frame::{FrameScene, Passes};
 use crate::gi::Method;
 use crate::gi::cones::constants::Features;
+use crate::gi::cones::emitters::Emitters;
 use crate::gi::cones::resources::{self, Resources, SceneCounts};
 use crate::gi::cones::uniforms::{self, Capacities, FrameInputs};
 use crate::gi::volume::{Volume, radiance_scale};
@@ -17,7 +18,7 @@ use crate::layers::{Aov, Layers};
 use crate::layout;
 use crate::memory_plan::{self, MemoryPlan};
 use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::Settings;
+use crate::settings::{self, Settings};
 use crate::vk::{self, Context, FrameLog, Recorder, RecorderOptions, ZoneTimings};
 
 /// How a frame is handed to the device.
@@ -75,6 +76,9 @@ pub struct Renderer {
     bounces: u32,
     gpu_scene: GpuScene,
     blended: Vec<BlendedTriangle>,
+    emitters: Emitters,
+    /// Pieces of lamps in the last pose.
+    emitter_count: u32,
     passes: Passes,
     resources: Resources,
     capacities: Capacities,
@@ -98,8 +102,11 @@ impl Renderer {
         let volume = Volume::place(options.bounds, &settings)?;
         let packed = ScenePacked::new(&scene, pose);
         let layers = if options.aovs.is_empty() { 1 } else { Aov::ALL.len() };
-        let bounces = if options.method == Method::Cones { settings.bounces } else { 0 };
+        let bounces = if options.method == Method::Cones { settings.bounces.volumes() } else { 0 };
+        let sampled = settings.emitters == settings::Emitters::Sampled;
+        let emitters = if sampled { Emitters::new(&scene) } else { Emitters::default() };
         let counts = SceneCounts {
+            emitters: emitters.count(settings.emitter_samples),
             triangles: packed.triangles,
             blended: packed.blended.len() as u32,
             lights: scene.lights.len() as u32,
@@ -126,6 +133,8 @@ impl Renderer {
             context: context.clone(),
             scale: radiance_scale(&scene, volume.voxel_m),
             blended: packed.blended,
+            emitters,
+            emitter_count: 0,
             scene,
             settings,
             options,
@@ -217,9 +226,12 @@ impl Renderer {
         self.scale
     }
 
-    fn upload_pose(&self, pose: &Pose, view: &View) -> Result<()> {
+    fn upload_pose(&mut self, pose: &Pose, view: &View) -> Result<()> {
         let lights = uniforms::lights(&self.scene, pose, &self.volume);
         self.upload(&self.resources.lights, &lights)?;
+        let emitters = self.emitters.place(pose, &self.volume, self.settings.emitter_samples);
+        self.emitter_count = emitters.len() as u32;
+        self.upload(&self.resources.emitters, &emitters)?;
         let order = back_to_front(&self.blended, &self.scene, pose, view);
         self.upload(&self.resources.order, &order)
     }
@@ -234,6 +246,7 @@ impl Renderer {
             size: self.options.size,
             capacities: self.capacities,
             frame_index: self.frame_index,
+            emitters: self.emitter_count,
         });
         self.upload(&self.resources.frame, &[frame])
     }

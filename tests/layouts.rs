@@ -28,6 +28,7 @@ fn structs_agree_with_the_shaders() {
     check("TextureSlot", TextureSlot::FIELDS, size_of::<TextureSlot>());
     check("Material", Material::FIELDS, size_of::<Material>());
     check("Light", Light::FIELDS, size_of::<Light>());
+    check("Emitter", Emitter::FIELDS, size_of::<Emitter>());
     check("TextureEntry", TextureEntry::FIELDS, size_of::<TextureEntry>());
     check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
     check("Frame", Frame::FIELDS, size_of::<Frame>());

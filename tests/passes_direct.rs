@@ -12,7 +12,7 @@ use twobounce::measure::metrics::metrics;
 use twobounce::scene::{
     Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
 };
-use twobounce::settings::Settings;
+use twobounce::settings::{Bounces, Settings};
 
 const SIZE: u32 = 96;
 /// Of the image, metres.
@@ -129,7 +129,7 @@ fn lights_and_shadows_are_the_closed_forms() {
     for lamp in [Lamp::Point, Lamp::Spot, Lamp::Directional] {
         for masked in [false, true] {
             let scene = scene(lamp, masked);
-            let settings = Settings { voxels: 32, bounces: 1, ..Settings::default() };
+            let settings = Settings { voxels: 32, bounces: Bounces::One, ..Settings::default() };
             let image = gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![Aov::Direct]).read();
             let direct = image.get(Aov::Direct).expect("asked for").to_vec();
             let truth = expected(lamp, masked, &view);
@@ -156,7 +156,7 @@ fn the_cornell_box_has_the_path_traced_direct_light() {
     let scene = Scene::load(&folder.join("cornell-point.glb"), &LoadOptions::default()).expect("the scene loads");
     let (truth, _) = Layers::read_exr(&folder.join("direct.exr")).expect("the image is there");
     let view = scene.view(&scene.pose(None, 0.0), 0);
-    let settings = Settings { voxels: 32, bounces: 1, ..Settings::default() };
+    let settings = Settings { voxels: 32, bounces: Bounces::One, ..Settings::default() };
     // Twice the truth's size, averaged: sixteen samples for each of its pixels.
     let image = gpu::render_layers(&gpu::context(), &scene, &settings, 2 * truth.width, view, vec![Aov::Direct]).read();
     let direct = image.get(Aov::Direct).expect("asked for");

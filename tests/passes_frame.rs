@@ -7,7 +7,7 @@ mod gpu;
 use std::path::Path;
 
 use twobounce::scene::analytic::{self, Lamp};
-use twobounce::settings::{Lists, Settings};
+use twobounce::settings::{Bounces, Lists, Settings};
 use twobounce::vk::{CallLog, DrawLog, FrameLog, Stage, ZoneLog};
 
 const EDGE: u32 = 16;
@@ -167,7 +167,7 @@ fn a_frame_without_one_of_the_passes_is_another() {
         }
         assert!(!differences(&less).is_empty(), "zone {i} is not missed");
     }
-    for changed in [Settings { lists: Lists::Reuse, ..printed() }, Settings { bounces: 1, ..printed() }] {
+    for changed in [Settings { lists: Lists::Reuse, ..printed() }, Settings { bounces: Bounces::One, ..printed() }] {
         assert!(!differences(&frame(&changed)).is_empty());
     }
 }

@@ -9,7 +9,7 @@ use glam::{DVec3, IVec3, Vec3};
 use scenes::{Random, add, triangle};
 use std::collections::{BTreeMap, BTreeSet};
 use twobounce::scene::{Material, Scene};
-use twobounce::settings::{Fill, Form, Settings};
+use twobounce::settings::{Bounces, Fill, Form, Settings};
 use twobounce::twins::mips::mip_level;
 use twobounce::twins::shade::{Shaded, fill};
 use twobounce::twins::volume::round_to_half;
@@ -18,7 +18,7 @@ use twobounce::twins::voxelise::{Polygon, voxelise};
 const EDGE: u32 = 16;
 
 fn settings(fill: Fill) -> Settings {
-    let mut settings = Settings { voxels: EDGE, bounces: 1, fill, ..Settings::default() };
+    let mut settings = Settings { voxels: EDGE, bounces: Bounces::One, fill, ..Settings::default() };
     settings.volume.center = Some([f64::from(EDGE) / 2.0; 3]);
     settings.volume.side = Some(f64::from(EDGE));
     settings

@@ -90,7 +90,7 @@ fn mistakes_name_the_key_and_the_remedy() {
         ("voxels=-64", ["voxels", "power of two, 16 to 256"]),
         ("voxels=6.5e1", ["voxels", "power of two, 16 to 256"]),
         ("cones=6", ["cones", "6a, 6b"]),
-        ("bounces=3", ["bounces", "1 or 2"]),
+        ("bounces=3", ["bounces", "1, 2 or all"]),
         ("image.samples=2", ["image.samples", "1 or 4"]),
         ("jitter=1", ["jitter", "true or false"]),
         ("fill=covrage", ["fill", "did you mean \"coverage\""]),

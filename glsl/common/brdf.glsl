@@ -2,13 +2,15 @@
 
 const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
 
-// BRDF × cos θ towards l, looking from v; unit vectors.
-vec3 brdf_cos(Surface s, vec3 v, vec3 l) {
-    float nl = dot(s.normal, l);
-    if (nl <= 0.0) {
-        return vec3(0.0);
-    }
-    vec3 result = s.diffuse / PI;
+struct Brdf {
+    vec3 diffuse;
+    vec3 specular;
+};
+
+// Towards l, looking from v; unit vectors.
+Brdf brdf(Surface s, vec3 v, vec3 l) {
+    Brdf f = Brdf(s.diffuse / PI, vec3(0.0));
+    float nl = max(dot(s.normal, l), 0.0);
     if (s.f90 > 0.0 || any(greaterThan(s.f0, vec3(0.0)))) {
         vec3 h = normalize(l + v);
         float nv = max(abs(dot(s.normal, v)), 1e-4);
@@ -21,10 +23,23 @@ vec3 brdf_cos(Surface s, vec3 v, vec3 l) {
         float smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
         vec3 fresnel = s.f0 + (s.f90 - s.f0) * pow(1.0 - vh, 5.0);
         float largest = max(fresnel.r, max(fresnel.g, fresnel.b));
-        result = result * (1.0 - largest) + fresnel * (ggx * 0.5 / max(smith, 1e-7));
+        f.diffuse *= 1.0 - largest;
+        f.specular = fresnel * (ggx * 0.5 / max(smith, 1e-7));
     }
-    return result * nl;
+    return f;
 }
+
+// BRDF × cos θ.
+vec3 brdf_cos(Surface s, vec3 v, vec3 l) {
+    Brdf f = brdf(s, v, l);
+    return (f.diffuse + f.specular) * max(dot(s.normal, l), 0.0);
+}
+
+// Shares of light from all around that go towards a viewer.
+struct Lobes {
+    vec3 specular;
+    float rest; // what is left for the diffuse and the transmitted part
+};
 
 // Share of light from all around that the specular lobe reflects towards v (Karis, "Physically Based Shading on Mobile",
 // 2014: a fit to the split-sum integral, within 0.03 of it).
@@ -33,4 +48,9 @@ vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
     float a004 = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
     vec2 ab = vec2(-1.04, 1.04) * a004 + r.zw;
     return clamp(f0 * ab.x + f90 * ab.y, vec3(0.0), vec3(1.0));
+}
+
+Lobes lobes_towards(Surface s, vec3 view) {
+    vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, max(dot(s.normal, view), 0.0));
+    return Lobes(specular, 1.0 - max(specular.r, max(specular.g, specular.b)));
 }

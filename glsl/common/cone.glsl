@@ -67,7 +67,7 @@ vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
         // D17: printed compares the aperture, a ratio, with an edge of the volume, a length.
         float diameter = printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
         // A sum goes on until the last wall, cut by the border, is met whole.
-        if (s >= (BLEND == BLEND_SUM ? end + 0.5 + min(diameter, float(EDGE) / 8.0) : end)) {
+        if (s >= (BLEND == BLEND_SUM ? end + 0.5 + min(frame.exit_margin * diameter, float(EDGE) / 8.0) : end)) {
             break;
         }
         float level = max(0.0, log2(diameter));

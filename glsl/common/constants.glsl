@@ -1,7 +1,7 @@
 // Specialisation constants: src/gi/cones/constants.rs is their twin.
 
 layout(constant_id = 0) const uint EDGE = 64u; // voxels
-layout(constant_id = 1) const uint CONE_SET = 1u; // 0: 1, 1: 5, 2: 6a, 3: 6b, 4: 16
+layout(constant_id = 1) const uint CONE_SET = 1u; // 0: 1, 1: 5, 2: 6a, 3: 6b, 4: 16, 5: cosine-distributed
 layout(constant_id = 10) const uint CONE_COUNT = 5u; // of the set
 layout(constant_id = 2) const uint FILL = 0u;
 layout(constant_id = 3) const uint WEIGHTS = 0u;
@@ -12,6 +12,13 @@ layout(constant_id = 7) const uint BOUNCE = 0u; // what gathers: 0 nothing to ga
 layout(constant_id = 8) const uint FEATURES = 0u; // what the scene asks for
 
 layout(constant_id = 11) const uint BLEND = 0u; // 0: over, 1: sum
+
+layout(constant_id = 12) const uint GATHER = 0u;
+layout(constant_id = 13) const uint EMITTERS = 0u;
+layout(constant_id = 14) const uint EMITTER_SAMPLES = 16u;
+
+const uint GATHER_RAYS = 1u; // 0: cones
+const uint EMITTERS_SAMPLED = 1u; // 0: through cones
 
 const uint FILL_UNIFORM = 0u;
 const uint FILL_FACING = 1u;

@@ -88,6 +88,17 @@ struct Light {
     float spot_offset;
 };
 
+// A piece of an emissive triangle, evenly bright. Chosen with `probability`, in the order of the running sum.
+struct Emitter {
+    vec3 a;
+    vec3 b;
+    vec3 c;
+    vec3 radiance;
+    float probability;
+    float cumulative;
+    uint two_sided;
+};
+
 // One mip chain in the atlas.
 struct TextureEntry {
     uint layer;
@@ -133,4 +144,7 @@ struct Frame {
     float shadow_step;
     float cone_step; // over the diameter
     float shadow_aperture; // tangent of the half angle; negative: from the light's radius
+    float cone_aperture; // what the diffuse set's apertures are multiplied with
+    float exit_margin; // diameters that a sum goes on beyond the border
+    uint emitter_count;
 };

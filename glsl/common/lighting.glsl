@@ -23,10 +23,41 @@ vec3 shadow_towards(Light light, LightSample to, vec3 position, vec3 facet, vec3
     return vec3(1.0);
 }
 
+// Light from lamps with an extent, sample by sample.
+vec2 emitter_random(vec3 position) {
+    uvec4 seed = uvec4(floatBitsToUint(position), frame.frame_index * uint(feature(FEATURE_JITTER)));
+    return vec2(jitter_hash(seed), jitter_hash(seed.wzyx ^ 0x9e3779b9u));
+}
+
+uint emitter_samples() {
+    return EMITTERS == EMITTERS_SAMPLED && frame.emitter_count > 0u ? EMITTER_SAMPLES : 0u;
+}
+
+vec3 shadow_towards_point(vec3 position, vec3 facet, vec3 point) {
+    vec3 to = point - position;
+    float distance = length(to);
+    // Short of the lamp, which is listed like any triangle.
+    return SHADOWS == SHADOWS_NONE ? vec3(1.0)
+                                   : trace_shadow_ray(position, facet, to / max(distance, 1e-6), distance * 0.9999 - RAY_START);
+}
+
+// The way light goes on behind a surface. `incident`: unit, towards the surface; `normal`: of the side it meets.
+// D24: printed knows no back face, and its refract() = 0 past total reflection becomes NaN when normalised.
+vec3 refraction_direction(vec3 incident, vec3 normal, float ior, bool back, bool thin) {
+    if (thin && !printed(24)) {
+        return incident;
+    }
+    vec3 d = refract(incident, normal, back && !printed(24) ? ior : 1.0 / ior);
+    if (dot(d, d) > 0.25) {
+        return normalize(d);
+    }
+    return printed(24) ? incident : reflect(incident, normal);
+}
+
 // Diffuse cones: rgb = E/π in stored radiance, the sky behind them included; a = share of the hemisphere that is open.
 #ifdef CONES
-vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 seed) {
-    vec3 from = position + normal * frame.diffuse_start_normal;
+vec4 gather_diffuse(vec3 position, vec3 facet, vec3 normal, uvec3 seed) {
+    vec3 from = GATHER == GATHER_RAYS ? position : position + normal * frame.diffuse_start_normal;
     mat3 basis = tangent_frame(normal);
     if (feature(FEATURE_JITTER)) {
         basis = jitter_rotation(normal, jitter_hash(uvec4(seed, frame.frame_index))) * basis;
@@ -35,7 +66,9 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 seed) {
     for (uint i = 0u; i < CONE_COUNT; i++) {
         Cone cone = cone_set(i);
         vec3 d = basis * cone.direction;
-        vec4 seen = trace_cone(from, d, cone.aperture, frame.diffuse_start_along);
+        float aperture = cone.aperture * frame.cone_aperture;
+        vec4 seen = GATHER == GATHER_RAYS ? trace_gather_ray(from, facet, d, aperture)
+                                          : trace_cone(from, d, aperture, frame.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);
         // D21: printed drops alpha, and the sky with it.
         sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * frame.sky * frame.scale, open);
@@ -51,19 +84,6 @@ vec3 gather_along(vec3 from, vec3 d, float aperture, float start) {
 vec3 gather_specular(vec3 position, vec3 normal, vec3 direction, float roughness) {
     return gather_along(position + normal * frame.specular_start_normal, direction, roughness_to_aperture(roughness),
         frame.specular_start_along);
-}
-
-// The way light goes on behind a surface. `incident`: unit, towards the surface; `normal`: of the side it meets.
-// D24: printed knows no back face, and its refract() = 0 past total reflection becomes NaN when normalised.
-vec3 refraction_direction(vec3 incident, vec3 normal, float ior, bool back, bool thin) {
-    if (thin && !printed(24)) {
-        return incident;
-    }
-    vec3 d = refract(incident, normal, back && !printed(24) ? ior : 1.0 / ior);
-    if (dot(d, d) > 0.25) {
-        return normalize(d);
-    }
-    return printed(24) ? incident : reflect(incident, normal);
 }
 
 vec3 gather_refraction(Surface s, vec3 incident, bool back) {

@@ -1,6 +1,8 @@
 // A ray that walks the voxels (Amanatides and Woo, 1987) and tests the triangles listed in each: exact, on any device.
 // Needs: surface.glsl, heads[], list_items[], globals.
 
+// How many surfaces that let light through one ray may pass.
+const uint MOST_PASSED = 8u;
 const float RAY_START = 1e-3; // voxels along the facet: 100 times the rounding of a position at edge 128
 
 // Möller and Trumbore, both sides. Returns distance (negative: no hit), barycentric weights of b and c in `uv`.
@@ -111,4 +113,92 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
         }
     }
     return blocked ? vec3(0.0) : mix(exp2(-vec3(depth) / 65536.0), vec3(0.0), greaterThan(depth, uvec3(29u * 65536u)));
+}
+
+struct RayHit {
+    uint triangle; // 1-based; 0: nothing
+    vec2 uv; // barycentric weights of b and c
+    float distance;
+};
+
+// The nearest triangle further than `least` along unit d.
+RayHit trace_ray(vec3 origin, vec3 d, float least) {
+    RayHit best = RayHit(0u, vec2(0.0), 1e30);
+    vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
+    vec3 t0 = -origin * inverse;
+    vec3 t1 = (vec3(float(EDGE)) - origin) * inverse;
+    vec3 near = min(t0, t1);
+    vec3 far = max(t0, t1);
+    float enter = max(max(near.x, max(near.y, near.z)), least);
+    float leave = min(far.x, min(far.y, far.z));
+    if (enter >= leave) {
+        return best;
+    }
+    ivec3 cell = clamp(ivec3(floor(origin + d * enter)), ivec3(0), ivec3(int(EDGE) - 1));
+    ivec3 direction = ivec3(mix(vec3(1.0), vec3(-1.0), lessThan(d, vec3(0.0))));
+    ivec3 stride = direction * ivec3(1, int(EDGE), int(EDGE * EDGE));
+    vec3 next = (vec3(cell) + max(vec3(direction), vec3(0.0)) - origin) * inverse;
+    vec3 delta = abs(inverse);
+    int voxel = (cell.z * int(EDGE) + cell.y) * int(EDGE) + cell.x;
+    float t_next = min(next.x, min(next.y, next.z));
+    uint item = heads[voxel];
+    for (uint guard = 0u; guard < 3u * EDGE; guard++) {
+        for (uint k = 0u; k < 3u * EDGE && item == 0u && t_next < leave; k++) {
+            bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
+                next.z < next.x && next.z < next.y);
+            voxel += axis.x ? stride.x : axis.y ? stride.y : stride.z;
+            next += mix(vec3(0.0), delta, axis);
+            t_next = min(next.x, min(next.y, next.z));
+            // Rounding may step past the last voxel just before `leave`.
+            item = voxel >= 0 && voxel < int(EDGE * EDGE * EDGE) ? heads[voxel] : 0u;
+        }
+        if (item == 0u) {
+            break;
+        }
+        for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
+            ListItem entry = list_items[item - 1u];
+            item = entry.next;
+            vec2 uv;
+            float hit = hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
+                triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
+            // Equal distances: the lists' order is the GPU's to choose, the image must not be.
+            bool nearer = hit < best.distance
+                || (hit == best.distance && triangles[entry.triangle].source < triangles[max(best.triangle, 1u) - 1u].source);
+            if (hit > least && nearer) {
+                best = RayHit(entry.triangle + 1u, uv, hit);
+            }
+        }
+        // A triangle stands in many lists: what was hit beyond this voxel may yet be hidden.
+        if (best.distance <= t_next) {
+            break;
+        }
+    }
+    return best;
+}
+
+// Radiance of the lamp that is seen along unit d, with emitters = sampled. Starts on the side that d leads to.
+vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
+    vec3 origin = position + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
+    vec3 through = vec3(1.0);
+    vec3 sum = vec3(0.0);
+    float least = 0.0;
+    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u); i++) {
+        RayHit hit = trace_ray(origin, d, least);
+        if (hit.triangle == 0u) {
+            break;
+        }
+        Triangle t = triangles[hit.triangle - 1u];
+        vec3 m = triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position);
+        if (dot(m, d) < 0.0 || (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u) {
+            vec3 weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
+            Surface s = evaluate_surface(t, weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), false);
+            sum += through * s.emitted * (s.unlit ? 0.0 : s.opacity);
+        }
+        through *= feature(FEATURE_ALPHA) && t.translucent != 0u ? triangle_transmittance(t, hit.uv) : vec3(0.0);
+        if (max(through.r, max(through.g, through.b)) < 0.005) {
+            break;
+        }
+        least = hit.distance;
+    }
+    return sum;
 }

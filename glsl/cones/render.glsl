@@ -19,7 +19,11 @@
 #include "common/roughness.glsl"
 #include "common/cone.glsl"
 #endif
+#include "common/emitters.glsl"
 #include "common/ray.glsl"
+#ifdef CONES
+#include "common/gather_ray.glsl"
+#endif
 #include "common/lighting.glsl"
 
 layout(push_constant) uniform Push {
@@ -65,33 +69,67 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
     return sum / float(max(count, 1u));
 }
 
+// Share of a lamp's reflection that points on the lamp find; the rest is one mirrored ray's, which finds all of it in what
+// is smooth, where points miss the lobe.
+float lamps_in_lobe(float roughness) {
+    return smoothstep(0.15, 0.35, roughness);
+}
+
+// Light of sampled lamps, once per pixel.
+vec3 lamp_light(Surface s, vec3 view, Lobes lobes) {
+    vec2 random = emitter_random(s.position);
+    vec3 sum = vec3(0.0);
+    for (uint i = 0u; i < emitter_samples(); i++) {
+        EmitterSample to = sample_emitter(i, s.position, s.normal, random);
+        if (any(greaterThan(to.irradiance, vec3(0.0)))) {
+            Brdf f = brdf(s, view, normalize(to.point - s.position));
+            sum += to.irradiance * (f.diffuse + f.specular * lamps_in_lobe(s.roughness))
+                * shadow_towards_point(s.position, s.facet, to.point);
+        }
+    }
+    float mirrored = 1.0 - lamps_in_lobe(s.roughness);
+    bool reflects = feature(FEATURE_SPECULAR) && mirrored > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
+    for (uint i = 0u; i < min(emitter_samples(), reflects ? 1u : 0u); i++) {
+        sum += lobes.specular * mirrored * trace_emission(s.position, s.facet, reflect(-view, s.normal));
+    }
+    bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
+    for (uint i = 0u; i < min(emitter_samples(), transmits ? 1u : 0u); i++) {
+        vec3 d = refraction_direction(-view, s.normal, s.ior, in_back != 0u, s.thickness_m <= 0.0);
+        sum += s.transmitted * lobes.rest * trace_emission(s.position, s.facet, d);
+    }
+    return sum;
+}
+
 void main() {
     Triangle t = triangles[in_triangle];
     Footprint footprint = pixel_footprint(t, in_weights);
     vec3 a = t.vertices[0].position;
     uint covered = covered_samples(t, footprint);
-    Surface s = evaluate_surface(t, in_centroid_weights, footprint, in_back != 0u);
-    vec3 direct = s.emitted + (s.unlit ? vec3(0.0) : direct_light(s, a, covered));
+    // llvmpipe interpolates at the centroid with the 1/w of the pixel's middle: the weights' sum is not 1, and the point
+    // not on the plane.
+    vec3 weights = in_centroid_weights / (in_centroid_weights.x + in_centroid_weights.y + in_centroid_weights.z);
+    Surface s = evaluate_surface(t, weights, footprint, in_back != 0u);
+    vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+    Lobes lobes = lobes_towards(s, view);
+    vec3 direct = s.emitted + (s.unlit ? vec3(0.0) : direct_light(s, a, covered) + lamp_light(s, view, lobes));
     vec3 indirect = vec3(0.0);
     float open = 1.0;
 #ifdef CONES
     if (!s.unlit) {
-        vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
-        vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, max(dot(s.normal, view), 0.0));
-        float rest = 1.0 - max(specular.r, max(specular.g, specular.b));
 #ifndef AOVS
         if (any(greaterThan(s.diffuse, vec3(0.0))))
 #endif
         {
-            vec4 gathered = gather_diffuse(s.position, s.normal, uvec3(uvec2(gl_FragCoord.xy) + uvec2(0u, push.first_row), 0u));
-            indirect += s.diffuse * rest * gathered.rgb;
+            vec4 gathered = gather_diffuse(s.position, s.facet, s.normal,
+                uvec3(uvec2(gl_FragCoord.xy) + uvec2(0u, push.first_row), 0u));
+            indirect += s.diffuse * lobes.rest * gathered.rgb;
             open = gathered.a;
         }
-        if (feature(FEATURE_SPECULAR) && any(greaterThan(specular, vec3(0.0)))) {
-            indirect += specular * gather_specular(s.position, s.normal, reflect(-view, s.normal), s.roughness);
+        if (feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
+            indirect += lobes.specular * gather_specular(s.position, s.normal, reflect(-view, s.normal), s.roughness);
         }
         if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
-            indirect += s.transmitted * rest * gather_refraction(s, -view, in_back != 0u);
+            indirect += s.transmitted * lobes.rest * gather_refraction(s, -view, in_back != 0u);
         }
         indirect /= frame.scale;
     }

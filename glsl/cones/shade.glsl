@@ -22,7 +22,11 @@
 #include "common/roughness.glsl"
 #include "common/cone.glsl"
 #endif
+#include "common/emitters.glsl"
 #include "common/ray.glsl"
+#ifdef CONES
+#include "common/gather_ray.glsl"
+#endif
 #include "common/lighting.glsl"
 
 layout(location = 0) flat in int in_layer;
@@ -56,10 +60,20 @@ vec3 shade_side(Surface s, uvec3 voxel) {
             irradiance += to.irradiance * (cosine * open);
         }
     }
-    vec3 stored = (irradiance / PI * (diffuse + specular) + s.emitted) * frame.scale;
+    vec2 random = emitter_random(s.position);
+    for (uint i = 0u; i < emitter_samples(); i++) {
+        EmitterSample to = sample_emitter(i, s.position, s.normal, random);
+        if (any(greaterThan(to.irradiance, vec3(0.0)))) {
+            bool shadowed = BOUNCE != 0u || feature(FEATURE_FIRST_BOUNCE_SHADOWS);
+            irradiance += to.irradiance * (shadowed ? shadow_towards_point(s.position, s.facet, to.point) : vec3(1.0));
+        }
+    }
+    // Sampled lamps light every surface there and then: whoever gathers must not find their light again.
+    vec3 emitted = EMITTERS == EMITTERS_SAMPLED ? vec3(0.0) : s.emitted;
+    vec3 stored = (irradiance / PI * (diffuse + specular) + emitted) * frame.scale;
 #ifdef CONES
     if (any(greaterThan(diffuse, vec3(0.0)))) {
-        stored += diffuse * gather_diffuse(s.position, s.normal, voxel).rgb;
+        stored += diffuse * gather_diffuse(s.position, s.facet, s.normal, voxel).rgb;
     }
     if (feature(FEATURE_SPECULAR) && any(greaterThan(specular, vec3(0.0)))) {
         stored += specular * gather_specular(s.position, s.normal, s.normal, s.roughness);

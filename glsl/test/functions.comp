@@ -20,7 +20,9 @@
 #include "common/cone_set.glsl"
 #include "common/roughness.glsl"
 #include "common/cone.glsl"
+#include "common/emitters.glsl"
 #include "common/ray.glsl"
+#include "common/gather_ray.glsl"
 #include "common/lighting.glsl"
 
 layout(local_size_x = 64) in;
@@ -77,7 +79,7 @@ Arguments evaluate(Arguments x) {
         y.a.x = trace_shadow_cone(x.a.xyz, to / length(to), length(to), x.a.w, frame.shadow_start_along, frame.shadow_step,
             frame.shadow_end);
     } else if (FUNCTION == 10u) {
-        y.a = gather_diffuse(x.a.xyz, x.b.xyz, uvec3(0u));
+        y.a = gather_diffuse(x.a.xyz, x.b.xyz, x.b.xyz, uvec3(0u));
     }
     return y;
 }

@@ -157,8 +157,8 @@ fn parse(key: &Key, text: &str) -> Value {
     let number = |s: &str| s.trim().parse().ok().map(Value::Float);
     let parsed = match key.range {
         Range::Bool => text.parse().ok().map(Value::Boolean),
-        Range::Choice(_) => None,
-        Range::PowerOfTwo(..) | Range::OneOf(_) => text.parse().ok().map(Value::Integer),
+        Range::Choice(_) | Range::ChoiceOrAuto(_) => None,
+        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) => text.parse().ok().map(Value::Integer),
         Range::Number(..) | Range::NumberOrAuto(..) => number(text),
         Range::PointOrAuto(_) => text.split(',').map(number).collect::<Option<Vec<_>>>().map(Value::Array),
     };
@@ -171,12 +171,17 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
     let within = |v: &Value, least: f64, most: f64| number(v).filter(|n| (least..=most).contains(n)).map(Value::Float);
     let auto = || (value.as_str() == Some("auto")).then(|| value.clone());
     let whole = value.as_integer().and_then(|i| u32::try_from(i).ok());
+    let choice = |names: &[&str]| {
+        // `cones = 5` means the set called "5".
+        let name = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        names.contains(&name.as_str()).then_some(Value::String(name))
+    };
     let accepted = match key.range {
         Range::Bool => value.as_bool().map(Value::Boolean),
-        Range::Choice(names) => {
-            // `cones = 5` means the set called "5".
-            let name = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-            names().contains(&name.as_str()).then_some(Value::String(name))
+        Range::Choice(names) => choice(&names()),
+        Range::ChoiceOrAuto(names) => choice(&names()).or_else(auto),
+        Range::Whole(least, most) => {
+            whole.filter(|n| (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)))
         }
         Range::PowerOfTwo(least, most) => {
             whole.filter(|n| n.is_power_of_two() && (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)))
@@ -194,7 +199,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
     accepted.ok_or_else(|| {
         let given = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         let hint = match key.range {
-            Range::Choice(names) => nearest_choice(&given, &names()),
+            Range::Choice(names) | Range::ChoiceOrAuto(names) => nearest_choice(&given, &names()),
             _ => String::new(),
         };
         usage(format!("setting {:?} takes {}, not {given:?}{hint}", key.name, key.range))

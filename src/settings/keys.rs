@@ -1,6 +1,6 @@
 //! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
 
-use super::{Blend, ConeSet, Emitters, Fill, Form, Lists, RoughnessFit, Shadows, Weights};
+use super::{Blend, Bounces, ConeSet, Emitters, Fill, Form, Gather, Lists, RoughnessFit, Shadows, Weights};
 
 /// What `twobounce settings` says about one setting.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +20,10 @@ pub struct Key {
 pub enum Range {
     Bool,
     Choice(fn() -> Vec<&'static str>),
+    /// The same, or `auto`.
+    ChoiceOrAuto(fn() -> Vec<&'static str>),
+    /// A whole number between these, both included.
+    Whole(u32, u32),
     /// A power of two between these, both included.
     PowerOfTwo(u32, u32),
     /// One of these whole numbers.
@@ -37,6 +41,8 @@ impl std::fmt::Display for Range {
         match self {
             Self::Bool => f.write_str("true or false"),
             Self::Choice(names) => f.write_str(&either(&names())),
+            Self::ChoiceOrAuto(names) => f.write_str(&either(&[names(), vec!["auto"]].concat())),
+            Self::Whole(least, most) => write!(f, "a whole number, {least} to {most}"),
             Self::PowerOfTwo(least, most) => write!(f, "a power of two, {least} to {most}"),
             Self::OneOf(values) => f.write_str(&either(&values.iter().map(u32::to_string).collect::<Vec<_>>())),
             Self::Number(least, most) => write!(f, "{}", span(*least, *most)),
@@ -64,6 +70,9 @@ macro_rules! names {
     ($choice:ident) => {
         Range::Choice(|| $choice::ALL.iter().map(|c| c.name()).collect())
     };
+    ($choice:ident or auto) => {
+        Range::ChoiceOrAuto(|| $choice::ALL.iter().map(|c| c.name()).collect())
+    };
 }
 
 const fn key(name: &'static str, unit: &'static str, range: Range, meaning: &'static str, cost: &'static str) -> Key {
@@ -90,13 +99,26 @@ pub const KEYS: &[Key] = &[
         "memory ×8 per doubling (32 MiB at 64, 256 at 128, 2 GiB at 256); shading and mips up to ×8, the image ×1.1–1.3",
     ),
     key(
+        "gather",
+        "choice",
+        names!(Gather),
+        "what looks along the directions of the set: cones, or exact rays that read the volume where they hit",
+        "a ray walks voxels and lists; a cone of the same set samples the volume many times",
+    ),
+    key(
         "cones",
         "set",
         names!(ConeSet),
         "diffuse cones around the normal: the talk's five sets, and cosine-distributed ones (g)",
         "the image's time grows with the number: ×2 from 1 to 5, ×1.7 to 6, ×5.7 to 16",
     ),
-    key("bounces", "bounces", Range::OneOf(&[1, 2]), "indirect bounces", "2 adds a volume and, mostly, its shading"),
+    key(
+        "bounces",
+        "bounces",
+        names!(Bounces),
+        "indirect bounces; all: the last frame's second volume lights the first, a single image repeats until it settles",
+        "2 adds a volume and, mostly, its shading; all: both volumes gather, 2 bounces a frame",
+    ),
     key(
         "fill",
         "choice",
@@ -120,13 +142,40 @@ pub const KEYS: &[Key] = &[
     ),
     key("step", "diameters", Range::Number(0.1, 4.0), "length of a cone's step", "less: longer steps are fewer"),
     key(
+        "aperture",
+        "factor",
+        Range::Number(0.05, 4.0),
+        "what the diffuse set's apertures are multiplied with",
+        "less: wider cones take fewer steps",
+    ),
+    key(
+        "exit_margin",
+        "diameters",
+        Range::Number(0.0, 4.0),
+        "how far past the volume's border a cone with blend = sum goes on, an eighth of the volume at most",
+        "a step or two per cone that leaves the volume",
+    ),
+    key(
         "shadows",
         "choice",
         names!(Shadows),
         "how lights are occluded: not at all, soft cones through the volume, exact rays through the triangle lists",
         "a cone or a ray per light, pixel and shaded voxel",
     ),
-    key("emitters", "choice", names!(Emitters), "how emissive surfaces light the scene: through cones", "nothing"),
+    key(
+        "emitters",
+        "choice",
+        names!(Emitters),
+        "how emissive surfaces light the scene: through cones, or sampled as area lights with exact shadows",
+        "sampled: emitter_samples rays per pixel and shaded voxel side",
+    ),
+    key(
+        "emitter_samples",
+        "points",
+        Range::Whole(1, 256),
+        "points on lamps per pixel and voxel side with emitters = sampled; noise only in penumbrae, and where lamps are more",
+        "a ray each",
+    ),
     key(
         "lists",
         "choice",
@@ -149,6 +198,20 @@ pub const KEYS: &[Key] = &[
         "a shadow test per light and shaded voxel of the first bounce",
     ),
     key("jitter", "switch", Range::Bool, "turn the diffuse cones per pixel: noise instead of bands", "little"),
+    key(
+        "shade.gather",
+        "choice",
+        names!(Gather or auto),
+        "what the voxels of the second bounce gather with; auto: as the image",
+        "as gather, per shaded voxel side",
+    ),
+    key(
+        "shade.cones",
+        "set",
+        names!(ConeSet or auto),
+        "diffuse set of the voxels of the second bounce; auto: as the image",
+        "as cones, per shaded voxel side",
+    ),
     key(
         "volume.center",
         "metres",

@@ -33,7 +33,25 @@ choices! {
     /// The talk's five sets of diffuse cones, and cosine-distributed ones.
     ConeSet {
         One = "1", Five = "5", SixA = "6a", SixB = "6b", Sixteen = "16",
-        G6 = "g6", G8 = "g8", G16 = "g16", G32 = "g32", G64 = "g64",
+        G4 = "g4", G6 = "g6", G8 = "g8", G12 = "g12", G16 = "g16", G24 = "g24", G32 = "g32", G48 = "g48", G64 = "g64",
+        G128 = "g128",
+    }
+}
+choices! {
+    /// How much indirect light there is.
+    Bounces {
+        One = "1", Two = "2",
+        /// The last frame's second volume lights the first: two more bounces per frame.
+        All = "all",
+    }
+}
+choices! {
+    /// What looks along a diffuse set's directions.
+    Gather {
+        /// Cones through the volume.
+        Cones = "cones",
+        /// Rays that find the triangle exactly and read the volume where they hit.
+        Rays = "rays",
     }
 }
 choices! {
@@ -77,6 +95,8 @@ choices! {
     Emitters {
         /// Through cones only, as in the talk: a lamp's own light is the first gather.
         Cones = "cones",
+        /// As area lights, shadowed by exact rays; cones do not see their emission again.
+        Sampled = "sampled",
     }
 }
 choices! {
@@ -104,26 +124,44 @@ choices! {
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
     pub voxels: u32,
+    pub gather: Gather,
     pub cones: ConeSet,
-    pub bounces: u32,
+    pub bounces: Bounces,
     pub fill: Fill,
     pub weights: Weights,
     pub blend: Blend,
     /// Diffuse and specular cones: length of a step over the cone's diameter.
     pub step: f32,
+    /// What the diffuse set's apertures are multiplied with.
+    pub aperture: f32,
+    /// How far past the volume's border a sum goes on, in diameters.
+    pub exit_margin: f32,
     pub shadows: Shadows,
     pub emitters: Emitters,
+    /// Points on lamps per pixel and voxel side with `emitters = sampled`.
+    pub emitter_samples: u32,
     pub lists: Lists,
     pub roughness_fit: RoughnessFit,
     /// Shadow rays and cones in the first bounce too (the talk lights it without shadows).
     pub first_bounce_shadows: bool,
     /// Rotate the diffuse cone set per pixel.
     pub jitter: bool,
+    pub shade: Shade,
     pub volume: Volume,
     pub start: Start,
     pub shadow: Shadow,
     pub image: ImageSettings,
     pub ledger: Ledger,
+}
+
+/// How the voxels of the second bounce gather; absent: as the image does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Shade {
+    #[serde(with = "auto")]
+    pub gather: Option<Gather>,
+    #[serde(with = "auto")]
+    pub cones: Option<ConeSet>,
 }
 
 /// Where the volume stands.
@@ -220,24 +258,51 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             voxels: 128,
+            gather: Gather::Cones,
             cones: ConeSet::Five,
-            bounces: 2,
+            bounces: Bounces::Two,
             fill: Fill::Uniform,
             weights: Weights::D2,
             blend: Blend::Over,
             step: 1.0,
+            aperture: 1.0,
+            exit_margin: 1.0,
             shadows: Shadows::Rays,
             emitters: Emitters::Cones,
+            emitter_samples: 16,
             lists: Lists::Rebuild,
             roughness_fit: RoughnessFit::Polynomial,
             first_bounce_shadows: true,
             jitter: false,
+            shade: Shade::default(),
             volume: Volume::default(),
             start: Start::default(),
             shadow: Shadow::default(),
             image: ImageSettings::default(),
             ledger: Ledger::all(Form::Right),
         }
+    }
+}
+
+impl ConeSet {
+    /// The number of directions of a cosine-distributed set; `None` for the talk's own.
+    pub fn cosine_count(self) -> Option<u32> {
+        self.name().strip_prefix('g').and_then(|count| count.parse().ok())
+    }
+}
+
+impl Bounces {
+    /// Volumes that are filled.
+    pub fn volumes(self) -> u32 {
+        if self == Self::One { 1 } else { 2 }
+    }
+}
+
+impl Settings {
+    /// The settings by which the second bounce's voxels gather.
+    pub fn of_voxels(&self) -> Self {
+        let Shade { gather, cones } = self.shade;
+        Self { gather: gather.unwrap_or(self.gather), cones: cones.unwrap_or(self.cones), ..self.clone() }
     }
 }
 

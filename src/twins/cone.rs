@@ -125,7 +125,7 @@ pub fn trace_cone(volume: &Volume, cone: &Cone, s: &Settings) -> Traced {
     while value.w < stop_alpha(s.ledger.d18) && steps < MAX_STEPS {
         let diameter = cone_diameter(cone.aperture, distance, edge, s.ledger.d17);
         // A sum goes on until the last wall, cut by the border, is met whole.
-        let margin = if s.blend == Blend::Sum { 0.5 * voxel + diameter.min(0.125) } else { 0.0 };
+        let margin = if s.blend == Blend::Sum { 0.5 * voxel + (s.exit_margin * diameter).min(0.125) } else { 0.0 };
         if distance >= end + margin {
             break;
         }
@@ -212,7 +212,7 @@ pub fn gather_diffuse(volume: &Volume, from: Vec3, normal: Vec3, sky: Vec3, s: &
     let mut sum = Gathered { radiance: Vec3::ZERO, open: 0.0 };
     for c in cone_set(s.cones, s.ledger.d6, s.ledger.d26) {
         let (direction, start) = (frame * c.direction, s.start.diffuse_along * voxel);
-        let cone = Cone { origin, direction, aperture: c.aperture, start, end: 2.0 };
+        let cone = Cone { origin, direction, aperture: c.aperture * s.aperture, start, end: 2.0 };
         let hit = trace_cone(volume, &cone, s).value;
         let open = (1.0 - hit.w).max(0.0);
         let sky = if s.ledger.d21 == Form::Printed { Vec3::ZERO } else { sky * open };

@@ -44,12 +44,8 @@ pub fn cone_set(set: ConeSet, d6: Form, d26: Form) -> Vec<SetCone> {
             let side = side.iter().map(|&(x, y)| (Vec3::new(x, y, 0.5), tan_30, 0.15));
             [vec![axis(tan_30, 0.25)], side.collect()].concat()
         }
-        ConeSet::G6 => sunflower(6),
-        ConeSet::G8 => sunflower(8),
-        ConeSet::G16 => sunflower(16),
-        ConeSet::G32 => sunflower(32),
-        ConeSet::G64 => sunflower(64),
         ConeSet::Sixteen => sixteen().map(|d| (d, 0.3141595, if d26 == Form::Printed { 1.0 } else { d.z })).to_vec(),
+        cosine => sunflower(cosine.cosine_count().expect("every other set is cosine-distributed")),
     };
     let total: f32 = cones.iter().map(|c| c.2).sum();
     cones.iter_mut().for_each(|c| c.2 /= total);
@@ -57,9 +53,9 @@ pub fn cone_set(set: ConeSet, d6: Form, d26: Form) -> Vec<SetCone> {
 }
 
 /// `count` directions, cosine-distributed: a sunflower (Vogel's spiral) on the disc, lifted onto the hemisphere.
-fn sunflower(count: usize) -> Vec<(Vec3, f32, f32)> {
+fn sunflower(count: u32) -> Vec<(Vec3, f32, f32)> {
     let spread = if count < 64 { 0.6 } else { 0.5 };
-    let cone = |i: usize| {
+    let cone = |i: u32| {
         let u = (i as f32 + 0.5) / count as f32;
         let turn = 2.399_963_2 * i as f32;
         let d = Vec3::new(u.sqrt() * turn.cos(), u.sqrt() * turn.sin(), (1.0 - u).sqrt());

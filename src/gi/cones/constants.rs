@@ -1,7 +1,7 @@
 //! Specialisation constants of the cones' shaders: `glsl/common/constants.glsl` is their twin.
 
 use crate::scene::{Alpha, Scene};
-use crate::settings::{Blend, ConeSet, Fill, Form, Ledger, RoughnessFit, Settings, Shadows, Weights};
+use crate::settings::{Blend, ConeSet, Emitters, Fill, Form, Gather, Ledger, RoughnessFit, Settings, Shadows, Weights};
 
 const EDGE: u32 = 0;
 const CONE_SET: u32 = 1;
@@ -14,6 +14,9 @@ const BOUNCE: u32 = 7;
 const FEATURES: u32 = 8;
 const CONE_COUNT: u32 = 10;
 const BLEND: u32 = 11;
+const GATHER: u32 = 12;
+const EMITTERS: u32 = 13;
+const EMITTER_SAMPLES: u32 = 14;
 /// Of `render.vert` alone.
 pub const BLENDED: u32 = 9;
 
@@ -96,17 +99,13 @@ fn printed_bits(ledger: &Ledger) -> u32 {
 
 /// The constants of a pass; `bounce` is 1 where a volume is there to gather from.
 pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u32, u32)> {
-    let (cone_set, cone_count) = match settings.cones {
-        ConeSet::One => (0, 1),
-        ConeSet::Five => (1, 5),
-        ConeSet::SixA => (2, 6),
-        ConeSet::SixB => (3, 6),
-        ConeSet::Sixteen => (4, 16),
-        ConeSet::G6 => (5, 6),
-        ConeSet::G8 => (5, 8),
-        ConeSet::G16 => (5, 16),
-        ConeSet::G32 => (5, 32),
-        ConeSet::G64 => (5, 64),
+    let (cone_set, cone_count) = match (settings.cones.cosine_count(), settings.cones) {
+        (Some(count), _) => (5, count),
+        (_, ConeSet::Five) => (1, 5),
+        (_, ConeSet::SixA) => (2, 6),
+        (_, ConeSet::SixB) => (3, 6),
+        (_, ConeSet::Sixteen) => (4, 16),
+        (_, _) => (0, 1),
     };
     let fill = match settings.fill {
         Fill::Uniform => 0,
@@ -136,6 +135,9 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
         (CONE_COUNT, cone_count),
         (FILL, fill),
         (BLEND, u32::from(settings.blend == Blend::Sum)),
+        (GATHER, u32::from(settings.gather == Gather::Rays)),
+        (EMITTERS, u32::from(settings.emitters == Emitters::Sampled)),
+        (EMITTER_SAMPLES, settings.emitter_samples),
         (WEIGHTS, weights),
         (SHADOWS, shadows),
         (ROUGHNESS_FIT, fit),

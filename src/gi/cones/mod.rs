@@ -4,6 +4,7 @@
 //! Illumination" (listings CC0).
 
 pub mod constants;
+pub mod emitters;
 pub mod mips;
 pub mod record;
 pub mod render;
@@ -43,6 +44,7 @@ fn shading_binds<'a>(scene: &'a GpuScene, resources: &'a Resources) -> Vec<Bind<
         Bind::buffer("heads", &resources.heads),
         Bind::buffer("materials", &scene.materials),
         Bind::buffer("lights", &resources.lights),
+        Bind::buffer("emitters", &resources.emitters),
         Bind::buffer("texture_entries", &scene.texture_entries),
         Bind::buffer("texture_levels", &scene.texture_levels),
         Bind::image("atlas_linear", scene.atlas.view(), &scene.texel_sampler),

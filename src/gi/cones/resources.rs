@@ -64,12 +64,15 @@ pub struct SceneCounts {
     pub triangles: u32,
     pub blended: u32,
     pub lights: u32,
+    /// Pieces of lamps.
+    pub emitters: u32,
 }
 
 /// Everything that the cones' passes share.
 pub struct Resources {
     pub frame: Buffer,
     pub lights: Buffer,
+    pub emitters: Buffer,
     pub globals: Buffer,
     pub triangles: Buffer,
     pub items: Buffer,
@@ -102,6 +105,7 @@ impl Resources {
         Ok(Self {
             frame: buffer("frame")?,
             lights: buffer("lights")?,
+            emitters: buffer("emitters")?,
             globals: buffer("globals")?,
             triangles: buffer("triangles")?,
             items: buffer("list items")?,
@@ -170,6 +174,7 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
     let mut rows = vec![
         ("frame", array::<layout::Frame>(1)),
         ("lights", array::<layout::Light>(scene.lights)),
+        ("emitters", array::<layout::Emitter>(scene.emitters)),
         ("globals", array::<layout::Globals>(1)),
         ("triangles", array::<layout::Triangle>(capacities.triangles)),
         ("list items", array::<layout::ListItem>(capacities.items)),

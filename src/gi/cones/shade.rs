@@ -25,7 +25,7 @@ impl Shade {
                 label: bounce.pick("shade 1", "shade 2"),
                 vertex: "cones/layered.vert",
                 fragment: Some(bounce.pick("cones/shade_first.frag", "cones/shade_second.frag")),
-                constants: &constants(settings, features, bounce.pick(0, 1)),
+                constants: &constants(&settings.of_voxels(), features, bounce.pick(0, 1)),
                 color_formats: &[VOLUME_FORMAT; FACES],
                 ..Default::default()
             },

@@ -26,6 +26,8 @@ pub struct FrameInputs<'a> {
     pub size: (u32, u32),
     pub capacities: Capacities,
     pub frame_index: u32,
+    /// Pieces of lamps.
+    pub emitters: u32,
 }
 
 /// The `Frame` buffer.
@@ -62,6 +64,9 @@ pub fn frame(inputs: &FrameInputs) -> layout::Frame {
         shadow_step: settings.shadow.step,
         cone_step: settings.step,
         shadow_aperture: settings.shadow.half_angle.map_or(-1.0, |degrees| degrees.to_radians().tan()),
+        cone_aperture: settings.aperture,
+        exit_margin: settings.exit_margin,
+        emitter_count: inputs.emitters,
     }
 }
 

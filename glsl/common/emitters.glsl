@@ -1,0 +1,72 @@
+// Emissive triangles as area lights (emitters = sampled). CPU twin: src/twins/emitters.rs.
+// Needs: emitters[], frame, jitter.glsl.
+
+struct EmitterSample {
+    vec3 point; // voxels
+    vec3 irradiance; // what the piece stands for would give a surface with that normal, if nothing stood between
+};
+
+// Irradiance over radiance from the front of triangle abc at the origin, on a surface with unit normal n: Lambert's sum
+// over the edges of what lies above the horizon. Positive if the origin sees the front, negative if the back.
+float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
+    vec3 corners[3] = vec3[3](a, b, c);
+    vec3 leave = vec3(0.0); // where the outline goes below the horizon, and where it comes up again
+    vec3 enter = vec3(0.0);
+    float crossings = 0.0;
+    float sum = 0.0;
+    for (int i = 0; i < 4; i++) {
+        vec3 u = i < 3 ? corners[min(i, 2)] : leave;
+        vec3 v = i < 3 ? corners[(i + 1) % 3] : enter;
+        float hu = dot(u, n);
+        float hv = dot(v, n);
+        if (i < 3) {
+            if ((hu < 0.0) != (hv < 0.0)) {
+                vec3 crossing = mix(u, v, hu / (hu - hv));
+                crossings += 0.5;
+                if (hu < 0.0) {
+                    enter = crossing;
+                    u = crossing;
+                } else {
+                    leave = crossing;
+                    v = crossing;
+                }
+            } else if (hu < 0.0) {
+                continue;
+            }
+        } else if (crossings == 0.0) {
+            break;
+        }
+        // Of the difference: no cancellation where the triangle is small and far.
+        vec3 normal = cross(u, v - u);
+        float sine = length(normal);
+        float angle = atan(sine, dot(u, v));
+        sum += sine > 1e-20 ? dot(normal, n) * (angle / sine) : 0.0;
+    }
+    return -0.5 * sum;
+}
+
+// Of EMITTER_SAMPLES samples the one with index i; `random`: two numbers of the place that is lit.
+// At most as many pieces as samples: each gets its own, so that only what is half in shadow is noisy.
+EmitterSample sample_emitter(uint i, vec3 position, vec3 normal, vec2 random) {
+    float stratum = (float(i) + random.x) / float(EMITTER_SAMPLES);
+    uint first = 0u;
+    uint last = frame.emitter_count - 1u;
+    for (uint k = 0u; k < 32u && first < last; k++) {
+        uint middle = (first + last) / 2u;
+        if (emitters[middle].cumulative <= stratum) {
+            first = middle + 1u;
+        } else {
+            last = middle;
+        }
+    }
+    Emitter e = emitters[first];
+    // The R2 sequence (Roberts, 2018), shifted by the place.
+    vec2 r = fract(random.yx + vec2(0.7548776662, 0.5698402909) * float(i + 1u));
+    float root = sqrt(r.x);
+    EmitterSample s;
+    s.point = mix(e.a, mix(e.b, e.c, r.y), root);
+    float seen = triangle_irradiance(e.a - position, e.b - position, e.c - position, normal);
+    seen = e.two_sided != 0u ? abs(seen) : max(seen, 0.0);
+    s.irradiance = e.radiance * (seen / (e.probability * float(EMITTER_SAMPLES)));
+    return s;
+}

@@ -15,7 +15,7 @@ use crate::gi::volume::Volume;
 use crate::gpu_scene::GpuScene;
 use crate::image_target::ImageTarget;
 use crate::scene::Pose;
-use crate::settings::{Emitters, Lists, Settings, Shadows};
+use crate::settings::{Bounces, Emitters, Lists, Settings, Shadows};
 use crate::vk::{Context, Recorder};
 
 /// The passes of one method with its settings, compiled.
@@ -24,6 +24,8 @@ pub struct Passes {
     /// Absent where nobody walks the lists.
     voxelise: Option<Voxelise>,
     shade_first: Option<Shade>,
+    /// The first bounce with the last frame's second volume to gather from; absent unless `bounces = all`.
+    shade_again: Option<Shade>,
     shade_second: Option<Shade>,
     mips: Option<Mips>,
     render: Render,
@@ -39,34 +41,42 @@ pub struct FrameScene<'a> {
     pub target: &'a ImageTarget,
     /// Triangles in the blend order.
     pub blended: u32,
+    /// Whether the last volume holds the frame before.
+    pub history: bool,
+    /// Whether an image is wanted, or the volumes alone.
+    pub image: bool,
 }
 
 impl Passes {
-    /// `bounces`: volumes to fill, 0 to 2. `layers`: of the image.
+    /// `bounces`: volumes to fill, 0 to 2.
     pub fn new(
         context: &Arc<Context>,
         settings: &Settings,
         features: Features,
         bounces: u32,
-        layers: usize,
+        target: &ImageTarget,
     ) -> Result<Self> {
         let lists_are_read =
             bounces > 0 || settings.shadows == Shadows::Rays || settings.emitters == Emitters::Sampled;
-        let shade = |needed: bool, bounce| needed.then(|| Shade::new(context, settings, features, bounce)).transpose();
+        let all = settings.bounces == Bounces::All && bounces > 0;
+        let shade = |needed: bool, bounce, gathers| {
+            needed.then(|| Shade::new(context, settings, features, bounce, gathers)).transpose()
+        };
         Ok(Self {
             record: Record::new(context, settings, features)?,
             voxelise: lists_are_read.then(|| Voxelise::new(context, settings)).transpose()?,
-            shade_first: shade(bounces > 0, Bounce::First)?,
-            shade_second: shade(bounces > 1, Bounce::Second)?,
+            shade_first: shade(bounces > 0, Bounce::First, false)?,
+            shade_again: shade(all, Bounce::First, true)?,
+            shade_second: shade(bounces > 1, Bounce::Second, true)?,
             mips: (bounces > 0).then(|| Mips::new(context, settings)).transpose()?,
-            render: Render::new(context, settings, features, bounces > 0, layers)?,
+            render: Render::new(context, settings, features, bounces > 0, target)?,
             lists: settings.lists,
         })
     }
 
     /// Records one frame.
     pub fn record(&self, r: &mut Recorder, frame: &FrameScene) {
-        let FrameScene { scene, pose, volume, resources, target, blended } = *frame;
+        let FrameScene { scene, pose, volume, resources, target, blended, history, image } = *frame;
 
         // 0. Counters and lists start empty.
         reset::all(r, resources);
@@ -77,8 +87,12 @@ impl Passes {
             voxelise.record(r, Bounce::First, resources);
         }
         if let (Some(shade), Some(mips)) = (&self.shade_first, &self.mips) {
-            // 2b. Every voxel shades its list with direct light alone,
-            shade.record(r, scene, resources, &resources.volumes[0], None);
+            match (&self.shade_again, &resources.volumes[..]) {
+                // 2b. Every voxel shades its list with direct light and, with all bounces, what the last frame left,
+                (Some(again), [first, second]) if history => again.record(r, scene, resources, first, Some(second)),
+                // or with direct light alone,
+                _ => shade.record(r, scene, resources, &resources.volumes[0], None),
+            }
             // 2c. and coarser voxels sum it up, per direction of travel.
             mips.record(r, Bounce::First, resources, &resources.volumes[0]);
         }
@@ -95,6 +109,8 @@ impl Passes {
             mips.record(r, Bounce::Second, resources, &resources.volumes[1]);
         }
         // 5. The recorded triangles become the image, with cones into the last bounce.
-        self.render.record(r, scene, resources, resources.volumes.last(), target, blended);
+        if image {
+            self.render.record(r, scene, resources, resources.volumes.last(), target, blended);
+        }
     }
 }

@@ -55,7 +55,7 @@ pub fn plan((width, height): (u32, u32), samples: u32, layers: usize) -> Vec<(&'
     ]
 }
 
-fn band_rows(width: u32, height: u32, samples: u32, layers: usize) -> u32 {
+pub fn band_rows(width: u32, height: u32, samples: u32, layers: usize) -> u32 {
     let row = u64::from(width) * u64::from(samples) * (COLOR_BYTES * layers as u64 + DEPTH_BYTES);
     ((BAND_BYTES / row).max(1) as u32).min(height)
 }
@@ -104,6 +104,15 @@ impl ImageTarget {
             depth: image("depth", DEPTH_FORMAT, samples, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
             sky,
         })
+    }
+
+    /// Rows of the largest band.
+    pub fn band_rows(&self) -> u32 {
+        self.band_rows
+    }
+
+    pub fn layers(&self) -> usize {
+        self.layers.len()
     }
 
     /// Bytes of the finished image's layers.

@@ -98,6 +98,10 @@ shared! {
     /// Push constants of the image passes.
     BandPush { first_row: u32 }
 }
+shared! {
+    /// Push constants of the sharing pass.
+    SharePush { rows: u32 }
+}
 
 /// Bits of [`Material::flags`].
 pub mod material_flags {

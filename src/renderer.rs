@@ -9,7 +9,8 @@ use crate::frame::{FrameScene, Passes};
 use crate::gi::Method;
 use crate::gi::cones::constants::Features;
 use crate::gi::cones::emitters::Emitters;
-use crate::gi::cones::resources::{self, Resources, SceneCounts};
+use crate::gi::cones::gather;
+use crate::gi::cones::resources::{self, FACES, Resources, SceneCounts};
 use crate::gi::cones::uniforms::{self, Capacities, FrameInputs};
 use crate::gi::volume::{Volume, radiance_scale};
 use crate::gpu_scene::{BlendedTriangle, GpuScene, ScenePacked};
@@ -18,7 +19,7 @@ use crate::layers::{Aov, Layers};
 use crate::layout;
 use crate::memory_plan::{self, MemoryPlan};
 use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::{self, Settings};
+use crate::settings::{self, Bounces, Settings};
 use crate::vk::{self, Context, FrameLog, Recorder, RecorderOptions, ZoneTimings};
 
 /// How a frame is handed to the device.
@@ -51,6 +52,8 @@ pub struct FrameReport {
     pub counters: Counters,
     /// Times that a buffer was too small and the frame was repeated with a larger one.
     pub repeats: u32,
+    /// With `bounces = all`, further frames until the first had settled.
+    pub settling: u32,
 }
 
 /// The GPU's counters after a frame.
@@ -62,6 +65,11 @@ pub struct Counters {
     pub list_items: u32,
     pub occupied_voxels: u32,
 }
+
+/// With `bounces = all`: the share of all light by which one frame may still differ from the one before it.
+pub const SETTLED: f64 = 1e-3;
+/// And the number of frames after which it is left at that. A closed room that loses nothing never settles.
+pub const MOST_SETTLING: u32 = 32;
 
 pub struct Renderer {
     context: Arc<Context>,
@@ -84,6 +92,8 @@ pub struct Renderer {
     capacities: Capacities,
     target: ImageTarget,
     frame_index: u32,
+    /// Whether the second volume holds the frame before.
+    history: bool,
     log: FrameLog,
 }
 
@@ -114,6 +124,10 @@ impl Renderer {
         let capacities = first_capacities(counts);
         let mut fixed_plan = packed.plan();
         fixed_plan.extend(image_target::plan(options.size, settings.image.samples, layers));
+        if bounces > 0 {
+            let band_rows = image_target::band_rows(options.size.0, options.size.1, settings.image.samples, layers);
+            fixed_plan.extend(gather::plan(&settings, options.size, band_rows));
+        }
         let total_at = |edge: u32| {
             let at = Settings { voxels: edge, ..settings.clone() };
             fixed_plan.iter().chain(&resources::plan(counts, &at, bounces, capacities)).map(|r| r.1).sum()
@@ -125,10 +139,10 @@ impl Renderer {
         };
         memory_plan::check(settings.voxels, limit, &limit_name, total_at)?;
         let features = Features::of(&scene, &settings);
-        let passes = Passes::new(context, &settings, features, bounces, layers)?;
         let resources = Resources::new(context, counts, &settings, bounces, capacities)?;
         let gpu_scene = packed.upload(context)?;
         let target = ImageTarget::new(context, options.size, settings.image.samples, layers, scene.sky.into())?;
+        let passes = Passes::new(context, &settings, features, bounces, &target)?;
         Ok(Self {
             context: context.clone(),
             scale: radiance_scale(&scene, volume.voxel_m),
@@ -148,16 +162,41 @@ impl Renderer {
             capacities,
             target,
             frame_index: 0,
+            history: false,
             log: FrameLog::default(),
         })
     }
 
-    /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated.
+    /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated. With
+    /// `bounces = all` the first frame is repeated until it settles: until the second volume changes by less than
+    /// [`SETTLED`] from one to the next, [`MOST_SETTLING`] times at most.
     ///
     /// # Errors
     /// A buffer cannot grow as far as the scene needs, or the device is lost.
     pub fn render(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
         self.upload_pose(pose, view)?;
+        if self.settings.bounces != Bounces::All || self.history || self.bounces < 2 {
+            return self.frame(pose, view, true);
+        }
+        let mut repeats = self.frame(pose, view, false)?.repeats;
+        self.history = true;
+        let (mut settling, mut before) = (1, self.stored()?);
+        while settling < MOST_SETTLING {
+            repeats += self.frame(pose, view, false)?.repeats;
+            settling += 1;
+            let now = self.stored()?;
+            let change: f64 = now.iter().zip(&before).map(|(a, b)| (a - b).abs()).sum();
+            if change <= SETTLED * now.iter().sum::<f64>() {
+                break;
+            }
+            before = now;
+        }
+        let report = self.frame(pose, view, true)?;
+        Ok(FrameReport { repeats: repeats + report.repeats, settling, ..report })
+    }
+
+    /// One frame, repeated only where buffers had to grow; without its `image` the volumes alone.
+    fn frame(&mut self, pose: &Pose, view: &View, image: bool) -> Result<FrameReport> {
         for repeats in 0.. {
             self.upload_frame(view)?;
             let mut recorder =
@@ -171,6 +210,8 @@ impl Renderer {
                     resources: &self.resources,
                     target: &self.target,
                     blended: self.counts.blended,
+                    history: self.history,
+                    image,
                 },
             );
             self.log = recorder.frame_log().clone();
@@ -184,10 +225,19 @@ impl Renderer {
                     list_items: globals.item_count,
                     occupied_voxels: globals.cell_count,
                 };
-                return Ok(FrameReport { timings, counters, repeats });
+                return Ok(FrameReport { timings, counters, repeats, settling: 0 });
             }
+            // A frame whose lists overflowed is none to go on from.
+            self.history = false;
         }
         unreachable!("a frame is repeated until its buffers are large enough or growing them fails")
+    }
+
+    /// What the second volume holds, coarsely: the isotropic face's level of 8³ texels.
+    fn stored(&self) -> Result<Vec<f64>> {
+        let volume = self.resources.volumes.last().expect("called with two volumes");
+        let texels: Vec<[u16; 4]> = vk::download_image(&self.context, &volume.faces[FACES - 1], volume.levels - 4)?;
+        Ok(texels.iter().flat_map(|t| t[..3].to_vec()).map(|bits| half::f16::from_bits(bits).to_f64()).collect())
     }
 
     /// The last frame's image and the layers asked for.

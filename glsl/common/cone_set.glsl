@@ -23,7 +23,8 @@ const vec3 SET_16[16] = vec3[16](
     vec3(-0.57735, -0.57735, 0.57735));
 const float SUM_OF_COSINES_16 = 4.0 * (0.0479745 + 0.435512 + 0.898904 + 0.57735);
 
-Cone cone_set(uint i) {
+// `shift`: where within its share of the set a direction lies; (0.5, 0) is its middle. Of the talk's sets only turned.
+Cone cone_set(uint i, vec2 shift) {
     if (CONE_SET == 0u) {
         return Cone(vec3(0.0, 0.0, 1.0), 1.0, 2.0);
     }
@@ -47,10 +48,10 @@ Cone cone_set(uint i) {
     if (CONE_SET == 3u) {
         return i == 0u ? Cone(vec3(0.0, 0.0, 1.0), 0.25, 0.57735026919) : Cone(SIDES_6B[i - 1u], 0.15, 0.57735026919);
     }
-    if (CONE_SET == 5u) {
+    if (CONE_SET == COSINE_SETS) {
         // The cosine is in the distribution: a sunflower on the unit disc, lifted onto the hemisphere.
-        float u = (float(i) + 0.5) / float(CONE_COUNT);
-        float turn = 2.39996323 * float(i);
+        float u = (float(i) + shift.x) / float(CONE_COUNT);
+        float turn = 2.39996323 * float(i) + 2.0 * PI * shift.y;
         float spread = CONE_COUNT < 64u ? 0.6 : 0.5;
         vec3 d = vec3(sqrt(u) * cos(turn), sqrt(u) * sin(turn), sqrt(1.0 - u));
         return Cone(d, 1.0 / float(CONE_COUNT), spread / sqrt(float(CONE_COUNT)));

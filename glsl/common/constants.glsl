@@ -17,8 +17,13 @@ layout(constant_id = 12) const uint GATHER = 0u;
 layout(constant_id = 13) const uint EMITTERS = 0u;
 layout(constant_id = 14) const uint EMITTER_SAMPLES = 16u;
 
+layout(constant_id = 15) const uint GATHER_SCALE = 1u; // pixels of the image per gathered one
+layout(constant_id = 16) const uint INTERLEAVE = 1u; // pixels along the side of a square whose directions differ
+
 const uint GATHER_RAYS = 1u; // 0: cones
 const uint EMITTERS_SAMPLED = 1u; // 0: through cones
+
+const uint COSINE_SETS = 5u;
 
 const uint FILL_UNIFORM = 0u;
 const uint FILL_FACING = 1u;

@@ -62,11 +62,16 @@ vec4 gather_diffuse(vec3 position, vec3 facet, vec3 normal, uvec3 seed) {
     if (feature(FEATURE_JITTER)) {
         basis = jitter_rotation(normal, jitter_hash(uvec4(seed, frame.frame_index))) * basis;
     }
+    vec2 shift = INTERLEAVE > 1u ? interleaved_shift(seed) : vec2(0.5, 0.0);
+    if (INTERLEAVE > 1u && CONE_SET != COSINE_SETS) {
+        basis = jitter_rotation(normal, shift.y) * basis;
+    }
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < CONE_COUNT; i++) {
-        Cone cone = cone_set(i);
+        Cone cone = cone_set(i, shift);
         vec3 d = basis * cone.direction;
-        float aperture = cone.aperture * frame.cone_aperture;
+        // What the neighbours find is shared: a ray stands for its part of all their directions.
+        float aperture = cone.aperture * frame.cone_aperture / (GATHER == GATHER_RAYS ? float(INTERLEAVE) : 1.0);
         vec4 seen = GATHER == GATHER_RAYS ? trace_gather_ray(from, facet, d, aperture)
                                           : trace_cone(from, d, aperture, frame.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);

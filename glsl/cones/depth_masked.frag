@@ -16,6 +16,7 @@ layout(push_constant) uniform Push {
 } push;
 
 #include "cones/image_samples.glsl"
+#include "common/footprint.glsl"
 #include "cones/mask.glsl"
 
 layout(location = 0) in vec3 in_weights;

@@ -30,7 +30,12 @@ layout(push_constant) uniform Push {
     uint first_row; // of the image, at the top of this band
 } push;
 
+#ifdef GATHERED
+#include "common/likeness.glsl"
+#include "cones/gathered.glsl"
+#endif
 #include "cones/image_samples.glsl"
+#include "common/footprint.glsl"
 #include "cones/mask.glsl"
 
 layout(early_fragment_tests) in; // depth is there already
@@ -120,8 +125,16 @@ void main() {
         if (any(greaterThan(s.diffuse, vec3(0.0))))
 #endif
         {
-            vec4 gathered = gather_diffuse(s.position, s.facet, s.normal,
-                uvec3(uvec2(gl_FragCoord.xy) + uvec2(0u, push.first_row), 0u));
+#ifdef GATHERED
+            vec4 gathered = gathered_nearby(s.position, s.normal);
+#else
+            vec4 gathered = vec4(-1.0);
+#endif
+            // A surface of which no gathered pixel shows anything looks for itself.
+            for (uint i = 0u; i < (gathered.a < 0.0 ? 1u : 0u); i++) {
+                uvec2 pixel = uvec2(gl_FragCoord.xy) + uvec2(0u, push.first_row);
+                gathered = gather_diffuse(s.position, s.facet, s.normal, uvec3(pixel, 0u));
+            }
             indirect += s.diffuse * lobes.rest * gathered.rgb;
             open = gathered.a;
         }

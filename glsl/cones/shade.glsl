@@ -40,8 +40,13 @@ layout(location = 5) out vec4 out_faces_5;
 layout(location = 6) out vec4 out_faces_6;
 
 const float LARGEST_STORED = 65504.0;
+const float DARK_BACK = 1e-3; // of the front's light: what rounding and leaks make of none
 // A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
 const float MEAN_COSINE = 0.6666667;
+
+float brightest(vec3 c) {
+    return max(c.r, max(c.g, c.b));
+}
 
 // What one side sends: stored radiance, not yet times opacity.
 vec3 shade_side(Surface s, uvec3 voxel) {
@@ -137,9 +142,9 @@ void main() {
                 bool sees_front = along < 0.0 || (FILL == FILL_UNIFORM && !two_sided);
                 float weight = FILL == FILL_UNIFORM ? opacity : opacity * area * abs(along);
                 vec3 seen = sees_front ? front : back;
-                // Nobody who could be lit by it ever meets a back that no light meets: as a zero-thickness wall's other
+                // Nobody who could be lit by it ever meets a back that hardly any light meets: as a zero-thickness wall's other
                 // side it would only darken the cones that leave its front.
-                if (FILL == FILL_SIDED && !sees_front && seen == vec3(0.0)) {
+                if (FILL == FILL_SIDED && !sees_front && brightest(back) <= DARK_BACK * brightest(front)) {
                     weight = 0.0;
                 }
                 fixed_add(sums[k], vec4(seen * weight, weight));

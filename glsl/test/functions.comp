@@ -46,7 +46,7 @@ layout(push_constant) uniform Push {
 Arguments evaluate(Arguments x) {
     Arguments y = Arguments(vec4(0.0), vec4(0.0), vec4(0.0));
     if (FUNCTION == 0u) {
-        Cone cone = cone_set(uint(x.a.x));
+        Cone cone = cone_set(uint(x.a.x), vec2(0.5, 0.0));
         y.a = vec4(cone.direction, cone.weight);
         y.b = vec4(cone.aperture, float(CONE_COUNT), 0.0, 0.0);
     } else if (FUNCTION == 1u) {

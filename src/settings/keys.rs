@@ -1,6 +1,6 @@
 //! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
 
-use super::{Blend, Bounces, ConeSet, Emitters, Fill, Form, Gather, Lists, RoughnessFit, Shadows, Weights};
+use super::{Blend, Bounces, ConeSet, Emitters, Fill, Form, Gather, GatherResolution, Lists, RoughnessFit, Shadows, Weights};
 
 /// What `twobounce settings` says about one setting.
 #[derive(Clone, Copy, Debug)]
@@ -249,6 +249,20 @@ pub const KEYS: &[Key] = &[
         Range::NumberOrAuto(0.1, 45.0),
         "half angle of every shadow cone; auto: from each light's radius",
         "wider cones take fewer steps",
+    ),
+    key(
+        "interleave",
+        "pixels",
+        Range::OneOf(&[1, 2, 4]),
+        "neighbours in squares of so many pixels (and voxels) look along directions of their own and share what they find, where depth and normals agree",
+        "a filter of (n + 1)² texels; fewer directions per pixel give the same light",
+    ),
+    key(
+        "gather_resolution",
+        "choice",
+        names!(GatherResolution),
+        "where diffuse light is gathered: at every pixel, or at every second or fourth and brought up by depth and normals",
+        "half: a quarter of the gathers, and a second draw of the triangles",
     ),
     key(
         "image.samples",

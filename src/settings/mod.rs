@@ -46,6 +46,10 @@ choices! {
     }
 }
 choices! {
+    /// At how many pixels diffuse light is gathered.
+    GatherResolution { Full = "full", Half = "half", Quarter = "quarter" }
+}
+choices! {
     /// What looks along a diffuse set's directions.
     Gather {
         /// Cones through the volume.
@@ -150,6 +154,9 @@ pub struct Settings {
     pub volume: Volume,
     pub start: Start,
     pub shadow: Shadow,
+    /// Neighbours within a square of so many pixels look along directions of their own, and share what they find.
+    pub interleave: u32,
+    pub gather_resolution: GatherResolution,
     pub image: ImageSettings,
     pub ledger: Ledger,
 }
@@ -278,6 +285,8 @@ impl Default for Settings {
             volume: Volume::default(),
             start: Start::default(),
             shadow: Shadow::default(),
+            interleave: 1,
+            gather_resolution: GatherResolution::Full,
             image: ImageSettings::default(),
             ledger: Ledger::all(Form::Right),
         }
@@ -288,6 +297,17 @@ impl ConeSet {
     /// The number of directions of a cosine-distributed set; `None` for the talk's own.
     pub fn cosine_count(self) -> Option<u32> {
         self.name().strip_prefix('g').and_then(|count| count.parse().ok())
+    }
+}
+
+impl GatherResolution {
+    /// Pixels of the image per gathered one, along each side.
+    pub fn scale(self) -> u32 {
+        match self {
+            Self::Full => 1,
+            Self::Half => 2,
+            Self::Quarter => 4,
+        }
     }
 }
 

@@ -62,11 +62,15 @@ fn weighted(t: &Shaded, travel: Option<Vec3>, weight: f32) -> (f32, Vec3) {
     }
 }
 
-/// As coverage, but a back that sends nothing does not block either.
+/// A back that sends no more than this share of the front's light counts as dark.
+const DARK_BACK: f32 = 1e-3;
+
+/// As coverage, but a back that sends next to nothing does not block either.
 fn sided(t: &Shaded, travel: Option<Vec3>) -> (f32, Vec3) {
     let (weight, radiance) = weighted(t, travel, t.opacity * t.area);
     let back = travel.is_some_and(|e| t.normal.dot(e) >= 0.0);
-    (if back && radiance == Vec3::ZERO { 0.0 } else { weight }, radiance)
+    let dark = radiance.max_element() <= DARK_BACK * t.front.max_element();
+    (if back && dark { 0.0 } else { weight }, radiance)
 }
 
 /// rgb = Σwl/Σw · alpha, alpha = min(1, Σw).

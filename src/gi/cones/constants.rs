@@ -17,6 +17,8 @@ const BLEND: u32 = 11;
 const GATHER: u32 = 12;
 const EMITTERS: u32 = 13;
 const EMITTER_SAMPLES: u32 = 14;
+const GATHER_SCALE: u32 = 15;
+const INTERLEAVE: u32 = 16;
 /// Of `render.vert` alone.
 pub const BLENDED: u32 = 9;
 
@@ -138,6 +140,8 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
         (GATHER, u32::from(settings.gather == Gather::Rays)),
         (EMITTERS, u32::from(settings.emitters == Emitters::Sampled)),
         (EMITTER_SAMPLES, settings.emitter_samples),
+        (GATHER_SCALE, settings.gather_resolution.scale()),
+        (INTERLEAVE, settings.interleave),
         (WEIGHTS, weights),
         (SHADOWS, shadows),
         (ROUGHNESS_FIT, fit),

@@ -5,6 +5,7 @@
 
 pub mod constants;
 pub mod emitters;
+pub mod gather;
 pub mod mips;
 pub mod record;
 pub mod render;

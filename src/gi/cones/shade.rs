@@ -18,14 +18,21 @@ pub struct Shade {
 }
 
 impl Shade {
-    pub fn new(context: &Arc<Context>, settings: &Settings, features: Features, bounce: Bounce) -> Result<Self> {
+    /// `gathers`: whether there is a volume to gather from.
+    pub fn new(
+        context: &Arc<Context>,
+        settings: &Settings,
+        features: Features,
+        bounce: Bounce,
+        gathers: bool,
+    ) -> Result<Self> {
         let pipeline = Raster::new(
             context,
             &RasterDesc {
                 label: bounce.pick("shade 1", "shade 2"),
                 vertex: "cones/layered.vert",
-                fragment: Some(bounce.pick("cones/shade_first.frag", "cones/shade_second.frag")),
-                constants: &constants(&settings.of_voxels(), features, bounce.pick(0, 1)),
+                fragment: Some(if gathers { "cones/shade_second.frag" } else { "cones/shade_first.frag" }),
+                constants: &constants(&settings.of_voxels(), features, u32::from(gathers)),
                 color_formats: &[VOLUME_FORMAT; FACES],
                 ..Default::default()
             },
@@ -33,7 +40,7 @@ impl Shade {
         Ok(Self { pipeline, bounce })
     }
 
-    /// `previous`: the volume to gather from, in the second bounce.
+    /// `previous`: the volume to gather from.
     pub fn record(
         &self,
         recorder: &mut Recorder,

@@ -1,0 +1,34 @@
+// What neighbouring places may share of gathered diffuse light.
+
+const float SHARED_PLANE = 0.5; // voxels that a place may lie off the other's plane
+const float SHARED_REACH = 4.0; // voxels at which a place counts half
+
+// 1 for the same place, 0 for another surface. Unit normals n and m.
+float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
+    vec3 apart = q - p;
+    float off_plane = max(abs(dot(apart, n)), abs(dot(apart, m)));
+    float facing = max(dot(n, m), 0.0);
+    facing *= facing;
+    facing *= facing;
+    float near = 1.0 / (1.0 + dot(apart, apart) / (SHARED_REACH * SHARED_REACH));
+    return facing * facing * near * max(1.0 - off_plane / SHARED_PLANE, 0.0);
+}
+
+// A unit vector in 24 bits, exact as a float: an octahedron's map (Cigolle et al., "A Survey of Efficient Representations
+// for Independent Unit Vectors", JCGT 2014).
+float pack_normal(vec3 n) {
+    vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    vec2 folded = (1.0 - abs(p.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(p, vec2(0.0)));
+    p = n.z < 0.0 ? folded : p;
+    vec2 bits = floor(clamp(p * 0.5 + 0.5, 0.0, 1.0) * 4095.0 + 0.5);
+    return bits.x + 4096.0 * bits.y;
+}
+
+vec3 unpack_normal(float packed) {
+    vec2 bits = vec2(mod(packed, 4096.0), floor(packed / 4096.0));
+    vec2 p = bits / 4095.0 * 2.0 - 1.0;
+    vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
+    vec2 folded = (1.0 - abs(p.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(p, vec2(0.0)));
+    n.xy = n.z < 0.0 ? folded : n.xy;
+    return normalize(n);
+}

@@ -1,0 +1,24 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Pass 5a's depth where alpha masks leave holes.
+
+#include "common/layout.glsl"
+#include "common/constants.glsl"
+#include "common/triangle_box.glsl"
+#include "cones/bindings.glsl"
+#include "common/texture.glsl"
+#include "common/surface.glsl"
+#include "common/footprint.glsl"
+
+layout(location = 0) in vec3 in_weights;
+layout(location = 2) flat in uint in_triangle;
+
+void main() {
+    Triangle t = triangles[in_triangle];
+    Material m = materials[t.material];
+    float alpha = base_color(m, triangle_uv(t, in_weights), triangle_color(t, in_weights), pixel_footprint(t, in_weights)).a;
+    if (surface_alpha(m, alpha) <= 0.0) {
+        discard;
+    }
+}

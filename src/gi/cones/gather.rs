@@ -1,0 +1,190 @@
+//! Passes 5a and 5b, gather and share: diffuse light at fewer pixels than the image has, or along directions that differ
+//! from pixel to pixel, then the mean over neighbours on the same surface. Pass 5 brings it up to the image.
+//! Reads: triangles, lists, the last volume. Writes: gathered light and the surfaces that it belongs to, band by band.
+
+use std::sync::Arc;
+
+use super::constants::{Features, constants};
+use super::resources::{Resources, VOLUME_FORMAT, VolumeImages};
+use super::{shading_binds, volume_binds};
+use crate::Result;
+use crate::gpu_scene::GpuScene;
+use crate::image_target::{Band, DEPTH_FORMAT, ImageTarget};
+use crate::layout::{BandPush, SharePush};
+use crate::settings::Settings;
+use crate::vk::{
+    Bind, ColorTarget, CompareOp, Compute, ComputeDesc, Context, DepthDesc, DepthTarget, DrawCall, Format, Image,
+    ImageDesc, ImageDim, ImageUsageFlags, Load, Raster, RasterDesc, Recorder, Rect, RenderTarget,
+};
+
+const SURFACE_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
+/// Bytes of a gathered pixel: light before and after sharing, surface, depth.
+const PIXEL_BYTES: u64 = 8 + 8 + 16 + 4;
+/// Pixels along each side of a workgroup of `share.comp`.
+const GROUP: u32 = 8;
+
+/// Whether diffuse light is gathered apart from the image.
+pub fn is_apart(settings: &Settings) -> bool {
+    settings.gather_resolution.scale() > 1 || settings.interleave > 1
+}
+
+/// How much of the gathered image one band of rows needs.
+#[derive(Clone, Copy)]
+struct Extent {
+    scale: u32,
+    /// Rows beyond a band's own on each side: `GATHER_MARGIN` in `glsl/cones/gathered.glsl`.
+    margin: u32,
+    /// Of the whole image, gathered pixels.
+    width: u32,
+    height: u32,
+}
+
+impl Extent {
+    fn new(settings: &Settings, (width, height): (u32, u32)) -> Self {
+        let scale = settings.gather_resolution.scale();
+        Self {
+            scale,
+            margin: settings.interleave / 2 + 1,
+            width: width.div_ceil(scale),
+            height: height.div_ceil(scale),
+        }
+    }
+
+    /// First gathered row and their number for a band of the image.
+    fn rows(&self, band: &Band) -> (u32, u32) {
+        let first = (band.first_row / self.scale).saturating_sub(self.margin);
+        let end = ((band.first_row + band.rows).div_ceil(self.scale) + self.margin).min(self.height);
+        (first, end - first)
+    }
+
+    fn most_rows(&self, band_rows: u32) -> u32 {
+        (band_rows.div_ceil(self.scale) + 1 + 2 * self.margin).min(self.height)
+    }
+}
+
+/// Bytes of what [`Gather::new`] makes; `band_rows` of the image.
+pub fn plan(settings: &Settings, size: (u32, u32), band_rows: u32) -> Vec<(&'static str, u64)> {
+    let extent = Extent::new(settings, size);
+    let pixels = u64::from(extent.width) * u64::from(extent.most_rows(band_rows));
+    if is_apart(settings) { vec![("gathered light", pixels * PIXEL_BYTES)] } else { Vec::new() }
+}
+
+pub struct Gather {
+    extent: Extent,
+    light: Image,
+    surfaces: Image,
+    depth: Image,
+    /// What neighbours share; pass 5 reads this.
+    shared: Image,
+    depth_pass: Raster,
+    gather: Raster,
+    share: Compute,
+}
+
+impl Gather {
+    pub fn new(
+        context: &Arc<Context>,
+        settings: &Settings,
+        features: Features,
+        target: &ImageTarget,
+    ) -> Result<Self> {
+        let extent = Extent::new(settings, (target.width, target.height));
+        let image = |label, format, usage| {
+            let height = extent.most_rows(target.band_rows());
+            let (dim, width) = (ImageDim::D2, extent.width);
+            Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
+        };
+        let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
+        let base = constants(settings, features, 1);
+        let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
+        let raster = RasterDesc {
+            label: "gather",
+            vertex: "cones/render.vert",
+            fragment: Some("cones/gather.frag"),
+            constants: &base,
+            color_formats: &[VOLUME_FORMAT, SURFACE_FORMAT],
+            depth: depth(CompareOp::EQUAL, false),
+            ..Default::default()
+        };
+        let masked = features.has(Features::MASK);
+        let depth_pass = RasterDesc {
+            label: "gather depth",
+            fragment: Some(if masked { "cones/gather_depth_masked.frag" } else { "cones/depth.frag" }),
+            color_write: false,
+            depth: depth(CompareOp::GREATER, true),
+            ..raster
+        };
+        Ok(Self {
+            extent,
+            light: image("gathered light", VOLUME_FORMAT, drawn)?,
+            surfaces: image("gathered surfaces", SURFACE_FORMAT, drawn)?,
+            depth: image("gathered depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
+            shared: image("shared light", VOLUME_FORMAT, ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
+            depth_pass: Raster::new(context, &depth_pass)?,
+            gather: Raster::new(context, &raster)?,
+            share: Compute::new(context, &ComputeDesc { label: "share", shader: "cones/share.comp", constants: &base })?,
+        })
+    }
+
+    /// Gathers for one band of the image.
+    pub fn record(
+        &self,
+        r: &mut Recorder,
+        scene: &GpuScene,
+        resources: &Resources,
+        volume: &VolumeImages,
+        band: &Band,
+    ) {
+        let (first_row, rows) = self.extent.rows(band);
+        r.full_barrier(); // mips 2 wrote the volume; the band before read the same targets
+        let colors = [(&self.light, 0.0), (&self.surfaces, -1.0)].map(|(image, empty)| ColorTarget {
+            view: image.attachment_view(0),
+            resolve: None,
+            load: Load::Clear([0.0, 0.0, 0.0, empty]),
+            store: true,
+        });
+        let target = RenderTarget {
+            colors: &colors,
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false }),
+            width: self.extent.width,
+            height: rows,
+            viewport: Some(Rect {
+                x: 0,
+                y: -(first_row as i32),
+                width: self.extent.width,
+                height: self.extent.height,
+            }),
+            ..Default::default()
+        };
+        r.raster(&target, |pass| {
+            let mut binds = shading_binds(scene, resources);
+            binds.push(Bind::buffer("slots", &resources.slots));
+            binds.push(Bind::buffer("order", &resources.order));
+            binds.extend(volume_binds(volume, &resources.volume_sampler));
+            let recorded = || DrawCall::Indirect { buffer: &resources.globals, offset: 0 };
+            pass.draw(&self.depth_pass, &self.depth_pass.select(&binds), &(), recorded());
+            pass.draw(&self.gather, &self.gather.select(&binds), &BandPush { first_row }, recorded());
+        });
+        r.full_barrier();
+        let binds = [
+            Bind::image("gathered", self.light.view(), &scene.texel_sampler),
+            Bind::image("surfaces", self.surfaces.view(), &scene.texel_sampler),
+            Bind::storage_image("shared_light", self.shared.view()),
+        ];
+        let groups = [self.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
+        r.dispatch(&self.share, &binds, &SharePush { rows }, groups);
+    }
+
+    /// What pass 5 reads.
+    pub fn binds<'a>(&'a self, scene: &'a GpuScene) -> [Bind<'a>; 2] {
+        [
+            Bind::image("shared_light", self.shared.view(), &scene.texel_sampler),
+            Bind::image("surfaces", self.surfaces.view(), &scene.texel_sampler),
+        ]
+    }
+
+    /// Bytes that a band writes.
+    pub fn bytes(&self, band: &Band) -> u64 {
+        u64::from(self.extent.rows(band).1) * u64::from(self.extent.width) * PIXEL_BYTES
+    }
+}

@@ -60,4 +60,5 @@ bool slot_in_use(uint slot) {
     return (FEATURES & (256u << slot)) != 0u;
 }
 
+const float LARGEST_STORED = 65504.0; // of an f16
 const float PI = 3.14159265358979;

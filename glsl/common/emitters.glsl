@@ -45,28 +45,57 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
     return -0.5 * sum;
 }
 
-// Of EMITTER_SAMPLES samples the one with index i; `random`: two numbers of the place that is lit.
-// At most as many pieces as samples: each gets its own, so that only what is half in shadow is noisy.
-EmitterSample sample_emitter(uint i, vec3 position, vec3 normal, vec2 random) {
-    float stratum = (float(i) + random.x) / float(EMITTER_SAMPLES);
+// Candidates per sample where there are more pieces than samples.
+const uint MOST_CANDIDATES = 4u;
+
+uint choose_emitter(float u) {
     uint first = 0u;
     uint last = frame.emitter_count - 1u;
     for (uint k = 0u; k < 32u && first < last; k++) {
         uint middle = (first + last) / 2u;
-        if (emitters[middle].cumulative <= stratum) {
+        if (emitters[middle].cumulative <= u) {
             first = middle + 1u;
         } else {
             last = middle;
         }
     }
-    Emitter e = emitters[first];
+    return first;
+}
+
+// Of EMITTER_SAMPLES samples the one with index i; `random`: two numbers of the place that is lit.
+// At most as many pieces as samples: each gets its own, so that only what is half in shadow is noisy. More: of a few
+// candidates, chosen by power, one is taken by what it gives here (Talbot et al., "Importance Resampling for Global
+// Illumination", 2005).
+EmitterSample sample_emitter(uint i, vec3 position, vec3 normal, vec2 random) {
+    uint candidates = frame.emitter_count > EMITTER_SAMPLES ? MOST_CANDIDATES : 1u;
+    float strata = float(EMITTER_SAMPLES * candidates);
+    uint chosen = 0u;
+    vec3 chosen_irradiance = vec3(0.0);
+    float chosen_weight = 0.0;
+    float total = 0.0;
+    float choice = fract(random.y + 0.6180339887 * float(i));
+    for (uint k = 0u; k < candidates; k++) {
+        uint index = choose_emitter((float(i * candidates + k) + random.x) / strata);
+        Emitter e = emitters[index];
+        float seen = triangle_irradiance(e.a - position, e.b - position, e.c - position, normal);
+        seen = e.two_sided != 0u ? abs(seen) : max(seen, 0.0);
+        vec3 irradiance = e.radiance * (seen / (e.probability * strata));
+        float weight = max(irradiance.r, max(irradiance.g, irradiance.b));
+        total += weight;
+        // One random number serves all choices: what is left of it is even again.
+        float share = total > 0.0 ? weight / total : 0.0;
+        bool taken = choice < share;
+        choice = taken ? choice / share : (choice - share) / max(1.0 - share, 1e-6);
+        chosen = taken ? index : chosen;
+        chosen_irradiance = taken ? irradiance : chosen_irradiance;
+        chosen_weight = taken ? weight : chosen_weight;
+    }
+    Emitter e = emitters[chosen];
     // The R2 sequence (Roberts, 2018), shifted by the place.
     vec2 r = fract(random.yx + vec2(0.7548776662, 0.5698402909) * float(i + 1u));
     float root = sqrt(r.x);
     EmitterSample s;
     s.point = mix(e.a, mix(e.b, e.c, r.y), root);
-    float seen = triangle_irradiance(e.a - position, e.b - position, e.c - position, normal);
-    seen = e.two_sided != 0u ? abs(seen) : max(seen, 0.0);
-    s.irradiance = e.radiance * (seen / (e.probability * float(EMITTER_SAMPLES)));
+    s.irradiance = chosen_weight > 0.0 ? chosen_irradiance * (total / chosen_weight) : vec3(0.0);
     return s;
 }

@@ -25,15 +25,14 @@
 #include "common/gather_ray.glsl"
 #endif
 #include "common/lighting.glsl"
+#include "common/lamps.glsl"
+#include "common/likeness.glsl"
 
 layout(push_constant) uniform Push {
     uint first_row; // of the image, at the top of this band
 } push;
 
-#ifdef GATHERED
-#include "common/likeness.glsl"
 #include "cones/gathered.glsl"
-#endif
 #include "cones/image_samples.glsl"
 #include "common/footprint.glsl"
 #include "cones/mask.glsl"
@@ -74,37 +73,6 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
     return sum / float(max(count, 1u));
 }
 
-// Share of a lamp's reflection that points on the lamp find; the rest is one mirrored ray's, which finds all of it in what
-// is smooth, where points miss the lobe.
-float lamps_in_lobe(float roughness) {
-    return smoothstep(0.15, 0.35, roughness);
-}
-
-// Light of sampled lamps, once per pixel.
-vec3 lamp_light(Surface s, vec3 view, Lobes lobes) {
-    vec2 random = emitter_random(s.position);
-    vec3 sum = vec3(0.0);
-    for (uint i = 0u; i < emitter_samples(); i++) {
-        EmitterSample to = sample_emitter(i, s.position, s.normal, random);
-        if (any(greaterThan(to.irradiance, vec3(0.0)))) {
-            Brdf f = brdf(s, view, normalize(to.point - s.position));
-            sum += to.irradiance * (f.diffuse + f.specular * lamps_in_lobe(s.roughness))
-                * shadow_towards_point(s.position, s.facet, to.point);
-        }
-    }
-    float mirrored = 1.0 - lamps_in_lobe(s.roughness);
-    bool reflects = feature(FEATURE_SPECULAR) && mirrored > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
-    for (uint i = 0u; i < min(emitter_samples(), reflects ? 1u : 0u); i++) {
-        sum += lobes.specular * mirrored * trace_emission(s.position, s.facet, reflect(-view, s.normal));
-    }
-    bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
-    for (uint i = 0u; i < min(emitter_samples(), transmits ? 1u : 0u); i++) {
-        vec3 d = refraction_direction(-view, s.normal, s.ior, in_back != 0u, s.thickness_m <= 0.0);
-        sum += s.transmitted * lobes.rest * trace_emission(s.position, s.facet, d);
-    }
-    return sum;
-}
-
 void main() {
     Triangle t = triangles[in_triangle];
     Footprint footprint = pixel_footprint(t, in_weights);
@@ -113,31 +81,43 @@ void main() {
     // llvmpipe interpolates at the centroid with the 1/w of the pixel's middle: the weights' sum is not 1, and the point
     // not on the plane.
     vec3 weights = in_centroid_weights / (in_centroid_weights.x + in_centroid_weights.y + in_centroid_weights.z);
+    if (feature(FEATURE_MASK) && (materials[t.material].flags & MATERIAL_MASK) != 0u && covered != 0u) {
+        // The middle of what the outline covers may lie in a hole.
+        vec3 b = t.vertices[1].position;
+        vec3 c = t.vertices[2].position;
+        vec2 bc = barycentric(a, b, c, sample_position(uint(findLSB(covered)), a, normalize(triangle_normal(a, b, c))));
+        weights = vec3(1.0 - bc.x - bc.y, bc);
+    }
     Surface s = evaluate_surface(t, weights, footprint, in_back != 0u);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
     Lobes lobes = lobes_towards(s, view);
-    vec3 direct = s.emitted + (s.unlit ? vec3(0.0) : direct_light(s, a, covered) + lamp_light(s, view, lobes));
-    vec3 indirect = vec3(0.0);
-    float open = 1.0;
+    bool lit = !s.unlit;
+    vec3 direct = s.emitted + (lit ? direct_light(s, a, covered) + lamps_along_rays(s, view, lobes, in_back != 0u) : vec3(0.0));
+#ifdef GATHERED
+    Gathered gathered = gathered_nearby(s.position, s.normal);
+#else
+    Gathered gathered = nothing_gathered();
+#endif
+    // A surface of which no gathered pixel shows anything looks for itself: a loop, which a CPU device leaves early.
+    for (uint i = 0u; i < (lit && !gathered.found ? 1u : 0u); i++) {
+        gathered.lamps = lamp_light(s, view);
 #ifdef CONES
-    if (!s.unlit) {
+        uvec2 pixel = uvec2(gl_FragCoord.xy) + uvec2(0u, push.first_row);
 #ifndef AOVS
-        if (any(greaterThan(s.diffuse, vec3(0.0))))
+        for (uint k = 0u; k < (any(greaterThan(s.diffuse, vec3(0.0))) ? 1u : 0u); k++)
 #endif
         {
-#ifdef GATHERED
-            vec4 gathered = gathered_nearby(s.position, s.normal);
-#else
-            vec4 gathered = vec4(-1.0);
-#endif
-            // A surface of which no gathered pixel shows anything looks for itself.
-            for (uint i = 0u; i < (gathered.a < 0.0 ? 1u : 0u); i++) {
-                uvec2 pixel = uvec2(gl_FragCoord.xy) + uvec2(0u, push.first_row);
-                gathered = gather_diffuse(s.position, s.facet, s.normal, uvec3(pixel, 0u));
-            }
-            indirect += s.diffuse * lobes.rest * gathered.rgb;
-            open = gathered.a;
+            gathered.light = gather_diffuse(s.position, s.facet, s.normal, uvec3(pixel, 0u));
         }
+#endif
+    }
+    if (lit) {
+        direct += s.diffuse * lobes.rest * gathered.lamps.diffuse + gathered.lamps.specular;
+    }
+    vec3 indirect = vec3(0.0);
+#ifdef CONES
+    if (lit) {
+        indirect += s.diffuse * lobes.rest * gathered.light.rgb;
         if (feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
             indirect += lobes.specular * gather_specular(s.position, s.normal, reflect(-view, s.normal), s.roughness);
         }
@@ -152,7 +132,7 @@ void main() {
 #ifdef AOVS
     out_direct = vec4(direct * opacity, opacity);
     out_indirect = vec4(indirect * opacity, opacity);
-    out_ao = vec4(vec3(open) * opacity, opacity);
+    out_ao = vec4(vec3(gathered.light.a) * opacity, opacity);
     out_normal = vec4(s.normal * opacity, opacity);
     float depth = dot(s.position - frame.eye, frame.forward) * frame.voxel_m;
     out_depth = vec4(vec3(depth) * opacity, opacity);

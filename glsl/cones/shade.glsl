@@ -39,7 +39,6 @@ layout(location = 4) out vec4 out_faces_4;
 layout(location = 5) out vec4 out_faces_5;
 layout(location = 6) out vec4 out_faces_6;
 
-const float LARGEST_STORED = 65504.0;
 const float DARK_BACK = 1e-3; // of the front's light: what rounding and leaks make of none
 // A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
 const float MEAN_COSINE = 0.6666667;

@@ -18,8 +18,10 @@ use crate::vk::{
 };
 
 const SURFACE_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
-/// Bytes of a gathered pixel: light before and after sharing, surface, depth.
-const PIXEL_BYTES: u64 = 8 + 8 + 16 + 4;
+/// What is gathered: light from the volume, sampled lamps, and these in the specular lobe.
+const LIGHTS: usize = 3;
+/// Bytes of a gathered pixel: every light before and after sharing, surface, depth.
+const PIXEL_BYTES: u64 = 2 * 8 * LIGHTS as u64 + 16 + 4;
 /// Pixels along each side of a workgroup of `share.comp`.
 const GROUP: u32 = 8;
 
@@ -71,11 +73,11 @@ pub fn plan(settings: &Settings, size: (u32, u32), band_rows: u32) -> Vec<(&'sta
 
 pub struct Gather {
     extent: Extent,
-    light: Image,
     surfaces: Image,
+    lights: [Image; LIGHTS],
     depth: Image,
     /// What neighbours share; pass 5 reads this.
-    shared: Image,
+    shared: [Image; LIGHTS],
     depth_pass: Raster,
     gather: Raster,
     share: Compute,
@@ -89,10 +91,18 @@ impl Gather {
         target: &ImageTarget,
     ) -> Result<Self> {
         let extent = Extent::new(settings, (target.width, target.height));
-        let image = |label, format, usage| {
+        let image = |label: &str, format, usage| {
             let height = extent.most_rows(target.band_rows());
             let (dim, width) = (ImageDim::D2, extent.width);
             Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
+        };
+        let lights = |stage: &str, usage| -> Result<[Image; LIGHTS]> {
+            let names = ["light", "lamps", "lamps, specular"];
+            let images: Vec<Image> = names
+                .iter()
+                .map(|name| image(&format!("{stage} {name}"), VOLUME_FORMAT, usage))
+                .collect::<Result<_>>()?;
+            Ok(images.try_into().unwrap_or_else(|_| unreachable!("as many as there are names")))
         };
         let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
         let base = constants(settings, features, 1);
@@ -102,7 +112,7 @@ impl Gather {
             vertex: "cones/render.vert",
             fragment: Some("cones/gather.frag"),
             constants: &base,
-            color_formats: &[VOLUME_FORMAT, SURFACE_FORMAT],
+            color_formats: &[SURFACE_FORMAT, VOLUME_FORMAT, VOLUME_FORMAT, VOLUME_FORMAT],
             depth: depth(CompareOp::EQUAL, false),
             ..Default::default()
         };
@@ -116,10 +126,10 @@ impl Gather {
         };
         Ok(Self {
             extent,
-            light: image("gathered light", VOLUME_FORMAT, drawn)?,
             surfaces: image("gathered surfaces", SURFACE_FORMAT, drawn)?,
+            lights: lights("gathered", drawn)?,
             depth: image("gathered depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
-            shared: image("shared light", VOLUME_FORMAT, ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
+            shared: lights("shared", ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
             depth_pass: Raster::new(context, &depth_pass)?,
             gather: Raster::new(context, &raster)?,
             share: Compute::new(context, &ComputeDesc { label: "share", shader: "cones/share.comp", constants: &base })?,
@@ -137,11 +147,10 @@ impl Gather {
     ) {
         let (first_row, rows) = self.extent.rows(band);
         r.full_barrier(); // mips 2 wrote the volume; the band before read the same targets
-        let colors = [(&self.light, 0.0), (&self.surfaces, -1.0)].map(|(image, empty)| ColorTarget {
-            view: image.attachment_view(0),
-            resolve: None,
-            load: Load::Clear([0.0, 0.0, 0.0, empty]),
-            store: true,
+        let [light, lamps, specular] = &self.lights;
+        let colors = [(&self.surfaces, -1.0), (light, 0.0), (lamps, 0.0), (specular, 0.0)].map(|(image, empty)| {
+            let load = Load::Clear([0.0, 0.0, 0.0, empty]);
+            ColorTarget { view: image.attachment_view(0), resolve: None, load, store: true }
         });
         let target = RenderTarget {
             colors: &colors,
@@ -166,20 +175,29 @@ impl Gather {
             pass.draw(&self.gather, &self.gather.select(&binds), &BandPush { first_row }, recorded());
         });
         r.full_barrier();
+        let texels = &scene.texel_sampler;
         let binds = [
-            Bind::image("gathered", self.light.view(), &scene.texel_sampler),
-            Bind::image("surfaces", self.surfaces.view(), &scene.texel_sampler),
-            Bind::storage_image("shared_light", self.shared.view()),
+            Bind::image("surfaces", self.surfaces.view(), texels),
+            Bind::image("light", light.view(), texels),
+            Bind::image("lamps", lamps.view(), texels),
+            Bind::image("lamps_specular", specular.view(), texels),
+            Bind::storage_image("shared_light", self.shared[0].view()),
+            Bind::storage_image("shared_lamps", self.shared[1].view()),
+            Bind::storage_image("shared_lamps_specular", self.shared[2].view()),
         ];
         let groups = [self.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
         r.dispatch(&self.share, &binds, &SharePush { rows }, groups);
     }
 
     /// What pass 5 reads.
-    pub fn binds<'a>(&'a self, scene: &'a GpuScene) -> [Bind<'a>; 2] {
+    pub fn binds<'a>(&'a self, scene: &'a GpuScene) -> [Bind<'a>; LIGHTS + 1] {
+        let texels = &scene.texel_sampler;
+        let [light, lamps, specular] = &self.shared;
         [
-            Bind::image("shared_light", self.shared.view(), &scene.texel_sampler),
-            Bind::image("surfaces", self.surfaces.view(), &scene.texel_sampler),
+            Bind::image("surfaces", self.surfaces.view(), texels),
+            Bind::image("shared_light", light.view(), texels),
+            Bind::image("shared_lamps", lamps.view(), texels),
+            Bind::image("shared_lamps_specular", specular.view(), texels),
         ]
     }
 

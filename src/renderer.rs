@@ -145,7 +145,7 @@ impl Renderer {
         let passes = Passes::new(context, &settings, features, bounces, &target)?;
         Ok(Self {
             context: context.clone(),
-            scale: radiance_scale(&scene, volume.voxel_m),
+            scale: radiance_scale(&scene, volume.voxel_m, settings.bounces),
             blended: packed.blended,
             emitters,
             emitter_count: 0,

@@ -11,7 +11,7 @@ mod scenes;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Mat3, Vec3, Vec4};
+use glam::{DVec3, IVec3, Mat3, Vec2, Vec3, Vec4};
 use half::f16;
 use scenes::Random;
 use twobounce::gi::cones::constants::{Features, constants};
@@ -19,6 +19,7 @@ use twobounce::layout;
 use twobounce::settings::{ConeSet, Form, RoughnessFit, Settings, Weights};
 use twobounce::twins::cone::{self, Cone};
 use twobounce::twins::directions::*;
+use twobounce::twins::emitters;
 use twobounce::twins::mips::mip_chain;
 use twobounce::twins::volume::{Level, Volume, round_to_half};
 use twobounce::twins::voxelise::Polygon;
@@ -38,6 +39,8 @@ enum Function {
     TraceCone,
     TraceShadowCone,
     GatherDiffuse,
+    TriangleIrradiance,
+    InterleavedShift,
 }
 
 /// Three vectors in, three out.
@@ -110,6 +113,8 @@ impl Gpu {
             shadow_start_along: start.shadow_along,
             shadow_step: settings.shadow.step,
             cone_step: settings.step,
+            cone_aperture: settings.aperture,
+            exit_margin: settings.exit_margin,
             shadow_end: start.shadow_end,
             ..Zeroable::zeroed()
         };
@@ -403,6 +408,59 @@ fn fixed_sums_know_no_order_and_lose_nothing_that_counts() {
             let exact: f64 = t.iter().map(|v| f64::from(v[i])).sum();
             // Three truncations to 2⁻³², and f32's own rounding.
             assert!((f64::from(sum.0[0][i]) - exact).abs() < 3.0 / 4_294_967_296.0 + exact * 1e-7, "{t:?} {sum:?}");
+        }
+    }
+}
+
+#[test]
+fn a_triangle_lights_as_much_as_its_points_do() {
+    let mut random = scenes::Random::new(11);
+    let triangles: Vec<([DVec3; 3], DVec3)> = (0..300)
+        .map(|i| {
+            // From a hundredth of the distance to many times it, above, below and across the horizon.
+            let size = 10f64.powf(-2.0 + 3.0 * f64::from(i) / 300.0);
+            let center = random.direction();
+            (std::array::from_fn(|_| center + random.direction() * size), random.direction())
+        })
+        .collect();
+    let input = |([a, b, c], n): &([DVec3; 3], DVec3)| {
+        let with = |p: &DVec3, w: f64| p.as_vec3().extend(w as f32);
+        Arguments::of(with(a, n.x), with(b, n.y), with(c, n.z))
+    };
+    let inputs: Vec<Arguments> = triangles.iter().map(input).collect();
+    let found = Gpu::new(&random_volume()).evaluate(Function::TriangleIrradiance, &inputs, &Settings::default());
+    let mut crossing = 0;
+    for ((triangle, normal), out) in triangles.iter().zip(found) {
+        let expected = emitters::triangle_irradiance(triangle, *normal);
+        let found = f64::from(out.vec4(0).x);
+        let above = triangle.iter().filter(|p| p.dot(*normal) > 0.0).count();
+        crossing += u32::from(above == 1 || above == 2);
+        // f32, whose rounding grows with the size; 10⁻⁶ is the smallest that matters beside a hemisphere's π.
+        let tolerance = 2e-3 * expected.abs() + 1e-5;
+        assert!((found - expected).abs() < tolerance, "{triangle:?}, {normal}: {found} is not {expected}");
+    }
+    assert!(crossing > 50, "{crossing} triangles cross the horizon");
+}
+
+#[test]
+fn neighbours_in_a_square_share_all_directions() {
+    for interleave in [2, 4] {
+        let settings = Settings { interleave, ..Settings::default() };
+        let side = interleave as i32;
+        // Any square of pixels, and of voxels in each of the three planes.
+        let planes = [[IVec3::X, IVec3::Y], [IVec3::Y, IVec3::Z], [IVec3::Z, IVec3::X]];
+        for ([u, v], corner) in planes.into_iter().zip([IVec3::new(3, 5, 0), IVec3::new(7, 1, 2), IVec3::new(0, 9, 6)]) {
+            let at = |i: i32| (corner + u * (i % side) + v * (i / side)).as_vec3().extend(0.0);
+            let inputs: Vec<Arguments> =
+                (0..side * side).map(|i| Arguments::of(at(i), Vec4::ZERO, Vec4::ZERO)).collect();
+            let found = Gpu::new(&random_volume()).evaluate(Function::InterleavedShift, &inputs, &settings);
+            let mut seen: Vec<Vec2> = found.iter().map(|out| out.vec4(0).truncate().truncate()).collect();
+            seen.sort_by(|a, b| a.x.total_cmp(&b.x));
+            let expected = interleaved_shifts(interleave);
+            for (a, b) in seen.iter().zip(&expected) {
+                // One rounding of f32.
+                assert!((*a - *b).abs().max_element() < 1e-6, "{interleave}: {seen:?} is not {expected:?}");
+            }
         }
     }
 }

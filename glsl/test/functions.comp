@@ -22,7 +22,12 @@
 #include "common/cone.glsl"
 #include "common/emitters.glsl"
 #include "common/ray.glsl"
-#include "common/gather_ray.glsl"
+
+// Rays through lists are tested in whole frames.
+vec4 trace_gather_ray(vec3 position, vec3 facet, vec3 d, float aperture) {
+    return vec4(0.0);
+}
+
 #include "common/lighting.glsl"
 
 layout(local_size_x = 64) in;
@@ -80,6 +85,10 @@ Arguments evaluate(Arguments x) {
             frame.shadow_end);
     } else if (FUNCTION == 10u) {
         y.a = gather_diffuse(x.a.xyz, x.b.xyz, x.b.xyz, uvec3(0u));
+    } else if (FUNCTION == 11u) {
+        y.a.x = triangle_irradiance(x.a.xyz, x.b.xyz, x.c.xyz, normalize(vec3(x.a.w, x.b.w, x.c.w)));
+    } else if (FUNCTION == 12u) {
+        y.a.xy = interleaved_shift(uvec3(x.a.xyz));
     }
     return y;
 }

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::scene::{Bounds, LightKind, Scene};
-use crate::settings::Settings;
+use crate::settings::{Bounces, Settings};
 use crate::{Error, Result};
 
 /// A cube of `edge`³ voxels in the world. Everything on the GPU is counted in its voxels, from its least corner.
@@ -55,10 +55,11 @@ impl Volume {
 }
 
 /// The power of two that stored radiance is multiplied with, so that RGBA16F holds it: the brightest thing that the scene's
-/// lights are sure to make comes to lie between 2¹⁴ and 2¹⁵; 29 bits below that are kept.
+/// lights are sure to make comes to lie between 2¹⁴ and 2¹⁵; 29 bits below that are kept. With all bounces, which may add
+/// up, 2⁸ and 2⁹: what is 128 times brighter than that saturates.
 ///
 /// A point light's brightest patch is taken to be one voxel away; nearer ones saturate.
-pub fn radiance_scale(scene: &Scene, voxel_m: f64) -> f32 {
+pub fn radiance_scale(scene: &Scene, voxel_m: f64, bounces: Bounces) -> f32 {
     let largest = |v: Vec3| f64::from(v.max_element());
     let mut peak = largest(scene.sky);
     for material in &scene.materials {
@@ -77,5 +78,6 @@ pub fn radiance_scale(scene: &Scene, voxel_m: f64) -> f32 {
         return 1.0;
     }
     // f32 holds 2^±126; scenes beyond that are not light.
-    (14.0 - peak.log2().floor()).clamp(-100.0, 100.0).exp2() as f32
+    let highest = if bounces == Bounces::All { 8.0 } else { 14.0 };
+    (highest - peak.log2().floor()).clamp(-100.0, 100.0).exp2() as f32
 }

@@ -1,6 +1,6 @@
 //! Twins of the GLSL functions that choose where cones go and how wide they are.
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
 use crate::settings::{ConeSet, Form, RoughnessFit};
@@ -62,6 +62,16 @@ fn sunflower(count: u32) -> Vec<(Vec3, f32, f32)> {
         (d, spread / (count as f32).sqrt(), 1.0)
     };
     (0..count).map(cone).collect()
+}
+
+/// Where, within its share of a cosine-distributed set, each of `side`² neighbours looks: Hammersley's points, by their
+/// first coordinate. The first moves a direction off the axis, the second turns it (in turns).
+pub fn interleaved_shifts(side: u32) -> Vec<Vec2> {
+    let count = side * side;
+    let point = |k: u32| {
+        Vec2::new((k as f32 + 0.5) / count as f32, (f64::from(k.reverse_bits()) / f64::from(u32::MAX)) as f32)
+    };
+    (0..count).map(point).collect()
 }
 
 /// The 16 set's directions: the half of a dodecahedron-like set with z > 0.

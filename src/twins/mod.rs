@@ -9,6 +9,7 @@
 pub mod closed_forms;
 pub mod cone;
 pub mod directions;
+pub mod emitters;
 pub mod mips;
 pub mod record;
 pub mod shade;

@@ -1,0 +1,205 @@
+//! How light is gathered, against truths: sampled lamps, rays, directions shared among neighbours, all bounces.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+
+use std::path::Path;
+
+use glam::{DAffine3, DVec3, Vec3};
+use twobounce::gi::Method;
+use twobounce::layers::{Aov, Layers};
+use twobounce::measure::metrics::{Metrics, metrics};
+use twobounce::renderer::{MOST_SETTLING, RenderOptions, Renderer, Submit};
+use twobounce::scene::{
+    Image, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
+};
+use twobounce::settings::{Bounces, ConeSet, Emitters, Gather, GatherResolution, Settings, Shade};
+use twobounce::twins::closed_forms;
+
+/// Rays, few per place, shared among neighbours.
+fn rays() -> Settings {
+    Settings {
+        voxels: 32,
+        gather: Gather::Rays,
+        cones: ConeSet::G16,
+        shade: Shade { gather: None, cones: Some(ConeSet::G8) },
+        interleave: 4,
+        emitters: Emitters::Sampled,
+        ..Settings::fast()
+    }
+}
+
+fn truth(scene: &str, image: &str) -> (Scene, Layers) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/truth").join(scene);
+    let scene = Scene::load(&folder.join(format!("{scene}.glb")), &LoadOptions::default()).expect("the scene loads");
+    (scene, Layers::read_exr(&folder.join(format!("{image}.exr"))).expect("the image is there").0)
+}
+
+/// The image's layer less what the truth of direct light has, against `full` less the same.
+fn indirect(scene: &Scene, settings: &Settings, direct: &Layers, full: &Layers) -> Metrics {
+    let view = scene.view(&scene.pose(None, 0.0), 0);
+    let context = gpu::context();
+    let image = gpu::render_layers(&context, scene, settings, full.width, view, vec![Aov::Direct]).read();
+    let less = |a: &[[f32; 3]], b: &[[f32; 3]]| -> Vec<[f32; 3]> {
+        a.iter().zip(b).map(|(a, b)| (Vec3::from(*a) - Vec3::from(*b)).into()).collect()
+    };
+    let found = less(image.beauty(), image.get(Aov::Direct).expect("asked for"));
+    metrics(&found, &less(full.beauty(), direct.beauty()), "indirect light").expect("images of one size")
+}
+
+#[test]
+fn sampled_lamps_give_the_path_traced_direct_light() {
+    let (scene, direct) = truth("cornell-area", "direct");
+    let view = scene.view(&scene.pose(None, 0.0), 0);
+    for (resolution, interleave, most) in [(GatherResolution::Full, 1, 0.02), (GatherResolution::Full, 4, 0.06)] {
+        let settings = Settings { emitter_samples: 64, gather_resolution: resolution, interleave, ..rays() };
+        let layers = vec![Aov::Direct];
+        let image = gpu::render_layers(&gpu::context(), &scene, &settings, direct.width, view, layers).read();
+        // Without the lamp itself, a hundred times brighter than the room: four samples cannot tell how much of a pixel
+        // it fills.
+        let pairs = image.get(Aov::Direct).expect("asked for").iter().zip(direct.beauty());
+        let lit = pairs.filter(|(a, b)| a[0].max(b[0]) < 2.0).map(|(a, b)| (*a, *b));
+        let (found, truth): (Vec<_>, Vec<_>) = lit.unzip();
+        assert!(truth.len() > direct.beauty().len() * 9 / 10);
+        let found = metrics(&found, &truth, "direct").expect("one size");
+        // Alone: noise of 64 points in penumbrae, lamp and edges once per pixel. Shared: shadows' edges are as wide as
+        // five of the 64 pixels.
+        let right = (found.energy - 1.0).abs() < 0.01 && found.rel < most;
+        assert!(right, "interleave {interleave}: energy {}, rel {}", found.energy, found.rel);
+    }
+}
+
+#[test]
+fn rays_give_the_path_traced_indirect_light() {
+    for (name, most) in [("cornell-point", 0.09), ("cornell-area", 0.09)] {
+        let (scene, direct) = truth(name, "direct");
+        let (_, two) = truth(name, if name == "cornell-area" { "depth3" } else { "depth4" });
+        // depth3 and depth4 are one and two indirect bounces.
+        let bounces = if name == "cornell-area" { Bounces::One } else { Bounces::Two };
+        let found = indirect(&scene, &Settings { bounces, ..rays() }, &direct, &two);
+        // 256 directions among 16 neighbours, voxels of 1/27 of the room, and an image so small that neighbours lie a
+        // voxel apart.
+        assert!((found.energy - 1.0).abs() < 0.06 && found.rel < most, "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn half_the_gathers_change_little() {
+    let (scene, direct) = truth("cornell-point", "direct");
+    let (_, two) = truth("cornell-point", "depth4");
+    let half = Settings { gather_resolution: GatherResolution::Half, ..rays() };
+    let found = indirect(&scene, &half, &direct, &two);
+    // At 64 pixels a gathered one is two voxels wide.
+    assert!((found.energy - 1.0).abs() < 0.06 && found.rel < 0.15, "{found:?}");
+}
+
+/// A floor under a lamp two metres above it; the lamp a square cut into `cells`² squares, with a texture of which the left
+/// half shines, or without.
+fn floor_and_lamp(cells: u32, textured: bool) -> Scene {
+    let mut scene = Scene::empty("floor and lamp");
+    let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
+    let floor = Mesh::quad("floor", grey, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    scene.add_mesh(floor, DAffine3::IDENTITY);
+    let mut lamp = Material { emissive: Vec3::splat(3.0), ..Material::lambert("lamp", Vec3::ZERO) };
+    if textured {
+        let rgba = vec![255, 255, 255, 255, 0, 0, 0, 255];
+        scene.images.push(Image { name: "half".into(), width: 2, height: 1, rgba });
+        let wrap = [Wrap::Clamp; 2];
+        scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::None });
+        lamp.emissive_texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Default::default() });
+    }
+    let lamp = scene.add_material(lamp);
+    let side = 1.0 / cells as f32;
+    for i in 0..cells * cells {
+        let corner = Vec3::new(-0.5 + (i % cells) as f32 * side, 2.0, -0.5 + (i / cells) as f32 * side);
+        scene.add_mesh(Mesh::quad("lamp", lamp, corner, Vec3::X * side, Vec3::Z * side), DAffine3::IDENTITY);
+    }
+    scene
+}
+
+/// Mean direct light of the floor about `x`, and what the form factor of the lamp between x = −0.5 and `end` makes of it.
+fn lit(scene: &Scene, x: f64, end: f64) -> (f64, f64) {
+    let projection = Projection::Orthographic { half_height: 0.05, near: 0.01, far: 10.0 };
+    let down = View { eye: DVec3::new(x, 1.0, 0.0), forward: DVec3::NEG_Y, up: DVec3::Z, projection };
+    let image = gpu::render_layers(&gpu::context(), scene, &rays(), 16, down, vec![Aov::Direct]).read();
+    let direct = image.get(Aov::Direct).expect("asked for");
+    let mean = direct.iter().map(|p| f64::from(p[0])).sum::<f64>() / direct.len() as f64;
+    let lamp = [(-0.5, -0.5), (end, -0.5), (end, 0.5), (-0.5, 0.5)].map(|(x, z)| DVec3::new(x, 2.0, z));
+    let open = closed_forms::ambient_occlusion(DVec3::X * x, DVec3::Y, &lamp);
+    (mean, 3.0 * 0.5 * (1.0 - open))
+}
+
+#[test]
+fn a_lamp_lights_by_its_form_factor_whole_cut_and_textured() {
+    for x in [0.0, 1.5] {
+        let (one, expected) = lit(&floor_and_lamp(1, false), x, 0.5);
+        // Nothing is in shadow: nothing is noisy. The image's mean over 0.1 m is not its middle.
+        assert!((one / expected - 1.0).abs() < 0.005, "one lamp, {x}: {one} is not {expected}");
+        // 512 triangles and 16 points: the mean of 256 pixels, each of 64 candidates.
+        let (many, expected) = lit(&floor_and_lamp(16, false), x, 0.5);
+        assert!((many / expected - 1.0).abs() < 0.02, "many lamps, {x}: {many} is not {expected}");
+        // Pieces are cut along the triangle, the texture's edge along the square's middle.
+        let (half, expected) = lit(&floor_and_lamp(1, true), x, 0.0);
+        assert!((half / expected - 1.0).abs() < 0.03, "textured, {x}: {half} is not {expected}");
+    }
+}
+
+fn furnace(albedo: f32, settings: &Settings) -> (f64, f64, u32) {
+    let scene = analytic::furnace(albedo, 1.0, false);
+    let pose = scene.pose(None, 0.0);
+    let view = scene.view(&pose, 0);
+    let mut renderer = renderer(&scene, settings);
+    let settling = renderer.render(&pose, &view).expect("a frame").settling;
+    let image = renderer.read();
+    let values = image.beauty().iter().flatten().map(|v| f64::from(*v));
+    let (sum, most) = values.fold((0.0, 0.0_f64), |(sum, most), v| (sum + v, most.max(v)));
+    (sum / (3 * image.beauty().len()) as f64, most, settling)
+}
+
+fn renderer(scene: &Scene, settings: &Settings) -> Renderer {
+    let options = RenderOptions {
+        size: (32, 32),
+        method: Method::Cones,
+        aovs: vec![],
+        submit: Submit::Frame,
+        memory_limit: None,
+        bounds: scene.bounds(None),
+    };
+    Renderer::new(&gpu::context(), scene.clone(), &scene.pose(None, 0.0), settings.clone(), options).expect("it fits")
+}
+
+#[test]
+fn all_bounces_fill_a_furnace_and_stay_bounded() {
+    let all = |settings: Settings| Settings { voxels: 32, bounces: Bounces::All, emitters: Emitters::Cones, ..settings };
+    for settings in [all(rays()), all(Settings::fast())] {
+        let (mean, most, settling) = furnace(0.8, &settings);
+        // What two bounces lose in corners (see passes_light.rs), bounce after bounce; f16.
+        let right = (0.85..=1.02).contains(&(mean / 5.0)) && most <= 1.03 * 5.0;
+        assert!(right && settling < MOST_SETTLING, "{mean} and {most} of 5 after {settling}");
+        for albedo in [0.99, 1.0] {
+            // At most one emission per bounce: two per frame, and the image's own.
+            let (_, most, _) = furnace(albedo, &Settings { voxels: 16, ..settings.clone() });
+            let bound = f64::from(2 * (MOST_SETTLING + 2) + 1);
+            assert!(most.is_finite() && most <= 1.05 * bound, "{albedo}: {most}, {bound} at most");
+        }
+    }
+}
+
+#[test]
+fn a_light_that_goes_leaves_no_long_trail() {
+    let (scene, _) = truth("cornell-point", "direct");
+    let pose = scene.pose(None, 0.0);
+    let view = scene.view(&pose, 0);
+    let mut renderer = renderer(&scene, &Settings { bounces: Bounces::All, ..rays() });
+    let mut mean = |pose: &_| {
+        renderer.render(pose, &view).expect("a frame");
+        renderer.read().beauty().iter().flatten().map(|v| f64::from(*v)).sum::<f64>()
+    };
+    let lit = mean(&pose);
+    let mut gone = pose.clone();
+    gone.lights[0].position.y += 1e4; // far above the closed ceiling
+    let trail: Vec<f64> = (0..8).map(|_| mean(&gone) / lit).collect();
+    // Each frame keeps what two bounces off walls of 0.73 do: less than half.
+    assert!(trail.windows(2).all(|w| w[1] < 0.5 * w[0] + 1e-6), "{trail:?}");
+    assert!(trail[7] < 0.01, "{trail:?}");
+}

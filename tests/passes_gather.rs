@@ -25,7 +25,7 @@ fn rays() -> Settings {
         shade: Shade { gather: None, cones: Some(ConeSet::G8) },
         interleave: 4,
         emitters: Emitters::Sampled,
-        ..Settings::fast()
+        ..Settings::balanced()
     }
 }
 
@@ -171,7 +171,7 @@ fn renderer(scene: &Scene, settings: &Settings) -> Renderer {
 #[test]
 fn all_bounces_fill_a_furnace_and_stay_bounded() {
     let all = |settings: Settings| Settings { voxels: 32, bounces: Bounces::All, emitters: Emitters::Cones, ..settings };
-    for settings in [all(rays()), all(Settings::fast())] {
+    for settings in [all(rays()), all(Settings::saturating(ConeSet::G8, 1.5))] {
         let (mean, most, settling) = furnace(0.8, &settings);
         // What two bounces lose in corners (see passes_light.rs), bounce after bounce; f16.
         let right = (0.85..=1.02).contains(&(mean / 5.0)) && most <= 1.03 * 5.0;

@@ -46,6 +46,7 @@ const uint FEATURE_JITTER = 16u;
 const uint FEATURE_MASK = 32u; // something may be discarded
 const uint FEATURE_FIRST_BOUNCE_SHADOWS = 64u;
 const uint FEATURE_BLEND = 128u;
+const uint FEATURE_DIRECT_PER_PIXEL = 65536u; // bits 8 to 15: see slot_in_use
 
 bool printed(uint row) {
     return (PRINTED & (1u << row)) != 0u;

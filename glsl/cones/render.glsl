@@ -54,13 +54,14 @@ layout(location = 5) out vec4 out_depth;
 layout(location = 6) out vec4 out_albedo;
 #endif
 
-// Light that arrives without a bounce, averaged over the covered samples.
+// Light that arrives without a bounce, averaged over the covered samples or from the surface's point.
 vec3 direct_light(Surface s, vec3 a, uint covered) {
     vec3 sum = vec3(0.0);
+    covered = feature(FEATURE_DIRECT_PER_PIXEL) ? 1u : covered;
     uint count = uint(bitCount(covered));
     for (uint left = covered; left != 0u; left &= left - 1u) {
         uint i = uint(findLSB(left));
-        vec3 position = sample_position(i, a, s.facet);
+        vec3 position = feature(FEATURE_DIRECT_PER_PIXEL) ? s.position : sample_position(i, a, s.facet);
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - position);
         for (uint k = 0u; k < frame.light_count; k++) {
             LightSample to = sample_light(lights[k], position, frame.voxel_m);

@@ -1,6 +1,6 @@
 //! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
 
-use super::{Blend, Bounces, ConeSet, Emitters, Fill, Form, Gather, GatherResolution, Lists, RoughnessFit, Shadows, Weights};
+use super::{Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, RoughnessFit, Shadows, Weights};
 
 /// What `twobounce settings` says about one setting.
 #[derive(Clone, Copy, Debug)]
@@ -268,8 +268,15 @@ pub const KEYS: &[Key] = &[
         "image.samples",
         "samples per pixel",
         Range::OneOf(&[1, 4]),
-        "edges and direct light are anti-aliased, cones are traced once per pixel and surface",
+        "edges are anti-aliased, cones are traced once per pixel and surface",
         "4: colour and depth ×4 in memory, direct light up to ×4",
+    ),
+    key(
+        "image.direct",
+        "choice",
+        names!(DirectLight),
+        "where direct light and its shadows are looked for: at every sample, or once per pixel and surface",
+        "samples: up to image.samples shadow rays or cones per pixel and light",
     ),
     row("ledger.d1", "D1: which volumes the −x −y −z mips read"),
     row("ledger.d2", "D2: the −y mip's fourth column"),

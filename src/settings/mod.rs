@@ -46,6 +46,15 @@ choices! {
     }
 }
 choices! {
+    /// How often the light of point, spot and directional lights is looked for.
+    DirectLight {
+        /// At every sample: shadows' edges are anti-aliased.
+        Samples = "samples",
+        /// Once per pixel and surface.
+        Pixels = "pixels",
+    }
+}
+choices! {
     /// At how many pixels diffuse light is gathered.
     GatherResolution { Full = "full", Half = "half", Quarter = "quarter" }
 }
@@ -216,8 +225,9 @@ pub struct Shadow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImageSettings {
-    /// Samples per pixel: 1 or 4. Edges and direct light are anti-aliased, cones are traced once per pixel.
+    /// Samples per pixel: 1 or 4. Edges are anti-aliased, cones are traced once per pixel.
     pub samples: u32,
+    pub direct: DirectLight,
 }
 
 /// The rows of `docs/ledger.md` that change an image and are neither a choice nor a number above.
@@ -357,7 +367,7 @@ impl Default for Shadow {
 
 impl Default for ImageSettings {
     fn default() -> Self {
-        Self { samples: 4 }
+        Self { samples: 4, direct: DirectLight::Samples }
     }
 }
 
@@ -427,9 +437,9 @@ pub struct Preset {
 
 /// Every preset. The first is what the command line takes where none is named.
 pub const PRESETS: &[Preset] = &[
-    Preset { name: "fast", meaning: "saturating cones, 8 a pixel", settings: Settings::fast },
-    Preset { name: "balanced", meaning: "saturating cones, 16 a pixel", settings: Settings::balanced },
-    Preset { name: "accurate", meaning: "saturating cones, 64 a pixel", settings: Settings::accurate },
+    Preset { name: "fast", meaning: "8 shared rays for every 16 pixels, lamps sampled", settings: Settings::fast },
+    Preset { name: "balanced", meaning: "8 shared rays for every 4 pixels, lamps sampled", settings: Settings::balanced },
+    Preset { name: "accurate", meaning: "32 shared rays a pixel, lamps sampled", settings: Settings::accurate },
     Preset { name: "corrected", meaning: "the talk, every row of the ledger right", settings: Settings::default },
     Preset {
         name: "printed",
@@ -440,7 +450,7 @@ pub const PRESETS: &[Preset] = &[
 
 impl Settings {
     /// Fill, weights and compositing changed together, so that a wall's alpha adds up to 1 from every angle.
-    fn saturating(cones: ConeSet, step: f32) -> Self {
+    pub fn saturating(cones: ConeSet, step: f32) -> Self {
         Self {
             cones,
             step,
@@ -453,19 +463,35 @@ impl Settings {
         }
     }
 
-    /// Eight saturating cones.
+    /// Exact rays that read saturating volumes, few per place and shared among neighbours; lamps sampled.
+    fn rays(cones: ConeSet, of_voxels: ConeSet) -> Self {
+        Self {
+            gather: Gather::Rays,
+            shade: Shade { gather: None, cones: Some(of_voxels) },
+            interleave: 4,
+            emitters: Emitters::Sampled,
+            ..Self::saturating(cones, 1.5)
+        }
+    }
+
+    /// Eight rays at every fourth pixel along each side.
     pub fn fast() -> Self {
-        Self::saturating(ConeSet::G8, 1.5)
+        Self {
+            gather_resolution: GatherResolution::Quarter,
+            emitter_samples: 8,
+            image: ImageSettings { direct: DirectLight::Pixels, ..ImageSettings::default() },
+            ..Self::rays(ConeSet::G8, ConeSet::G4)
+        }
     }
 
-    /// Sixteen saturating cones.
+    /// Eight rays at every second pixel along each side.
     pub fn balanced() -> Self {
-        Self::saturating(ConeSet::G16, 1.0)
+        Self { gather_resolution: GatherResolution::Half, ..Self::rays(ConeSet::G8, ConeSet::G8) }
     }
 
-    /// Sixty-four saturating cones.
+    /// Thirty-two rays at every pixel.
     pub fn accurate() -> Self {
-        Self::saturating(ConeSet::G64, 1.0)
+        Self { emitter_samples: 32, ..Self::rays(ConeSet::G32, ConeSet::G16) }
     }
 
     /// The talk as printed, where it can run.

@@ -1,7 +1,7 @@
 //! Specialisation constants of the cones' shaders: `glsl/common/constants.glsl` is their twin.
 
 use crate::scene::{Alpha, Scene};
-use crate::settings::{Blend, ConeSet, Emitters, Fill, Form, Gather, Ledger, RoughnessFit, Settings, Shadows, Weights};
+use crate::settings::{Blend, ConeSet, DirectLight, Emitters, Fill, Form, Gather, Ledger, RoughnessFit, Settings, Shadows, Weights};
 
 const EDGE: u32 = 0;
 const CONE_SET: u32 = 1;
@@ -34,6 +34,8 @@ impl Features {
     pub const MASK: Self = Self(32);
     pub const FIRST_BOUNCE_SHADOWS: Self = Self(64);
     pub const BLEND: Self = Self(128);
+
+    pub const DIRECT_PER_PIXEL: Self = Self(1 << 16);
 
     /// Some material has a texture in slot `slot` of `layout::Material::slots`.
     fn texture_slot(slot: usize) -> Self {
@@ -70,6 +72,7 @@ impl Features {
             ask(Self::SPECULAR, !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0)));
         }
         ask(Self::JITTER, settings.jitter);
+        ask(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels);
         ask(Self::FIRST_BOUNCE_SHADOWS, settings.first_bounce_shadows);
         Self(bits)
     }

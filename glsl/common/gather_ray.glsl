@@ -1,7 +1,8 @@
 // A ray that finds its triangle exactly and takes the light that the voxels hold there. Needs: ray.glsl, cone.glsl.
 
-// Stored radiance of the side of a surface that a traveller along unit d meets at `at`, from a footprint of `diameter`
-// voxels. Divided by alpha: neither a wall's thickness nor the grid can lose energy.
+// Stored radiance of a surface at `at`, from a footprint of `diameter` voxels; d: unit, against the normal of the side that
+// is met. Of its own faces alone: by the ray's direction, a bright top would show its dark sides to who looks along it.
+// Divided by alpha: neither a wall's thickness nor the grid can lose energy.
 vec3 volume_radiance(vec3 at, vec3 d, float diameter) {
     vec3 uvw = at / float(EDGE);
     float level = max(0.0, log2(diameter));
@@ -28,10 +29,10 @@ vec4 trace_gather_ray(vec3 position, vec3 facet, vec3 d, float aperture) {
             break;
         }
         Triangle t = triangles[hit.triangle - 1u];
-        vec3 m = triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position);
+        vec3 m = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
         bool dark = dot(m, d) > 0.0 && (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) == 0u;
         vec3 radiance = dark ? vec3(0.0)
-                             : volume_radiance(origin + d * hit.distance, d, 2.0 * aperture * hit.distance);
+                             : volume_radiance(origin + d * hit.distance, dot(m, d) > 0.0 ? m : -m, 2.0 * aperture * hit.distance);
         vec3 passed = feature(FEATURE_ALPHA) && t.translucent != 0u ? triangle_transmittance(t, hit.uv) : vec3(0.0);
         sum += through * (1.0 - passed) * radiance;
         through *= passed;

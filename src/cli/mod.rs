@@ -3,6 +3,8 @@
 //! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
 
 pub mod args;
+mod bench;
+mod chart;
 mod compare;
 mod info;
 pub mod interrupt;
@@ -67,6 +69,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Render(args) => render::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Chart(args) => chart::run(args),
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
     }

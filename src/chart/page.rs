@@ -69,6 +69,7 @@ pub fn html(chart: &Chart, subjects: &[Subject], stored: &[Stored]) -> Result<St
         .replace("{{style}}", include_str!("page/style.css"))
         .replace("{{about}}", &escape(&about))
         .replace("{{missing}}", &escape(&missing))
+        .replace("{{plot}}", include_str!("page/plot.js"))
         .replace("{{program}}", include_str!("page/page.js"));
     // Last, so that no text in it is taken for a place to fill in.
     Ok(page.replace("{{data}}", &data))

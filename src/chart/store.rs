@@ -17,7 +17,8 @@ use crate::{Error, Result};
 
 /// Says what a folder is.
 const MARK: &str = "chart.txt";
-const MARK_TEXT: &str = "Made by `twobounce chart`, which writes everything here anew and goes on with the rows in rows/.\n";
+const MARK_TEXT: &str =
+    "Made by `twobounce chart`, which writes everything here anew and goes on with the rows in rows/.\n";
 const ROWS: &str = "rows";
 
 /// A chart's folder. Nothing is written into it before the first row, and if it was made for nothing it goes away again.
@@ -42,11 +43,7 @@ pub struct Uris {
 
 impl Stored {
     pub fn new(row: Row, pictures: Option<&Pictures>) -> Self {
-        let uris = |p: &Pictures| Uris {
-            image: data_uri(&p.image),
-            full: data_uri(&p.full),
-            same: data_uri(&p.same),
-        };
+        let uris = |p: &Pictures| Uris { image: data_uri(&p.image), full: data_uri(&p.full), same: data_uri(&p.same) };
         Self { version: VERSION, row, pictures: pictures.map(uris) }
     }
 }

@@ -106,8 +106,12 @@ fn color(preset: usize) -> &'static str {
 fn draw(svg: &mut String, panel: &Panel, presets: &[&str]) {
     let value = |row: &&Row| Some((row.gpu_ms()?, row.error(panel.truth, panel.part, panel.metric)?));
     // A logarithm has no zero; an error of none is drawn as one that no reference can show.
-    let points: Vec<(&Row, (f64, f64))> =
-        panel.rows.iter().filter_map(|row| Some((*row, value(row)?))).map(|(r, (x, y))| (r, (x, y.max(1e-6)))).collect();
+    let points: Vec<(&Row, (f64, f64))> = panel
+        .rows
+        .iter()
+        .filter_map(|row| Some((*row, value(row)?)))
+        .map(|(r, (x, y))| (r, (x, y.max(1e-6))))
+        .collect();
     let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
     let _ = writeln!(svg, "<text class=\"title\" x=\"{LEFT}\" y=\"{}\">{}</text>", TOP - 12.0, escape(&panel.title));
     if points.is_empty() {

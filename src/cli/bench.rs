@@ -118,8 +118,7 @@ impl Bench<'_> {
     pub fn rows(&self, subjects: &[Subject], context: Arc<Context>) -> Result<(Vec<Stored>, End)> {
         let keys = Keys::new(&context, self.device.validation, self.noise)?;
         let pairs = self.trials.iter().flat_map(|trial| subjects.iter().map(move |subject| (subject, trial)));
-        let mut jobs: Vec<Job> =
-            pairs.map(|(subject, trial)| Job::new(self.store, &keys, subject, trial)).collect();
+        let mut jobs: Vec<Job> = pairs.map(|(subject, trial)| Job::new(self.store, &keys, subject, trial)).collect();
         let end = self.make(&mut jobs, context)?;
         let mut rows: Vec<Stored> = jobs.into_iter().filter_map(|job| job.stored).collect();
         rows.sort_by_key(|stored| subjects.iter().position(|s| s.name == stored.row.scene));

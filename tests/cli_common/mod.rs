@@ -1,4 +1,5 @@
-//! A scene to render and what became of a folder, for tests of the command line.
+//! A scene to render and what became of a folder, for tests of the command line. Every test file uses a part of this.
+#![allow(dead_code)]
 
 use std::fs;
 use std::path::Path;

@@ -1,11 +1,16 @@
-//! Rows as files for other programs: `rows.json` and `rows.csv`.
+//! A chart as files: the page and the SVG for people, `rows.json` and `rows.csv` for other programs.
 
 use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::VERSION;
-use super::row::{Errors, Measured, Row};
+use super::measure::Subject;
+use super::row::{Errors, Measured, Metric, Part, Row, Truth};
+use super::store::{Store, Stored};
+use super::svg::{self, Panel};
+use super::{VERSION, page};
+use crate::output::file;
+use crate::{Error, Result};
 
 /// The file `rows.json`; `docs/json.md` lists the keys.
 #[derive(Serialize)]
@@ -36,13 +41,45 @@ pub struct SceneLine {
     pub camera: String,
 }
 
-impl Chart {
-    /// The version of the rows and of the program.
-    pub const VERSIONS: (u32, &'static str) = (VERSION, env!("CARGO_PKG_VERSION"));
+impl Default for Chart {
+    /// Of nothing, by this program.
+    fn default() -> Self {
+        Self {
+            version: VERSION,
+            program: env!("CARGO_PKG_VERSION"),
+            device: String::new(),
+            driver: String::new(),
+            width: 0,
+            height: 0,
+            reference_noise: 0.0,
+            scenes: Vec::new(),
+            planned: 0,
+            rows: Vec::new(),
+        }
+    }
+}
 
-    /// The bytes of `rows.json`.
-    pub fn json(&self) -> serde_json::Result<String> {
-        Ok(serde_json::to_string_pretty(self)? + "\n")
+impl Chart {
+    /// Writes all four files. `stored`: the chart's rows with their pictures, in the chart's order.
+    pub fn write(&self, store: &Store, subjects: &[Subject], stored: &[Stored]) -> Result<()> {
+        let json_path = store.path("rows.json");
+        let json = serde_json::to_string_pretty(self).map_err(|e| Error::file(&json_path, e.to_string()))?;
+        file::write(&json_path, (json + "\n").as_bytes())?;
+        file::write(&store.path("rows.csv"), self.csv().as_bytes())?;
+        let panels: Vec<Panel> = self.scenes.iter().flat_map(|scene| self.panels(&scene.name)).collect();
+        file::write(&store.path("chart.svg"), svg::chart(&panels, 2).as_bytes())?;
+        file::write(&store.path("index.html"), page::html(self, subjects, stored)?.as_bytes())
+    }
+
+    /// Two panels of a scene: `rel` of the indirect light, against all of it and against that of as many bounces.
+    pub fn panels(&self, scene: &str) -> [Panel<'_>; 2] {
+        [(Truth::Full, "all light"), (Truth::Same, "as many bounces")].map(|(truth, words)| Panel {
+            title: format!("{scene}, against {words}"),
+            rows: self.rows.iter().filter(|row| row.scene == scene).collect(),
+            truth,
+            part: Part::Indirect,
+            metric: Metric::Rel,
+        })
     }
 
     /// `rows.csv` (RFC 4180, lines end in a newline): a header with units, then a line per row. A number that was not

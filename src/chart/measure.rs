@@ -9,6 +9,7 @@
 
 use std::sync::Arc;
 
+use super::export::SceneLine;
 use super::picture;
 use super::row::{Errors, Measured, Pass};
 use crate::gi::Method;
@@ -88,6 +89,16 @@ impl Subject {
     fn truth(&self, depth: Depth) -> &Truth {
         let found = self.truths.iter().find(|truth| truth.depth == depth);
         found.unwrap_or_else(|| panic!("no reference of depth {depth:?} was made for {}", self.name))
+    }
+
+    /// The scene in a line of `rows.json`.
+    pub fn line(&self) -> SceneLine {
+        SceneLine {
+            name: self.name.clone(),
+            hash: self.scene.hash.clone(),
+            triangles: self.scene.triangle_count(),
+            camera: self.camera.clone(),
+        }
     }
 
     /// A picture of this scene's radiance. All have one exposure, that of the full light.

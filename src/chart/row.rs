@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::plan::Trial;
 use crate::measure::metrics::Metrics;
 use crate::measure::timing::Spread;
 use crate::settings::Settings;
@@ -100,6 +101,14 @@ pub enum Metric {
 }
 
 impl Row {
+    /// A setting on a scene without a result yet.
+    pub fn new(key: String, scene: &str, trial: &Trial) -> Self {
+        let Trial { preset, swept, settings } = trial.clone();
+        let changes = trial.changes().into_iter().map(|(key, value)| format!("{}={value}", key.name)).collect();
+        let (scene, name) = (scene.to_owned(), trial.name());
+        Self { key, scene, name, preset, swept, changes, settings, measured: None, failure: None }
+    }
+
     /// The setting's error, where it was measured.
     pub fn error(&self, truth: Truth, part: Part, metric: Metric) -> Option<f64> {
         let measured = self.measured.as_ref()?;

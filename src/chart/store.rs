@@ -24,12 +24,19 @@ const ROWS: &str = "rows";
 /// A chart's folder. Nothing is written into it before the first row, and if it was made for nothing it goes away again.
 pub struct Store {
     folder: PathBuf,
+    /// Whether there was no such folder before.
+    made: bool,
+    /// Hash of the program's own bytes.
+    program: String,
+    any_build: bool,
 }
 
 /// A row and its pictures as URIs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stored {
     version: u32,
+    /// The build that measured it: another may measure something else.
+    program: String,
     pub row: Row,
     pub pictures: Option<Uris>,
 }
@@ -41,28 +48,24 @@ pub struct Uris {
     pub same: String,
 }
 
-impl Stored {
-    pub fn new(row: Row, pictures: Option<&Pictures>) -> Self {
-        let uris = |p: &Pictures| Uris { image: data_uri(&p.image), full: data_uri(&p.full), same: data_uri(&p.same) };
-        Self { version: VERSION, row, pictures: pictures.map(uris) }
-    }
-}
-
 impl Store {
-    /// An empty folder, a new one, or one of an earlier chart.
+    /// An empty folder, a new one, or one of an earlier chart, whose rows count if this build of the program measured
+    /// them, or with `any_build`.
     ///
     /// # Errors
     /// [`Error::File`]: it holds something else, or nothing can be written there.
-    pub fn open(folder: &Path) -> Result<Self> {
+    pub fn open(folder: &Path, any_build: bool) -> Result<Self> {
         if folder.exists() && !folder.is_dir() {
             return Err(Error::file(folder, "is a file; -o takes a folder"));
         }
         let failed = |what: &str, e: std::io::Error| Error::file(folder, format!("{what}: {e}; choose another folder"));
+        let made = !folder.exists();
         fs::create_dir_all(folder).map_err(|e| failed("cannot be created", e))?;
-        let store = Self { folder: folder.to_owned() };
-        let mut entries = fs::read_dir(folder).map_err(|e| failed("cannot be read", e))?;
-        let marked = fs::read_to_string(store.path(MARK)).is_ok_and(|text| text == MARK_TEXT);
-        if !marked && entries.next().is_some() {
+        let store = Self { folder: folder.to_owned(), made, program: program()?, any_build };
+        // What a killed program left half written is nobody's.
+        let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
+        let mut entries = fs::read_dir(folder).map_err(|e| failed("cannot be read", e))?.flatten();
+        if !store.is_marked() && entries.any(|entry| !is_part(entry)) {
             return Err(Error::file(folder, "holds something else than a chart; name an empty or a new folder"));
         }
         file::check_writable(&store.path(MARK))?;
@@ -78,16 +81,26 @@ impl Store {
     pub fn load(&self, key: &str) -> Option<Stored> {
         let text = fs::read_to_string(self.row_path(key)).ok()?;
         let stored: Stored = serde_json::from_str(&text).ok()?;
-        (stored.version == VERSION && stored.row.key == key).then_some(stored)
+        let same_build = self.any_build || stored.program == self.program;
+        (stored.version == VERSION && stored.row.key == key && same_build).then_some(stored)
     }
 
     /// Keeps a row.
-    pub fn save(&self, stored: &Stored) -> Result<()> {
+    pub fn save(&self, row: Row, pictures: Option<&Pictures>) -> Result<Stored> {
+        let uris = |p: &Pictures| Uris { image: data_uri(&p.image), full: data_uri(&p.full), same: data_uri(&p.same) };
+        let stored = Stored { version: VERSION, program: self.program.clone(), row, pictures: pictures.map(uris) };
+        if !self.is_marked() {
+            file::write(&self.path(MARK), MARK_TEXT.as_bytes())?;
+        }
         let rows = self.path(ROWS);
-        file::write(&self.path(MARK), MARK_TEXT.as_bytes())?;
         fs::create_dir_all(&rows).map_err(|e| Error::file(&rows, format!("cannot be created: {e}")))?;
-        let json = serde_json::to_string(stored).map_err(|e| Error::file(&rows, e.to_string()))?;
-        file::write(&self.row_path(&stored.row.key), json.as_bytes())
+        let json = serde_json::to_string(&stored).map_err(|e| Error::file(&rows, e.to_string()))?;
+        file::write(&self.row_path(&stored.row.key), json.as_bytes())?;
+        Ok(stored)
+    }
+
+    fn is_marked(&self) -> bool {
+        fs::read_to_string(self.path(MARK)).is_ok_and(|text| text == MARK_TEXT)
     }
 
     fn row_path(&self, key: &str) -> PathBuf {
@@ -97,26 +110,31 @@ impl Store {
 
 impl Drop for Store {
     fn drop(&mut self) {
-        // Works on an empty folder only.
-        let _ = fs::remove_dir(&self.folder);
+        if self.made {
+            // Works on an empty folder only.
+            let _ = fs::remove_dir(&self.folder);
+        }
     }
 }
 
-/// Names rows after all that determines them.
+fn program() -> Result<String> {
+    let failed = |e: std::io::Error| Error::Usage(format!("the program's own file cannot be read: {e}"));
+    let bytes = std::env::current_exe().and_then(fs::read).map_err(failed)?;
+    Ok(blake3::hash(&bytes).to_string())
+}
+
+/// Names rows after all that determines them but the program itself.
 pub struct Keys {
-    /// The program's own bytes, since another build may measure something else; the device; how noisy references may be.
-    common: [String; 4],
+    /// The device, validation, how noisy references may be.
+    common: [String; 3],
     noise: f64,
 }
 
 impl Keys {
     /// `noise`: a share, not a percentage.
-    pub fn new(context: &Context, validation: bool, noise: f64) -> Result<Self> {
-        let failed = |e: std::io::Error| Error::Usage(format!("the program's own file cannot be read: {e}"));
-        let program = std::env::current_exe().and_then(fs::read).map_err(failed)?;
+    pub fn new(context: &Context, validation: bool, noise: f64) -> Self {
         let device = format!("{} / {} / {:?}", context.name, context.driver, context.api_version);
-        let common = [blake3::hash(&program).to_string(), device, validation.to_string(), noise.to_string()];
-        Ok(Self { common, noise })
+        Self { common: [device, validation.to_string(), noise.to_string()], noise }
     }
 
     /// Hash over these, the scene as it is seen, and the settings.

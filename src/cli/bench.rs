@@ -1,13 +1,13 @@
-//! Runs settings over scenes for `chart` and `study`: references first, then rows, each kept as soon as it is finished.
+//! What `chart` and `study` share: scenes are opened, references made, missing rows measured and kept, and a folder written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use twobounce::chart::export::Chart;
 use twobounce::chart::measure::{Subject, Truth, same_depth};
 use twobounce::chart::plan::Trial;
-use twobounce::chart::row::{Metric, Part, Row, Truth as Against};
+use twobounce::chart::row::Row;
 use twobounce::chart::store::{Keys, Store, Stored};
 use twobounce::layers::Aov;
 use twobounce::reference::cache::Cache;
@@ -15,67 +15,125 @@ use twobounce::reference::{Depth, Options, Stop};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, SceneArgs};
-use super::reference::Bar;
-use super::scene::Opened;
+use super::args::{DeviceArgs, SceneArgs, memory_size};
+use super::counter::Counter;
+use super::reference::{Bar, check_memory};
 use super::{interrupt, out};
 use crate::say;
 
-/// Which settings on which scenes, and how.
+/// How rows are made, whichever they are.
+#[derive(clap::Args, Debug)]
+pub struct BenchArgs {
+    /// Stop after so many minutes of measuring, references not counted; the same command goes on later
+    #[arg(long, value_name = "M", value_parser = minutes)]
+    pub budget_minutes: Option<Duration>,
+    /// Root mean square of the references' relative error; `reference --noise` makes the same ones
+    #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent)]
+    pub reference_noise: f64,
+    /// Refuse to take more device memory than this: such a setting becomes a row that says so
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub memory_limit: Option<u64>,
+    /// Keep rows that another build of the program measured; without this they are measured anew
+    #[arg(long)]
+    pub any_build: bool,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+fn minutes(text: &str) -> std::result::Result<Duration, String> {
+    let duration = text.parse().ok().and_then(|minutes: f64| Duration::try_from_secs_f64(60.0 * minutes).ok());
+    duration.filter(|d| !d.is_zero()).ok_or_else(|| "write a number of minutes above 0".into())
+}
+
+/// As a share.
+fn percent(text: &str) -> std::result::Result<f64, String> {
+    let percent = text.parse().ok().filter(|p: &f64| p.is_finite() && *p > 0.0);
+    percent.map(|p| p / 100.0).ok_or_else(|| "write a percentage above 0".into())
+}
+
+/// Which settings on which scenes, and the folder that keeps them.
 pub struct Bench<'a> {
-    pub store: &'a Store,
+    /// How the scenes are looked at.
+    pub scene: &'a SceneArgs,
+    pub paths: Vec<&'a PathBuf>,
     pub trials: &'a [Trial],
-    pub device: &'a DeviceArgs,
-    /// The references' noise, as a share.
-    pub noise: f64,
-    /// For the rows, not for the references.
-    pub budget: Option<Duration>,
+    pub folder: &'a Path,
+    pub args: &'a BenchArgs,
 }
 
 /// Why no further rows were made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+enum End {
     Done,
     OutOfTime,
     Interrupted,
 }
 
-/// Opens scenes, each looked at as `args` say, without references yet.
-pub fn open(args: &SceneArgs, more: &[PathBuf], memory_limit: Option<u64>) -> Result<Vec<Subject>> {
-    let mut subjects: Vec<Subject> = Vec::new();
-    for (i, path) in std::iter::once(&args.path).chain(more).enumerate() {
-        if std::iter::once(&args.path).chain(more).take(i).any(|other| other == path) {
-            return Err(Error::file(path, "is named twice; name each scene once"));
-        }
-        let opened = SceneArgs { path: path.clone(), ..args.clone() }.open()?;
-        opened.notes.iter().for_each(|note| out::complain(&format!("note: {}: {note}", opened.scene.name)));
-        let mut subject = subject(opened, memory_limit);
-        if subjects.iter().any(|other| other.name == subject.name) {
-            subject.name = path.display().to_string();
-        }
-        subjects.push(subject);
-    }
-    Ok(subjects)
-}
-
-fn subject(opened: Opened, memory_limit: Option<u64>) -> Subject {
-    let pose = opened.pose(0.0);
-    Subject {
-        name: opened.scene.name.clone(),
-        view: opened.view(&pose),
-        pose,
-        bounds: opened.shot.bounds(&opened.scene),
-        size: (opened.width, opened.height),
-        memory_limit,
-        camera: opened.camera,
-        truths: Vec::new(),
-        scene: opened.scene,
-    }
-}
-
 impl Bench<'_> {
+    /// Measures what is missing, writes the folder's files anew, has `write` do what else is to be done with a chart that
+    /// has any row, and says what is missing.
+    pub fn run(&self, write: impl FnOnce(&Chart) -> anyhow::Result<()>) -> anyhow::Result<()> {
+        self.scene.check()?;
+        check_memory(self.scene.size)?;
+        let store = Store::open(self.folder, self.args.any_build)?;
+        let mut subjects = self.open()?;
+        let context = self.args.device.open(self.scene.size.0, self.scene.size.1)?;
+        let (device, driver) = (context.name.clone(), context.driver.clone());
+        interrupt::install()?;
+        self.references(&mut subjects)?;
+        let planned = self.trials.len() * subjects.len();
+        let (stored, end) = self.rows(&store, &subjects, context)?;
+        if stored.is_empty() && end == End::OutOfTime {
+            let text = "--budget-minutes: too small for one run; the time is over and the first row is not finished";
+            return Err(Error::Usage(text.to_owned()).into());
+        }
+        if !stored.is_empty() {
+            let chart = Chart {
+                device,
+                driver,
+                width: self.scene.size.0,
+                height: self.scene.size.1,
+                reference_noise: self.args.reference_noise,
+                scenes: subjects.iter().map(Subject::line).collect(),
+                planned,
+                rows: stored.iter().map(|s| s.row.clone()).collect(),
+                ..Chart::default()
+            };
+            chart.write(&store, &subjects, &stored)?;
+            say!("wrote {}", store.path("index.html").display());
+            write(&chart)?;
+        }
+        Ok(tell(end, &stored, planned)?)
+    }
+
+    /// Opens the scenes, without references yet.
+    fn open(&self) -> Result<Vec<Subject>> {
+        let mut subjects: Vec<Subject> = Vec::new();
+        for (i, path) in self.paths.iter().enumerate() {
+            if self.paths[..i].contains(path) {
+                return Err(Error::file(*path, "is named twice; name each scene once"));
+            }
+            let opened = SceneArgs { path: path.to_path_buf(), ..self.scene.clone() }.open()?;
+            opened.notes.iter().for_each(|note| out::complain(&format!("note: {}: {note}", opened.scene.name)));
+            let taken = subjects.iter().any(|other| other.name == opened.scene.name);
+            let pose = opened.pose(0.0);
+            subjects.push(Subject {
+                name: if taken { path.display().to_string() } else { opened.scene.name.clone() },
+                view: opened.view(&pose),
+                pose,
+                bounds: opened.shot.bounds(&opened.scene),
+                size: (opened.width, opened.height),
+                memory_limit: self.args.memory_limit,
+                camera: opened.camera,
+                truths: Vec::new(),
+                scene: opened.scene,
+            });
+        }
+        Ok(subjects)
+    }
+
     /// Makes every reference that the rows will be held against, or takes it from the cache.
-    pub fn references(&self, subjects: &mut [Subject]) -> Result<()> {
+    fn references(&self, subjects: &mut [Subject]) -> Result<()> {
         let cache = Cache::of_user()?;
         for subject in subjects {
             let mut depths = vec![Depth::Full];
@@ -99,7 +157,7 @@ impl Bench<'_> {
             Depth::Bounces(n) => format!("light of {n} indirect bounces"),
         };
         let (width, height) = subject.size;
-        let stop = Stop::Noise(self.noise);
+        let stop = Stop::Noise(self.args.reference_noise);
         let options = Options { width, height, depth, stop, seed: 0, occlusion: false };
         let bar = Bar::new();
         let of = (&subject.scene, &subject.pose, &subject.view);
@@ -113,55 +171,75 @@ impl Bench<'_> {
             .map_err(|error| Error::Usage(format!("{}: {error}; light the scene", subject.name)))
     }
 
-    /// Makes the rows that are not kept yet, the bases of every scene first. Gives the rows that are there in the end, in the
-    /// order of scenes, then of settings.
-    pub fn rows(&self, subjects: &[Subject], context: Arc<Context>) -> Result<(Vec<Stored>, End)> {
-        let keys = Keys::new(&context, self.device.validation, self.noise)?;
+    /// Makes the rows that are not kept yet, the first settings of every scene first. Gives the rows that are there in the
+    /// end, in the order of scenes, then of settings.
+    fn rows(&self, store: &Store, subjects: &[Subject], context: Arc<Context>) -> Result<(Vec<Stored>, End)> {
+        let keys = Keys::new(&context, self.args.device.validation, self.args.reference_noise);
         let pairs = self.trials.iter().flat_map(|trial| subjects.iter().map(move |subject| (subject, trial)));
-        let mut jobs: Vec<Job> = pairs.map(|(subject, trial)| Job::new(self.store, &keys, subject, trial)).collect();
-        let end = self.make(&mut jobs, context)?;
+        let mut jobs: Vec<Job> = pairs.map(|(subject, trial)| Job::new(store, &keys, subject, trial)).collect();
+        let end = self.measure(store, &mut jobs, context)?;
         let mut rows: Vec<Stored> = jobs.into_iter().filter_map(|job| job.stored).collect();
         rows.sort_by_key(|stored| subjects.iter().position(|s| s.name == stored.row.scene));
         Ok((rows, end))
     }
 
-    fn make(&self, jobs: &mut [Job], context: Arc<Context>) -> Result<End> {
-        let bar = Counter::new(jobs);
+    fn measure(&self, store: &Store, jobs: &mut [Job], context: Arc<Context>) -> Result<End> {
+        let missing = jobs.iter().filter(|job| !job.is_measured()).count();
+        let counter = Counter::new(missing, jobs.len());
         let start = Instant::now();
-        let in_time = || self.budget.is_none_or(|budget| start.elapsed() < budget);
+        let in_time = || self.args.budget_minutes.is_none_or(|budget| start.elapsed() < budget);
         let go_on = || in_time() && interrupt::check().is_ok();
         let mut device = Some(context);
         for job in jobs.iter_mut().filter(|job| !job.is_measured()) {
             if !go_on() {
                 break;
             }
-            bar.begin(job);
+            counter.begin(&job.row);
             let context = match device.take() {
                 Some(context) => context,
-                None => self.device.open(job.subject.size.0, job.subject.size.1)?,
+                None => self.args.device.open(job.subject.size.0, job.subject.size.1)?,
             };
             let stored = match job.subject.measure(&context, &job.trial.settings, &go_on) {
                 Ok(None) => break,
                 Ok(Some((measured, pictures))) => {
                     device = Some(context);
-                    Stored::new(Row { measured: Some(measured), ..job.row.clone() }, Some(&pictures))
+                    store.save(Row { measured: Some(measured), ..job.row.clone() }, Some(&pictures))?
                 }
                 Err(error) => {
                     // A device that failed may be lost; the next row opens it anew.
                     device = (!matches!(error, Error::Device(_))).then_some(context);
-                    Stored::new(Row { failure: Some(error.to_string()), ..job.row.clone() }, None)
+                    store.save(Row { failure: Some(error.to_string()), ..job.row.clone() }, None)?
                 }
             };
-            self.store.save(&stored)?;
-            bar.finish(&stored.row);
+            counter.finish(&stored.row);
             job.stored = Some(stored);
         }
-        bar.bar.finish_and_clear();
+        counter.clear();
         Ok(match (interrupt::check(), in_time()) {
             (Err(_), _) => End::Interrupted,
             (_, false) if jobs.iter().any(|job| job.stored.is_none()) => End::OutOfTime,
             _ => End::Done,
         })
+    }
+}
+
+/// Says what is missing, and why.
+fn tell(end: End, stored: &[Stored], planned: usize) -> Result<()> {
+    let failed = stored.iter().filter(|s| s.row.measured.is_none()).count();
+    if failed > 0 {
+        say!("settings that could not run: {failed} of {planned}; their rows say why");
+    }
+    let there = stored.len();
+    match end {
+        End::Done => Ok(()),
+        End::OutOfTime => {
+            say!("the budget is spent after {there} of {planned} rows; the same command goes on from there");
+            Ok(())
+        }
+        End::Interrupted => {
+            out::complain(&format!("{there} of {planned} rows are kept; the same command goes on from there"));
+            Err(Error::Interrupted)
+        }
     }
 }
 
@@ -176,17 +254,7 @@ struct Job<'a> {
 
 impl<'a> Job<'a> {
     fn new(store: &Store, keys: &Keys, subject: &'a Subject, trial: &'a Trial) -> Self {
-        let row = Row {
-            key: keys.key(subject, &trial.settings),
-            scene: subject.name.clone(),
-            name: trial.name(),
-            preset: trial.preset.clone(),
-            swept: trial.swept.clone(),
-            changes: trial.changes().into_iter().map(|(key, value)| format!("{}={value}", key.name)).collect(),
-            settings: trial.settings.clone(),
-            measured: None,
-            failure: None,
-        };
+        let row = Row::new(keys.key(subject, &trial.settings), &subject.name, trial);
         // The same settings may have gone by another name.
         let renamed = |mut stored: Stored| {
             let Row { measured, failure, .. } = stored.row;
@@ -199,42 +267,5 @@ impl<'a> Job<'a> {
     /// A failure is tried again: memory may be free by now.
     fn is_measured(&self) -> bool {
         self.stored.as_ref().is_some_and(|stored| stored.row.measured.is_some())
-    }
-}
-
-/// The progress bar over the rows that are still to be made, and a line for each.
-struct Counter {
-    bar: ProgressBar,
-}
-
-impl Counter {
-    fn new(jobs: &[Job]) -> Self {
-        let missing = jobs.iter().filter(|job| !job.is_measured()).count();
-        if missing < jobs.len() {
-            say!("rows kept from earlier calls: {} of {}", jobs.len() - missing, jobs.len());
-        }
-        let bar = ProgressBar::new(missing as u64);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos} of {len} rows, {eta} left: {msg}") {
-            bar.set_style(style);
-        }
-        Self { bar }
-    }
-
-    fn begin(&self, job: &Job) {
-        self.bar.set_message(format!("{} {}", job.row.scene, job.row.name));
-        self.bar.tick();
-    }
-
-    fn finish(&self, row: &Row) {
-        self.bar.inc(1);
-        let told = match (&row.measured, &row.failure) {
-            (Some(m), _) => {
-                let error = |truth| row.error(truth, Part::Total, Metric::Rel).unwrap_or(f64::NAN);
-                let (full, same) = (error(Against::Full), error(Against::Same));
-                format!("{:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces", m.frame_gpu_ms.median)
-            }
-            (None, failure) => failure.clone().unwrap_or_default(),
-        };
-        self.bar.suspend(|| say!("{} {}: {told}", row.scene, row.name));
     }
 }

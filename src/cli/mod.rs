@@ -6,6 +6,7 @@ pub mod args;
 mod bench;
 mod chart;
 mod compare;
+mod counter;
 mod info;
 pub mod interrupt;
 pub mod job;

@@ -26,6 +26,8 @@ pub enum Command {
     Compare(super::compare::CompareArgs),
     /// Chart error against time over many settings: a page, an SVG and rows
     Chart(super::chart::ChartArgs),
+    /// Run the default study and write docs/study anew
+    Study(super::study::StudyArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
     /// List the Vulkan devices, what twobounce needs of them, and what they lack
@@ -208,7 +210,7 @@ pub enum SubmitArg {
 /// The largest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 16384;
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub fn size(text: &str) -> Result<(u32, u32), String> {
     let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some((side(w)?, side(h)?)))

@@ -19,6 +19,7 @@ mod render;
 mod report;
 pub mod scene;
 mod settings;
+mod study;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -71,6 +72,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Chart(args) => chart::run(args),
+        Command::Study(args) => study::run(args),
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
     }

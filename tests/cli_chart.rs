@@ -5,10 +5,9 @@ mod cli_common;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Child, Command, Output};
 
-use cli_common::names;
+use cli_common::{after_first_row, finished, interrupted, names};
 use serde_json::Value;
 
 /// A comma in the scene's name must be quoted in rows.csv.
@@ -50,14 +49,8 @@ impl Folder {
 
     /// Starts a chart and waits for its first row.
     fn started(&self, output: &str, args: &[&str]) -> Child {
-        let mut child =
-            self.command(args).args(["-o", output]).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
-        let end = Instant::now() + Duration::from_secs(120);
-        while finished(&self.path(output)).is_empty() {
-            assert!(Instant::now() < end && child.try_wait().unwrap().is_none(), "no row while the chart runs");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        child
+        let mut command = self.command(args);
+        after_first_row(command.args(["-o", output]), &self.path(output))
     }
 
     fn json(&self, name: &str) -> Value {
@@ -71,14 +64,6 @@ fn root() -> &'static Path {
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Every kept row's file and bytes.
-fn finished(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let files = fs::read_dir(folder.join("rows")).into_iter().flatten().map(|entry| entry.unwrap().path());
-    let mut rows: Vec<_> = files.filter(|f| f.extension().is_some_and(|e| e == "json")).collect();
-    rows.sort();
-    rows.into_iter().map(|file| (file.clone(), fs::read(file).unwrap())).collect()
 }
 
 /// A row's names and errors, without its times.
@@ -192,9 +177,7 @@ fn killed_or_interrupted_it_goes_on() {
     assert!(!folder.path("killed/rows.json").exists(), "it was not killed at work");
 
     let child = folder.started("stopped", &args);
-    // SAFETY: the child is not waited for yet, so its number is its own.
-    assert_eq!(unsafe { libc::kill(child.id() as i32, libc::SIGINT) }, 0);
-    let stopped = child.wait_with_output().unwrap();
+    let stopped = interrupted(child);
     assert_eq!(stopped.status.code(), Some(130), "{}", text(&stopped.stdout));
     let page = fs::read_to_string(folder.path("stopped/index.html")).unwrap();
     assert!(page.contains("settings are not measured yet"), "the page does not say that rows are missing");

@@ -71,15 +71,22 @@ impl Chart {
         file::write(&store.path("index.html"), page::html(self, subjects, stored)?.as_bytes())
     }
 
-    /// Two panels of a scene: `rel` of the indirect light, against all of it and against that of as many bounces.
+    /// Two panels of a scene: `rel` of [`Self::part`] against all light and against that of as many bounces.
     pub fn panels(&self, scene: &str) -> [Panel<'_>; 2] {
         [(Truth::Full, "all light"), (Truth::Same, "as many bounces")].map(|(truth, words)| Panel {
             title: format!("{scene}, against {words}"),
             rows: self.rows.iter().filter(|row| row.scene == scene).collect(),
             truth,
-            part: Part::Indirect,
+            part: self.part(scene),
             metric: Metric::Rel,
         })
+    }
+
+    /// What to judge a scene's rows by where only one number is shown: the indirect light, unless no row has direct light
+    /// of its own to tell it from.
+    pub fn part(&self, scene: &str) -> Part {
+        let measured = self.rows.iter().filter(|row| row.scene == scene).filter_map(|row| row.measured.as_ref());
+        if measured.into_iter().any(|m| m.own_direct) { Part::Indirect } else { Part::Total }
     }
 
     /// `rows.csv` (RFC 4180, lines end in a newline): a header with units, then a line per row. A number that was not

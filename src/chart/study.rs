@@ -12,7 +12,7 @@ use crate::settings::{PRESETS, Settings};
 /// The scenes, from the project's root.
 pub const SCENES: &[&str] = &["assets/cornell-area.glb", "assets/cornell-point.glb", "assets/gallery.glb"];
 
-/// Set in every preset first: 128³ would take eight times as long and, on these scenes, be no nearer to the truth.
+/// Set in every preset first, so that the study can be run on a processor; 128³ is on an axis of its own.
 pub const BASE: &[&str] = &["voxels=64"];
 
 /// One axis: values that are tried one after the other on top of a preset.
@@ -121,59 +121,75 @@ pub fn by_hand(page: &str) -> Option<&str> {
     Some(rest.split_once(HAND[1])?.0)
 }
 
-/// The page. `by_hand`: what to keep of an earlier one.
-pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], by_hand: &str) -> String {
+/// The page. `sets`: as for [`lines`]; `by_hand`: what to keep of an earlier page.
+pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], by_hand: &str) -> String {
     let (device, driver, noise) = (&chart.device, &chart.driver, 100.0 * chart.reference_noise);
-    let base = BASE.join(" ");
+    let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
     let mut page = format!(
         "# What each setting buys and costs\n\n\
-         Written by `twobounce study`, which is run again whenever a method changes: every preset, then every axis by itself, on top of\n\
-         the preset that its line opens with. In all of them `{base}` unless a line says otherwise. Measured at {}×{} on {device} ({driver}).\n\
-         `ms` is the GPU time of a frame. The others are `rel` of the indirect light, mean |error| over mean reference: `same` against light\n\
-         of as many bounces, `all` against all of it; the references' own noise is {noise} %. **Bold**: no other setting here is both\n\
-         faster and nearer. [rows.csv](rows.csv) has every number.\n\n## What surprised\n\n{}{by_hand}{}\n",
+         Written by `twobounce study`, which is run again whenever a method changes: every preset, then every axis by itself, on\n\
+         top of the preset that its line opens with. `{base}`, unless a line says otherwise. Measured at {}×{} pixels on\n\
+         {device} ({driver}). `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
+         against light of as many bounces, `all` against all of it; the references' own noise is {noise} %. *Indirect* says that it is\n\
+         of the indirect light alone, *whole* that lamps light the scene through cones and nothing tells the two apart. **Bold**: no\n\
+         other setting here is both faster and nearer. [rows.csv](rows.csv) has every number.\n\n## What surprised\n\n{}{by_hand}{}\n",
         chart.width, chart.height, HAND[0], HAND[1]
     );
     for scene in &chart.scenes {
         let _ = writeln!(page, "![{0}: error against time]({0}.svg)\n", scene.name);
     }
-    let mut head = String::from("| axis | setting |");
-    for scene in &chart.scenes {
-        let _ = write!(head, " {} ms | same | all |", scene.name);
+    page += "| axis | setting |";
+    let columns: Vec<Column> = chart.scenes.iter().map(|scene| Column::new(chart, &scene.name)).collect();
+    for column in &columns {
+        let part = if column.part == Part::Indirect { "indirect" } else { "whole" };
+        let _ = write!(page, " {} ms | {part}, same | {part}, all |", column.scene);
     }
-    let _ = writeln!(page, "{head}\n|---|---|{}", "---:|".repeat(3 * chart.scenes.len()));
-    let best: Vec<[Vec<&str>; 2]> =
-        chart.scenes.iter().map(|s| [Truth::Full, Truth::Same].map(|t| keys_of_best(chart, &s.name, t))).collect();
+    let _ = writeln!(page, "\n|---|---|{}", "---:|".repeat(3 * columns.len()));
     let mut last = "";
     for (name, trial) in lines {
         let _ = write!(page, "| {} | `{}` |", if *name == last { "" } else { name }, trial.name());
         last = name;
-        for (scene, [full, same]) in chart.scenes.iter().zip(&best) {
-            let row = chart.rows.iter().find(|r| r.scene == scene.name && r.settings == trial.settings);
-            let cell = |truth, best: &[&str]| error_cell(row, truth, best);
-            let ms = row.and_then(Row::gpu_ms).map_or("–".to_owned(), |ms| format!("{ms:.0}"));
-            let _ = write!(page, " {ms} | {} | {} |", cell(Truth::Same, same), cell(Truth::Full, full));
-        }
+        columns.iter().for_each(|column| page += &column.cells(trial));
         page += "\n";
     }
     page
 }
 
-fn error(row: &Row, truth: Truth) -> Option<f64> {
-    row.error(truth, Part::Indirect, Metric::Rel)
+/// What the table says of a scene.
+struct Column<'a> {
+    scene: &'a str,
+    part: Part,
+    rows: Vec<&'a Row>,
+    /// Keys of the rows on the frontiers, same and all.
+    best: [Vec<&'a str>; 2],
 }
 
-fn error_cell(row: Option<&Row>, truth: Truth, best: &[&str]) -> String {
-    let Some((row, error)) = row.and_then(|row| Some((row, error(row, truth)?))) else { return "–".to_owned() };
-    if best.contains(&row.key.as_str()) { format!("**{error:.3}**") } else { format!("{error:.3}") }
-}
+impl<'a> Column<'a> {
+    fn new(chart: &'a Chart, scene: &'a str) -> Self {
+        let part = chart.part(scene);
+        let rows: Vec<&Row> = chart.rows.iter().filter(|row| row.scene == scene).collect();
+        let best = [Truth::Same, Truth::Full].map(|truth| {
+            let point = |row: &&Row| row.gpu_ms().zip(row.error(truth, part, Metric::Rel));
+            let points: Vec<_> = rows.iter().map(|row| point(row).unwrap_or((f64::NAN, f64::NAN))).collect();
+            frontier(&points).into_iter().map(|i| rows[i].key.as_str()).collect()
+        });
+        Self { scene, part, rows, best }
+    }
 
-/// The keys of the rows on a scene's frontier.
-fn keys_of_best<'a>(chart: &'a Chart, scene: &str, truth: Truth) -> Vec<&'a str> {
-    let rows: Vec<_> = chart.rows.iter().filter(|row| row.scene == scene).collect();
-    let points: Vec<_> =
-        rows.iter().map(|row| row.gpu_ms().zip(error(row, truth)).unwrap_or((f64::NAN, f64::NAN))).collect();
-    frontier(&points).into_iter().map(|i| rows[i].key.as_str()).collect()
+    /// Time and both errors of one setting.
+    fn cells(&self, trial: &Trial) -> String {
+        let row = self.rows.iter().find(|row| row.settings == trial.settings);
+        let missing = || "–".to_owned();
+        let ms = row.and_then(|row| row.gpu_ms()).map_or_else(missing, |ms| format!("{ms:.0}"));
+        let [same, all] = [(Truth::Same, &self.best[0]), (Truth::Full, &self.best[1])].map(|(truth, best)| {
+            let found = row.and_then(|row| Some((row.key.as_str(), row.error(truth, self.part, Metric::Rel)?)));
+            found.map_or_else(missing, |(key, error)| {
+                let bold = if best.contains(&key) { "**" } else { "" };
+                format!("{bold}{error:.3}{bold}")
+            })
+        });
+        format!(" {ms} | {same} | {all} |")
+    }
 }
 
 #[cfg(test)]
@@ -193,9 +209,9 @@ mod tests {
     #[test]
     fn what_is_written_by_hand_is_kept() {
         let chart = Chart::default();
-        let page = document(&chart, &[], "Nothing did.\n");
+        let page = document(&chart, &[], &[], "Nothing did.\n");
         assert_eq!(by_hand(&page), Some("Nothing did.\n"));
-        assert_eq!(document(&chart, &[], by_hand(&page).unwrap()), page);
+        assert_eq!(document(&chart, &[], &[], by_hand(&page).unwrap()), page);
         assert_eq!(by_hand("# My own page"), None);
     }
 }

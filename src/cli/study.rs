@@ -46,7 +46,7 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
     let (trials, paths) = (settings(&lines), scenes.iter().collect());
     let bench = Bench { scene: &scene, paths, trials: &trials, folder: &args.rows, args: &args.bench };
     bench.run(|chart| {
-        write(&args.output, chart, &document(chart, &lines, &kept))?;
+        write(&args.output, chart, &document(chart, &lines, &args.sets, &kept))?;
         say!("wrote {}", args.output.join("README.md").display());
         Ok(())
     })?;

@@ -49,7 +49,7 @@ function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {
   const hadFocus = host.contains(document.activeElement);
   host.replaceChildren();
   const width = host.clientWidth, height = Math.min(460, Math.max(280, width * 0.62));
-  const left = 58, right = width - 12, top = 12, bottom = height - 46;
+  const left = 58, right = width - 24, top = 12, bottom = height - 46;
   const svg = shape("svg", { viewBox: `0 0 ${width} ${height}`, height });
   host.append(svg);
   if (points.length === 0) {

@@ -123,13 +123,19 @@ fn draw(svg: &mut String, panel: &Panel, presets: &[&str]) {
     for tick in x.ticks() {
         let at = x.place(tick);
         let _ = writeln!(svg, "<path class=\"tick\" d=\"M{at:.1} {TOP}V{bottom}\"/>");
-        let _ = writeln!(svg, "<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{tick}</text>", bottom + 16.0);
+        let _ =
+            writeln!(svg, "<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>", bottom + 16.0, label(tick));
     }
     for tick in y.ticks() {
         let at = y.place(tick);
         let _ = writeln!(svg, "<path class=\"tick\" d=\"M{LEFT} {at:.1}H{right}\"/>");
-        let text = (tick * 1e9).round() / 1e9;
-        let _ = writeln!(svg, "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{text}</text>", LEFT - 6.0, at + 4.0);
+        let _ = writeln!(
+            svg,
+            "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            LEFT - 6.0,
+            at + 4.0,
+            label(tick)
+        );
     }
     let _ = writeln!(
         svg,
@@ -139,10 +145,10 @@ fn draw(svg: &mut String, panel: &Panel, presets: &[&str]) {
     );
     let middle = (LEFT + right) / 2.0;
     let _ = writeln!(svg, "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">GPU ms a frame</text>", HEIGHT - 8.0);
-    let label = axis_label(panel.part, panel.metric);
+    let title = axis_label(panel.part, panel.metric);
     let _ = writeln!(
         svg,
-        "<text x=\"14\" y=\"{0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0})\">{label}</text>",
+        "<text x=\"14\" y=\"{0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0})\">{title}</text>",
         (TOP + bottom) / 2.0
     );
     let best = frontier(&points.iter().map(|p| p.1).collect::<Vec<_>>());
@@ -161,6 +167,11 @@ fn draw(svg: &mut String, panel: &Panel, presets: &[&str]) {
             escape(&row.name),
         );
     }
+}
+
+/// A tick's label: short, so that many fit, and without the rounding of powers of ten.
+fn label(tick: f64) -> String {
+    if tick >= 1000.0 { format!("{}k", tick / 1000.0) } else { format!("{}", (tick * 1e9).round() / 1e9) }
 }
 
 fn axis_label(part: Part, metric: Metric) -> String {

@@ -16,6 +16,11 @@ function digits(value) {
   return value === 0 ? "0" : String(Number(value.toPrecision(3)));
 }
 
+// A tick's label: short, so that many fit.
+function tickLabel(value) {
+  return value >= 1000 ? `${digits(value / 1000)}k` : digits(value);
+}
+
 // The points that no other beats on both axes, the cheapest first.
 function frontierOf(points) {
   const beats = (a, b) => a.x <= b.x && a.y <= b.y && (a.x < b.x || a.y < b.y);
@@ -126,11 +131,11 @@ function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {
 function drawAxes(svg, x, y, { left, right, top, bottom, width, height, xTitle, yTitle }) {
   for (const { value, at, labelled } of x.ticks) {
     svg.append(shape("path", { class: labelled ? "grid" : "grid minor", d: `M${at} ${top}V${bottom}` }));
-    if (labelled) svg.append(shape("text", { x: at, y: bottom + 17, "text-anchor": "middle" }, digits(value)));
+    if (labelled) svg.append(shape("text", { x: at, y: bottom + 17, "text-anchor": "middle" }, tickLabel(value)));
   }
   for (const { value, at, labelled } of y.ticks) {
     svg.append(shape("path", { class: labelled ? "grid" : "grid minor", d: `M${left} ${at}H${right}` }));
-    if (labelled) svg.append(shape("text", { x: left - 7, y: at + 4, "text-anchor": "end" }, digits(value)));
+    if (labelled) svg.append(shape("text", { x: left - 7, y: at + 4, "text-anchor": "end" }, tickLabel(value)));
   }
   const middle = (top + bottom) / 2;
   svg.append(

@@ -7,8 +7,9 @@ export RUST_TEST_THREADS ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ $$n -gt
 # A driver that hangs must not hang the run.
 TEST_SECONDS ?= 1500
 DEMO_SECONDS ?= 300
+WEB_SECONDS ?= 400
 
-.PHONY: demo test test-mesa25 corpus assets docs clean
+.PHONY: demo test test-web test-mesa25 corpus assets docs clean
 
 demo:  ## build, render the gallery, print what each pass took
 	scripts/setup.sh demo
@@ -25,6 +26,11 @@ test:  ## formatting, lints, docs, every test
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps --document-private-items
 	cargo test --release --locked --no-run
 	scripts/guard.sh $(TEST_SECONDS) cargo test --release --locked
+
+test-web:  ## the chart's page in a real browser (Debian's chromium, installed if missing)
+	scripts/setup.sh web
+	cargo build --release --locked
+	scripts/guard.sh $(WEB_SECONDS) tests/web/run.sh
 
 test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and both drivers' images compared
 	scripts/setup.sh test

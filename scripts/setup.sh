@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Brings what twobounce needs and is not here yet: says what and why, asks for root only then.
-# Usage: setup.sh demo|test   (test adds Vulkan's validation layers)
+# Usage: setup.sh demo|test|web   (test adds Vulkan's validation layers, web a browser)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 purpose=${1:-demo}
@@ -17,6 +17,13 @@ wanted=(
 )
 if [ "$purpose" = test ]; then
   wanted+=("vulkan-validationlayers: any of their messages fails a test")
+fi
+if [ "$purpose" = web ]; then
+  wanted+=(
+    "chromium: opens the chart's page"
+    "chromium-driver: drives the browser"
+    "python3: runs the page's tests"
+  )
 fi
 # Debian and Ubuntu from 24.04 on carry shaderc; elsewhere the shaderc crate builds its own.
 packaged_shaderc=(
@@ -41,6 +48,7 @@ This is neither Debian nor Ubuntu, so nothing is installed. twobounce needs:
   - a C compiler, for linking
   - the Vulkan loader (libvulkan.so.1) and a driver; Mesa's lavapipe will do where there is no GPU
   - for the tests: the Vulkan validation layers
+  - for make test-web: chromium, chromedriver, python3
   - for building shaderc once (about 8 minutes): cmake, git, python3, a C++ compiler; ninja helps
 END
 }

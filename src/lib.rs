@@ -2,6 +2,7 @@
 
 pub mod assets;
 pub mod atlas;
+pub mod chart;
 pub mod error;
 pub mod frame;
 pub mod gi;

@@ -24,6 +24,10 @@ pub enum Command {
     Reference(super::reference::ReferenceArgs),
     /// Compare an image with its reference
     Compare(super::compare::CompareArgs),
+    /// Chart error against time over many settings: a page, an SVG and rows
+    Chart(super::chart::ChartArgs),
+    /// Run the default study and write docs/study anew
+    Study(super::study::StudyArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
     /// List the Vulkan devices, what twobounce needs of them, and what they lack
@@ -35,7 +39,7 @@ pub enum Command {
 }
 
 /// A scene and how to look at it.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct SceneArgs {
     /// The scene: glTF 2.0, .gltf or .glb
     #[arg(value_name = "SCENE")]
@@ -206,7 +210,7 @@ pub enum SubmitArg {
 /// The largest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 16384;
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub fn size(text: &str) -> Result<(u32, u32), String> {
     let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some((side(w)?, side(h)?)))
@@ -232,7 +236,7 @@ fn numbers(text: &str) -> Option<[f64; 3]> {
     values?.try_into().ok()
 }
 
-fn memory_size(text: &str) -> Result<u64, String> {
+pub fn memory_size(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match text[digits.len()..].to_ascii_lowercase().as_str() {
         "kib" | "k" => 10,

@@ -3,7 +3,10 @@
 //! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
 
 pub mod args;
+mod bench;
+mod chart;
 mod compare;
+mod counter;
 mod info;
 pub mod interrupt;
 pub mod job;
@@ -16,6 +19,7 @@ mod render;
 mod report;
 pub mod scene;
 mod settings;
+mod study;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -67,6 +71,8 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Render(args) => render::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Chart(args) => chart::run(args),
+        Command::Study(args) => study::run(args),
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
     }

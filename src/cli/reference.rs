@@ -91,20 +91,22 @@ fn check(args: &ReferenceArgs) -> Result<Stop> {
         return Err(Error::file(&args.output, "is no .exr; a reference holds linear radiance, name it something.exr"));
     }
     file::check_writable(&args.output)?;
-    let (width, height) = args.scene.size;
-    let needed = Film::bytes(width, height);
-    if let Some(available) = available_memory().filter(|available| needed > *available) {
-        let [needed, available] = [needed, available].map(|bytes| bytes >> 20);
-        let text = format!(
-            "a reference of {width}x{height} needs {needed} MiB, {available} are free; choose a smaller --size"
-        );
-        return Err(Error::Memory(text));
-    }
+    check_memory(args.scene.size)?;
     match args.spp {
         Some(n) => Ok(Stop::Samples(n)),
         None if args.noise > 0.0 && args.noise.is_finite() => Ok(Stop::Noise(args.noise / 100.0)),
         None => Err(Error::Usage("--noise takes a percentage above 0".to_owned())),
     }
+}
+
+/// Refuses a film that does not fit into memory.
+pub fn check_memory((width, height): (u32, u32)) -> Result<()> {
+    let needed = Film::bytes(width, height);
+    let Some(available) = available_memory().filter(|available| needed > *available) else { return Ok(()) };
+    let [needed, available] = [needed, available].map(|bytes| bytes >> 20);
+    let text =
+        format!("a reference of {width}x{height} needs {needed} MiB, {available} are free; choose a smaller --size");
+    Err(Error::Memory(text))
 }
 
 /// Bytes of memory that programs can still get, where the system says.
@@ -151,20 +153,20 @@ fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
 }
 
 /// The progress bar on standard error, and what it saw.
-struct Bar {
+pub struct Bar {
     bar: ProgressBar,
     /// When the first path began, and the latest count of paths since.
     seen: Mutex<Option<(Instant, u64)>>,
 }
 
 /// Work that was done in this call.
-struct Traced {
-    paths: u64,
-    seconds: f64,
+pub struct Traced {
+    pub paths: u64,
+    pub seconds: f64,
 }
 
 impl Bar {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let bar = ProgressBar::new(1);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent} %, {eta} left{msg}") {
             bar.set_style(style);
@@ -172,7 +174,7 @@ impl Bar {
         Self { bar, seen: Mutex::new(None) }
     }
 
-    fn show(&self, progress: &Progress) {
+    pub fn show(&self, progress: &Progress) {
         self.bar.set_length(progress.expected);
         self.bar.set_position(progress.paths);
         if let Some(noise) = progress.noise {
@@ -184,7 +186,7 @@ impl Bar {
         }
     }
 
-    fn finish(&self) -> Traced {
+    pub fn finish(&self) -> Traced {
         self.bar.finish_and_clear();
         let seen = self.seen.lock().ok().and_then(|s| *s);
         seen.map_or(Traced { paths: 0, seconds: 0.0 }, |(start, paths)| Traced {

@@ -137,7 +137,7 @@ mod tests {
             start.unwrap_or(path).to_owned()
         };
         let written: BTreeSet<String> = written.iter().map(spread).collect();
-        let page = include_str!("../../docs/json.md");
+        let page = include_str!("../../docs/json.md").split("\n# ").next().unwrap();
         let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
         let documented: BTreeSet<String> = page.lines().filter_map(cell).collect();
         assert_eq!(written, documented);

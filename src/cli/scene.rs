@@ -1,6 +1,8 @@
 //! Opens the scene that the flags describe: file, moment, camera, light.
 
-use glam::DVec3;
+use std::path::PathBuf;
+
+use glam::{DVec3, Vec3};
 use twobounce::scene::{Bounds, LoadOptions, Pose, Scene, View};
 use twobounce::{Error, Result};
 
@@ -32,6 +34,24 @@ enum Chosen {
 }
 
 impl SceneArgs {
+    /// As if nothing but the scene and the size had been typed.
+    pub fn plain(path: PathBuf, size: (u32, u32)) -> Self {
+        Self {
+            path,
+            size,
+            camera: None,
+            eye: None,
+            target: None,
+            up: DVec3::Y,
+            fov: 45.0,
+            scene: None,
+            animation: None,
+            time: 0.0,
+            sky: Vec3::ZERO,
+            no_default_light: false,
+        }
+    }
+
     /// What can be found wrong without opening the file.
     pub fn check(&self) -> Result<()> {
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));

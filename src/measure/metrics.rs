@@ -2,7 +2,7 @@
 //!
 //! Pixels that are not finite in either image are counted and left out of every metric.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::layers::{Aov, Layers};
 use crate::{Error, Result};
@@ -14,7 +14,7 @@ const FLOOR: f64 = 0.01;
 const FLIP_WHITE: f32 = 0.8;
 
 /// Numbers for one pair of images. Means run over pixels and channels.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
     /// mean(image) / mean(reference); 1 is right.
     pub energy: f64,
@@ -50,7 +50,7 @@ pub struct Comparison {
 }
 
 impl NonFinite {
-    fn of(pixels: &[[f32; 3]]) -> Self {
+    pub fn of(pixels: &[[f32; 3]]) -> Self {
         let values = pixels.iter().flatten();
         Self { nan: values.clone().filter(|v| v.is_nan()).count(), inf: values.filter(|v| v.is_infinite()).count() }
     }
@@ -88,7 +88,7 @@ pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
 }
 
 /// Total − direct, if the direct layer is there.
-fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
+pub fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
     let direct = layers.get(Aov::Direct)?;
     let minus = |(t, d): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| t[c] - d[c]);
     Some(layers.beauty().iter().zip(direct).map(minus).collect())
@@ -134,7 +134,7 @@ fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
 }
 
 /// The factor that brings the 95th percentile of the reference's luminance to 0.8; 1 where that is black.
-fn exposure(reference: &[[f32; 3]]) -> f32 {
+pub fn exposure(reference: &[[f32; 3]]) -> f32 {
     let luminance =
         reference.iter().filter(|p| finite(p)).map(|p| f64::from(crate::output::png::luminance(*p))).collect();
     let white = percentile(luminance, 0.95) as f32;

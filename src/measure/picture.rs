@@ -32,7 +32,7 @@ pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison)
 }
 
 /// Per pixel: white where equal, towards red where the image is brighter, towards blue where it is darker.
-fn signed_difference(image: &[[f32; 3]], reference: &[[f32; 3]]) -> Vec<u8> {
+pub fn signed_difference(image: &[[f32; 3]], reference: &[[f32; 3]]) -> Vec<u8> {
     let sum = |p: &[f32; 3]| p.iter().filter(|v| v.is_finite()).sum::<f32>();
     let floor = 0.01 * reference.iter().map(sum).sum::<f32>() / reference.len() as f32;
     let color = |(a, b): (&[f32; 3], &[f32; 3])| {

@@ -1,7 +1,7 @@
 //! What each pass costs: the times of many frames, as a table and as JSON.
 
 use crate::vk::{Context, ZoneKind, ZoneTimings};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 pub const VERSION: u32 = 1;
 
 /// Median, least and greatest of one quantity over the frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     pub median: f64,
     pub min: f64,

@@ -78,7 +78,7 @@ impl Cache {
 }
 
 /// Hash over all that shapes the samples: not when to stop, since every sample up to there is the same.
-fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> blake3::Hash {
+pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     let mut add = |bytes: &[u8]| {
         hasher.update(&(bytes.len() as u64).to_le_bytes());

@@ -10,10 +10,13 @@ const DEFAULT_IRRADIANCE: f32 = std::f32::consts::PI;
 impl Scene {
     /// Whether there is a light, an emissive material on any instance, or a sky.
     pub fn has_light(&self) -> bool {
+        self.lights.iter().any(|l| l.intensity != Vec3::ZERO) || self.emits() || self.sky != Vec3::ZERO
+    }
+
+    /// Whether there is an emissive material on any instance.
+    pub fn emits(&self) -> bool {
         let emits = |mesh: usize| self.materials[self.meshes[mesh].material].emissive != Vec3::ZERO;
-        self.lights.iter().any(|l| l.intensity != Vec3::ZERO)
-            || self.instances.iter().any(|i| emits(i.mesh))
-            || self.sky != Vec3::ZERO
+        self.instances.iter().any(|i| emits(i.mesh))
     }
 
     /// Adds one directional light that comes over the viewer's left shoulder, and says so in one sentence. Poses made

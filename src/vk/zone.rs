@@ -40,7 +40,7 @@ pub struct ZoneTimings {
 
 /// Processor time that this process has used over all threads, in milliseconds.
 #[cfg(unix)]
-pub(super) fn process_cpu_ms() -> Option<f64> {
+pub fn process_cpu_ms() -> Option<f64> {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the pointer is valid for the call.
     let result = unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &mut time) };
@@ -48,6 +48,6 @@ pub(super) fn process_cpu_ms() -> Option<f64> {
 }
 
 #[cfg(not(unix))]
-pub(super) fn process_cpu_ms() -> Option<f64> {
+pub fn process_cpu_ms() -> Option<f64> {
     None
 }

@@ -1,7 +1,10 @@
-//! A scene to render and what became of a folder, for tests of the command line.
+//! A scene to render and what became of a folder, for tests of the command line. Every test file uses a part of this.
+#![allow(dead_code)]
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// One triangle, one point light, in a glTF file with its buffer inside.
 pub fn write_scene(path: &Path) {
@@ -29,4 +32,31 @@ pub fn names(folder: &Path) -> Vec<String> {
         fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
+}
+
+/// Starts a command that fills a chart's folder and waits for its first row.
+pub fn after_first_row(command: &mut Command, folder: &Path) -> Child {
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let end = Instant::now() + Duration::from_secs(120);
+    while finished(folder).is_empty() {
+        assert!(Instant::now() < end && child.try_wait().unwrap().is_none(), "no row while the command runs");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child
+}
+
+/// Presses Ctrl-C.
+#[cfg(unix)]
+pub fn interrupted(child: Child) -> Output {
+    // SAFETY: the child is not waited for yet, so its number is its own.
+    assert_eq!(unsafe { libc::kill(child.id() as i32, libc::SIGINT) }, 0);
+    child.wait_with_output().unwrap()
+}
+
+/// The file and bytes of every row that a chart's folder keeps.
+pub fn finished(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let files = fs::read_dir(folder.join("rows")).into_iter().flatten().map(|entry| entry.unwrap().path());
+    let mut rows: Vec<_> = files.filter(|f| f.extension().is_some_and(|e| e == "json")).collect();
+    rows.sort();
+    rows.into_iter().map(|file| (file.clone(), fs::read(file).unwrap())).collect()
 }

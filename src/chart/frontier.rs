@@ -1,0 +1,45 @@
+//! The frontier: what no other beats on both axes.
+
+/// Indices of the points (cost, error) that no other beats, the cheapest first. A point beats another that it equals on one
+/// axis and betters on the other. What is not finite is on no frontier; of equal points all are.
+pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
+    let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
+    let beats = |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
+    let mut best: Vec<usize> = (0..points.len())
+        .filter(|&i| finite(&points[i]) && !points.iter().any(|other| finite(other) && beats(other, &points[i])))
+        .collect();
+    best.sort_by(|&a, &b| points[a].0.total_cmp(&points[b].0));
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn dominated_points_are_left_out() {
+        assert_eq!(frontier(&[(3.0, 1.0), (1.0, 3.0), (2.0, 2.0), (2.5, 2.5), (3.0, 2.0)]), [1, 2, 0]);
+    }
+
+    #[test]
+    fn equal_points_stay_and_ties_on_one_axis_do_not() {
+        assert_eq!(frontier(&[(1.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 1.0)]), [0, 1]);
+        assert_eq!(frontier(&[(f64::NAN, 0.0), (1.0, 1.0), (0.0, f64::INFINITY)]), [1]);
+        assert!(frontier(&[]).is_empty());
+    }
+
+    proptest! {
+        /// Along the frontier cost rises and error falls, and whatever is off it is beaten by something on it.
+        #[test]
+        fn it_is_a_staircase_that_beats_the_rest(points in prop::collection::vec((0.0..4.0f64, 0.0..4.0f64), 1..40)) {
+            let best = frontier(&points);
+            prop_assert!(best.windows(2).all(|w| points[w[0]].0 < points[w[1]].0 && points[w[0]].1 > points[w[1]].1
+                || points[w[0]] == points[w[1]]));
+            for (i, p) in points.iter().enumerate() {
+                let beaten = best.iter().any(|&b| points[b].0 <= p.0 && points[b].1 <= p.1);
+                prop_assert!(best.contains(&i) || beaten);
+            }
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Which settings are run: every base by itself, then every value of every axis on top of every base, one axis at a time.
+
+use crate::settings::{Key, Settings};
+use crate::{Error, Result};
+
+/// Settings to start from.
+#[derive(Clone, Debug)]
+pub struct Base {
+    /// The preset's name.
+    pub preset: String,
+    pub settings: Settings,
+}
+
+/// Values to try one after the other; each is a list of `key=value`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Axis {
+    pub values: Vec<Vec<String>>,
+}
+
+/// One setting to run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// The preset that it starts from.
+    pub preset: String,
+    /// The axis's value, as `key=value`; empty for a base by itself.
+    pub swept: Vec<String>,
+    pub settings: Settings,
+}
+
+impl Axis {
+    /// From `key=value,value,…`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], naming the key.
+    pub fn parse(text: &str) -> Result<Self> {
+        let Some((key, values)) = text.split_once('=') else {
+            return Err(Error::Usage(format!("{text:?} names no values: write key=value,value, such as voxels=32,64")));
+        };
+        let values = values.split(',').map(|value| vec![format!("{}={}", key.trim(), value.trim())]).collect();
+        Ok(Self { values })
+    }
+}
+
+impl Trial {
+    /// The preset and what was swept, in one line.
+    pub fn name(&self) -> String {
+        std::iter::once(self.preset.as_str()).chain(self.swept.iter().map(String::as_str)).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Every key whose value is not the preset's.
+    pub fn changes(&self) -> Vec<(&'static Key, String)> {
+        // A base that is no preset shows all that differs from the default one.
+        let preset = Settings::preset(&self.preset).unwrap_or_default().entries();
+        let pairs = self.settings.entries().into_iter().zip(preset);
+        pairs.filter(|(now, was)| now.1 != was.1).map(|(now, _)| now).collect()
+    }
+}
+
+/// The settings to run, bases first. What would run twice runs once, under its first name.
+///
+/// # Errors
+/// [`Error::Usage`]: a key or a value that does not exist.
+pub fn trials(bases: &[Base], axes: &[Axis]) -> Result<Vec<Trial>> {
+    let mut trials: Vec<Trial> = Vec::new();
+    let values = || axes.iter().flat_map(|axis| &axis.values);
+    for swept in std::iter::once(&Vec::new()).chain(values()) {
+        for base in bases {
+            let mut settings = base.settings.clone();
+            swept.iter().try_for_each(|assignment| settings.set(assignment))?;
+            if trials.iter().all(|trial| trial.settings != settings) {
+                trials.push(Trial { preset: base.preset.clone(), swept: swept.clone(), settings });
+            }
+        }
+    }
+    Ok(trials)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bases() -> Vec<Base> {
+        ["fast", "printed"].map(|name| Base { preset: name.into(), settings: Settings::preset(name).unwrap() }).into()
+    }
+
+    #[test]
+    fn one_axis_at_a_time_and_nothing_twice() {
+        let axes = ["voxels=64,128", "cones=g8,5"].map(|text| Axis::parse(text).unwrap());
+        let names: Vec<String> = trials(&bases(), &axes).unwrap().iter().map(Trial::name).collect();
+        // voxels = 128 and fast's g8, printed's 5 are the presets themselves.
+        let expected = ["fast", "printed", "fast voxels=64", "printed voxels=64", "printed cones=g8", "fast cones=5"];
+        assert_eq!(names, expected);
+    }
+
+    #[test]
+    fn changes_are_those_from_the_preset() {
+        let trials = trials(&bases(), &[Axis::parse("voxels=64").unwrap()]).unwrap();
+        let changes: Vec<_> = trials[3].changes().into_iter().map(|(key, value)| (key.name, value)).collect();
+        assert_eq!(changes, [("voxels", "64".to_owned())]);
+        assert!(trials[0].changes().is_empty());
+    }
+
+    #[test]
+    fn mistakes_name_what_is_wrong() {
+        let refused = |text: &str| match Axis::parse(text).and_then(|axis| trials(&bases(), &[axis])) {
+            Ok(trials) => panic!("{text} gives {trials:?}"),
+            Err(error) => error.to_string(),
+        };
+        assert!(refused("voxels").contains("key=value,value"));
+        assert!(refused("voxel=64").contains("did you mean \"voxels\""));
+        assert!(refused("voxels=64,63").contains("power of two"));
+        assert!(refused("voxels=").contains("power of two"));
+    }
+}

@@ -1,0 +1,137 @@
+//! One setting on one scene: what it cost, how wrong it was, or why it could not run.
+
+use serde::{Deserialize, Serialize};
+
+use super::plan::Trial;
+use crate::measure::metrics::Metrics;
+use crate::measure::timing::Spread;
+use crate::settings::Settings;
+
+/// One setting on one scene. `docs/json.md` lists the keys.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Hash over all that determines the row.
+    pub key: String,
+    /// The scene's name in this chart.
+    pub scene: String,
+    /// The preset and what was swept, in one line.
+    pub name: String,
+    pub preset: String,
+    /// `key=value` of the sweep; empty for a preset by itself.
+    pub swept: Vec<String>,
+    /// `key=value` for everything that is not as in the preset.
+    pub changes: Vec<String>,
+    pub settings: Settings,
+    /// Absent where the setting could not run.
+    pub measured: Option<Measured>,
+    /// Why it could not.
+    pub failure: Option<String>,
+}
+
+/// Times in milliseconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Frames that the times are taken over; one before them warmed up.
+    pub frames: usize,
+    /// Device time from a frame's first timestamp to its last.
+    pub frame_gpu_ms: Spread,
+    /// Processor time of the whole process over all threads, where the system tells it.
+    pub frame_cpu_ms: Option<Spread>,
+    /// From the start of recording to the end of the wait.
+    pub frame_wall_ms: Spread,
+    /// In the order of the frame.
+    pub passes: Vec<Pass>,
+    /// Bytes of device memory, as planned and taken.
+    pub memory_bytes: u64,
+    /// Values of the image that are NaN or infinite.
+    pub nonfinite: usize,
+    /// Whether the image's direct layer is its own; else, the reference's stands in: see [`super::measure`].
+    pub own_direct: bool,
+    /// Against all of the light.
+    pub full: Errors,
+    /// Against light of as many bounces as the method traces.
+    pub same: Errors,
+}
+
+/// A pass's median.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pass {
+    pub name: String,
+    pub gpu_ms: f64,
+}
+
+/// Against one reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// The reference's indirect bounces; absent: all.
+    pub bounces: Option<u32>,
+    /// The reference's own noise: root mean square of its pixels' relative error.
+    pub noise: f64,
+    pub total: Metrics,
+    /// Mean LDR-FLIP of the whole.
+    pub flip: f64,
+    /// Of total − direct; absent where the reference has no indirect light.
+    pub indirect: Option<Metrics>,
+}
+
+/// Which reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truth {
+    Full,
+    Same,
+}
+
+/// Which part of the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Total,
+    Indirect,
+}
+
+/// Which number; 0 is right for all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Metric {
+    /// |energy − 1|
+    Energy,
+    Rel,
+    Relmse,
+    P95,
+    /// Of the total only.
+    Flip,
+}
+
+impl Row {
+    /// A setting on a scene without a result yet.
+    pub fn new(key: String, scene: &str, trial: &Trial) -> Self {
+        let Trial { preset, swept, settings } = trial.clone();
+        let changes = trial.changes().into_iter().map(|(key, value)| format!("{}={value}", key.name)).collect();
+        let (scene, name) = (scene.to_owned(), trial.name());
+        Self { key, scene, name, preset, swept, changes, settings, measured: None, failure: None }
+    }
+
+    /// The setting's error, where it was measured.
+    pub fn error(&self, truth: Truth, part: Part, metric: Metric) -> Option<f64> {
+        let measured = self.measured.as_ref()?;
+        let errors = match truth {
+            Truth::Full => &measured.full,
+            Truth::Same => &measured.same,
+        };
+        let metrics = match part {
+            Part::Total => errors.total,
+            Part::Indirect => errors.indirect?,
+        };
+        Some(match metric {
+            Metric::Energy => (metrics.energy - 1.0).abs(),
+            Metric::Rel => metrics.rel,
+            Metric::Relmse => metrics.relmse,
+            Metric::P95 => metrics.p95,
+            Metric::Flip if part == Part::Total => errors.flip,
+            Metric::Flip => return None,
+        })
+    }
+
+    /// Median device time of a frame in milliseconds, where it was measured.
+    pub fn gpu_ms(&self) -> Option<f64> {
+        self.measured.as_ref().map(|m| m.frame_gpu_ms.median)
+    }
+}

@@ -1,0 +1,149 @@
+//! Finished rows in a folder, one file each, written whole or not at all: what ends the program loses none of them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::VERSION;
+use super::measure::{Pictures, Subject};
+use super::picture::data_uri;
+use super::row::Row;
+use crate::output::file;
+use crate::reference::{Depth, Options, Stop, cache};
+use crate::settings::Settings;
+use crate::vk::Context;
+use crate::{Error, Result};
+
+/// Says what a folder is.
+const MARK: &str = "chart.txt";
+const MARK_TEXT: &str =
+    "Made by `twobounce chart`, which writes everything here anew and goes on with the rows in rows/.\n";
+const ROWS: &str = "rows";
+
+/// A chart's folder. Nothing is written into it before the first row, and if it was made for nothing it goes away again.
+pub struct Store {
+    folder: PathBuf,
+    /// Whether there was no such folder before.
+    made: bool,
+    /// Hash of the program's own bytes.
+    program: String,
+    any_build: bool,
+}
+
+/// A row and its pictures as URIs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stored {
+    version: u32,
+    /// The build that measured it: another may measure something else.
+    program: String,
+    pub row: Row,
+    pub pictures: Option<Uris>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Uris {
+    pub image: String,
+    pub full: String,
+    pub same: String,
+}
+
+impl Store {
+    /// An empty folder, a new one, or one of an earlier chart, whose rows count if this build of the program measured
+    /// them, or with `any_build`.
+    ///
+    /// # Errors
+    /// [`Error::File`]: it holds something else, or nothing can be written there.
+    pub fn open(folder: &Path, any_build: bool) -> Result<Self> {
+        if folder.exists() && !folder.is_dir() {
+            return Err(Error::file(folder, "is a file; -o takes a folder"));
+        }
+        let failed = |what: &str, e: std::io::Error| Error::file(folder, format!("{what}: {e}; choose another folder"));
+        let made = !folder.exists();
+        fs::create_dir_all(folder).map_err(|e| failed("cannot be created", e))?;
+        let store = Self { folder: folder.to_owned(), made, program: program()?, any_build };
+        // What a killed program left half written is nobody's.
+        let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
+        let mut entries = fs::read_dir(folder).map_err(|e| failed("cannot be read", e))?.flatten();
+        if !store.is_marked() && entries.any(|entry| !is_part(entry)) {
+            return Err(Error::file(folder, "holds something else than a chart; name an empty or a new folder"));
+        }
+        file::check_writable(&store.path(MARK))?;
+        Ok(store)
+    }
+
+    /// A file of the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The row kept under `key`; `None` if there is none, or it is damaged: then it is measured anew.
+    pub fn load(&self, key: &str) -> Option<Stored> {
+        let text = fs::read_to_string(self.row_path(key)).ok()?;
+        let stored: Stored = serde_json::from_str(&text).ok()?;
+        let same_build = self.any_build || stored.program == self.program;
+        (stored.version == VERSION && stored.row.key == key && same_build).then_some(stored)
+    }
+
+    /// Keeps a row.
+    pub fn save(&self, row: Row, pictures: Option<&Pictures>) -> Result<Stored> {
+        let uris = |p: &Pictures| Uris { image: data_uri(&p.image), full: data_uri(&p.full), same: data_uri(&p.same) };
+        let stored = Stored { version: VERSION, program: self.program.clone(), row, pictures: pictures.map(uris) };
+        if !self.is_marked() {
+            file::write(&self.path(MARK), MARK_TEXT.as_bytes())?;
+        }
+        let rows = self.path(ROWS);
+        fs::create_dir_all(&rows).map_err(|e| Error::file(&rows, format!("cannot be created: {e}")))?;
+        let json = serde_json::to_string(&stored).map_err(|e| Error::file(&rows, e.to_string()))?;
+        file::write(&self.row_path(&stored.row.key), json.as_bytes())?;
+        Ok(stored)
+    }
+
+    fn is_marked(&self) -> bool {
+        fs::read_to_string(self.path(MARK)).is_ok_and(|text| text == MARK_TEXT)
+    }
+
+    fn row_path(&self, key: &str) -> PathBuf {
+        self.path(ROWS).join(format!("{key}.json"))
+    }
+}
+
+impl Drop for Store {
+    fn drop(&mut self) {
+        if self.made {
+            // Works on an empty folder only.
+            let _ = fs::remove_dir(&self.folder);
+        }
+    }
+}
+
+fn program() -> Result<String> {
+    let failed = |e: std::io::Error| Error::Usage(format!("the program's own file cannot be read: {e}"));
+    let bytes = std::env::current_exe().and_then(fs::read).map_err(failed)?;
+    Ok(blake3::hash(&bytes).to_string())
+}
+
+/// Names rows after all that determines them but the program itself.
+pub struct Keys {
+    /// The device, validation, how noisy references may be.
+    common: [String; 3],
+    noise: f64,
+}
+
+impl Keys {
+    /// `noise`: a share, not a percentage.
+    pub fn new(context: &Context, validation: bool, noise: f64) -> Self {
+        let device = format!("{} / {} / {:?}", context.name, context.driver, context.api_version);
+        Self { common: [device, validation.to_string(), noise.to_string()], noise }
+    }
+
+    /// Hash over these, the scene as it is seen, and the settings.
+    pub fn key(&self, subject: &Subject, settings: &Settings) -> String {
+        let (width, height) = subject.size;
+        let stop = Stop::Noise(self.noise);
+        let seen = Options { width, height, depth: Depth::Full, stop, seed: 0, occlusion: false };
+        let seen = cache::key((&subject.scene, &subject.pose, &subject.view), &seen).to_string();
+        let about = serde_json::json!([self.common, seen, format!("{:?}", subject.bounds), settings.to_toml()]);
+        blake3::hash(about.to_string().as_bytes()).to_hex()[..32].to_owned()
+    }
+}

@@ -1,0 +1,66 @@
+//! `twobounce chart`: many settings on some scenes, and the page, the SVG and the rows that show what each is worth.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use twobounce::chart::plan::{Axis, Base, Trial, trials};
+use twobounce::settings::PRESETS;
+use twobounce::{Error, Result};
+
+use super::Outcome;
+use super::args::{SceneArgs, SettingsArgs};
+use super::bench::{Bench, BenchArgs};
+
+/// Every preset runs by itself, then every value of every --sweep on top of every preset, one sweep at a time. Each row is
+/// kept as soon as it is finished: after an interruption the same command goes on.
+#[derive(Args, Debug)]
+#[command(mut_arg("size", |arg| arg.default_value("256x256")))]
+pub struct ChartArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Further scenes, looked at in the same way
+    #[arg(value_name = "SCENE")]
+    pub more: Vec<PathBuf>,
+    /// The folder to write into: a new one, an empty one, or one of an earlier chart
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// The presets to run, separated by commas [default: all]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub presets: Vec<String>,
+    /// Run these values of a setting on top of every preset; may be given several times
+    #[arg(long = "sweep", value_name = "KEY=VALUE,…")]
+    pub sweeps: Vec<String>,
+    /// In every preset, take the keys of this TOML file first
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// In every preset, set this key first; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    #[command(flatten)]
+    pub bench: BenchArgs,
+}
+
+/// Measures what is missing and writes the chart anew.
+pub fn run(args: &ChartArgs) -> anyhow::Result<Outcome> {
+    let trials = args.trials()?;
+    let paths = std::iter::once(&args.scene.path).chain(&args.more).collect();
+    let bench = Bench { scene: &args.scene, paths, trials: &trials, folder: &args.output, args: &args.bench };
+    bench.run(|_| Ok(()))?;
+    Ok(Outcome::Done)
+}
+
+impl ChartArgs {
+    fn trials(&self) -> Result<Vec<Trial>> {
+        let all = || PRESETS.iter().map(|preset| preset.name.to_owned()).collect();
+        let presets: Vec<String> = if self.presets.is_empty() { all() } else { self.presets.clone() };
+        let base = |preset: String| {
+            let (config, sets) = (self.config.clone(), self.sets.clone());
+            let settings = SettingsArgs { preset: preset.clone(), config, sets }.effective()?;
+            Ok(Base { preset, settings })
+        };
+        let bases: Vec<Base> = presets.into_iter().map(base).collect::<Result<_>>()?;
+        let swept = |e: Error| Error::Usage(format!("--sweep: {e}"));
+        let axes: Vec<Axis> = self.sweeps.iter().map(|text| Axis::parse(text)).collect::<Result<_>>().map_err(swept)?;
+        trials(&bases, &axes).map_err(swept)
+    }
+}

@@ -1,0 +1,79 @@
+//! `twobounce study`: the default study, from its table of axes to `docs/study/`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use twobounce::chart::export::Chart;
+use twobounce::chart::study::{SCENES, by_hand, document, lines, settings};
+use twobounce::chart::svg;
+use twobounce::output::file;
+use twobounce::{Error, Result};
+
+use super::Outcome;
+use super::args::{SceneArgs, size};
+use super::bench::{Bench, BenchArgs};
+use crate::say;
+
+/// Runs every preset and every axis by itself, keeps rows as `chart` does, and writes the page anew, but for what
+/// stands in it by hand.
+#[derive(Args, Debug)]
+pub struct StudyArgs {
+    /// The scenes [default: those of the project]
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// The folder for README.md, rows.csv and an SVG per scene
+    #[arg(short, long, value_name = "DIR", default_value = "docs/study")]
+    pub output: PathBuf,
+    /// The folder that keeps rows, as `chart -o`; its index.html shows them all
+    #[arg(long, value_name = "DIR", default_value = "out/study")]
+    pub rows: PathBuf,
+    /// Size of the images in pixels
+    #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = size)]
+    pub size: (u32, u32),
+    /// In every preset, set this key first; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    #[command(flatten)]
+    pub bench: BenchArgs,
+}
+
+pub fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
+    let lines = lines(&args.sets)?;
+    let kept = kept(&args.output)?;
+    let scenes = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
+    let scene = SceneArgs::plain(scenes[0].clone(), args.size);
+    let (trials, paths) = (settings(&lines), scenes.iter().collect());
+    let bench = Bench { scene: &scene, paths, trials: &trials, folder: &args.rows, args: &args.bench };
+    bench.run(|chart| {
+        write(&args.output, chart, &document(chart, &lines, &args.sets, &kept))?;
+        say!("wrote {}", args.output.join("README.md").display());
+        Ok(())
+    })?;
+    Ok(Outcome::Done)
+}
+
+/// What stands by hand in the page that is there; a folder that holds something else is refused.
+fn kept(folder: &Path) -> Result<String> {
+    let page = folder.join("README.md");
+    match fs::read_to_string(&page) {
+        Ok(text) => by_hand(&text).map(str::to_owned).ok_or_else(|| {
+            Error::file(&page, "was not written by `twobounce study`, or lost its marks; name another folder with -o")
+        }),
+        Err(_) if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) || folder.is_file() => {
+            Err(Error::file(folder, "holds something else than a study; name an empty or a new folder with -o"))
+        }
+        Err(_) => Ok("Nothing is written here yet.\n".to_owned()),
+    }
+}
+
+fn write(folder: &Path, chart: &Chart, page: &str) -> Result<()> {
+    fs::create_dir_all(folder).map_err(|e| Error::file(folder, format!("cannot be created: {e}")))?;
+    for scene in &chart.scenes {
+        let picture = svg::chart(&chart.panels(&scene.name), 2);
+        file::write(&folder.join(format!("{}.svg", scene.name)), picture.as_bytes())?;
+    }
+    file::write(&folder.join("rows.csv"), chart.csv().as_bytes())?;
+    // Last: a folder without it was not written by this command.
+    file::write(&folder.join("README.md"), page.as_bytes())
+}

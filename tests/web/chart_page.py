@@ -1,0 +1,163 @@
+"""Tests the page that `twobounce chart` writes, in a real browser. Usage: chart_page.py PAGE.html FOLDER
+
+The chart must have two scenes, several settings, and one that could not run. Screenshots go into FOLDER."""
+
+import pathlib
+import sys
+import time
+
+from driver import Browser
+
+HOME, TAB, LEFT, RIGHT = "\ue011", "\ue004", "\ue012", "\ue014"
+
+# Every point: its name and where it is in the viewport.
+POINTS = """
+document.querySelector('#chart').scrollIntoView({block: 'center'});
+return [...document.querySelectorAll('.point')].map((p) => {
+  const box = p.querySelector('.dot').getBoundingClientRect();
+  return {name: p.dataset.name, x: box.x + box.width / 2, y: box.y + box.height / 2};
+});"""
+CHOSEN = "return document.querySelector('.point[aria-selected=true]').dataset.name"
+PICTURES = "return ['image', 'reference', 'difference'].map((id) => document.getElementById(id).naturalWidth)"
+
+
+def wait_for(browser, script, what):
+    """Pictures are decoded a little after their source is set."""
+    end = time.monotonic() + 10
+    while not browser.run(script):
+        assert time.monotonic() < end, f"waited in vain: {what}"
+        time.sleep(0.05)
+
+
+def check_chosen(browser, name, how):
+    chosen, title = browser.run(CHOSEN), browser.run("return document.querySelector('#name').textContent")
+    assert chosen == name, f"{how}: {chosen} is chosen instead of {name}"
+    assert title.startswith(name + " · "), f"{how}: {name} is chosen, but {title} is shown"
+    wait_for(browser, PICTURES + ".every((width) => width > 0)", f"the pictures of {name}")
+
+
+def every_point_by(browser, pointer):
+    points = browser.run(POINTS)
+    assert len(points) >= 4, f"only {len(points)} points"
+    for point in points:
+        browser.click(point["x"], point["y"], pointer)
+        check_chosen(browser, point["name"], pointer)
+
+
+def every_point_by_keyboard(browser):
+    names = {point["name"] for point in browser.run(POINTS)}
+    # From the control before the chart, Tab leads to the chosen point.
+    browser.run("document.querySelector('[name=metric]:checked').focus()")
+    browser.press(TAB)
+    assert browser.run("return document.activeElement.classList.contains('point')"), "Tab does not reach the points"
+    browser.press(HOME)
+    seen = set()
+    for _ in names:
+        name = browser.run("return document.activeElement.dataset.name")
+        check_chosen(browser, name, "keyboard")
+        ring = browser.run("return getComputedStyle(document.activeElement.querySelector('.ring')).strokeWidth")
+        assert ring == "4px", f"the focus on {name} cannot be seen: ring of {ring}"
+        assert browser.run("return document.activeElement.getAttribute('aria-label')").startswith(name)
+        seen.add(name)
+        browser.press(RIGHT)
+    assert seen == names, f"the arrow keys reach {seen} of {names}"
+
+
+def the_slider_moves(browser):
+    cut = "return getComputedStyle(document.getElementById('image')).clipPath"
+    browser.run("const s = document.getElementById('slider'); s.scrollIntoView({block: 'center'}); s.focus()")
+    before = browser.run(cut)
+    browser.press(LEFT)
+    after = browser.run(cut)
+    assert before != after, f"the slider does not follow the keys: {before}"
+    box = browser.run("const b = document.getElementById('slider').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]")
+    middle = box[1] + box[3] / 2
+    browser.drag([(box[0] + 0.5 * box[2], middle), (box[0] + 0.25 * box[2], middle)])
+    value = float(browser.run("return document.getElementById('slider').value"))
+    # A whole percentage, and half a pixel of the pointer.
+    assert abs(value - 25) <= 1.5, f"the slider is at {value}, dragged to 25"
+    wait_for(browser, f"{cut}.includes('{100 - value:.0f}%')", "the picture's edge")
+
+
+def every_switch_changes_the_drawing(browser):
+    # The numbers of every point, not the words around them.
+    drawing = """return [...document.querySelectorAll('.point')].map((p) => {
+      const told = p.getAttribute('aria-label').slice(p.dataset.name.length);
+      return p.dataset.name + ' ' + told.match(/[0-9][0-9.,e-]*/g).slice(0, 2).join(' ');
+    }).sort().join('\\n')"""
+    choose = """
+const control = document.querySelector(`[name=${arguments[0]}]`);
+const radio = document.querySelector(`[name=${arguments[0]}][value="${arguments[1]}"]`);
+if (radio) radio.click();
+else { control.value = arguments[1]; control.dispatchEvent(new Event('change', {bubbles: true})); }"""
+    scenes = browser.run("return [...document.querySelector('[name=scene]').options].map((o) => o.value)")
+    assert len(scenes) == 2, scenes
+    switches = [
+        ("metric", ["energy", "relmse", "p95", "flip", "rel"]), ("part", ["indirect", "total"]),
+        ("truth", ["same", "full"]), ("cost", ["cpu", "memory", "gpu"]), ("scene", [scenes[1], scenes[0]]),
+    ]
+    for name, values in switches:
+        for value in values:
+            before = browser.run(drawing)
+            browser.run(choose, name, value)
+            assert browser.run(drawing) != before, f"{name} = {value} does not change the drawing"
+            assert browser.run("return document.querySelectorAll('.point').length") >= 4, f"{name} = {value}"
+    browser.run(choose, "metric", "flip")
+    browser.run(choose, "part", "indirect")
+    assert browser.run("return document.querySelector('[name=metric]:checked').value") == "rel", "flip has no indirect part"
+    browser.run(choose, "part", "total")
+
+
+def the_tooltip_follows(browser):
+    point = browser.run(POINTS)[0]
+    browser.move(point["x"] + 3, point["y"])
+    told = browser.run("const t = document.querySelector('.tooltip'); return t.hidden ? '' : t.textContent")
+    assert told.startswith(point["name"] + ":"), f"the tooltip says {told!r} at {point['name']}"
+
+
+def nothing_is_wider_than(browser, width):
+    wide = browser.run("return document.scrollingElement.scrollWidth")
+    assert wide <= width, f"the page is {wide} pixels wide on a screen of {width}"
+
+
+def quiet(browser, when):
+    messages = browser.console()
+    assert not messages, f"the console says, {when}: {messages}"
+    resources = browser.run("return performance.getEntriesByType('resource').map((r) => r.name).filter((n) => !n.startsWith('data:'))")
+    assert not resources, f"the page loads {resources}"
+
+
+def main(page, folder):
+    with Browser() as browser:
+        browser.look(1280, 900, "light")
+        browser.open(page)
+        wait_for(browser, PICTURES + ".every((width) => width > 0)", "the first pictures")
+        quiet(browser, "after loading")
+        lines = browser.run("return document.querySelector('.frontier').points.numberOfItems")
+        assert lines >= 2, f"the frontier has {lines} points"
+        failures = browser.run("return document.querySelector('#failures').innerText")
+        assert "fast voxels=64" in failures and "--memory-limit" in failures, f"no word of what failed: {failures!r}"
+        every_point_by(browser, "mouse")
+        every_point_by_keyboard(browser)
+        the_tooltip_follows(browser)
+        the_slider_moves(browser)
+        every_switch_changes_the_drawing(browser)
+        browser.run("scrollTo(0, 0)")
+        browser.screenshot(folder / "wide.png")
+        for scheme in ("light", "dark"):
+            browser.look(375, 812, scheme)
+            time.sleep(0.2)
+            nothing_is_wider_than(browser, 375)
+            every_point_by(browser, "touch")
+            browser.run("document.querySelector('details').open = true")
+            nothing_is_wider_than(browser, 375)
+            browser.run("document.querySelector('details').open = false; scrollTo(0, 0)")
+            browser.screenshot(folder / f"phone-{scheme}.png")
+            browser.run("document.querySelector('#compare').scrollIntoView()")
+            browser.screenshot(folder / f"phone-{scheme}-detail.png")
+        quiet(browser, "at the end")
+    print(f"the page works; screenshots are in {folder}")
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]))

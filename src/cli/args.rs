@@ -24,6 +24,8 @@ pub enum Command {
     Reference(super::reference::ReferenceArgs),
     /// Compare an image with its reference
     Compare(super::compare::CompareArgs),
+    /// Measure what each pass of a frame costs, per thing it works on, and how that grows
+    Profile(super::profile::ProfileArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
     /// List the Vulkan devices, what twobounce needs of them, and what they lack
@@ -232,7 +234,7 @@ fn numbers(text: &str) -> Option<[f64; 3]> {
     values?.try_into().ok()
 }
 
-fn memory_size(text: &str) -> Result<u64, String> {
+pub fn memory_size(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match text[digits.len()..].to_ascii_lowercase().as_str() {
         "kib" | "k" => 10,

@@ -93,6 +93,7 @@ mod tests {
             cpu_ms: Some(2.0),
             wall_ms: Some(1.5),
             bytes: 64,
+            counts: Vec::new(),
         };
         let frame = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
         let mut timings = Timings::new(0);

@@ -117,7 +117,8 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
     let pixels = u64::from(size.0) * u64::from(size.1);
     let costs = costs::costs(&frames.timings.passes(), &counted, &counters, pixels, &copy);
     out::write(&format!("\n{}", costs::table(&costs, &copy)));
-    let growth = if args.growth { growth::measure(&context, &subject, args.frames.min(GROWTH_FRAMES))? } else { vec![] };
+    let growth =
+        if args.growth { growth::measure(&context, &subject, args.frames.min(GROWTH_FRAMES))? } else { vec![] };
     growth.iter().for_each(|axis| out::write(&format!("\n{}", growth::table(axis))));
     refuse_invalid(&context)?;
     let size_words = format!("{width}×{height}");
@@ -172,9 +173,12 @@ fn write(path: &Path, text: &str) -> Result<()> {
 impl ProfileArgs {
     /// Every file to be written can be, is no input, and is written once.
     fn check_targets(&self) -> Result<()> {
-        let same = |a: &Path, b: &Path| a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+        let same =
+            |a: &Path, b: &Path| a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         for target in [&self.json, &self.plot].into_iter().flatten() {
-            if same(target, &self.scene.path) || self.settings.config.as_ref().is_some_and(|config| same(target, config)) {
+            if same(target, &self.scene.path)
+                || self.settings.config.as_ref().is_some_and(|config| same(target, config))
+            {
                 return Err(Error::file(target, "is read and written by the same command; name another output"));
             }
             file::check_writable(target)?;
@@ -185,5 +189,56 @@ impl ProfileArgs {
             }
             _ => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use twobounce::profile::counts::Counts;
+    use twobounce::profile::growth::PassGrowth;
+    use twobounce::settings::Settings;
+
+    /// A key that is renamed, added or dropped must be so in the page too, and its version looked at.
+    #[test]
+    fn the_keys_are_those_of_the_page() {
+        let settings = Settings::default();
+        let cost = PassCost {
+            name: "shade 1",
+            ns_per_occupied_voxel: Some(1.0),
+            ns_per_list_item: Some(1.0),
+            ns_per_pixel: Some(1.0),
+            ns_per_cone_step: Some(1.0),
+            counts: Counts::default(),
+            fetched_bytes: 1,
+            written_bytes: 1,
+            gb_per_s: 1.0,
+            share_of_copy: 1.0,
+        };
+        let pass = PassGrowth { name: "shade 1", gpu_ms: vec![1.0], exponent: Some(1.0) };
+        let growth = Growth {
+            axis: "voxels",
+            values: vec![16.0],
+            occupied_voxels: vec![1],
+            passes: vec![pass],
+            left_out: vec!["why".into()],
+        };
+        let report = ProfileReport {
+            version: VERSION,
+            render: report::tests::report(&settings),
+            copy: CopyRates { buffer_gb_per_s: 1.0, shader_gb_per_s: 1.0 },
+            costs: &[cost],
+            growth: &[growth],
+        };
+        let mut written = BTreeSet::new();
+        report::tests::paths(&serde_json::to_value(report).unwrap(), "", &mut written);
+        // The first part of the page is that of `render`, which another test holds against the program.
+        written.retain(|path| !path.starts_with("render."));
+        written.insert("render".into());
+        let page = include_str!("../../docs/json.md").split("\n# ").nth(1).unwrap();
+        let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
+        assert_eq!(written, page.lines().filter_map(cell).collect());
+        assert!(page.contains("`twobounce profile --json") && page.contains(&format!("`version` is {VERSION}")));
     }
 }

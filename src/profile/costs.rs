@@ -16,7 +16,7 @@ pub struct PassCost {
     pub name: &'static str,
     /// Of the passes that work on voxels.
     pub ns_per_occupied_voxel: Option<f64>,
-    /// Of the passes that make lists or walk them, shadow rays' walks included.
+    /// Of the voxel passes that make lists or walk them; shadow rays' walks count too.
     pub ns_per_list_item: Option<f64>,
     /// Of the passes that work on the image.
     pub ns_per_pixel: Option<f64>,
@@ -55,7 +55,7 @@ fn cost(
     let name = pass.name;
     let counts = counted.iter().find(|row| row.0 == name).map_or_else(Counts::default, |row| row.1);
     let is = |prefixes: &[&str]| prefixes.iter().any(|prefix| name.starts_with(prefix));
-    let makes_lists = is(&["voxelise"]);
+    let (makes_lists, walks_lists) = (is(&["voxelise"]), is(&["shade"]));
     let ms = pass.gpu_ms.median;
     let per = |applies: bool, count: u64| (applies && count > 0).then(|| ms * 1e6 / count as f64);
     let (items, triangles) = (u64::from(frame.list_items), u64::from(frame.triangles));
@@ -72,7 +72,7 @@ fn cost(
     PassCost {
         name,
         ns_per_occupied_voxel: per(is(&["voxelise", "shade", "mips"]), frame.occupied_voxels.into()),
-        ns_per_list_item: per(true, if makes_lists { items } else { counts.list_items }),
+        ns_per_list_item: per(makes_lists || walks_lists, if makes_lists { items } else { counts.list_items }),
         ns_per_pixel: per(is(&["render", "gather"]), pixels),
         ns_per_cone_step: per(true, counts.cone_steps + counts.shadow_steps),
         counts,
@@ -143,6 +143,9 @@ mod tests {
         assert_eq!((rows[2].ns_per_pixel, rows[2].ns_per_occupied_voxel), (Some(62500.0), None));
         assert_eq!((rows[3].ns_per_occupied_voxel, rows[3].ns_per_list_item), (None, None));
         let table = table(&rows, &copy);
-        assert!(table.lines().nth(3).is_some_and(|line| line.starts_with("render") && line.contains("62500.00")), "{table}");
+        assert!(
+            table.lines().nth(3).is_some_and(|line| line.starts_with("render") && line.contains("62500.00")),
+            "{table}"
+        );
     }
 }

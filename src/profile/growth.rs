@@ -190,7 +190,10 @@ mod tests {
         mesh.indices = vec![0, 1, 2, 1, 4, 2];
         let area = |mesh: &Mesh| -> f32 {
             let corner = |i: u32| mesh.positions[i as usize];
-            mesh.indices.chunks_exact(3).map(|t| (corner(t[1]) - corner(t[0])).cross(corner(t[2]) - corner(t[0])).length()).sum()
+            mesh.indices
+                .chunks_exact(3)
+                .map(|t| (corner(t[1]) - corner(t[0])).cross(corner(t[2]) - corner(t[0])).length())
+                .sum()
         };
         let fine = subdivided(&mesh);
         assert_eq!(fine.indices.len(), 4 * mesh.indices.len());

@@ -75,8 +75,11 @@ impl Scale {
 }
 
 fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
-    let passes: Vec<_> =
-        names.iter().enumerate().filter_map(|(i, name)| Some((i, axis.passes.iter().find(|p| p.name == *name)?))).collect();
+    let passes: Vec<_> = names
+        .iter()
+        .enumerate()
+        .filter_map(|(i, name)| Some((i, axis.passes.iter().find(|p| p.name == *name)?)))
+        .collect();
     let x = Scale::around(axis.values.iter().copied(), WIDTH - LEFT - 12.0);
     let y = Scale::around(passes.iter().flat_map(|(_, p)| p.gpu_ms.iter().copied()), HEIGHT - 20.0);
     let (px, py) = (|v: f64| LEFT + x.at(v), |v: f64| HEIGHT - y.at(v));
@@ -141,7 +144,8 @@ mod tests {
     fn lines_pass_through_the_measurements() {
         let pass = |name, gpu_ms: [f64; 2]| PassGrowth { name, gpu_ms: gpu_ms.to_vec(), exponent: Some(2.0) };
         let passes = vec![pass("shade", [1.0, 100.0]), pass("dust", [1e-4, 1e-4])];
-        let axis = Growth { axis: "voxels", values: vec![16.0, 64.0], occupied_voxels: vec![1, 2], passes, left_out: vec![] };
+        let axis =
+            Growth { axis: "voxels", values: vec![16.0, 64.0], occupied_voxels: vec![1, 2], passes, left_out: vec![] };
         let svg = svg("a < b", &[axis]);
         // The smallest value at the lower left, the largest at the upper right; what is too small is left out.
         assert!(svg.contains("<polyline points=\"52.0,240.0 318.0,20.0\""), "{svg}");

@@ -25,7 +25,13 @@ pub(super) struct Counting {
 impl Counting {
     pub(super) fn new(context: &Arc<Context>) -> Result<Self> {
         let buffer = |label: &str, zones: u64, kind| {
-            Ok::<_, crate::Error>(Arc::new(Buffer::new(context, label, BYTES * zones, kind, BufferUsageFlags::empty())?))
+            Ok::<_, crate::Error>(Arc::new(Buffer::new(
+                context,
+                label,
+                BYTES * zones,
+                kind,
+                BufferUsageFlags::empty(),
+            )?))
         };
         let zones = u64::from(MAX_TIMESTAMPS / 2);
         Ok(Self {

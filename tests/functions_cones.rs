@@ -236,7 +236,7 @@ fn counted_steps_are_their_twins() {
             .map(|&(origin, direction)| {
                 let edge = EDGE as f32;
                 let cone = Cone { origin: origin / edge, direction, aperture: 0.1, start: 1.5 / edge, end: 10.0 };
-                cone::trace_cone(&volume, &cone, &settings).steps.into()
+                u64::from(cone::trace_cone(&volume, &cone, &settings).steps)
             })
             .sum();
         // A cone whose last step lies within rounding of its end may take it or not: two cones of the 400.

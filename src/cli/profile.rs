@@ -113,7 +113,9 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
         counters.occupied_voxels
     );
     let copy = copy::measure(&context)?;
-    let counted = subject.count(&args.device.open_counting(size.0, size.1)?)?;
+    let counting = args.device.open_counting(size.0, size.1)?;
+    let counted = subject.count(&counting)?;
+    refuse_invalid(&counting)?;
     let pixels = u64::from(size.0) * u64::from(size.1);
     let costs = costs::costs(&frames.timings.passes(), &counted, &counters, pixels, &copy);
     out::write(&format!("\n{}", costs::table(&costs, &copy)));

@@ -116,14 +116,19 @@ pub fn table(growth: &Growth) -> String {
         format!("{name:width$}{cells}  {end:>8}\n")
     };
     let mut text = row(growth.axis, growth.values.iter().map(f64::to_string).collect(), "exponent");
-    text += row("occupied voxels", growth.occupied_voxels.iter().map(u32::to_string).collect(), "").trim_end();
-    text += "\n";
+    let occupied: Vec<f64> = growth.occupied_voxels.iter().map(|count| f64::from(*count)).collect();
+    let cells = growth.occupied_voxels.iter().map(u32::to_string).collect();
+    text += &row("occupied voxels", cells, &words(exponent(&growth.values, &occupied)));
     for pass in &growth.passes {
-        let exponent = pass.exponent.map_or_else(String::new, |e| format!("{e:.2}"));
-        text += &row(pass.name, pass.gpu_ms.iter().map(|ms| format!("{ms:.3}")).collect(), &exponent);
+        text += &row(pass.name, pass.gpu_ms.iter().map(|ms| format!("{ms:.3}")).collect(), &words(pass.exponent));
     }
     growth.left_out.iter().for_each(|why| text += &format!("left out: {why}\n"));
     text
+}
+
+/// Two digits, and no −0.00.
+pub(super) fn words(exponent: Option<f64>) -> String {
+    exponent.map_or_else(String::new, |e| format!("{:.2}", (e * 100.0).round() / 100.0 + 0.0))
 }
 
 /// The slope of the line through (ln x, ln y), by least squares; none for fewer than two points.

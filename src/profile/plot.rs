@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::growth::Growth;
+use super::growth::{Growth, words};
 
 const WIDTH: f64 = 330.0;
 const HEIGHT: f64 = 240.0;
@@ -109,8 +109,8 @@ fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
         }
         let at = bottom + 36.0 + ROW * row as f64;
         add(format!("<path d=\"M{LEFT} {}h16\" stroke=\"{color}\" stroke-width=\"3\"/>", at - 4.0));
-        let exponent = pass.exponent.map_or_else(String::new, |e| format!("  ~ {} ^ {e:.2}", axis.axis));
-        add(format!("<text x=\"{}\" y=\"{at}\">{}{exponent}</text>", LEFT + 22.0, escaped(pass.name)));
+        let power = pass.exponent.map_or_else(String::new, |_| format!(" ~ {} ^ {}", axis.axis, words(pass.exponent)));
+        add(format!("<text x=\"{}\" y=\"{at}\">{}{power}</text>", LEFT + 22.0, escaped(pass.name)));
     }
     svg
 }
@@ -149,6 +149,6 @@ mod tests {
         let svg = svg("a < b", &[axis]);
         // The smallest value at the lower left, the largest at the upper right; what is too small is left out.
         assert!(svg.contains("<polyline points=\"52.0,240.0 318.0,20.0\""), "{svg}");
-        assert!(svg.contains("shade  ~ voxels ^ 2.00") && !svg.contains("dust") && svg.contains("a &lt; b"), "{svg}");
+        assert!(svg.contains("shade ~ voxels ^ 2.00") && !svg.contains("dust") && svg.contains("a &lt; b"), "{svg}");
     }
 }

@@ -1,5 +1,7 @@
 //! Compiles every shader under `glsl/` to SPIR-V (Vulkan 1.2) and writes the table that `vk::shader` includes.
 //! An error or a warning stops the build with `file:line: message`.
+//!
+//! A shader that includes `common/count.glsl` is compiled once more, as `counted/…`, with what it reads being counted.
 
 use shaderc::{
     CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, SpirvVersion, TargetEnv,
@@ -13,6 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, fs, process, thread};
 
 const ROOT: &str = "glsl";
+const COUNTING: &str = "common/count.glsl";
 
 fn main() {
     // A folder is watched with everything below it, so this covers includes and new files too.
@@ -24,15 +27,16 @@ fn main() {
 
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let next = AtomicUsize::new(0);
-    let errors = Mutex::new(Vec::new());
+    let (names, errors) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let threads = thread::available_parallelism().map_or(1, |n| n.get()).min(shaders.len());
     thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
                 let compiler = Compiler::new().expect("shaderc starts");
                 while let Some(shader) = shaders.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if let Err(message) = compile(&compiler, shader, &out) {
-                        errors.lock().expect("no compiling thread panicked").push(message);
+                    match compile_forms(&compiler, shader, &out) {
+                        Ok(forms) => names.lock().expect("no compiling thread panicked").extend(forms),
+                        Err(message) => errors.lock().expect("no compiling thread panicked").push(message),
                     }
                 }
             });
@@ -44,7 +48,8 @@ fn main() {
         eprintln!("\n{}", errors.join("\n"));
         process::exit(1);
     }
-    fs::write(out.join("shaders.rs"), table(&shaders)).expect("OUT_DIR is writable");
+    let names = names.into_inner().expect("no compiling thread panicked");
+    fs::write(out.join("shaders.rs"), table(names)).expect("OUT_DIR is writable");
 }
 
 fn kind(path: &Path) -> Option<ShaderKind> {
@@ -74,11 +79,24 @@ fn name(path: &Path) -> String {
     below.to_string_lossy().replace('\\', "/")
 }
 
-fn output_file(path: &Path) -> String {
-    name(path).replace('/', "_") + ".spv"
+fn output_file(name: &str) -> String {
+    name.replace('/', "_") + ".spv"
 }
 
-fn compile(compiler: &Compiler, path: &Path, out: &Path) -> Result<(), String> {
+/// Compiles a shader, and its counting form where it has one; the names of what was made.
+fn compile_forms(compiler: &Compiler, path: &Path, out: &Path) -> Result<Vec<String>, String> {
+    let plain = name(path);
+    let included = compile(compiler, path, &[], &out.join(output_file(&plain)))?;
+    if !included.contains(COUNTING) {
+        return Ok(vec![plain]);
+    }
+    let counted = format!("counted/{plain}");
+    compile(compiler, path, &["COUNTED"], &out.join(output_file(&counted)))?;
+    Ok(vec![plain, counted])
+}
+
+/// Writes SPIR-V to `out`; the files that were included.
+fn compile(compiler: &Compiler, path: &Path, defines: &[&str], out: &Path) -> Result<HashSet<String>, String> {
     let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
     // Every file is included once per shader, so that common files need no guards.
     let included = RefCell::new(HashSet::new());
@@ -89,6 +107,7 @@ fn compile(compiler: &Compiler, path: &Path, out: &Path) -> Result<(), String> {
     // Without it the optimiser strips the names that reflection goes by.
     options.set_generate_debug_info();
     options.set_warnings_as_errors();
+    defines.iter().for_each(|define| options.add_macro_definition(define, None));
     options.set_include_callback(|requested, _, _, _| {
         let file = Path::new(ROOT).join(requested);
         let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
@@ -100,15 +119,17 @@ fn compile(compiler: &Compiler, path: &Path, out: &Path) -> Result<(), String> {
     let artifact = compiler
         .compile_into_spirv(&source, shader_kind, &path.to_string_lossy(), "main", Some(&options))
         .map_err(|e| e.to_string())?;
-    fs::write(out.join(output_file(path)), artifact.as_binary_u8()).map_err(|e| e.to_string())
+    fs::write(out, artifact.as_binary_u8()).map_err(|e| e.to_string())?;
+    drop(options);
+    Ok(included.into_inner())
 }
 
 /// Rust source: a slice of (name, SPIR-V bytes), sorted by name.
-fn table(shaders: &[PathBuf]) -> String {
-    let mut entries: Vec<_> = shaders.iter().map(|path| (name(path), output_file(path))).collect();
-    entries.sort();
+fn table(mut names: Vec<String>) -> String {
+    names.sort();
     let mut text = String::from("static SHADERS: &[(&str, &AlignedWords)] = &[\n");
-    for (name, file) in entries {
+    for name in names {
+        let file = output_file(&name);
         writeln!(text, "    ({name:?}, &Aligned(*include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")))),")
             .expect("fmt");
     }

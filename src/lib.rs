@@ -14,6 +14,7 @@ pub mod ledger;
 pub mod measure;
 pub mod memory_plan;
 pub mod output;
+pub mod profile;
 pub mod reference;
 pub mod renderer;
 pub mod scene;

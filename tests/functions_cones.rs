@@ -16,6 +16,7 @@ use half::f16;
 use scenes::Random;
 use twobounce::gi::cones::constants::{Features, constants};
 use twobounce::layout;
+use twobounce::profile::counts::Counts;
 use twobounce::settings::{ConeSet, Form, RoughnessFit, Settings, Weights};
 use twobounce::twins::cone::{self, Cone};
 use twobounce::twins::directions::*;
@@ -72,7 +73,10 @@ struct Gpu {
 
 impl Gpu {
     fn new(volume: &Volume) -> Self {
-        let context = gpu::context();
+        Self::on(gpu::context(), volume)
+    }
+
+    fn on(context: Arc<Context>, volume: &Volume) -> Self {
         let face = |k: usize| {
             let desc = ImageDesc {
                 label: "face",
@@ -99,6 +103,11 @@ impl Gpu {
     }
 
     fn evaluate(&self, function: Function, inputs: &[Arguments], settings: &Settings) -> Vec<Arguments> {
+        self.run(function, inputs, settings).0
+    }
+
+    /// Also what was counted, where the context counts.
+    fn run(&self, function: Function, inputs: &[Arguments], settings: &Settings) -> (Vec<Arguments>, Counts) {
         let c = &self.context;
         let mut constants = constants(settings, Features::default(), 1);
         constants.push((20, function as u32));
@@ -135,11 +144,13 @@ impl Gpu {
         binds.push(Bind::buffer("outputs", &output));
         let mut recorder = Recorder::new(c, RecorderOptions::default()).expect("a recorder");
         let count = inputs.len() as u32;
-        recorder.dispatch(&pipeline, &binds, &count, [count.div_ceil(64), 1, 1]);
-        recorder.finish().expect("a dispatch");
+        recorder.zone("functions", ZoneKind::Compute, 0, |r| {
+            r.dispatch(&pipeline, &binds, &count, [count.div_ceil(64), 1, 1]);
+        });
+        let timings = recorder.finish().expect("a dispatch");
         let outputs = download(c, &output).expect("outputs");
         assert_eq!(c.take_validation_messages(), Vec::<String>::new());
-        outputs
+        (outputs, Counts::of(&timings.zones[0].counts))
     }
 }
 
@@ -213,6 +224,34 @@ fn cones_see_what_their_twins_see() {
             let expected = cone::trace_cone(&volume, &cone, &settings).value;
             // Texture filtering: the driver may round a texel's weights to 8 bits, and a cone takes up to 25 samples.
             close(out.vec4(0), expected, 0.01, &format!("ray {i} of {:?} {:?}", settings.weights, settings.ledger));
+        }
+    }
+}
+
+#[test]
+fn counted_steps_are_their_twins() {
+    let volume = random_volume();
+    let (plain, gpu) = (Gpu::new(&volume), Gpu::on(gpu::counting(), &volume));
+    let rays = rays(400);
+    let inputs: Vec<_> = rays.iter().map(|(p, d)| Arguments::of(p.extend(0.1), d.extend(1.5), Vec4::ZERO)).collect();
+    for settings in variants() {
+        let (outputs, counts) = gpu.run(Function::TraceCone, &inputs, &settings);
+        let steps: u64 = rays
+            .iter()
+            .map(|&(origin, direction)| {
+                let edge = EDGE as f32;
+                let cone = Cone { origin: origin / edge, direction, aperture: 0.1, start: 1.5 / edge, end: 10.0 };
+                u64::from(cone::trace_cone(&volume, &cone, &settings).steps)
+            })
+            .sum();
+        // A cone whose last step lies within rounding of its end may take it or not: two cones of the 400.
+        assert!(counts.cone_steps.abs_diff(steps) <= 2, "{} steps are not {steps}", counts.cone_steps);
+        // Every step looks at three faces of one or two levels.
+        assert!((24 * counts.cone_steps..=48 * counts.cone_steps).contains(&counts.volume_texels), "{counts:?}");
+        assert_eq!(counts.shadow_steps, 0);
+        // Counting changes nothing.
+        for (counted, plain) in outputs.iter().zip(plain.evaluate(Function::TraceCone, &inputs, &settings)) {
+            assert_eq!(counted.0.map(|v| v.map(f32::to_bits)), plain.0.map(|v| v.map(f32::to_bits)));
         }
     }
 }

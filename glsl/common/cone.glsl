@@ -2,6 +2,8 @@
 // premultiplied, and alpha. CPU twin: src/twins/cone.rs.
 // Needs: volume_0 … volume_6: what a cone sees that travels along +x +y +z −x −y −z, and the isotropic average.
 
+#include "common/count.glsl"
+
 const uint BLEND_SUM = 1u;
 const float NEARLY_OPAQUE = 0.995; // D18: what is left cannot change an 8-bit image
 const uint STEP_CAP = 2048u; // a hard shadow cone in steps of ⅓ crosses 256³ in 1331
@@ -24,6 +26,7 @@ vec4 correct_opacity(vec4 v, float ratio) {
 
 // The volume as seen along unit d, over one edge of the level that is read.
 vec4 sample_directional(vec3 at, vec3 d, vec3 weights, float level) {
+    COUNT(VOLUME_TEXELS, 3u * trilinear_texels(level));
     vec3 uvw = at / float(EDGE);
     vec4 x = d.x < 0.0 ? textureLod(volume_3, uvw, level) : textureLod(volume_0, uvw, level);
     vec4 y = d.y < 0.0 ? textureLod(volume_4, uvw, level) : textureLod(volume_1, uvw, level);
@@ -71,6 +74,7 @@ vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
             break;
         }
         float level = max(0.0, log2(diameter));
+        COUNT(CONE_STEPS, 1u);
         vec4 seen = sample_directional(from + s * d, d, weights, level);
         if (BLEND == BLEND_SUM) {
             seen *= frame.cone_step;
@@ -100,6 +104,8 @@ float trace_shadow_cone(vec3 from, vec3 d, float distance, float aperture, float
         float diameter = printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
         float level = max(0.0, log2(printed(13) ? diameter + 1.0 : diameter)); // D13
         vec3 at = from + s * d;
+        COUNT(SHADOW_STEPS, 1u);
+        COUNT(VOLUME_TEXELS, printed(15) ? trilinear_texels(level) : 0u);
         // D15: averaged over all sides, a wall's alpha halves with every level.
         float a = printed(15) ? textureLod(volume_6, at / float(EDGE), level).a : sample_directional(at, d, weights, level).a;
         float advance = max(diameter, 1.0) * step_over_diameter;

@@ -1,6 +1,8 @@
 // Emissive triangles as area lights (emitters = sampled). CPU twin: src/twins/emitters.rs.
 // Needs: emitters[], frame, jitter.glsl.
 
+#include "common/count.glsl"
+
 struct EmitterSample {
     vec3 point; // voxels
     vec3 irradiance; // what the piece stands for would give a surface with that normal, if nothing stood between
@@ -53,6 +55,7 @@ uint choose_emitter(float u) {
     uint last = frame.emitter_count - 1u;
     for (uint k = 0u; k < 32u && first < last; k++) {
         uint middle = (first + last) / 2u;
+        COUNT(LAMP_RECORDS, 1u);
         if (emitters[middle].cumulative <= u) {
             first = middle + 1u;
         } else {
@@ -77,6 +80,7 @@ EmitterSample sample_emitter(uint i, vec3 position, vec3 normal, vec2 random) {
     for (uint k = 0u; k < candidates; k++) {
         uint index = choose_emitter((float(i * candidates + k) + random.x) / strata);
         Emitter e = emitters[index];
+        COUNT(LAMP_RECORDS, 1u);
         float seen = triangle_irradiance(e.a - position, e.b - position, e.c - position, normal);
         seen = e.two_sided != 0u ? abs(seen) : max(seen, 0.0);
         vec3 irradiance = e.radiance * (seen / (e.probability * strata));

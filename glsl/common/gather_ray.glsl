@@ -6,6 +6,7 @@
 vec3 volume_radiance(vec3 at, vec3 d, float diameter) {
     vec3 uvw = at / float(EDGE);
     float level = max(0.0, log2(diameter));
+    COUNT(VOLUME_TEXELS, 3u * trilinear_texels(level));
     vec3 w = d * d;
     vec4 x = d.x < 0.0 ? textureLod(volume_3, uvw, level) : textureLod(volume_0, uvw, level);
     vec4 y = d.y < 0.0 ? textureLod(volume_4, uvw, level) : textureLod(volume_1, uvw, level);
@@ -28,6 +29,8 @@ vec4 trace_gather_ray(vec3 position, vec3 facet, vec3 d, float aperture) {
         if (hit.triangle == 0u) {
             break;
         }
+        COUNT(TRIANGLES, 1u);
+        COUNT(MATERIALS, 1u);
         Triangle t = triangles[hit.triangle - 1u];
         vec3 m = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
         bool dark = dot(m, d) > 0.0 && (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) == 0u;

@@ -1,5 +1,7 @@
 // Punctual lights (KHR_lights_punctual), glTF's numbers as radiometric ones with factor 1.
 
+#include "common/count.glsl"
+
 struct LightSample {
     vec3 direction; // unit, from the surface to the light
     float distance; // voxels
@@ -8,6 +10,7 @@ struct LightSample {
 
 LightSample sample_light(Light light, vec3 position, float voxel_m) {
     LightSample s;
+    COUNT(LIGHTS, 1u);
     if (light.kind == LIGHT_DIRECTIONAL) {
         s.direction = -light.direction;
         s.distance = 1e30;

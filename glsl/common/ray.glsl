@@ -1,6 +1,8 @@
 // A ray that walks the voxels (Amanatides and Woo, 1987) and tests the triangles listed in each: exact, on any device.
 // Needs: surface.glsl, heads[], list_items[], globals.
 
+#include "common/count.glsl"
+
 // How many surfaces that let light through one ray may pass.
 const uint MOST_PASSED = 8u;
 const float RAY_START = 1e-3; // voxels along the facet: 100 times the rounding of a position at edge 128
@@ -30,6 +32,8 @@ float hit_triangle(vec3 origin, vec3 d, vec3 a, vec3 b, vec3 c, out vec2 uv) {
 // What passes a triangle, per channel.
 vec3 triangle_transmittance(Triangle t, vec2 uv) {
     Material m = materials[t.material];
+    COUNT(MATERIALS, 1u);
+    COUNT(TRIANGLES, 1u);
     vec3 weights = vec3(1.0 - uv.x - uv.y, uv.x, uv.y);
     Footprint sharp = Footprint(mat2[2](mat2(0.0), mat2(0.0)));
     vec4 at = triangle_uv(t, weights);
@@ -68,6 +72,7 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
     float t = enter;
     float t_next = min(next.x, min(next.y, next.z));
     uint item = heads[voxel];
+    COUNT(HEADS, 1u);
     bool blocked = false;
     // Optical depth in fixed point: the order of the hits cannot matter.
     uvec3 depth = uvec3(0u);
@@ -75,6 +80,8 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
         for (uint k = 0u; k < 3u * EDGE && item == 0u && t_next < leave; k++) {
             bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
                 next.z < next.x && next.z < next.y);
+            COUNT(RAY_STEPS, 1u);
+            COUNT(HEADS, 1u);
             voxel += axis.x ? stride.x : axis.y ? stride.y : stride.z;
             next += mix(vec3(0.0), delta, axis);
             t = t_next;
@@ -90,6 +97,8 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
         for (uint k = 0u; k < globals.item_count && item != 0u && passing == 0u; k++) {
             ListItem entry = list_items[item - 1u];
             item = entry.next;
+            COUNT(LIST_ITEMS, 1u);
+            COUNT(CORNERS, 3u);
             vec2 uv;
             float hit = hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
                 triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
@@ -142,10 +151,13 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
     int voxel = (cell.z * int(EDGE) + cell.y) * int(EDGE) + cell.x;
     float t_next = min(next.x, min(next.y, next.z));
     uint item = heads[voxel];
+    COUNT(HEADS, 1u);
     for (uint guard = 0u; guard < 3u * EDGE; guard++) {
         for (uint k = 0u; k < 3u * EDGE && item == 0u && t_next < leave; k++) {
             bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
                 next.z < next.x && next.z < next.y);
+            COUNT(RAY_STEPS, 1u);
+            COUNT(HEADS, 1u);
             voxel += axis.x ? stride.x : axis.y ? stride.y : stride.z;
             next += mix(vec3(0.0), delta, axis);
             t_next = min(next.x, min(next.y, next.z));
@@ -156,6 +168,8 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
             break;
         }
         for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
+            COUNT(LIST_ITEMS, 1u);
+            COUNT(CORNERS, 3u);
             ListItem entry = list_items[item - 1u];
             item = entry.next;
             vec2 uv;
@@ -187,6 +201,8 @@ vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
         if (hit.triangle == 0u) {
             break;
         }
+        COUNT(TRIANGLES, 1u);
+        COUNT(MATERIALS, 1u);
         Triangle t = triangles[hit.triangle - 1u];
         vec3 m = triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position);
         if (dot(m, d) < 0.0 || (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u) {

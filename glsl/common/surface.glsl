@@ -81,6 +81,7 @@ float surface_alpha(Material m, float alpha) {
 // `weights`: barycentric. `back`: the side against the winding is looked at.
 Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool back) {
     Material m = materials[t.material];
+    COUNT(MATERIALS, 1u);
     vec4 uv = triangle_uv(t, weights);
     vec4 base = base_color(m, uv, triangle_color(t, weights), footprint);
     Surface s;

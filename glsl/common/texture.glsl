@@ -2,6 +2,8 @@
 // kind, and its 8-bit filtering rounds small values to zero: so texels are fetched and filtered here, in f32, the same everywhere.
 // Needs: texture_entries[], texture_levels[], atlas_linear, atlas_srgb.
 
+#include "common/count.glsl"
+
 // How far uv moves, in units of uv, along the two axes of a footprint: columns.
 struct Footprint {
     mat2 uv[2]; // per uv set
@@ -32,6 +34,7 @@ float footprint_level(TextureEntry entry, mat2 footprint) {
 // what it costs a point without this texture.
 vec4 sample_texture(uint index, vec2 uv, mat2 footprint, bool srgb) {
     TextureEntry entry = texture_entries[index];
+    COUNT(TEXTURE_RECORDS, 2u);
     uint mip = (entry.flags >> 6) & 3u;
     float level = footprint_level(entry, footprint);
     bool linear = (entry.flags & (level <= 0.0 ? 16u : 32u)) != 0u;
@@ -44,6 +47,8 @@ vec4 sample_texture(uint index, vec2 uv, mat2 footprint, bool srgb) {
     vec4 sum = vec4(0.0);
     for (uint tap = 0u; tap < taps; tap++) {
         bool second = tap >= taps_per_level;
+        COUNT(TEXTURE_RECORDS, 1u);
+        COUNT(ATLAS_TEXELS, 1u);
         TextureLevel texels = texture_levels[entry.first_level + fine + (second ? 1u : 0u)];
         vec2 at = uv * vec2(texels.width, texels.height) - (linear ? 0.5 : 0.0);
         ivec2 corner = ivec2(floor(at));

@@ -24,8 +24,10 @@ layout(location = 2) flat in uint in_triangle;
 
 void main() {
     Triangle t = triangles[in_triangle];
+    COUNT(TRIANGLES, 1u);
     uint covered = covered_samples(t, pixel_footprint(t, in_weights));
     if (covered == 0u) {
+        COUNT_ALL();
         discard;
     }
     gl_SampleMask[0] = int(covered);

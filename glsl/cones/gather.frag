@@ -43,6 +43,8 @@ layout(location = 2) out vec4 out_lamps; // the same of sampled lamps
 layout(location = 3) out vec4 out_lamps_specular; // stored radiance
 
 void main() {
+    COUNT(TRIANGLES, 1u);
+    COUNT(MATERIALS, 1u);
     Triangle t = triangles[in_triangle];
     vec3 weights = in_weights / (in_weights.x + in_weights.y + in_weights.z);
     Surface s = evaluate_surface(t, weights, pixel_footprint(t, in_weights), in_back != 0u);

@@ -3,6 +3,7 @@
 // Passes 2c and 4c, mips: six directional preintegrations and one plain average. CPU twin: src/twins/mips.rs.
 
 #include "common/constants.glsl"
+#include "common/count.glsl"
 
 layout(location = 0) flat in int in_layer;
 
@@ -34,6 +35,7 @@ vec4 mip_directional(sampler3D source, ivec3 corner, int axis, bool negative) {
     ivec3 v = ivec3(axis == 2, axis == 0, axis == 1);
     ivec3 first = negative ? along : ivec3(0);
     ivec3 second = negative ? ivec3(0) : along;
+    COUNT(VOLUME_TEXELS, 8u);
     vec4 sum = vec4(0.0);
     for (int i = 0; i < 4; i++) {
         ivec3 column = corner + u * (i & 1) + v * (i >> 1);
@@ -46,6 +48,7 @@ vec4 mip_directional(sampler3D source, ivec3 corner, int axis, bool negative) {
 vec4 mip_minus_y(sampler3D source, ivec3 corner) {
     vec4 mip = mip_directional(source, corner, 1, true);
     if (printed(2)) {
+        COUNT(VOLUME_TEXELS, 2u);
         vec4 near = texelFetch(source, corner + ivec3(1), 0);
         vec4 far = texelFetch(source, corner + ivec3(1, 0, 1), 0);
         mip += 0.25 * (far - near);
@@ -54,6 +57,7 @@ vec4 mip_minus_y(sampler3D source, ivec3 corner) {
 }
 
 vec4 mip_average(sampler3D source, ivec3 corner) {
+    COUNT(VOLUME_TEXELS, 8u);
     vec4 sum = vec4(0.0);
     for (int i = 0; i < 8; i++) {
         sum += texelFetch(source, corner + ivec3(i & 1, (i >> 1) & 1, i >> 2), 0);

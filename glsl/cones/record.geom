@@ -9,6 +9,7 @@ layout(triangle_strip, max_vertices = 3) out;
 #include "common/layout.glsl"
 #include "common/constants.glsl"
 #include "common/triangle_box.glsl"
+#include "common/count.glsl"
 
 layout(location = 0) in vec3 in_position[];
 layout(location = 1) in vec3 in_normal[];
@@ -31,6 +32,7 @@ layout(set = 0, binding = 2, scalar) writeonly buffer Triangles { Triangle trian
 layout(set = 0, binding = 19, scalar) writeonly buffer Slots { uint slots[]; };
 
 void main() {
+    COUNT(SCENE_VERTICES, 3u);
     vec3 normal = triangle_normal(in_position[0], in_position[1], in_position[2]);
     if (normal == vec3(0.0)) {
         atomicAdd(globals.degenerate_count, 1u);

@@ -76,6 +76,7 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
 
 void main() {
     Triangle t = triangles[in_triangle];
+    COUNT(TRIANGLES, 1u);
     Footprint footprint = pixel_footprint(t, in_weights);
     vec3 a = t.vertices[0].position;
     uint covered = covered_samples(t, footprint);

@@ -6,6 +6,7 @@
 #include "common/layout.glsl"
 #include "common/constants.glsl"
 #include "common/triangle_box.glsl"
+#include "common/count.glsl"
 
 layout(constant_id = 9) const uint BLENDED = 0u; // 1: draws the blended triangles, back to front
 
@@ -23,6 +24,7 @@ layout(location = 3) flat out uint out_back;
 invariant gl_Position;
 
 void main() {
+    COUNT(CORNERS, 3u);
     uint corner = uint(gl_VertexIndex) % 3u;
     uint place = uint(gl_VertexIndex) / 3u;
     if (BLENDED != 0u) {

@@ -89,6 +89,7 @@ vec3 shade_side(Surface s, uvec3 voxel) {
 void main() {
     uvec3 voxel = uvec3(gl_FragCoord.xy, in_layer);
     uint item = heads[(voxel.z * EDGE + voxel.y) * EDGE + voxel.x];
+    COUNT(HEADS, 1u);
     vec4 faces[7] = vec4[7](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     if (item != 0u) {
         FixedSum sums[7];
@@ -101,6 +102,8 @@ void main() {
             ListItem entry = list_items[item - 1u];
             item = entry.next;
             Triangle t = triangles[entry.triangle];
+            COUNT(LIST_ITEMS, 1u);
+            COUNT(TRIANGLES, 1u);
             vec3 a = t.vertices[0].position;
             vec3 b = t.vertices[1].position;
             vec3 c = t.vertices[2].position;

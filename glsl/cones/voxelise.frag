@@ -6,6 +6,7 @@
 #include "common/layout.glsl"
 #include "common/constants.glsl"
 #include "common/triangle_box.glsl"
+#include "common/count.glsl"
 
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_axis;
@@ -26,6 +27,7 @@ void append(uvec3 voxel) {
     }
     uint index = (voxel.z * EDGE + voxel.y) * EDGE + voxel.x;
     uint next = atomicExchange(heads[index], item);
+    COUNT(HEADS, 1u);
     list_items[item - 1u].triangle = in_triangle;
     list_items[item - 1u].next = next;
     if (next == 0u) {
@@ -39,6 +41,7 @@ void append(uvec3 voxel) {
 }
 
 void main() {
+    COUNT(CORNERS, 3u);
     vec3 a = triangles[in_triangle].vertices[0].position;
     vec3 b = triangles[in_triangle].vertices[1].position;
     vec3 c = triangles[in_triangle].vertices[2].position;

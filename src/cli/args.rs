@@ -28,6 +28,8 @@ pub enum Command {
     Chart(super::chart::ChartArgs),
     /// Run the default study and write docs/study anew
     Study(super::study::StudyArgs),
+    /// Measure what each pass of a frame costs, per thing it works on, and how that grows
+    Profile(super::profile::ProfileArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
     /// List the Vulkan devices, what twobounce needs of them, and what they lack

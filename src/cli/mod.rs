@@ -14,6 +14,7 @@ mod ledger;
 pub mod log;
 mod make_assets;
 pub mod out;
+mod profile;
 mod reference;
 mod render;
 mod report;
@@ -69,6 +70,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Ledger(args) => ledger::run(args),
         Command::MakeAssets(args) => make_assets::run(args),
         Command::Render(args) => render::run(args),
+        Command::Profile(args) => profile::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Chart(args) => chart::run(args),

@@ -54,7 +54,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn method_name(method: MethodArg) -> &'static str {
+pub fn method_name(method: MethodArg) -> &'static str {
     match method {
         MethodArg::Cones => "cones",
         MethodArg::None => "none",
@@ -64,8 +64,19 @@ fn method_name(method: MethodArg) -> &'static str {
 impl DeviceArgs {
     /// Opens the device for images of this size.
     pub fn open(&self, width: u32, height: u32) -> Result<Arc<Context>> {
-        let options = ContextOptions { device: self.device.clone(), validation: self.validation };
-        let context = Context::new(&options)?;
+        self.fitting(Context::new(&self.options())?, width, height)
+    }
+
+    /// The same, with shaders that count what they read.
+    pub fn open_counting(&self, width: u32, height: u32) -> Result<Arc<Context>> {
+        self.fitting(Context::counting(&self.options())?, width, height)
+    }
+
+    fn options(&self) -> ContextOptions {
+        ContextOptions { device: self.device.clone(), validation: self.validation }
+    }
+
+    fn fitting(&self, context: Arc<Context>, width: u32, height: u32) -> Result<Arc<Context>> {
         let limits = &context.limits;
         let most = limits.max_image_dimension2_d.min(limits.max_framebuffer_width).min(limits.max_framebuffer_height);
         if width.max(height) > most {

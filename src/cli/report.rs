@@ -64,7 +64,7 @@ pub fn memory(plan: &MemoryPlan, allocated_bytes: u64, budget_bytes: u64) -> Mem
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use std::collections::BTreeSet;
     use twobounce::measure::timing::{Spread, Timings, VERSION};
@@ -72,7 +72,7 @@ mod tests {
     use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
 
     /// Every path to a value, `[]` for an element of a list.
-    fn paths(json: &serde_json::Value, path: &str, found: &mut BTreeSet<String>) {
+    pub fn paths(json: &serde_json::Value, path: &str, found: &mut BTreeSet<String>) {
         match json {
             serde_json::Value::Object(map) => map.iter().for_each(|(key, value)| {
                 paths(value, &if path.is_empty() { key.clone() } else { format!("{path}.{key}") }, found);
@@ -84,7 +84,7 @@ mod tests {
         }
     }
 
-    fn report(settings: &Settings) -> RenderReport<'_> {
+    pub fn report(settings: &Settings) -> RenderReport<'_> {
         let zone = ZoneTiming {
             name: "record",
             kind: ZoneKind::Raster,
@@ -93,6 +93,7 @@ mod tests {
             cpu_ms: Some(2.0),
             wall_ms: Some(1.5),
             bytes: 64,
+            counts: Vec::new(),
         };
         let frame = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
         let mut timings = Timings::new(0);
@@ -137,7 +138,7 @@ mod tests {
             start.unwrap_or(path).to_owned()
         };
         let written: BTreeSet<String> = written.iter().map(spread).collect();
-        let page = include_str!("../../docs/json.md").split("\n# ").next().unwrap();
+        let page = include_str!("../../docs/json.md").split("\n# ").next().expect("a first part");
         let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
         let documented: BTreeSet<String> = page.lines().filter_map(cell).collect();
         assert_eq!(written, documented);

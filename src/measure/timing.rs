@@ -248,7 +248,16 @@ mod tests {
     use crate::vk::ZoneTiming;
 
     fn zone(name: &'static str, start_ms: f64, gpu_ms: f64, cpu_ms: Option<f64>) -> ZoneTiming {
-        ZoneTiming { name, kind: ZoneKind::Raster, start_ms, gpu_ms, cpu_ms, wall_ms: cpu_ms, bytes: 1 << 20 }
+        ZoneTiming {
+            name,
+            kind: ZoneKind::Raster,
+            start_ms,
+            gpu_ms,
+            cpu_ms,
+            wall_ms: cpu_ms,
+            bytes: 1 << 20,
+            counts: vec![],
+        }
     }
 
     fn frame(record: f64, render: f64) -> ZoneTimings {

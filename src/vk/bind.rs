@@ -10,6 +10,9 @@ use ash::vk;
 use bytemuck::Pod;
 use std::sync::Arc;
 
+/// Where counting shaders add up; bound by itself.
+pub(super) const COUNTS: &str = "counts";
+
 #[derive(Clone)]
 enum Resource<'a> {
     Buffer(&'a Buffer),
@@ -119,6 +122,15 @@ pub(super) fn bind_pipeline<T: Pod>(
     binds: &[Bind<'_>],
     push: &T,
 ) -> Vec<(String, Vec<String>)> {
+    let counts = recorder.counts_of(pipeline);
+    let with_counts: Vec<Bind<'_>>;
+    let binds = match &counts {
+        Some(counts) => {
+            with_counts = binds.iter().cloned().chain([Bind::buffer(COUNTS, counts)]).collect();
+            &with_counts
+        }
+        None => binds,
+    };
     let pairs = pair(pipeline, binds);
     let push = bytemuck::bytes_of(push);
     let (pass, wanted) = (&pipeline.label, pipeline.push_bytes as usize);

@@ -30,6 +30,8 @@ pub struct Context {
     /// (major, minor, patch)
     pub api_version: (u32, u32, u32),
     pub is_cpu: bool,
+    /// Pipelines count what they read; see [`Context::counting`].
+    pub(super) counting: bool,
     pub limits: vk::PhysicalDeviceLimits,
     pub(super) max_push_descriptors: u32,
     pub(super) max_allocation_bytes: u64,
@@ -60,6 +62,16 @@ pub(super) struct Functions {
 impl Context {
     /// Finds the device and opens it. `Error::Device` says in one sentence what is missing and how to get it.
     pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
+        Self::with(options, false)
+    }
+
+    /// A device on which every shader that can (`glsl/common/count.glsl`) counts what it reads, zone by zone: slower, and
+    /// the same images. The counts come with the zones' times.
+    pub fn counting(options: &ContextOptions) -> Result<Arc<Self>> {
+        Self::with(options, true)
+    }
+
+    fn with(options: &ContextOptions, counting: bool) -> Result<Arc<Self>> {
         let instance = Instance::new(options.validation)?;
         let (physical, capabilities) = choose(&instance, options.device.as_deref())?;
         let name = capabilities.name();
@@ -94,6 +106,7 @@ impl Context {
                 vk::api_version_minor(version),
                 vk::api_version_patch(version),
             ),
+            counting,
             is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
             limits: capabilities.properties.limits,
             max_push_descriptors: capabilities.max_push_descriptors,

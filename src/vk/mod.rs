@@ -7,6 +7,7 @@
 mod bind;
 mod buffer;
 mod context;
+mod counting;
 mod frame_log;
 mod image;
 mod instance;

@@ -153,8 +153,9 @@ reflection!(Compute);
 impl Compute {
     /// Compiles the pipeline. Panics when the shader uses what pipelines here do not offer.
     pub fn new(context: &Arc<Context>, desc: &ComputeDesc<'_>) -> Result<Self> {
-        let mut raw = RawPipeline::new(context, desc.label, &[desc.shader], desc.constants)?;
-        let modules = Modules::new(context, &[desc.shader])?;
+        let shader = form(context, desc.shader);
+        let mut raw = RawPipeline::new(context, desc.label, &[shader], desc.constants)?;
+        let modules = Modules::new(context, &[shader])?;
         let data = Specialization::new(desc.constants);
         let specialization = data.info();
         let info = [vk::ComputePipelineCreateInfo::default()
@@ -170,7 +171,8 @@ impl Compute {
 impl Raster {
     /// Compiles the pipeline. Panics when the shaders disagree or use what pipelines here do not offer.
     pub fn new(context: &Arc<Context>, desc: &RasterDesc<'_>) -> Result<Self> {
-        let shaders: Vec<_> = [Some(desc.vertex), desc.geometry, desc.fragment].into_iter().flatten().collect();
+        let shaders = [Some(desc.vertex), desc.geometry, desc.fragment].into_iter().flatten();
+        let shaders: Vec<_> = shaders.map(|name| form(context, name)).collect();
         let mut raw = RawPipeline::new(context, desc.label, &shaders, desc.constants)?;
         raw.color_formats = desc.color_formats.to_vec();
         raw.depth = desc.depth;
@@ -189,6 +191,11 @@ impl Raster {
         raw.finish(made)?;
         Ok(Self { raw: Arc::new(raw) })
     }
+}
+
+/// The shader as it is, or as it counts.
+fn form<'a>(context: &Context, shader: &'a str) -> &'a str {
+    if context.counting { shader::counted(shader) } else { shader }
 }
 
 type Created = std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>;

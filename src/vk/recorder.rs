@@ -3,6 +3,7 @@
 use super::bind::{Bind, bind_pipeline};
 use super::buffer::Buffer;
 use super::context::Context;
+use super::counting::Counting;
 use super::frame_log::{CommandLog, DispatchLog, FrameLog};
 use super::image::{Image, ImageRegion};
 use super::pipeline::{Compute, Raster};
@@ -43,6 +44,8 @@ pub struct Recorder {
     pub(super) log: FrameLog,
     /// What the recorded commands use, kept alive until the wait is over.
     keep: Vec<Arc<dyn Any + Send + Sync>>,
+    /// On a context that counts.
+    pub(super) counting: Option<Counting>,
     error: Option<Error>,
     started: Instant,
 }
@@ -60,6 +63,7 @@ impl Recorder {
             timestamps: 0,
             log: FrameLog::default(),
             keep: Vec::new(),
+            counting: context.counting.then(|| Counting::new(context)).transpose()?,
             error: None,
             started: Instant::now(),
         };
@@ -99,6 +103,7 @@ impl Recorder {
             self.flush();
         }
         self.log.close();
+        self.start_counts();
         let (cpu, wall) = (process_cpu_ms(), Instant::now());
         self.zone = Some((name, kind));
         let first_timestamp = self.timestamp();
@@ -108,6 +113,7 @@ impl Recorder {
         self.timestamp();
         self.zone = None;
         self.log.close();
+        self.keep_counts();
         let zone = OpenZone { name, kind, bytes: bytes_written, first_timestamp };
         if self.options.per_pass {
             self.flush();
@@ -274,7 +280,8 @@ impl Recorder {
             let ticks = ticks[to as usize].saturating_sub(ticks[from as usize]);
             ticks as f64 * f64::from(self.context.limits.timestamp_period) * 1e-6
         };
-        let timing = |(zone, cpu_ms, wall_ms): &(OpenZone, Option<f64>, Option<f64>)| ZoneTiming {
+        let counts = |index| self.counting.as_ref().map_or_else(Vec::new, |counting| counting.read(index));
+        let timing = |(index, (zone, cpu_ms, wall_ms)): (usize, &(OpenZone, Option<f64>, Option<f64>))| ZoneTiming {
             name: zone.name,
             kind: zone.kind,
             start_ms: ms(0, zone.first_timestamp),
@@ -282,9 +289,10 @@ impl Recorder {
             cpu_ms: *cpu_ms,
             wall_ms: *wall_ms,
             bytes: zone.bytes,
+            counts: counts(index),
         };
         Ok(ZoneTimings {
-            zones: self.done.iter().map(timing).collect(),
+            zones: self.done.iter().enumerate().map(timing).collect(),
             gpu_ms: ms(0, self.timestamps - 1),
             wall_ms: self.started.elapsed().as_secs_f64() * 1e3,
         })

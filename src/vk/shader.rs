@@ -20,6 +20,12 @@ pub fn spirv(name: &str) -> &'static [u32] {
     entry(name).1
 }
 
+/// The form of the shader called `name` that counts what it reads, where there is one; else the name itself.
+pub(super) fn counted(name: &str) -> &str {
+    let wanted = format!("counted/{name}");
+    SHADERS.binary_search_by(|(known, _)| (*known).cmp(&wanted)).map_or(name, |index| SHADERS[index].0)
+}
+
 /// Name and words, both with the life of the program.
 pub(super) fn entry(name: &str) -> (&'static str, &'static [u32]) {
     let index = SHADERS

@@ -26,6 +26,8 @@ pub struct ZoneTiming {
     pub wall_ms: Option<f64>,
     /// Estimate of the bytes that it writes, as the pass states it.
     pub bytes: u64,
+    /// What its shaders read, kind by kind; empty unless the context counts.
+    pub counts: Vec<u64>,
 }
 
 /// The times of one frame.

@@ -23,6 +23,12 @@ pub fn context() -> Arc<Context> {
     Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device that twobounce can use")
 }
 
+/// The same, and every shader that can counts what it reads.
+pub fn counting() -> Arc<Context> {
+    let options = ContextOptions { validation: true, ..Default::default() };
+    Context::counting(&options).expect("a device that twobounce can use")
+}
+
 /// A renderer that has drawn `scene` once, `size` pixels wide and high.
 pub fn render(context: &Arc<Context>, scene: &Scene, settings: &Settings, size: u32) -> Renderer {
     render_from(context, scene, settings, size, View::framing(scene.bounds(None)))

@@ -1,0 +1,56 @@
+// Counts what a shader reads. build.rs compiles every shader that includes this file twice: as it is, where COUNT is
+// nothing, and under the name counted/… with COUNTED, which only `twobounce profile` runs. Twin: src/profile/counts.rs.
+// To be included before main.
+
+#ifdef COUNTED
+const uint CONE_STEPS = 0u; // diffuse, specular and refraction cones
+const uint SHADOW_STEPS = 1u; // shadow cones
+const uint RAY_STEPS = 2u; // from voxel to voxel
+const uint VOLUME_TEXELS = 3u;
+const uint ATLAS_TEXELS = 4u;
+const uint TEXTURE_RECORDS = 5u; // TextureEntry or TextureLevel
+const uint HEADS = 6u;
+const uint LIST_ITEMS = 7u;
+const uint TRIANGLES = 8u; // whole records
+const uint CORNERS = 9u; // a vertex's position alone
+const uint MATERIALS = 10u;
+const uint LIGHTS = 11u;
+const uint SCENE_VERTICES = 12u;
+const uint LAMP_RECORDS = 13u; // pieces of sampled lamps
+const uint WORDS = 14u; // of the copy that the model is checked on
+const uint KINDS = 15u;
+
+layout(set = 0, binding = 29) buffer Counts { uint counts[]; }; // per kind: low word, high word
+
+uint tally[KINDS] = uint[KINDS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+
+#define COUNT(kind, n) tally[kind] += (n)
+
+// Texels behind one trilinear look-up.
+uint trilinear_texels(float level) {
+    return fract(level) == 0.0 ? 8u : 16u;
+}
+
+void COUNT_ALL() {
+    for (uint kind = 0u; kind < KINDS; kind++) {
+        if (tally[kind] != 0u) {
+            uint before = atomicAdd(counts[2u * kind], tally[kind]);
+            if (before + tally[kind] < before) {
+                atomicAdd(counts[2u * kind + 1u], 1u);
+            }
+        }
+    }
+}
+
+void counted_main();
+
+void main() {
+    counted_main();
+    COUNT_ALL();
+}
+
+#define main counted_main
+#else
+#define COUNT(kind, n)
+#define COUNT_ALL() // before a discard: main does not come back from it
+#endif

@@ -1,0 +1,19 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Copies words, four per invocation: what the device reaches when it does nothing else, and what the model of fetched
+// bytes is checked on.
+
+#include "common/count.glsl"
+
+layout(local_size_x = 128) in;
+
+layout(set = 0, binding = 0) readonly buffer From { uvec4 from[]; };
+layout(set = 0, binding = 1) writeonly buffer To { uvec4 to[]; };
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < uint(from.length())) {
+        COUNT(WORDS, 4u);
+        to[i] = from[i];
+    }
+}

@@ -1,0 +1,151 @@
+//! A pass's time over what it works on, and its bytes over its time.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::copy::{CopyRates, gb_per_s};
+use super::counts::Counts;
+use crate::layout;
+use crate::measure::timing::{PassTiming, short_bytes};
+use crate::renderer::Counters;
+
+/// What one pass costs per thing, and by the model. Nanoseconds of device time, by the median.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassCost {
+    pub name: &'static str,
+    /// Of the passes that work on voxels.
+    pub ns_per_occupied_voxel: Option<f64>,
+    /// Of the voxel passes that make lists or walk them; shadow rays' walks count too.
+    pub ns_per_list_item: Option<f64>,
+    /// Of the passes that work on the image.
+    pub ns_per_pixel: Option<f64>,
+    /// Of the passes that trace cones, shadow cones included.
+    pub ns_per_cone_step: Option<f64>,
+    /// What the pass read in an instrumented frame.
+    pub counts: Counts,
+    /// A model: every read counts in full. See [`Counts`].
+    pub fetched_bytes: u64,
+    /// What the pass writes: stated by the pass; of list items and triangles, counted.
+    pub written_bytes: u64,
+    /// Fetched and written bytes over the median time, 10⁹ a second. Above the copy rate the caches serve.
+    pub gb_per_s: f64,
+    /// Over the better copy rate of the device.
+    pub share_of_copy: f64,
+}
+
+/// One row per pass, in the order of the frame.
+pub fn costs(
+    passes: &[PassTiming],
+    counted: &[(&'static str, Counts)],
+    frame: &Counters,
+    pixels: u64,
+    copy: &CopyRates,
+) -> Vec<PassCost> {
+    passes.iter().map(|pass| cost(pass, counted, frame, pixels, copy)).collect()
+}
+
+fn cost(
+    pass: &PassTiming,
+    counted: &[(&'static str, Counts)],
+    frame: &Counters,
+    pixels: u64,
+    copy: &CopyRates,
+) -> PassCost {
+    let name = pass.name;
+    let counts = counted.iter().find(|row| row.0 == name).map_or_else(Counts::default, |row| row.1);
+    let is = |prefixes: &[&str]| prefixes.iter().any(|prefix| name.starts_with(prefix));
+    let (makes_lists, walks_lists) = (is(&["voxelise"]), is(&["shade"]));
+    let ms = pass.gpu_ms.median;
+    let per = |applies: bool, count: u64| (applies && count > 0).then(|| ms * 1e6 / count as f64);
+    let (items, triangles) = (u64::from(frame.list_items), u64::from(frame.triangles));
+    let written_bytes = if makes_lists {
+        // An item, and the voxel's head for it.
+        items * (size_of::<layout::ListItem>() as u64 + 4) + 4 * u64::from(frame.occupied_voxels)
+    } else if is(&["record"]) {
+        triangles * size_of::<layout::Triangle>() as u64
+    } else {
+        pass.bytes
+    };
+    let fetched_bytes = counts.fetched_bytes();
+    let gb_per_s = gb_per_s(fetched_bytes + written_bytes, ms);
+    PassCost {
+        name,
+        ns_per_occupied_voxel: per(is(&["voxelise", "shade", "mips"]), frame.occupied_voxels.into()),
+        ns_per_list_item: per(makes_lists || walks_lists, if makes_lists { items } else { counts.list_items }),
+        ns_per_pixel: per(is(&["render", "gather"]), pixels),
+        ns_per_cone_step: per(true, counts.cone_steps + counts.shadow_steps),
+        counts,
+        fetched_bytes,
+        written_bytes,
+        gb_per_s,
+        share_of_copy: if copy.best() > 0.0 { gb_per_s / copy.best() } else { 0.0 },
+    }
+}
+
+/// The costs as a table.
+pub fn table(costs: &[PassCost], copy: &CopyRates) -> String {
+    let width = costs.iter().map(|row| row.name.len()).max().unwrap_or(0).max(4);
+    let mut text = format!(
+        "{:width$}  {:>10}  {:>10}  {:>10}  {:>10}  {:>10}  {:>10}  {:>8}  {:>8}\n",
+        "pass", "ns/voxel", "ns/item", "ns/pixel", "ns/step", "fetched", "written", "GB/s", "of copy"
+    );
+    let cell = |value: Option<f64>| value.map_or_else(String::new, |ns| format!("{ns:.2}"));
+    for row in costs {
+        writeln!(
+            text,
+            "{:width$}  {:>10}  {:>10}  {:>10}  {:>10}  {:>10}  {:>10}  {:>8.2}  {:>8.2}",
+            row.name,
+            cell(row.ns_per_occupied_voxel),
+            cell(row.ns_per_list_item),
+            cell(row.ns_per_pixel),
+            cell(row.ns_per_cone_step),
+            short_bytes(row.fetched_bytes),
+            short_bytes(row.written_bytes),
+            row.gb_per_s,
+            row.share_of_copy,
+        )
+        .expect("writing to a string");
+    }
+    let CopyRates { buffer_gb_per_s, shader_gb_per_s } = copy;
+    text + &format!(
+        "voxels are occupied ones, items those listed or walked, steps those of cones; fetched bytes are a model, counted\n\
+         in an instrumented frame: every read in full, as if nothing were cached. The device copies {buffer_gb_per_s:.2} GB/s \
+         by itself,\n{shader_gb_per_s:.2} GB/s in a shader (read and written)\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::timing::Spread;
+    use crate::vk::ZoneKind;
+
+    fn pass(name: &'static str, ms: f64) -> PassTiming {
+        let gpu_ms = Spread { median: ms, min: ms, max: ms };
+        PassTiming { name, kind: ZoneKind::Raster, gpu_ms, share: 0.5, cpu_ms: None, wall_ms: None, bytes: 1000 }
+    }
+
+    #[test]
+    fn costs_are_over_what_a_pass_works_on() {
+        let frame = Counters { triangles: 10, degenerate: 0, list_items: 400, occupied_voxels: 100 };
+        let shade = Counts { list_items: 400, cone_steps: 2000, ..Default::default() };
+        let copy = CopyRates { buffer_gb_per_s: 2.0, shader_gb_per_s: 1.0 };
+        let passes = [pass("voxelise 1", 1.0), pass("shade 2", 2.0), pass("render", 4.0), pass("reset", 1.0)];
+        let rows = costs(&passes, &[("shade 2", shade)], &frame, 64, &copy);
+        assert_eq!((rows[0].ns_per_occupied_voxel, rows[0].ns_per_list_item), (Some(1e4), Some(2500.0)));
+        assert_eq!((rows[0].ns_per_pixel, rows[0].ns_per_cone_step), (None, None));
+        assert_eq!(rows[0].written_bytes, 400 * 12 + 100 * 4);
+        assert_eq!((rows[1].ns_per_list_item, rows[1].ns_per_cone_step), (Some(5000.0), Some(1000.0)));
+        assert_eq!((rows[1].fetched_bytes, rows[1].written_bytes), (3200, 1000));
+        // 4200 bytes in 2 ms are 2.1 MB/s.
+        assert!((rows[1].gb_per_s - 0.0021).abs() < 1e-12 && (rows[1].share_of_copy - 0.00105).abs() < 1e-12);
+        assert_eq!((rows[2].ns_per_pixel, rows[2].ns_per_occupied_voxel), (Some(62500.0), None));
+        assert_eq!((rows[3].ns_per_occupied_voxel, rows[3].ns_per_list_item), (None, None));
+        let table = table(&rows, &copy);
+        assert!(
+            table.lines().nth(3).is_some_and(|line| line.starts_with("render") && line.contains("62500.00")),
+            "{table}"
+        );
+    }
+}

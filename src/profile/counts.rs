@@ -1,0 +1,91 @@
+//! What counting shaders count, and the bytes behind it: a model, in which every read costs its bytes in full, as if there
+//! were no caches. Attachments, uniforms and what the fixed-function parts fetch are left out. Twin of
+//! `glsl/common/count.glsl`.
+
+use serde::Serialize;
+
+use crate::layout;
+
+/// Gives every kind its place, its name in GLSL and its bytes.
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $field:ident $glsl:literal $bytes:expr),+ $(,)?) => {
+        /// How many of each thing were read.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+        pub struct Counts { $($(#[$doc])* pub $field: u64),+ }
+
+        impl Counts {
+            /// (name in GLSL, bytes per thing) of every kind, in the order of the counters.
+            pub const KINDS: &'static [(&'static str, usize)] = &[$(($glsl, $bytes)),+];
+
+            /// From the counters of a zone.
+            pub fn of(counters: &[u64]) -> Self {
+                let mut counters = counters.iter().copied();
+                Self { $($field: counters.next().unwrap_or(0)),+ }
+            }
+
+            fn values(&self) -> impl Iterator<Item = u64> {
+                [$(self.$field),+].into_iter()
+            }
+        }
+    };
+}
+
+kinds! {
+    /// Of diffuse, specular and refraction cones.
+    cone_steps "CONE_STEPS" 0,
+    /// Of shadow cones.
+    shadow_steps "SHADOW_STEPS" 0,
+    /// Of shadow rays, from voxel to voxel.
+    ray_steps "RAY_STEPS" 0,
+    /// RGBA16F: 8 or 16 behind one trilinear look-up.
+    volume_texels "VOLUME_TEXELS" 8,
+    /// RGBA8.
+    atlas_texels "ATLAS_TEXELS" 4,
+    texture_records "TEXTURE_RECORDS" size_of::<layout::TextureLevel>(),
+    /// Heads of voxels' lists.
+    heads "HEADS" 4,
+    list_items "LIST_ITEMS" size_of::<layout::ListItem>(),
+    /// Whole records.
+    triangles "TRIANGLES" size_of::<layout::Triangle>(),
+    /// Positions of single vertices.
+    corners "CORNERS" 12,
+    materials "MATERIALS" size_of::<layout::Material>(),
+    lights "LIGHTS" size_of::<layout::Light>(),
+    scene_vertices "SCENE_VERTICES" size_of::<layout::SceneVertex>(),
+    /// Pieces of sampled lamps.
+    emitters "LAMP_RECORDS" size_of::<layout::Emitter>(),
+    /// Of the copy pass.
+    words "WORDS" 4,
+}
+
+impl Counts {
+    /// Bytes fetched, by the model.
+    pub fn fetched_bytes(&self) -> u64 {
+        self.values().zip(Self::KINDS).map(|(count, (_, bytes))| count * *bytes as u64).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kinds_are_those_of_the_shaders() {
+        let glsl = include_str!("../../glsl/common/count.glsl");
+        let constants = glsl.lines().filter_map(|line| {
+            let (name, rest) = line.strip_prefix("const uint ")?.split_once(" = ")?;
+            Some((name, rest.split('u').next()?.parse::<usize>().ok()?))
+        });
+        let kinds = Counts::KINDS.iter().map(|kind| kind.0).chain(["KINDS"]);
+        assert_eq!(constants.collect::<Vec<_>>(), kinds.zip(0..).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn bytes_add_up() {
+        let counters: Vec<u64> = (0..Counts::KINDS.len() as u64).collect();
+        let counts = Counts::of(&counters);
+        assert_eq!((counts.volume_texels, counts.corners), (3, 9));
+        let alone = Counts { triangles: 2, words: 1, cone_steps: 9, ..Default::default() };
+        assert_eq!(alone.fetched_bytes(), 2 * 204 + 4);
+    }
+}

@@ -1,0 +1,214 @@
+//! How each pass's time grows with the grid, the triangles and the pixels: a few runs along each axis, and the exponent of
+//! the power law through them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::Subject;
+use crate::scene::{Mesh, Scene};
+use crate::settings::Settings;
+use crate::vk::Context;
+use crate::{Error, Result};
+
+/// Grid edges that are tried.
+const VOXELS: [u32; 4] = [16, 32, 64, 128];
+/// Times that every triangle is cut into four.
+const SUBDIVISIONS: u32 = 2;
+/// Divisors of the image's sides.
+const SHRINKS: [u32; 3] = [4, 2, 1];
+
+/// One axis: the same scene and settings but for one number.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Growth {
+    /// `voxels` (grid edge), `triangles` (recorded) or `pixels`.
+    pub axis: &'static str,
+    /// Along the axis, ascending.
+    pub values: Vec<f64>,
+    /// Occupied voxels of each run.
+    pub occupied_voxels: Vec<u32>,
+    pub passes: Vec<PassGrowth>,
+    /// What could not be run, and why.
+    pub left_out: Vec<String>,
+}
+
+/// One pass along an axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassGrowth {
+    pub name: &'static str,
+    /// Median milliseconds of device time at each value.
+    pub gpu_ms: Vec<f64>,
+    /// Time ∝ value^exponent, by least squares of the logarithms; null for fewer than two runs.
+    pub exponent: Option<f64>,
+}
+
+struct Point {
+    value: f64,
+    occupied_voxels: u32,
+    passes: Vec<(&'static str, f64)>,
+}
+
+/// Runs all three axes, `frames` frames a point.
+///
+/// # Errors
+/// A lost device or an interruption; what the device has no room for is left out and said.
+pub fn measure(context: &Arc<Context>, subject: &Subject, frames: u32) -> Result<Vec<Growth>> {
+    let run = |subject: &Subject, value: &dyn Fn(u32) -> f64| -> Result<Point> {
+        let run = subject.run(context, frames)?;
+        let counters = run.reports.last().expect("at least one frame").counters;
+        let passes = run.timings.passes().iter().map(|pass| (pass.name, pass.gpu_ms.median)).collect();
+        Ok(Point { value: value(counters.triangles), occupied_voxels: counters.occupied_voxels, passes })
+    };
+    let grids = VOXELS.iter().map(|&voxels| {
+        let settings = Settings { voxels, ..subject.settings.clone() };
+        (format!("{voxels} voxels"), run(&Subject { settings, ..subject.clone() }, &|_| f64::from(voxels)))
+    });
+    let grids = growth("voxels", grids)?;
+    let mut scene = subject.scene.clone();
+    let triangles = (0..=SUBDIVISIONS).map(|cuts| {
+        if cuts > 0 {
+            scene.meshes.iter_mut().for_each(|mesh| *mesh = subdivided(mesh));
+        }
+        (triangle_words(&scene), run(&Subject { scene: &scene, ..subject.clone() }, &f64::from))
+    });
+    let triangles = growth("triangles", triangles)?;
+    let images = SHRINKS.iter().map(|shrink| {
+        let size = ((subject.size.0 / shrink).max(1), (subject.size.1 / shrink).max(1));
+        let pixels = f64::from(size.0) * f64::from(size.1);
+        (format!("{}x{} pixels", size.0, size.1), run(&Subject { size, ..subject.clone() }, &|_| pixels))
+    });
+    let images = growth("pixels", images)?;
+    Ok(vec![grids, triangles, images])
+}
+
+fn triangle_words(scene: &Scene) -> String {
+    format!("{} triangles", scene.triangle_count())
+}
+
+fn growth(axis: &'static str, runs: impl Iterator<Item = (String, Result<Point>)>) -> Result<Growth> {
+    let (mut points, mut left_out): (Vec<Point>, _) = (Vec::new(), Vec::new());
+    for (what, run) in runs {
+        match run {
+            // An image of a few pixels cannot be made smaller: the same value again says nothing.
+            Ok(point) if points.last().is_some_and(|last| last.value >= point.value) => {}
+            Ok(point) => points.push(point),
+            Err(Error::Memory(why)) => left_out.push(format!("{what}: {why}")),
+            Err(error) => return Err(error),
+        }
+    }
+    let values: Vec<f64> = points.iter().map(|point| point.value).collect();
+    let names = points.first().map_or_else(Vec::new, |point| point.passes.iter().map(|pass| pass.0).collect());
+    let passes = names.into_iter().filter_map(|name: &'static str| {
+        let of = |point: &Point| point.passes.iter().find(|pass| pass.0 == name).map(|pass| pass.1);
+        let gpu_ms: Vec<f64> = points.iter().map(of).collect::<Option<_>>()?;
+        Some(PassGrowth { name, exponent: exponent(&values, &gpu_ms), gpu_ms })
+    });
+    let (passes, occupied_voxels) = (passes.collect(), points.iter().map(|point| point.occupied_voxels).collect());
+    Ok(Growth { axis, passes, occupied_voxels, values, left_out })
+}
+
+/// One axis as a table.
+pub fn table(growth: &Growth) -> String {
+    let width = growth.passes.iter().map(|pass| pass.name.len()).max().unwrap_or(0).max("occupied voxels".len());
+    let row = |name: &str, cells: Vec<String>, end: &str| {
+        let cells: String = cells.iter().map(|cell| format!("  {cell:>10}")).collect();
+        format!("{name:width$}{cells}  {end:>8}\n")
+    };
+    let mut text = row(growth.axis, growth.values.iter().map(f64::to_string).collect(), "exponent");
+    let occupied: Vec<f64> = growth.occupied_voxels.iter().map(|count| f64::from(*count)).collect();
+    let cells = growth.occupied_voxels.iter().map(u32::to_string).collect();
+    text += &row("occupied voxels", cells, &words(exponent(&growth.values, &occupied)));
+    for pass in &growth.passes {
+        text += &row(pass.name, pass.gpu_ms.iter().map(|ms| format!("{ms:.3}")).collect(), &words(pass.exponent));
+    }
+    growth.left_out.iter().for_each(|why| text += &format!("left out: {why}\n"));
+    text
+}
+
+/// Two digits, and no −0.00.
+pub(super) fn words(exponent: Option<f64>) -> String {
+    exponent.map_or_else(String::new, |e| format!("{:.2}", (e * 100.0).round() / 100.0 + 0.0))
+}
+
+/// The slope of the line through (ln x, ln y), by least squares; none for fewer than two points.
+pub fn exponent(x: &[f64], y: &[f64]) -> Option<f64> {
+    let points: Vec<(f64, f64)> =
+        x.iter().zip(y).filter(|(x, y)| **x > 0.0 && **y > 0.0).map(|(x, y)| (x.ln(), y.ln())).collect();
+    let count = points.len() as f64;
+    let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / count;
+    let (mean_x, mean_y) = (mean(|p| p.0), mean(|p| p.1));
+    let covariance: f64 = points.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
+    let variance: f64 = points.iter().map(|(x, _)| (x - mean_x).powi(2)).sum();
+    (points.len() > 1 && variance > 0.0).then(|| covariance / variance)
+}
+
+/// The same surface with every triangle cut into four at the middles of its edges. Attributes are averaged and no
+/// direction is made unit again, so that they interpolate as before.
+pub fn subdivided(mesh: &Mesh) -> Mesh {
+    let mut fine = Mesh { indices: Vec::with_capacity(4 * mesh.indices.len()), ..mesh.clone() };
+    let mut middles = HashMap::new();
+    let mut middle = |fine: &mut Mesh, a: u32, b: u32| {
+        *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+            let (i, j) = (a as usize, b as usize);
+            fine.positions.push((mesh.positions[i] + mesh.positions[j]) / 2.0);
+            fine.normals.push((mesh.normals[i] + mesh.normals[j]) / 2.0);
+            let tangent = (mesh.tangents[i] + mesh.tangents[j]) / 2.0;
+            fine.tangents.push(tangent.truncate().extend(mesh.tangents[i].w));
+            for set in 0..2 {
+                fine.uvs[set].push((mesh.uvs[set][i] + mesh.uvs[set][j]) / 2.0);
+            }
+            fine.colors.push((mesh.colors[i] + mesh.colors[j]) / 2.0);
+            fine.positions.len() as u32 - 1
+        })
+    };
+    for corners in mesh.indices.chunks_exact(3) {
+        let [a, b, c] = [corners[0], corners[1], corners[2]];
+        let [ab, bc, ca] = [middle(&mut fine, a, b), middle(&mut fine, b, c), middle(&mut fine, c, a)];
+        fine.indices.extend([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]);
+    }
+    fine
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn exponents_of_power_laws_are_found() {
+        let x = [16.0, 32.0, 64.0, 128.0];
+        let fit = |f: fn(f64) -> f64| exponent(&x, &x.map(f)).unwrap();
+        assert!((fit(|x| 0.3 * x.powf(2.5)) - 2.5).abs() < 1e-12);
+        assert!(fit(|_| 7.0).abs() < 1e-12);
+        // By hand: ln y = 0, ln 2, 0 at −1, 0, 1 (in ln 2): the slope is 0.
+        assert!(exponent(&[1.0, 2.0, 4.0], &[1.0, 2.0, 1.0]).unwrap().abs() < 1e-12);
+        assert_eq!(exponent(&[2.0], &[3.0]), None);
+        assert_eq!(exponent(&[2.0, 2.0], &[3.0, 4.0]), None, "one value twice has no slope");
+    }
+
+    #[test]
+    fn a_subdivided_mesh_is_the_same_surface() {
+        let (a, b, c, d) = (Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.5));
+        let mut mesh = Mesh::triangles("two", 0, &[[a, b, c], [b, d, c]]);
+        // As an indexed mesh has it: the triangles share an edge.
+        mesh.indices = vec![0, 1, 2, 1, 4, 2];
+        let area = |mesh: &Mesh| -> f32 {
+            let corner = |i: u32| mesh.positions[i as usize];
+            mesh.indices
+                .chunks_exact(3)
+                .map(|t| (corner(t[1]) - corner(t[0])).cross(corner(t[2]) - corner(t[0])).length())
+                .sum()
+        };
+        let fine = subdivided(&mesh);
+        assert_eq!(fine.indices.len(), 4 * mesh.indices.len());
+        assert_eq!(fine.positions.len(), mesh.positions.len() + 5, "a shared edge has one middle");
+        // Halves are exact in binary, square roots are not: rounding of f32.
+        assert!((area(&fine) - area(&mesh)).abs() < 1e-6);
+        for t in fine.indices.chunks_exact(3) {
+            let normal = |i: u32| fine.normals[i as usize];
+            let [p, q, r] = [0, 1, 2].map(|k| fine.positions[t[k] as usize]);
+            assert!((q - p).cross(r - p).dot(normal(t[0])) > 0.0, "a triangle was turned around");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! What a frame costs and why: times per pass over what the pass works on, bytes read in an instrumented frame over the
+//! device's own copy rate, and how times grow. `twobounce profile` shows it.
+
+pub mod copy;
+pub mod costs;
+pub mod counts;
+pub mod growth;
+pub mod plot;
+
+use std::sync::Arc;
+
+use crate::Result;
+use crate::gi::Method;
+use crate::measure::timing::Timings;
+use crate::memory_plan::MemoryPlan;
+use crate::renderer::{FrameReport, RenderOptions, Renderer, Submit};
+use crate::scene::{Bounds, Pose, Scene, View};
+use crate::settings::Settings;
+use crate::vk::Context;
+use counts::Counts;
+
+/// A still frame, to be rendered again and again.
+#[derive(Clone)]
+pub struct Subject<'a> {
+    pub scene: &'a Scene,
+    pub pose: &'a Pose,
+    pub view: &'a View,
+    pub settings: Settings,
+    pub method: Method,
+    /// Pixels.
+    pub size: (u32, u32),
+    pub submit: Submit,
+    /// Bytes; the device's own budget where absent.
+    pub memory_limit: Option<u64>,
+    pub bounds: Bounds,
+    /// Asked before every frame; an error ends the run.
+    pub check: fn() -> Result<()>,
+}
+
+/// What repeated frames showed.
+pub struct Run {
+    pub timings: Timings,
+    /// Of the frames that count.
+    pub reports: Vec<FrameReport>,
+    pub plan: MemoryPlan,
+    /// Bytes taken from the driver after the last frame.
+    pub allocated_bytes: u64,
+}
+
+/// Frames rendered before the times count: they compile shaders and grow buffers.
+pub const WARM_UP: u32 = 1;
+
+impl Subject<'_> {
+    /// Renders `frames` frames that count.
+    pub fn run(&self, context: &Arc<Context>, frames: u32) -> Result<Run> {
+        let mut renderer = self.renderer(context)?;
+        let mut timings = Timings::new(WARM_UP as usize);
+        let mut reports = Vec::new();
+        for _ in 0..WARM_UP + frames {
+            (self.check)()?;
+            let report = renderer.render(self.pose, self.view)?;
+            timings.push(report.timings.clone());
+            reports.push(report);
+        }
+        let (plan, allocated_bytes) = (renderer.plan(), context.allocated_bytes());
+        Ok(Run { timings, reports: reports.split_off(WARM_UP as usize), plan, allocated_bytes })
+    }
+
+    /// What each pass of a frame reads; `context` from [`Context::counting`].
+    pub fn count(&self, context: &Arc<Context>) -> Result<Vec<(&'static str, Counts)>> {
+        let mut renderer = self.renderer(context)?;
+        (self.check)()?;
+        let report = renderer.render(self.pose, self.view)?;
+        Ok(report.timings.zones.iter().map(|zone| (zone.name, Counts::of(&zone.counts))).collect())
+    }
+
+    fn renderer(&self, context: &Arc<Context>) -> Result<Renderer> {
+        let options = RenderOptions {
+            size: self.size,
+            method: self.method,
+            aovs: vec![],
+            submit: self.submit,
+            memory_limit: self.memory_limit,
+            bounds: self.bounds,
+        };
+        Renderer::new(context, self.scene.clone(), self.pose, self.settings.clone(), options)
+    }
+}

@@ -1,0 +1,123 @@
+//! What an instrumented frame counts, against what is known without it: a copy's bytes, lists that are walked once, mips.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+#[path = "common/scenes.rs"]
+mod scenes;
+
+use std::sync::Arc;
+
+use glam::{Vec3, Vec4};
+use scenes::{Random, add, triangle};
+use twobounce::gi::Method;
+use twobounce::profile::Subject;
+use twobounce::profile::copy::Copy;
+use twobounce::profile::counts::Counts;
+use twobounce::renderer::{RenderOptions, Renderer, Submit};
+use twobounce::scene::{Material, Scene, View};
+use twobounce::settings::{Form, Settings, Shadows};
+use twobounce::vk::Context;
+
+const EDGE: u32 = 16;
+
+#[test]
+fn a_copy_reads_the_bytes_that_it_copies() {
+    let context = gpu::counting();
+    // The last size is no multiple of a workgroup's bytes.
+    for bytes in [16, 1 << 20, (1 << 20) + 48] {
+        let copy = Copy::new(&context, bytes).unwrap();
+        for _ in 0..2 {
+            let (_, counts) = copy.run().unwrap();
+            assert_eq!(counts, Counts { words: bytes / 4, ..Default::default() });
+            assert_eq!(counts.fetched_bytes(), bytes);
+        }
+    }
+    assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+}
+
+/// Triangles of several voxels, so that lists are longer than one.
+fn confetti() -> Scene {
+    let (mut scene, mut random) = (Scene::empty("confetti"), Random::new(3));
+    for i in 0..80 {
+        let center = random.point() * 12.0 + 2.0;
+        let lamp = Material::lamp("lamp", random.point().as_vec3());
+        add(
+            &mut scene,
+            &[triangle(&mut random, center, 5.0)],
+            Material { base_color: Vec4::splat(0.5), double_sided: i % 2 == 0, ..lamp },
+        );
+    }
+    scene.sky = Vec3::splat(0.5);
+    scene
+}
+
+fn counted(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Vec<(&'static str, Counts)> {
+    let pose = scene.pose(None, 0.0);
+    let view = View::framing(scene.bounds(None));
+    let subject = Subject {
+        scene,
+        pose: &pose,
+        view: &view,
+        settings: settings.clone(),
+        method: Method::Cones,
+        size: (24, 16),
+        submit: Submit::Frame,
+        memory_limit: None,
+        bounds: scene.bounds(None),
+        check: || Ok(()),
+    };
+    subject.count(context).unwrap()
+}
+
+#[test]
+fn a_frame_without_shadows_reads_what_its_lists_say() {
+    let scene = confetti();
+    let (plain, context) = (gpu::context(), gpu::counting());
+    for preset in [Settings::fast(), Settings::printed()] {
+        let settings = Settings { voxels: EDGE, shadows: Shadows::None, ..preset };
+        let rows = counted(&context, &scene, &settings);
+        assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+        let of = |name: &str| rows.iter().find(|row| row.0 == name).unwrap_or_else(|| panic!("no pass {name}")).1;
+        let frame = gpu::render(&plain, &scene, &settings, 16);
+        let items = gpu::listed_pairs(&plain, &frame).len() as u64;
+        assert!(items > 500, "{items} items are a test of little");
+        let voxels = u64::from(EDGE).pow(3);
+        let shade =
+            Counts { heads: voxels, list_items: items, triangles: items, materials: items, ..Default::default() };
+        assert_eq!(of("shade 1"), shade);
+        let second = of("shade 2");
+        let (cone_steps, volume_texels) = (second.cone_steps, second.volume_texels);
+        assert_eq!(second, Counts { cone_steps, volume_texels, ..shade });
+        assert!(cone_steps > items, "{second:?}");
+        // Seven faces of eight texels for every texel of every coarser level; D2, printed, reads two more.
+        let parents: u64 = (1..=EDGE.ilog2()).map(|level| u64::from(EDGE >> level).pow(3)).sum();
+        let per_parent = if settings.ledger.d2 == Form::Printed { 58 } else { 56 };
+        for name in ["mips 1", "mips 2"] {
+            assert_eq!(of(name), Counts { volume_texels: per_parent * parents, ..Default::default() }, "{name}");
+        }
+        assert_eq!(of("record").scene_vertices, 3 * 80);
+        assert_eq!(of("voxelise 1").heads, items);
+    }
+}
+
+#[test]
+fn an_instrumented_frame_is_the_same_image() {
+    let scene = confetti();
+    let settings = Settings { voxels: EDGE, ..Settings::fast() };
+    let image = |context: Arc<Context>| {
+        let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+        let options = RenderOptions {
+            size: (24, 16),
+            method: Method::Cones,
+            aovs: vec![],
+            submit: Submit::Frame,
+            memory_limit: None,
+            bounds,
+        };
+        let mut renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options).unwrap();
+        renderer.render(&pose, &View::framing(bounds)).unwrap();
+        let bits = |p: &[f32; 3]| p.map(f32::to_bits);
+        renderer.read().beauty().iter().map(bits).collect::<Vec<_>>()
+    };
+    assert_eq!(image(gpu::context()), image(gpu::counting()));
+}

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::Result;
+use crate::gi::cones::cells::Cells;
 use crate::gi::cones::constants::Features;
 use crate::gi::cones::mips::Mips;
 use crate::gi::cones::record::Record;
@@ -23,6 +24,8 @@ pub struct Passes {
     record: Record,
     /// Absent where nobody walks the lists.
     voxelise: Option<Voxelise>,
+    /// Absent where no pass goes through lists of cells.
+    cells: Option<Cells>,
     shade_first: Option<Shade>,
     /// The first bounce with the last frame's second volume to gather from; absent unless `bounces = all`.
     shade_again: Option<Shade>,
@@ -45,6 +48,8 @@ pub struct FrameScene<'a> {
     pub history: bool,
     /// Whether an image is wanted, or the volumes alone.
     pub image: bool,
+    /// Whether the volumes hold what the frame before filled, and nothing else.
+    pub volumes_known: bool,
 }
 
 impl Passes {
@@ -56,8 +61,7 @@ impl Passes {
         bounces: u32,
         target: &ImageTarget,
     ) -> Result<Self> {
-        let lists_are_read =
-            bounces > 0 || settings.shadows == Shadows::Rays || settings.emitters == Emitters::Sampled;
+        let lists_are_read = bounces > 0 || settings.shadows == Shadows::Rays || settings.emitters == Emitters::Sampled;
         let all = settings.bounces == Bounces::All && bounces > 0;
         let shade = |needed: bool, bounce, gathers| {
             needed.then(|| Shade::new(context, settings, features, bounce, gathers)).transpose()
@@ -65,6 +69,7 @@ impl Passes {
         Ok(Self {
             record: Record::new(context, settings, features)?,
             voxelise: lists_are_read.then(|| Voxelise::new(context, settings)).transpose()?,
+            cells: (bounces > 0 && settings.uses_cells()).then(|| Cells::new(context, settings)).transpose()?,
             shade_first: shade(bounces > 0, Bounce::First, false)?,
             shade_again: shade(all, Bounce::First, true)?,
             shade_second: shade(bounces > 1, Bounce::Second, true)?,
@@ -76,7 +81,12 @@ impl Passes {
 
     /// Records one frame.
     pub fn record(&self, r: &mut Recorder, frame: &FrameScene) {
-        let FrameScene { scene, pose, volume, resources, target, blended, history, image } = *frame;
+        let FrameScene { scene, pose, volume, resources, target, blended, history, image, volumes_known } = *frame;
+        let empty = |r: &mut Recorder, bounce: Bounce, volume| {
+            if let Some(cells) = &self.cells {
+                cells.empty(r, bounce, resources, volume, volumes_known);
+            }
+        };
 
         // 0. Counters and lists start empty.
         reset::all(r, resources);
@@ -86,7 +96,12 @@ impl Passes {
         if let Some(voxelise) = &self.voxelise {
             voxelise.record(r, Bounce::First, resources);
         }
+        // and the occupied ones are listed, with their parents: nobody else need be shaded.
+        if let Some(cells) = &self.cells {
+            cells.list(r, resources);
+        }
         if let (Some(shade), Some(mips)) = (&self.shade_first, &self.mips) {
+            empty(r, Bounce::First, &resources.volumes[0]);
             match (&self.shade_again, &resources.volumes[..]) {
                 // 2b. Every voxel shades its list with direct light and, with all bounces, what the last frame left,
                 (Some(again), [first, second]) if history => again.record(r, scene, resources, first, Some(second)),
@@ -103,6 +118,7 @@ impl Passes {
                 // 4a. The lists are built again, as the talk does (D29).
                 voxelise.record(r, Bounce::Second, resources);
             }
+            empty(r, Bounce::Second, &resources.volumes[1]);
             // 4b. Every voxel shades its list with direct light and cones into the first bounce,
             shade.record(r, scene, resources, &resources.volumes[1], Some(&resources.volumes[0]));
             // 4c. and coarser voxels sum it up.

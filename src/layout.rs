@@ -34,6 +34,10 @@ shared! {
     }
 }
 shared! {
+    /// How many cells of one level are occupied; the first three are a `VkDispatchIndirectCommand`.
+    CellCount { groups_x: u32, groups_y: u32, groups_z: u32, count: u32 }
+}
+shared! {
     /// One entry of a voxel's list; `next` is 1-based, 0 ends the list.
     ListItem { triangle: u32, next: u32 }
 }
@@ -93,6 +97,10 @@ shared! {
 shared! {
     /// Push constants of the recording pass: rows of `voxel_from_object` and of its inverse transpose.
     RecordPush { rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32 }
+}
+shared! {
+    /// Push constants of the passes over the cells of one level.
+    LevelPush { level: u32, first: u32 }
 }
 shared! {
     /// Push constants of the image passes.

@@ -94,6 +94,8 @@ pub struct Renderer {
     frame_index: u32,
     /// Whether the second volume holds the frame before.
     history: bool,
+    /// Whether the volumes hold what the last frame's lists filled, and nothing else.
+    volumes_known: bool,
     log: FrameLog,
 }
 
@@ -163,6 +165,7 @@ impl Renderer {
             target,
             frame_index: 0,
             history: false,
+            volumes_known: false,
             log: FrameLog::default(),
         })
     }
@@ -199,6 +202,7 @@ impl Renderer {
     fn frame(&mut self, pose: &Pose, view: &View, image: bool) -> Result<FrameReport> {
         for repeats in 0.. {
             self.upload_frame(view)?;
+            self.resources.turn();
             let mut recorder =
                 Recorder::new(&self.context, RecorderOptions { per_pass: self.options.submit == Submit::PerPass })?;
             self.passes.record(
@@ -212,6 +216,7 @@ impl Renderer {
                     blended: self.counts.blended,
                     history: self.history,
                     image,
+                    volumes_known: std::mem::take(&mut self.volumes_known),
                 },
             );
             self.log = recorder.frame_log().clone();
@@ -219,6 +224,7 @@ impl Renderer {
             let globals = self.globals()?;
             if !self.grow(&globals)? {
                 self.frame_index += 1;
+                self.volumes_known = true;
                 let counters = Counters {
                     triangles: globals.vertex_count / 3,
                     degenerate: globals.degenerate_count,

@@ -8,7 +8,13 @@ use twobounce::vk::shader;
 #[test]
 fn structs_agree_with_the_shaders() {
     let mut found = BTreeMap::new();
-    for name in ["cones/render_cones.frag", "cones/shade_second.frag", "cones/record.geom", "cones/voxelise.frag"] {
+    for name in [
+        "cones/render_cones.frag",
+        "cones/shade_second.frag",
+        "cones/record.geom",
+        "cones/voxelise.frag",
+        "cones/shade_first.comp",
+    ] {
         found.extend(shader::structs(name));
     }
     let check = |name: &str, fields: &[(&str, usize)], bytes: usize| {
@@ -24,6 +30,7 @@ fn structs_agree_with_the_shaders() {
     check("Vertex", Vertex::FIELDS, size_of::<Vertex>());
     check("Triangle", Triangle::FIELDS, size_of::<Triangle>());
     check("Globals", Globals::FIELDS, size_of::<Globals>());
+    check("CellCount", CellCount::FIELDS, size_of::<CellCount>());
     check("ListItem", ListItem::FIELDS, size_of::<ListItem>());
     check("TextureSlot", TextureSlot::FIELDS, size_of::<TextureSlot>());
     check("Material", Material::FIELDS, size_of::<Material>());

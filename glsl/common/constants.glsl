@@ -62,4 +62,5 @@ bool slot_in_use(uint slot) {
 }
 
 const float LARGEST_STORED = 65504.0; // of an f16
+const uint MOST_GROUPS = 65535u; // of 64 threads, what every device takes in one dispatch; threads go on beyond
 const float PI = 3.14159265358979;

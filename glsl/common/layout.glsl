@@ -29,6 +29,14 @@ struct Globals {
     uint degenerate_count;
 };
 
+// How many cells of one level are occupied; the first three are a VkDispatchIndirectCommand for them, 64 a group.
+struct CellCount {
+    uint groups_x;
+    uint groups_y;
+    uint groups_z;
+    uint count;
+};
+
 struct ListItem {
     uint triangle;
     uint next; // 1-based; 0 ends the list (a walk that ends on ~0 hangs on Mesa 22.3)

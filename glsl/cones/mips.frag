@@ -1,20 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Passes 2c and 4c, mips: six directional preintegrations and one plain average. CPU twin: src/twins/mips.rs.
+// Mips, raster form, as in the talk: a fragment per cell of the whole level, a layer per slice.
 
 #include "common/constants.glsl"
-#include "common/count.glsl"
+#include "cones/mips.glsl"
 
 layout(location = 0) flat in int in_layer;
-
-// The level below, one view per face.
-layout(set = 0, binding = 0) uniform sampler3D source_0;
-layout(set = 0, binding = 1) uniform sampler3D source_1;
-layout(set = 0, binding = 2) uniform sampler3D source_2;
-layout(set = 0, binding = 3) uniform sampler3D source_3;
-layout(set = 0, binding = 4) uniform sampler3D source_4;
-layout(set = 0, binding = 5) uniform sampler3D source_5;
-layout(set = 0, binding = 6) uniform sampler3D source_6;
 
 layout(location = 0) out vec4 out_faces_0;
 layout(location = 1) out vec4 out_faces_1;
@@ -24,61 +15,13 @@ layout(location = 4) out vec4 out_faces_4;
 layout(location = 5) out vec4 out_faces_5;
 layout(location = 6) out vec4 out_faces_6;
 
-vec4 under(vec4 front, vec4 back) {
-    return front + (1.0 - front.a) * back;
-}
-
-// Four columns along `axis`, composited in the direction of travel and averaged.
-vec4 mip_directional(sampler3D source, ivec3 corner, int axis, bool negative) {
-    ivec3 along = ivec3(axis == 0, axis == 1, axis == 2);
-    ivec3 u = ivec3(axis == 1, axis == 2, axis == 0);
-    ivec3 v = ivec3(axis == 2, axis == 0, axis == 1);
-    ivec3 first = negative ? along : ivec3(0);
-    ivec3 second = negative ? ivec3(0) : along;
-    COUNT(VOLUME_TEXELS, 8u);
-    vec4 sum = vec4(0.0);
-    for (int i = 0; i < 4; i++) {
-        ivec3 column = corner + u * (i & 1) + v * (i >> 1);
-        sum += under(texelFetch(source, column + first, 0), texelFetch(source, column + second, 0));
-    }
-    return sum * 0.25;
-}
-
-// D2: the talk's −y reads (1,0,1) twice in its fourth column, so that alpha can reach 1.25.
-vec4 mip_minus_y(sampler3D source, ivec3 corner) {
-    vec4 mip = mip_directional(source, corner, 1, true);
-    if (printed(2)) {
-        COUNT(VOLUME_TEXELS, 2u);
-        vec4 near = texelFetch(source, corner + ivec3(1), 0);
-        vec4 far = texelFetch(source, corner + ivec3(1, 0, 1), 0);
-        mip += 0.25 * (far - near);
-    }
-    return mip;
-}
-
-vec4 mip_average(sampler3D source, ivec3 corner) {
-    COUNT(VOLUME_TEXELS, 8u);
-    vec4 sum = vec4(0.0);
-    for (int i = 0; i < 8; i++) {
-        sum += texelFetch(source, corner + ivec3(i & 1, (i >> 1) & 1, i >> 2), 0);
-    }
-    return sum * 0.125;
-}
-
 void main() {
-    ivec3 corner = 2 * ivec3(ivec2(gl_FragCoord.xy), in_layer);
-    out_faces_0 = mip_directional(source_0, corner, 0, false);
-    out_faces_1 = mip_directional(source_1, corner, 1, false);
-    out_faces_2 = mip_directional(source_2, corner, 2, false);
-    // D1: the talk's −x −y −z fetch the volumes of +x +y +z.
-    if (printed(1)) {
-        out_faces_3 = mip_directional(source_0, corner, 0, true);
-        out_faces_4 = mip_minus_y(source_1, corner);
-        out_faces_5 = mip_directional(source_2, corner, 2, true);
-    } else {
-        out_faces_3 = mip_directional(source_3, corner, 0, true);
-        out_faces_4 = mip_minus_y(source_4, corner);
-        out_faces_5 = mip_directional(source_5, corner, 2, true);
-    }
-    out_faces_6 = mip_average(source_6, corner);
+    vec4 faces[7] = mip_faces(2 * ivec3(ivec2(gl_FragCoord.xy), in_layer));
+    out_faces_0 = faces[0];
+    out_faces_1 = faces[1];
+    out_faces_2 = faces[2];
+    out_faces_3 = faces[3];
+    out_faces_4 = faces[4];
+    out_faces_5 = faces[5];
+    out_faces_6 = faces[6];
 }

@@ -1,5 +1,6 @@
 // Passes 2b and 4b, shade: walks a voxel's list, shades each triangle on each of its sides, fills the seven targets with
-// premultiplied stored radiance and alpha. CPU twin of the fill: src/twins/shade.rs.
+// premultiplied stored radiance and alpha. CPU twin of the fill: src/twins/shade.rs. Two forms share it: shade_raster.glsl
+// goes through all voxels, shade_cells.glsl through the occupied ones.
 // With CONES a previous bounce is gathered; without, nothing of one is even bound.
 
 #include "common/layout.glsl"
@@ -28,16 +29,6 @@
 #include "common/gather_ray.glsl"
 #endif
 #include "common/lighting.glsl"
-
-layout(location = 0) flat in int in_layer;
-
-layout(location = 0) out vec4 out_faces_0;
-layout(location = 1) out vec4 out_faces_1;
-layout(location = 2) out vec4 out_faces_2;
-layout(location = 3) out vec4 out_faces_3;
-layout(location = 4) out vec4 out_faces_4;
-layout(location = 5) out vec4 out_faces_5;
-layout(location = 6) out vec4 out_faces_6;
 
 const float DARK_BACK = 1e-3; // of the front's light: what rounding and leaks make of none
 // A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
@@ -86,8 +77,8 @@ vec3 shade_side(Surface s, uvec3 voxel) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-void main() {
-    uvec3 voxel = uvec3(gl_FragCoord.xy, in_layer);
+// What the voxel looks like to travellers along +x +y +z −x −y −z, and on average.
+vec4[7] shade_voxel(uvec3 voxel) {
     uint item = heads[(voxel.z * EDGE + voxel.y) * EDGE + voxel.x];
     COUNT(HEADS, 1u);
     vec4 faces[7] = vec4[7](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
@@ -163,11 +154,5 @@ void main() {
             }
         }
     }
-    out_faces_0 = faces[0];
-    out_faces_1 = faces[1];
-    out_faces_2 = faces[2];
-    out_faces_3 = faces[3];
-    out_faces_4 = faces[4];
-    out_faces_5 = faces[5];
-    out_faces_6 = faces[6];
+    return faces;
 }

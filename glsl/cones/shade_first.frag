@@ -3,3 +3,4 @@
 #extension GL_EXT_scalar_block_layout : require
 // Pass 2b: direct light and emission alone.
 #include "cones/shade.glsl"
+#include "cones/shade_raster.glsl"

@@ -4,3 +4,4 @@
 // Pass 4b: direct light, emission, and one gather from the first bounce.
 #define CONES
 #include "cones/shade.glsl"
+#include "cones/shade_raster.glsl"

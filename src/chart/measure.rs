@@ -20,7 +20,7 @@ use crate::measure::timing::{Spread, Timings};
 use crate::reference::Depth;
 use crate::renderer::{RenderOptions, Renderer, Submit};
 use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::{Emitters, Settings};
+use crate::settings::{Bounces, Emitters, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Error, Result};
 
@@ -77,7 +77,10 @@ impl Truth {
 /// The indirect bounces that an image with these settings can be asked for.
 pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
     let first_is_direct = scene.lights.is_empty() && by_cones_alone(scene, settings);
-    Depth::Bounces(settings.bounces - u32::from(first_is_direct))
+    match settings.bounces {
+        Bounces::All => Depth::Full,
+        finite => Depth::Bounces(finite.volumes() - u32::from(first_is_direct)),
+    }
 }
 
 /// Whether some light reaches the image through cones alone, so that its direct layer lacks it.

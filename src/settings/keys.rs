@@ -1,6 +1,9 @@
 //! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
 
-use super::{Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, RoughnessFit, Shadows, Weights};
+use super::{
+    Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, RoughnessFit, Shadows,
+    Weights, Work,
+};
 
 /// What `twobounce settings` says about one setting.
 #[derive(Clone, Copy, Debug)]
@@ -182,6 +185,20 @@ pub const KEYS: &[Key] = &[
         names!(Lists),
         "voxelise again for the second bounce, as the talk does, or reuse the first bounce's lists: the same image",
         "rebuild voxelises twice",
+    ),
+    key(
+        "shading",
+        "choice",
+        names!(Work),
+        "how voxels are shaded: a fragment per voxel of the grid, as in the talk, or a thread per occupied one: the same image",
+        "raster grows with the grid, cells with what stands in it",
+    ),
+    key(
+        "mips",
+        "choice",
+        names!(Work),
+        "how coarser voxels are made: all of them, as in the talk, or the parents of occupied ones: the same image",
+        "raster grows with the grid, cells with what stands in it",
     ),
     key(
         "roughness_fit",

@@ -117,6 +117,15 @@ choices! {
     Lists { Rebuild = "rebuild", Reuse = "reuse" }
 }
 choices! {
+    /// What a pass over a volume goes through; the volume is the same.
+    Work {
+        /// A fragment per voxel of the whole grid, as in the talk.
+        Raster = "raster",
+        /// A thread per occupied voxel, or parent of one, from lists.
+        Cells = "cells",
+    }
+}
+choices! {
     /// The talk's three maps from roughness to a cone's aperture (tangent of the half angle).
     RoughnessFit {
         /// The polynomial that the intro used: 47.5° at roughness 1.
@@ -154,6 +163,8 @@ pub struct Settings {
     /// Points on lamps per pixel and voxel side with `emitters = sampled`.
     pub emitter_samples: u32,
     pub lists: Lists,
+    pub shading: Work,
+    pub mips: Work,
     pub roughness_fit: RoughnessFit,
     /// Shadow rays and cones in the first bounce too (the talk lights it without shadows).
     pub first_bounce_shadows: bool,
@@ -288,6 +299,8 @@ impl Default for Settings {
             emitters: Emitters::Cones,
             emitter_samples: 16,
             lists: Lists::Rebuild,
+            shading: Work::Raster,
+            mips: Work::Raster,
             roughness_fit: RoughnessFit::Polynomial,
             first_bounce_shadows: true,
             jitter: false,
@@ -318,6 +331,13 @@ impl GatherResolution {
             Self::Half => 2,
             Self::Quarter => 4,
         }
+    }
+}
+
+impl Settings {
+    /// Whether some pass goes through lists of occupied cells.
+    pub fn uses_cells(&self) -> bool {
+        self.shading == Work::Cells || self.mips == Work::Cells
     }
 }
 
@@ -440,6 +460,7 @@ pub const PRESETS: &[Preset] = &[
     Preset { name: "fast", meaning: "8 shared rays for every 16 pixels, lamps sampled", settings: Settings::fast },
     Preset { name: "balanced", meaning: "8 shared rays for every 4 pixels, lamps sampled", settings: Settings::balanced },
     Preset { name: "accurate", meaning: "32 shared rays a pixel, lamps sampled", settings: Settings::accurate },
+    Preset { name: "cones", meaning: "16 saturating cones a pixel, lamps sampled", settings: Settings::cones },
     Preset { name: "corrected", meaning: "the talk, every row of the ledger right", settings: Settings::default },
     Preset {
         name: "printed",
@@ -458,9 +479,16 @@ impl Settings {
             weights: Weights::Abs,
             blend: Blend::Sum,
             lists: Lists::Reuse,
+            shading: Work::Cells,
+            mips: Work::Cells,
             start: Start { diffuse_normal: 1.0, diffuse_along: 0.5, ..Start::default() },
             ..Self::default()
         }
+    }
+
+    /// Cones alone, as right as they get.
+    pub fn cones() -> Self {
+        Self { emitters: Emitters::Sampled, ..Self::saturating(ConeSet::G16, 1.0) }
     }
 
     /// Exact rays that read saturating volumes, few per place and shared among neighbours; lamps sampled.

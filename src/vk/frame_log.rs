@@ -76,6 +76,10 @@ pub enum CommandLog {
         offset: u64,
         bytes: u64,
     },
+    /// All levels and layers become zero.
+    Clear {
+        image: String,
+    },
     /// `bytes` is absent where texels are copied.
     Copy {
         from: String,

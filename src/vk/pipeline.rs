@@ -1,7 +1,7 @@
 //! Raster and compute pipelines. Their layouts come from reflection: one push-descriptor set and one push block.
 
 use super::context::Context;
-use super::reflect::{self, Binding, StageInfo};
+use super::reflect::{self, Binding, BindingKind, StageInfo};
 use super::shader;
 use crate::{Error, Result};
 use ash::vk;
@@ -299,6 +299,16 @@ impl RawPipeline {
             return Err(Error::Device(format!(
                 "{} pushes at most {} descriptors, but the pass {label} needs {descriptors}: choose another device",
                 context.name, context.max_push_descriptors
+            )));
+        }
+        let storage_images =
+            this.bindings.iter().filter(|b| b.kind == BindingKind::StorageImage).map(|b| b.count).sum::<u32>();
+        let most = context.limits.max_per_stage_descriptor_storage_images;
+        if storage_images > most {
+            return Err(Error::Device(format!(
+                "{} stores to at most {most} images at once, but the pass {label} to {storage_images}: choose the raster form of \
+                 the pass (shading, mips) or another device",
+                context.name
             )));
         }
         this.create_layouts().map_err(|result| context.error(&format!("creating the pass {label}"), result))?;

@@ -162,6 +162,21 @@ impl Recorder {
         self.log(CommandLog::Update { buffer, offset, bytes });
     }
 
+    /// Sets every texel of a colour image to zero.
+    pub fn clear(&mut self, image: &Image) {
+        let range = [vk::ImageSubresourceRange::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .level_count(vk::REMAINING_MIP_LEVELS)
+            .layer_count(vk::REMAINING_ARRAY_LAYERS)];
+        let (general, zero) = (vk::ImageLayout::GENERAL, vk::ClearColorValue::default());
+        // SAFETY: the image is in that layout for good, outside a rendering scope; it is kept.
+        unsafe {
+            self.context.device().cmd_clear_color_image(self.handle(), image.raw.handle, general, &zero, &range);
+        }
+        self.keep(image.raw.clone());
+        self.log(CommandLog::Clear { image: image.label().to_owned() });
+    }
+
     /// Copies the first bytes of `from` to the start of `to`, as many as both have.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) {
         self.copy_range(from, 0, to, 0, from.bytes().min(to.bytes()));

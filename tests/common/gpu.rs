@@ -72,7 +72,7 @@ pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
     let heads: Vec<u32> = download(context, &resources.heads).expect("heads");
     let items: Vec<ListItem> = download(context, &resources.items).expect("items");
     let triangles: Vec<Triangle> = download(context, &resources.triangles).expect("triangles");
-    let cells: Vec<u32> = download(context, &resources.cells).expect("cells");
+    let cells: Vec<u32> = download(context, &resources.cells.cells).expect("cells");
     assert_eq!((globals.triangle_overflow, globals.item_overflow, globals.cell_overflow), (0, 0, 0));
     let mut pairs = Vec::new();
     for (voxel, head) in heads.iter().enumerate() {

@@ -3,6 +3,7 @@
 //! The talk: BeRo and urs, "How to use Voxel Cone Tracing with two bounces for everything instead of just Global
 //! Illumination" (listings CC0).
 
+pub mod cells;
 pub mod constants;
 pub mod emitters;
 pub mod gather;
@@ -16,7 +17,7 @@ pub mod uniforms;
 pub mod voxelise;
 
 use crate::gpu_scene::GpuScene;
-use crate::vk::{Bind, ColorTarget, Format, Load, RenderTarget, Sampler};
+use crate::vk::{Bind, ColorTarget, Compute, Format, Load, Raster, RenderTarget, Sampler, ZoneKind};
 use resources::{FACES, Resources, VolumeImages};
 
 /// Which volume a pass fills.
@@ -31,6 +32,29 @@ impl Bounce {
         match self {
             Self::First => first,
             Self::Second => second,
+        }
+    }
+}
+
+/// What a pass over a volume goes through (`settings::Work`), compiled.
+enum Form {
+    Raster(Raster),
+    Cells(Compute),
+}
+
+impl Form {
+    fn kind(&self) -> ZoneKind {
+        match self {
+            Self::Raster(_) => ZoneKind::Raster,
+            Self::Cells(_) => ZoneKind::Compute,
+        }
+    }
+
+    /// Bytes that the pass writes where all cells together have `whole`: of lists, only the device knows (0).
+    fn bytes(&self, whole: u64) -> u64 {
+        match self {
+            Self::Raster(_) => whole,
+            Self::Cells(_) => 0,
         }
     }
 }
@@ -57,6 +81,12 @@ fn shading_binds<'a>(scene: &'a GpuScene, resources: &'a Resources) -> Vec<Bind<
 fn volume_binds<'a>(volume: &'a VolumeImages, sampler: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
     const NAMES: [&str; FACES] = ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];
     NAMES.iter().zip(&volume.faces).map(move |(name, face)| Bind::image(name, face.view(), sampler))
+}
+
+/// All seven faces of a level, to be stored to (`glsl/cones/faces.glsl`).
+fn face_binds(volume: &VolumeImages, level: u32) -> [Bind<'_>; FACES] {
+    const NAMES: [&str; FACES] = ["faces_0", "faces_1", "faces_2", "faces_3", "faces_4", "faces_5", "faces_6"];
+    std::array::from_fn(|face| Bind::storage_image(NAMES[face], volume.faces[face].mip_view(level)))
 }
 
 impl VolumeImages {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::cells::{self, CellLists};
 use super::uniforms::Capacities;
 use crate::Result;
 use crate::layout;
@@ -47,7 +48,9 @@ impl VolumeImages {
                         samples: 1,
                         usage: ImageUsageFlags::COLOR_ATTACHMENT
                             | ImageUsageFlags::SAMPLED
-                            | ImageUsageFlags::TRANSFER_SRC,
+                            | ImageUsageFlags::STORAGE
+                            | ImageUsageFlags::TRANSFER_SRC
+                            | ImageUsageFlags::TRANSFER_DST,
                         ..Default::default()
                     },
                 )
@@ -77,7 +80,12 @@ pub struct Resources {
     pub triangles: Buffer,
     pub items: Buffer,
     pub heads: Buffer,
-    pub cells: Buffer,
+    /// What is occupied in this frame,
+    pub cells: CellLists,
+    /// and in the one before.
+    pub last_cells: CellLists,
+    /// A bit per cell of every level but the first: it stands in its list.
+    pub listed: Buffer,
     /// Source → 1 + place in the triangle buffer, for the blended triangles.
     pub slots: Buffer,
     /// Sources of the blended triangles, back to front.
@@ -100,6 +108,8 @@ impl Resources {
         let buffer = |name: &'static str| {
             Buffer::new(context, name, plan_bytes(&plan, name), BufferKind::Device, BufferUsageFlags::empty())
         };
+        let lists_edge = if settings.uses_cells() { settings.voxels } else { 1 };
+        let lists = |name: &'static str| CellLists::new(context, (name, plan_bytes(&plan, name)), lists_edge);
         let names = ["first bounce", "second bounce"];
         let border = settings.ledger.d11 == Form::Right;
         Ok(Self {
@@ -110,7 +120,9 @@ impl Resources {
             triangles: buffer("triangles")?,
             items: buffer("list items")?,
             heads: buffer("voxels")?,
-            cells: buffer("voxel cells")?,
+            cells: lists("voxel cells")?,
+            last_cells: lists("last voxel cells")?,
+            listed: buffer("listed parents")?,
             slots: buffer("blended slots")?,
             order: buffer("blend order")?,
             front_view: Image::new(
@@ -140,6 +152,11 @@ impl Resources {
         })
     }
 
+    /// A new frame: its lists take the place of those of the frame before the last.
+    pub fn turn(&mut self) {
+        std::mem::swap(&mut self.cells, &mut self.last_cells);
+    }
+
     /// Makes the triangle, item and cell buffers anew, with other capacities.
     pub fn grow(
         &mut self,
@@ -150,7 +167,7 @@ impl Resources {
         capacities: Capacities,
     ) -> Result<()> {
         let plan = plan(scene, settings, volumes, capacities);
-        for buffer in [&mut self.triangles, &mut self.items, &mut self.cells] {
+        for buffer in [&mut self.triangles, &mut self.items, &mut self.cells.cells, &mut self.last_cells.cells] {
             let bytes = plan_bytes(&plan, buffer.label());
             if bytes > buffer.bytes() {
                 let label = buffer.label().to_owned();
@@ -171,6 +188,7 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         u64::from(count.max(1)) * size_of::<T>() as u64
     }
     let voxels = settings.voxels.pow(3);
+    let lists_edge = if settings.uses_cells() { settings.voxels } else { 1 };
     let mut rows = vec![
         ("frame", array::<layout::Frame>(1)),
         ("lights", array::<layout::Light>(scene.lights)),
@@ -180,6 +198,9 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("list items", array::<layout::ListItem>(capacities.items)),
         ("voxels", array::<u32>(voxels)),
         ("voxel cells", array::<u32>(capacities.cells)),
+        ("last voxel cells", array::<u32>(if settings.uses_cells() { capacities.cells } else { 1 })),
+        ("listed parents", cells::listed_bytes(lists_edge)),
+        ("parent cells", 2 * (cells::parents_bytes(lists_edge) + cells::counts_bytes(lists_edge))),
         ("blended slots", array::<u32>(if scene.blended == 0 { 1 } else { scene.triangles })),
         ("blend order", array::<u32>(scene.blended)),
         ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),

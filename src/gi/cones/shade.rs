@@ -1,4 +1,5 @@
-//! Passes 2b and 4b, shade: one triangle over the screen per slice; each voxel shades its list into seven targets.
+//! Passes 2b and 4b, shade: each voxel shades its list into seven targets. Raster form: one triangle over the screen per
+//! slice. Cells form: a thread per occupied voxel.
 //! Reads: lists, triangles, materials, lights; 4b the first bounce's volume. Writes: level 0 of a volume, premultiplied
 //! stored radiance. Twin of the fill: `src/twins/shade.rs`.
 
@@ -6,14 +7,14 @@ use std::sync::Arc;
 
 use super::constants::{Features, constants};
 use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
-use super::{Bounce, layered_target, shading_binds, volume_binds};
+use super::{Bounce, Form, face_binds, layered_target, shading_binds, volume_binds};
 use crate::Result;
 use crate::gpu_scene::GpuScene;
-use crate::settings::Settings;
-use crate::vk::{Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
+use crate::settings::{Settings, Work};
+use crate::vk::{Compute, ComputeDesc, Context, DrawCall, Raster, RasterDesc, Recorder};
 
 pub struct Shade {
-    pipeline: Raster,
+    form: Form,
     bounce: Bounce,
 }
 
@@ -26,18 +27,26 @@ impl Shade {
         bounce: Bounce,
         gathers: bool,
     ) -> Result<Self> {
-        let pipeline = Raster::new(
-            context,
-            &RasterDesc {
-                label: bounce.pick("shade 1", "shade 2"),
-                vertex: "cones/layered.vert",
-                fragment: Some(if gathers { "cones/shade_second.frag" } else { "cones/shade_first.frag" }),
-                constants: &constants(&settings.of_voxels(), features, u32::from(gathers)),
-                color_formats: &[VOLUME_FORMAT; FACES],
-                ..Default::default()
-            },
-        )?;
-        Ok(Self { pipeline, bounce })
+        let label = bounce.pick("shade 1", "shade 2");
+        let constants = constants(&settings.of_voxels(), features, u32::from(gathers));
+        let form = match settings.shading {
+            Work::Raster => Form::Raster(Raster::new(
+                context,
+                &RasterDesc {
+                    label,
+                    vertex: "cones/layered.vert",
+                    fragment: Some(if gathers { "cones/shade_second.frag" } else { "cones/shade_first.frag" }),
+                    constants: &constants,
+                    color_formats: &[VOLUME_FORMAT; FACES],
+                    ..Default::default()
+                },
+            )?),
+            Work::Cells => {
+                let shader = if gathers { "cones/shade_second.comp" } else { "cones/shade_first.comp" };
+                Form::Cells(Compute::new(context, &ComputeDesc { label, shader, constants: &constants })?)
+            }
+        };
+        Ok(Self { form, bounce })
     }
 
     /// `previous`: the volume to gather from.
@@ -49,17 +58,23 @@ impl Shade {
         target: &VolumeImages,
         previous: Option<&VolumeImages>,
     ) {
-        let bytes = 8 * FACES as u64 * u64::from(target.edge).pow(3);
-        recorder.zone(self.bounce.pick("shade 1", "shade 2"), ZoneKind::Raster, bytes, |r| {
+        let bytes = self.form.bytes(8 * FACES as u64 * u64::from(target.edge).pow(3));
+        recorder.zone(self.bounce.pick("shade 1", "shade 2"), self.form.kind(), bytes, |r| {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
-            r.raster(&layered_target(&target.colors(0), target.edge), |pass| {
-                let mut binds = shading_binds(scene, resources);
-                if let Some(volume) = previous {
-                    binds.extend(volume_binds(volume, &resources.volume_sampler));
+            let mut binds = shading_binds(scene, resources);
+            if let Some(volume) = previous {
+                binds.extend(volume_binds(volume, &resources.volume_sampler));
+            }
+            match &self.form {
+                Form::Raster(pipeline) => r.raster(&layered_target(&target.colors(0), target.edge), |pass| {
+                    let call = DrawCall::Direct { vertices: 3, instances: target.edge };
+                    pass.draw(pipeline, &binds, &(), call);
+                }),
+                Form::Cells(pipeline) => {
+                    binds.extend(face_binds(target, 0));
+                    resources.cells.dispatch(r, pipeline, binds, (0, target.edge));
                 }
-                let call = DrawCall::Direct { vertices: 3, instances: target.edge };
-                pass.draw(&self.pipeline, &binds, &(), call);
-            });
+            }
         });
     }
 }

@@ -43,7 +43,7 @@ impl Voxelise {
                     Bind::buffer("triangles", &resources.triangles),
                     Bind::buffer("list_items", &resources.items),
                     Bind::buffer("heads", &resources.heads),
-                    Bind::buffer("cells", &resources.cells),
+                    Bind::buffer("cells", &resources.cells.cells),
                 ];
                 pass.draw(&self.pipeline, &binds, &(), DrawCall::Indirect { buffer: &resources.globals, offset: 0 });
             });

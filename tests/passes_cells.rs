@@ -1,0 +1,154 @@
+//! The cells form of shading and mips: lists of occupied cells against their twin, and volumes against the raster form's,
+//! bit for bit, in a first frame and after things moved.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+#[path = "common/scenes.rs"]
+mod scenes;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+use scenes::{Random, add, triangle};
+use twobounce::gi::Method;
+use twobounce::gi::cones::cells::parents;
+use twobounce::layout::CellCount;
+use twobounce::renderer::{RenderOptions, Renderer, Submit};
+use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
+use twobounce::settings::{Bounces, Fill, Settings, Work};
+use twobounce::vk::{Context, download};
+
+const EDGE: u32 = 16;
+
+/// A lit room with things in it that share voxels; the last instance is to be moved about.
+fn room() -> Scene {
+    let (mut scene, mut random) = (Scene::empty("room"), Random::new(8));
+    let walls = scene.add_material(Material { double_sided: true, ..Material::lambert("walls", Vec3::splat(0.6)) });
+    scene.add_mesh(Mesh::cuboid("room", walls, Vec3::ZERO, Vec3::splat(8.0), true), DAffine3::IDENTITY);
+    for i in 0..40 {
+        let center = random.point() * 6.0 + 1.0;
+        let shiny = Material { metallic: 0.5, roughness: 0.3, ..Material::lambert("shiny", random.point().as_vec3()) };
+        let material = if i % 8 == 0 { Material::lamp("lamp", random.point().as_vec3()) } else { shiny };
+        add(&mut scene, &[triangle(&mut random, center, 2.0)], Material { double_sided: i % 2 == 0, ..material });
+    }
+    let boxed = scene.add_material(Material::lambert("box", Vec3::new(0.7, 0.3, 0.2)));
+    scene.add_mesh(Mesh::cuboid("box", boxed, Vec3::ZERO, Vec3::splat(1.5), false), DAffine3::IDENTITY);
+    scene.add_light(LightKind::Point, Vec3::splat(30.0), DAffine3::from_translation(DVec3::new(4.0, 7.0, 4.0)));
+    scene
+}
+
+/// The room with its box at `at`, metres.
+fn pose(scene: &Scene, at: DVec3) -> Pose {
+    let mut pose = scene.pose(None, 0.0);
+    *pose.world_from_instance.last_mut().expect("a box") = DAffine3::from_translation(at);
+    pose
+}
+
+struct Studio {
+    context: Arc<Context>,
+    renderer: Renderer,
+    view: View,
+}
+
+impl Studio {
+    fn new(scene: &Scene, settings: &Settings) -> Self {
+        let context = gpu::context();
+        let options = RenderOptions {
+            size: (16, 16),
+            method: Method::Cones,
+            aovs: vec![],
+            submit: Submit::Frame,
+            memory_limit: None,
+            bounds: scene.bounds(None),
+        };
+        let pose = scene.pose(None, 0.0);
+        let renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options).expect("it fits");
+        Self { context, renderer, view: View::framing(scene.bounds(None)) }
+    }
+
+    /// The bits of both volumes after a frame.
+    fn volumes(&mut self, pose: &Pose) -> Vec<Vec<Vec<Vec<[u16; 4]>>>> {
+        self.renderer.render(pose, &self.view).expect("a frame");
+        assert_eq!(self.context.take_validation_messages(), Vec::<String>::new());
+        self.renderer.resources().volumes.iter().map(|v| gpu::volume_bits(&self.context, v)).collect()
+    }
+}
+
+/// Small sets of cones and rays: what is compared is who is shaded.
+fn presets() -> [Settings; 3] {
+    let small = |settings: Settings| Settings { voxels: EDGE, shading: Work::Raster, mips: Work::Raster, ..settings };
+    [
+        small(Settings::fast()),
+        small(Settings::printed()),
+        small(Settings { fill: Fill::Coverage, ..Settings::default() }),
+    ]
+}
+
+#[test]
+fn every_level_lists_the_parents_of_occupied_voxels() {
+    let scene = room();
+    let mut studio = Studio::new(&scene, &Settings { voxels: EDGE, ..Settings::fast() });
+    studio.volumes(&scene.pose(None, 0.0));
+    let pairs = gpu::listed_pairs(&studio.context, &studio.renderer);
+    let occupied: Vec<u32> = pairs.iter().map(|p| p.0).collect();
+    let lists = &studio.renderer.resources().cells;
+    let counts: Vec<CellCount> = download(&studio.context, &lists.counts).expect("counts");
+    let listed: Vec<u32> = download(&studio.context, &lists.parents).expect("parents");
+    let twin = parents(&occupied, EDGE);
+    let mut first = 0;
+    for (level, expected) in twin.iter().enumerate() {
+        let CellCount { groups_x, groups_y, groups_z, count } = counts[level];
+        assert_eq!(count as usize, expected.len(), "level {level}");
+        assert_eq!([groups_x, groups_y, groups_z], [count.div_ceil(64), 1, 1], "level {level}");
+        if level > 0 {
+            let found: BTreeSet<u32> = listed[first..first + count as usize].iter().copied().collect();
+            assert_eq!(&found, expected, "level {level}");
+            first += (EDGE as usize >> level).pow(3);
+        }
+    }
+    assert!(twin[1].len() > 100);
+}
+
+#[test]
+fn cells_give_the_rasters_bits_in_every_mixture() {
+    let scene = room();
+    let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
+    for raster in presets() {
+        let first = Studio::new(&scene, &raster).volumes(&here);
+        let moved = Studio::new(&scene, &raster).volumes(&there);
+        assert!(first.iter().zip(&moved).all(|(a, b)| a != b), "the box shows");
+        for (shading, mips) in [(Work::Cells, Work::Cells), (Work::Cells, Work::Raster), (Work::Raster, Work::Cells)] {
+            let mut studio = Studio::new(&scene, &Settings { shading, mips, ..raster.clone() });
+            assert!(studio.volumes(&here) == first, "{} {shading} {mips}: first frame", raster.fill);
+            assert!(studio.volumes(&there) == moved, "{} {shading} {mips}: after the box moved", raster.fill);
+            assert!(studio.volumes(&here) == first, "{} {shading} {mips}: after it came back", raster.fill);
+        }
+    }
+}
+
+#[test]
+fn lists_that_had_to_grow_leave_nothing_behind() {
+    // Twelve sheets of 64² voxels: more cells than there is room for at first.
+    let mut scene = Scene::empty("sheets");
+    let material = scene.add_material(Material::lamp("lamp", Vec3::ONE));
+    for k in 0..12 {
+        let y = f64::from(k) * 5.0 + 0.5;
+        let corner = |x: f64, z: f64| DVec3::new(x, y, z).as_vec3();
+        let triangles = [
+            [corner(0.5, 0.5), corner(0.5, 63.5), corner(63.5, 0.5)],
+            [corner(63.5, 63.5), corner(63.5, 0.5), corner(0.5, 63.5)],
+        ];
+        scene.add_mesh(Mesh::triangles("sheet", material, &triangles), DAffine3::IDENTITY);
+    }
+    let mut raster = Settings { voxels: 64, bounces: Bounces::One, ..presets()[0].clone() };
+    raster.volume.center = Some([32.0; 3]);
+    raster.volume.side = Some(64.0);
+    let cells = Settings { shading: Work::Cells, mips: Work::Cells, ..raster.clone() };
+    let pose = scene.pose(None, 0.0);
+    let mut studio = Studio::new(&scene, &cells);
+    let found = studio.volumes(&pose);
+    let occupied = studio.renderer.render(&pose, &studio.view).expect("a frame").counters.occupied_voxels;
+    assert!(occupied > 1 << 15, "{occupied} cells are not more than there is room for");
+    assert!(found == Studio::new(&scene, &raster).volumes(&pose));
+}

@@ -171,7 +171,10 @@ fn variants() -> Vec<Settings> {
     let mut variants = vec![right.clone(), Settings { voxels: EDGE, ..Settings::printed() }];
     variants.extend(Weights::ALL.iter().map(|w| Settings { weights: *w, ..right.clone() }));
     variants.extend(ConeSet::ALL.iter().map(|c| Settings { cones: *c, ..right.clone() }));
-    variants.extend([Settings::saturating(ConeSet::G8, 1.5), Settings::saturating(ConeSet::G16, 1.0)].map(|s| Settings { voxels: EDGE, ..s }));
+    variants.extend(
+        [Settings::saturating(ConeSet::G8, 1.5), Settings::saturating(ConeSet::G16, 1.0)]
+            .map(|s| Settings { voxels: EDGE, ..s }),
+    );
     variants.push(Settings { step: 0.5, ..right.clone() });
     let rows: [fn(&mut Settings); 9] = [
         |s| s.ledger.d6 = Form::Printed,

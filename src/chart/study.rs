@@ -32,11 +32,11 @@ const fn axis(name: &'static str, base: &'static str, values: &'static [&'static
 /// To add an axis, add a line here.
 pub const AXES: &[StudyAxis] = &[
     axis("grid", "balanced", &["voxels=32", "voxels=128"]),
-    axis("grid", "fast", &["voxels=32", "voxels=128"]),
-    axis("grid", "accurate", &["voxels=32", "voxels=128"]),
-    axis("all bounces", "fast", &["bounces=all"]),
+    axis("grid, fast", "fast", &["voxels=32", "voxels=128"]),
+    axis("grid, accurate", "accurate", &["voxels=32", "voxels=128"]),
+    axis("all bounces, fast", "fast", &["bounces=all"]),
     axis("all bounces", "balanced", &["bounces=all", "bounces=1"]),
-    axis("all bounces", "accurate", &["bounces=all"]),
+    axis("all bounces, accurate", "accurate", &["bounces=all"]),
     axis("rays of the image", "balanced", &["cones=g4", "cones=g16", "cones=g32", "cones=g64"]),
     axis("rays of the voxels", "balanced", &["shade.cones=g4", "shade.cones=g16", "shade.gather=cones"]),
     axis("cones for rays", "balanced", &["gather=cones", "gather=cones shade.gather=rays"]),

@@ -56,8 +56,7 @@ impl Passes {
         bounces: u32,
         target: &ImageTarget,
     ) -> Result<Self> {
-        let lists_are_read =
-            bounces > 0 || settings.shadows == Shadows::Rays || settings.emitters == Emitters::Sampled;
+        let lists_are_read = bounces > 0 || settings.shadows == Shadows::Rays || settings.emitters == Emitters::Sampled;
         let all = settings.bounces == Bounces::All && bounces > 0;
         let shade = |needed: bool, bounce, gathers| {
             needed.then(|| Shade::new(context, settings, features, bounce, gathers)).transpose()

@@ -171,7 +171,10 @@ fn variants() -> Vec<Settings> {
     let mut variants = vec![right.clone(), Settings { voxels: EDGE, ..Settings::printed() }];
     variants.extend(Weights::ALL.iter().map(|w| Settings { weights: *w, ..right.clone() }));
     variants.extend(ConeSet::ALL.iter().map(|c| Settings { cones: *c, ..right.clone() }));
-    variants.extend([Settings::saturating(ConeSet::G8, 1.5), Settings::saturating(ConeSet::G16, 1.0)].map(|s| Settings { voxels: EDGE, ..s }));
+    variants.extend(
+        [Settings::saturating(ConeSet::G8, 1.5), Settings::saturating(ConeSet::G16, 1.0)]
+            .map(|s| Settings { voxels: EDGE, ..s }),
+    );
     variants.push(Settings { step: 0.5, ..right.clone() });
     let rows: [fn(&mut Settings); 9] = [
         |s| s.ledger.d6 = Form::Printed,
@@ -488,7 +491,8 @@ fn neighbours_in_a_square_share_all_directions() {
         let side = interleave as i32;
         // Any square of pixels, and of voxels in each of the three planes.
         let planes = [[IVec3::X, IVec3::Y], [IVec3::Y, IVec3::Z], [IVec3::Z, IVec3::X]];
-        for ([u, v], corner) in planes.into_iter().zip([IVec3::new(3, 5, 0), IVec3::new(7, 1, 2), IVec3::new(0, 9, 6)]) {
+        for ([u, v], corner) in planes.into_iter().zip([IVec3::new(3, 5, 0), IVec3::new(7, 1, 2), IVec3::new(0, 9, 6)])
+        {
             let at = |i: i32| (corner + u * (i % side) + v * (i / side)).as_vec3().extend(0.0);
             let inputs: Vec<Arguments> =
                 (0..side * side).map(|i| Arguments::of(at(i), Vec4::ZERO, Vec4::ZERO)).collect();

@@ -170,7 +170,8 @@ fn renderer(scene: &Scene, settings: &Settings) -> Renderer {
 
 #[test]
 fn all_bounces_fill_a_furnace_and_stay_bounded() {
-    let all = |settings: Settings| Settings { voxels: 32, bounces: Bounces::All, emitters: Emitters::Cones, ..settings };
+    let all =
+        |settings: Settings| Settings { voxels: 32, bounces: Bounces::All, emitters: Emitters::Cones, ..settings };
     for settings in [all(rays()), all(Settings::saturating(ConeSet::G8, 1.5))] {
         let (mean, most, settling) = furnace(0.8, &settings);
         // What two bounces lose in corners (see passes_light.rs), bounce after bounce; f16.

@@ -61,7 +61,8 @@ fn a_hundred_thousand_slivers_are_listed_exactly() {
 
 #[test]
 fn needles_across_the_grid_and_crumbs_are_listed_exactly() {
-    let found = is_exact(&analytic::slivers(3000, 1), &Settings { voxels: 64, bounces: Bounces::One, ..Settings::default() });
+    let found =
+        is_exact(&analytic::slivers(3000, 1), &Settings { voxels: 64, bounces: Bounces::One, ..Settings::default() });
     assert!(found.touching < 0.01, "{found:?}");
 }
 

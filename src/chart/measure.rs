@@ -1,6 +1,7 @@
 //! One row: renders a setting, times it, and holds its image against the references.
 //!
-//! The error is that of the first frame after a cold start, so that it does not hang on how many frames were timed.
+//! The error is that of the first frame after a cold start (with `bounces = all`, of the settled one), so that it does not hang
+//! on how many frames were timed. Times are of the frames after it.
 //!
 //! Light that a method sends through cones alone (emissive surfaces with `emitters = cones`, the sky) is in no direct layer
 //! of its own, but in the reference's. There the indirect part is image − the reference's direct light: whatever is wrong
@@ -20,7 +21,7 @@ use crate::measure::timing::{Spread, Timings};
 use crate::reference::Depth;
 use crate::renderer::{RenderOptions, Renderer, Submit};
 use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::{Emitters, Settings};
+use crate::settings::{Bounces, Emitters, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Error, Result};
 
@@ -77,7 +78,12 @@ impl Truth {
 /// The indirect bounces that an image with these settings can be asked for.
 pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
     let first_is_direct = scene.lights.is_empty() && by_cones_alone(scene, settings);
-    Depth::Bounces(settings.bounces - u32::from(first_is_direct))
+    let bounces = match settings.bounces {
+        Bounces::One => 1,
+        Bounces::Two => 2,
+        Bounces::All => return Depth::Full,
+    };
+    Depth::Bounces(bounces - u32::from(first_is_direct))
 }
 
 /// Whether some light reaches the image through cones alone, so that its direct layer lacks it.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::export::Chart;
 use super::frontier::frontier;
-use super::plan::{Axis, Base, Trial, trials};
+use super::plan::{Base, Trial, trials};
 use super::row::{Metric, Part, Row, Truth};
 use crate::Result;
 use crate::settings::{PRESETS, Settings};
@@ -15,13 +15,20 @@ pub const SCENES: &[&str] = &["assets/cornell-area.glb", "assets/cornell-point.g
 /// Set in every preset first, so that the study can be run on a processor; 128³ is on an axis of its own.
 pub const BASE: &[&str] = &["voxels=64"];
 
-/// One axis: values that are tried one after the other on top of a preset.
+/// Settings to vary that are no preset: a preset and what is changed in it, separated by spaces.
+const BASES: &[(&str, &str, &str)] = &[(
+    "cones",
+    "fast",
+    "gather=cones cones=g16 shade.cones=auto interleave=1 gather_resolution=full image.direct=samples emitter_samples=16",
+)];
+
+/// One axis: values that are tried one after the other on top of a base.
 #[derive(Clone, Copy, Debug)]
 pub struct StudyAxis {
     pub name: &'static str,
-    /// The preset to start from.
+    /// What to start from: a preset, or one of `BASES`.
     pub base: &'static str,
-    /// Each a list of `key=value`, separated by spaces. What the base already has is left out.
+    /// Each a list of `key=value`, separated by spaces; none is the base's own.
     pub values: &'static [&'static str],
 }
 
@@ -32,27 +39,34 @@ const fn axis(name: &'static str, base: &'static str, values: &'static [&'static
 /// To add an axis, add a line here.
 pub const AXES: &[StudyAxis] = &[
     axis("grid", "fast", &["voxels=32", "voxels=128"]),
+    axis("rays", "fast", &["cones=g4", "cones=g16", "cones=g32"]),
+    axis("voxels' rays", "fast", &["shade.cones=g8", "shade.cones=g16"]),
+    axis("gathered pixels", "fast", &["gather_resolution=half", "gather_resolution=full"]),
+    axis("sharing", "fast", &["interleave=1", "interleave=2"]),
+    axis("lamps", "fast", &["emitters=cones", "emitter_samples=2", "emitter_samples=32"]),
+    axis("bounces", "fast", &["bounces=1", "bounces=all"]),
+    axis("gather", "fast", &["gather=cones"]),
+    axis("direct light", "fast", &["image.direct=samples", "image.samples=1"]),
+    axis("lists", "fast", &["lists=rebuild"]),
+    axis("jitter", "fast", &["jitter=true"]),
+    axis("cones", "cones", &[""]),
+    axis("cones' grid", "cones", &["voxels=32", "voxels=128"]),
     axis(
         "cone set",
-        "fast",
-        &["cones=1", "cones=5", "cones=6a", "cones=6b", "cones=16", "cones=g6", "cones=g16", "cones=g32", "cones=g64"],
+        "cones",
+        &["cones=1", "cones=5", "cones=6a", "cones=6b", "cones=16", "cones=g8", "cones=g32", "cones=g64"],
     ),
-    axis("cone step", "fast", &["step=0.5", "step=1", "step=2"]),
-    axis("bounces", "fast", &["bounces=1"]),
-    axis("fill", "fast", &["fill=uniform", "fill=facing", "fill=coverage"]),
-    axis("face weights", "fast", &["weights=d2", "weights=norm1", "weights=extinction"]),
-    axis("blend", "fast", &["blend=over"]),
-    axis("all three as in the talk", "fast", &["fill=uniform weights=d2 blend=over"]),
-    axis(
-        "start",
-        "fast",
-        &["start.diffuse_normal=0.5", "start.diffuse_normal=2", "start.diffuse_along=0", "start.diffuse_along=2"],
-    ),
-    axis("jitter", "fast", &["jitter=true"]),
-    axis("lists", "fast", &["lists=rebuild"]),
-    axis("shadows", "fast", &["shadows=none", "shadows=cones", "first_bounce_shadows=false"]),
-    axis("roughness", "fast", &["roughness_fit=power", "roughness_fit=linear"]),
-    axis("samples", "fast", &["image.samples=1"]),
+    axis("aperture", "cones", &["aperture=0.5", "aperture=0.75"]),
+    axis("step", "cones", &["step=0.5", "step=1", "step=2"]),
+    axis("exit margin", "cones", &["exit_margin=0"]),
+    axis("fill", "cones", &["fill=uniform", "fill=facing", "fill=coverage"]),
+    axis("face weights", "cones", &["weights=d2", "weights=norm1", "weights=extinction"]),
+    axis("blend", "cones", &["blend=over"]),
+    axis("all three as in the talk", "cones", &["fill=uniform weights=d2 blend=over"]),
+    axis("start along the normal", "cones", &["start.diffuse_normal=0.5", "start.diffuse_normal=2"]),
+    axis("start along the cone", "cones", &["start.diffuse_along=0", "start.diffuse_along=2"]),
+    axis("shadows", "cones", &["shadows=none", "shadows=cones", "first_bounce_shadows=false"]),
+    axis("roughness", "cones", &["roughness_fit=power", "roughness_fit=linear"]),
     axis(
         "ledger",
         "corrected",
@@ -85,23 +99,33 @@ const HAND: [&str; 2] = ["<!-- by hand, and kept: from here -->\n", "<!-- to her
 /// # Errors
 /// An axis names a setting that is not there, or `sets` does.
 pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Trial)>> {
-    let base = |preset: &str| {
-        let mut settings = Settings::preset(preset)?;
-        let assignments = BASE.iter().copied().chain(sets.iter().map(String::as_str));
-        assignments.into_iter().try_for_each(|assignment| settings.set(assignment))?;
-        Ok(Base { preset: preset.to_owned(), settings })
-    };
     let mut lines = Vec::new();
     for preset in PRESETS {
-        lines.extend(trials(&[base(preset.name)?], &[])?.into_iter().map(|trial| ("preset", trial)));
+        lines.extend(trials(&[base(preset.name, sets)?], &[])?.into_iter().map(|trial| ("preset", trial)));
     }
     for StudyAxis { name, base: preset, values } in AXES {
-        let values = values.iter().map(|value| value.split(' ').map(str::to_owned).collect()).collect();
-        // The first is the base itself, which stands among the presets.
-        let swept = trials(&[base(preset)?], &[Axis { values }])?.into_iter().skip(1);
-        lines.extend(swept.map(|trial| (*name, trial)));
+        let base = base(preset, sets)?;
+        for value in *values {
+            let mut trial =
+                Trial { preset: base.preset.clone(), swept: assignments(value), settings: base.settings.clone() };
+            trial.swept.iter().try_for_each(|assignment| trial.settings.set(assignment))?;
+            lines.push((*name, trial));
+        }
     }
     Ok(lines)
+}
+
+fn base(name: &str, sets: &[String]) -> Result<Base> {
+    let (preset, changes) = BASES.iter().find(|b| b.0 == name).map_or((name, ""), |b| (b.1, b.2));
+    let mut settings = Settings::preset(preset)?;
+    let own = assignments(changes);
+    let all = own.iter().map(String::as_str).chain(BASE.iter().copied()).chain(sets.iter().map(String::as_str));
+    all.into_iter().try_for_each(|assignment| settings.set(assignment))?;
+    Ok(Base { preset: name.to_owned(), settings })
+}
+
+fn assignments(text: &str) -> Vec<String> {
+    text.split_whitespace().map(str::to_owned).collect()
 }
 
 /// Every setting of `lines` once.
@@ -125,10 +149,13 @@ pub fn by_hand(page: &str) -> Option<&str> {
 pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], by_hand: &str) -> String {
     let (device, driver, noise) = (&chart.device, &chart.driver, 100.0 * chart.reference_noise);
     let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
+    let bases: Vec<_> =
+        BASES.iter().map(|(name, preset, changes)| format!("`{name}` (`{preset}` with `{changes}`)")).collect();
+    let bases = bases.join(", ");
     let mut page = format!(
         "# What each setting buys and costs\n\n\
          Written by `twobounce study`, which is run again whenever a method changes: every preset, then every axis by itself, on\n\
-         top of the preset that its line opens with. `{base}`, unless a line says otherwise. Measured at {}×{} pixels on\n\
+         top of what its line opens with: a preset, or {bases}. `{base}`, unless a line says otherwise. Measured at {}×{} pixels on\n\
          {device} ({driver}). `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
          against light of as many bounces, `all` against all of it; the references' own noise is {noise} %. *Indirect* says that it is\n\
          of the indirect light alone, *whole* that lamps light the scene through cones and nothing tells the two apart. **Bold**: no\n\
@@ -199,11 +226,11 @@ mod tests {
     #[test]
     fn every_axis_exists_and_no_line_is_there_twice() {
         let lines = lines(&[]).unwrap();
-        for StudyAxis { name, values, .. } in AXES {
-            let found = lines.iter().filter(|(axis, _)| axis == name).count();
-            assert_eq!(found, values.len(), "{name}: a value is the base's own, or there twice");
+        for (i, (axis, trial)) in lines.iter().enumerate() {
+            let twin = lines[..i].iter().find(|(_, other)| other.settings == trial.settings);
+            assert!(twin.is_none(), "{axis}, {}: the same as {}", trial.name(), twin.unwrap().1.name());
         }
-        assert_eq!(settings(&lines).len(), lines.len(), "two lines are the same setting");
+        assert_eq!(settings(&lines).len(), lines.len());
     }
 
     #[test]

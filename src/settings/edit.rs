@@ -180,9 +180,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
         Range::Bool => value.as_bool().map(Value::Boolean),
         Range::Choice(names) => choice(&names()),
         Range::ChoiceOrAuto(names) => choice(&names()).or_else(auto),
-        Range::Whole(least, most) => {
-            whole.filter(|n| (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)))
-        }
+        Range::Whole(least, most) => whole.filter(|n| (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n))),
         Range::PowerOfTwo(least, most) => {
             whole.filter(|n| n.is_power_of_two() && (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)))
         }

@@ -1,6 +1,9 @@
 //! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
 
-use super::{Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, RoughnessFit, Shadows, Weights};
+use super::{
+    Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, RoughnessFit, Shadows,
+    Weights,
+};
 
 /// What `twobounce settings` says about one setting.
 #[derive(Clone, Copy, Debug)]

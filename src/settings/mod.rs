@@ -438,7 +438,11 @@ pub struct Preset {
 /// Every preset. The first is what the command line takes where none is named.
 pub const PRESETS: &[Preset] = &[
     Preset { name: "fast", meaning: "8 shared rays for every 16 pixels, lamps sampled", settings: Settings::fast },
-    Preset { name: "balanced", meaning: "8 shared rays for every 4 pixels, lamps sampled", settings: Settings::balanced },
+    Preset {
+        name: "balanced",
+        meaning: "8 shared rays for every 4 pixels, lamps sampled",
+        settings: Settings::balanced,
+    },
     Preset { name: "accurate", meaning: "32 shared rays a pixel, lamps sampled", settings: Settings::accurate },
     Preset { name: "corrected", meaning: "the talk, every row of the ledger right", settings: Settings::default },
     Preset {

@@ -68,9 +68,8 @@ fn sunflower(count: u32) -> Vec<(Vec3, f32, f32)> {
 /// first coordinate. The first moves a direction off the axis, the second turns it (in turns).
 pub fn interleaved_shifts(side: u32) -> Vec<Vec2> {
     let count = side * side;
-    let point = |k: u32| {
-        Vec2::new((k as f32 + 0.5) / count as f32, (f64::from(k.reverse_bits()) / f64::from(u32::MAX)) as f32)
-    };
+    let point =
+        |k: u32| Vec2::new((k as f32 + 0.5) / count as f32, (f64::from(k.reverse_bits()) / f64::from(u32::MAX)) as f32);
     (0..count).map(point).collect()
 }
 

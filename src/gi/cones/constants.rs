@@ -1,7 +1,9 @@
 //! Specialisation constants of the cones' shaders: `glsl/common/constants.glsl` is their twin.
 
 use crate::scene::{Alpha, Scene};
-use crate::settings::{Blend, ConeSet, DirectLight, Emitters, Fill, Form, Gather, Ledger, RoughnessFit, Settings, Shadows, Weights};
+use crate::settings::{
+    Blend, ConeSet, DirectLight, Emitters, Fill, Form, Gather, Ledger, RoughnessFit, Settings, Shadows, Weights,
+};
 
 const EDGE: u32 = 0;
 const CONE_SET: u32 = 1;

@@ -84,12 +84,7 @@ pub struct Gather {
 }
 
 impl Gather {
-    pub fn new(
-        context: &Arc<Context>,
-        settings: &Settings,
-        features: Features,
-        target: &ImageTarget,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, settings: &Settings, features: Features, target: &ImageTarget) -> Result<Self> {
         let extent = Extent::new(settings, (target.width, target.height));
         let image = |label: &str, format, usage| {
             let height = extent.most_rows(target.band_rows());
@@ -132,7 +127,10 @@ impl Gather {
             shared: lights("shared", ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
             depth_pass: Raster::new(context, &depth_pass)?,
             gather: Raster::new(context, &raster)?,
-            share: Compute::new(context, &ComputeDesc { label: "share", shader: "cones/share.comp", constants: &base })?,
+            share: Compute::new(
+                context,
+                &ComputeDesc { label: "share", shader: "cones/share.comp", constants: &base },
+            )?,
         })
     }
 
@@ -157,12 +155,7 @@ impl Gather {
             depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false }),
             width: self.extent.width,
             height: rows,
-            viewport: Some(Rect {
-                x: 0,
-                y: -(first_row as i32),
-                width: self.extent.width,
-                height: self.extent.height,
-            }),
+            viewport: Some(Rect { x: 0, y: -(first_row as i32), width: self.extent.width, height: self.extent.height }),
             ..Default::default()
         };
         r.raster(&target, |pass| {

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use super::constants::{BLENDED, Features, constants};
-use super::resources::{Resources, VolumeImages};
 use super::gather::{self, Gather};
+use super::resources::{Resources, VolumeImages};
 use super::{shading_binds, volume_binds};
 use crate::Result;
 use crate::gpu_scene::GpuScene;

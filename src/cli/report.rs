@@ -118,7 +118,7 @@ pub mod tests {
                 frame_wall_ms: Spread::default(),
                 passes_gpu_ms: Spread::default(),
                 passes: timings.passes(),
-                counters: counters(&[FrameReport { timings: frame, counters: counted, repeats: 2 }]),
+                counters: counters(&[FrameReport { timings: frame, counters: counted, repeats: 2, settling: 0 }]),
                 memory: Some(memory(&plan, 5, 6)),
             },
         }
@@ -151,6 +151,7 @@ pub mod tests {
             timings: ZoneTimings::default(),
             counters: Counters { triangles, degenerate: 0, list_items: 0, occupied_voxels: 0 },
             repeats,
+            settling: 0,
         };
         let counted = counters(&[frame(1, 2), frame(7, 1)]);
         assert_eq!((counted["triangles"], counted["frames_repeated"]), (7, 3));

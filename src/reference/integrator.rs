@@ -263,13 +263,17 @@ impl<'a> Integrator<'a> {
         if blocked { Vec3::ZERO } else { share }
     }
 
-    /// Whether nothing at all stands between two vertices, `direction` being the way from the first to the second.
-    pub(super) fn sees(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> bool {
+    /// The ray between two vertices, `direction` being the way from the first to the second.
+    pub(super) fn between(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> Ray {
         let origin = self.leave(from, direction);
         let way = self.leave(to, -direction) - origin;
         let far = way.length();
-        let ray = Ray { origin, direction: way / far.max(f32::MIN_POSITIVE), near: 0.0, far };
-        !self.bvh.any(&ray, |hit| {
+        Ray { origin, direction: way / far.max(f32::MIN_POSITIVE), near: 0.0, far }
+    }
+
+    /// On which of up to eight rays something stands, bit by bit: whatever it lets through.
+    pub(super) fn blocked(&self, rays: &[Ray]) -> u32 {
+        self.bvh.any_of(rays, |hit| {
             let masked = self.geometry.traits[self.geometry.material(hit.triangle)].masked;
             !masked || self.materials.opacity(&self.geometry, hit.triangle, hit.u, hit.v) > 0.0
         })

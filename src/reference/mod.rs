@@ -10,9 +10,12 @@ mod camera;
 pub mod film;
 mod geometry;
 mod integrator;
+mod lanes;
+mod large;
 mod lights;
 mod material;
 mod microfacet;
+mod points;
 mod sampler;
 mod tile;
 

@@ -10,7 +10,7 @@
 use glam::Vec3;
 
 use super::bsdf::Bsdf;
-use super::bvh::Ray;
+use super::bvh::{self, Ray};
 use super::integrator::{Integrator, Path, Sample, Vertex, evaluate, weight};
 use super::lights::Arrival;
 use super::sampler::Sampler;
@@ -45,6 +45,17 @@ struct Next {
     density: f32,
     /// Everything else.
     rest: Vec3,
+}
+
+/// A first vertex that may see a joint.
+struct View<'a> {
+    pixel: usize,
+    origin: &'a Origin,
+    /// From the first vertex to the joint, unit.
+    direction: Vec3,
+    /// As in [`Join`].
+    f: Vec3,
+    density: f32,
 }
 
 /// One first vertex as a joint sees it.
@@ -153,16 +164,15 @@ impl Integrator<'_> {
 
     /// Gives every first vertex that sees the joint its share.
     fn join(&self, joint: &Joint, origins: &[Option<Origin>], samples: &mut [Sample]) {
-        let mut joins: [Option<Join>; SIDE * SIDE] = std::array::from_fn(|_| None);
+        let mut joins = Vec::with_capacity(origins.len());
         let (mut density, mut next_density) = (0.0, 0.0);
-        for (pixel, origin) in origins.iter().enumerate() {
-            joins[pixel] = origin.as_ref().and_then(|origin| self.view(joint, origin, pixel));
-            if let Some(join) = &joins[pixel] {
-                density += join.density;
-                next_density += join.density * join.next.1;
-            }
+        for view in self.views(joint, origins) {
+            let join = view.join(joint);
+            density += join.density;
+            next_density += join.density * join.next.1;
+            joins.push(join);
         }
-        for join in joins.iter().flatten() {
+        for join in &joins {
             let mut light = Vec3::ZERO;
             for arrival in joint.arrivals.iter().flatten() {
                 let (f, scattered) = evaluate(&join.bsdf, joint.vertex.geometric, arrival.direction);
@@ -176,8 +186,29 @@ impl Integrator<'_> {
         }
     }
 
-    /// A first vertex as the joint sees it; `None` if it does not.
-    fn view<'a>(&self, joint: &Joint, origin: &'a Origin, pixel: usize) -> Option<Join<'a>> {
+    /// The first vertices that see the joint.
+    fn views<'a>(&self, joint: &Joint, origins: &'a [Option<Origin>]) -> impl Iterator<Item = View<'a>> {
+        let mut views = Vec::with_capacity(origins.len());
+        for (pixel, origin) in origins.iter().enumerate() {
+            views.extend(origin.as_ref().and_then(|origin| View::new(joint, origin, pixel)));
+        }
+        // The joint's own pixel found it: nothing stands between.
+        let others = (0..views.len()).filter(|&i| views[i].pixel != joint.pixel);
+        let others: Vec<usize> = others.collect();
+        let mut hidden = [false; SIDE * SIDE];
+        for others in others.chunks(bvh::WIDTH) {
+            let ray = |&i: &usize| self.between(&views[i].origin.vertex, &joint.vertex, views[i].direction);
+            let rays: Vec<Ray> = others.iter().map(ray).collect();
+            let blocked = self.blocked(&rays);
+            others.iter().enumerate().for_each(|(bit, &i)| hidden[i] = blocked >> bit & 1 == 1);
+        }
+        views.into_iter().zip(hidden).filter_map(|(view, hidden)| (!hidden).then_some(view))
+    }
+}
+
+impl<'a> View<'a> {
+    /// A first vertex as the joint sees it if nothing stands between; `None` if it turns away.
+    fn new(joint: &Joint, origin: &'a Origin, pixel: usize) -> Option<Self> {
         let to = joint.vertex.point.position - origin.vertex.point.position;
         let distance2 = to.length_squared();
         let direction = to / distance2.sqrt();
@@ -186,13 +217,15 @@ impl Integrator<'_> {
             return None;
         }
         let (f, density) = origin.vertex.evaluate(direction);
-        if density <= 0.0 || (pixel != joint.pixel && !self.sees(&origin.vertex, &joint.vertex, direction)) {
-            return None;
-        }
-        let bsdf = joint.vertex.seen_from(-direction);
+        let per_area = cos / distance2;
+        (density > 0.0).then(|| Self { pixel, origin, direction, f: f * per_area, density: density * per_area })
+    }
+
+    fn join(self, joint: &Joint) -> Join<'a> {
+        let bsdf = joint.vertex.seen_from(-self.direction);
         let next =
             joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |n| evaluate(&bsdf, joint.vertex.geometric, n.direction));
-        let per_area = cos / distance2;
-        Some(Join { pixel, origin, f: f * per_area, density: density * per_area, bsdf, next })
+        let Self { pixel, origin, f, density, .. } = self;
+        Join { pixel, origin, f, density, bsdf, next }
     }
 }

@@ -232,8 +232,7 @@ impl<'a> Integrator<'a> {
     /// Light that could arrive at vertex `k` of a path: one choice among the lamps, one among the emitters.
     pub(super) fn arrivals(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = Arrival> {
         let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
-        let [_, _, choice, _] = sampler.set(2 * k + 2);
-        let lamp = self.lights.lamp_at(p, choice, [u, v]);
+        let lamp = self.lights.lamp_at(p, || sampler.set(2 * k + 2)[2], [u, v]);
         let emitter = self.lights.emitter_at(&self.geometry, &self.materials, p, [u, v]);
         lamp.into_iter().chain(emitter)
     }

@@ -49,14 +49,7 @@ impl Points {
 
 impl Sampling for Points {
     /// At a point: the footprint is not looked at.
-    fn sample(
-        &self,
-        scene: &Scene,
-        slot: Option<&TextureRef>,
-        space: ColorSpace,
-        uvs: [Vec2; 2],
-        _: [f32; 2],
-    ) -> Vec4 {
+    fn sample(&self, scene: &Scene, slot: Option<&TextureRef>, space: ColorSpace, uvs: [Vec2; 2], _: [f32; 2]) -> Vec4 {
         let Some(slot) = slot else { return Vec4::ONE };
         let texture = &scene.textures[slot.texture];
         let place = &self.places[texture.image];

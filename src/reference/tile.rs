@@ -9,7 +9,6 @@
 
 use glam::Vec3;
 
-use super::bsdf::Bsdf;
 use super::bvh::{self, Ray};
 use super::integrator::{Integrator, Path, Sample, Vertex, evaluate, weight};
 use super::lights::Arrival;
@@ -53,20 +52,19 @@ struct View<'a> {
     origin: &'a Origin,
     /// From the first vertex to the joint, unit.
     direction: Vec3,
-    /// As in [`Join`].
+    /// f · |cos| at the first vertex, and the density of the joint's point, both per area of the joint.
     f: Vec3,
     density: f32,
 }
 
-/// One first vertex as a joint sees it.
-struct Join<'a> {
+/// What a joint sends to one first vertex that sees it.
+struct Join {
     pixel: usize,
-    origin: &'a Origin,
-    /// f · |cos| at the first vertex, and the density of the joint's point, both per area of the joint.
-    f: Vec3,
+    /// What of it the pixel gets: the path's throughput times the view's `f`.
+    share: Vec3,
     density: f32,
-    /// The joint's BSDF towards the first vertex.
-    bsdf: Bsdf,
+    /// Of each sampled light, scattered to the first vertex.
+    lit: [Vec3; 2],
     /// Of the joint's scattered ray: f · |cos| and density per steradian.
     next: (Vec3, f32),
 }
@@ -174,15 +172,14 @@ impl Integrator<'_> {
         }
         for join in &joins {
             let mut light = Vec3::ZERO;
-            for arrival in joint.arrivals.iter().flatten() {
-                let (f, scattered) = evaluate(&join.bsdf, joint.vertex.geometric, arrival.direction);
-                light += f * arrival.weighted(scattered) / density;
+            for lit in join.lit {
+                light += lit / density;
             }
             if let Some(next) = joint.next.as_ref().filter(|_| join.next.1 > 0.0) {
                 let arriving = next.emission * weight(join.next.1, next.density) + next.rest;
                 light += join.next.0 * arriving / next_density;
             }
-            samples[join.pixel].beauty += join.origin.throughput * join.f * light;
+            samples[join.pixel].beauty += join.share * light;
         }
     }
 
@@ -193,13 +190,14 @@ impl Integrator<'_> {
             views.extend(origin.as_ref().and_then(|origin| View::new(joint, origin, pixel)));
         }
         // The joint's own pixel found it: nothing stands between.
-        let others = (0..views.len()).filter(|&i| views[i].pixel != joint.pixel);
-        let others: Vec<usize> = others.collect();
+        let (mut others, mut rays, mut count) = ([0; SIDE * SIDE], [Ray::default(); SIDE * SIDE], 0);
+        for (i, view) in views.iter().enumerate().filter(|(_, view)| view.pixel != joint.pixel) {
+            (others[count], rays[count]) = (i, self.between(&view.origin.vertex, &joint.vertex, view.direction));
+            count += 1;
+        }
         let mut hidden = [false; SIDE * SIDE];
-        for others in others.chunks(bvh::WIDTH) {
-            let ray = |&i: &usize| self.between(&views[i].origin.vertex, &joint.vertex, views[i].direction);
-            let rays: Vec<Ray> = others.iter().map(ray).collect();
-            let blocked = self.blocked(&rays);
+        for (others, rays) in others[..count].chunks(bvh::WIDTH).zip(rays[..count].chunks(bvh::WIDTH)) {
+            let blocked = self.blocked(rays);
             others.iter().enumerate().for_each(|(bit, &i)| hidden[i] = blocked >> bit & 1 == 1);
         }
         views.into_iter().zip(hidden).filter_map(|(view, hidden)| (!hidden).then_some(view))
@@ -221,11 +219,16 @@ impl<'a> View<'a> {
         (density > 0.0).then(|| Self { pixel, origin, direction, f: f * per_area, density: density * per_area })
     }
 
-    fn join(self, joint: &Joint) -> Join<'a> {
+    fn join(self, joint: &Joint) -> Join {
         let bsdf = joint.vertex.seen_from(-self.direction);
-        let next =
-            joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |n| evaluate(&bsdf, joint.vertex.geometric, n.direction));
-        let Self { pixel, origin, f, density, .. } = self;
-        Join { pixel, origin, f, density, bsdf, next }
+        let evaluate = |direction| evaluate(&bsdf, joint.vertex.geometric, direction);
+        let lit = joint.arrivals.map(|arrival| {
+            arrival.map_or(Vec3::ZERO, |arrival| {
+                let (f, scattered) = evaluate(arrival.direction);
+                f * arrival.weighted(scattered)
+            })
+        });
+        let next = joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |next| evaluate(next.direction));
+        Join { pixel: self.pixel, share: self.origin.throughput * self.f, density: self.density, lit, next }
     }
 }

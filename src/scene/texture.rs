@@ -150,7 +150,15 @@ fn decode(space: ColorSpace, texel: &[u8]) -> Vec4 {
 #[inline]
 fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
     let (x, size) = (x as i32, size as i32);
-    let into = |x: i32, size: i32| if x < 0 { x + size } else if x >= size { x - size } else { x };
+    let into = |x: i32, size: i32| {
+        if x < 0 {
+            x + size
+        } else if x >= size {
+            x - size
+        } else {
+            x
+        }
+    };
     let texel = match wrap {
         Wrap::Repeat => into(x, size),
         Wrap::Mirror => {
@@ -209,7 +217,6 @@ impl Textures {
     pub fn chain(&self, image: usize, space: ColorSpace) -> Option<&MipChain> {
         self.chains.get(&(image, space))
     }
-
 }
 
 /// What materials are evaluated with.

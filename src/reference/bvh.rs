@@ -1,9 +1,11 @@
 //! Rays against triangles: an eight-wide tree collapsed from obvhs' binary one, and a watertight triangle test, eight at a
 //! time. Compiled twice on x86, with AVX and without, and chosen when the program runs.
 //!
-//! Tried on an atrium of 235,248 triangles, processor seconds for the same image: this 2.3; obvhs' own compressed
-//! eight-wide tree, which does without AVX, 3.9, of which joined rays one by one, textures in rows, and small pages are a
-//! half. Packets of four triangles, and leaves of more or fewer, make no difference beyond the noise.
+//! Tried on an atrium of 235,248 triangles, processor time for the same image against the step before: this tree instead of
+//! obvhs' own compressed eight-wide one 0.82; joined rays eight at a time 0.9 to 1; textures in blocks, on large pages as
+//! the tree is, 0.86; joins that keep only what they need 0.96. Packets of four triangles instead of eight, and larger or
+//! smaller leaves: nothing beyond the noise of 4 %. Lanes left to the compiler's own vectorising were no faster than one
+//! ray at a time.
 
 use glam::Vec3;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};

@@ -232,8 +232,7 @@ impl<'a> Integrator<'a> {
     /// Light that could arrive at vertex `k` of a path: one choice among the lamps, one among the emitters.
     pub(super) fn arrivals(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = Arrival> {
         let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
-        let [_, _, choice, _] = sampler.set(2 * k + 2);
-        let lamp = self.lights.lamp_at(p, choice, [u, v]);
+        let lamp = self.lights.lamp_at(p, || sampler.set(2 * k + 2)[2], [u, v]);
         let emitter = self.lights.emitter_at(&self.geometry, &self.materials, p, [u, v]);
         lamp.into_iter().chain(emitter)
     }
@@ -263,13 +262,17 @@ impl<'a> Integrator<'a> {
         if blocked { Vec3::ZERO } else { share }
     }
 
-    /// Whether nothing at all stands between two vertices, `direction` being the way from the first to the second.
-    pub(super) fn sees(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> bool {
+    /// The ray between two vertices, `direction` being the way from the first to the second.
+    pub(super) fn between(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> Ray {
         let origin = self.leave(from, direction);
         let way = self.leave(to, -direction) - origin;
         let far = way.length();
-        let ray = Ray { origin, direction: way / far.max(f32::MIN_POSITIVE), near: 0.0, far };
-        !self.bvh.any(&ray, |hit| {
+        Ray { origin, direction: way / far.max(f32::MIN_POSITIVE), near: 0.0, far }
+    }
+
+    /// On which of up to eight rays something stands, bit by bit: whatever it lets through.
+    pub(super) fn blocked(&self, rays: &[Ray]) -> u32 {
+        self.bvh.any_of(rays, |hit| {
             let masked = self.geometry.traits[self.geometry.material(hit.triangle)].masked;
             !masked || self.materials.opacity(&self.geometry, hit.triangle, hit.u, hit.v) > 0.0
         })

@@ -63,13 +63,13 @@ impl Lights {
     }
 
     /// Light at `p` from one lamp, chosen by `choice` among those that reach `p`, by how much they could give.
-    pub fn lamp_at(&self, p: Vec3, choice: f32, u: [f32; 2]) -> Option<Arrival> {
+    pub fn lamp_at(&self, p: Vec3, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<Arrival> {
         match self.lamps.as_slice() {
             [] => None,
             [lamp] => lamp.arrival(p, u),
             lamps => {
                 let total: f32 = lamps.iter().map(|l| l.irradiance(p).max_element()).sum();
-                let mut rest = choice * total;
+                let mut rest = choice() * total;
                 let mut last = None;
                 for lamp in lamps {
                     let share = lamp.irradiance(p).max_element();

@@ -3,9 +3,10 @@
 use glam::Vec3;
 
 use super::geometry::{Geometry, Point};
+use super::points::Points;
 use crate::scene::Scene;
 use crate::scene::surface::{SurfaceParams, shading_normal};
-use crate::scene::texture::{ColorSpace, Textures};
+use crate::scene::texture::{ColorSpace, Sampling};
 
 /// A surface as paths meet it.
 #[derive(Clone, Copy, Debug)]
@@ -20,12 +21,12 @@ pub struct Surface {
 /// Evaluates materials, textures unfiltered: a path's sample is a point.
 pub struct Materials<'a> {
     scene: &'a Scene,
-    textures: Textures,
+    textures: Points,
 }
 
 impl<'a> Materials<'a> {
     pub fn new(scene: &'a Scene) -> Self {
-        Self { scene, textures: Textures::new(scene) }
+        Self { scene, textures: Points::new(scene) }
     }
 
     pub fn is_emissive(&self, material: usize) -> bool {

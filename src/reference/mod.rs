@@ -10,11 +10,15 @@ mod camera;
 pub mod film;
 mod geometry;
 mod integrator;
+mod lanes;
+mod large;
 mod lights;
 mod material;
 mod microfacet;
+mod points;
 mod sampler;
 mod tile;
+mod watertight;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -28,7 +32,7 @@ use integrator::Integrator;
 use sampler::Sampler;
 
 /// Changes whenever the same options could give another image: cached references of other versions are not used.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// How much indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

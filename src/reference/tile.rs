@@ -9,8 +9,7 @@
 
 use glam::Vec3;
 
-use super::bsdf::Bsdf;
-use super::bvh::Ray;
+use super::bvh::{self, Ray};
 use super::integrator::{Integrator, Path, Sample, Vertex, evaluate, weight};
 use super::lights::Arrival;
 use super::sampler::Sampler;
@@ -47,15 +46,25 @@ struct Next {
     rest: Vec3,
 }
 
-/// One first vertex as a joint sees it.
-struct Join<'a> {
+/// A first vertex that may see a joint.
+struct View<'a> {
     pixel: usize,
     origin: &'a Origin,
+    /// From the first vertex to the joint, unit.
+    direction: Vec3,
     /// f · |cos| at the first vertex, and the density of the joint's point, both per area of the joint.
     f: Vec3,
     density: f32,
-    /// The joint's BSDF towards the first vertex.
-    bsdf: Bsdf,
+}
+
+/// What a joint sends to one first vertex that sees it.
+struct Join {
+    pixel: usize,
+    /// What of it the pixel gets: the path's throughput times the view's `f`.
+    share: Vec3,
+    density: f32,
+    /// Of each sampled light, scattered to the first vertex.
+    lit: [Vec3; 2],
     /// Of the joint's scattered ray: f · |cos| and density per steradian.
     next: (Vec3, f32),
 }
@@ -153,31 +162,51 @@ impl Integrator<'_> {
 
     /// Gives every first vertex that sees the joint its share.
     fn join(&self, joint: &Joint, origins: &[Option<Origin>], samples: &mut [Sample]) {
-        let mut joins: [Option<Join>; SIDE * SIDE] = std::array::from_fn(|_| None);
+        let mut joins = Vec::with_capacity(origins.len());
         let (mut density, mut next_density) = (0.0, 0.0);
-        for (pixel, origin) in origins.iter().enumerate() {
-            joins[pixel] = origin.as_ref().and_then(|origin| self.view(joint, origin, pixel));
-            if let Some(join) = &joins[pixel] {
-                density += join.density;
-                next_density += join.density * join.next.1;
-            }
+        for view in self.views(joint, origins) {
+            let join = view.join(joint);
+            density += join.density;
+            next_density += join.density * join.next.1;
+            joins.push(join);
         }
-        for join in joins.iter().flatten() {
+        for join in &joins {
             let mut light = Vec3::ZERO;
-            for arrival in joint.arrivals.iter().flatten() {
-                let (f, scattered) = evaluate(&join.bsdf, joint.vertex.geometric, arrival.direction);
-                light += f * arrival.weighted(scattered) / density;
+            for lit in join.lit {
+                light += lit / density;
             }
             if let Some(next) = joint.next.as_ref().filter(|_| join.next.1 > 0.0) {
                 let arriving = next.emission * weight(join.next.1, next.density) + next.rest;
                 light += join.next.0 * arriving / next_density;
             }
-            samples[join.pixel].beauty += join.origin.throughput * join.f * light;
+            samples[join.pixel].beauty += join.share * light;
         }
     }
 
-    /// A first vertex as the joint sees it; `None` if it does not.
-    fn view<'a>(&self, joint: &Joint, origin: &'a Origin, pixel: usize) -> Option<Join<'a>> {
+    /// The first vertices that see the joint.
+    fn views<'a>(&self, joint: &Joint, origins: &'a [Option<Origin>]) -> impl Iterator<Item = View<'a>> {
+        let mut views = Vec::with_capacity(origins.len());
+        for (pixel, origin) in origins.iter().enumerate() {
+            views.extend(origin.as_ref().and_then(|origin| View::new(joint, origin, pixel)));
+        }
+        // The joint's own pixel found it: nothing stands between.
+        let (mut others, mut rays, mut count) = ([0; SIDE * SIDE], [Ray::default(); SIDE * SIDE], 0);
+        for (i, view) in views.iter().enumerate().filter(|(_, view)| view.pixel != joint.pixel) {
+            (others[count], rays[count]) = (i, self.between(&view.origin.vertex, &joint.vertex, view.direction));
+            count += 1;
+        }
+        let mut hidden = [false; SIDE * SIDE];
+        for (others, rays) in others[..count].chunks(bvh::WIDTH).zip(rays[..count].chunks(bvh::WIDTH)) {
+            let blocked = self.blocked(rays);
+            others.iter().enumerate().for_each(|(bit, &i)| hidden[i] = blocked >> bit & 1 == 1);
+        }
+        views.into_iter().zip(hidden).filter_map(|(view, hidden)| (!hidden).then_some(view))
+    }
+}
+
+impl<'a> View<'a> {
+    /// A first vertex as the joint sees it if nothing stands between; `None` if it turns away.
+    fn new(joint: &Joint, origin: &'a Origin, pixel: usize) -> Option<Self> {
         let to = joint.vertex.point.position - origin.vertex.point.position;
         let distance2 = to.length_squared();
         let direction = to / distance2.sqrt();
@@ -186,13 +215,20 @@ impl Integrator<'_> {
             return None;
         }
         let (f, density) = origin.vertex.evaluate(direction);
-        if density <= 0.0 || (pixel != joint.pixel && !self.sees(&origin.vertex, &joint.vertex, direction)) {
-            return None;
-        }
-        let bsdf = joint.vertex.seen_from(-direction);
-        let next =
-            joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |n| evaluate(&bsdf, joint.vertex.geometric, n.direction));
         let per_area = cos / distance2;
-        Some(Join { pixel, origin, f: f * per_area, density: density * per_area, bsdf, next })
+        (density > 0.0).then(|| Self { pixel, origin, direction, f: f * per_area, density: density * per_area })
+    }
+
+    fn join(self, joint: &Joint) -> Join {
+        let bsdf = joint.vertex.seen_from(-self.direction);
+        let evaluate = |direction| evaluate(&bsdf, joint.vertex.geometric, direction);
+        let lit = joint.arrivals.map(|arrival| {
+            arrival.map_or(Vec3::ZERO, |arrival| {
+                let (f, scattered) = evaluate(arrival.direction);
+                f * arrival.weighted(scattered)
+            })
+        });
+        let next = joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |next| evaluate(next.direction));
+        Join { pixel: self.pixel, share: self.origin.throughput * self.f, density: self.density, lit, next }
     }
 }

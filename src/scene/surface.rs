@@ -4,7 +4,7 @@
 
 use glam::{DAffine3, DMat3, Vec2, Vec3, Vec4};
 
-use super::texture::{ColorSpace, Textures};
+use super::texture::{ColorSpace, Sampling};
 use super::{Alpha, Material, Scene};
 
 /// Below this GGX is a mirror for every purpose: α = 10⁻⁴ keeps its peak within f32.
@@ -56,7 +56,7 @@ pub struct SurfaceParams {
 
 impl Material {
     /// The material at `point`.
-    pub fn evaluate(&self, scene: &Scene, textures: &Textures, point: &SurfacePoint) -> SurfaceParams {
+    pub fn evaluate(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> SurfaceParams {
         let sample = |slot: &Option<_>, space| textures.sample(scene, slot.as_ref(), space, point.uvs, point.footprint);
         let base = self.base_color * sample(&self.base_color_texture, ColorSpace::Srgb) * point.color;
         let metallic_roughness = sample(&self.metallic_roughness_texture, ColorSpace::Linear);
@@ -86,7 +86,7 @@ impl Material {
     }
 
     /// Only what a ray needs to know to pass: [`SurfaceParams::opacity`] without the rest.
-    pub fn opacity(&self, scene: &Scene, textures: &Textures, point: &SurfacePoint) -> f32 {
+    pub fn opacity(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> f32 {
         if self.alpha == Alpha::Opaque {
             return 1.0;
         }

@@ -34,7 +34,7 @@ static LINEAR_BYTES: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn
 
 impl ColorSpace {
     /// Linear value of every byte in a colour channel.
-    fn table(self) -> &'static [f32; 256] {
+    pub fn table(self) -> &'static [f32; 256] {
         match self {
             Self::Srgb => &SRGB_BYTES,
             Self::Linear => &LINEAR_BYTES,
@@ -101,43 +101,68 @@ impl MipChain {
 
     fn sample_level(&self, texture: &Texture, uv: Vec2, level: usize, linear: bool) -> Vec4 {
         let level = &self.levels[level];
-        let size = Vec2::new(level.width as f32, level.height as f32);
-        let texel = |x: f32, y: f32| {
-            let column = wrap(texture.wrap[0], x, level.width);
-            let row = wrap(texture.wrap[1], y, level.height);
+        filtered(texture, uv, [level.width, level.height], linear, |column, row| {
             let at = 4 * (row * level.width as usize + column);
             decode(self.space, &level.rgba[at..at + 4])
-        };
-        // Whole turns change nothing and cost precision far from 0.
-        let turn = |wrap: Wrap, x: f32| match wrap {
-            Wrap::Repeat => x - x.floor(),
-            Wrap::Mirror => x - 2.0 * (0.5 * x).floor(),
-            Wrap::Clamp => x.clamp(-1.0, 2.0),
-        };
-        let at = Vec2::new(turn(texture.wrap[0], uv.x), turn(texture.wrap[1], uv.y)) * size;
-        if !linear {
-            return texel(at.x.floor(), at.y.floor());
-        }
-        let corner = (at - 0.5).floor();
-        let part = at - 0.5 - corner;
-        let row = |y: f32| texel(corner.x, y).lerp(texel(corner.x + 1.0, y), part.x);
-        row(corner.y).lerp(row(corner.y + 1.0), part.y)
+        })
     }
 }
 
+/// An image of `size` texels at `uv`, wrapped as `texture` says: the nearest `texel` of column and row, or `linear` between
+/// the four around.
+#[inline]
+pub fn filtered(
+    texture: &Texture,
+    uv: Vec2,
+    size: [u32; 2],
+    linear: bool,
+    texel: impl Fn(usize, usize) -> Vec4,
+) -> Vec4 {
+    // Whole turns change nothing and cost precision far from 0.
+    let turn = |wrap: Wrap, x: f32| match wrap {
+        Wrap::Repeat => x - x.floor(),
+        Wrap::Mirror => x - 2.0 * (0.5 * x).floor(),
+        Wrap::Clamp => x.clamp(-1.0, 2.0),
+    };
+    let turned = Vec2::new(turn(texture.wrap[0], uv.x), turn(texture.wrap[1], uv.y));
+    let at = turned * Vec2::new(size[0] as f32, size[1] as f32);
+    let column = |x: f32| wrap(texture.wrap[0], x, size[0]);
+    let row = |y: f32| wrap(texture.wrap[1], y, size[1]);
+    if !linear {
+        return texel(column(at.x.floor()), row(at.y.floor()));
+    }
+    let corner = (at - 0.5).floor();
+    let part = at - 0.5 - corner;
+    let (columns, rows) = ([corner.x, corner.x + 1.0].map(column), [corner.y, corner.y + 1.0].map(row));
+    let mixed = |row: usize| texel(columns[0], row).lerp(texel(columns[1], row), part.x);
+    mixed(rows[0]).lerp(mixed(rows[1]), part.y)
+}
+
+#[inline]
 fn decode(space: ColorSpace, texel: &[u8]) -> Vec4 {
     let table = space.table();
     let [r, g, b] = [0, 1, 2].map(|i| table[texel[i] as usize]);
     Vec4::new(r, g, b, LINEAR_BYTES[texel[3] as usize])
 }
 
-/// The texel that coordinate `x` (a whole number) falls on in a row of `size`.
+/// The texel that coordinate `x` falls on in a row of `size`: a whole number, within one texel of what `turn` leaves, so that
+/// no division is needed.
+#[inline]
 fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
-    let (x, size) = (x as i64, i64::from(size));
+    let (x, size) = (x as i32, size as i32);
+    let into = |x: i32, size: i32| {
+        if x < 0 {
+            x + size
+        } else if x >= size {
+            x - size
+        } else {
+            x
+        }
+    };
     let texel = match wrap {
-        Wrap::Repeat => x.rem_euclid(size),
+        Wrap::Repeat => into(x, size),
         Wrap::Mirror => {
-            let x = x.rem_euclid(2 * size);
+            let x = into(x, 2 * size);
             x.min(2 * size - 1 - x)
         }
         Wrap::Clamp => x.clamp(0, size - 1),
@@ -192,10 +217,24 @@ impl Textures {
     pub fn chain(&self, image: usize, space: ColorSpace) -> Option<&MipChain> {
         self.chains.get(&(image, space))
     }
+}
 
+/// What materials are evaluated with.
+pub trait Sampling {
     /// What `slot` shows at `uv` (before its transform), filtered over a square of `footprint` uv units. White where there
     /// is no texture, so that factors stand alone.
-    pub fn sample(
+    fn sample(
+        &self,
+        scene: &Scene,
+        slot: Option<&TextureRef>,
+        space: ColorSpace,
+        uvs: [Vec2; 2],
+        footprint: [f32; 2],
+    ) -> Vec4;
+}
+
+impl Sampling for Textures {
+    fn sample(
         &self,
         scene: &Scene,
         slot: Option<&TextureRef>,

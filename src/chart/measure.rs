@@ -1,6 +1,7 @@
 //! One row: renders a setting, times it, and holds its image against the references.
 //!
-//! The error is that of the first frame after a cold start, so that it does not hang on how many frames were timed.
+//! The error is that of the first frame after a cold start (with `bounces = all`, of the settled one), so that it does not hang
+//! on how many frames were timed. Times are of later frames without further layers, which would take time of their own.
 //!
 //! Light that a method sends through cones alone (emissive surfaces with `emitters = cones`, the sky) is in no direct layer
 //! of its own, but in the reference's. There the indirect part is image − the reference's direct light: whatever is wrong
@@ -121,48 +122,26 @@ impl Subject {
         settings: &Settings,
         go_on: &dyn Fn() -> bool,
     ) -> Result<Option<(Measured, Pictures)>> {
-        let options = RenderOptions {
-            size: self.size,
-            method: Method::Cones,
-            aovs: vec![Aov::Direct],
-            submit: Submit::Frame,
-            memory_limit: self.memory_limit,
-            bounds: self.bounds,
-        };
-        let mut renderer = Renderer::new(context, self.scene.clone(), &self.pose, settings.clone(), options)?;
-        let mut timings = Timings::new(1);
-        timings.push(renderer.render(&self.pose, &self.view)?.timings);
-        let image = renderer.read();
-        let mut cpu_ms = Some(Vec::new());
-        while timings.frames().len() < FRAMES && sum_ms(&timings) < LONG_ENOUGH_MS {
-            if !go_on() {
-                return Ok(None);
-            }
-            let before = process_cpu_ms();
-            timings.push(renderer.render(&self.pose, &self.view)?.timings);
-            let spent = process_cpu_ms().zip(before).map(|(after, before)| after - before);
-            cpu_ms = cpu_ms.zip(spent).map(|(mut all, spent)| {
-                all.push(spent);
-                all
-            });
-        }
+        let image = self.image(context, settings)?;
+        let own_direct = !by_cones_alone(&self.scene, settings);
+        let (full, same) = (self.truth(Depth::Full), self.truth(same_depth(&self.scene, settings)));
+        let (full_errors, same_errors) = (errors(&image, own_direct, full)?, errors(&image, own_direct, same)?);
+        let Some(times) = self.times(context, settings, go_on)? else { return Ok(None) };
         if let Some(first) = context.validation_messages().first() {
             return Err(Error::Device(format!("the validation layer objects: {first}")));
         }
-        let frames = timings.frames();
-        let own_direct = !by_cones_alone(&self.scene, settings);
-        let (full, same) = (self.truth(Depth::Full), self.truth(same_depth(&self.scene, settings)));
+        let frames = times.timings.frames();
         let measured = Measured {
             frames: frames.len(),
             frame_gpu_ms: Spread::of(frames.iter().map(|frame| frame.gpu_ms)),
-            frame_cpu_ms: cpu_ms.map(Spread::of),
+            frame_cpu_ms: times.cpu_ms.map(Spread::of),
             frame_wall_ms: Spread::of(frames.iter().map(|frame| frame.wall_ms)),
-            passes: passes(&timings),
-            memory_bytes: renderer.plan().total(),
+            passes: passes(&times.timings),
+            memory_bytes: times.memory_bytes,
             nonfinite: NonFinite::of(image.beauty()).count(),
             own_direct,
-            full: errors(&image, own_direct, full)?,
-            same: errors(&image, own_direct, same)?,
+            full: full_errors,
+            same: same_errors,
         };
         let difference = |truth: &Truth| signed_difference(image.beauty(), truth.layers.beauty());
         let pictures = Pictures {
@@ -172,6 +151,50 @@ impl Subject {
         };
         Ok(Some((measured, pictures)))
     }
+
+    /// The first frame and its direct layer.
+    fn image(&self, context: &Arc<Context>, settings: &Settings) -> Result<Layers> {
+        let mut renderer = self.renderer(context, settings, vec![Aov::Direct])?;
+        renderer.render(&self.pose, &self.view)?;
+        Ok(renderer.read())
+    }
+
+    /// Times of the image alone: further layers would be timed too.
+    fn times(&self, context: &Arc<Context>, settings: &Settings, go_on: &dyn Fn() -> bool) -> Result<Option<Times>> {
+        let mut renderer = self.renderer(context, settings, vec![])?;
+        let (mut timings, mut cpu_ms) = (Timings::new(1), Vec::new());
+        while timings.frames().len() < FRAMES && sum_ms(&timings) < LONG_ENOUGH_MS {
+            if !go_on() {
+                return Ok(None);
+            }
+            let before = process_cpu_ms();
+            timings.push(renderer.render(&self.pose, &self.view)?.timings);
+            cpu_ms.push(process_cpu_ms().zip(before).map(|(after, before)| after - before));
+        }
+        let memory_bytes = renderer.plan().total();
+        // The first warmed up.
+        Ok(Some(Times { timings, cpu_ms: cpu_ms.into_iter().skip(1).collect(), memory_bytes }))
+    }
+
+    fn renderer(&self, context: &Arc<Context>, settings: &Settings, aovs: Vec<Aov>) -> Result<Renderer> {
+        let options = RenderOptions {
+            size: self.size,
+            method: Method::Cones,
+            aovs,
+            submit: Submit::Frame,
+            memory_limit: self.memory_limit,
+            bounds: self.bounds,
+        };
+        Renderer::new(context, self.scene.clone(), &self.pose, settings.clone(), options)
+    }
+}
+
+/// What [`Subject::times`] measured.
+struct Times {
+    timings: Timings,
+    /// Per frame that counts, where the system tells it.
+    cpu_ms: Option<Vec<f64>>,
+    memory_bytes: u64,
 }
 
 fn sum_ms(timings: &Timings) -> f64 {

@@ -20,7 +20,7 @@ const uint LAMP_RECORDS = 13u; // pieces of sampled lamps
 const uint WORDS = 14u; // of the copy that the model is checked on
 const uint KINDS = 15u;
 
-layout(set = 0, binding = 29) buffer Counts { uint counts[]; }; // per kind: low word, high word
+layout(set = 0, binding = 60) buffer Counts { uint counts[]; }; // per kind: low word, high word
 
 uint tally[KINDS] = uint[KINDS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 

@@ -50,6 +50,14 @@ pub struct FrameScene<'a> {
     pub image: bool,
     /// Whether the volumes hold what the frame before filled, and nothing else.
     pub volumes_known: bool,
+    pub anew: Anew,
+}
+
+/// What a frame makes anew; the rest still holds from the frame before. New lists make new volumes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Anew {
+    pub lists: bool,
+    pub volumes: bool,
 }
 
 impl Passes {
@@ -81,26 +89,28 @@ impl Passes {
 
     /// Records one frame.
     pub fn record(&self, r: &mut Recorder, frame: &FrameScene) {
-        let FrameScene { scene, pose, volume, resources, target, blended, history, image, volumes_known } = *frame;
-        let empty = |r: &mut Recorder, bounce: Bounce, volume| {
-            if let Some(cells) = &self.cells {
-                cells.empty(r, bounce, resources, volume, volumes_known);
+        let FrameScene { scene, pose, volume, resources, target, blended, history, image, volumes_known, anew } =
+            *frame;
+        if anew.lists {
+            // 0. Counters and lists start empty.
+            reset::all(r, resources);
+            // 1. The scene is drawn into an empty screen; the geometry shader keeps its triangles.
+            self.record.record(r, scene, pose, volume, resources);
+            // 2a. Every voxel lists the triangles that touch it,
+            if let Some(voxelise) = &self.voxelise {
+                voxelise.record(r, Bounce::First, resources);
             }
+            // and the occupied ones are listed, with their parents: nobody else need be shaded.
+            if let Some(cells) = &self.cells {
+                cells.list(r, resources);
+            }
+        }
+        // What the last lists filled and these do not is emptied.
+        let empty = |r: &mut Recorder, bounce: Bounce, volume| match &self.cells {
+            Some(cells) if anew.lists => cells.empty(r, bounce, resources, volume, volumes_known),
+            _ => (),
         };
-
-        // 0. Counters and lists start empty.
-        reset::all(r, resources);
-        // 1. The scene is drawn into an empty screen; the geometry shader keeps its triangles.
-        self.record.record(r, scene, pose, volume, resources);
-        // 2a. Every voxel lists the triangles that touch it.
-        if let Some(voxelise) = &self.voxelise {
-            voxelise.record(r, Bounce::First, resources);
-        }
-        // and the occupied ones are listed, with their parents: nobody else need be shaded.
-        if let Some(cells) = &self.cells {
-            cells.list(r, resources);
-        }
-        if let (Some(shade), Some(mips)) = (&self.shade_first, &self.mips) {
+        if let (Some(shade), Some(mips), true) = (&self.shade_first, &self.mips, anew.volumes) {
             empty(r, Bounce::First, &resources.volumes[0]);
             match (&self.shade_again, &resources.volumes[..]) {
                 // 2b. Every voxel shades its list with direct light and, with all bounces, what the last frame left,
@@ -111,8 +121,10 @@ impl Passes {
             // 2c. and coarser voxels sum it up, per direction of travel.
             mips.record(r, Bounce::First, resources, &resources.volumes[0]);
         }
-        if let (Some(shade), Some(mips), Some(voxelise)) = (&self.shade_second, &self.mips, &self.voxelise) {
-            if self.lists == Lists::Rebuild {
+        if let (Some(shade), Some(mips), Some(voxelise), true) =
+            (&self.shade_second, &self.mips, &self.voxelise, anew.volumes)
+        {
+            if self.lists == Lists::Rebuild && anew.lists {
                 // 3. The lists start empty again, the triangles stay.
                 reset::lists(r, resources);
                 // 4a. The lists are built again, as the talk does (D29).

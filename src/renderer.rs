@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::Result;
-use crate::frame::{FrameScene, Passes};
+use crate::frame::{Anew, FrameScene, Passes};
 use crate::gi::Method;
 use crate::gi::cones::constants::Features;
 use crate::gi::cones::emitters::Emitters;
@@ -94,9 +94,16 @@ pub struct Renderer {
     frame_index: u32,
     /// Whether the second volume holds the frame before.
     history: bool,
-    /// Whether the volumes hold what the last frame's lists filled, and nothing else.
-    volumes_known: bool,
+    /// What the lists and volumes on the device were made of; `None` where they cannot be gone on from.
+    made_of: Option<MadeOf>,
     log: FrameLog,
+}
+
+/// Everything that changes from frame to frame and shows in lists or volumes: no camera does.
+struct MadeOf {
+    instances: Vec<DAffine3>,
+    /// As the device has them.
+    lights: Vec<u8>,
 }
 
 impl Renderer {
@@ -165,7 +172,7 @@ impl Renderer {
             target,
             frame_index: 0,
             history: false,
-            volumes_known: false,
+            made_of: None,
             log: FrameLog::default(),
         })
     }
@@ -200,9 +207,16 @@ impl Renderer {
 
     /// One frame, repeated only where buffers had to grow; without its `image` the volumes alone.
     fn frame(&mut self, pose: &Pose, view: &View, image: bool) -> Result<FrameReport> {
+        let lights = uniforms::lights(&self.scene, pose, &self.volume);
+        let now =
+            MadeOf { instances: pose.world_from_instance.clone(), lights: bytemuck::cast_slice(&lights).to_vec() };
         for repeats in 0.. {
             self.upload_frame(view)?;
-            self.resources.turn();
+            let before = self.made_of.take();
+            let anew = self.anew(before.as_ref(), &now);
+            if anew.lists {
+                self.resources.turn();
+            }
             let mut recorder =
                 Recorder::new(&self.context, RecorderOptions { per_pass: self.options.submit == Submit::PerPass })?;
             self.passes.record(
@@ -216,7 +230,8 @@ impl Renderer {
                     blended: self.counts.blended,
                     history: self.history,
                     image,
-                    volumes_known: std::mem::take(&mut self.volumes_known),
+                    volumes_known: before.is_some(),
+                    anew,
                 },
             );
             self.log = recorder.frame_log().clone();
@@ -224,7 +239,7 @@ impl Renderer {
             let globals = self.globals()?;
             if !self.grow(&globals)? {
                 self.frame_index += 1;
-                self.volumes_known = true;
+                self.made_of = Some(now);
                 let counters = Counters {
                     triangles: globals.vertex_count / 3,
                     degenerate: globals.degenerate_count,
@@ -237,6 +252,17 @@ impl Renderer {
             self.history = false;
         }
         unreachable!("a frame is repeated until its buffers are large enough or growing them fails")
+    }
+
+    /// What the frame cannot keep of the one before.
+    fn anew(&self, before: Option<&MadeOf>, now: &MadeOf) -> Anew {
+        let Some(before) = before.filter(|_| self.settings.reuse == settings::Reuse::Still) else {
+            return Anew { lists: true, volumes: true };
+        };
+        let lists = before.instances != now.instances;
+        // With jitter and with all bounces a frame's light differs from the last one's though nothing changes.
+        let unsteady = self.settings.jitter || self.settings.bounces == Bounces::All;
+        Anew { lists, volumes: lists || unsteady || before.lights != now.lights }
     }
 
     /// What the second volume holds, coarsely: the isotropic face's level of 8³ texels.

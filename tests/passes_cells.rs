@@ -5,75 +5,20 @@
 mod gpu;
 #[path = "common/scenes.rs"]
 mod scenes;
+#[path = "common/studio.rs"]
+mod studio;
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
-use scenes::{Random, add, triangle};
-use twobounce::gi::Method;
+use studio::{Studio, pose, room};
 use twobounce::gi::cones::cells::parents;
 use twobounce::layout::CellCount;
-use twobounce::renderer::{RenderOptions, Renderer, Submit};
-use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
+use twobounce::scene::{Material, Mesh, Scene};
 use twobounce::settings::{Bounces, Fill, Settings, Work};
-use twobounce::vk::{Context, download};
+use twobounce::vk::download;
 
 const EDGE: u32 = 16;
-
-/// A lit room with things in it that share voxels; the last instance is to be moved about.
-fn room() -> Scene {
-    let (mut scene, mut random) = (Scene::empty("room"), Random::new(8));
-    let walls = scene.add_material(Material { double_sided: true, ..Material::lambert("walls", Vec3::splat(0.6)) });
-    scene.add_mesh(Mesh::cuboid("room", walls, Vec3::ZERO, Vec3::splat(8.0), true), DAffine3::IDENTITY);
-    for i in 0..40 {
-        let center = random.point() * 6.0 + 1.0;
-        let shiny = Material { metallic: 0.5, roughness: 0.3, ..Material::lambert("shiny", random.point().as_vec3()) };
-        let material = if i % 8 == 0 { Material::lamp("lamp", random.point().as_vec3()) } else { shiny };
-        add(&mut scene, &[triangle(&mut random, center, 2.0)], Material { double_sided: i % 2 == 0, ..material });
-    }
-    let boxed = scene.add_material(Material::lambert("box", Vec3::new(0.7, 0.3, 0.2)));
-    scene.add_mesh(Mesh::cuboid("box", boxed, Vec3::ZERO, Vec3::splat(1.5), false), DAffine3::IDENTITY);
-    scene.add_light(LightKind::Point, Vec3::splat(30.0), DAffine3::from_translation(DVec3::new(4.0, 7.0, 4.0)));
-    scene
-}
-
-/// The room with its box at `at`, metres.
-fn pose(scene: &Scene, at: DVec3) -> Pose {
-    let mut pose = scene.pose(None, 0.0);
-    *pose.world_from_instance.last_mut().expect("a box") = DAffine3::from_translation(at);
-    pose
-}
-
-struct Studio {
-    context: Arc<Context>,
-    renderer: Renderer,
-    view: View,
-}
-
-impl Studio {
-    fn new(scene: &Scene, settings: &Settings) -> Self {
-        let context = gpu::context();
-        let options = RenderOptions {
-            size: (16, 16),
-            method: Method::Cones,
-            aovs: vec![],
-            submit: Submit::Frame,
-            memory_limit: None,
-            bounds: scene.bounds(None),
-        };
-        let pose = scene.pose(None, 0.0);
-        let renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options).expect("it fits");
-        Self { context, renderer, view: View::framing(scene.bounds(None)) }
-    }
-
-    /// The bits of both volumes after a frame.
-    fn volumes(&mut self, pose: &Pose) -> Vec<Vec<Vec<Vec<[u16; 4]>>>> {
-        self.renderer.render(pose, &self.view).expect("a frame");
-        assert_eq!(self.context.take_validation_messages(), Vec::<String>::new());
-        self.renderer.resources().volumes.iter().map(|v| gpu::volume_bits(&self.context, v)).collect()
-    }
-}
 
 /// Small sets of cones and rays: what is compared is who is shaded.
 fn presets() -> [Settings; 3] {

@@ -1,8 +1,8 @@
 //! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
 
 use super::{
-    Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, RoughnessFit, Shadows,
-    Weights, Work,
+    Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, Reuse, RoughnessFit,
+    Shadows, Weights, Work,
 };
 
 /// What `twobounce settings` says about one setting.
@@ -199,6 +199,13 @@ pub const KEYS: &[Key] = &[
         names!(Work),
         "how coarser voxels are made: all of them, as in the talk, or the parents of occupied ones: the same image",
         "raster grows with the grid, cells with what stands in it",
+    ),
+    key(
+        "reuse",
+        "choice",
+        names!(Reuse),
+        "what is kept of the last frame: nothing, or lists and volumes while nothing that they show changes: the same image",
+        "still: a frame in which only the camera moves is pass 5 alone",
     ),
     key(
         "roughness_fit",

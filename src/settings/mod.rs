@@ -126,6 +126,15 @@ choices! {
     }
 }
 choices! {
+    /// What is kept of the last frame; the image is the same.
+    Reuse {
+        /// Nothing: every frame is voxelised and lit anew.
+        None = "none",
+        /// The lists while nothing moves, and the volumes while no light changes either: cameras may move.
+        Still = "still",
+    }
+}
+choices! {
     /// The talk's three maps from roughness to a cone's aperture (tangent of the half angle).
     RoughnessFit {
         /// The polynomial that the intro used: 47.5° at roughness 1.
@@ -165,6 +174,7 @@ pub struct Settings {
     pub lists: Lists,
     pub shading: Work,
     pub mips: Work,
+    pub reuse: Reuse,
     pub roughness_fit: RoughnessFit,
     /// Shadow rays and cones in the first bounce too (the talk lights it without shadows).
     pub first_bounce_shadows: bool,
@@ -301,6 +311,7 @@ impl Default for Settings {
             lists: Lists::Rebuild,
             shading: Work::Raster,
             mips: Work::Raster,
+            reuse: Reuse::None,
             roughness_fit: RoughnessFit::Polynomial,
             first_bounce_shadows: true,
             jitter: false,

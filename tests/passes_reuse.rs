@@ -1,0 +1,83 @@
+//! `reuse = still`: what is kept from frame to frame, and that no image shows it.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+#[path = "common/scenes.rs"]
+mod scenes;
+#[path = "common/studio.rs"]
+mod studio;
+
+use glam::DVec3;
+use studio::{Studio, pose, room};
+use twobounce::scene::View;
+use twobounce::settings::{Bounces, Reuse, Settings};
+
+const LISTS: [&str; 3] = ["reset", "record", "voxelise 1"];
+const VOLUMES: [&str; 4] = ["shade 1", "mips 1", "shade 2", "mips 2"];
+
+fn does(passes: &[&str], some: &[&str]) -> bool {
+    let count = some.iter().filter(|name| passes.contains(name)).count();
+    assert!(count == 0 || count == some.len(), "{passes:?} do a part of {some:?}");
+    count > 0
+}
+
+#[test]
+fn frames_that_keep_what_holds_are_those_that_start_anew() {
+    let scene = room();
+    let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
+    let mut lit = there.clone();
+    lit.lights[0].position += DVec3::new(1.0, 0.0, -1.0);
+    for base in [Settings::fast(), Settings::default(), Settings::printed()] {
+        let base = Settings { voxels: 16, ..base };
+        let mut kept = Studio::new(&scene, &Settings { reuse: Reuse::Still, ..base.clone() });
+        // From within the room.
+        let first_view = View { eye: DVec3::new(4.0, 4.0, 0.5), forward: DVec3::Z, up: DVec3::Y, ..kept.view };
+        let other_view = View { eye: DVec3::new(3.0, 4.5, 1.0), ..first_view };
+        // What changes from the frame before, and whether new lists and new volumes are due.
+        let frames = [
+            ("first", &here, first_view, (true, true)),
+            ("still", &here, first_view, (false, false)),
+            ("camera moved", &here, other_view, (false, false)),
+            ("box moved", &there, other_view, (true, true)),
+            ("light moved", &lit, other_view, (false, true)),
+            ("box and light back", &here, first_view, (true, true)),
+        ];
+        let mut images = Vec::new();
+        for (what, pose, view, due) in frames {
+            let mut fresh = Studio::new(&scene, &base);
+            (kept.view, fresh.view) = (view, view);
+            let (image, passes) = kept.image(pose);
+            assert_eq!((does(&passes, &LISTS), does(&passes, &VOLUMES)), due, "{what}: {passes:?}");
+            assert!(passes.contains(&"render"));
+            assert!(image == fresh.image(pose).0, "{what}: the image is another");
+            images.push(image);
+        }
+        let shows: Vec<bool> = images.windows(2).map(|pair| pair[0] != pair[1]).collect();
+        assert_eq!(shows, [false, true, true, true, true], "whether each change shows");
+        assert!(images[0] == images[5]);
+    }
+}
+
+#[test]
+fn without_reuse_every_frame_does_everything() {
+    let scene = room();
+    let pose = scene.pose(None, 0.0);
+    let mut studio = Studio::new(&scene, &Settings { voxels: 16, reuse: Reuse::None, ..Settings::fast() });
+    for _ in 0..2 {
+        let (_, passes) = studio.image(&pose);
+        assert!(does(&passes, &LISTS) && does(&passes, &VOLUMES), "{passes:?}");
+    }
+}
+
+#[test]
+fn light_that_is_fed_back_or_jittered_is_never_kept() {
+    let scene = room();
+    let pose = scene.pose(None, 0.0);
+    let still = Settings { voxels: 16, reuse: Reuse::Still, ..Settings::fast() };
+    for settings in [Settings { bounces: Bounces::All, ..still.clone() }, Settings { jitter: true, ..still }] {
+        let mut studio = Studio::new(&scene, &settings);
+        studio.image(&pose);
+        let (_, passes) = studio.image(&pose);
+        assert!(!does(&passes, &LISTS) && does(&passes, &VOLUMES), "{passes:?}");
+    }
+}

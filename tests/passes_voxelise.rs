@@ -11,13 +11,19 @@ use glam::{DAffine3, DVec3, Vec3};
 use scenes::{Random, add, triangle};
 use twobounce::scene::analytic::{self, Lamp};
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
-use twobounce::settings::{Bounces, Lists, Settings};
+use twobounce::settings::{Bounces, Lists, Settings, Work};
 use twobounce::twins::record::{in_voxels, record};
 use twobounce::twins::voxelise::{Comparison, compare_sets, voxelise};
 
 /// A grid of 1 m voxels from the origin on.
 fn metre_grid(edge: u32) -> Settings {
-    let mut settings = Settings { voxels: edge, bounces: Bounces::One, lists: Lists::Reuse, ..Settings::default() };
+    let mut settings = Settings {
+        voxels: edge,
+        bounces: Bounces::One,
+        shading: Work::Cells,
+        lists: Lists::Reuse,
+        ..Settings::default()
+    };
     settings.volume.center = Some([f64::from(edge) / 2.0; 3]);
     settings.volume.side = Some(f64::from(edge));
     settings
@@ -61,8 +67,10 @@ fn a_hundred_thousand_slivers_are_listed_exactly() {
 
 #[test]
 fn needles_across_the_grid_and_crumbs_are_listed_exactly() {
-    let found =
-        is_exact(&analytic::slivers(3000, 1), &Settings { voxels: 64, bounces: Bounces::One, ..Settings::default() });
+    let found = is_exact(
+        &analytic::slivers(3000, 1),
+        &Settings { voxels: 64, bounces: Bounces::One, shading: Work::Cells, ..Settings::default() },
+    );
     assert!(found.touching < 0.01, "{found:?}");
 }
 
@@ -86,11 +94,14 @@ fn triangles_of_every_size_and_tilt_are_listed_exactly() {
 #[test]
 fn rooms_are_listed_exactly() {
     for lamp in [Lamp::Point, Lamp::Area] {
-        is_exact(&analytic::cornell(lamp), &Settings { voxels: 64, bounces: Bounces::One, ..Settings::default() });
+        is_exact(
+            &analytic::cornell(lamp),
+            &Settings { voxels: 64, bounces: Bounces::One, shading: Work::Cells, ..Settings::default() },
+        );
     }
     let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
     let gallery = Scene::load(&gallery, &LoadOptions::default()).expect("the gallery");
-    is_exact(&gallery, &Settings { voxels: 64, bounces: Bounces::One, ..Settings::default() });
+    is_exact(&gallery, &Settings { voxels: 64, bounces: Bounces::One, shading: Work::Cells, ..Settings::default() });
 }
 
 #[test]

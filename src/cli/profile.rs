@@ -239,7 +239,8 @@ mod tests {
         written.retain(|path| !path.starts_with("render."));
         written.insert("render".into());
         let page = include_str!("../../docs/json.md");
-        let page = page.split("\n# ").find(|part| part.starts_with("The file that `twobounce profile")).expect("a part");
+        let page =
+            page.split("\n# ").find(|part| part.starts_with("The file that `twobounce profile")).expect("a part");
         let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
         assert_eq!(written, page.lines().filter_map(cell).collect());
         assert!(page.contains("`twobounce profile --json") && page.contains(&format!("`version` is {VERSION}")));

@@ -42,6 +42,7 @@ enum Function {
     GatherDiffuse,
     TriangleIrradiance,
     InterleavedShift,
+    VisibleNormal,
 }
 
 /// Three vectors in, three out.
@@ -366,6 +367,65 @@ fn roughness_fits_are_their_twins() {
             let expected = roughness_to_aperture(x.0[0][0], *fit);
             // acos of a number near 1 loses half the digits, and pow is exp2 of log2.
             assert!((out.0[0][0] - expected).abs() < 3e-3 + 1e-3 * expected, "{fit} {x:?}: {out:?} is not {expected}");
+        }
+    }
+}
+
+/// The angle that holds half of GGX's lobe, seen along the normal: visible normals by their closed form, Smith's G1.
+fn half_of_the_lobe(alpha: f64) -> f64 {
+    const COUNT: usize = 20_000;
+    let parts: Vec<(f64, f64)> = (0..COUNT)
+        .map(|i| {
+            let xi = (i as f64 + 0.5) / COUNT as f64;
+            let angle = 2.0 * (alpha * (xi / (1.0 - xi)).sqrt()).atan();
+            let c = angle.cos().max(0.0);
+            (angle, 2.0 * c / (c + (alpha * alpha + (1.0 - alpha * alpha) * c * c).sqrt()))
+        })
+        .collect();
+    let mut left = parts.iter().map(|p| p.1).sum::<f64>() / 2.0;
+    let half = parts.iter().find(|p| {
+        left -= p.1;
+        left <= 0.0
+    });
+    half.expect("half of them is among them").0
+}
+
+#[test]
+fn the_ggx_fit_is_as_wide_as_the_lobe() {
+    for i in 1..=50 {
+        let roughness = f64::from(i) / 50.0;
+        // A Gaussian of standard deviation a, tangents over distance, has half of it within √(2 ln 2) a.
+        let expected = half_of_the_lobe(roughness * roughness).tan() / (2.0 * 2f64.ln()).sqrt();
+        let fit = f64::from(roughness_to_aperture(roughness as f32, RoughnessFit::Ggx));
+        // The fit's own residual.
+        assert!((fit / expected - 1.0).abs() < 0.022, "roughness {roughness}: {fit} is not {expected}");
+    }
+}
+
+#[test]
+fn visible_normals_are_their_twins() {
+    let gpu = Gpu::new(&random_volume());
+    let settings = Settings { voxels: EDGE, ..Settings::default() };
+    let mut random = Random::new(10);
+    let cases: Vec<(Vec3, f32, Vec2)> = (0..600)
+        .map(|i| {
+            let v = if i % 3 == 0 { Vec3::Z } else { random.direction().as_vec3() };
+            let alpha = [0.001, 0.04, 0.25, 1.0][i % 4];
+            (v.with_z(v.z.abs().max(1e-3)).normalize(), alpha, Vec2::new(random.unit() as f32, random.unit() as f32))
+        })
+        .collect();
+    let inputs: Vec<_> = cases
+        .iter()
+        .map(|(v, alpha, u)| Arguments::of(v.extend(*alpha), u.extend(0.0).extend(0.0), Vec4::ZERO))
+        .collect();
+    for ((v, alpha, u), out) in cases.iter().zip(gpu.evaluate(Function::VisibleNormal, &inputs, &settings)) {
+        close(out.vec3(0).extend(0.0), visible_normal(*alpha, *v, *u).extend(0.0), 1e-3, &format!("{v} {alpha} {u}"));
+        assert!(out.vec3(0).dot(*v) > -1e-4, "{v} does not see {out:?}");
+        if *v == Vec3::Z && u.y < 0.99 {
+            // The closed form: tan²θ = α²ξ/(1 − ξ). f32's rounding of 1 − ξ is what grows with 1/(1 − ξ).
+            let tangent = out.vec3(0).truncate().length() / out.0[0][2];
+            let expected = alpha * (u.y / (1.0 - u.y)).sqrt();
+            assert!((tangent - expected).abs() < 2e-3 * (1.0 + expected), "{alpha} {u}: {tangent} is not {expected}");
         }
     }
 }

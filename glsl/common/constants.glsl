@@ -20,6 +20,11 @@ layout(constant_id = 14) const uint EMITTER_SAMPLES = 16u;
 layout(constant_id = 15) const uint GATHER_SCALE = 1u; // pixels of the image per gathered one
 layout(constant_id = 16) const uint INTERLEAVE = 1u; // pixels along the side of a square whose directions differ
 
+layout(constant_id = 17) const uint SPECULAR = 0u; // as GATHER
+layout(constant_id = 18) const uint REFRACTION = 0u;
+layout(constant_id = 19) const uint SPECULAR_RAYS = 8u; // of a lobe, at most
+layout(constant_id = 21) const uint SHADOW_RAYS = 1u; // per light with an extent; 20 is the tests'
+
 const uint GATHER_RAYS = 1u; // 0: cones
 const uint EMITTERS_SAMPLED = 1u; // 0: through cones
 

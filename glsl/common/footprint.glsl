@@ -5,3 +5,9 @@ Footprint pixel_footprint(Triangle t, vec3 weights) {
     vec4 dy = triangle_uv(t, dFdy(weights));
     return Footprint(mat2[2](mat2(dx.xy, dy.xy), mat2(dx.zw, dy.zw)));
 }
+
+// How far the shading normal turns over half a pixel, radians, normal maps left out.
+float normal_bend(Triangle t, vec3 weights) {
+    mat3 normals = mat3(t.vertices[0].normal, t.vertices[1].normal, t.vertices[2].normal);
+    return 0.5 * max(length(normals * dFdx(weights)), length(normals * dFdy(weights)));
+}

@@ -32,11 +32,14 @@ LampLight lamp_light(Surface s, vec3 view) {
 vec3 lamps_along_rays(Surface s, vec3 view, Lobes lobes, bool back) {
     vec3 sum = vec3(0.0);
     float mirrored = 1.0 - lamps_in_lobe(s.roughness);
-    bool reflects = feature(FEATURE_SPECULAR) && mirrored > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
+    // Where a volume is there, rays for what is mirrored or seen through glass find the lamps on their way (gather_lobe.glsl).
+    bool lobes_apart = BOUNCE != 0u && SPECULAR == GATHER_RAYS;
+    bool glass_apart = BOUNCE != 0u && REFRACTION == GATHER_RAYS;
+    bool reflects = !lobes_apart && feature(FEATURE_SPECULAR) && mirrored > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
     for (uint i = 0u; i < min(emitter_samples(), reflects ? 1u : 0u); i++) {
         sum += lobes.specular * mirrored * trace_emission(s.position, s.facet, reflect(-view, s.normal));
     }
-    bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
+    bool transmits = !glass_apart && feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
     for (uint i = 0u; i < min(emitter_samples(), transmits ? 1u : 0u); i++) {
         vec3 d = refraction_direction(-view, s.normal, s.ior, back, s.thickness_m <= 0.0);
         sum += s.transmitted * lobes.rest * trace_emission(s.position, s.facet, d);

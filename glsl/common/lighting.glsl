@@ -1,9 +1,29 @@
 // Light on a surface: direct with shadows, and gathered through cones. Used by the voxels and by the image.
 // Radiance, except what comes back from cones (stored radiance: divide by frame.scale).
 
+// The lit share of a light's disc, by rays to points spread evenly over it and turned from place to place; one ray goes to
+// its middle.
+vec3 shadow_rays(Light light, LightSample to, vec3 position, vec3 facet) {
+    bool far = light.kind == LIGHT_DIRECTIONAL;
+    uint count = light.radius > 0.0 ? SHADOW_RAYS : 1u;
+    vec3 x = normalize(cross(to.direction, abs(to.direction.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
+    vec3 y = cross(to.direction, x);
+    uvec4 seed = uvec4(floatBitsToUint(position), frame.frame_index * uint(feature(FEATURE_JITTER)));
+    float turn = 2.0 * PI * jitter_hash(seed);
+    vec3 open = vec3(0.0);
+    for (uint k = 0u; k < count; k++) {
+        float r = count > 1u ? light.radius * sqrt((float(k) + 0.5) / float(count)) : 0.0;
+        float angle = turn + 2.39996323 * float(k);
+        vec3 d = to.direction * (far ? 1.0 : to.distance) + r * (cos(angle) * x + sin(angle) * y);
+        float distance = length(d);
+        open += trace_shadow_ray(position, facet, d / distance, far ? 1e30 : distance);
+    }
+    return open / float(count);
+}
+
 vec3 shadow_towards(Light light, LightSample to, vec3 position, vec3 facet, vec3 normal, bool volume_is_there) {
     if (SHADOWS == SHADOWS_RAYS) {
-        return trace_shadow_ray(position, facet, to.direction, to.distance);
+        return shadow_rays(light, to, position, facet);
     }
 #ifdef CONES
     if (SHADOWS == SHADOWS_CONES && volume_is_there) {

@@ -1,4 +1,5 @@
-// The talk's three maps from roughness to the tangent of a specular cone's half angle (D25: they disagree; all are kept).
+// The talk's three maps from roughness to the tangent of a specular cone's half angle (D25: they disagree; all are kept),
+// and one that is derived from GGX. CPU twin, with the derivation: src/twins/directions.rs.
 float roughness_to_aperture(float roughness) {
     float r = clamp(roughness, 0.0, 1.0);
     if (ROUGHNESS_FIT == 0u) {
@@ -7,6 +8,10 @@ float roughness_to_aperture(float roughness) {
     if (ROUGHNESS_FIT == 1u) {
         float power = clamp(2.0 / max(1e-4, r * r) - 2.0, 4.0, 16384.0);
         return tan(acos(pow(0.244, 1.0 / (power + 1.0))));
+    }
+    if (ROUGHNESS_FIT == 3u) {
+        float alpha = r * r;
+        return 1.70 * alpha / (1.0 + 0.76 * alpha * alpha);
     }
     return clamp(tan(PI * 0.375 * r), 0.00174533102, 3.14159265359);
 }

@@ -26,6 +26,10 @@
 #endif
 #include "common/lighting.glsl"
 #include "common/lamps.glsl"
+#ifdef CONES
+#include "common/lobe.glsl"
+#include "common/gather_lobe.glsl"
+#endif
 #include "common/likeness.glsl"
 
 layout(push_constant) uniform Push {
@@ -78,6 +82,9 @@ void main() {
     Triangle t = triangles[in_triangle];
     COUNT(TRIANGLES, 1u);
     Footprint footprint = pixel_footprint(t, in_weights);
+#ifdef CONES
+    float bend = normal_bend(t, in_weights);
+#endif
     vec3 a = t.vertices[0].position;
     uint covered = covered_samples(t, footprint);
     // llvmpipe interpolates at the centroid with the 1/w of the pixel's middle: the weights' sum is not 1, and the point
@@ -120,14 +127,16 @@ void main() {
 #ifdef CONES
     if (lit) {
         indirect += s.diffuse * lobes.rest * gathered.light.rgb;
-        if (feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
+        if (SPECULAR != GATHER_RAYS && feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
             indirect += lobes.specular * gather_specular(s.position, s.normal, reflect(-view, s.normal), s.roughness);
         }
-        if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
+        if (REFRACTION != GATHER_RAYS && feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
             indirect += s.transmitted * lobes.rest * gather_refraction(s, -view, in_back != 0u);
         }
-        indirect /= frame.scale;
     }
+    InLobes found = look_in_lobes(s, view, lobes, in_back != 0u, bend, 1.0 - lamps_in_lobe(s.roughness));
+    direct += found.direct;
+    indirect = (indirect + found.indirect) / frame.scale;
 #endif
     float opacity = s.opacity;
     out_beauty = vec4((direct + indirect) * opacity, opacity);

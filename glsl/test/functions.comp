@@ -28,6 +28,7 @@ vec4 trace_gather_ray(vec3 position, vec3 facet, vec3 d, float aperture) {
     return vec4(0.0);
 }
 
+#include "common/lobe.glsl"
 #include "common/lighting.glsl"
 
 layout(local_size_x = 64) in;
@@ -89,6 +90,9 @@ Arguments evaluate(Arguments x) {
         y.a.x = triangle_irradiance(x.a.xyz, x.b.xyz, x.c.xyz, normalize(vec3(x.a.w, x.b.w, x.c.w)));
     } else if (FUNCTION == 12u) {
         y.a.xy = interleaved_shift(uvec3(x.a.xyz));
+    } else if (FUNCTION == 13u) {
+        y.a.xyz = visible_normal(x.a.w, x.a.xyz, x.b.xy);
+        y.a.w = lobe_masking(x.a.w, x.a.z);
     }
     return y;
 }

@@ -8,6 +8,7 @@ mod animation;
 mod bounds;
 mod builder;
 mod camera;
+pub mod gloss;
 mod gltf;
 mod lights;
 pub mod surface;

@@ -59,7 +59,7 @@ choices! {
     GatherResolution { Full = "full", Half = "half", Quarter = "quarter" }
 }
 choices! {
-    /// What looks along a diffuse set's directions.
+    /// What looks along a direction: a diffuse set's, a mirror's, or the one behind glass.
     Gather {
         /// Cones through the volume.
         Cones = "cones",
@@ -135,7 +135,7 @@ choices! {
     }
 }
 choices! {
-    /// The talk's three maps from roughness to a cone's aperture (tangent of the half angle).
+    /// The talk's three maps from roughness to a cone's aperture (tangent of the half angle), and one of GGX.
     RoughnessFit {
         /// The polynomial that the intro used: 47.5° at roughness 1.
         Polynomial = "polynomial",
@@ -143,6 +143,8 @@ choices! {
         Power = "power",
         /// Linear in the angle: 67.5° at roughness 1.
         Linear = "linear",
+        /// As wide as half of GGX's lobe: 0.1° at roughness 0.03, 44° at roughness 1.
+        Ggx = "ggx",
     }
 }
 choices! {
@@ -176,6 +178,12 @@ pub struct Settings {
     pub mips: Work,
     pub reuse: Reuse,
     pub roughness_fit: RoughnessFit,
+    /// What looks where a glossy surface mirrors. Of the image; voxels have no viewer and use a cone.
+    pub specular: Gather,
+    /// What looks through glass.
+    pub refraction: Gather,
+    /// Rays for a rough lobe that sends on all that it gets; fainter ones take their share of them.
+    pub specular_rays: u32,
     /// Shadow rays and cones in the first bounce too (the talk lights it without shadows).
     pub first_bounce_shadows: bool,
     /// Rotate the diffuse cone set per pixel.
@@ -231,10 +239,12 @@ pub struct Start {
     pub shadow_end: f32,
 }
 
-/// Shadow cones.
+/// Shadows of lights with an extent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shadow {
+    /// Rays to a light that has a radius, with `shadows = rays`; one ray goes to its middle.
+    pub rays: u32,
     /// Length of a step over the cone's diameter.
     pub step: f32,
     /// Half angle in degrees of every light's shadow cone; absent: from the light's own radius.
@@ -313,6 +323,9 @@ impl Default for Settings {
             mips: Work::Raster,
             reuse: Reuse::None,
             roughness_fit: RoughnessFit::Polynomial,
+            specular: Gather::Cones,
+            refraction: Gather::Cones,
+            specular_rays: 8,
             first_bounce_shadows: true,
             jitter: false,
             shade: Shade::default(),
@@ -392,7 +405,7 @@ impl Default for Start {
 
 impl Default for Shadow {
     fn default() -> Self {
-        Self { step: 1.0 / 3.0, half_angle: None }
+        Self { rays: 1, step: 1.0 / 3.0, half_angle: None }
     }
 }
 
@@ -554,7 +567,7 @@ impl Settings {
                 shadow_along: 2.5,
                 shadow_end: 0.0,
             },
-            shadow: Shadow { step: 0.333333, half_angle: Some(5.0) },
+            shadow: Shadow { step: 0.333333, half_angle: Some(5.0), ..Shadow::default() },
             ledger: Ledger::all(Form::Printed),
             ..Self::default()
         }

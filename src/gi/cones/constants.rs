@@ -21,6 +21,10 @@ const EMITTERS: u32 = 13;
 const EMITTER_SAMPLES: u32 = 14;
 const GATHER_SCALE: u32 = 15;
 const INTERLEAVE: u32 = 16;
+const SPECULAR: u32 = 17;
+const REFRACTION: u32 = 18;
+const SPECULAR_RAYS: u32 = 19;
+const SHADOW_RAYS: u32 = 21;
 /// Of `render.vert` alone.
 pub const BLENDED: u32 = 9;
 
@@ -135,6 +139,7 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
         RoughnessFit::Polynomial => 0,
         RoughnessFit::Power => 1,
         RoughnessFit::Linear => 2,
+        RoughnessFit::Ggx => 3,
     };
     vec![
         (EDGE, settings.voxels),
@@ -147,6 +152,10 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
         (EMITTER_SAMPLES, settings.emitter_samples),
         (GATHER_SCALE, settings.gather_resolution.scale()),
         (INTERLEAVE, settings.interleave),
+        (SPECULAR, u32::from(settings.specular == Gather::Rays)),
+        (REFRACTION, u32::from(settings.refraction == Gather::Rays)),
+        (SPECULAR_RAYS, settings.specular_rays),
+        (SHADOW_RAYS, settings.shadow.rays),
         (WEIGHTS, weights),
         (SHADOWS, shadows),
         (ROUGHNESS_FIT, fit),

@@ -1,0 +1,178 @@
+// What a glossy surface mirrors and what is seen through glass, along exact rays (specular = rays, refraction = rays).
+// Needs: gather_ray.glsl, lobe.glsl, cone_set.glsl, roughness.glsl, brdf.glsl.
+
+// Surfaces that let light pass, of those that one ray meets.
+const uint MOST_INTERFACES = 8u;
+
+// What the texture has where a ray of that width (voxels) hits, over what it has in the mean of the voxels about it: mirrors
+// and glass show patterns that the volume does not hold.
+vec3 texture_detail(Triangle t, Material m, vec3 weights, float width) {
+    if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {
+        return vec3(1.0);
+    }
+    Footprint blurred = voxel_footprint(t);
+    float share = clamp(width, 0.0, 1.0);
+    Footprint sharp = Footprint(mat2[2](share * blurred.uv[0], share * blurred.uv[1]));
+    vec4 uv = triangle_uv(t, weights);
+    vec4 color = triangle_color(t, weights);
+    return base_color(m, uv, color, sharp).rgb / max(base_color(m, uv, color, blurred).rgb, vec3(1e-3));
+}
+
+struct Seen {
+    vec3 light; // stored radiance, the sky behind it included
+    vec3 lamps; // radiance of what emitters = sampled keeps out of the volume
+};
+
+// Cosine on the side of air of light that meets a surface under the cosine c; −1: it is reflected totally.
+float cosine_in_air(float c, float ior, bool inside) {
+    float sine2 = inside ? (1.0 - c * c) * ior * ior : 1.0 - c * c;
+    return sine2 < 1.0 ? sqrt(1.0 - sine2) : inside ? -1.0 : 0.0;
+}
+
+vec3 lobe_fresnel(Surface s, float cosine) {
+    return cosine < 0.0 ? vec3(1.0) : s.f0 + (s.f90 - s.f0) * pow(1.0 - cosine, 5.0);
+}
+
+// The shading normal, bent until it looks towards the ray that meets it.
+vec3 normal_against(vec3 normal, vec3 d) {
+    return normalize(normal - d * max(dot(normal, d) + 1e-3, 0.0));
+}
+
+// Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
+// reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what is
+// seen through it. `aperture`: tangent of the half angle that the ray stands for.
+Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture) {
+    Seen seen = Seen(vec3(0.0), vec3(0.0));
+    vec3 origin = position + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
+    vec3 through = vec3(1.0);
+    float least = 0.0;
+    float travelled = 0.0;
+    float pixel = 2.0 * length(frame.down_per_ndc) / frame.image_size.y; // voxels per voxel of way
+    float seen_from = frame.orthographic != 0u ? 0.0 : distance(position, frame.eye);
+    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_INTERFACES : 1u); i++) {
+        RayHit hit = trace_ray(origin, d, least);
+        if (hit.triangle == 0u) {
+            seen.light += through * frame.sky * frame.scale;
+            break;
+        }
+        COUNT(TRIANGLES, 1u);
+        COUNT(MATERIALS, 1u);
+        Triangle t = triangles[hit.triangle - 1u];
+        Material m = materials[t.material];
+        vec3 normal = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
+        bool back = dot(normal, d) > 0.0;
+        bool dark = back && (m.flags & MATERIAL_DOUBLE_SIDED) == 0u;
+        vec3 at = origin + d * hit.distance;
+        vec3 weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
+        float way = travelled + hit.distance;
+        float width = 2.0 * aperture * way;
+        float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
+        vec3 sent = dark ? vec3(0.0)
+                         : volume_radiance(at, back ? normal : -normal, width) * texture_detail(t, m, weights, max(width, pixel_width));
+        if (EMITTERS != EMITTERS_SAMPLED && (!feature(FEATURE_ALPHA) || t.translucent == 0u)) {
+            seen.light += through * sent;
+            break;
+        }
+        Surface s = evaluate_surface(t, weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), back);
+        bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
+        if (glass && back && m.attenuation_distance_m < 1e30) {
+            through *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(hit.distance * frame.voxel_m / m.attenuation_distance_m));
+        }
+        seen.light += through * sent * (s.opacity * (1.0 - s.transmission));
+        seen.lamps += through * (dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
+        if (!feature(FEATURE_ALPHA) || t.translucent == 0u) {
+            break;
+        }
+        vec3 tint = s.albedo * s.transmission;
+        if (glass) {
+            vec3 n = normal_against(s.normal, d);
+            float ior = max(s.ior, 1.0);
+            vec3 refracted = refract(d, n, back ? ior : 1.0 / ior);
+            bool reflects = dot(refracted, refracted) < 0.25;
+            d = normalize(reflects ? reflect(d, n) : refracted);
+            through *= reflects ? vec3(1.0) : tint;
+            // Where facet and shading normal disagree, the facet says on which side the ray is.
+            d -= (reflects ? 2.0 * min(dot(d, s.facet), 0.0) : 2.0 * max(dot(d, s.facet), 0.0)) * s.facet;
+            origin = at + s.facet * (reflects ? RAY_START : -RAY_START);
+            travelled += hit.distance;
+            least = 0.0;
+        } else {
+            through *= mix(vec3(1.0), tint, s.opacity);
+            least = hit.distance;
+        }
+        if (max(through.r, max(through.g, through.b)) < 0.005) {
+            break;
+        }
+    }
+    return seen;
+}
+
+struct InLobes {
+    vec3 indirect; // stored radiance
+    vec3 direct; // radiance: lamps mirrored, or behind what does not bend
+};
+
+// Rays for a lobe that sends the share `weight` of what it meets: a faint one is worth fewer.
+uint lobe_ray_count(float alpha, float weight) {
+    return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(SPECULAR_RAYS))), 1u, SPECULAR_RAYS);
+}
+
+// `mirrored_lamps`: the share of lamps that rays are to find in what is mirrored. One ray goes the mirror's way with the
+// whole lobe's width; more go by GGX's visible normals, each with its part of it.
+// `bend`: how far the normal turns over half a pixel.
+InLobes look_in_lobes(Surface s, vec3 view, Lobes lobes, bool back, float bend, float mirrored_lamps) {
+    InLobes sum = InLobes(vec3(0.0), vec3(0.0));
+    float alpha = s.roughness * s.roughness;
+    bool mirrors = SPECULAR == GATHER_RAYS && feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)));
+    bool transmits = REFRACTION == GATHER_RAYS && feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
+    bool thin = s.thickness_m <= 0.0;
+    bool inside = back && !thin;
+    float ior = max(s.ior, 1.0);
+    vec3 normal = normal_against(s.normal, -view);
+    mat3 basis = tangent_frame(normal);
+    vec3 v = view * basis;
+    float strongest = max(lobes.specular.r, max(lobes.specular.g, lobes.specular.b));
+    uint mirrored = mirrors ? lobe_ray_count(alpha, inside ? 1.0 : strongest) : 0u;
+    uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;
+    float aperture = roughness_to_aperture(s.roughness);
+    for (uint i = 0u; i < mirrored + transmitted; i++) {
+        bool reflects = i < mirrored;
+        uint count = reflects ? mirrored : transmitted;
+        uint k = reflects ? i : i - mirrored;
+        bool one = count == 1u;
+        // A sunflower on the cap of normals.
+        vec2 u = vec2(fract(0.381966011 * float(k)), (float(k) + 0.5) / float(count));
+        vec3 h = one ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, v, u);
+        float cosine = clamp(dot(v, h), 0.0, 1.0);
+        vec3 fresnel = lobe_fresnel(s, cosine_in_air(cosine, ior, inside));
+        float left = 1.0 - max(fresnel.r, max(fresnel.g, fresnel.b));
+        vec3 mirror = 2.0 * cosine * h - v;
+        vec3 d = mirror;
+        if (!reflects) {
+            vec3 refracted = refract(-v, h, inside ? ior : 1.0 / ior);
+            d = thin ? vec3(mirror.xy, -mirror.z) : dot(refracted, refracted) > 0.25 ? normalize(refracted) : vec3(0.0);
+        }
+        float masking = one ? 1.0 : lobe_masking(alpha, abs(d.z));
+        // One ray for a whole rough lobe carries the lobe's mean, not what its middle has.
+        bool mean = one && alpha >= MIN_ALPHA && !inside;
+        vec3 weight = reflects ? (mean ? lobes.specular : fresnel * masking)
+                               : s.albedo * (s.transmission * (mean ? lobes.rest : left * masking));
+        weight /= float(count);
+        d = basis * d;
+        // Light that would have to come through the surface that mirrors it, or be refracted to the side it came from.
+        float side = reflects ? 1.0 : -1.0;
+        if (side * dot(d, s.facet) <= 0.0 || side * dot(d, normal) <= 0.0) {
+            continue;
+        }
+        // A curved mirror spreads a pixel twice as far as its normal turns; glass may as well focus it.
+        float spread = reflects ? 2.0 * bend : 0.0;
+        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))));
+        sum.indirect += weight * seen.light;
+        if (EMITTERS == EMITTERS_SAMPLED) {
+            vec3 lamps = weight * (reflects ? mirrored_lamps : 1.0) * seen.lamps;
+            sum.direct += reflects || thin ? lamps : vec3(0.0);
+            sum.indirect += reflects || thin ? vec3(0.0) : lamps * frame.scale;
+        }
+    }
+    return sum;
+}

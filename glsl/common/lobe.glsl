@@ -1,0 +1,18 @@
+// GGX's lobe. CPU twin: src/twins/directions.rs.
+
+// A normal among those that v sees, both in the frame about the surface's normal, with density G1(v) D(h) (v·h) / v.z
+// (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
+vec3 visible_normal(float alpha, vec3 v, vec2 u) {
+    vec3 stretched = normalize(vec3(alpha * v.xy, v.z));
+    float phi = 2.0 * PI * u.x;
+    float z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
+    float r = sqrt(max(1.0 - z * z, 0.0));
+    vec3 h = vec3(r * cos(phi), r * sin(phi), z) + stretched;
+    return normalize(vec3(alpha * h.xy, max(h.z, 1e-6)));
+}
+
+// Smith's masking of one direction whose cosine to the normal is c.
+float lobe_masking(float alpha, float c) {
+    float a2 = alpha * alpha;
+    return 2.0 * c / max(c + sqrt(a2 + (1.0 - a2) * c * c), 1e-6);
+}

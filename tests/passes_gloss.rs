@@ -1,0 +1,261 @@
+//! Reflections, glass, penumbrae and ambient occlusion against the path tracer, on scenes made for them
+//! (`src/scene/gloss.rs`), and the page that says how close they come: `docs/specular.md`. Where an image changed for the
+//! better, TWOBOUNCE_WRITE_DOCS=1 writes the page anew.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec3;
+use twobounce::layers::{Aov, Layers};
+use twobounce::measure::metrics::{Metrics, metrics};
+use twobounce::reference::cache::Cache;
+use twobounce::reference::film::Film;
+use twobounce::reference::{Depth, Options, Stop, render};
+use twobounce::scene::{Scene, View, gloss};
+use twobounce::settings::Settings;
+
+const SIZE: u32 = 64;
+const SAMPLES: u32 = 192;
+const LAYERS: [Aov; 3] = [Aov::Direct, Aov::Ao, Aov::Albedo];
+
+/// What every row starts from, beside the preset `cones`: what is measured is gloss.
+const BASE: [&str; 1] = ["voxels=64"];
+
+fn settings(changes: &[&str]) -> Settings {
+    let mut settings = Settings::cones();
+    BASE.iter().chain(changes).for_each(|change| settings.set(change).expect("a setting"));
+    settings
+}
+
+fn view(scene: &Scene) -> View {
+    scene.view(&scene.pose(None, 0.0), 0)
+}
+
+/// Full light. Kept between runs where TWOBOUNCE_CACHE names a folder.
+fn truth(scene: &Scene, depth: Depth) -> Layers {
+    let pose = scene.pose(None, 0.0);
+    let view = view(scene);
+    let (stop, never) = (Stop::Samples(SAMPLES), AtomicBool::new(false));
+    let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: true };
+    let of = (scene, &pose, &view);
+    let film = if std::env::var_os("TWOBOUNCE_CACHE").is_some() {
+        Cache::of_user().and_then(|cache| cache.render(of, &options, &|_| {}, &never)).expect("a reference")
+    } else {
+        let mut film = Film::new(SIZE, SIZE);
+        render(of, &options, &mut film, &|_| {}, &mut |_| Ok(()), &never).expect("nothing interrupts");
+        film
+    };
+    assert_eq!(film.rejected(), 0, "samples that are not finite");
+    film.layers(&LAYERS)
+}
+
+fn image(scene: &Scene, settings: &Settings) -> Layers {
+    gpu::render_layers(&gpu::context(), scene, settings, SIZE, view(scene), LAYERS.to_vec()).read()
+}
+
+/// Of the pixels of `layer` for which `counts` holds.
+fn over(image: &Layers, truth: &Layers, layer: Aov, counts: impl Fn(usize) -> bool) -> Metrics {
+    let pick = |l: &Layers| -> Vec<[f32; 3]> {
+        let pixels = l.get(layer).expect("a layer");
+        pixels.iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, p)| *p).collect()
+    };
+    let (a, b) = (pick(image), pick(truth));
+    assert!(a.len() > 20 && a.iter().flatten().all(|v| v.is_finite()), "{} pixels", a.len());
+    metrics(&a, &b, "reference").expect("light")
+}
+
+/// Whether a pixel's middle shows a ball at `center`, its rim left out.
+fn shows(scene: &Scene, pixel: usize, center: DVec3, radius: f64) -> bool {
+    let view = view(scene);
+    let twobounce::scene::Projection::Perspective { fov, .. } = view.projection else { unreachable!("perspective") };
+    let at = |i: usize| ((i as f64 + 0.5) / f64::from(SIZE) * 2.0 - 1.0) * (f64::from(fov) / 2.0).tan();
+    let (x, y) = (at(pixel % SIZE as usize), at(pixel / SIZE as usize));
+    let d = (view.forward + view.right() * x - view.up * y).normalize();
+    let to = center - view.eye;
+    to.cross(d).length() < 0.93 * radius
+}
+
+/// What of a scene's image is held against the truth.
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    /// One of the row's spheres.
+    Sphere(usize),
+    Ball,
+    Pane,
+    /// The direct light of all of it.
+    Direct,
+    /// The open share of the hemisphere.
+    Ao,
+}
+
+impl Part {
+    fn over(self, scene: &Scene, image: &Layers, truth: &Layers) -> Metrics {
+        let ball = |center: DVec3, radius: f64| over(image, truth, Aov::Beauty, |i| shows(scene, i, center, radius));
+        match self {
+            Self::Sphere(i) => ball(DVec3::new(gloss::SPHERES[i][0], gloss::SPHERES[i][1], 0.0), gloss::SPHERE_RADIUS),
+            Self::Ball => ball(gloss::BALL.as_dvec3(), gloss::BALL_RADIUS.into()),
+            Self::Pane => ball(DVec3::Z, 0.4),
+            Self::Direct => over(image, truth, Aov::Direct, |_| true),
+            // The sky counts as open in both.
+            Self::Ao => over(image, truth, Aov::Ao, |i| truth.get(Aov::Albedo).expect("a layer")[i][0] > 0.49),
+        }
+    }
+}
+
+const CONES: &[&str] = &[];
+const GGX: &[&str] = &["roughness_fit=ggx"];
+const ONE_RAY: &[&str] = &["roughness_fit=ggx", "specular=rays", "specular_rays=1"];
+const RAYS: &[&str] = &["roughness_fit=ggx", "specular=rays", "refraction=rays"];
+const MANY_RAYS: &[&str] = &["roughness_fit=ggx", "specular=rays", "refraction=rays", "specular_rays=32"];
+
+struct Subject {
+    name: &'static str,
+    scene: Scene,
+    depth: Depth,
+    parts: &'static [Part],
+    /// What is tried: settings, the most `rel` may be in the mean of the parts, and how far the energy may be off.
+    tries: &'static [(&'static [&'static str], f64, f64)],
+}
+
+const SPHERES: &[Part] =
+    &[Part::Sphere(0), Part::Sphere(1), Part::Sphere(2), Part::Sphere(3), Part::Sphere(4), Part::Sphere(5)];
+
+/// Every subject. The tolerances pay, in all of them, for the reference's noise (1 to 3 %) and for edges, which cones and rays
+/// see once per pixel and the reference as often as it has paths.
+fn subjects() -> Vec<Subject> {
+    let full = |name, scene, parts, tries| Subject { name, scene, depth: Depth::Full, parts, tries };
+    // Two bounces of the room: what is seen in a mirror has as many as what is seen directly.
+    let row =
+        |name, metal, tries| Subject { depth: Depth::Bounces(2), ..full(name, gloss::row(metal), SPHERES, tries) };
+    vec![
+        // The rest: squares of the room are 10 voxels and in the mirrors a pixel or less; the volume blurs their edges.
+        row(
+            "metal",
+            true,
+            &[
+                (CONES, 0.20, 0.06),
+                (GGX, 0.19, 0.06),
+                (ONE_RAY, 0.19, 0.06),
+                (RAYS, 0.17, 0.06),
+                (MANY_RAYS, 0.15, 0.06),
+            ],
+        ),
+        row("lacquer", false, &[(CONES, 0.40, 0.30), (GGX, 0.40, 0.30), (ONE_RAY, 0.40, 0.30), (RAYS, 0.40, 0.30)]),
+        // What glass reflects inside is taken to be as bright as what is seen through it; here, the room is black.
+        full("glass ball", gloss::glass_ball(1.5, 0.0), &[Part::Ball], &[(CONES, 0.5, 0.3), (RAYS, 0.25, 0.10)]),
+        full("ball of ior 1", gloss::glass_ball(1.0, 0.0), &[Part::Ball], &[(CONES, 0.5, 0.3), (RAYS, 0.20, 0.10)]),
+        full("frosted ball", gloss::glass_ball(1.5, 0.3), &[Part::Ball], &[(CONES, 0.5, 0.4), (RAYS, 0.25, 0.12)]),
+        full("thin pane", gloss::thin_pane(0.0), &[Part::Pane], &[(CONES, 0.25, 0.15), (RAYS, 0.14, 0.05)]),
+        full(
+            "penumbra of 0 m",
+            gloss::penumbra(0.0),
+            &[Part::Direct],
+            &[(CONES, 0.04, 0.01), (&["shadows=cones"], 0.13, 0.1)],
+        ),
+        full(
+            "penumbra of 0.1 m",
+            gloss::penumbra(0.1),
+            &[Part::Direct],
+            &[(CONES, 0.06, 0.02), (&["shadow.rays=16"], 0.04, 0.02), (&["shadows=cones"], 0.14, 0.1)],
+        ),
+        full(
+            "penumbra of 0.25 m",
+            gloss::penumbra(0.25),
+            &[Part::Direct],
+            &[(CONES, 0.11, 0.02), (&["shadow.rays=16"], 0.045, 0.02), (&["shadows=cones"], 0.15, 0.1)],
+        ),
+        full(
+            "corner",
+            gloss::corner(),
+            &[Part::Ao],
+            &[(CONES, 0.12, 0.06), (&["gather=rays", "cones=g64"], 0.06, 0.03)],
+        ),
+    ]
+}
+
+const HEAD: &str = "# Mirrors, glass, penumbrae and occlusion against the truth
+
+Written by `tests/passes_gloss.rs` (`TWOBOUNCE_WRITE_DOCS=1 cargo test --release --test passes_gloss`), which also checks it.
+The scenes are those of `src/scene/gloss.rs`: six metal or black lacquered spheres of roughness 0, 0.2, 0.4, 0.6, 0.8 and 1 in
+a checkered room with a lamp; a glass ball and a thin pane before a checkered wall; a block over a floor, lit by a light of that
+radius; a block in a corner under an even sky. 64×64 pixels, 64³ voxels, preset `cones` and what the row
+names. `rel` is mean |error| over mean reference, of the part of the image that the row is about, sphere by sphere for the rows;
+`energy` is its mean over the reference's, over all spheres.
+
+| scene | settings | rel | energy |
+|---|---|---|---|
+";
+
+#[test]
+fn gloss_is_as_close_as_its_page_says() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/specular.md");
+    let written = std::fs::read_to_string(&page).unwrap_or_default();
+    let mut lines = Vec::new();
+    let mut wrong = Vec::new();
+    for Subject { name, scene, depth, parts, tries } in subjects() {
+        let truth = truth(&scene, depth);
+        for (changes, most_rel, most_energy) in tries {
+            let image = image(&scene, &settings(changes));
+            let found: Vec<Metrics> = parts.iter().map(|part| part.over(&scene, &image, &truth)).collect();
+            let mean = |of: fn(&Metrics) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
+            let (rel, energy) = (mean(|m| m.rel), mean(|m| m.energy));
+            let each: Vec<String> = found.iter().map(|m| format!("{:.2}", m.rel)).collect();
+            let named =
+                if changes.is_empty() { "as the preset".to_owned() } else { format!("`{}`", changes.join(" ")) };
+            lines.push((
+                format!("| {name} | {named} |"),
+                found.iter().map(|m| m.rel).chain([energy]).collect::<Vec<_>>(),
+            ));
+            let line = format!("{} {} | {energy:.2} |", lines[lines.len() - 1].0, each.join(" "));
+            println!("{line}  ({rel:.3} in the mean)");
+            if rel > *most_rel || (energy - 1.0).abs() > *most_energy {
+                wrong.push(format!("{line} {rel:.3} in the mean: at most {most_rel} and {most_energy} off"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    if std::env::var_os("TWOBOUNCE_WRITE_DOCS").is_some() {
+        let cells = |(start, values): &(String, Vec<f64>)| {
+            let text: Vec<String> = values.iter().map(|v| format!("{v:.2}")).collect();
+            let (energy, each) = text.split_last().expect("an energy");
+            format!("{start} {} | {energy} |\n", each.join(" "))
+        };
+        let table: String = lines.iter().map(cells).collect();
+        std::fs::write(&page, format!("{HEAD}{table}")).expect("the page can be written");
+        return;
+    }
+    assert!(
+        written.starts_with(HEAD) && written[HEAD.len()..].lines().count() == lines.len(),
+        "docs/specular.md is of other rows"
+    );
+    let rows: HashMap<&str, Vec<f64>> = written[HEAD.len()..].lines().map(read_line).collect();
+    for (start, values) in &lines {
+        let stated = rows.get(start.as_str()).unwrap_or_else(|| panic!("docs/specular.md lacks {start}"));
+        for (stated, value) in stated.iter().zip(values) {
+            // Rounding to a hundredth, and drivers that filter and rasterise a little differently.
+            assert!((stated - value).abs() < 0.02, "docs/specular.md is stale: {start} {stated} is {value:.3} now");
+        }
+    }
+}
+
+/// Where a line's numbers begin, and the numbers.
+fn read_line(line: &str) -> (&str, Vec<f64>) {
+    let (start, numbers) = line.match_indices('|').nth(2).map(|(i, _)| line.split_at(i + 1)).expect("four cells");
+    (start, numbers.split([' ', '|']).filter(|t| !t.is_empty()).map(|t| t.parse().expect("a number")).collect())
+}
+
+#[test]
+fn no_extreme_of_a_material_makes_nan() {
+    for (ior, roughness) in [(1.0, 1.0), (2.4, 0.0), (2.4, 1.0), (0.0, 0.5)] {
+        let scene = gloss::glass_ball(ior, roughness);
+        for changes in [CONES, RAYS] {
+            let changes = [&["voxels=16"], changes].concat();
+            let image = image(&scene, &settings(&changes));
+            assert!(image.beauty().iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "ior {ior}, {roughness}");
+        }
+    }
+}

@@ -526,6 +526,10 @@ impl Settings {
             shade: Shade { gather: None, cones: Some(of_voxels) },
             interleave: 4,
             emitters: Emitters::Sampled,
+            specular: Gather::Rays,
+            refraction: Gather::Rays,
+            specular_rays: 4,
+            roughness_fit: RoughnessFit::Ggx,
             ..Self::saturating(cones, 1.5)
         }
     }
@@ -535,6 +539,7 @@ impl Settings {
         Self {
             gather_resolution: GatherResolution::Quarter,
             emitter_samples: 8,
+            specular_rays: 2,
             image: ImageSettings { direct: DirectLight::Pixels, ..ImageSettings::default() },
             ..Self::rays(ConeSet::G8, ConeSet::G4)
         }
@@ -542,12 +547,21 @@ impl Settings {
 
     /// Eight rays at every second pixel along each side.
     pub fn balanced() -> Self {
-        Self { gather_resolution: GatherResolution::Half, ..Self::rays(ConeSet::G8, ConeSet::G8) }
+        Self {
+            gather_resolution: GatherResolution::Half,
+            shadow: Shadow { rays: 4, ..Shadow::default() },
+            ..Self::rays(ConeSet::G8, ConeSet::G8)
+        }
     }
 
     /// Thirty-two rays at every pixel.
     pub fn accurate() -> Self {
-        Self { emitter_samples: 32, ..Self::rays(ConeSet::G32, ConeSet::G16) }
+        Self {
+            emitter_samples: 32,
+            specular_rays: 16,
+            shadow: Shadow { rays: 8, ..Shadow::default() },
+            ..Self::rays(ConeSet::G32, ConeSet::G16)
+        }
     }
 
     /// The talk as printed, where it can run.

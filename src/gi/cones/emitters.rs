@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use crate::gi::volume::Volume;
 use crate::layout;
 use crate::scene::surface::SurfacePoint;
-use crate::scene::texture::{ColorSpace, Textures};
+use crate::scene::texture::{ColorSpace, Sampling, Textures};
 use crate::scene::{Mesh, Pose, Scene};
 
 /// Textured triangles are cut into 4ᵏ pieces, each as bright as its texels in the mean: k at most this.

@@ -14,35 +14,28 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
     vec3 corners[3] = vec3[3](a, b, c);
     vec3 leave = vec3(0.0); // where the outline goes below the horizon, and where it comes up again
     vec3 enter = vec3(0.0);
-    float crossings = 0.0;
+    bool crossed = false;
     float sum = 0.0;
     for (int i = 0; i < 4; i++) {
-        vec3 u = i < 3 ? corners[min(i, 2)] : leave;
-        vec3 v = i < 3 ? corners[(i + 1) % 3] : enter;
+        // The last edge closes the outline along the horizon.
+        bool closing = i == 3;
+        vec3 u = closing ? leave : corners[min(i, 2)];
+        vec3 v = closing ? enter : corners[(i + 1) % 3];
         float hu = dot(u, n);
         float hv = dot(v, n);
-        if (i < 3) {
-            if ((hu < 0.0) != (hv < 0.0)) {
-                vec3 crossing = mix(u, v, hu / (hu - hv));
-                crossings += 0.5;
-                if (hu < 0.0) {
-                    enter = crossing;
-                    u = crossing;
-                } else {
-                    leave = crossing;
-                    v = crossing;
-                }
-            } else if (hu < 0.0) {
-                continue;
-            }
-        } else if (crossings == 0.0) {
-            break;
-        }
+        bool crosses = !closing && (hu < 0.0) != (hv < 0.0);
+        vec3 crossing = mix(u, v, crosses ? hu / (hu - hv) : 0.0);
+        enter = crosses && hu < 0.0 ? crossing : enter;
+        leave = crosses && hu >= 0.0 ? crossing : leave;
+        bool counts = closing ? crossed : crosses || hu >= 0.0;
+        crossed = crossed || crosses;
+        u = crosses && hu < 0.0 ? crossing : u;
+        v = crosses && hu >= 0.0 ? crossing : v;
         // Of the difference: no cancellation where the triangle is small and far.
         vec3 normal = cross(u, v - u);
         float sine = length(normal);
         float angle = atan(sine, dot(u, v));
-        sum += sine > 1e-20 ? dot(normal, n) * (angle / sine) : 0.0;
+        sum += counts && sine > 1e-20 ? dot(normal, n) * (angle / sine) : 0.0;
     }
     return -0.5 * sum;
 }

@@ -24,25 +24,23 @@ vec4 trace_gather_ray(vec3 position, vec3 facet, vec3 d, float aperture) {
     vec3 through = vec3(1.0);
     vec3 sum = vec3(0.0);
     float least = 0.0;
-    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u); i++) {
+    bool going = true;
+    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
         RayHit hit = trace_ray(origin, d, least);
-        if (hit.triangle == 0u) {
-            break;
-        }
-        COUNT(TRIANGLES, 1u);
-        COUNT(MATERIALS, 1u);
-        Triangle t = triangles[hit.triangle - 1u];
+        bool met = hit.triangle != 0u;
+        COUNT(TRIANGLES, met ? 1u : 0u);
+        COUNT(MATERIALS, met ? 1u : 0u);
+        Triangle t = triangles[max(hit.triangle, 1u) - 1u];
         vec3 m = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
         bool dark = dot(m, d) > 0.0 && (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) == 0u;
-        vec3 radiance = dark ? vec3(0.0)
-                             : volume_radiance(origin + d * hit.distance, dot(m, d) > 0.0 ? m : -m, 2.0 * aperture * hit.distance);
+        float distance = met ? hit.distance : 0.0;
+        vec3 radiance = volume_radiance(origin + d * distance, dot(m, d) > 0.0 ? m : -m, 2.0 * aperture * distance);
         vec3 passed = feature(FEATURE_ALPHA) && t.translucent != 0u ? triangle_transmittance(t, hit.uv) : vec3(0.0);
-        sum += through * (1.0 - passed) * radiance;
-        through *= passed;
-        if (max(through.r, max(through.g, through.b)) < 0.005) {
-            through = vec3(0.0);
-            break;
-        }
+        sum += met && !dark ? through * (1.0 - passed) * radiance : vec3(0.0);
+        through *= met ? passed : vec3(1.0);
+        bool spent = max(through.r, max(through.g, through.b)) < SPENT;
+        through = spent ? vec3(0.0) : through;
+        going = met && !spent;
         least = hit.distance;
     }
     return vec4(sum, 1.0 - (through.r + through.g + through.b) / 3.0);

@@ -5,6 +5,7 @@
 
 // How many surfaces that let light through one ray may pass.
 const uint MOST_PASSED = 8u;
+const float SPENT = 0.005; // of its light: less does not change an 8-bit image
 const float RAY_START = 1e-3; // voxels along the facet: 100 times the rounding of a position at edge 128
 
 // Möller and Trumbore, both sides. Returns distance (negative: no hit), barycentric weights of b and c in `uv`.
@@ -50,7 +51,8 @@ vec3 triangle_transmittance(Triangle t, vec2 uv) {
 // Alpha masks, blending and transmission let light through, straight and tinted.
 //
 // A CPU device runs both sides of every branch and leaves only loops early: so one loop passes empty voxels, one tests a
-// list, and textures are looked at outside of both, once per hit that may let light through.
+// list, and textures are looked at outside of both, once per hit that may let light through. All rays' loops are left at
+// their head alone: llvmpipe of Mesa 22.3 computes what leaves a loop elsewhere again for lanes that left before.
 vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
     vec3 origin = from + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
     vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
@@ -74,9 +76,10 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
     uint item = heads[voxel];
     COUNT(HEADS, 1u);
     bool blocked = false;
+    bool walking = true;
     // Optical depth in fixed point: the order of the hits cannot matter.
     uvec3 depth = uvec3(0u);
-    for (uint guard = 0u; guard < globals.item_count + 3u * EDGE; guard++) {
+    for (uint guard = 0u; guard < globals.item_count + 3u * EDGE && walking; guard++) {
         for (uint k = 0u; k < 3u * EDGE && item == 0u && t_next < leave; k++) {
             bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
                 next.z < next.x && next.z < next.y);
@@ -88,9 +91,6 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
             t_next = min(next.x, min(next.y, next.z));
             // Rounding may step past the last voxel just before `leave`.
             item = voxel >= 0 && voxel < int(EDGE * EDGE * EDGE) ? heads[voxel] : 0u;
-        }
-        if (item == 0u) {
-            break;
         }
         uint passing = 0u; // 1 + a triangle that was hit and may let light through
         vec2 passing_uv = vec2(0.0);
@@ -113,13 +113,12 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
                 }
             }
         }
-        if (blocked) {
-            break;
+        if (feature(FEATURE_ALPHA)) {
+            vec3 passed = triangle_transmittance(triangles[max(passing, 1u) - 1u], passing_uv);
+            uvec3 more = uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
+            depth += passing != 0u ? more : uvec3(0u);
         }
-        if (feature(FEATURE_ALPHA) && passing != 0u) {
-            vec3 passed = triangle_transmittance(triangles[passing - 1u], passing_uv);
-            depth += uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
-        }
+        walking = !blocked && (item != 0u || t_next < leave);
     }
     return blocked ? vec3(0.0) : mix(exp2(-vec3(depth) / 65536.0), vec3(0.0), greaterThan(depth, uvec3(29u * 65536u)));
 }
@@ -152,7 +151,8 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
     float t_next = min(next.x, min(next.y, next.z));
     uint item = heads[voxel];
     COUNT(HEADS, 1u);
-    for (uint guard = 0u; guard < 3u * EDGE; guard++) {
+    bool walking = true;
+    for (uint guard = 0u; guard < 3u * EDGE && walking; guard++) {
         for (uint k = 0u; k < 3u * EDGE && item == 0u && t_next < leave; k++) {
             bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
                 next.z < next.x && next.z < next.y);
@@ -163,9 +163,6 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
             t_next = min(next.x, min(next.y, next.z));
             // Rounding may step past the last voxel just before `leave`.
             item = voxel >= 0 && voxel < int(EDGE * EDGE * EDGE) ? heads[voxel] : 0u;
-        }
-        if (item == 0u) {
-            break;
         }
         for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
             COUNT(LIST_ITEMS, 1u);
@@ -183,9 +180,7 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
             }
         }
         // A triangle stands in many lists: what was hit beyond this voxel may yet be hidden.
-        if (best.distance <= t_next) {
-            break;
-        }
+        walking = best.distance > t_next && t_next < leave;
     }
     return best;
 }
@@ -196,24 +191,22 @@ vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
     vec3 through = vec3(1.0);
     vec3 sum = vec3(0.0);
     float least = 0.0;
-    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u); i++) {
+    bool going = true;
+    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
         RayHit hit = trace_ray(origin, d, least);
-        if (hit.triangle == 0u) {
-            break;
-        }
-        COUNT(TRIANGLES, 1u);
-        COUNT(MATERIALS, 1u);
-        Triangle t = triangles[hit.triangle - 1u];
+        bool met = hit.triangle != 0u;
+        COUNT(TRIANGLES, met ? 1u : 0u);
+        COUNT(MATERIALS, met ? 1u : 0u);
+        Triangle t = triangles[max(hit.triangle, 1u) - 1u];
         vec3 m = triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position);
-        if (dot(m, d) < 0.0 || (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u) {
-            vec3 weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
-            Surface s = evaluate_surface(t, weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), false);
-            sum += through * s.emitted * (s.unlit ? 0.0 : s.opacity);
-        }
-        through *= feature(FEATURE_ALPHA) && t.translucent != 0u ? triangle_transmittance(t, hit.uv) : vec3(0.0);
-        if (max(through.r, max(through.g, through.b)) < 0.005) {
-            break;
-        }
+        vec3 weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
+        Surface s = evaluate_surface(t, weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), false);
+        bool shines = met && !s.unlit
+            && (dot(m, d) < 0.0 || (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
+        sum += shines ? through * s.emitted * s.opacity : vec3(0.0);
+        vec3 passed = feature(FEATURE_ALPHA) && t.translucent != 0u ? triangle_transmittance(t, hit.uv) : vec3(0.0);
+        through *= passed;
+        going = met && max(through.r, max(through.g, through.b)) >= SPENT;
         least = hit.distance;
     }
     return sum;

@@ -1,7 +1,8 @@
 //! One row: renders a setting, times it, and holds its image against the references.
 //!
 //! The error is that of the first frame after a cold start (with `bounces = all`, of the settled one), so that it does not hang
-//! on how many frames were timed. Times are of later frames without further layers, which would take time of their own.
+//! on how many frames were timed. Times are of later frames without further layers, which would take time of their own;
+//! nothing moves between them, so that with `reuse = still` they are still frames.
 //!
 //! Light that a method sends through cones alone (emissive surfaces with `emitters = cones`, the sky) is in no direct layer
 //! of its own, but in the reference's. There the indirect part is image − the reference's direct light: whatever is wrong

@@ -26,7 +26,10 @@ fn profiled(folder: &Path, args: &[&str]) -> String {
 #[test]
 fn costs_are_over_what_was_counted() {
     let folder = folder();
-    let told = profiled(folder.path(), &["scene.gltf", "--validation", "--submit", "pass", "--json", "p.json"]);
+    let told = profiled(
+        folder.path(),
+        &["scene.gltf", "--preset", "cones", "--validation", "--submit", "pass", "--json", "p.json"],
+    );
     for word in ["ns/voxel", "of copy", "a model", "CPU ms", "shade 2"] {
         assert!(told.contains(word), "{word} is not in\n{told}");
     }

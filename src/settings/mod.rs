@@ -481,11 +481,15 @@ pub struct Preset {
 
 /// Every preset. The first is what the command line takes where none is named.
 pub const PRESETS: &[Preset] = &[
-    Preset { name: "fast", meaning: "8 shared rays for every 16 pixels, lamps sampled", settings: Settings::fast },
     Preset {
         name: "balanced",
         meaning: "8 shared rays for every 4 pixels, lamps sampled",
         settings: Settings::balanced,
+    },
+    Preset {
+        name: "fast",
+        meaning: "6 shared rays for every 16 pixels, lamps sampled, one sample per pixel",
+        settings: Settings::fast,
     },
     Preset { name: "accurate", meaning: "32 shared rays a pixel, lamps sampled", settings: Settings::accurate },
     Preset { name: "cones", meaning: "16 saturating cones a pixel, lamps sampled", settings: Settings::cones },
@@ -534,22 +538,24 @@ impl Settings {
         }
     }
 
-    /// Eight rays at every fourth pixel along each side.
+    /// Six rays at every fourth pixel along each side, edges as they fall.
     pub fn fast() -> Self {
         Self {
             gather_resolution: GatherResolution::Quarter,
             emitter_samples: 8,
             specular_rays: 2,
-            image: ImageSettings { direct: DirectLight::Pixels, ..ImageSettings::default() },
-            ..Self::rays(ConeSet::G8, ConeSet::G4)
+            image: ImageSettings { samples: 1, direct: DirectLight::Pixels },
+            ..Self::rays(ConeSet::G6, ConeSet::G4)
         }
     }
 
-    /// Eight rays at every second pixel along each side.
+    /// Eight rays at every second pixel along each side: the frontier's best within a second of processor time and a half
+    /// for the Cornell box at 512×512 and 64³ on a CPU device.
     pub fn balanced() -> Self {
         Self {
             gather_resolution: GatherResolution::Half,
             shadow: Shadow { rays: 4, ..Shadow::default() },
+            image: ImageSettings { direct: DirectLight::Pixels, ..ImageSettings::default() },
             ..Self::rays(ConeSet::G8, ConeSet::G8)
         }
     }

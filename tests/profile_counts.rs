@@ -5,6 +5,7 @@ mod gpu;
 #[path = "common/scenes.rs"]
 mod scenes;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
@@ -15,7 +16,7 @@ use twobounce::profile::copy::Copy;
 use twobounce::profile::counts::Counts;
 use twobounce::renderer::{RenderOptions, Renderer, Submit};
 use twobounce::scene::{Material, Scene, View};
-use twobounce::settings::{Form, Settings, Shadows};
+use twobounce::settings::{Emitters, Form, Settings, Shadows, Work};
 use twobounce::vk::Context;
 
 const EDGE: u32 = 16;
@@ -73,15 +74,20 @@ fn counted(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Vec<(&
 fn a_frame_without_shadows_reads_what_its_lists_say() {
     let scene = confetti();
     let (plain, context) = (gpu::context(), gpu::counting());
-    for preset in [Settings::fast(), Settings::printed()] {
-        let settings = Settings { voxels: EDGE, shadows: Shadows::None, ..preset };
+    for preset in [Settings::cones(), Settings::printed()] {
+        let settings = Settings { voxels: EDGE, shadows: Shadows::None, emitters: Emitters::Cones, ..preset };
         let rows = counted(&context, &scene, &settings);
         assert_eq!(context.take_validation_messages(), Vec::<String>::new());
         let of = |name: &str| rows.iter().find(|row| row.0 == name).unwrap_or_else(|| panic!("no pass {name}")).1;
         let frame = gpu::render(&plain, &scene, &settings, 16);
-        let items = gpu::listed_pairs(&plain, &frame).len() as u64;
+        let pairs = gpu::listed_pairs(&plain, &frame);
+        let items = pairs.len() as u64;
+        let cells: BTreeSet<[u32; 3]> =
+            pairs.iter().map(|(v, _)| [v % EDGE, v / EDGE % EDGE, v / EDGE / EDGE]).collect();
+        // Cells: what is occupied, and parents of that. Raster: every voxel.
+        let by_cells = settings.shading == Work::Cells;
         assert!(items > 500, "{items} items are a test of little");
-        let voxels = u64::from(EDGE).pow(3);
+        let voxels = if by_cells { cells.len() as u64 } else { u64::from(EDGE).pow(3) };
         let shade =
             Counts { heads: voxels, list_items: items, triangles: items, materials: items, ..Default::default() };
         assert_eq!(of("shade 1"), shade);
@@ -90,7 +96,9 @@ fn a_frame_without_shadows_reads_what_its_lists_say() {
         assert_eq!(second, Counts { cone_steps, volume_texels, ..shade });
         assert!(cone_steps > items, "{second:?}");
         // Seven faces of eight texels for every texel of every coarser level; D2, printed, reads two more.
-        let parents: u64 = (1..=EDGE.ilog2()).map(|level| u64::from(EDGE >> level).pow(3)).sum();
+        let occupied = |level: u32| cells.iter().map(|v| v.map(|x| x >> level)).collect::<BTreeSet<_>>().len() as u64;
+        let all = |level: u32| u64::from(EDGE >> level).pow(3);
+        let parents: u64 = (1..=EDGE.ilog2()).map(|level| if by_cells { occupied(level) } else { all(level) }).sum();
         let per_parent = if settings.ledger.d2 == Form::Printed { 58 } else { 56 };
         for name in ["mips 1", "mips 2"] {
             assert_eq!(of(name), Counts { volume_texels: per_parent * parents, ..Default::default() }, "{name}");

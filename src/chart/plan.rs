@@ -85,10 +85,10 @@ mod tests {
 
     #[test]
     fn one_axis_at_a_time_and_nothing_twice() {
-        let axes = ["voxels=64,128", "cones=g8,5"].map(|text| Axis::parse(text).unwrap());
+        let axes = ["voxels=64,128", "cones=g6,5"].map(|text| Axis::parse(text).unwrap());
         let names: Vec<String> = trials(&bases(), &axes).unwrap().iter().map(Trial::name).collect();
-        // voxels = 128 and fast's g8, printed's 5 are the presets themselves.
-        let expected = ["fast", "printed", "fast voxels=64", "printed voxels=64", "printed cones=g8", "fast cones=5"];
+        // voxels = 128 and fast's g6, printed's 5 are the presets themselves.
+        let expected = ["fast", "printed", "fast voxels=64", "printed voxels=64", "printed cones=g6", "fast cones=5"];
         assert_eq!(names, expected);
     }
 

@@ -45,7 +45,7 @@ pub const AXES: &[StudyAxis] = &[
     axis("lamps", "balanced", &["emitters=cones", "emitter_samples=4", "emitter_samples=64"]),
     axis("fill under rays", "balanced", &["fill=uniform", "fill=facing", "fill=coverage"]),
     axis("shadows", "balanced", &["shadows=none", "shadows=cones", "first_bounce_shadows=false"]),
-    axis("samples", "balanced", &["image.samples=1", "image.direct=pixels"]),
+    axis("samples", "balanced", &["image.samples=1", "image.direct=samples"]),
     axis("work over volumes", "balanced", &["shading=raster", "mips=raster", "lists=rebuild"]),
     axis(
         "cone set",

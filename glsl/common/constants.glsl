@@ -25,6 +25,8 @@ layout(constant_id = 18) const uint REFRACTION = 0u;
 layout(constant_id = 19) const uint SPECULAR_RAYS = 8u; // of a lobe, at most
 layout(constant_id = 21) const uint SHADOW_RAYS = 1u; // per light with an extent; 20 is the tests'
 
+const uint BRICK = 4u; // voxels along the edge of a brick; Heads ends with a flag per brick: something is listed in it
+
 const uint GATHER_RAYS = 1u; // 0: cones
 const uint EMITTERS_SAMPLED = 1u; // 0: through cones
 

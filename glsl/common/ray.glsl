@@ -1,4 +1,4 @@
-// A ray that walks the voxels (Amanatides and Woo, 1987) and tests the triangles listed in each: exact, on any device.
+// A ray that walks the voxels and tests the triangles listed in each: exact, on any device.
 // Needs: surface.glsl, heads[], list_items[], globals.
 
 #include "common/count.glsl"
@@ -47,50 +47,120 @@ vec3 triangle_transmittance(Triangle t, vec2 uv) {
     return mix(vec3(1.0), base.rgb * transmission, alpha);
 }
 
-// Share of the light that comes from `distance` voxels away along unit d to a point on a surface with normal `facet`.
-// Alpha masks, blending and transmission let light through, straight and tinted.
+// A ray's way through the volume, cube by cube: a brick where no voxel of it lists anything, else voxel by voxel (after
+// Amanatides and Woo, 1987).
 //
-// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes empty voxels, one tests a
+// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes empty cubes, one tests a
 // list, and textures are looked at outside of both, once per hit that may let light through. All rays' loops are left at
 // their head alone: llvmpipe of Mesa 22.3 computes what leaves a loop elsewhere again for lanes that left before.
-vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
-    vec3 origin = from + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
-    vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
-    vec3 t0 = -origin * inverse;
-    vec3 t1 = (vec3(float(EDGE)) - origin) * inverse;
+struct Walk {
+    vec3 origin;
+    vec3 d; // no component is 0
+    vec3 ahead; // 1 where the way leads up, else 0
+    float leave; // distance at which the way ends
+    vec3 voxel;
+    vec3 corner; // of the cube, the lower one
+    float size; // of the cube: BRICK or 1
+    float t; // distances at which the cube is entered and left
+    float t_next;
+    uint listed; // the voxel's first item, or whether the brick has any; 0: empty
+};
+
+// Reads the cube that the walk stands in.
+void look_into(inout Walk w) {
+    ivec3 at = ivec3(w.voxel);
+    ivec3 brick = at / int(BRICK);
+    const int bricks = int(EDGE / BRICK);
+    int index = w.size > 1.0 ? int(EDGE * EDGE * EDGE) + (brick.z * bricks + brick.y) * bricks + brick.x
+                             : (at.z * int(EDGE) + at.y) * int(EDGE) + at.x;
+    // Rounding may step past the last voxel just before `leave`.
+    bool inside = all(greaterThanEqual(w.voxel, vec3(0.0))) && all(lessThan(w.voxel, vec3(float(EDGE))));
+    w.listed = inside ? heads[index] : 0u;
+    COUNT(HEADS, 1u);
+    vec3 next = (w.corner + w.size * w.ahead - w.origin) / w.d;
+    w.t_next = min(next.x, min(next.y, next.z));
+}
+
+// Between the distances `enter` and `leave` from the origin, as far as that is in the volume.
+Walk start_walk(vec3 origin, vec3 d, float enter, float leave) {
+    Walk w;
+    w.origin = origin;
+    w.d = mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
+    w.ahead = step(0.0, w.d);
+    vec3 t0 = -origin / w.d;
+    vec3 t1 = (vec3(float(EDGE)) - origin) / w.d;
     vec3 near = min(t0, t1);
     vec3 far = max(t0, t1);
-    float enter = max(max(near.x, max(near.y, near.z)), 0.0);
-    float leave = min(min(far.x, min(far.y, far.z)), distance);
-    if (enter >= leave) {
-        return vec3(1.0);
+    w.t = max(max(near.x, max(near.y, near.z)), enter);
+    w.leave = min(min(far.x, min(far.y, far.z)), leave);
+    w.voxel = clamp(floor(origin + d * w.t), vec3(0.0), vec3(float(EDGE) - 1.0));
+    w.size = float(BRICK);
+    w.corner = floor(w.voxel / w.size) * w.size;
+    look_into(w);
+    return w;
+}
+
+bool is_at_list(Walk w) {
+    return w.size == 1.0 && w.listed != 0u;
+}
+
+// From an empty cube to the next one, or from a brick that is not empty to the voxel in it.
+void walk_on(inout Walk w) {
+    bool finer = w.listed != 0u;
+    vec3 next = (w.corner + w.size * w.ahead - w.origin) / w.d;
+    // One axis, though two may be left at once: the cube between is then passed in no time.
+    bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
+        next.z < next.x && next.z < next.y);
+    vec3 within = clamp(floor(w.origin + w.d * w.t_next), w.corner, w.corner + w.size - 1.0);
+    vec3 beyond = w.corner + mix(vec3(-1.0), vec3(w.size), w.ahead);
+    vec3 voxel = finer ? w.voxel : mix(within, beyond, axis);
+    vec3 brick = floor(voxel / float(BRICK)) * float(BRICK);
+    bool in_brick = w.size == 1.0 && all(equal(brick, floor(w.voxel / float(BRICK)) * float(BRICK)));
+    w.t = finer ? w.t : w.t_next;
+    w.voxel = voxel;
+    w.size = finer || in_brick ? 1.0 : float(BRICK);
+    w.corner = w.size == 1.0 ? voxel : brick;
+    look_into(w);
+}
+
+// Distance up to which all is known: what is listed where the walk stands is still to be looked at.
+float known(Walk w) {
+    return w.listed != 0u ? w.t : w.t_next;
+}
+
+// To the next voxel with a list; there, or where the way is over, the walk ends.
+void walk_to_list(inout Walk w) {
+    for (uint k = 0u; k < 4u * EDGE && !is_at_list(w) && known(w) < w.leave; k++) {
+        COUNT(RAY_STEPS, 1u);
+        walk_on(w);
     }
-    ivec3 cell = clamp(ivec3(floor(origin + d * enter)), ivec3(0), ivec3(int(EDGE) - 1));
-    ivec3 direction = ivec3(mix(vec3(1.0), vec3(-1.0), lessThan(d, vec3(0.0))));
-    ivec3 stride = direction * ivec3(1, int(EDGE), int(EDGE * EDGE));
-    vec3 next = (vec3(cell) + max(vec3(direction), vec3(0.0)) - origin) * inverse;
-    vec3 delta = abs(inverse);
-    int voxel = (cell.z * int(EDGE) + cell.y) * int(EDGE) + cell.x;
-    float t = enter;
-    float t_next = min(next.x, min(next.y, next.z));
-    uint item = heads[voxel];
-    COUNT(HEADS, 1u);
+}
+
+// The list where the walk stands, which then counts as looked at; 0 if it stands at none.
+uint take_list(inout Walk w) {
+    uint item = is_at_list(w) ? w.listed : 0u;
+    w.listed = is_at_list(w) ? 0u : w.listed;
+    return item;
+}
+
+vec3 ray_start(vec3 position, vec3 facet, vec3 d) {
+    return position + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
+}
+
+// Share of the light that comes from `distance` voxels away along unit d to a point on a surface with normal `facet`.
+// Alpha masks, blending and transmission let light through, straight and tinted.
+vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
+    vec3 origin = ray_start(from, facet, d);
+    Walk w = start_walk(origin, d, 0.0, distance);
     bool blocked = false;
-    bool walking = true;
+    bool walking = known(w) < w.leave;
+    uint item = 0u;
     // Optical depth in fixed point: the order of the hits cannot matter.
     uvec3 depth = uvec3(0u);
-    for (uint guard = 0u; guard < globals.item_count + 3u * EDGE && walking; guard++) {
-        for (uint k = 0u; k < 3u * EDGE && item == 0u && t_next < leave; k++) {
-            bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
-                next.z < next.x && next.z < next.y);
-            COUNT(RAY_STEPS, 1u);
-            COUNT(HEADS, 1u);
-            voxel += axis.x ? stride.x : axis.y ? stride.y : stride.z;
-            next += mix(vec3(0.0), delta, axis);
-            t = t_next;
-            t_next = min(next.x, min(next.y, next.z));
-            // Rounding may step past the last voxel just before `leave`.
-            item = voxel >= 0 && voxel < int(EDGE * EDGE * EDGE) ? heads[voxel] : 0u;
+    for (uint guard = 0u; guard < globals.item_count + 4u * EDGE && walking; guard++) {
+        if (item == 0u) {
+            walk_to_list(w);
+            item = take_list(w);
         }
         uint passing = 0u; // 1 + a triangle that was hit and may let light through
         vec2 passing_uv = vec2(0.0);
@@ -106,7 +176,7 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
                 if (!feature(FEATURE_ALPHA) || triangles[entry.triangle].translucent == 0u) {
                     blocked = true;
                     item = 0u;
-                } else if (hit >= t && hit < t_next) {
+                } else if (hit >= w.t && hit < w.t_next) {
                     // A triangle stands in many lists: its hit counts in the voxel where it lies.
                     passing = entry.triangle + 1u;
                     passing_uv = uv;
@@ -118,7 +188,7 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
             uvec3 more = uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
             depth += passing != 0u ? more : uvec3(0u);
         }
-        walking = !blocked && (item != 0u || t_next < leave);
+        walking = !blocked && (item != 0u || known(w) < w.leave);
     }
     return blocked ? vec3(0.0) : mix(exp2(-vec3(depth) / 65536.0), vec3(0.0), greaterThan(depth, uvec3(29u * 65536u)));
 }
@@ -132,38 +202,11 @@ struct RayHit {
 // The nearest triangle further than `least` along unit d.
 RayHit trace_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
-    vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
-    vec3 t0 = -origin * inverse;
-    vec3 t1 = (vec3(float(EDGE)) - origin) * inverse;
-    vec3 near = min(t0, t1);
-    vec3 far = max(t0, t1);
-    float enter = max(max(near.x, max(near.y, near.z)), least);
-    float leave = min(far.x, min(far.y, far.z));
-    if (enter >= leave) {
-        return best;
-    }
-    ivec3 cell = clamp(ivec3(floor(origin + d * enter)), ivec3(0), ivec3(int(EDGE) - 1));
-    ivec3 direction = ivec3(mix(vec3(1.0), vec3(-1.0), lessThan(d, vec3(0.0))));
-    ivec3 stride = direction * ivec3(1, int(EDGE), int(EDGE * EDGE));
-    vec3 next = (vec3(cell) + max(vec3(direction), vec3(0.0)) - origin) * inverse;
-    vec3 delta = abs(inverse);
-    int voxel = (cell.z * int(EDGE) + cell.y) * int(EDGE) + cell.x;
-    float t_next = min(next.x, min(next.y, next.z));
-    uint item = heads[voxel];
-    COUNT(HEADS, 1u);
-    bool walking = true;
-    for (uint guard = 0u; guard < 3u * EDGE && walking; guard++) {
-        for (uint k = 0u; k < 3u * EDGE && item == 0u && t_next < leave; k++) {
-            bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
-                next.z < next.x && next.z < next.y);
-            COUNT(RAY_STEPS, 1u);
-            COUNT(HEADS, 1u);
-            voxel += axis.x ? stride.x : axis.y ? stride.y : stride.z;
-            next += mix(vec3(0.0), delta, axis);
-            t_next = min(next.x, min(next.y, next.z));
-            // Rounding may step past the last voxel just before `leave`.
-            item = voxel >= 0 && voxel < int(EDGE * EDGE * EDGE) ? heads[voxel] : 0u;
-        }
+    Walk w = start_walk(origin, d, least, 1e30);
+    bool walking = known(w) < w.leave;
+    for (uint guard = 0u; guard < 4u * EDGE && walking; guard++) {
+        walk_to_list(w);
+        uint item = take_list(w);
         for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
             COUNT(LIST_ITEMS, 1u);
             COUNT(CORNERS, 3u);
@@ -180,14 +223,14 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
             }
         }
         // A triangle stands in many lists: what was hit beyond this voxel may yet be hidden.
-        walking = best.distance > t_next && t_next < leave;
+        walking = known(w) < min(best.distance, w.leave);
     }
     return best;
 }
 
 // Radiance of the lamp that is seen along unit d, with emitters = sampled. Starts on the side that d leads to.
 vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
-    vec3 origin = position + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
+    vec3 origin = ray_start(position, facet, d);
     vec3 through = vec3(1.0);
     vec3 sum = vec3(0.0);
     float least = 0.0;

@@ -31,6 +31,8 @@ void append(uvec3 voxel) {
     list_items[item - 1u].triangle = in_triangle;
     list_items[item - 1u].next = next;
     if (next == 0u) {
+        uvec3 brick = voxel / BRICK;
+        atomicOr(heads[EDGE * EDGE * EDGE + (brick.z * (EDGE / BRICK) + brick.y) * (EDGE / BRICK) + brick.x], 1u);
         uint cell = atomicAdd(globals.cell_count, 1u);
         if (cell < frame.cell_capacity) {
             cells[cell] = index;

@@ -33,7 +33,7 @@ choices! {
     /// The talk's five sets of diffuse cones, and cosine-distributed ones.
     ConeSet {
         One = "1", Five = "5", SixA = "6a", SixB = "6b", Sixteen = "16",
-        G4 = "g4", G6 = "g6", G8 = "g8", G12 = "g12", G16 = "g16", G24 = "g24", G32 = "g32", G48 = "g48", G64 = "g64",
+        G1 = "g1", G2 = "g2", G4 = "g4", G6 = "g6", G8 = "g8", G12 = "g12", G16 = "g16", G24 = "g24", G32 = "g32", G48 = "g48", G64 = "g64",
         G128 = "g128",
     }
 }

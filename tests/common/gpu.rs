@@ -69,11 +69,12 @@ pub fn render_layers(
 pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
     let resources = renderer.resources();
     let globals: Globals = download(context, &resources.globals).expect("counters")[0];
-    let heads: Vec<u32> = download(context, &resources.heads).expect("heads");
+    let mut heads: Vec<u32> = download(context, &resources.heads).expect("heads");
     let items: Vec<ListItem> = download(context, &resources.items).expect("items");
     let triangles: Vec<Triangle> = download(context, &resources.triangles).expect("triangles");
     let cells: Vec<u32> = download(context, &resources.cells.cells).expect("cells");
     assert_eq!((globals.triangle_overflow, globals.item_overflow, globals.cell_overflow), (0, 0, 0));
+    let bricks = heads.split_off(renderer.settings().voxels.pow(3) as usize);
     let mut pairs = Vec::new();
     for (voxel, head) in heads.iter().enumerate() {
         let mut item = *head;

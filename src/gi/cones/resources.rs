@@ -16,6 +16,8 @@ use crate::vk::{
 pub const VOLUME_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 /// Faces of a volume: +x +y +z −x −y −z, isotropic.
 pub const FACES: usize = 7;
+/// Voxels along the edge of a brick, as in `glsl/common/constants.glsl`.
+const BRICK: u32 = 4;
 /// Edge of the front view, an empty screen for the recording pass. Pixels.
 pub const FRONT_VIEW_EDGE: u32 = 128;
 /// The front view's format does not matter: nothing is written.
@@ -196,7 +198,7 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("globals", array::<layout::Globals>(1)),
         ("triangles", array::<layout::Triangle>(capacities.triangles)),
         ("list items", array::<layout::ListItem>(capacities.items)),
-        ("voxels", array::<u32>(voxels)),
+        ("voxels", array::<u32>(voxels + (settings.voxels / BRICK).pow(3))),
         ("voxel cells", array::<u32>(capacities.cells)),
         ("last voxel cells", array::<u32>(if settings.uses_cells() { capacities.cells } else { 1 })),
         ("listed parents", cells::listed_bytes(lists_edge)),

@@ -5,13 +5,11 @@ use std::sync::Arc;
 
 use clap::Args;
 use serde::Serialize;
-use twobounce::gi::Method;
 use twobounce::output::file;
 use twobounce::profile::copy::{self, CopyRates};
 use twobounce::profile::costs::{self, PassCost};
 use twobounce::profile::growth::{self, Growth};
 use twobounce::profile::{Run, Subject, plot};
-use twobounce::renderer::Submit;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
@@ -89,15 +87,9 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
         pose: &pose,
         view: &view,
         settings: settings.clone(),
-        method: match args.method {
-            MethodArg::Cones => Method::Cones,
-            MethodArg::None => Method::None,
-        },
+        method: args.method.into(),
         size,
-        submit: match args.submit {
-            SubmitArg::Frame => Submit::Frame,
-            SubmitArg::Pass => Submit::PerPass,
-        },
+        submit: args.submit.into(),
         memory_limit: args.memory_limit,
         bounds,
         check: interrupt::check,
@@ -136,8 +128,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
             camera: camera.clone(),
             time_s: args.scene.time,
         };
-        let method = super::render::method_name(args.method);
-        let render = render_report(&context, &frames, size, budget_bytes, scene, method, &settings);
+        let render = render_report(&context, &frames, size, budget_bytes, scene, args.method.name(), &settings);
         let report = ProfileReport { version: VERSION, render, copy, costs: &costs, growth: &growth };
         write(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }

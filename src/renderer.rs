@@ -45,6 +45,13 @@ pub struct RenderOptions {
     pub bounds: Bounds,
 }
 
+impl RenderOptions {
+    /// The image alone, by cones, a frame at once and within the budget.
+    pub fn new(size: (u32, u32), bounds: Bounds) -> Self {
+        Self { size, method: Method::Cones, aovs: vec![], submit: Submit::Frame, memory_limit: None, bounds }
+    }
+}
+
 /// What a frame did.
 #[derive(Clone, Debug)]
 pub struct FrameReport {

@@ -114,14 +114,7 @@ fn an_instrumented_frame_is_the_same_image() {
     let settings = Settings { voxels: EDGE, ..Settings::fast() };
     let image = |context: Arc<Context>| {
         let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
-        let options = RenderOptions {
-            size: (24, 16),
-            method: Method::Cones,
-            aovs: vec![],
-            submit: Submit::Frame,
-            memory_limit: None,
-            bounds,
-        };
+        let options = RenderOptions::new((24, 16), bounds);
         let mut renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options).unwrap();
         renderer.render(&pose, &View::framing(bounds)).unwrap();
         let bits = |p: &[f32; 3]| p.map(f32::to_bits);

@@ -45,6 +45,13 @@ pub struct RenderOptions {
     pub bounds: Bounds,
 }
 
+impl RenderOptions {
+    /// The image alone, by cones, a frame at once and within the budget.
+    pub fn new(size: (u32, u32), bounds: Bounds) -> Self {
+        Self { size, method: Method::Cones, aovs: vec![], submit: Submit::Frame, memory_limit: None, bounds }
+    }
+}
+
 /// What a frame did.
 #[derive(Clone, Debug)]
 pub struct FrameReport {
@@ -184,15 +191,16 @@ impl Renderer {
     /// # Errors
     /// A buffer cannot grow as far as the scene needs, or the device is lost.
     pub fn render(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
-        self.upload_pose(pose, view)?;
+        let lights = uniforms::lights(&self.scene, pose, &self.volume);
+        self.upload_pose(pose, view, &lights)?;
         if self.settings.bounces != Bounces::All || self.history || self.bounces < 2 {
-            return self.frame(pose, view, true);
+            return self.frame(pose, view, &lights, true);
         }
-        let mut repeats = self.frame(pose, view, false)?.repeats;
+        let mut repeats = self.frame(pose, view, &lights, false)?.repeats;
         self.history = true;
         let (mut settling, mut before) = (1, self.stored()?);
         while settling < MOST_SETTLING {
-            repeats += self.frame(pose, view, false)?.repeats;
+            repeats += self.frame(pose, view, &lights, false)?.repeats;
             settling += 1;
             let now = self.stored()?;
             let change: f64 = now.iter().zip(&before).map(|(a, b)| (a - b).abs()).sum();
@@ -201,15 +209,13 @@ impl Renderer {
             }
             before = now;
         }
-        let report = self.frame(pose, view, true)?;
+        let report = self.frame(pose, view, &lights, true)?;
         Ok(FrameReport { repeats: repeats + report.repeats, settling, ..report })
     }
 
     /// One frame, repeated only where buffers had to grow; without its `image` the volumes alone.
-    fn frame(&mut self, pose: &Pose, view: &View, image: bool) -> Result<FrameReport> {
-        let lights = uniforms::lights(&self.scene, pose, &self.volume);
-        let now =
-            MadeOf { instances: pose.world_from_instance.clone(), lights: bytemuck::cast_slice(&lights).to_vec() };
+    fn frame(&mut self, pose: &Pose, view: &View, lights: &[layout::Light], image: bool) -> Result<FrameReport> {
+        let now = MadeOf { instances: pose.world_from_instance.clone(), lights: bytemuck::cast_slice(lights).to_vec() };
         for repeats in 0.. {
             self.upload_frame(view)?;
             let before = self.made_of.take();
@@ -308,9 +314,8 @@ impl Renderer {
         self.scale
     }
 
-    fn upload_pose(&mut self, pose: &Pose, view: &View) -> Result<()> {
-        let lights = uniforms::lights(&self.scene, pose, &self.volume);
-        self.upload(&self.resources.lights, &lights)?;
+    fn upload_pose(&mut self, pose: &Pose, view: &View, lights: &[layout::Light]) -> Result<()> {
+        self.upload(&self.resources.lights, lights)?;
         let emitters = self.emitters.place(pose, &self.volume, self.settings.emitter_samples);
         self.emitter_count = emitters.len() as u32;
         self.upload(&self.resources.emitters, &emitters)?;

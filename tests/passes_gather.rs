@@ -6,10 +6,9 @@ mod gpu;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
-use twobounce::gi::Method;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
-use twobounce::renderer::{MOST_SETTLING, RenderOptions, Renderer, Submit};
+use twobounce::renderer::{MOST_SETTLING, RenderOptions, Renderer};
 use twobounce::scene::{
     Image, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
 };
@@ -157,14 +156,7 @@ fn furnace(albedo: f32, settings: &Settings) -> (f64, f64, u32) {
 }
 
 fn renderer(scene: &Scene, settings: &Settings) -> Renderer {
-    let options = RenderOptions {
-        size: (32, 32),
-        method: Method::Cones,
-        aovs: vec![],
-        submit: Submit::Frame,
-        memory_limit: None,
-        bounds: scene.bounds(None),
-    };
+    let options = RenderOptions::new((32, 32), scene.bounds(None));
     Renderer::new(&gpu::context(), scene.clone(), &scene.pose(None, 0.0), settings.clone(), options).expect("it fits")
 }
 

@@ -15,8 +15,8 @@ use twobounce::profile::Subject;
 use twobounce::profile::copy::Copy;
 use twobounce::profile::counts::Counts;
 use twobounce::renderer::{RenderOptions, Renderer, Submit};
-use twobounce::scene::{Material, Scene, View};
-use twobounce::settings::{Emitters, Form, Settings, Shadows, Work};
+use twobounce::scene::{Alpha, Material, Scene, View};
+use twobounce::settings::{Emitters, Form, GatherResolution, Settings, Shadows, Work};
 use twobounce::vk::Context;
 
 const EDGE: u32 = 16;
@@ -108,20 +108,27 @@ fn a_frame_without_shadows_reads_what_its_lists_say() {
     }
 }
 
+/// With as many pixels gathered as drawn, one sample each, both depth passes look at the same fragments.
+#[test]
+fn fragments_in_holes_count_too() {
+    let mut scene = confetti();
+    for material in &mut scene.materials {
+        (material.alpha, material.base_color.w) = (Alpha::Mask(0.5), 0.1);
+    }
+    let fast = Settings { voxels: EDGE, gather_resolution: GatherResolution::Full, ..Settings::fast() };
+    let rows = counted(&gpu::counting(), &scene, &fast);
+    let of = |name: &str| rows.iter().find(|row| row.0 == name).unwrap_or_else(|| panic!("no pass {name}")).1;
+    let (gather, render) = (of("gather").triangles, of("render").triangles);
+    assert!(gather == render && gather > 0, "{gather} {render}");
+}
+
 #[test]
 fn an_instrumented_frame_is_the_same_image() {
     let scene = confetti();
     let settings = Settings { voxels: EDGE, ..Settings::fast() };
     let image = |context: Arc<Context>| {
         let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
-        let options = RenderOptions {
-            size: (24, 16),
-            method: Method::Cones,
-            aovs: vec![],
-            submit: Submit::Frame,
-            memory_limit: None,
-            bounds,
-        };
+        let options = RenderOptions::new((24, 16), bounds);
         let mut renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options).unwrap();
         renderer.render(&pose, &View::framing(bounds)).unwrap();
         let bits = |p: &[f32; 3]| p.map(f32::to_bits);

@@ -16,9 +16,11 @@ layout(location = 2) flat in uint in_triangle;
 
 void main() {
     Triangle t = triangles[in_triangle];
+    COUNT(TRIANGLES, 1u);
     Material m = materials[t.material];
     float alpha = base_color(m, triangle_uv(t, in_weights), triangle_color(t, in_weights), pixel_footprint(t, in_weights)).a;
     if (surface_alpha(m, alpha) <= 0.0) {
+        COUNT_ALL();
         discard;
     }
 }

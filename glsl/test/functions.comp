@@ -42,7 +42,7 @@ struct Arguments {
 layout(set = 0, binding = 30, scalar) readonly buffer Inputs { Arguments inputs[]; };
 layout(set = 0, binding = 31, scalar) writeonly buffer Outputs { Arguments outputs[]; };
 
-// The order is that of `Function` in tests/functions_cones.rs.
+// The order is that of `Function` in tests/common/functions.rs.
 layout(constant_id = 20) const uint FUNCTION = 0u;
 
 layout(push_constant) uniform Push {

@@ -14,13 +14,12 @@ use std::sync::Arc;
 use super::export::SceneLine;
 use super::picture;
 use super::row::{Errors, Measured, Pass};
-use crate::gi::Method;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite};
 use crate::measure::picture::signed_difference;
 use crate::measure::timing::{Spread, Timings};
 use crate::reference::Depth;
-use crate::renderer::{RenderOptions, Renderer, Submit};
+use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, Emitters, Settings};
 use crate::vk::{Context, process_cpu_ms};
@@ -178,14 +177,8 @@ impl Subject {
     }
 
     fn renderer(&self, context: &Arc<Context>, settings: &Settings, aovs: Vec<Aov>) -> Result<Renderer> {
-        let options = RenderOptions {
-            size: self.size,
-            method: Method::Cones,
-            aovs,
-            submit: Submit::Frame,
-            memory_limit: self.memory_limit,
-            bounds: self.bounds,
-        };
+        let options =
+            RenderOptions { aovs, memory_limit: self.memory_limit, ..RenderOptions::new(self.size, self.bounds) };
         Renderer::new(context, self.scene.clone(), &self.pose, settings.clone(), options)
     }
 }

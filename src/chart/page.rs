@@ -7,8 +7,9 @@ use super::measure::{Subject, Truth};
 use super::picture::data_uri;
 use super::row::Measured;
 use super::store::Stored;
-use super::svg::{COLORS, presets};
+use super::svg::presets;
 use crate::Result;
+use crate::output::svg::{COLORS, escape};
 use crate::reference::Depth;
 
 /// What the page's program reads.
@@ -108,8 +109,4 @@ fn row_data(stored: &Stored) -> RowData<'_> {
         full: pictures.map(|p| p.full.as_str()),
         same: pictures.map(|p| p.same.as_str()),
     }
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::{DVec3, Vec3};
+use twobounce::gi::Method;
 use twobounce::layers::Aov;
+use twobounce::renderer::Submit;
 use twobounce::settings::PRESETS;
 
 /// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
@@ -201,12 +203,40 @@ pub enum MethodArg {
     None,
 }
 
+impl MethodArg {
+    /// As typed.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Cones => "cones",
+            Self::None => "none",
+        }
+    }
+}
+
+impl From<MethodArg> for Method {
+    fn from(method: MethodArg) -> Self {
+        match method {
+            MethodArg::Cones => Self::Cones,
+            MethodArg::None => Self::None,
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SubmitArg {
     /// The whole frame at once
     Frame,
     /// Each pass by itself
     Pass,
+}
+
+impl From<SubmitArg> for Submit {
+    fn from(submit: SubmitArg) -> Self {
+        match submit {
+            SubmitArg::Frame => Self::Frame,
+            SubmitArg::Pass => Self::PerPass,
+        }
+    }
 }
 
 /// The largest side of an image, in pixels.

@@ -1,4 +1,5 @@
-//! What the arguments of `render` mean: everything checked that needs neither the scene nor a device.
+//! What the arguments of `render` mean: everything checked that needs neither the scene nor a device. `profile` checks its
+//! outputs here too.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,7 @@ use twobounce::output::file;
 use twobounce::settings::Settings;
 use twobounce::{Error, Result};
 
-use super::args::RenderArgs;
+use super::args::{RenderArgs, SceneArgs, SettingsArgs};
 
 /// A render that can begin.
 #[derive(Debug)]
@@ -74,7 +75,9 @@ impl RenderJob {
             Some(count) if args.fps.is_finite() && args.fps > 0.0 => Frames::Sequence { count, step_s: 1.0 / args.fps },
             Some(_) => return usage("--fps takes frames per second, finite and above 0"),
         };
-        check_targets(args, &output)?;
+        let image = output.path(0);
+        let targets = [Some(&image), args.json.as_ref(), args.trace.as_ref()];
+        check_targets(targets.into_iter().flatten(), &args.scene, &args.settings)?;
         let mut aovs = vec![Aov::Beauty];
         aovs.extend(Aov::ALL.iter().filter(|a| args.aov.contains(a)));
         let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
@@ -83,19 +86,23 @@ impl RenderJob {
 }
 
 /// Every file to be written can be, is no input, and is written once.
-fn check_targets(args: &RenderArgs, output: &Output) -> Result<()> {
-    let image = output.path(0);
-    let targets = [Some(&image), args.json.as_ref(), args.trace.as_ref()];
+pub fn check_targets<'a>(
+    targets: impl IntoIterator<Item = &'a PathBuf>,
+    scene: &SceneArgs,
+    settings: &SettingsArgs,
+) -> Result<()> {
     let same = |a: &Path, b: &Path| a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
-    for (i, target) in targets.iter().enumerate() {
-        let Some(target) = target else { continue };
-        if same(target, &args.scene.path) || args.settings.config.as_ref().is_some_and(|config| same(target, config)) {
-            return Err(Error::file(*target, "is read and written by the same command; name another output"));
+    let mut others: Vec<&Path> = Vec::new();
+    for target in targets {
+        if same(target, &scene.path) || settings.config.as_ref().is_some_and(|config| same(target, config)) {
+            return Err(Error::file(target, "is read and written by the same command; name another output"));
         }
-        if targets[..i].iter().flatten().any(|other| same(target, other)) && (target.is_file() || !target.exists()) {
-            return Err(Error::file(*target, "is named as two outputs; name them apart"));
+        // A pipe or a device takes several.
+        if others.iter().any(|other| same(target, other)) && (target.is_file() || !target.exists()) {
+            return Err(Error::file(target, "is named as two outputs; name them apart"));
         }
         file::check_writable(target)?;
+        others.push(target);
     }
     Ok(())
 }

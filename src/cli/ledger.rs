@@ -5,13 +5,12 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::Vec3;
-use twobounce::gi::Method;
 use twobounce::ledger::{
     BASE, CHOICES, Change, EDGE, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, Furnace, Measurements, ROWS,
     document, furnace_row,
 };
 use twobounce::output::file;
-use twobounce::renderer::{RenderOptions, Renderer, Submit};
+use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LoadOptions, Scene, View, analytic};
 use twobounce::settings::Settings;
 use twobounce::twins::closed_forms;
@@ -101,9 +100,7 @@ impl Bench<'_> {
 fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32)) -> Result<Pixels> {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
-    let options =
-        RenderOptions { size, method: Method::Cones, aovs: vec![], submit: Submit::Frame, memory_limit: None, bounds };
-    let mut renderer = Renderer::new(context, scene, &pose, settings, options)?;
+    let mut renderer = Renderer::new(context, scene, &pose, settings, RenderOptions::new(size, bounds))?;
     interrupt::check()?;
     renderer.render(&pose, &view)?;
     Ok(renderer.read().beauty().to_vec())

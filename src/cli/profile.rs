@@ -5,20 +5,18 @@ use std::sync::Arc;
 
 use clap::Args;
 use serde::Serialize;
-use twobounce::gi::Method;
 use twobounce::output::file;
 use twobounce::profile::copy::{self, CopyRates};
 use twobounce::profile::costs::{self, PassCost};
 use twobounce::profile::growth::{self, Growth};
 use twobounce::profile::{Run, Subject, plot};
-use twobounce::renderer::Submit;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, MethodArg, SceneArgs, SettingsArgs, SubmitArg};
 use super::report::{self, RenderReport, SceneReport};
 use super::scene::Opened;
-use super::{Outcome, interrupt, out};
+use super::{Outcome, interrupt, job, out};
 use crate::say;
 
 /// Version of the JSON form; it grows when a key changes its name, its unit or its meaning.
@@ -73,7 +71,7 @@ struct ProfileReport<'a> {
 pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
-    args.check_targets()?;
+    job::check_targets([&args.json, &args.plot].into_iter().flatten(), &args.scene, &args.settings)?;
     interrupt::install()?;
     let opened = args.scene.open()?;
     opened.notes.iter().for_each(|note| out::complain(&format!("note: {note}")));
@@ -89,15 +87,9 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
         pose: &pose,
         view: &view,
         settings: settings.clone(),
-        method: match args.method {
-            MethodArg::Cones => Method::Cones,
-            MethodArg::None => Method::None,
-        },
+        method: args.method.into(),
         size,
-        submit: match args.submit {
-            SubmitArg::Frame => Submit::Frame,
-            SubmitArg::Pass => Submit::PerPass,
-        },
+        submit: args.submit.into(),
         memory_limit: args.memory_limit,
         bounds,
         check: interrupt::check,
@@ -136,8 +128,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
             camera: camera.clone(),
             time_s: args.scene.time,
         };
-        let method = super::render::method_name(args.method);
-        let render = render_report(&context, &frames, size, budget_bytes, scene, method, &settings);
+        let render = render_report(&context, &frames, size, budget_bytes, scene, args.method.name(), &settings);
         let report = ProfileReport { version: VERSION, render, copy, costs: &costs, growth: &growth };
         write(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
@@ -170,28 +161,6 @@ fn write(path: &Path, text: &str) -> Result<()> {
     file::write(path, text.as_bytes())?;
     say!("wrote {}", path.display());
     Ok(())
-}
-
-impl ProfileArgs {
-    /// Every file to be written can be, is no input, and is written once.
-    fn check_targets(&self) -> Result<()> {
-        let same =
-            |a: &Path, b: &Path| a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
-        for target in [&self.json, &self.plot].into_iter().flatten() {
-            if same(target, &self.scene.path)
-                || self.settings.config.as_ref().is_some_and(|config| same(target, config))
-            {
-                return Err(Error::file(target, "is read and written by the same command; name another output"));
-            }
-            file::check_writable(target)?;
-        }
-        match (&self.json, &self.plot) {
-            (Some(json), Some(plot)) if same(json, plot) => {
-                Err(Error::file(json, "is named as two outputs; name them apart"))
-            }
-            _ => Ok(()),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use twobounce::gi::Method;
 use twobounce::layers::Layers;
 use twobounce::measure::timing::Timings;
 use twobounce::measure::trace::chrome_trace;
@@ -10,11 +9,11 @@ use twobounce::memory_plan::mib;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;
-use twobounce::renderer::{FrameReport, RenderOptions, Renderer, Submit};
+use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, MethodArg, RenderArgs, SubmitArg};
+use super::args::{DeviceArgs, RenderArgs};
 use super::job::{Format, Frames, RenderJob};
 use super::report::{self, RenderReport, SceneReport};
 use super::scene::{Opened, Shot};
@@ -52,13 +51,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     studio.tell_counters();
     studio.report(args)?;
     Ok(Outcome::Done)
-}
-
-pub fn method_name(method: MethodArg) -> &'static str {
-    match method {
-        MethodArg::Cones => "cones",
-        MethodArg::None => "none",
-    }
 }
 
 impl DeviceArgs {
@@ -111,15 +103,9 @@ impl<'a> Studio<'a> {
         say!("{}: {}", context.name, context.driver);
         let options = RenderOptions {
             size: (width, height),
-            method: match args.method {
-                MethodArg::Cones => Method::Cones,
-                MethodArg::None => Method::None,
-            },
+            method: args.method.into(),
             aovs: job.aovs[1..].to_vec(),
-            submit: match args.submit {
-                SubmitArg::Frame => Submit::Frame,
-                SubmitArg::Pass => Submit::PerPass,
-            },
+            submit: args.submit.into(),
             memory_limit: args.memory_limit,
             bounds: shot.bounds(&scene),
         };
@@ -221,7 +207,7 @@ impl<'a> Studio<'a> {
             let counters = report::counters(&self.reports);
             let report = RenderReport {
                 scene: self.scene.clone(),
-                method: method_name(args.method),
+                method: args.method.name(),
                 settings: &self.job.settings,
                 exposure_ev: self.exposure_ev,
                 timings: timings.report(self.context, self.size, counters, Some(memory)),
@@ -249,7 +235,7 @@ fn header(args: &RenderArgs, job: &RenderJob, opened: &Opened, context: &Context
         ("camera", opened.camera.clone()),
         ("time", args.scene.time.to_string()),
         ("sky", opened.scene.sky.to_string()),
-        ("method", method_name(args.method).to_owned()),
+        ("method", args.method.name().to_owned()),
         ("settings", job.settings.to_toml()),
         ("device", context.name.clone()),
         ("driver", context.driver.clone()),

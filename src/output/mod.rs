@@ -3,3 +3,4 @@
 pub mod exr;
 pub mod file;
 pub mod png;
+pub mod svg;

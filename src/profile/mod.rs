@@ -76,12 +76,10 @@ impl Subject<'_> {
 
     fn renderer(&self, context: &Arc<Context>) -> Result<Renderer> {
         let options = RenderOptions {
-            size: self.size,
             method: self.method,
-            aovs: vec![],
             submit: self.submit,
             memory_limit: self.memory_limit,
-            bounds: self.bounds,
+            ..RenderOptions::new(self.size, self.bounds)
         };
         Renderer::new(context, self.scene.clone(), self.pose, self.settings.clone(), options)
     }

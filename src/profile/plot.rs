@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::growth::{Growth, words};
+use crate::output::svg::{COLORS_ON_WHITE, LogAxis, escape};
 
 const WIDTH: f64 = 330.0;
 const HEIGHT: f64 = 240.0;
@@ -10,10 +11,6 @@ const LEFT: f64 = 52.0;
 const TOP: f64 = 34.0;
 /// Of one row of the legend.
 const ROW: f64 = 15.0;
-
-/// Okabe and Ito's colours, which colour-blind readers can tell apart, and two greys.
-const COLORS: [&str; 9] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c7a00", "#777777", "#222222"];
 
 /// An SVG picture. Passes below a hundredth of the frame are left out: their times are noise.
 pub fn svg(title: &str, growth: &[Growth]) -> String {
@@ -23,7 +20,7 @@ pub fn svg(title: &str, growth: &[Growth]) -> String {
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"11\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n<text x=\"8\" y=\"16\" font-size=\"13\">{}</text>\n",
-        escaped(title)
+        escape(title)
     );
     for (index, axis) in growth.iter().enumerate() {
         writeln!(svg, "<g transform=\"translate({} {TOP})\">", panel * index as f64).expect("writing to a string");
@@ -48,30 +45,11 @@ fn shown(growth: &[Growth]) -> Vec<&'static str> {
     names
 }
 
-/// A logarithmic axis from `low` to `high` over `length` units.
-struct Scale {
-    low: f64,
-    high: f64,
-    length: f64,
-}
-
-impl Scale {
-    fn around(values: impl Iterator<Item = f64> + Clone, length: f64) -> Self {
-        let low = values.clone().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
-        let high = values.fold(0.0, f64::max);
-        let (low, high) = if low < high { (low, high) } else { (0.5, 2.0) };
-        Self { low: low.ln(), high: high.ln(), length }
-    }
-
-    fn at(&self, value: f64) -> f64 {
-        (value.ln() - self.low) / (self.high - self.low) * self.length
-    }
-
-    /// Powers of ten in range.
-    fn tens(&self) -> impl Iterator<Item = f64> + use<> {
-        let (first, last) = ((self.low / 10_f64.ln()).ceil() as i32, (self.high / 10_f64.ln()).floor() as i32);
-        (first..=last).map(|power| 10_f64.powi(power))
-    }
+/// An axis from the least of these values above 0 to the greatest.
+fn axis_around(values: impl Iterator<Item = f64> + Clone, start: f64, end: f64) -> LogAxis {
+    let low = values.clone().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
+    let high = values.fold(0.0, f64::max);
+    LogAxis::new(if low < high { (low, high) } else { (0.5, 2.0) }, start, end)
 }
 
 fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
@@ -80,28 +58,27 @@ fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
         .enumerate()
         .filter_map(|(i, name)| Some((i, axis.passes.iter().find(|p| p.name == *name)?)))
         .collect();
-    let x = Scale::around(axis.values.iter().copied(), WIDTH - LEFT - 12.0);
-    let y = Scale::around(passes.iter().flat_map(|(_, p)| p.gpu_ms.iter().copied()), HEIGHT - 20.0);
-    let (px, py) = (|v: f64| LEFT + x.at(v), |v: f64| HEIGHT - y.at(v));
+    let x = axis_around(axis.values.iter().copied(), LEFT, WIDTH - 12.0);
+    let y = axis_around(passes.iter().flat_map(|(_, p)| p.gpu_ms.iter().copied()), HEIGHT, 20.0);
     let mut svg = String::new();
     let mut add = |line: String| svg += &(line + "\n");
     let bottom = HEIGHT + 6.0;
-    for value in y.tens() {
-        let at = py(value);
+    for value in y.ticks(&[1.0]) {
+        let at = y.place(value);
         add(format!("<path d=\"M{LEFT} {at:.1}H{}\" stroke=\"#ddd\"/>", WIDTH - 12.0));
         add(format!("<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{value}</text>", LEFT - 5.0, at + 4.0));
     }
     for value in &axis.values {
-        let at = px(*value);
+        let at = x.place(*value);
         add(format!("<path d=\"M{at:.1} {bottom}v4\" stroke=\"#555\"/>"));
         add(format!("<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>", bottom + 16.0, short(*value)));
     }
     add(format!("<path d=\"M{LEFT} 12V{bottom}H{}\" fill=\"none\" stroke=\"#555\"/>", WIDTH - 12.0));
     add(format!("<text x=\"{LEFT}\" y=\"6\" fill=\"#555\">ms by {}</text>", axis_words(axis.axis)));
     for (row, (i, pass)) in passes.iter().enumerate() {
-        let color = COLORS[i % COLORS.len()];
+        let color = COLORS_ON_WHITE[i % COLORS_ON_WHITE.len()];
         let runs = axis.values.iter().zip(&pass.gpu_ms).filter(|(_, ms)| **ms > 0.0);
-        let points: Vec<String> = runs.map(|(v, ms)| format!("{:.1},{:.1}", px(*v), py(*ms))).collect();
+        let points: Vec<String> = runs.map(|(v, ms)| format!("{:.1},{:.1}", x.place(*v), y.place(*ms))).collect();
         add(format!("<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2\"/>", points.join(" ")));
         for point in &points {
             let (cx, cy) = point.split_once(',').expect("two numbers");
@@ -110,7 +87,7 @@ fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
         let at = bottom + 36.0 + ROW * row as f64;
         add(format!("<path d=\"M{LEFT} {}h16\" stroke=\"{color}\" stroke-width=\"3\"/>", at - 4.0));
         let power = pass.exponent.map_or_else(String::new, |_| format!(" ~ {} ^ {}", axis.axis, words(pass.exponent)));
-        add(format!("<text x=\"{}\" y=\"{at}\">{}{power}</text>", LEFT + 22.0, escaped(pass.name)));
+        add(format!("<text x=\"{}\" y=\"{at}\">{}{power}</text>", LEFT + 22.0, escape(pass.name)));
     }
     svg
 }
@@ -129,10 +106,6 @@ fn short(value: f64) -> String {
     } else {
         text(value / 1e6, "M")
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::bvh::Ray;
 use super::geometry::Units;
+use super::traversal::Ray;
 use crate::scene::{Projection, View};
 
 /// A view of a given size, in units.

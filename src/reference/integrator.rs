@@ -7,11 +7,12 @@
 use glam::Vec3;
 
 use super::bsdf::{self, Bsdf};
-use super::bvh::{Bvh, Hit, Ray};
+use super::bvh::Bvh;
 use super::geometry::{Geometry, Point};
 use super::lights::{Arrival, Lights};
 use super::material::{Materials, Surface};
 use super::sampler::Sampler;
+use super::traversal::{Hit, Ray};
 use crate::scene::{Pose, Scene};
 
 /// Random numbers of vertex k: `LIGHT` of vertex 0 shares set 0 with the pixel; then two sets per vertex.

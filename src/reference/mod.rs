@@ -18,6 +18,7 @@ mod microfacet;
 mod points;
 mod sampler;
 mod tile;
+mod traversal;
 mod watertight;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

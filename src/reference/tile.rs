@@ -9,10 +9,11 @@
 
 use glam::Vec3;
 
-use super::bvh::{self, Ray};
+use super::bvh;
 use super::integrator::{Integrator, Path, Sample, Vertex, evaluate, weight};
 use super::lights::Arrival;
 use super::sampler::Sampler;
+use super::traversal::Ray;
 
 /// Pixels along each side of a tile. Image quality per second (1 / noise² / time) against paths that share nothing, on a
 /// Cornell box and an atrium: 2 gives 2.8 and 2.1 times as much, 3 gives 4.5 and 2.8, 4 gives 5.3 and 2.8, 6 the same.

@@ -1,7 +1,8 @@
 //! The watertight test of eight lines against eight triangles.
 
-use super::bvh::{Hit, WIDTH};
+use super::bvh::WIDTH;
 use super::lanes::{Eight, Lanes};
+use super::traversal::Hit;
 
 /// Lines against triangles, lane by lane.
 ///

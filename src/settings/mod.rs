@@ -5,9 +5,11 @@
 mod docs;
 mod edit;
 mod keys;
+mod presets;
 
 pub use docs::markdown;
 pub use keys::{KEYS, Key, Range};
+pub use presets::{PRESETS, Preset};
 
 use serde::{Deserialize, Serialize};
 
@@ -466,130 +468,6 @@ mod auto {
             Either::Value(value) => Ok(Some(value)),
             Either::Word(word) if word == "auto" => Ok(None),
             Either::Word(word) => Err(serde::de::Error::custom(format!("{word:?} is not \"auto\""))),
-        }
-    }
-}
-
-/// Settings with a name.
-#[derive(Clone, Copy, Debug)]
-pub struct Preset {
-    pub name: &'static str,
-    /// What it is for.
-    pub meaning: &'static str,
-    pub settings: fn() -> Settings,
-}
-
-/// Every preset. The first is what the command line takes where none is named.
-pub const PRESETS: &[Preset] = &[
-    Preset {
-        name: "balanced",
-        meaning: "8 shared rays for every 4 pixels, lamps sampled",
-        settings: Settings::balanced,
-    },
-    Preset {
-        name: "fast",
-        meaning: "6 shared rays for every 16 pixels, lamps sampled, one sample per pixel",
-        settings: Settings::fast,
-    },
-    Preset { name: "accurate", meaning: "32 shared rays a pixel, lamps sampled", settings: Settings::accurate },
-    Preset { name: "cones", meaning: "16 saturating cones a pixel, lamps sampled", settings: Settings::cones },
-    Preset { name: "corrected", meaning: "the talk, every row of the ledger right", settings: Settings::default },
-    Preset {
-        name: "printed",
-        meaning: "the talk's listings as printed, where they can run",
-        settings: Settings::printed,
-    },
-];
-
-impl Settings {
-    /// Fill, weights and compositing changed together, so that a wall's alpha adds up to 1 from every angle.
-    pub fn saturating(cones: ConeSet, step: f32) -> Self {
-        Self {
-            cones,
-            step,
-            fill: Fill::Sided,
-            weights: Weights::Abs,
-            blend: Blend::Sum,
-            lists: Lists::Reuse,
-            shading: Work::Cells,
-            mips: Work::Cells,
-            start: Start { diffuse_normal: 1.0, diffuse_along: 0.5, ..Start::default() },
-            ..Self::default()
-        }
-    }
-
-    /// Cones alone, as right as they get.
-    pub fn cones() -> Self {
-        Self { emitters: Emitters::Sampled, ..Self::saturating(ConeSet::G16, 1.0) }
-    }
-
-    /// Exact rays that read saturating volumes, few per place and shared among neighbours; lamps sampled.
-    fn rays(cones: ConeSet, of_voxels: ConeSet) -> Self {
-        Self {
-            gather: Gather::Rays,
-            shade: Shade { gather: None, cones: Some(of_voxels) },
-            interleave: 4,
-            emitters: Emitters::Sampled,
-            specular: Gather::Rays,
-            refraction: Gather::Rays,
-            specular_rays: 4,
-            roughness_fit: RoughnessFit::Ggx,
-            ..Self::saturating(cones, 1.5)
-        }
-    }
-
-    /// Six rays at every fourth pixel along each side, edges as they fall.
-    pub fn fast() -> Self {
-        Self {
-            gather_resolution: GatherResolution::Quarter,
-            emitter_samples: 8,
-            specular_rays: 2,
-            image: ImageSettings { samples: 1, direct: DirectLight::Pixels },
-            ..Self::rays(ConeSet::G6, ConeSet::G4)
-        }
-    }
-
-    /// Eight rays at every second pixel along each side: the frontier's best within a second of processor time and a half
-    /// for the Cornell box at 512×512 and 64³ on a CPU device.
-    pub fn balanced() -> Self {
-        Self {
-            gather_resolution: GatherResolution::Half,
-            shadow: Shadow { rays: 4, ..Shadow::default() },
-            image: ImageSettings { direct: DirectLight::Pixels, ..ImageSettings::default() },
-            ..Self::rays(ConeSet::G8, ConeSet::G8)
-        }
-    }
-
-    /// Thirty-two rays at every pixel.
-    pub fn accurate() -> Self {
-        Self {
-            emitter_samples: 32,
-            specular_rays: 16,
-            shadow: Shadow { rays: 8, ..Shadow::default() },
-            ..Self::rays(ConeSet::G32, ConeSet::G16)
-        }
-    }
-
-    /// The talk as printed, where it can run.
-    pub fn printed() -> Self {
-        Self {
-            shadows: Shadows::Cones,
-            first_bounce_shadows: false,
-            start: Start {
-                // 1 + 4·0.7071 along the normal, less coneOffset 0.01·128 along the cone (D19, D20).
-                diffuse_normal: 1.0 + 4.0 * std::f32::consts::FRAC_1_SQRT_2,
-                diffuse_along: 4.0 - 1.28,
-                specular_normal: 2.0,
-                specular_along: 2.0,
-                refraction_normal: 1.0,
-                refraction_along: 1.0,
-                shadow_normal: 2.0,
-                shadow_along: 2.5,
-                shadow_end: 0.0,
-            },
-            shadow: Shadow { step: 0.333333, half_angle: Some(5.0), ..Shadow::default() },
-            ledger: Ledger::all(Form::Printed),
-            ..Self::default()
         }
     }
 }

@@ -5,11 +5,10 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use half::f16;
-use twobounce::gi::Method;
 use twobounce::gi::cones::resources::VolumeImages;
 use twobounce::layers::Aov;
 use twobounce::layout::{Globals, ListItem, Triangle};
-use twobounce::renderer::{RenderOptions, Renderer, Submit};
+use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Scene, View};
 use twobounce::settings::Settings;
 use twobounce::twins::volume::Volume;
@@ -49,14 +48,7 @@ pub fn render_layers(
     aovs: Vec<Aov>,
 ) -> Renderer {
     let pose = scene.pose(None, 0.0);
-    let options = RenderOptions {
-        size: (size, size),
-        method: Method::Cones,
-        aovs,
-        submit: Submit::Frame,
-        memory_limit: None,
-        bounds: scene.bounds(None),
-    };
+    let options = RenderOptions { aovs, ..RenderOptions::new((size, size), scene.bounds(None)) };
     let mut renderer =
         Renderer::new(context, scene.clone(), &pose, settings.clone(), options).expect("the scene fits the device");
     renderer.render(&pose, &view).expect("a frame");

@@ -4,9 +4,8 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
-use twobounce::gi::Method;
 use twobounce::layers::Aov;
-use twobounce::renderer::{RenderOptions, Renderer, Submit};
+use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
@@ -47,14 +46,7 @@ pub struct Studio {
 impl Studio {
     pub fn new(scene: &Scene, settings: &Settings) -> Self {
         let context = gpu::context();
-        let options = RenderOptions {
-            size: (16, 16),
-            method: Method::Cones,
-            aovs: vec![],
-            submit: Submit::Frame,
-            memory_limit: None,
-            bounds: scene.bounds(None),
-        };
+        let options = RenderOptions::new((16, 16), scene.bounds(None));
         let pose = scene.pose(None, 0.0);
         let renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options).expect("it fits");
         Self { context, renderer, view: View::framing(scene.bounds(None)) }

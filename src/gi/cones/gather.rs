@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use super::constants::{Features, constants};
+use super::image_binds;
 use super::resources::{Resources, VOLUME_FORMAT, VolumeImages};
-use super::{shading_binds, volume_binds};
 use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::image_target::{Band, DEPTH_FORMAT, ImageTarget};
@@ -159,10 +159,7 @@ impl Gather {
             ..Default::default()
         };
         r.raster(&target, |pass| {
-            let mut binds = shading_binds(scene, resources);
-            binds.push(Bind::buffer("slots", &resources.slots));
-            binds.push(Bind::buffer("order", &resources.order));
-            binds.extend(volume_binds(volume, &resources.volume_sampler));
+            let binds = image_binds(scene, resources, Some(volume));
             let recorded = || DrawCall::Indirect { buffer: &resources.globals, offset: 0 };
             pass.draw(&self.depth_pass, &self.depth_pass.select(&binds), &(), recorded());
             pass.draw(&self.gather, &self.gather.select(&binds), &BandPush { first_row }, recorded());

@@ -77,6 +77,17 @@ fn shading_binds<'a>(scene: &'a GpuScene, resources: &'a Resources) -> Vec<Bind<
     ]
 }
 
+/// What every pass over the image reads: what shading does, the order of blended triangles, and the volume, if any.
+fn image_binds<'a>(scene: &'a GpuScene, resources: &'a Resources, volume: Option<&'a VolumeImages>) -> Vec<Bind<'a>> {
+    let mut binds = shading_binds(scene, resources);
+    binds.push(Bind::buffer("slots", &resources.slots));
+    binds.push(Bind::buffer("order", &resources.order));
+    if let Some(volume) = volume {
+        binds.extend(volume_binds(volume, &resources.volume_sampler));
+    }
+    binds
+}
+
 /// A volume to gather from (`glsl/cones/volumes.glsl`).
 fn volume_binds<'a>(volume: &'a VolumeImages, sampler: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
     const NAMES: [&str; FACES] = ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];

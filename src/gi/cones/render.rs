@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use super::constants::{BLENDED, Features, constants};
 use super::gather::{self, Gather};
+use super::image_binds;
 use super::resources::{Resources, VolumeImages};
-use super::{shading_binds, volume_binds};
 use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::image_target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
 use crate::layout::BandPush;
 use crate::settings::Settings;
-use crate::vk::{Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
+use crate::vk::{Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 /// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
 const MOST_TIMED_BANDS: usize = 100;
@@ -128,12 +128,7 @@ impl Render {
         let Frame { scene, resources, volume, target, blended_triangles } = *frame;
         r.full_barrier(); // mips 2 wrote the volume, 5a and 5b what was gathered; the band before was copied from the same targets
         r.raster(&target.render_target(&target.colors(), band), |pass| {
-            let mut binds = shading_binds(scene, resources);
-            binds.push(Bind::buffer("slots", &resources.slots));
-            binds.push(Bind::buffer("order", &resources.order));
-            if let Some(volume) = volume {
-                binds.extend(volume_binds(volume, &resources.volume_sampler));
-            }
+            let mut binds = image_binds(scene, resources, volume);
             if let Some(gather) = &self.gather {
                 binds.extend(gather.binds(scene));
             }

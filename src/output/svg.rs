@@ -1,0 +1,58 @@
+//! What the pictures drawn as SVG share: text, colours and logarithmic axes.
+
+/// Okabe and Ito's colours, which most people with colour vision deficiencies tell apart, and a grey; the yellow is darkened
+/// to be seen on light and on dark pages.
+pub const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#7f7f7f"];
+
+/// The same for white alone, with its own yellow, a darker one and two greys.
+pub const COLORS_ON_WHITE: &[&str] =
+    &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c7a00", "#777777", "#222222"];
+
+/// Text as it stands in an element or a quoted attribute, of SVG and of HTML.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A logarithmic axis: from a value to a place.
+pub struct LogAxis {
+    low: f64,
+    high: f64,
+    start: f64,
+    end: f64,
+}
+
+impl LogAxis {
+    /// From `low`, above 0 and below `high`, at `start` to `high` at `end`.
+    pub fn new((low, high): (f64, f64), start: f64, end: f64) -> Self {
+        Self { low, high, start, end }
+    }
+
+    pub fn place(&self, value: f64) -> f64 {
+        self.start + (self.end - self.start) * (value / self.low).ln() / (self.high / self.low).ln()
+    }
+
+    /// These numbers and their tenfolds, as far as the axis goes.
+    pub fn ticks(&self, of_a_decade: &[f64]) -> Vec<f64> {
+        let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
+        let all = decades.flat_map(|e| of_a_decade.iter().map(move |m| m * 10f64.powi(e)));
+        all.filter(|t| (self.low..=self.high).contains(t)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_those_within_the_axis() {
+        let axis = LogAxis::new((1.0, 100.0), 0.0, 1.0);
+        assert_eq!(axis.ticks(&[1.0, 2.0, 5.0]), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);
+        assert_eq!(LogAxis::new((0.5, 20.0), 0.0, 1.0).ticks(&[1.0]), [1.0, 10.0]);
+        assert_eq!([1.0, 10.0, 100.0].map(|v| axis.place(v)), [0.0, 0.5, 1.0]);
+    }
+
+    #[test]
+    fn text_cannot_end_its_element_or_attribute() {
+        assert_eq!(escape("<a> & \"b\""), "&lt;a&gt; &amp; &quot;b&quot;");
+    }
+}

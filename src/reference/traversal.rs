@@ -1,0 +1,339 @@
+//! Rays through the tree of `src/reference/bvh.rs`: boxes and triangles eight at a time for one ray, or eight rays at a time.
+//! Compiled twice on x86, with AVX and without, and chosen when the program runs.
+
+use glam::Vec3;
+use std::cell::Cell;
+
+use super::bvh::{Bvh, LEAF, NONE, WIDTH};
+use super::lanes::{self, Eight, Lanes};
+use super::watertight::{Test, load, splat};
+
+/// A piece of a straight line, in units.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Ray {
+    pub origin: Vec3,
+    /// Unit.
+    pub direction: Vec3,
+    pub near: f32,
+    pub far: f32,
+}
+
+/// A point where a ray meets a triangle: barycentric (1−u−v, u, v).
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    pub t: f32,
+    pub u: f32,
+    pub v: f32,
+    pub triangle: u32,
+    /// The ray comes from behind.
+    pub back: bool,
+}
+
+/// Pays for the roundings of where a ray enters and leaves a box: three each.
+const SLACK: f32 = 1.0 + 4.0 * f32::EPSILON;
+
+/// A child to be visited, and where the ray enters its box.
+#[derive(Clone, Copy)]
+struct Entry {
+    child: u32,
+    near: f32,
+}
+
+thread_local! {
+    /// Kept from ray to ray; taken out while in use.
+    static STACK: Cell<Vec<Entry>> = const { Cell::new(Vec::new()) };
+    static PACKETS: Cell<Vec<(u32, u32)>> = const { Cell::new(Vec::new()) };
+}
+
+impl Bvh {
+    /// The nearest hit that `accept` takes.
+    pub fn nearest(&self, ray: &Ray, accept: impl Fn(&Hit) -> bool) -> Option<Hit> {
+        let mut nearest = None;
+        self.walk::<true>(ray, |hit, far| {
+            if !accept(hit) {
+                return far;
+            }
+            nearest = Some(*hit);
+            hit.t
+        });
+        nearest
+    }
+
+    /// Calls `stop` with hits in no particular order, until it returns true; says whether it did.
+    pub fn any(&self, ray: &Ray, mut stop: impl FnMut(&Hit) -> bool) -> bool {
+        let mut stopped = false;
+        self.walk::<false>(ray, |hit, far| {
+            stopped = stop(hit);
+            if stopped { f32::NEG_INFINITY } else { far }
+        });
+        stopped
+    }
+
+    /// Of up to eight rays that keep close together, bit by bit, those for which `stop` returns true for some hit: as
+    /// [`Self::any`], much quicker.
+    pub fn any_of(&self, rays: &[Ray], mut stop: impl FnMut(&Hit) -> bool) -> u32 {
+        if rays.windows(2).any(|pair| planes(&pair[0]) != planes(&pair[1])) {
+            return (0..).zip(rays).map(|(bit, ray)| u32::from(self.any(ray, &mut stop)) << bit).sum();
+        }
+        #[cfg(target_arch = "x86_64")]
+        if self.avx {
+            // SAFETY: the processor has AVX.
+            return unsafe { self.any_of_avx(rays, stop) };
+        }
+        self.any_of_lanes::<Lanes>(rays, stop)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx")]
+    fn any_of_avx(&self, rays: &[Ray], stop: impl FnMut(&Hit) -> bool) -> u32 {
+        self.any_of_lanes::<lanes::Avx>(rays, stop)
+    }
+
+    /// Lanes are rays here.
+    #[inline(always)]
+    fn any_of_lanes<L: Eight>(&self, rays: &[Ray], mut stop: impl FnMut(&Hit) -> bool) -> u32 {
+        if self.nodes.is_empty() || rays.is_empty() {
+            return 0;
+        }
+        let (first, last) = planes(&rays[0]);
+        let of =
+            |value: &dyn Fn(&Ray) -> f32| Lanes(std::array::from_fn(|lane| value(&rays[lane.min(rays.len() - 1)])));
+        let vectors =
+            |value: &dyn Fn(&Ray) -> Vec3| -> [Lanes; 3] { std::array::from_fn(|axis| of(&|r| value(r)[axis])) };
+        let (origin, direction) = (load(&vectors(&|r| r.origin)), load(&vectors(&|r| r.direction)));
+        let inverse = load(&vectors(&|r| r.direction.recip()));
+        let (near, far) = (L::load(&of(&|r| r.near)), L::load(&of(&|r| r.far)));
+        let slack = L::splat(SLACK);
+        let all = (1 << rays.len()) - 1;
+        let mut stopped = 0;
+        let mut stack = PACKETS.take();
+        stack.clear();
+        stack.push((0, all));
+        while let Some((child, met)) = stack.pop() {
+            let met = met & !stopped;
+            if met == 0 {
+                continue;
+            }
+            if child & LEAF != 0 {
+                let packet = &self.packets[(child & !LEAF) as usize];
+                for (lane, &triangle) in packet.triangles.iter().enumerate().take_while(|(_, t)| **t != NONE) {
+                    let [a, b, c] = packet.corners.each_ref().map(|corner| corner.each_ref().map(|axis| axis.0[lane]));
+                    let test = Test::new(origin, direction, [splat(a), splat(b), splat(c)]);
+                    let mut hits = test.meets(near, far) & met & !stopped;
+                    while hits != 0 {
+                        let bit = hits.trailing_zeros();
+                        hits &= hits - 1;
+                        stopped |= u32::from(stop(&test.hit(bit as usize, triangle))) << bit;
+                    }
+                }
+                if stopped == all {
+                    break;
+                }
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            for (lane, &child) in node.children.iter().enumerate() {
+                let (mut enter, mut leave) = (near, far);
+                for axis in 0..3 {
+                    let (t0, t1) = (node.planes[first[axis]].0[lane], node.planes[last[axis]].0[lane]);
+                    // A ray along the plane and in it is NaN, which changes nothing.
+                    enter = L::splat(t0).sub(origin[axis]).mul(inverse[axis]).max(enter);
+                    leave = L::splat(t1).sub(origin[axis]).mul(inverse[axis]).min(leave);
+                }
+                let through = enter.less_or_equal(leave.mul(slack)) & met;
+                if through != 0 {
+                    stack.push((child, through));
+                }
+            }
+        }
+        PACKETS.set(stack);
+        stopped
+    }
+
+    /// Calls `found` with hits and how far the ray goes; it returns how far from then on.
+    fn walk<const ORDERED: bool>(&self, ray: &Ray, found: impl FnMut(&Hit, f32) -> f32) {
+        #[cfg(target_arch = "x86_64")]
+        if self.avx {
+            // SAFETY: the processor has AVX.
+            return unsafe { self.walk_avx::<ORDERED>(ray, found) };
+        }
+        self.walk_lanes::<Lanes, ORDERED>(ray, found);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx")]
+    fn walk_avx<const ORDERED: bool>(&self, ray: &Ray, found: impl FnMut(&Hit, f32) -> f32) {
+        self.walk_lanes::<lanes::Avx, ORDERED>(ray, found);
+    }
+
+    /// Lanes are boxes or triangles here.
+    #[inline(always)]
+    fn walk_lanes<L: Eight, const ORDERED: bool>(&self, ray: &Ray, mut found: impl FnMut(&Hit, f32) -> f32) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let (origin, direction) = (splat::<L>(ray.origin.into()), splat(ray.direction.into()));
+        let (first, last) = planes(ray);
+        let inverse = splat::<L>(ray.direction.recip().into());
+        let (near, slack) = (L::splat(ray.near), L::splat(SLACK));
+        let mut far = ray.far;
+        let mut stack = STACK.take();
+        stack.clear();
+        stack.push(Entry { child: 0, near: ray.near });
+        while let Some(entry) = stack.pop() {
+            if entry.near > far {
+                continue;
+            }
+            if entry.child & LEAF != 0 {
+                let packet = &self.packets[(entry.child & !LEAF) as usize];
+                let [a, b, c] = &packet.corners;
+                let test = Test::new(origin, direction, [load(a), load(b), load(c)]);
+                let mut met = test.meets(near, L::splat(far));
+                while met != 0 {
+                    let lane = met.trailing_zeros() as usize;
+                    met &= met - 1;
+                    let hit = test.hit(lane, packet.triangles[lane % WIDTH]);
+                    if hit.t < far {
+                        far = found(&hit, far);
+                    }
+                }
+                if far < ray.near {
+                    break;
+                }
+                continue;
+            }
+            let node = &self.nodes[entry.child as usize];
+            let (mut enter, mut leave) = (near, L::splat(far));
+            for axis in 0..3 {
+                let (t0, t1) = (L::load(&node.planes[first[axis]]), L::load(&node.planes[last[axis]]));
+                // A ray along the plane and in it is NaN, which changes nothing.
+                enter = t0.sub(origin[axis]).mul(inverse[axis]).max(enter);
+                leave = t1.sub(origin[axis]).mul(inverse[axis]).min(leave);
+            }
+            let mut met = enter.less_or_equal(leave.mul(slack));
+            let enter = enter.store();
+            let start = stack.len();
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize % WIDTH;
+                met &= met - 1;
+                let entry = Entry { child: node.children[lane], near: enter.0[lane] };
+                stack.push(entry);
+                if ORDERED {
+                    // The nearest on top.
+                    let mut at = stack.len() - 1;
+                    while at > start && stack[at - 1].near < entry.near {
+                        stack[at] = stack[at - 1];
+                        at -= 1;
+                    }
+                    stack[at] = entry;
+                }
+            }
+        }
+        STACK.set(stack);
+    }
+}
+
+/// Which of a box's planes a ray meets first, and which last, axis by axis.
+#[inline(always)]
+fn planes(ray: &Ray) -> ([usize; 3], [usize; 3]) {
+    // The inverse tells -0 from 0, as the distances to the planes do.
+    let first = std::array::from_fn(|axis| if 1.0 / ray.direction[axis] < 0.0 { axis + 3 } else { axis });
+    (first, first.map(|plane| (plane + 3) % 6))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::sampler::Sampler;
+
+    /// Numbers in [−1, 1), three by three.
+    fn vectors(count: u32) -> Vec<Vec3> {
+        let vector = |i| {
+            let [x, y, z, _] = Sampler::new(1, i, 0, 2).set(0);
+            2.0 * Vec3::new(x, y, z) - 1.0
+        };
+        (0..count).map(vector).collect()
+    }
+
+    /// Triangles of all sizes in a cube of 100 units, and rays through it, every eighth along an axis.
+    fn scene() -> (Vec<[Vec3; 3]>, Vec<Ray>) {
+        let v = vectors(5000);
+        let triangles = v[..4000].chunks_exact(4).map(|v| {
+            let size = 0.5 + 20.0 * v[3].x.powi(4);
+            [0, 1, 2].map(|i| v[3] * 50.0 + v[i] * size)
+        });
+        let rays = v[4000..].chunks_exact(2).enumerate().map(|(i, v)| {
+            let direction = if i % 8 == 0 { Vec3::AXES[i / 8 % 3] } else { v[1].normalize() };
+            Ray { origin: v[0] * 60.0, direction, near: 0.0, far: if i % 3 == 0 { 40.0 } else { f32::INFINITY } }
+        });
+        (triangles.collect(), rays.collect())
+    }
+
+    /// Every triangle that the ray meets, without a tree.
+    fn met(triangles: &[[Vec3; 3]], ray: &Ray) -> Vec<f32> {
+        let mut hits = Vec::new();
+        for t in triangles {
+            let [a, b, c] = t.map(|p| splat::<Lanes>(p.into()));
+            let test = Test::new(splat(ray.origin.into()), splat(ray.direction.into()), [a, b, c]);
+            if test.meets(Lanes::splat(ray.near), Lanes::splat(ray.far)) & 1 == 1 {
+                hits.push(test.hit(0, 0).t);
+            }
+        }
+        hits
+    }
+
+    #[test]
+    fn a_tree_finds_what_is_there_with_and_without_avx() {
+        let (triangles, rays) = scene();
+        let fast = Bvh::new(&triangles);
+        let plain = Bvh { avx: false, ..Bvh::new(&triangles) };
+        let mut found = 0;
+        for ray in &rays {
+            let hits = met(&triangles, ray);
+            let expected = hits.iter().copied().min_by(f32::total_cmp).map(f32::to_bits);
+            for bvh in [&fast, &plain] {
+                assert_eq!(bvh.nearest(ray, |_| true).map(|hit| hit.t.to_bits()), expected, "{ray:?}");
+                assert_eq!(bvh.any(ray, |_| true), !hits.is_empty(), "{ray:?}");
+                let mut all = 0;
+                assert!(!bvh.any(ray, |_| {
+                    all += 1;
+                    false
+                }));
+                assert_eq!(all, hits.len(), "every triangle is met once: {ray:?}");
+            }
+            found += usize::from(expected.is_some());
+        }
+        assert!((100..rays.len() - 20).contains(&found), "{found} of {} rays hit", rays.len());
+    }
+
+    #[test]
+    fn eight_rays_together_are_eight_rays() {
+        let (triangles, rays) = scene();
+        let bvh = Bvh::new(&triangles);
+        let plain = Bvh { avx: false, ..Bvh::new(&triangles) };
+        let (mut blocked, mut mixed) = (0, 0);
+        for (i, ray) in rays.iter().enumerate() {
+            // From around one point to around another: of one octant mostly, and of several.
+            let near = |k: usize| {
+                let origin = ray.origin + vectors(8)[k] * [0.1, 10.0][i % 2];
+                let way = ray.origin + ray.direction * 50.0 - origin;
+                Ray { origin, direction: way.normalize(), near: 0.0, far: way.length() }
+            };
+            let bundle: Vec<Ray> = (0..1 + i % 8).map(near).collect();
+            let single = (0..).zip(&bundle).map(|(bit, ray)| u32::from(bvh.any(ray, |_| true)) << bit).sum::<u32>();
+            for bvh in [&bvh, &plain] {
+                assert_eq!(bvh.any_of(&bundle, |_| true), single, "{bundle:?}");
+            }
+            blocked += single.count_ones();
+            mixed += u32::from(bundle.iter().any(|ray| planes(ray) != planes(&bundle[0])));
+        }
+        assert!(blocked > 200 && mixed > 20, "{blocked} {mixed}");
+    }
+
+    #[test]
+    fn nothing_is_met_in_nothing() {
+        let bvh = Bvh::new(&[]);
+        let ray = Ray { direction: Vec3::X, far: f32::INFINITY, ..Ray::default() };
+        assert!(bvh.nearest(&ray, |_| true).is_none() && !bvh.any(&ray, |_| true) && bvh.any_of(&[ray], |_| true) == 0);
+    }
+}

@@ -1,0 +1,228 @@
+//! Directions, clipped and lit triangles, and the sums kept of them: GLSL functions of `glsl/common` against their twins.
+
+#[path = "common/functions.rs"]
+mod functions;
+#[path = "common/gpu.rs"]
+mod gpu;
+#[path = "common/scenes.rs"]
+mod scenes;
+
+use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays};
+use glam::{DVec3, IVec3, Mat3, Vec2, Vec3, Vec4};
+use scenes::Random;
+use twobounce::settings::{ConeSet, Form, Settings, Weights};
+use twobounce::twins::directions::*;
+use twobounce::twins::voxelise::Polygon;
+use twobounce::twins::{cone, emitters};
+
+#[test]
+fn directions_are_their_twins() {
+    let gpu = Gpu::new(&random_volume());
+    let directions: Vec<Vec3> = rays(300).into_iter().map(|r| r.1).collect();
+    for form in [Form::Right, Form::Printed] {
+        let mut settings = Settings { voxels: EDGE, ..Settings::default() };
+        let ledger = &mut settings.ledger;
+        (ledger.d6, ledger.d7, ledger.d8, ledger.d22, ledger.d26) = (form, form, form, form, form);
+
+        for set in ConeSet::ALL {
+            let inputs: Vec<_> =
+                (0..16).map(|i| Arguments::of(Vec4::splat(i as f32), Vec4::ZERO, Vec4::ZERO)).collect();
+            let out = gpu.evaluate(Function::ConeSet, &inputs, &Settings { cones: *set, ..settings.clone() });
+            let cones = cone_set(*set, form, form);
+            assert_eq!(out[0].0[1][1], cones.len() as f32);
+            for (out, cone) in out.iter().zip(cones) {
+                close(out.vec4(0), cone.direction.extend(cone.weight), 1e-5, set.name());
+                assert!((out.0[1][0] - cone.aperture).abs() < 1e-5, "{set}");
+            }
+        }
+
+        let inputs: Vec<_> = directions.iter().map(|d| Arguments::of(d.extend(0.3), Vec4::ZERO, Vec4::ZERO)).collect();
+        let frames = gpu.evaluate(Function::TangentFrame, &inputs, &settings);
+        let turns = gpu.evaluate(Function::JitterRotation, &inputs, &settings);
+        for ((d, frame), turn) in directions.iter().zip(frames).zip(turns) {
+            let columns = |a: Arguments| Mat3::from_cols(a.vec3(0), a.vec3(1), a.vec3(2));
+            assert!(columns(frame).abs_diff_eq(tangent_frame(*d, form), 1e-3), "frame of {d}: {frame:?}");
+            let expected = rotation(*d, jitter_angle(0.3, form), form);
+            assert!(columns(turn).abs_diff_eq(expected, 1e-3), "turn about {d}: {turn:?} is not {expected}");
+        }
+    }
+    for weights in Weights::ALL {
+        let settings = Settings { voxels: EDGE, weights: *weights, ..Settings::default() };
+        let origin = Vec3::new(3.0, 5.0, 7.0);
+        let inputs: Vec<_> =
+            directions.iter().map(|d| Arguments::of(d.extend(0.0), origin.extend(0.0), Vec4::ZERO)).collect();
+        for (d, out) in directions.iter().zip(gpu.evaluate(Function::WeightsAndExit, &inputs, &settings)) {
+            if *weights != Weights::Extinction {
+                close(out.vec3(0).extend(0.0), cone::direction_weights(*d, *weights).extend(0.0), 1e-5, weights.name());
+            }
+            let exit = cone::exit_distance(origin / EDGE as f32, *d) * EDGE as f32;
+            assert!((out.0[0][3] - exit).abs() < 1e-4 * exit, "{d}: {} is not {exit}", out.0[0][3]);
+        }
+    }
+}
+
+#[test]
+fn visible_normals_are_their_twins() {
+    let gpu = Gpu::new(&random_volume());
+    let settings = Settings { voxels: EDGE, ..Settings::default() };
+    let mut random = Random::new(10);
+    let cases: Vec<(Vec3, f32, Vec2)> = (0..600)
+        .map(|i| {
+            let v = if i % 3 == 0 { Vec3::Z } else { random.direction().as_vec3() };
+            let alpha = [0.001, 0.04, 0.25, 1.0][i % 4];
+            (v.with_z(v.z.abs().max(1e-3)).normalize(), alpha, Vec2::new(random.unit() as f32, random.unit() as f32))
+        })
+        .collect();
+    let inputs: Vec<_> = cases
+        .iter()
+        .map(|(v, alpha, u)| Arguments::of(v.extend(*alpha), u.extend(0.0).extend(0.0), Vec4::ZERO))
+        .collect();
+    for ((v, alpha, u), out) in cases.iter().zip(gpu.evaluate(Function::VisibleNormal, &inputs, &settings)) {
+        close(out.vec3(0).extend(0.0), visible_normal(*alpha, *v, *u).extend(0.0), 1e-3, &format!("{v} {alpha} {u}"));
+        assert!(out.vec3(0).dot(*v) > -1e-4, "{v} does not see {out:?}");
+        if *v == Vec3::Z && u.y < 0.99 {
+            // The closed form: tan²θ = α²ξ/(1 − ξ). f32's rounding of 1 − ξ is what grows with 1/(1 − ξ).
+            let tangent = out.vec3(0).truncate().length() / out.0[0][2];
+            let expected = alpha * (u.y / (1.0 - u.y)).sqrt();
+            assert!((tangent - expected).abs() < 2e-3 * (1.0 + expected), "{alpha} {u}: {tangent} is not {expected}");
+        }
+    }
+}
+
+#[test]
+fn refraction_is_its_twin_and_never_nan() {
+    let gpu = Gpu::new(&random_volume());
+    let settings = Settings { voxels: EDGE, ..Settings::default() };
+    let mut random = Random::new(7);
+    let cases: Vec<(Vec3, Vec3, f32)> = (0..600)
+        .map(|i| (random.direction().as_vec3(), random.direction().as_vec3(), [1.0, 1.33, 1.5][i % 3]))
+        .collect();
+    let inputs: Vec<_> = cases
+        .iter()
+        .map(|&(incident, normal, ior)| {
+            let back = incident.dot(normal) > 0.0;
+            let met = if back { -normal } else { normal };
+            Arguments::of(incident.extend(ior), met.extend(f32::from(u8::from(back))), Vec4::ZERO)
+        })
+        .collect();
+    for ((incident, normal, ior), out) in
+        cases.iter().zip(gpu.evaluate(Function::RefractionDirection, &inputs, &settings))
+    {
+        let expected = refraction_direction(*incident, *normal, *ior, Form::Right);
+        // Near the critical angle the refracted direction goes with the square root of f32's rounding.
+        assert!((out.vec3(0) - expected).length() < 1e-3, "{incident} {normal} {ior}: {out:?} is not {expected}");
+    }
+}
+
+#[test]
+fn clipping_is_exact_where_it_matters() {
+    let gpu = Gpu::new(&random_volume());
+    let settings = Settings { voxels: EDGE, ..Settings::default() };
+    let mut random = Random::new(8);
+    let mut triangles = Vec::new();
+    for i in 0..2000 {
+        let size = [0.1, 1.0, 8.0][i % 3];
+        let mut corner = || (DVec3::splat(7.5) + (random.point() - 0.5) * size).as_vec3();
+        triangles.push([corner(), corner(), corner()]);
+    }
+    let center = 7.5f32;
+    let inputs: Vec<_> = triangles
+        .iter()
+        .map(|t| Arguments::of(t[0].extend(center), t[1].extend(center), t[2].extend(center)))
+        .collect();
+    let mut touched = 0;
+    for (t, out) in triangles.iter().zip(gpu.evaluate(Function::ClipToVoxel, &inputs, &settings)) {
+        let clip = |by: f64| Polygon::clipped(&t.map(|p| p.as_dvec3()), DVec3::splat(7.0 - by), DVec3::splat(8.0 + by));
+        let (polygon, grown, shrunk) = (clip(0.0), clip(1e-4), clip(-1e-4));
+        let touches = out.0[1][0] == 1.0;
+        assert!(touches || shrunk.corners.is_empty(), "{t:?} is missed");
+        assert!(!touches || !grown.corners.is_empty(), "{t:?} is no neighbour");
+        touched += usize::from(touches);
+        // Corners of f32 near 16 are off by 10⁻⁶ of a voxel, times a side of at most √2, for up to nine of them.
+        let area = polygon.area_vector().length();
+        assert!((f64::from(out.0[0][3]) - area).abs() < 2e-5, "{t:?}: {out:?} is not {area}");
+        if area > 1e-3 {
+            assert!((out.vec3(0).as_dvec3() - polygon.centroid()).length() < 1e-3, "{t:?}: {out:?}");
+        }
+    }
+    assert!((1000..2000).contains(&touched), "{touched}");
+}
+
+#[test]
+fn fixed_sums_know_no_order_and_lose_nothing_that_counts() {
+    let gpu = Gpu::new(&random_volume());
+    let settings = Settings { voxels: EDGE, ..Settings::default() };
+    let mut random = Random::new(9);
+    // From 2⁻²⁴, the smallest half, to 2¹⁵.
+    let mut term = || Vec4::from_array(std::array::from_fn(|_| (random.unit() * 39.0 - 24.0).exp2() as f32));
+    let terms: Vec<[Vec4; 3]> = (0..500).map(|_| [term(), term(), term()]).collect();
+    let ordered = |order: [usize; 3]| {
+        let inputs: Vec<_> = terms.iter().map(|t| Arguments::of(t[order[0]], t[order[1]], t[order[2]])).collect();
+        gpu.evaluate(Function::FixedSum, &inputs, &settings)
+    };
+    let sums = ordered([0, 1, 2]);
+    for (a, b) in sums.iter().zip(ordered([2, 0, 1])) {
+        assert_eq!(a.0, b.0);
+    }
+    for (t, sum) in terms.iter().zip(sums) {
+        for i in 0..4 {
+            let exact: f64 = t.iter().map(|v| f64::from(v[i])).sum();
+            // Three truncations to 2⁻³², and f32's own rounding.
+            assert!((f64::from(sum.0[0][i]) - exact).abs() < 3.0 / 4_294_967_296.0 + exact * 1e-7, "{t:?} {sum:?}");
+        }
+    }
+}
+
+#[test]
+fn a_triangle_lights_as_much_as_its_points_do() {
+    let mut random = Random::new(11);
+    let triangles: Vec<([DVec3; 3], DVec3)> = (0..300)
+        .map(|i| {
+            // From a hundredth of the distance to many times it, above, below and across the horizon.
+            let size = 10f64.powf(-2.0 + 3.0 * f64::from(i) / 300.0);
+            let center = random.direction();
+            (std::array::from_fn(|_| center + random.direction() * size), random.direction())
+        })
+        .collect();
+    let input = |([a, b, c], n): &([DVec3; 3], DVec3)| {
+        let with = |p: &DVec3, w: f64| p.as_vec3().extend(w as f32);
+        Arguments::of(with(a, n.x), with(b, n.y), with(c, n.z))
+    };
+    let inputs: Vec<Arguments> = triangles.iter().map(input).collect();
+    let found = Gpu::new(&random_volume()).evaluate(Function::TriangleIrradiance, &inputs, &Settings::default());
+    let mut crossing = 0;
+    for ((triangle, normal), out) in triangles.iter().zip(found) {
+        let expected = emitters::triangle_irradiance(triangle, *normal);
+        let found = f64::from(out.vec4(0).x);
+        let above = triangle.iter().filter(|p| p.dot(*normal) > 0.0).count();
+        crossing += u32::from(above == 1 || above == 2);
+        // f32, whose rounding grows with the size; 10⁻⁶ is the smallest that matters beside a hemisphere's π.
+        let tolerance = 2e-3 * expected.abs() + 1e-5;
+        assert!((found - expected).abs() < tolerance, "{triangle:?}, {normal}: {found} is not {expected}");
+    }
+    assert!(crossing > 50, "{crossing} triangles cross the horizon");
+}
+
+#[test]
+fn neighbours_in_a_square_share_all_directions() {
+    for interleave in [2, 4] {
+        let settings = Settings { interleave, ..Settings::default() };
+        let side = interleave as i32;
+        // Any square of pixels, and of voxels in each of the three planes.
+        let planes = [[IVec3::X, IVec3::Y], [IVec3::Y, IVec3::Z], [IVec3::Z, IVec3::X]];
+        for ([u, v], corner) in planes.into_iter().zip([IVec3::new(3, 5, 0), IVec3::new(7, 1, 2), IVec3::new(0, 9, 6)])
+        {
+            let at = |i: i32| (corner + u * (i % side) + v * (i / side)).as_vec3().extend(0.0);
+            let inputs: Vec<Arguments> =
+                (0..side * side).map(|i| Arguments::of(at(i), Vec4::ZERO, Vec4::ZERO)).collect();
+            let found = Gpu::new(&random_volume()).evaluate(Function::InterleavedShift, &inputs, &settings);
+            let mut seen: Vec<Vec2> = found.iter().map(|out| out.vec4(0).truncate().truncate()).collect();
+            seen.sort_by(|a, b| a.x.total_cmp(&b.x));
+            let expected = interleaved_shifts(interleave);
+            for (a, b) in seen.iter().zip(&expected) {
+                // One rounding of f32.
+                assert!((*a - *b).abs().max_element() < 1e-6, "{interleave}: {seen:?} is not {expected:?}");
+            }
+        }
+    }
+}

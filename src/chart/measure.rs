@@ -57,7 +57,7 @@ pub struct Truth {
     pub depth: Depth,
     /// Root mean square of its pixels' relative error.
     pub noise: f64,
-    /// The image and its direct layer.
+    /// The image and its direct and diffuse layers.
     pub layers: Layers,
 }
 
@@ -100,11 +100,13 @@ impl Subject {
 
     /// The scene in a line of `rows.json`.
     pub fn line(&self) -> SceneLine {
+        let mut materials = self.scene.meshes.iter().map(|mesh| &self.scene.materials[mesh.material]);
         SceneLine {
             name: self.name.clone(),
             hash: self.scene.hash.clone(),
             triangles: self.scene.triangle_count(),
             camera: self.camera.clone(),
+            all_diffuse: materials.all(|m| m.metallic == 0.0 && m.transmission == 0.0),
         }
     }
 
@@ -216,6 +218,7 @@ fn errors(image: &Layers, own_direct: bool, truth: &Truth) -> Result<Errors> {
     let direct = if own_direct { image } else { &truth.layers }.get(Aov::Direct).unwrap_or_default().to_vec();
     let parts = Layers { layers: vec![total.layers[0].clone(), (Aov::Direct, direct)], ..total };
     let indirect = metrics::indirect(&parts).zip(metrics::indirect(&truth.layers));
+    let diffuse = indirect.as_ref().zip(metrics::wholly_diffuse(&truth.layers));
     let bounces = match truth.depth {
         Depth::Full => None,
         Depth::Bounces(n) => Some(n),
@@ -225,6 +228,7 @@ fn errors(image: &Layers, own_direct: bool, truth: &Truth) -> Result<Errors> {
         noise: truth.noise,
         total: comparison.total,
         flip: comparison.flip,
+        diffuse: diffuse.and_then(|((a, b), counts)| metrics::metrics_where(&counts, a, b)),
         // A reference without indirect light has no such part to be wrong about.
         indirect: indirect.and_then(|(a, b)| metrics::metrics(&a, &b, "reference's indirect part").ok()),
     })

@@ -20,6 +20,21 @@ const BAND_BYTES: u64 = 24 << 20;
 /// Depth of the sky while it is blended and resolved; infinity times zero would be NaN. Read back as infinity.
 const FAR: f32 = 1e36;
 
+/// The outputs of `render.glsl` in their order: what each holds, a layer or, channel by channel, several of one number.
+const OUTPUTS: &[&[Aov]] = &[
+    &[Aov::Beauty],
+    &[Aov::Direct],
+    &[Aov::Indirect],
+    &[Aov::Normal],
+    &[Aov::Albedo],
+    &[Aov::Ao, Aov::Depth, Aov::Diffuse],
+];
+
+/// How many outputs an image with these further layers takes.
+pub fn outputs(aovs: &[Aov]) -> usize {
+    if aovs.is_empty() { 1 } else { OUTPUTS.len() }
+}
+
 /// Rows that are drawn at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Band {
@@ -27,7 +42,7 @@ pub struct Band {
     pub rows: u32,
 }
 
-struct LayerTarget {
+struct OutputTarget {
     /// Multisampled; absent with one sample per pixel.
     samples: Option<Image>,
     resolved: Image,
@@ -38,38 +53,39 @@ pub struct ImageTarget {
     pub width: u32,
     pub height: u32,
     band_rows: u32,
-    layers: Vec<LayerTarget>,
+    /// One per entry of [`OUTPUTS`], or the first alone.
+    outputs: Vec<OutputTarget>,
     depth: Image,
     sky: [f32; 3],
 }
 
 /// Sizes of everything that [`ImageTarget::new`] makes.
-pub fn plan((width, height): (u32, u32), samples: u32, layers: usize) -> Vec<(&'static str, u64)> {
-    let rows = u64::from(band_rows(width, height, samples, layers));
-    let (width, height, samples, layers) = (u64::from(width), u64::from(height), u64::from(samples), layers as u64);
-    let multisampled = if samples > 1 { width * rows * samples * COLOR_BYTES * layers } else { 0 };
+pub fn plan((width, height): (u32, u32), samples: u32, outputs: usize) -> Vec<(&'static str, u64)> {
+    let rows = u64::from(band_rows(width, height, samples, outputs));
+    let (width, height, samples, outputs) = (u64::from(width), u64::from(height), u64::from(samples), outputs as u64);
+    let multisampled = if samples > 1 { width * rows * samples * COLOR_BYTES * outputs } else { 0 };
     vec![
         ("image band, samples", multisampled + width * rows * samples * DEPTH_BYTES),
-        ("image band, resolved", width * rows * COLOR_BYTES * layers),
-        ("image readback", width * height * COLOR_BYTES * layers),
+        ("image band, resolved", width * rows * COLOR_BYTES * outputs),
+        ("image readback", width * height * COLOR_BYTES * outputs),
     ]
 }
 
-pub fn band_rows(width: u32, height: u32, samples: u32, layers: usize) -> u32 {
-    let row = u64::from(width) * u64::from(samples) * (COLOR_BYTES * layers as u64 + DEPTH_BYTES);
+pub fn band_rows(width: u32, height: u32, samples: u32, outputs: usize) -> u32 {
+    let row = u64::from(width) * u64::from(samples) * (COLOR_BYTES * outputs as u64 + DEPTH_BYTES);
     ((BAND_BYTES / row).max(1) as u32).min(height)
 }
 
 impl ImageTarget {
-    /// `layers`: 1 (the image) or all of [`Aov::ALL`], in the order of the shader's outputs. `sky`: radiance behind everything.
+    /// `outputs`: see [`outputs`]. `sky`: radiance behind everything.
     pub fn new(
         context: &Arc<Context>,
         (width, height): (u32, u32),
         samples: u32,
-        layers: usize,
+        outputs: usize,
         sky: [f32; 3],
     ) -> Result<Self> {
-        let band_rows = band_rows(width, height, samples, layers);
+        let band_rows = band_rows(width, height, samples, outputs);
         let image = |label: &str, format: Format, samples: u32, usage: ImageUsageFlags| {
             Image::new(
                 context,
@@ -86,21 +102,21 @@ impl ImageTarget {
             )
         };
         let color = ImageUsageFlags::COLOR_ATTACHMENT;
-        let targets = Aov::ALL[..layers].iter().map(|layer| {
-            let name = layer.name();
+        let targets = OUTPUTS[..outputs].iter().map(|layers| {
+            let name = layers.iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ");
             let samples =
                 (samples > 1).then(|| image(&format!("{name}, samples"), COLOR_FORMAT, samples, color)).transpose()?;
             let resolved = image(&format!("{name}, resolved"), COLOR_FORMAT, 1, color | ImageUsageFlags::TRANSFER_SRC)?;
             let bytes = u64::from(width) * u64::from(height) * COLOR_BYTES;
             let label = format!("{name}, readback");
             let readback = Buffer::new(context, &label, bytes, BufferKind::Readback, BufferUsageFlags::empty())?;
-            Ok(LayerTarget { samples, resolved, readback })
+            Ok(OutputTarget { samples, resolved, readback })
         });
         Ok(Self {
             width,
             height,
             band_rows,
-            layers: targets.collect::<Result<_>>()?,
+            outputs: targets.collect::<Result<_>>()?,
             depth: image("depth", DEPTH_FORMAT, samples, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
             sky,
         })
@@ -111,13 +127,13 @@ impl ImageTarget {
         self.band_rows
     }
 
-    pub fn layers(&self) -> usize {
-        self.layers.len()
+    pub fn outputs(&self) -> usize {
+        self.outputs.len()
     }
 
-    /// Bytes of the finished image's layers.
+    /// Bytes of the finished image and its layers.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height) * COLOR_BYTES * self.layers.len() as u64
+        u64::from(self.width) * u64::from(self.height) * COLOR_BYTES * self.outputs.len() as u64
     }
 
     pub fn bands(&self) -> impl Iterator<Item = Band> {
@@ -126,9 +142,12 @@ impl ImageTarget {
     }
 
     pub fn colors(&self) -> Vec<ColorTarget<'_>> {
-        let targets = self.layers.iter().zip(Aov::ALL);
-        let color = targets.map(|(target, layer)| {
-            let [r, g, b] = self.background(*layer);
+        let color = self.outputs.iter().zip(OUTPUTS).map(|(target, layers)| {
+            let [r, g, b] = match layers {
+                [layer] => self.background(*layer),
+                // One number each.
+                _ => std::array::from_fn(|channel| self.background(layers[channel])[0]),
+            };
             let load = Load::Clear([r, g, b, 1.0]);
             let resolved = target.resolved.attachment_view(0);
             match &target.samples {
@@ -159,13 +178,13 @@ impl ImageTarget {
             Aov::Beauty | Aov::Direct => self.sky,
             Aov::Ao => [1.0; 3],
             Aov::Depth => [FAR; 3],
-            Aov::Indirect | Aov::Normal | Aov::Albedo => [0.0; 3],
+            Aov::Indirect | Aov::Normal | Aov::Albedo | Aov::Diffuse => [0.0; 3],
         }
     }
 
     pub fn copy_band(&self, recorder: &mut Recorder, band: &Band) {
         recorder.full_barrier(); // the band's resolve
-        for target in &self.layers {
+        for target in &self.outputs {
             let offset = u64::from(band.first_row) * u64::from(self.width) * COLOR_BYTES;
             let region = ImageRegion::rows(&target.resolved, 0, 0, band.rows);
             recorder.copy_image_to_buffer(&target.resolved, region, &target.readback, offset);
@@ -174,13 +193,21 @@ impl ImageTarget {
 
     /// The finished image; `aovs` chooses among the layers drawn.
     pub fn read(&self, aovs: &[Aov]) -> Layers {
-        let layers =
-            self.layers.iter().zip(Aov::ALL).filter(|(_, layer)| **layer == Aov::Beauty || aovs.contains(layer));
-        let layers = layers.map(|(target, &layer)| {
-            let texels: Vec<[f32; 4]> = target.readback.read_some(0, (self.width * self.height) as usize);
-            let far = |v: f32| if layer == Aov::Depth && v > FAR / 64.0 { f32::INFINITY } else { v };
-            (layer, texels.iter().map(|t| [far(t[0]), far(t[1]), far(t[2])]).collect())
-        });
+        let wanted = |layer: &&Aov| **layer == Aov::Beauty || aovs.contains(layer);
+        let layers = Aov::ALL.iter().filter(wanted).filter_map(|&layer| Some((layer, self.pixels(layer)?)));
         Layers { width: self.width, height: self.height, layers: layers.collect() }
+    }
+    /// A layer of the finished image, if it was drawn.
+    fn pixels(&self, layer: Aov) -> Option<Vec<[f32; 3]>> {
+        let far = |v: f32| if layer == Aov::Depth && v > FAR / 64.0 { f32::INFINITY } else { v };
+        let found = self.outputs.iter().zip(OUTPUTS).find(|(_, layers)| layers.contains(&layer));
+        found.map(|(target, layers)| {
+            let texels: Vec<[f32; 4]> = target.readback.read_some(0, (self.width * self.height) as usize);
+            let pixel = |texel: &[f32; 4]| match layers.iter().position(|other| *other == layer) {
+                Some(channel) if layers.len() > 1 => [far(texel[channel]); 3],
+                _ => [texel[0], texel[1], texel[2]],
+            };
+            texels.iter().map(pixel).collect()
+        })
     }
 }

@@ -19,12 +19,15 @@ pub enum Aov {
     Depth,
     /// The surface's base colour.
     Albedo,
+    /// Share of the surface that is neither metal nor transmits, 0 to 1: (1 − metallic) · (1 − transmission). 0 on the sky
+    /// and where a surface is unlit; three equal channels.
+    Diffuse,
 }
 
 impl Aov {
     /// Every layer, in the order in which files hold them.
     pub const ALL: &'static [Self] =
-        &[Self::Beauty, Self::Direct, Self::Indirect, Self::Ao, Self::Normal, Self::Depth, Self::Albedo];
+        &[Self::Beauty, Self::Direct, Self::Indirect, Self::Ao, Self::Normal, Self::Depth, Self::Albedo, Self::Diffuse];
 
     /// The name used in flags and as the prefix of OpenEXR channels.
     pub const fn name(self) -> &'static str {
@@ -36,6 +39,7 @@ impl Aov {
             Self::Normal => "normal",
             Self::Depth => "depth",
             Self::Albedo => "albedo",
+            Self::Diffuse => "diffuse",
         }
     }
 

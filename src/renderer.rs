@@ -127,7 +127,7 @@ impl Renderer {
     ) -> Result<Self> {
         let volume = Volume::place(options.bounds, &settings)?;
         let packed = ScenePacked::new(&scene, pose);
-        let layers = if options.aovs.is_empty() { 1 } else { Aov::ALL.len() };
+        let outputs = image_target::outputs(&options.aovs);
         let bounces = if options.method == Method::Cones { settings.bounces.volumes() } else { 0 };
         let sampled = settings.emitters == settings::Emitters::Sampled;
         let emitters = if sampled { Emitters::new(&scene) } else { Emitters::default() };
@@ -139,9 +139,9 @@ impl Renderer {
         };
         let capacities = first_capacities(counts);
         let mut fixed_plan = packed.plan();
-        fixed_plan.extend(image_target::plan(options.size, settings.image.samples, layers));
+        fixed_plan.extend(image_target::plan(options.size, settings.image.samples, outputs));
         if bounces > 0 {
-            let band_rows = image_target::band_rows(options.size.0, options.size.1, settings.image.samples, layers);
+            let band_rows = image_target::band_rows(options.size.0, options.size.1, settings.image.samples, outputs);
             fixed_plan.extend(gather::plan(&settings, options.size, band_rows));
         }
         let total_at = |edge: u32| {
@@ -157,7 +157,7 @@ impl Renderer {
         let features = Features::of(&scene, &settings);
         let resources = Resources::new(context, counts, &settings, bounces, capacities)?;
         let gpu_scene = packed.upload(context)?;
-        let target = ImageTarget::new(context, options.size, settings.image.samples, layers, scene.sky.into())?;
+        let target = ImageTarget::new(context, options.size, settings.image.samples, outputs, scene.sky.into())?;
         let passes = Passes::new(context, &settings, features, bounces, &target)?;
         Ok(Self {
             context: context.clone(),

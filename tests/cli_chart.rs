@@ -141,6 +141,12 @@ fn rows_pages_and_failures() {
     let in_csv: f64 = lines[1][column("same_indirect_rel")].parse().unwrap();
     assert!((in_csv / rel(&rows[0]) - 1.0).abs() < 1e-5, "six digits of {}: {in_csv}", rel(&rows[0]));
     assert_eq!(lines[2][column("voxels")], "16");
+    // The box is diffuse; its edges against the sky are left out.
+    assert_eq!(chart["scenes"][0]["all_diffuse"], true);
+    let diffuse = rows[0]["measured"]["same"]["diffuse"]["rel"].as_f64().unwrap();
+    assert!(diffuse < rel(&rows[0]) && diffuse > 0.5 * rel(&rows[0]), "{diffuse} of {}", rel(&rows[0]));
+    let in_csv: f64 = lines[1][column("same_diffuse_rel")].parse().unwrap();
+    assert!((in_csv / diffuse - 1.0).abs() < 1e-5, "six digits of {diffuse}: {in_csv}");
 
     let page = fs::read_to_string(folder.path("out/index.html")).unwrap();
     // The image, two differences per row and two references.

@@ -129,6 +129,48 @@ fn each_image_loses_its_own_direct_part() {
     assert!(own.is_some() && own != others, "the direct part of the wrong image was taken off");
 }
 
+/// Left of the middle metal, right of it wholly diffuse, and a column of edge pixels between.
+fn half_metal() -> Layers {
+    let mut layers = picture();
+    let direct = layers.beauty().iter().map(|p| p.map(|v| v / 4.0)).collect();
+    let share = |x: u32| [0.0, 0.998, 1.0][1 + x.cmp(&(WIDTH / 2)) as usize];
+    layers.layers.push((Aov::Direct, direct));
+    layers.layers.push((Aov::Diffuse, image(|x, _, _| share(x))));
+    layers
+}
+
+#[test]
+fn only_faults_on_diffuse_surfaces_show_in_their_metrics() {
+    let reference = half_metal();
+    let with_fault = |column: u32| {
+        let mut faulty = reference.clone();
+        faulty.layers[0].1[(20 * WIDTH + column) as usize] = [9.0; 3];
+        // The pixels are the reference's to choose.
+        faulty.layers.retain(|(aov, _)| *aov != Aov::Diffuse);
+        let c = compared(&faulty, &reference);
+        (c.indirect.expect("both have direct layers"), c.indirect_diffuse.expect("the reference has a diffuse layer"))
+    };
+    let (metal, edge, diffuse) = (with_fault(3), with_fault(WIDTH / 2), with_fault(WIDTH - 3));
+    for (indirect, of_diffuse) in [metal, edge] {
+        assert!(indirect.rel > 1e-3 && indirect.relmse > 1e-3 && indirect.energy > 1.001, "{indirect:?}");
+        assert_eq!((of_diffuse.energy, of_diffuse.rel, of_diffuse.relmse, of_diffuse.p95), (1.0, 0.0, 0.0, 0.0));
+    }
+    let (indirect, of_diffuse) = diffuse;
+    assert!(indirect.rel > 1e-3 && of_diffuse.rel > indirect.rel, "{indirect:?} {of_diffuse:?}");
+    assert!(of_diffuse.relmse > indirect.relmse && of_diffuse.energy > indirect.energy, "{indirect:?} {of_diffuse:?}");
+}
+
+#[test]
+fn without_a_diffuse_surface_there_is_no_error_of_them() {
+    let mut reference = half_metal();
+    reference.layers[2].1.fill([0.99; 3]);
+    assert!(compared(&reference, &reference).indirect_diffuse.is_none(), "no pixel is wholly diffuse");
+    reference.layers[2].1.fill([1.0; 3]);
+    assert_eq!(compared(&reference, &reference).indirect_diffuse, compared(&reference, &reference).indirect);
+    reference.layers.remove(1);
+    assert!(compared(&reference, &reference).indirect_diffuse.is_none(), "there is no direct layer to take off");
+}
+
 #[test]
 fn values_that_are_no_numbers_are_counted_and_left_out() {
     let reference = picture();

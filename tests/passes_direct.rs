@@ -1,14 +1,18 @@
 //! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in the
-//! shadow of a square, whole or with an alpha-masked half; and the Cornell box with a point light against its path-traced image.
+//! shadow of a square, whole or with an alpha-masked half; the Cornell box with a point light against its path-traced image; and
+//! the layer that says which surfaces are diffuse against the path tracer's.
 
 #[path = "common/gpu.rs"]
 mod gpu;
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::metrics;
+use twobounce::reference::film::Film;
+use twobounce::reference::{self, Depth, Options, Stop};
 use twobounce::scene::{
     Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
 };
@@ -171,4 +175,68 @@ fn the_cornell_box_has_the_path_traced_direct_light() {
     let found = metrics(&halved, truth.beauty(), "direct light").expect("images of one size");
     // What samples leave of edges, and the truth's own noise of 0.3 %.
     assert!((found.energy - 1.0).abs() < 0.003 && found.rel < 0.01, "energy {}, rel {}", found.energy, found.rel);
+}
+
+/// Stripes side by side before a grey wall or nothing, and how much of each is diffuse.
+const STRIPES: usize = 8;
+
+fn stripes() -> (Scene, [f32; STRIPES]) {
+    let lambert = || Material { double_sided: true, ..Material::lambert("stripe", Vec3::splat(0.5)) };
+    let metal = |metallic| Material { metallic, ..lambert() };
+    let glass = |transmission, roughness, specular| Material { transmission, roughness, specular, ..lambert() };
+    let veil = |alpha| Material { alpha: Alpha::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, alpha), ..metal(1.0) };
+    let stripes = [
+        (lambert(), 1.0),
+        (metal(1.0), 0.0),
+        (metal(0.25), 0.75),
+        // One smooth and as good as clear, one that scatters.
+        (glass(1.0, 0.0, 0.0), 0.0),
+        (glass(0.5, 0.6, 1.0), 0.5),
+        (veil(0.25), 0.75),
+        (Material { unlit: true, ..lambert() }, 0.0),
+    ];
+    let mut scene = Scene::empty("stripes");
+    let mut shares = [0.0; STRIPES];
+    for (i, (material, share)) in stripes.into_iter().enumerate() {
+        let material = scene.add_material(material);
+        let corner = Vec3::new(i as f32 - STRIPES as f32 / 2.0, -4.0, 0.0);
+        scene.add_mesh(Mesh::quad("stripe", material, corner, Vec3::X, 8.0 * Vec3::Y), DAffine3::IDENTITY);
+        shares[i] = share;
+    }
+    let grey = scene.add_material(lambert());
+    let wall = Mesh::quad("wall", grey, Vec3::new(-4.0, -4.0, -0.01), 7.0 * Vec3::X, 8.0 * Vec3::Y);
+    scene.add_mesh(wall, DAffine3::IDENTITY);
+    (scene, shares)
+}
+
+#[test]
+fn the_diffuse_layer_is_the_path_tracers() {
+    let (scene, shares) = stripes();
+    // A stripe is four pixels wide.
+    let size = 4 * STRIPES as u32;
+    let view = View::look_at(DVec3::Z * 10.0, DVec3::ZERO, DVec3::Y, 2.0 * 0.4f32.atan());
+    let settings = Settings { voxels: 16, bounces: Bounces::One, ..Settings::default() };
+    let aovs = [Aov::Depth, Aov::Diffuse];
+    let image = gpu::render_layers(&gpu::context(), &scene, &settings, size, view, aovs.to_vec()).read();
+    let depth = Depth::Bounces(0);
+    let options = Options { width: size, height: size, depth, stop: Stop::Samples(256), seed: 0, occlusion: false };
+    let mut film = Film::new(size, size);
+    let of = (&scene, &scene.pose(None, 0.0), &view);
+    reference::render(of, &options, &mut film, &|_| {}, &mut |_| Ok(()), &AtomicBool::new(false)).expect("a film");
+    for (name, layers, tolerance) in [("device", image, 1e-3), ("path tracer", film.layers(&aovs), 0.02)] {
+        let diffuse = layers.get(Aov::Diffuse).expect("asked for");
+        for (stripe, share) in shares.iter().enumerate() {
+            for x in [4 * stripe + 1, 4 * stripe + 2] {
+                let column = (0..size as usize).map(|y| diffuse[y * size as usize + x]);
+                let mean: f32 = column.clone().map(|p| p[0]).sum::<f32>() / size as f32;
+                assert!((mean - share).abs() < tolerance, "{name}: {mean} in stripe {stripe}, {share} expected");
+                assert!(column.clone().all(|p| p[0] == p[1] && p[1] == p[2]), "{name}: three channels differ");
+                let exact = *share == 0.0 || *share == 1.0;
+                assert!(!exact || column.clone().all(|p| p[0] == *share), "{name}: stripe {stripe} is noisy");
+            }
+        }
+        // The layer shares its image with others.
+        let depth = layers.get(Aov::Depth).expect("asked for");
+        assert!((depth[1][0] - 10.0).abs() < 0.02 && depth[size as usize - 2][0] == f32::INFINITY, "{name}");
+    }
 }

@@ -43,14 +43,15 @@ impl Folder {
 #[test]
 fn a_reference_holds_its_layers_and_says_its_noise() {
     let folder = Folder::new();
-    let (code, said) = folder.reference("a.exr", &["--spp", "8", "--aov", "direct,indirect,ao,normal,depth,albedo"]);
+    let layers = ["--spp", "8", "--aov", "direct,indirect,ao,normal,depth,albedo,diffuse"];
+    let (code, said) = folder.reference("a.exr", &layers);
     assert!(code == Some(0) && said.contains("8 samples per pixel, noise "), "{said}");
-    let (layers, header) = Layers::read_exr(&folder.path("a.exr")).expect("it can be read");
-    assert_eq!((layers.width, layers.height), (16, 12));
-    assert!(Aov::ALL.iter().all(|aov| layers.get(*aov).is_some()), "a layer is missing");
+    let (image, header) = Layers::read_exr(&folder.path("a.exr")).expect("it can be read");
+    assert_eq!((image.width, image.height), (16, 12));
+    assert!(Aov::ALL.iter().all(|aov| image.get(*aov).is_some()), "a layer is missing");
     let keys: Vec<_> = header.keys().map(String::as_str).collect();
     assert!(["depth", "noise", "samplesPerPixel", "seed"].iter().all(|k| keys.contains(k)), "{keys:?}");
-    let (code, said) = folder.reference("b.exr", &["--spp", "8", "--aov", "direct,indirect,ao,normal,depth,albedo"]);
+    let (code, said) = folder.reference("b.exr", &layers);
     assert!(code == Some(0) && said.contains("taken from the cache"), "{said}");
     let read = |name| std::fs::read(folder.path(name)).expect("it can be read");
     assert!(read("a.exr") == read("b.exr"), "the same command gives other bytes");
@@ -59,7 +60,7 @@ fn a_reference_holds_its_layers_and_says_its_noise() {
 #[test]
 fn compare_prints_writes_and_judges() {
     let folder = Folder::new();
-    folder.reference("a.exr", &["--spp", "8", "--aov", "direct"]);
+    folder.reference("a.exr", &["--spp", "8", "--aov", "direct,diffuse"]);
     folder.reference("b.exr", &["--spp", "8", "--aov", "direct", "--depth", "1"]);
     let files = ["compare", "b.exr", "a.exr"];
     let (code, said) =
@@ -75,6 +76,7 @@ fn compare_prints_writes_and_judges() {
         "image",
         "image_nonfinite",
         "indirect",
+        "indirect_diffuse",
         "reference",
         "reference_nonfinite",
         "total",
@@ -83,11 +85,18 @@ fn compare_prints_writes_and_judges() {
     ];
     assert_eq!(keys, documented);
     assert_eq!(report["version"], 1);
-    assert!(report["indirect"]["energy"].as_f64().is_some_and(|e| (0.3..0.9).contains(&e)), "{json}");
+    for part in ["indirect", "indirect_diffuse"] {
+        assert!(said.contains(&format!("\n{part:>16} ")), "{said}");
+        assert!(report[part]["energy"].as_f64().is_some_and(|e| (0.3..0.9).contains(&e)), "{json}");
+    }
     let png = image::open(folder.path("pictures/compare.png")).expect("a picture");
     assert_eq!((png.width(), png.height()), (64, 12));
     let (code, said) = folder.said(&[&files[..], &["--max-indirect-energy", "0.05"]].concat());
     assert!(code == Some(1) && said.contains("indirect energy's distance from 1 is "), "{said}");
+    let (code, said) = folder.said(&[&files[..], &["--max-indirect-diffuse-rel", "0.05"]].concat());
+    assert!(code == Some(1) && said.contains("indirect_diffuse rel is "), "{said}");
+    let (code, said) = folder.said(&["compare", "a.exr", "b.exr"]);
+    assert!(code == Some(0) && said.contains("needs the diffuse layer in the reference"), "{said}");
 }
 
 #[test]
@@ -99,6 +108,7 @@ fn what_makes_no_sense_is_one_sentence() {
     for (args, part) in [
         (&["compare", "a.exr", "small.exr"][..], "the image is 16x12, the reference 8x8"),
         (&["compare", "a.exr", "a.exr", "--max-indirect-rel", "1"], "needs the direct layer"),
+        (&["compare", "a.exr", "a.exr", "--max-indirect-diffuse-rel", "1"], "needs the diffuse layer"),
         (&["compare", "a.exr", "none.exr"], "none.exr: cannot be read"),
         (&["compare", "noise.exr", "a.exr"], "noise.exr: is not a readable OpenEXR image"),
         (&["compare", "a.exr", "a.exr", "--json", "a.exr"], "is read and written by the same command"),

@@ -16,6 +16,7 @@ struct Surface {
     float ior;
     float thickness_m;
     vec3 albedo; // base colour
+    float diffuse_share; // neither metal nor transmitting
     bool unlit;
 };
 
@@ -141,10 +142,12 @@ Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool bac
     s.opacity = surface_alpha(m, base.a);
     s.ior = m.ior;
     s.albedo = base.rgb;
+    s.diffuse_share = 1.0 - metallic - s.transmission;
     s.unlit = (m.flags & MATERIAL_UNLIT) != 0u;
     if (s.unlit) {
         s.emitted = base.rgb;
         s.diffuse = vec3(0.0);
+        s.diffuse_share = 0.0;
         s.transmitted = vec3(0.0);
         s.transmission = 0.0;
         s.f0 = vec3(0.0);

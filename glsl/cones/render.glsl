@@ -52,10 +52,9 @@ layout(location = 0) out vec4 out_beauty;
 #ifdef AOVS
 layout(location = 1) out vec4 out_direct;
 layout(location = 2) out vec4 out_indirect;
-layout(location = 3) out vec4 out_ao;
-layout(location = 4) out vec4 out_normal;
-layout(location = 5) out vec4 out_depth;
-layout(location = 6) out vec4 out_albedo;
+layout(location = 3) out vec4 out_normal;
+layout(location = 4) out vec4 out_albedo;
+layout(location = 5) out vec4 out_ao_depth_diffuse;
 #endif
 
 // Light that arrives without a bounce, averaged over the covered samples or from the surface's point.
@@ -143,10 +142,9 @@ void main() {
 #ifdef AOVS
     out_direct = vec4(direct * opacity, opacity);
     out_indirect = vec4(indirect * opacity, opacity);
-    out_ao = vec4(vec3(gathered.light.a) * opacity, opacity);
     out_normal = vec4(s.normal * opacity, opacity);
     float depth = dot(s.position - frame.eye, frame.forward) * frame.voxel_m;
-    out_depth = vec4(vec3(depth) * opacity, opacity);
     out_albedo = vec4(s.albedo * opacity, opacity);
+    out_ao_depth_diffuse = vec4(vec3(gathered.light.a, depth, s.diffuse_share) * opacity, opacity);
 #endif
 }

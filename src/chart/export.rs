@@ -39,6 +39,8 @@ pub struct SceneLine {
     pub hash: String,
     pub triangles: usize,
     pub camera: String,
+    /// Whether no mesh is of metal or transmits.
+    pub all_diffuse: bool,
 }
 
 impl Default for Chart {
@@ -136,9 +138,9 @@ impl Chart {
 }
 
 /// Noise of the reference, then the metrics.
-fn numbers(errors: Option<&Errors>) -> [Option<f64>; 10] {
-    let Some(e) = errors else { return [None; 10] };
-    let (t, i) = (e.total, e.indirect);
+fn numbers(errors: Option<&Errors>) -> [Option<f64>; 14] {
+    let Some(e) = errors else { return [None; 14] };
+    let (t, i, d) = (e.total, e.indirect, e.diffuse);
     [
         Some(e.noise),
         Some(t.energy),
@@ -150,6 +152,10 @@ fn numbers(errors: Option<&Errors>) -> [Option<f64>; 10] {
         i.map(|i| i.rel),
         i.map(|i| i.relmse),
         i.map(|i| i.p95),
+        d.map(|d| d.energy),
+        d.map(|d| d.rel),
+        d.map(|d| d.relmse),
+        d.map(|d| d.p95),
     ]
 }
 
@@ -186,6 +192,10 @@ fn header(rows: &[Row], passes: &[String]) -> Vec<String> {
         "indirect_rel",
         "indirect_relmse",
         "indirect_p95",
+        "diffuse_energy",
+        "diffuse_rel",
+        "diffuse_relmse",
+        "diffuse_p95",
     ];
     let mut cells: Vec<String> = FIXED.iter().map(|&name| name.to_owned()).collect();
     for truth in ["full", "same"] {

@@ -25,11 +25,13 @@ use crate::settings::{Bounces, Emitters, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Error, Result};
 
-/// Frames to time at most, after one that warms up.
-const FRAMES: usize = 5;
+/// Frames to time, after one that warms up: so many at least,
+const LEAST_FRAMES: usize = 2;
+/// and at most.
+const MOST_FRAMES: usize = 5;
 
-/// No further frame is timed once those before took so long together, in milliseconds: long frames vary little.
-const LONG_ENOUGH_MS: f64 = 4000.0;
+/// In between, no further frame is timed once those before took so long together: long frames vary little.
+const LONG_ENOUGH_MS: f64 = 2000.0;
 
 /// A scene, how it is looked at, and what is true of it.
 pub struct Subject {
@@ -54,7 +56,7 @@ pub struct Truth {
     pub depth: Depth,
     /// Root mean square of its pixels' relative error.
     pub noise: f64,
-    /// The image and its direct layer.
+    /// The image and its direct and diffuse layers.
     pub layers: Layers,
 }
 
@@ -97,11 +99,13 @@ impl Subject {
 
     /// The scene in a line of `rows.json`.
     pub fn line(&self) -> SceneLine {
+        let mut materials = self.scene.meshes.iter().map(|mesh| &self.scene.materials[mesh.material]);
         SceneLine {
             name: self.name.clone(),
             hash: self.scene.hash.clone(),
             triangles: self.scene.triangle_count(),
             camera: self.camera.clone(),
+            all_diffuse: materials.all(|m| m.metallic == 0.0 && m.transmission == 0.0),
         }
     }
 
@@ -163,7 +167,7 @@ impl Subject {
     fn times(&self, context: &Arc<Context>, settings: &Settings, go_on: &dyn Fn() -> bool) -> Result<Option<Times>> {
         let mut renderer = self.renderer(context, settings, vec![])?;
         let (mut timings, mut cpu_ms) = (Timings::new(1), Vec::new());
-        while timings.frames().len() < FRAMES && sum_ms(&timings) < LONG_ENOUGH_MS {
+        while another(timings.frames().iter().map(|frame| frame.wall_ms)) {
             if !go_on() {
                 return Ok(None);
             }
@@ -191,8 +195,10 @@ struct Times {
     memory_bytes: u64,
 }
 
-fn sum_ms(timings: &Timings) -> f64 {
-    timings.frames().iter().map(|frame| frame.wall_ms).sum()
+/// Whether another frame is timed after those that took `wall_ms`.
+fn another(wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
+    let timed = wall_ms.len();
+    timed < LEAST_FRAMES || (timed < MOST_FRAMES && wall_ms.sum::<f64>() < LONG_ENOUGH_MS)
 }
 
 fn passes(timings: &Timings) -> Vec<Pass> {
@@ -205,6 +211,7 @@ fn errors(image: &Layers, own_direct: bool, truth: &Truth) -> Result<Errors> {
     let direct = if own_direct { image } else { &truth.layers }.get(Aov::Direct).unwrap_or_default().to_vec();
     let parts = Layers { layers: vec![total.layers[0].clone(), (Aov::Direct, direct)], ..total };
     let indirect = metrics::indirect(&parts).zip(metrics::indirect(&truth.layers));
+    let diffuse = indirect.as_ref().zip(metrics::wholly_diffuse(&truth.layers));
     let bounces = match truth.depth {
         Depth::Full => None,
         Depth::Bounces(n) => Some(n),
@@ -214,7 +221,19 @@ fn errors(image: &Layers, own_direct: bool, truth: &Truth) -> Result<Errors> {
         noise: truth.noise,
         total: comparison.total,
         flip: comparison.flip,
+        diffuse: diffuse.and_then(|((a, b), counts)| metrics::metrics_where(&counts, a, b)),
         // A reference without indirect light has no such part to be wrong about.
         indirect: indirect.and_then(|(a, b)| metrics::metrics(&a, &b, "reference's indirect part").ok()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slow_settings_are_timed_over_fewer_frames() {
+        let timed = |ms: f64| (0..).find(|&n| !another(std::iter::repeat_n(ms, n))).unwrap();
+        assert_eq!([1.0, 450.0, 550.0, 700.0, 1900.0, 60e3].map(timed), [5, 5, 4, 3, 2, 2]);
+    }
 }

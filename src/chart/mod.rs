@@ -14,5 +14,6 @@ pub mod store;
 pub mod study;
 pub mod svg;
 
-/// Version of the rows, as files and as kept between calls; it grows when a key changes its name, unit or meaning.
-pub const VERSION: u32 = 1;
+/// Version of the rows, as files and as kept between calls; it grows when a key changes its name, unit or meaning, and when
+/// there is a new one, which rows kept from earlier would lack.
+pub const VERSION: u32 = 2;

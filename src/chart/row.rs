@@ -72,6 +72,9 @@ pub struct Errors {
     pub flip: f64,
     /// Of total − direct; absent where the reference has no indirect light.
     pub indirect: Option<Metrics>,
+    /// Of that over the pixels in which the reference shows diffuse surfaces alone; absent where there are none or no indirect
+    /// light reaches them.
+    pub diffuse: Option<Metrics>,
 }
 
 /// Which reference.
@@ -86,6 +89,8 @@ pub enum Truth {
 pub enum Part {
     Total,
     Indirect,
+    /// Indirect, of pixels that show diffuse surfaces alone.
+    Diffuse,
 }
 
 /// Which number; 0 is right for all of them.
@@ -119,6 +124,7 @@ impl Row {
         let metrics = match part {
             Part::Total => errors.total,
             Part::Indirect => errors.indirect?,
+            Part::Diffuse => errors.diffuse?,
         };
         Some(match metric {
             Metric::Energy => (metrics.energy - 1.0).abs(),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::export::Chart;
+use super::export::{Chart, SceneLine};
 use super::frontier::frontier;
 use super::plan::{Axis, Base, Trial, trials};
 use super::row::{Metric, Part, Row, Truth};
@@ -32,30 +32,24 @@ const fn axis(name: &'static str, base: &'static str, values: &'static [&'static
 /// To add an axis, add a line here.
 pub const AXES: &[StudyAxis] = &[
     axis("grid", "balanced", &["voxels=32", "voxels=128"]),
-    axis("grid, fast", "fast", &["voxels=32", "voxels=128"]),
-    axis("grid, accurate", "accurate", &["voxels=32", "voxels=128"]),
+    axis("grid, fast", "fast", &["voxels=128"]),
     axis("all bounces, fast", "fast", &["bounces=all"]),
     axis("all bounces", "balanced", &["bounces=all", "bounces=1"]),
     axis("all bounces, accurate", "accurate", &["bounces=all"]),
-    axis("rays of the image", "balanced", &["cones=g4", "cones=g16", "cones=g32", "cones=g64"]),
-    axis("rays of the voxels", "balanced", &["shade.cones=g4", "shade.cones=g16", "shade.gather=cones"]),
+    axis("rays of the image", "balanced", &["cones=g4", "cones=g16", "cones=g64"]),
+    axis("rays of the voxels", "balanced", &["shade.cones=g4", "shade.gather=cones"]),
     axis("cones for rays", "balanced", &["gather=cones", "gather=cones shade.gather=rays"]),
-    axis("shared directions", "balanced", &["interleave=1", "interleave=2"]),
+    axis("shared directions", "balanced", &["interleave=1"]),
     axis("gathered pixels", "balanced", &["gather_resolution=full", "gather_resolution=quarter"]),
-    axis("lamps", "balanced", &["emitters=cones", "emitter_samples=4", "emitter_samples=64"]),
-    axis("fill under rays", "balanced", &["fill=uniform", "fill=facing", "fill=coverage"]),
+    axis("lamps", "balanced", &["emitters=cones", "emitter_samples=64"]),
+    axis("fill under rays", "balanced", &["fill=uniform"]),
     axis("shadows", "balanced", &["shadows=none", "shadows=cones", "first_bounce_shadows=false"]),
     axis("samples", "balanced", &["image.samples=1", "image.direct=samples"]),
-    axis("work over volumes", "balanced", &["shading=raster", "mips=raster", "lists=rebuild"]),
-    axis(
-        "cone set",
-        "cones",
-        &["cones=1", "cones=5", "cones=6a", "cones=6b", "cones=16", "cones=g6", "cones=g8", "cones=g32", "cones=g64"],
-    ),
-    axis("shared cones", "cones", &["interleave=4 cones=g6", "interleave=4 cones=g8 gather_resolution=half"]),
-    axis("cone step", "cones", &["step=0.5", "step=1.5", "step=2"]),
+    axis("work over volumes", "balanced", &["shading=raster", "lists=rebuild"]),
+    axis("cone set", "cones", &["cones=1", "cones=5", "cones=6a", "cones=6b", "cones=16", "cones=g8", "cones=g32"]),
+    axis("shared cones", "cones", &["interleave=4 cones=g8 gather_resolution=half"]),
+    axis("cone step", "cones", &["step=0.5", "step=2"]),
     axis("aperture", "cones", &["aperture=0.7", "aperture=1.4"]),
-    axis("exit margin", "cones", &["exit_margin=0"]),
     axis("fill", "cones", &["fill=uniform", "fill=facing", "fill=coverage"]),
     axis("face weights", "cones", &["weights=d2", "weights=norm1", "weights=extinction"]),
     axis("blend", "cones", &["blend=over"]),
@@ -66,7 +60,7 @@ pub const AXES: &[StudyAxis] = &[
         &["start.diffuse_normal=0.5", "start.diffuse_normal=2", "start.diffuse_along=0", "start.diffuse_along=2"],
     ),
     axis("jitter", "cones", &["jitter=true"]),
-    axis("roughness", "cones", &["roughness_fit=power", "roughness_fit=linear"]),
+    axis("roughness", "cones", &["roughness_fit=linear"]),
     axis(
         "ledger",
         "corrected",
@@ -145,20 +139,29 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
          top of the preset that its line opens with. `{base}`, unless a line says otherwise. Measured at {}×{} pixels on\n\
          {device} ({driver}). `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
          against light of as many bounces, `all` against all of it; the references' own noise is {noise} %. *Indirect* says that it is\n\
-         of the indirect light alone, *whole* that lamps light the scene through cones and nothing tells the two apart. **Bold**: no\n\
-         other setting here is both faster and nearer. [rows.csv](rows.csv) has every number.\n\n## What surprised\n\n{}{by_hand}{}\n",
+         of the indirect light alone, *diffuse* of that in pixels without metal, glass and sky, *whole* that lamps light the scene\n\
+         through cones and nothing tells the two apart. **Bold**: no other setting here is both faster and nearer. [rows.csv](rows.csv)\n\
+         has every number.\n\n## What surprised\n\n{}{by_hand}{}\n",
         chart.width, chart.height, HAND[0], HAND[1]
     );
     for scene in &chart.scenes {
         let _ = writeln!(page, "![{0}: error against time]({0}.svg)\n", scene.name);
     }
     page += "| axis | setting |";
-    let columns: Vec<Column> = chart.scenes.iter().map(|scene| Column::new(chart, &scene.name)).collect();
+    let columns: Vec<Column> = chart.scenes.iter().map(|scene| Column::new(chart, scene)).collect();
     for column in &columns {
-        let part = if column.part == Part::Indirect { "indirect" } else { "whole" };
-        let _ = write!(page, " {} ms | {part}, same | {part}, all |", column.scene);
+        let _ = write!(page, " {} ms |", column.scene);
+        for (part, ..) in &column.errors {
+            let part = match part {
+                Part::Total => "whole",
+                Part::Indirect => "indirect",
+                Part::Diffuse => "diffuse",
+            };
+            let _ = write!(page, " {part}, same | {part}, all |");
+        }
     }
-    let _ = writeln!(page, "\n|---|---|{}", "---:|".repeat(3 * columns.len()));
+    let numbers: usize = columns.iter().map(|column| 1 + 2 * column.errors.len()).sum();
+    let _ = writeln!(page, "\n|---|---|{}", "---:|".repeat(numbers));
     let mut last = "";
     for (name, trial) in lines {
         let _ = write!(page, "| {} | `{}` |", if *name == last { "" } else { name }, trial.name());
@@ -172,42 +175,54 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
 /// What the table says of a scene.
 struct Column<'a> {
     scene: &'a str,
-    part: Part,
     rows: Vec<&'a Row>,
-    /// Keys of the rows on the frontiers, same and all.
-    best: [Vec<&'a str>; 2],
+    /// The parts whose errors are shown, each with the keys of the rows on its frontiers, same and all.
+    errors: Vec<(Part, [Vec<&'a str>; 2])>,
 }
 
 impl<'a> Column<'a> {
-    fn new(chart: &'a Chart, scene: &'a str) -> Self {
-        let part = chart.part(scene);
-        let rows: Vec<&Row> = chart.rows.iter().filter(|row| row.scene == scene).collect();
-        let best = [Truth::Same, Truth::Full].map(|truth| {
-            let point = |row: &&Row| row.gpu_ms().zip(row.error(truth, part, Metric::Rel));
-            let points: Vec<_> = rows.iter().map(|row| point(row).unwrap_or((f64::NAN, f64::NAN))).collect();
-            frontier(&points).into_iter().map(|i| rows[i].key.as_str()).collect()
-        });
-        Self { scene, part, rows, best }
+    fn new(chart: &'a Chart, scene: &'a SceneLine) -> Self {
+        let rows: Vec<&Row> = chart.rows.iter().filter(|row| row.scene == scene.name).collect();
+        let part = chart.part(&scene.name);
+        let mixed = part == Part::Indirect && !scene.all_diffuse;
+        let parts = std::iter::once(part).chain(mixed.then_some(Part::Diffuse));
+        let errors = parts.map(|part| (part, TRUTHS.map(|truth| best(&rows, truth, part)))).collect();
+        Self { scene: &scene.name, rows, errors }
     }
 
-    /// Time and both errors of one setting.
+    /// Time and errors of one setting.
     fn cells(&self, trial: &Trial) -> String {
         let row = self.rows.iter().find(|row| row.settings == trial.settings);
         let missing = || "–".to_owned();
-        let ms = row.and_then(|row| row.gpu_ms()).map_or_else(missing, |ms| format!("{ms:.0}"));
-        let [same, all] = [(Truth::Same, &self.best[0]), (Truth::Full, &self.best[1])].map(|(truth, best)| {
-            let found = row.and_then(|row| Some((row.key.as_str(), row.error(truth, self.part, Metric::Rel)?)));
-            found.map_or_else(missing, |(key, error)| {
-                let bold = if best.contains(&key) { "**" } else { "" };
-                format!("{bold}{error:.3}{bold}")
-            })
-        });
-        format!(" {ms} | {same} | {all} |")
+        let mut cells = vec![row.and_then(|row| row.gpu_ms()).map_or_else(missing, |ms| format!("{ms:.0}"))];
+        for (part, best) in &self.errors {
+            cells.extend(TRUTHS.iter().zip(best).map(|(truth, best)| {
+                let found = row.and_then(|row| Some((row.key.as_str(), row.error(*truth, *part, Metric::Rel)?)));
+                found.map_or_else(missing, |(key, error)| {
+                    let bold = if best.contains(&key) { "**" } else { "" };
+                    format!("{bold}{error:.3}{bold}")
+                })
+            }));
+        }
+        format!(" {} |", cells.join(" | "))
     }
+}
+
+/// In the order of a part's two columns.
+const TRUTHS: [Truth; 2] = [Truth::Same, Truth::Full];
+
+/// Keys of the rows on the frontier of time and `rel`.
+fn best<'a>(rows: &[&'a Row], truth: Truth, part: Part) -> Vec<&'a str> {
+    let point = |row: &&Row| row.gpu_ms().zip(row.error(truth, part, Metric::Rel));
+    let points: Vec<_> = rows.iter().map(|row| point(row).unwrap_or((f64::NAN, f64::NAN))).collect();
+    frontier(&points).into_iter().map(|i| rows[i].key.as_str()).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
+    use super::super::row::Measured;
     use super::*;
 
     #[test]
@@ -218,6 +233,43 @@ mod tests {
             assert_eq!(found, values.len(), "{name}: a value is the base's own, or there twice");
         }
         assert_eq!(settings(&lines).len(), lines.len(), "two lines are the same setting");
+    }
+
+    #[test]
+    fn scenes_with_metal_or_glass_have_the_errors_of_diffuse_surfaces_too() {
+        let lines = lines(&[]).unwrap();
+        let spread = json!({ "median": 7.0, "min": 7.0, "max": 7.0 });
+        let metrics = |rel: f64| json!({ "energy": 1.0, "rel": rel, "relmse": 0.0, "p95": 0.0 });
+        let errors = |rel: f64| {
+            let (total, indirect, diffuse) = (metrics(9.0), metrics(rel), metrics(rel / 2.0));
+            json!({ "noise": 0.0, "flip": 0.0, "total": total, "indirect": indirect, "diffuse": diffuse })
+        };
+        let measured = json!({
+            "frames": 5, "frame_gpu_ms": spread, "frame_wall_ms": spread, "passes": [], "memory_bytes": 0, "nonfinite": 0,
+            "own_direct": true, "full": errors(0.4), "same": errors(0.2)
+        });
+        let measured: Measured = serde_json::from_value(measured).unwrap();
+        let line = |name: &str, all_diffuse| SceneLine {
+            name: name.into(),
+            hash: String::new(),
+            triangles: 0,
+            camera: String::new(),
+            all_diffuse,
+        };
+        let row = |scene: &str| Row { measured: Some(measured.clone()), ..Row::new(scene.into(), scene, &lines[0].1) };
+        let rows = vec![row("box"), row("room")];
+        let chart = Chart { scenes: vec![line("box", true), line("room", false)], rows, ..Chart::default() };
+        let page = document(&chart, &lines[..2], &[], "");
+        let table: Vec<_> = page.lines().filter(|line| line.starts_with('|')).collect();
+        let two = "indirect, same | indirect, all |";
+        assert_eq!(
+            table[0],
+            format!("| axis | setting | box ms | {two} room ms | {two} diffuse, same | diffuse, all |")
+        );
+        let cells = "| 7 | **0.200** | **0.400** | 7 | **0.200** | **0.400** | **0.100** | **0.200** |";
+        assert!(table[2].ends_with(cells), "{}", table[2]);
+        assert!(table[3].ends_with("| – | – | – | – | – | – | – | – |"), "{}", table[3]);
+        assert!(table.iter().all(|line| line.matches('|').count() == 11), "{table:?}");
     }
 
     #[test]

@@ -166,6 +166,7 @@ fn axis_label(part: Part, metric: Metric) -> String {
     match part {
         Part::Total => format!("{metric} of the whole image"),
         Part::Indirect => format!("{metric} of the indirect light"),
+        Part::Diffuse => format!("{metric} of diffuse surfaces' indirect light"),
     }
 }
 

@@ -167,7 +167,7 @@ impl Bench<'_> {
         let noise = film.noise();
         let how = if traced.paths == 0 { "from the cache".into() } else { format!("{:.1} s", traced.seconds) };
         say!("{}: reference of {light}, noise {:.2} %, {how}", subject.name, 100.0 * noise);
-        Truth::new(depth, noise, film.layers(&[Aov::Direct]))
+        Truth::new(depth, noise, film.layers(&[Aov::Direct, Aov::Diffuse]))
             .map_err(|error| Error::Usage(format!("{}: {error}; light the scene", subject.name)))
     }
 

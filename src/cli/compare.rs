@@ -16,6 +16,9 @@ use crate::say;
 /// Version of the JSON report.
 const VERSION: u32 = 1;
 
+/// Prints energy, rel, relmse, p95 and flip of the whole image; and, where both files carry their direct layer, the first four
+/// of indirect: the image less its direct light. Where the reference carries its diffuse layer too, also of indirect_diffuse:
+/// of the pixels in which it shows diffuse surfaces alone, neither metal nor glass nor sky.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
     /// The image to judge
@@ -64,6 +67,18 @@ pub struct Limits {
     /// Exit with 1 if the indirect part's p95 is above this
     #[arg(long, value_name = "X", value_parser = limit)]
     pub max_indirect_p95: Option<f64>,
+    /// Exit with 1 if the energy of indirect_diffuse is further than this from 1
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub max_indirect_diffuse_energy: Option<f64>,
+    /// Exit with 1 if the rel of indirect_diffuse is above this
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub max_indirect_diffuse_rel: Option<f64>,
+    /// Exit with 1 if the relmse of indirect_diffuse is above this
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub max_indirect_diffuse_relmse: Option<f64>,
+    /// Exit with 1 if the p95 of indirect_diffuse is above this
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub max_indirect_diffuse_p95: Option<f64>,
     /// Exit with 1 if more values of the image than this are NaN or infinite [default: 0 with any other limit]
     #[arg(long, value_name = "N")]
     pub max_nonfinite: Option<usize>,
@@ -87,6 +102,9 @@ struct Report<'a> {
     flip: f64,
     /// energy rel relmse p95 of total − direct; null unless both files carry their direct layer.
     indirect: Option<Metrics>,
+    /// The same over pixels in which the reference shows diffuse surfaces alone; null unless its file carries its diffuse
+    /// layer too, with such pixels, and indirect light in them.
+    indirect_diffuse: Option<Metrics>,
     /// Values that are NaN or infinite; their pixels count in no metric.
     image_nonfinite: NonFinite,
     reference_nonfinite: NonFinite,
@@ -120,6 +138,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
             total: comparison.total,
             flip: comparison.flip,
             indirect: comparison.indirect,
+            indirect_diffuse: comparison.indirect_diffuse,
             image_nonfinite: comparison.image,
             reference_nonfinite: comparison.reference,
             exceeded: &exceeded,
@@ -129,6 +148,10 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
     exceeded.iter().for_each(|sentence| say!("{sentence}"));
     Ok(if exceeded.is_empty() { Outcome::Done } else { Outcome::Exceeded })
 }
+
+/// What the parts of the light need of the files.
+const NO_DIRECT: &str = "needs the direct layer in both files";
+const NO_DIFFUSE: &str = "needs the diffuse layer in the reference, and lit pixels that are wholly diffuse";
 
 fn check_targets(args: &CompareArgs) -> Result<()> {
     if let Some(folder) = args.out.as_ref().filter(|f| f.exists() && !f.is_dir()) {
@@ -144,14 +167,21 @@ fn check_targets(args: &CompareArgs) -> Result<()> {
 }
 
 fn print(comparison: &Comparison) {
-    say!("{:>9} {:>9} {:>9} {:>9} {:>9} {:>9}", "", "energy", "rel", "relmse", "p95", "flip");
+    say!("{:>16} {:>9} {:>9} {:>9} {:>9} {:>9}", "", "energy", "rel", "relmse", "p95", "flip");
     let row = |name: &str, m: &Metrics, flip: &str| {
-        say!("{name:>9} {:>9.5} {:>9.5} {:>9.6} {:>9.5} {flip:>9}", m.energy, m.rel, m.relmse, m.p95);
+        say!("{name:>16} {:>9.5} {:>9.5} {:>9.6} {:>9.5} {flip:>9}", m.energy, m.rel, m.relmse, m.p95);
     };
     row("total", &comparison.total, &format!("{:.5}", comparison.flip));
-    match &comparison.indirect {
-        Some(indirect) => row("indirect", indirect, ""),
-        None => say!(" indirect  (needs the direct layer in both files: --aov direct)"),
+    match (&comparison.indirect, &comparison.indirect_diffuse) {
+        (Some(indirect), Some(diffuse)) => {
+            row("indirect", indirect, "");
+            row("indirect_diffuse", diffuse, "");
+        }
+        (Some(indirect), None) => {
+            row("indirect", indirect, "");
+            say!("indirect_diffuse  ({NO_DIFFUSE}: --aov diffuse)");
+        }
+        (None, _) => say!("{:>16}  ({NO_DIRECT}: --aov direct)", "indirect"),
     }
     for (name, n) in [("image", comparison.image), ("reference", comparison.reference)] {
         if n.count() > 0 {
@@ -164,28 +194,44 @@ impl Limits {
     /// One sentence per limit that does not hold.
     fn exceeded(&self, c: &Comparison) -> Result<Vec<String>> {
         let mut limits = vec![
-            ("energy's distance from 1", self.max_energy, (c.total.energy - 1.0).abs()),
-            ("rel", self.max_rel, c.total.rel),
-            ("relmse", self.max_relmse, c.total.relmse),
-            ("p95", self.max_p95, c.total.p95),
-            ("flip", self.max_flip, c.flip),
+            ("energy's distance from 1".to_owned(), self.max_energy, (c.total.energy - 1.0).abs()),
+            ("rel".to_owned(), self.max_rel, c.total.rel),
+            ("relmse".to_owned(), self.max_relmse, c.total.relmse),
+            ("p95".to_owned(), self.max_p95, c.total.p95),
+            ("flip".to_owned(), self.max_flip, c.flip),
         ];
-        let indirect =
-            [self.max_indirect_energy, self.max_indirect_rel, self.max_indirect_relmse, self.max_indirect_p95];
-        match c.indirect {
-            Some(i) => {
-                let [energy, rel, relmse, p95] = indirect;
-                limits.push(("indirect energy's distance from 1", energy, (i.energy - 1.0).abs()));
-                limits.push(("indirect rel", rel, i.rel));
-                limits.push(("indirect relmse", relmse, i.relmse));
-                limits.push(("indirect p95", p95, i.p95));
+        let parts = [
+            (
+                "indirect",
+                c.indirect,
+                format!("{NO_DIRECT}; render them with --aov direct"),
+                [self.max_indirect_energy, self.max_indirect_rel, self.max_indirect_relmse, self.max_indirect_p95],
+            ),
+            (
+                "indirect_diffuse",
+                c.indirect_diffuse,
+                format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse"),
+                [
+                    self.max_indirect_diffuse_energy,
+                    self.max_indirect_diffuse_rel,
+                    self.max_indirect_diffuse_relmse,
+                    self.max_indirect_diffuse_p95,
+                ],
+            ),
+        ];
+        for (part, metrics, needs, [energy, rel, relmse, p95]) in parts {
+            match metrics {
+                Some(m) => limits.extend([
+                    (format!("{part} energy's distance from 1"), energy, (m.energy - 1.0).abs()),
+                    (format!("{part} rel"), rel, m.rel),
+                    (format!("{part} relmse"), relmse, m.relmse),
+                    (format!("{part} p95"), p95, m.p95),
+                ]),
+                None if [energy, rel, relmse, p95].iter().any(Option::is_some) => {
+                    return Err(Error::Usage(format!("a limit on {part} {needs}")));
+                }
+                None => {}
             }
-            None if indirect.iter().any(Option::is_some) => {
-                let text =
-                    "a limit on the indirect part needs the direct layer in both files; render them with --aov direct";
-                return Err(Error::Usage(text.to_owned()));
-            }
-            None => {}
         }
         let nonfinite = self.max_nonfinite.or(limits.iter().any(|l| l.1.is_some()).then_some(0));
         let above = limits.into_iter().filter_map(|(name, limit, value)| Some((name, limit?, value)));

@@ -1,4 +1,5 @@
-//! How far an image is from its reference: `energy rel relmse p95 flip`, of the whole and of the indirect part.
+//! How far an image is from its reference: `energy rel relmse p95 flip` of the whole, all but `flip` of the indirect part and
+//! of that part where surfaces are diffuse.
 //!
 //! Pixels that are not finite in either image are counted and left out of every metric.
 
@@ -9,6 +10,9 @@ use crate::{Error, Result};
 
 /// What darker pixels are compared against at least, as a share of the reference's mean.
 const FLOOR: f64 = 0.01;
+
+/// [`Aov::Diffuse`] from which on a pixel is wholly diffuse: rounding apart, no part of it shows metal, glass or the sky.
+const WHOLLY_DIFFUSE: f32 = 0.999;
 
 /// Luminance that the reference's 95th percentile gets before FLIP.
 const FLIP_WHITE: f32 = 0.8;
@@ -39,6 +43,8 @@ pub struct Comparison {
     pub total: Metrics,
     /// Of total − direct, each image less its own direct layer, where both have one.
     pub indirect: Option<Metrics>,
+    /// The same over the pixels of [`wholly_diffuse`], where the reference has any that indirect light reaches.
+    pub indirect_diffuse: Option<Metrics>,
     /// Mean of [`Self::flip_map`].
     pub flip: f64,
     /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree; see [`exposed`].
@@ -76,15 +82,25 @@ pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
         }
     }
     let total = metrics(image.beauty(), reference.beauty(), "reference")?;
-    let indirect = match (indirect(image), indirect(reference)) {
-        (Some(a), Some(b)) => Some(metrics(&a, &b, "reference's indirect part")?),
-        _ => None,
-    };
+    let (mut of_indirect, mut of_diffuse) = (None, None);
+    if let (Some(a), Some(b)) = (indirect(image), indirect(reference)) {
+        of_indirect = Some(metrics(&a, &b, "reference's indirect part")?);
+        of_diffuse = wholly_diffuse(reference).and_then(|counts| metrics_where(&counts, &a, &b));
+    }
     let exposure = exposure(reference.beauty());
     let flip_map = flip(image, reference, exposure);
     let flip = flip_map.iter().map(|&f| f as f64).sum::<f64>() / flip_map.len() as f64;
     let (image, reference) = (NonFinite::of(image.beauty()), NonFinite::of(reference.beauty()));
-    Ok(Comparison { total, indirect, flip, flip_map, exposure, image, reference })
+    Ok(Comparison {
+        total,
+        indirect: of_indirect,
+        indirect_diffuse: of_diffuse,
+        flip,
+        flip_map,
+        exposure,
+        image,
+        reference,
+    })
 }
 
 /// Total − direct, if the direct layer is there.
@@ -92,6 +108,19 @@ pub fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
     let direct = layers.get(Aov::Direct)?;
     let minus = |(t, d): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| t[c] - d[c]);
     Some(layers.beauty().iter().zip(direct).map(minus).collect())
+}
+
+/// Which pixels show nothing but surfaces that are neither metal nor transmit, if the diffuse layer is there.
+pub fn wholly_diffuse(layers: &Layers) -> Option<Vec<bool>> {
+    Some(layers.get(Aov::Diffuse)?.iter().map(|p| p[0] >= WHOLLY_DIFFUSE).collect())
+}
+
+/// [`metrics`] over the pixels that count; `None` where none does, or the reference is black in all that do.
+pub fn metrics_where(counts: &[bool], image: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<Metrics> {
+    let pick = |pixels: &[[f32; 3]]| -> Vec<_> {
+        pixels.iter().zip(counts).filter(|(_, counts)| **counts).map(|(p, _)| *p).collect()
+    };
+    metrics(&pick(image), &pick(reference), "reference").ok()
 }
 
 fn finite(pixel: &[f32; 3]) -> bool {

@@ -13,7 +13,7 @@ use crate::scene::{Pose, Scene, View};
 use crate::{Error, Result};
 
 /// Marks a film's file; its last digit is the version of the layout.
-const MAGIC: [u8; 8] = *b"2bfilm\0\x01";
+const MAGIC: [u8; 8] = *b"2bfilm\0\x02";
 
 /// How long work may be lost to a crash.
 const SAVE_EVERY: Duration = Duration::from_secs(30);

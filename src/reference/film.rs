@@ -19,6 +19,7 @@ pub struct Pixel {
     depth: f64,
     hits: f64,
     ao: f64,
+    diffuse: f64,
 }
 
 /// A row of pixels and how far it got.
@@ -57,6 +58,7 @@ impl Pixel {
         accumulate(&mut self.halves[index as usize & 1], sample.beauty);
         accumulate(&mut self.direct, sample.direct);
         self.ao += sample.ao as f64;
+        self.diffuse += sample.diffuse as f64;
         if let Some(first) = &sample.first {
             accumulate(&mut self.normal, first.normal);
             accumulate(&mut self.albedo, first.albedo);
@@ -83,6 +85,7 @@ impl Pixel {
             Aov::Depth if self.hits == 0.0 => [f32::INFINITY; 3],
             Aov::Depth => [(self.depth / self.hits) as f32; 3],
             Aov::Albedo => mean(self.albedo, samples),
+            Aov::Diffuse => [(self.diffuse / samples) as f32; 3],
         }
     }
 }

@@ -33,6 +33,8 @@ pub struct Sample {
     pub first: Option<First>,
     /// Share of the cosine-weighted hemisphere that is open; 1 on the sky. 0 unless asked for.
     pub ao: f32,
+    /// See [`crate::layers::Aov::Diffuse`].
+    pub diffuse: f32,
 }
 
 /// The surface first seen.
@@ -119,6 +121,8 @@ impl<'a> Integrator<'a> {
     /// Follows the path's ray to the next surface that does not let it straight through. `None`: the sky, whose light it adds.
     pub(super) fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
         let (mut travelled, mut clear) = (0.0, true);
+        // What of `Sample::diffuse` is still to be seen.
+        let mut unseen = if path.scattered == 0 { 1.0 } else { 0.0 };
         loop {
             let Some(hit) = self.hit(&path.ray, path.scattered == 0) else {
                 path.add(self.lights.sky);
@@ -133,6 +137,10 @@ impl<'a> Integrator<'a> {
             if pass > 0.0 {
                 clear = false;
                 if sampler.event() < pass {
+                    // Blending shows what lies behind as the first surface; thin glass is one itself.
+                    let blended = ((1.0 - vertex.surface.params.opacity) / pass).min(1.0);
+                    path.sample.diffuse += unseen * (1.0 - blended) * vertex.surface.params.diffuse_share();
+                    unseen *= blended;
                     path.throughput *= vertex.straight / pass;
                     path.ray.origin = self.leave(&vertex, path.ray.direction);
                     path.ray.near = 0.0;
@@ -143,6 +151,7 @@ impl<'a> Integrator<'a> {
             }
             vertex.hit.t = travelled;
             vertex.clear = clear;
+            path.sample.diffuse += unseen * vertex.surface.params.diffuse_share();
             if path.scattered == 0 {
                 self.first_seen(path, &vertex, sampler);
             }

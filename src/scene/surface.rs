@@ -123,6 +123,11 @@ impl Alpha {
 }
 
 impl SurfaceParams {
+    /// Share of the surface that is neither metal nor transmits, 0 to 1; 0 where it is unlit.
+    pub fn diffuse_share(&self) -> f32 {
+        if self.unlit { 0.0 } else { 1.0 - self.metallic - self.transmission }
+    }
+
     /// Schlick's reflectance at the cosine between view and half vector.
     pub fn fresnel(&self, cos: f32) -> Vec3 {
         self.f0 + (Vec3::splat(self.f90) - self.f0) * (1.0 - cos).clamp(0.0, 1.0).powi(5)

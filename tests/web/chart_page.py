@@ -93,7 +93,7 @@ else { control.value = arguments[1]; control.dispatchEvent(new Event('change', {
     scenes = browser.run("return [...document.querySelector('[name=scene]').options].map((o) => o.value)")
     assert len(scenes) == 2, scenes
     switches = [
-        ("metric", ["energy", "relmse", "p95", "flip", "rel"]), ("part", ["indirect", "total"]),
+        ("metric", ["energy", "relmse", "p95", "flip", "rel"]), ("part", ["indirect", "diffuse", "total"]),
         ("truth", ["same", "full"]), ("cost", ["cpu", "memory", "gpu"]), ("scene", [scenes[1], scenes[0]]),
     ]
     for name, values in switches:

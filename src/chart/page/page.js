@@ -19,9 +19,10 @@ const METRICS = {
 };
 const CHOICES = {
   truth: { full: "all light", same: "as many bounces" },
-  part: { total: "whole image", indirect: "indirect light" },
+  part: { total: "whole image", indirect: "indirect light", diffuse: "of diffuse surfaces" },
   metric: Object.fromEntries(Object.keys(METRICS).map((name) => [name, name])),
 };
+if (!data.rows.some(({ measured }) => measured?.full.diffuse || measured?.same.diffuse)) delete CHOICES.part.diffuse;
 // No error is drawn as smaller than this: a logarithm has no zero.
 const LEAST = 1e-6;
 
@@ -60,7 +61,7 @@ function buildControls() {
   form.addEventListener("change", (event) => {
     state[event.target.name] = event.target.value;
     // FLIP is of whole images.
-    if (state.part === "indirect" && state.metric === "flip") {
+    if (state.part !== "total" && state.metric === "flip") {
       state.metric = "rel";
       form.querySelector("[name=metric][value=rel]").checked = true;
     }
@@ -84,7 +85,7 @@ function draw() {
     .map((row) => ({ row, x: row.measured && cost.of(row.measured), y: errorOf(row), name: row.name, preset: !row.swept, color: colorOf(row.preset) }))
     .filter((p) => p.x && p.y !== undefined)
     .map((p) => ({ ...p, y: Math.max(p.y, LEAST) }));
-  at("controls").querySelector("[name=metric][value=flip]").disabled = state.part === "indirect";
+  at("controls").querySelector("[name=metric][value=flip]").disabled = state.part !== "total";
   at("meaning").textContent = `${state.metric}: ${METRICS[state.metric]}. Lower and further left is better; the line joins what no other setting beats.`;
   const yTitle = `${state.metric === "energy" ? "|energy − 1|" : state.metric}, ${CHOICES.part[state.part]}`;
   at("detail").hidden = points.length === 0;

@@ -38,20 +38,20 @@ impl Render {
         target: &ImageTarget,
     ) -> Result<Self> {
         let apart = gather && gather::is_apart(settings);
-        let layers = target.layers();
+        let outputs = target.outputs();
         let base = constants(settings, features, u32::from(gather));
-        let cones = match (gather, layers > 1) {
+        let cones = match (gather, outputs > 1) {
             (true, false) => "cones/render_cones.frag",
             (true, true) => "cones/render_cones_aovs.frag",
             (false, false) => "cones/render_direct.frag",
             (false, true) => "cones/render_direct_aovs.frag",
         };
-        let fragment = match (apart, layers > 1) {
+        let fragment = match (apart, outputs > 1) {
             (true, false) => "cones/render_gathered.frag",
             (true, true) => "cones/render_gathered_aovs.frag",
             _ => cones,
         };
-        let formats = vec![COLOR_FORMAT; layers];
+        let formats = vec![COLOR_FORMAT; outputs];
         let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
         let common = RasterDesc {
             label: "render",

@@ -1,5 +1,7 @@
 // glTF 2.0, appendix B: Lambert and GGX with Schlick's Fresnel. π stands here and nowhere else.
 
+#include "common/color.glsl"
+
 const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
 
 struct Brdf {
@@ -22,7 +24,7 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
         float ggx = a2 / (PI * d * d);
         float smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
         vec3 fresnel = s.f0 + (s.f90 - s.f0) * pow(1.0 - vh, 5.0);
-        float largest = max(fresnel.r, max(fresnel.g, fresnel.b));
+        float largest = brightest(fresnel);
         f.diffuse *= 1.0 - largest;
         f.specular = fresnel * (ggx * 0.5 / max(smith, 1e-7));
     }
@@ -50,7 +52,12 @@ vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
     return clamp(f0 * ab.x + f90 * ab.y, vec3(0.0), vec3(1.0));
 }
 
+// Towards a viewer who sees the surface under the cosine nv.
+Lobes lobes_at(Surface s, float nv) {
+    vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, nv);
+    return Lobes(specular, 1.0 - brightest(specular));
+}
+
 Lobes lobes_towards(Surface s, vec3 view) {
-    vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, max(dot(s.normal, view), 0.0));
-    return Lobes(specular, 1.0 - max(specular.r, max(specular.g, specular.b)));
+    return lobes_at(s, max(dot(s.normal, view), 0.0));
 }

@@ -53,6 +53,16 @@ float exit_distance(vec3 from, vec3 d) {
     return max(min(far.x, min(far.y, far.z)), 0.0);
 }
 
+// Voxels across the cone at distance s. D17: printed compares the aperture, a ratio, with an edge of the volume, a length.
+float cone_diameter(float aperture, float s) {
+    return printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
+}
+
+// A sum goes on until the last wall, cut by the border, is met whole.
+float cone_end(float end, float diameter) {
+    return BLEND == BLEND_SUM ? end + 0.5 + min(frame.exit_margin * diameter, float(EDGE) / 8.0) : end;
+}
+
 // Travels along unit d from `from`, first look-up at `start`, aperture = tangent of the half angle.
 // `over`: front hides back. `sum`: alphas add up to 1: a full wall that is read every edge with linear filtering gives
 // alphas a and 1 − a, of which "over" loses a(1 − a), and the sum nothing.
@@ -65,14 +75,9 @@ vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
     }
     float opaque = printed(18) ? 1.0 : NEARLY_OPAQUE;
     float s = start;
+    float diameter = cone_diameter(aperture, s);
     vec4 sum = vec4(0.0);
-    for (uint i = 0u; i < STEP_CAP && sum.a < opaque; i++) {
-        // D17: printed compares the aperture, a ratio, with an edge of the volume, a length.
-        float diameter = printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
-        // A sum goes on until the last wall, cut by the border, is met whole.
-        if (s >= (BLEND == BLEND_SUM ? end + 0.5 + min(frame.exit_margin * diameter, float(EDGE) / 8.0) : end)) {
-            break;
-        }
+    for (uint i = 0u; i < STEP_CAP && sum.a < opaque && s < cone_end(end, diameter); i++) {
         float level = max(0.0, log2(diameter));
         COUNT(CONE_STEPS, 1u);
         vec4 seen = sample_directional(from + s * d, d, weights, level);
@@ -86,6 +91,7 @@ vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
             sum += (1.0 - sum.a) * seen;
         }
         s += max(diameter, 1.0) * frame.cone_step;
+        diameter = cone_diameter(aperture, s);
     }
     return max(sum, vec4(0.0));
 }
@@ -101,7 +107,7 @@ float trace_shadow_cone(vec3 from, vec3 d, float distance, float aperture, float
     float s = start;
     float alpha = 0.0;
     for (uint i = 0u; i < STEP_CAP && s < end && alpha < opaque; i++) {
-        float diameter = printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
+        float diameter = cone_diameter(aperture, s);
         float level = max(0.0, log2(printed(13) ? diameter + 1.0 : diameter)); // D13
         vec3 at = from + s * d;
         COUNT(SHADOW_STEPS, 1u);

@@ -25,6 +25,12 @@ layout(constant_id = 18) const uint REFRACTION = 0u;
 layout(constant_id = 19) const uint SPECULAR_RAYS = 8u; // of a lobe, at most
 layout(constant_id = 21) const uint SHADOW_RAYS = 1u; // per light with an extent; 20 is the tests'
 
+layout(constant_id = 22) const uint DIRECT = 0u; // of the voxels' direct light
+
+const uint DIRECT_AGAIN = 0u; // every shading pass finds it
+const uint DIRECT_KEEP = 1u; // finds it, and keeps it for the next pass
+const uint DIRECT_READ = 2u; // takes what was kept
+
 const uint BRICK = 4u; // voxels along the edge of a brick; Heads ends with a flag per brick: something is listed in it
 
 const uint GATHER_RAYS = 1u; // 0: cones

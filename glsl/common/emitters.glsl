@@ -2,6 +2,7 @@
 // Needs: emitters[], frame, jitter.glsl.
 
 #include "common/count.glsl"
+#include "common/color.glsl"
 
 struct EmitterSample {
     vec3 point; // voxels
@@ -77,7 +78,7 @@ EmitterSample sample_emitter(uint i, vec3 position, vec3 normal, vec2 random) {
         float seen = triangle_irradiance(e.a - position, e.b - position, e.c - position, normal);
         seen = e.two_sided != 0u ? abs(seen) : max(seen, 0.0);
         vec3 irradiance = e.radiance * (seen / (e.probability * strata));
-        float weight = max(irradiance.r, max(irradiance.g, irradiance.b));
+        float weight = brightest(irradiance);
         total += weight;
         // One random number serves all choices: what is left of it is even again.
         float share = total > 0.0 ? weight / total : 0.0;

@@ -40,50 +40,46 @@ vec3 normal_against(vec3 normal, vec3 d) {
 
 // Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
 // reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what is
-// seen through it. `aperture`: tangent of the half angle that the ray stands for.
-Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture) {
+// seen through it. `aperture`: tangent of the half angle that the ray stands for. Nothing is seen unless it `sends`.
+Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
-    vec3 origin = position + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
+    vec3 origin = ray_start(position, facet, d);
     vec3 through = vec3(1.0);
     float least = 0.0;
     float travelled = 0.0;
     float pixel = 2.0 * length(frame.down_per_ndc) / frame.image_size.y; // voxels per voxel of way
     float seen_from = frame.orthographic != 0u ? 0.0 : distance(position, frame.eye);
-    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_INTERFACES : 1u); i++) {
+    bool going = sends;
+    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_INTERFACES : 1u) && going; i++) {
         RayHit hit = trace_ray(origin, d, least);
-        if (hit.triangle == 0u) {
-            seen.light += through * frame.sky * frame.scale;
-            break;
-        }
-        COUNT(TRIANGLES, 1u);
-        COUNT(MATERIALS, 1u);
-        Triangle t = triangles[hit.triangle - 1u];
+        bool met = hit.triangle != 0u;
+        COUNT(TRIANGLES, met ? 1u : 0u);
+        COUNT(MATERIALS, met ? 1u : 0u);
+        seen.light += met ? vec3(0.0) : through * frame.sky * frame.scale;
+        through = met ? through : vec3(0.0);
+        Triangle t = triangles[max(hit.triangle, 1u) - 1u];
         Material m = materials[t.material];
         vec3 normal = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
         bool back = dot(normal, d) > 0.0;
         bool dark = back && (m.flags & MATERIAL_DOUBLE_SIDED) == 0u;
-        vec3 at = origin + d * hit.distance;
+        float run = met ? hit.distance : 0.0;
+        vec3 at = origin + d * run;
         vec3 weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
-        float way = travelled + hit.distance;
+        float way = travelled + run;
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
         vec3 sent = dark ? vec3(0.0)
                          : volume_radiance(at, back ? normal : -normal, width) * texture_detail(t, m, weights, max(width, pixel_width));
-        if (EMITTERS != EMITTERS_SAMPLED && (!feature(FEATURE_ALPHA) || t.translucent == 0u)) {
-            seen.light += through * sent;
-            break;
-        }
         Surface s = evaluate_surface(t, weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), back);
+        bool passes = feature(FEATURE_ALPHA) && t.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
         if (glass && back && m.attenuation_distance_m < 1e30) {
-            through *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(hit.distance * frame.voxel_m / m.attenuation_distance_m));
+            through *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(run * frame.voxel_m / m.attenuation_distance_m));
         }
         seen.light += through * sent * (s.opacity * (1.0 - s.transmission));
         seen.lamps += through * (dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
-        if (!feature(FEATURE_ALPHA) || t.translucent == 0u) {
-            break;
-        }
         vec3 tint = s.albedo * s.transmission;
+        least = hit.distance;
         if (glass) {
             vec3 n = normal_against(s.normal, d);
             float ior = max(s.ior, 1.0);
@@ -94,15 +90,12 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture) {
             // Where facet and shading normal disagree, the facet says on which side the ray is.
             d -= (reflects ? 2.0 * min(dot(d, s.facet), 0.0) : 2.0 * max(dot(d, s.facet), 0.0)) * s.facet;
             origin = at + s.facet * (reflects ? RAY_START : -RAY_START);
-            travelled += hit.distance;
+            travelled += run;
             least = 0.0;
         } else {
             through *= mix(vec3(1.0), tint, s.opacity);
-            least = hit.distance;
         }
-        if (max(through.r, max(through.g, through.b)) < 0.005) {
-            break;
-        }
+        going = met && passes && brightest(through) >= SPENT;
     }
     return seen;
 }
@@ -131,7 +124,7 @@ InLobes look_in_lobes(Surface s, vec3 view, Lobes lobes, bool back, float bend, 
     vec3 normal = normal_against(s.normal, -view);
     mat3 basis = tangent_frame(normal);
     vec3 v = view * basis;
-    float strongest = max(lobes.specular.r, max(lobes.specular.g, lobes.specular.b));
+    float strongest = brightest(lobes.specular);
     uint mirrored = mirrors ? lobe_ray_count(alpha, inside ? 1.0 : strongest) : 0u;
     uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;
     float aperture = roughness_to_aperture(s.roughness);
@@ -145,7 +138,7 @@ InLobes look_in_lobes(Surface s, vec3 view, Lobes lobes, bool back, float bend, 
         vec3 h = one ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, v, u);
         float cosine = clamp(dot(v, h), 0.0, 1.0);
         vec3 fresnel = lobe_fresnel(s, cosine_in_air(cosine, ior, inside));
-        float left = 1.0 - max(fresnel.r, max(fresnel.g, fresnel.b));
+        float left = 1.0 - brightest(fresnel);
         vec3 mirror = 2.0 * cosine * h - v;
         vec3 d = mirror;
         if (!reflects) {
@@ -161,12 +154,10 @@ InLobes look_in_lobes(Surface s, vec3 view, Lobes lobes, bool back, float bend, 
         d = basis * d;
         // Light that would have to come through the surface that mirrors it, or be refracted to the side it came from.
         float side = reflects ? 1.0 : -1.0;
-        if (side * dot(d, s.facet) <= 0.0 || side * dot(d, normal) <= 0.0) {
-            continue;
-        }
+        bool sends = side * dot(d, s.facet) > 0.0 && side * dot(d, normal) > 0.0;
         // A curved mirror spreads a pixel twice as far as its normal turns; glass may as well focus it.
         float spread = reflects ? 2.0 * bend : 0.0;
-        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))));
+        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), sends);
         sum.indirect += weight * seen.light;
         if (EMITTERS == EMITTERS_SAMPLED) {
             vec3 lamps = weight * (reflects ? mirrored_lamps : 1.0) * seen.lamps;

@@ -38,7 +38,7 @@ vec4 trace_gather_ray(vec3 position, vec3 facet, vec3 d, float aperture) {
         vec3 passed = feature(FEATURE_ALPHA) && t.translucent != 0u ? triangle_transmittance(t, hit.uv) : vec3(0.0);
         sum += met && !dark ? through * (1.0 - passed) * radiance : vec3(0.0);
         through *= met ? passed : vec3(1.0);
-        bool spent = max(through.r, max(through.g, through.b)) < SPENT;
+        bool spent = brightest(through) < SPENT;
         through = spent ? vec3(0.0) : through;
         going = met && !spent;
         least = hit.distance;

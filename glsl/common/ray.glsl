@@ -2,6 +2,7 @@
 // Needs: surface.glsl, heads[], list_items[], globals.
 
 #include "common/count.glsl"
+#include "common/color.glsl"
 
 // How many surfaces that let light through one ray may pass.
 const uint MOST_PASSED = 8u;
@@ -249,7 +250,7 @@ vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
         sum += shines ? through * s.emitted * s.opacity : vec3(0.0);
         vec3 passed = feature(FEATURE_ALPHA) && t.translucent != 0u ? triangle_transmittance(t, hit.uv) : vec3(0.0);
         through *= passed;
-        going = met && max(through.r, max(through.g, through.b)) >= SPENT;
+        going = met && brightest(through) >= SPENT;
         least = hit.distance;
     }
     return sum;

@@ -34,23 +34,20 @@ const float DARK_BACK = 1e-3; // of the front's light: what rounding and leaks m
 // A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
 const float MEAN_COSINE = 0.6666667;
 
-float brightest(vec3 c) {
-    return max(c.r, max(c.g, c.b));
-}
+#ifdef CONES
+layout(set = 0, binding = 33, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
+#else
+layout(set = 0, binding = 33, scalar) writeonly buffer DirectLight { vec3 direct_light[]; };
+#endif
 
-// What one side sends: stored radiance, not yet times opacity.
-vec3 shade_side(Surface s, uvec3 voxel) {
-    if (s.unlit) {
-        return vec3(0.0); // neither lit nor lighting
-    }
-    vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, MEAN_COSINE);
-    vec3 diffuse = s.diffuse * (1.0 - max(specular.r, max(specular.g, specular.b)));
+// Stored radiance that lights and sampled lamps make one side send, and what it emits itself.
+vec3 shade_direct(Surface s, Lobes lobes) {
     vec3 irradiance = vec3(0.0);
+    bool shadowed = BOUNCE != 0u || feature(FEATURE_FIRST_BOUNCE_SHADOWS);
     for (uint i = 0u; i < frame.light_count; i++) {
         LightSample to = sample_light(lights[i], s.position, frame.voxel_m);
         float cosine = dot(s.normal, to.direction);
         if (cosine > 0.0 && any(greaterThan(to.irradiance, vec3(0.0)))) {
-            bool shadowed = BOUNCE != 0u || feature(FEATURE_FIRST_BOUNCE_SHADOWS);
             vec3 open = shadowed ? shadow_towards(lights[i], to, s.position, s.facet, s.normal, BOUNCE != 0u) : vec3(1.0);
             irradiance += to.irradiance * (cosine * open);
         }
@@ -59,19 +56,40 @@ vec3 shade_side(Surface s, uvec3 voxel) {
     for (uint i = 0u; i < emitter_samples(); i++) {
         EmitterSample to = sample_emitter(i, s.position, s.normal, random);
         if (any(greaterThan(to.irradiance, vec3(0.0)))) {
-            bool shadowed = BOUNCE != 0u || feature(FEATURE_FIRST_BOUNCE_SHADOWS);
             irradiance += to.irradiance * (shadowed ? shadow_towards_point(s.position, s.facet, to.point) : vec3(1.0));
         }
     }
     // Sampled lamps light every surface there and then: whoever gathers must not find their light again.
     vec3 emitted = EMITTERS == EMITTERS_SAMPLED ? vec3(0.0) : s.emitted;
-    vec3 stored = (irradiance / PI * (diffuse + specular) + emitted) * frame.scale;
+    return (irradiance / PI * (s.diffuse * lobes.rest + lobes.specular) + emitted) * frame.scale;
+}
+
+// What one side sends: stored radiance, not yet times opacity. `kept`: its place among the direct lights.
+vec3 shade_side(Surface s, uvec3 voxel, uint kept) {
+    if (s.unlit) {
+        return vec3(0.0); // neither lit nor lighting
+    }
+    Lobes lobes = lobes_at(s, MEAN_COSINE);
+    vec3 stored;
 #ifdef CONES
+    if (DIRECT == DIRECT_READ) {
+        stored = direct_light[kept];
+    } else {
+        stored = shade_direct(s, lobes);
+    }
+#else
+    stored = shade_direct(s, lobes);
+#endif
+    if (DIRECT == DIRECT_KEEP) {
+        direct_light[kept] = stored;
+    }
+#ifdef CONES
+    vec3 diffuse = s.diffuse * lobes.rest;
     if (any(greaterThan(diffuse, vec3(0.0)))) {
         stored += diffuse * gather_diffuse(s.position, s.facet, s.normal, voxel).rgb;
     }
-    if (feature(FEATURE_SPECULAR) && any(greaterThan(specular, vec3(0.0)))) {
-        stored += specular * gather_specular(s.position, s.normal, s.normal, s.roughness);
+    if (feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
+        stored += lobes.specular * gather_specular(s.position, s.normal, s.normal, s.roughness);
     }
 #endif
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
@@ -90,6 +108,7 @@ vec4[7] shade_voxel(uvec3 voxel) {
         vec3 center = vec3(voxel) + 0.5;
         uint count = 0u;
         for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
+            uint kept = 2u * (item - 1u);
             ListItem entry = list_items[item - 1u];
             item = entry.next;
             Triangle t = triangles[entry.triangle];
@@ -121,7 +140,7 @@ vec4[7] shade_voxel(uvec3 voxel) {
             vec3 back = vec3(0.0);
             for (uint side = 0u; side < (two_sided ? 2u : 1u); side++) {
                 front = back;
-                back = shade_side(s, voxel);
+                back = shade_side(s, voxel, kept + side);
                 s.normal = -s.normal;
                 s.facet = -s.facet;
             }

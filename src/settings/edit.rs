@@ -158,7 +158,7 @@ fn parse(key: &Key, text: &str) -> Value {
     let parsed = match key.range {
         Range::Bool => text.parse().ok().map(Value::Boolean),
         Range::Choice(_) | Range::ChoiceOrAuto(_) => None,
-        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) => text.parse().ok().map(Value::Integer),
+        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) | Range::WholeOrAuto(..) => text.parse().ok().map(Value::Integer),
         Range::Number(..) | Range::NumberOrAuto(..) => number(text),
         Range::PointOrAuto(_) => text.split(',').map(number).collect::<Option<Vec<_>>>().map(Value::Array),
     };
@@ -180,7 +180,10 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
         Range::Bool => value.as_bool().map(Value::Boolean),
         Range::Choice(names) => choice(&names()),
         Range::ChoiceOrAuto(names) => choice(&names()).or_else(auto),
-        Range::Whole(least, most) => whole.filter(|n| (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n))),
+        Range::Whole(least, most) | Range::WholeOrAuto(least, most) => {
+            let found = whole.filter(|n| (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)));
+            found.or_else(|| if matches!(key.range, Range::WholeOrAuto(..)) { auto() } else { None })
+        }
         Range::PowerOfTwo(least, most) => {
             whole.filter(|n| n.is_power_of_two() && (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)))
         }

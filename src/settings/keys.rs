@@ -2,7 +2,7 @@
 
 use super::{
     Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, Reuse, RoughnessFit,
-    Shadows, Weights, Work,
+    ShadeDirect, Shadows, Weights, Work,
 };
 
 /// What `twobounce settings` says about one setting.
@@ -27,6 +27,8 @@ pub enum Range {
     ChoiceOrAuto(fn() -> Vec<&'static str>),
     /// A whole number between these, both included.
     Whole(u32, u32),
+    /// The same, or `auto`.
+    WholeOrAuto(u32, u32),
     /// A power of two between these, both included.
     PowerOfTwo(u32, u32),
     /// One of these whole numbers.
@@ -46,6 +48,7 @@ impl std::fmt::Display for Range {
             Self::Choice(names) => f.write_str(&either(&names())),
             Self::ChoiceOrAuto(names) => f.write_str(&either(&[names(), vec!["auto"]].concat())),
             Self::Whole(least, most) => write!(f, "a whole number, {least} to {most}"),
+            Self::WholeOrAuto(least, most) => write!(f, "a whole number, {least} to {most}, or auto"),
             Self::PowerOfTwo(least, most) => write!(f, "a power of two, {least} to {most}"),
             Self::OneOf(values) => f.write_str(&either(&values.iter().map(u32::to_string).collect::<Vec<_>>())),
             Self::Number(least, most) => write!(f, "{}", span(*least, *most)),
@@ -256,6 +259,20 @@ pub const KEYS: &[Key] = &[
         names!(ConeSet or auto),
         "diffuse set of the voxels of the second bounce; auto: as the image",
         "as cones, per shaded voxel side",
+    ),
+    key(
+        "shade.emitter_samples",
+        "points",
+        Range::WholeOrAuto(1, 256),
+        "points on lamps per shaded voxel side; auto: as emitter_samples",
+        "as emitter_samples, per shaded voxel side",
+    ),
+    key(
+        "shade.direct",
+        "choice",
+        names!(ShadeDirect),
+        "where the second bounce's voxels have their direct light from; kept: from the first bounce, the same bits, where lists are reused and shadows are the same (rays in both bounces, or none)",
+        "kept: 24 bytes per list item instead of a second shading of it",
     ),
     key(
         "volume.center",

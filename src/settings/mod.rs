@@ -119,6 +119,15 @@ choices! {
     Lists { Rebuild = "rebuild", Reuse = "reuse" }
 }
 choices! {
+    /// Where the second bounce's voxels have their direct light from.
+    ShadeDirect {
+        /// Every bounce finds it, as in the talk.
+        Again = "again",
+        /// The first bounce's is kept, where it is the same.
+        Kept = "kept",
+    }
+}
+choices! {
     /// What a pass over a volume goes through; the volume is the same.
     Work {
         /// A fragment per voxel of the whole grid, as in the talk.
@@ -201,14 +210,18 @@ pub struct Settings {
     pub ledger: Ledger,
 }
 
-/// How the voxels of the second bounce gather; absent: as the image does.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// How voxels are shaded; absent: as the image is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shade {
     #[serde(with = "auto")]
     pub gather: Option<Gather>,
     #[serde(with = "auto")]
     pub cones: Option<ConeSet>,
+    /// Points on lamps per voxel side.
+    #[serde(with = "auto")]
+    pub emitter_samples: Option<u32>,
+    pub direct: ShadeDirect,
 }
 
 /// Where the volume stands.
@@ -375,10 +388,31 @@ impl Bounces {
 }
 
 impl Settings {
-    /// The settings by which the second bounce's voxels gather.
+    /// The settings by which voxels are shaded.
     pub fn of_voxels(&self) -> Self {
-        let Shade { gather, cones } = self.shade;
-        Self { gather: gather.unwrap_or(self.gather), cones: cones.unwrap_or(self.cones), ..self.clone() }
+        let Shade { gather, cones, emitter_samples, .. } = self.shade;
+        Self {
+            gather: gather.unwrap_or(self.gather),
+            cones: cones.unwrap_or(self.cones),
+            emitter_samples: emitter_samples.unwrap_or(self.emitter_samples),
+            ..self.clone()
+        }
+    }
+
+    /// Whether the second bounce takes over the first one's direct light: only where both would find the same.
+    pub fn keeps_direct(&self) -> bool {
+        let same = match self.shadows {
+            Shadows::None => true,
+            Shadows::Rays => self.first_bounce_shadows,
+            Shadows::Cones => false,
+        };
+        self.shade.direct == ShadeDirect::Kept && self.bounces.volumes() == 2 && self.lists == Lists::Reuse && same
+    }
+}
+
+impl Default for Shade {
+    fn default() -> Self {
+        Self { gather: None, cones: None, emitter_samples: None, direct: ShadeDirect::Again }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     Blend, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, ImageSettings, Ledger, Lists,
-    RoughnessFit, Settings, Shade, Shadow, Shadows, Start, Weights, Work,
+    RoughnessFit, Settings, Shade, ShadeDirect, Shadow, Shadows, Start, Weights, Work,
 };
 
 /// Settings with a name.
@@ -62,7 +62,7 @@ impl Settings {
     fn rays(cones: ConeSet, of_voxels: ConeSet) -> Self {
         Self {
             gather: Gather::Rays,
-            shade: Shade { gather: None, cones: Some(of_voxels) },
+            shade: Shade { cones: Some(of_voxels), direct: ShadeDirect::Kept, ..Shade::default() },
             interleave: 4,
             emitters: Emitters::Sampled,
             specular: Gather::Rays,

@@ -25,6 +25,8 @@ const SPECULAR: u32 = 17;
 const REFRACTION: u32 = 18;
 const SPECULAR_RAYS: u32 = 19;
 const SHADOW_RAYS: u32 = 21;
+/// Of the shading passes alone: 0 finds direct light, 1 and keeps it, 2 takes what was kept.
+pub const DIRECT: u32 = 22;
 /// Of `render.vert` alone.
 pub const BLENDED: u32 = 9;
 

@@ -81,6 +81,8 @@ pub struct Resources {
     pub globals: Buffer,
     pub triangles: Buffer,
     pub items: Buffer,
+    /// Per list item and side what the first bounce keeps for the second.
+    pub direct_light: Buffer,
     pub heads: Buffer,
     /// What is occupied in this frame,
     pub cells: CellLists,
@@ -121,6 +123,7 @@ impl Resources {
             globals: buffer("globals")?,
             triangles: buffer("triangles")?,
             items: buffer("list items")?,
+            direct_light: buffer("direct light")?,
             heads: buffer("voxels")?,
             cells: lists("voxel cells")?,
             last_cells: lists("last voxel cells")?,
@@ -169,7 +172,8 @@ impl Resources {
         capacities: Capacities,
     ) -> Result<()> {
         let plan = plan(scene, settings, volumes, capacities);
-        for buffer in [&mut self.triangles, &mut self.items, &mut self.cells.cells, &mut self.last_cells.cells] {
+        let (cells, last_cells) = (&mut self.cells.cells, &mut self.last_cells.cells);
+        for buffer in [&mut self.triangles, &mut self.items, &mut self.direct_light, cells, last_cells] {
             let bytes = plan_bytes(&plan, buffer.label());
             if bytes > buffer.bytes() {
                 let label = buffer.label().to_owned();
@@ -198,6 +202,7 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("globals", array::<layout::Globals>(1)),
         ("triangles", array::<layout::Triangle>(capacities.triangles)),
         ("list items", array::<layout::ListItem>(capacities.items)),
+        ("direct light", array::<[[f32; 3]; 2]>(if settings.keeps_direct() { capacities.items } else { 1 })),
         ("voxels", array::<u32>(voxels + (settings.voxels / BRICK).pow(3))),
         ("voxel cells", array::<u32>(capacities.cells)),
         ("last voxel cells", array::<u32>(if settings.uses_cells() { capacities.cells } else { 1 })),

@@ -5,13 +5,13 @@
 
 use std::sync::Arc;
 
-use super::constants::{Features, constants};
+use super::constants::{DIRECT, Features, constants};
 use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
 use super::{Bounce, Form, face_binds, layered_target, shading_binds, volume_binds};
 use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::settings::{Settings, Work};
-use crate::vk::{Compute, ComputeDesc, Context, DrawCall, Raster, RasterDesc, Recorder};
+use crate::vk::{Bind, Compute, ComputeDesc, Context, DrawCall, Raster, RasterDesc, Recorder};
 
 pub struct Shade {
     form: Form,
@@ -28,7 +28,8 @@ impl Shade {
         gathers: bool,
     ) -> Result<Self> {
         let label = bounce.pick("shade 1", "shade 2");
-        let constants = constants(&settings.of_voxels(), features, u32::from(gathers));
+        let mut constants = constants(&settings.of_voxels(), features, u32::from(gathers));
+        constants.push((DIRECT, u32::from(settings.keeps_direct()) * bounce.pick(1, 2)));
         let form = match settings.shading {
             Work::Raster => Form::Raster(Raster::new(
                 context,
@@ -62,6 +63,7 @@ impl Shade {
         recorder.zone(self.bounce.pick("shade 1", "shade 2"), self.form.kind(), bytes, |r| {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
             let mut binds = shading_binds(scene, resources);
+            binds.push(Bind::buffer("direct_light", &resources.direct_light));
             if let Some(volume) = previous {
                 binds.extend(volume_binds(volume, &resources.volume_sampler));
             }

@@ -16,15 +16,14 @@ use crate::say;
 /// Version of the JSON report.
 const VERSION: u32 = 1;
 
-/// Prints energy, rel, relmse, p95 and flip of the whole image; and, where both files carry their direct layer, the first four
-/// of indirect: the image less its direct light. Where the reference carries its diffuse layer too, also of indirect_diffuse:
-/// of the pixels in which it shows diffuse surfaces alone, neither metal nor glass nor sky.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
     /// The image to judge
     #[arg(value_name = "IMAGE.exr")]
     pub image: PathBuf,
-    /// What it should look like
+    /// What it should look like. Where both files carry their direct layer, the rest of the light is compared by itself
+    /// (indirect); where this one carries its diffuse layer too, also over the pixels in which it shows neither metal nor
+    /// glass nor sky (indirect_diffuse)
     #[arg(value_name = "REFERENCE.exr")]
     pub reference: PathBuf,
     /// Write the numbers as JSON

@@ -1,12 +1,15 @@
 //! The progress bar over the rows of a chart that are still to be made, and a line for each.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use std::time::{Duration, Instant};
+
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use twobounce::chart::row::{Metric, Part, Row, Truth};
 
 use crate::say;
 
 pub struct Counter {
     bar: ProgressBar,
+    start: Instant,
 }
 
 impl Counter {
@@ -16,14 +19,14 @@ impl Counter {
             say!("rows kept from earlier calls: {} of {all}", all - missing);
         }
         let bar = ProgressBar::new(missing as u64);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos} of {len} rows, {eta} left: {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
             bar.set_style(style);
         }
-        Self { bar }
+        Self { bar, start: Instant::now() }
     }
 
     pub fn begin(&self, row: &Row) {
-        self.bar.set_message(format!("{} {}", row.scene, row.name));
+        self.bar.set_message(format!("{}: {} {}", self.progress(), row.scene, row.name));
         self.bar.tick();
     }
 
@@ -38,10 +41,36 @@ impl Counter {
             }
             None => row.failure.clone().unwrap_or_default(),
         };
-        self.bar.suspend(|| say!("{} {}: {told}", row.scene, row.name));
+        // Into a log, too, where nobody sees the bar. Made before: a suspended bar cannot be asked.
+        let progress = self.progress();
+        self.bar.suspend(|| say!("{} {}: {told} ({progress})", row.scene, row.name));
     }
 
     pub fn clear(&self) {
         self.bar.finish_and_clear();
+    }
+
+    /// Rows made, and how long the others take, over all scenes.
+    fn progress(&self) -> String {
+        let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        let left = left(self.start.elapsed(), done, all);
+        format!("{done} of {all} rows") + &left.map_or(String::new(), |left| format!(", {} left", HumanDuration(left)))
+    }
+}
+
+/// How long the rest takes if its rows take as long as all those before, which `spent` went into. The latest ones alone would
+/// say less: scenes take turns, and one takes ten times as long as another.
+fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
+    (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_takes_as_long_as_rows_took_in_the_mean() {
+        let spent = Duration::from_secs(60);
+        assert_eq!([0, 3, 12].map(|done| left(spent, done, 12)), [None, Some(3 * spent), None]);
     }
 }

@@ -38,8 +38,12 @@ shared! {
     CellCount { groups_x: u32, groups_y: u32, groups_z: u32, count: u32 }
 }
 shared! {
-    /// One entry of a voxel's list; `next` is 1-based, 0 ends the list.
-    ListItem { triangle: u32, next: u32 }
+    /// One entry of the list of `voxel`; `next` is 1-based, 0 ends the list.
+    ListItem { triangle: u32, next: u32, voxel: u32 }
+}
+shared! {
+    /// What an item of a list sends, stored radiance, and how much of its voxel it fills.
+    ItemLight { front: [f32; 3], opacity: f32, back: [f32; 3], area: f32 }
 }
 shared! {
     /// A texture as a material uses it; `texture` is −1 where there is none.

@@ -31,6 +31,7 @@ fn structs_agree_with_the_shaders() {
     check("Triangle", Triangle::FIELDS, size_of::<Triangle>());
     check("Globals", Globals::FIELDS, size_of::<Globals>());
     check("CellCount", CellCount::FIELDS, size_of::<CellCount>());
+    check("ItemLight", ItemLight::FIELDS, size_of::<ItemLight>());
     check("ListItem", ListItem::FIELDS, size_of::<ListItem>());
     check("TextureSlot", TextureSlot::FIELDS, size_of::<TextureSlot>());
     check("Material", Material::FIELDS, size_of::<Material>());

@@ -37,9 +37,18 @@ struct CellCount {
     uint count;
 };
 
+// What an item of a list sends, stored radiance, and how much of its voxel it fills.
+struct ItemLight {
+    vec3 front;
+    float opacity;
+    vec3 back;
+    float area; // clipped to the voxel, over a face's
+};
+
 struct ListItem {
     uint triangle;
     uint next; // 1-based; 0 ends the list (a walk that ends on ~0 hangs on Mesa 22.3)
+    uint voxel; // whose list it is
 };
 
 struct TextureSlot {

@@ -1,12 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Pass 2a, cells: how many voxels the voxeliser listed; no parents yet.
+// Pass 2a, cells: how many voxels and items the voxeliser listed; no parents yet.
 
 #include "common/layout.glsl"
 #include "common/constants.glsl"
 
-layout(local_size_x = 16) in; // a thread per level: 256³ has nine
+layout(local_size_x = 16) in; // a thread per level: 256³ has nine; the last one counts items
 
 layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
 layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals globals; };
@@ -14,8 +14,10 @@ layout(set = 0, binding = 22, scalar) writeonly buffer CellCounts { CellCount ce
 
 void main() {
     uint level = gl_LocalInvocationID.x;
-    if (EDGE >> level != 0u) {
-        uint count = level == 0u ? min(globals.cell_count, frame.cell_capacity) : 0u;
+    if (EDGE >> level != 0u || level == ITEM_COUNTS) {
+        uint count = level == 0u ? min(globals.cell_count, frame.cell_capacity)
+            : level == ITEM_COUNTS ? min(globals.item_count, frame.item_capacity)
+                                   : 0u;
         cell_counts[level] = CellCount(min((count + 63u) / 64u, MOST_GROUPS), 1u, 1u, count);
     }
 }

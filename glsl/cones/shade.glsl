@@ -1,6 +1,5 @@
-// Passes 2b and 4b, shade: walks a voxel's list, shades each triangle on each of its sides, fills the seven targets with
-// premultiplied stored radiance and alpha. CPU twin of the fill: src/twins/shade.rs. Two forms share it: shade_raster.glsl
-// goes through all voxels, shade_cells.glsl through the occupied ones.
+// Passes 2b and 4b, shade: lights what a list's item has of its voxel, on each side. Two forms share it: shade_raster.glsl goes
+// through all voxels and fills them at once, light.glsl through the items; fill.comp then fills the occupied voxels.
 // With CONES a previous bounce is gathered; without, nothing of one is even bound.
 
 #include "common/layout.glsl"
@@ -8,7 +7,6 @@
 #include "common/triangle_box.glsl"
 #include "common/clip.glsl"
 #include "common/closest_point.glsl"
-#include "common/fixed_sum.glsl"
 #include "cones/bindings.glsl"
 #ifdef CONES
 #include "cones/volumes.glsl"
@@ -30,7 +28,6 @@
 #endif
 #include "common/lighting.glsl"
 
-const float DARK_BACK = 1e-3; // of the front's light: what rounding and leaks make of none
 // A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
 const float MEAN_COSINE = 0.6666667;
 
@@ -64,8 +61,8 @@ vec3 shade_direct(Surface s, Lobes lobes) {
     return (irradiance / PI * (s.diffuse * lobes.rest + lobes.specular) + emitted) * frame.scale;
 }
 
-// What one side sends: stored radiance, not yet times opacity. `kept`: its place among the direct lights.
-vec3 shade_side(Surface s, uvec3 voxel, uint kept) {
+// What one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
+vec3 shade_side(Surface s, uvec3 voxel, uint place) {
     if (s.unlit) {
         return vec3(0.0); // neither lit nor lighting
     }
@@ -73,7 +70,8 @@ vec3 shade_side(Surface s, uvec3 voxel, uint kept) {
     vec3 stored;
 #ifdef CONES
     if (DIRECT == DIRECT_READ) {
-        stored = direct_light[kept];
+        COUNT(WORDS, 3u);
+        stored = direct_light[place];
     } else {
         stored = shade_direct(s, lobes);
     }
@@ -81,7 +79,7 @@ vec3 shade_side(Surface s, uvec3 voxel, uint kept) {
     stored = shade_direct(s, lobes);
 #endif
     if (DIRECT == DIRECT_KEEP) {
-        direct_light[kept] = stored;
+        direct_light[place] = stored;
     }
 #ifdef CONES
     vec3 diffuse = s.diffuse * lobes.rest;
@@ -95,83 +93,36 @@ vec3 shade_side(Surface s, uvec3 voxel, uint kept) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-// What the voxel looks like to travellers along +x +y +z −x −y −z, and on average.
-vec4[7] shade_voxel(uvec3 voxel) {
-    uint item = heads[(voxel.z * EDGE + voxel.y) * EDGE + voxel.x];
-    COUNT(HEADS, 1u);
-    vec4 faces[7] = vec4[7](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
-    if (item != 0u) {
-        FixedSum sums[7];
-        for (int k = 0; k < 7; k++) {
-            sums[k] = fixed_zero();
-        }
-        vec3 center = vec3(voxel) + 0.5;
-        uint count = 0u;
-        for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
-            uint kept = 2u * (item - 1u);
-            ListItem entry = list_items[item - 1u];
-            item = entry.next;
-            Triangle t = triangles[entry.triangle];
-            COUNT(LIST_ITEMS, 1u);
-            COUNT(TRIANGLES, 1u);
-            vec3 a = t.vertices[0].position;
-            vec3 b = t.vertices[1].position;
-            vec3 c = t.vertices[2].position;
-            float area = 1.0;
-            vec2 bc;
-            if (FILL >= FILL_COVERAGE) { // and sided
-                vec3 middle;
-                clip_to_voxel(a, b, c, center, area, middle);
-                if (area <= 0.0) {
-                    continue;
-                }
-                bc = barycentric(a, b, c, middle);
-            } else {
-                bc = closest_point(a, b, c, center);
-            }
-            Surface s = evaluate_surface(t, vec3(1.0 - bc.x - bc.y, bc), voxel_footprint(t), false);
-            float opacity = s.opacity * (1.0 - s.transmission);
-            if (FILL != FILL_UNIFORM && opacity <= 0.0) {
-                continue;
-            }
-            bool two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
-            vec3 n = s.facet;
-            vec3 front = vec3(0.0);
-            vec3 back = vec3(0.0);
-            for (uint side = 0u; side < (two_sided ? 2u : 1u); side++) {
-                front = back;
-                back = shade_side(s, voxel, kept + side);
-                s.normal = -s.normal;
-                s.facet = -s.facet;
-            }
-            if (!two_sided) {
-                front = back;
-                back = vec3(0.0);
-            }
-            count++;
-            for (int k = 0; k < 6; k++) {
-                float along = k < 3 ? n[k] : -n[k - 3];
-                bool sees_front = along < 0.0 || (FILL == FILL_UNIFORM && !two_sided);
-                float weight = FILL == FILL_UNIFORM ? opacity : opacity * area * abs(along);
-                vec3 seen = sees_front ? front : back;
-                // Nobody who could be lit by it ever meets a back that hardly any light meets: as a zero-thickness wall's other
-                // side it would only darken the cones that leave its front.
-                if (FILL == FILL_SIDED && !sees_front && brightest(back) <= DARK_BACK * brightest(front)) {
-                    weight = 0.0;
-                }
-                fixed_add(sums[k], vec4(seen * weight, weight));
-            }
-            float weight = opacity * area;
-            fixed_add(sums[6], vec4((two_sided ? 0.5 * (front + back) : front) * weight, weight));
-        }
-        for (int k = 0; k < 7; k++) {
-            vec4 sum = fixed_value(sums[k]);
-            if (FILL == FILL_UNIFORM) {
-                faces[k] = sum / float(max(count, 1u));
-            } else if (sum.a > 0.0) {
-                faces[k] = sum * (min(sum.a, 1.0) / sum.a);
-            }
-        }
+// The triangle of a list's item, cut to its voxel and lit on each of its sides.
+ItemLight shade_item(uint index, uvec3 voxel) {
+    ListItem entry = list_items[index];
+    Triangle t = triangles[entry.triangle];
+    COUNT(LIST_ITEMS, 1u);
+    COUNT(TRIANGLES, 1u);
+    vec3 a = t.vertices[0].position;
+    vec3 b = t.vertices[1].position;
+    vec3 c = t.vertices[2].position;
+    vec3 center = vec3(voxel) + 0.5;
+    float area = 1.0;
+    vec2 bc;
+    if (FILL >= FILL_COVERAGE) { // and sided
+        vec3 middle;
+        clip_to_voxel(a, b, c, center, area, middle);
+        bc = area > 0.0 ? barycentric(a, b, c, middle) : vec2(0.0);
+    } else {
+        bc = closest_point(a, b, c, center);
     }
-    return faces;
+    Surface s = evaluate_surface(t, vec3(1.0 - bc.x - bc.y, bc), voxel_footprint(t), false);
+    float opacity = s.opacity * (1.0 - s.transmission);
+    bool fills = FILL == FILL_UNIFORM || opacity * area > 0.0;
+    bool two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+    vec3 front = vec3(0.0);
+    vec3 back = vec3(0.0);
+    for (uint side = 0u; side < (fills ? two_sided ? 2u : 1u : 0u); side++) {
+        front = back;
+        back = shade_side(s, voxel, 2u * index + side);
+        s.normal = -s.normal;
+        s.facet = -s.facet;
+    }
+    return two_sided ? ItemLight(front, opacity, back, area) : ItemLight(back, opacity, vec3(0.0), area);
 }

@@ -1,5 +1,7 @@
 // Shading, raster form, as in the talk: a fragment per voxel of the whole grid, a layer per slice. Needs: shade.glsl.
 
+#include "cones/fill.glsl"
+
 layout(location = 0) flat in int in_layer;
 
 layout(location = 0) out vec4 out_faces_0;
@@ -11,7 +13,18 @@ layout(location = 5) out vec4 out_faces_5;
 layout(location = 6) out vec4 out_faces_6;
 
 void main() {
-    vec4 faces[7] = shade_voxel(uvec3(gl_FragCoord.xy, in_layer));
+    uvec3 voxel = uvec3(gl_FragCoord.xy, in_layer);
+    uint item = heads[(voxel.z * EDGE + voxel.y) * EDGE + voxel.x];
+    COUNT(HEADS, 1u);
+    Filling filling = start_filling();
+    for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
+        ListItem entry = list_items[item - 1u];
+        Triangle t = triangles[entry.triangle];
+        vec3 n = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
+        fill_with(filling, shade_item(item - 1u, voxel), n, (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
+        item = entry.next;
+    }
+    vec4 faces[7] = filled(filling);
     out_faces_0 = faces[0];
     out_faces_1 = faces[1];
     out_faces_2 = faces[2];

@@ -30,6 +30,7 @@ void append(uvec3 voxel) {
     COUNT(HEADS, 1u);
     list_items[item - 1u].triangle = in_triangle;
     list_items[item - 1u].next = next;
+    list_items[item - 1u].voxel = index;
     if (next == 0u) {
         uvec3 brick = voxel / BRICK;
         atomicOr(heads[EDGE * EDGE * EDGE + (brick.z * (EDGE / BRICK) + brick.y) * (EDGE / BRICK) + brick.x], 1u);

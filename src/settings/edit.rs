@@ -158,7 +158,9 @@ fn parse(key: &Key, text: &str) -> Value {
     let parsed = match key.range {
         Range::Bool => text.parse().ok().map(Value::Boolean),
         Range::Choice(_) | Range::ChoiceOrAuto(_) => None,
-        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) | Range::WholeOrAuto(..) => text.parse().ok().map(Value::Integer),
+        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) | Range::WholeOrAuto(..) => {
+            text.parse().ok().map(Value::Integer)
+        }
         Range::Number(..) | Range::NumberOrAuto(..) => number(text),
         Range::PointOrAuto(_) => text.split(',').map(number).collect::<Option<Vec<_>>>().map(Value::Array),
     };

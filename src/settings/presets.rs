@@ -59,10 +59,16 @@ impl Settings {
     }
 
     /// Exact rays that read saturating volumes, few per place and shared among neighbours; lamps sampled.
-    fn rays(cones: ConeSet, of_voxels: ConeSet) -> Self {
+    /// Voxels look along `of_voxels` and at `lamp_points` alone: whoever reads them reads the mean of many.
+    fn rays(cones: ConeSet, of_voxels: ConeSet, lamp_points: u32) -> Self {
         Self {
             gather: Gather::Rays,
-            shade: Shade { cones: Some(of_voxels), direct: ShadeDirect::Kept, ..Shade::default() },
+            shade: Shade {
+                gather: None,
+                cones: Some(of_voxels),
+                emitter_samples: Some(lamp_points),
+                direct: ShadeDirect::Kept,
+            },
             interleave: 4,
             emitters: Emitters::Sampled,
             specular: Gather::Rays,
@@ -80,7 +86,7 @@ impl Settings {
             emitter_samples: 8,
             specular_rays: 2,
             image: ImageSettings { samples: 1, direct: DirectLight::Pixels },
-            ..Self::rays(ConeSet::G6, ConeSet::G4)
+            ..Self::rays(ConeSet::G6, ConeSet::G1, 2)
         }
     }
 
@@ -91,7 +97,7 @@ impl Settings {
             gather_resolution: GatherResolution::Half,
             shadow: Shadow { rays: 4, ..Shadow::default() },
             image: ImageSettings { direct: DirectLight::Pixels, ..ImageSettings::default() },
-            ..Self::rays(ConeSet::G8, ConeSet::G8)
+            ..Self::rays(ConeSet::G8, ConeSet::G2, 4)
         }
     }
 
@@ -101,7 +107,7 @@ impl Settings {
             emitter_samples: 32,
             specular_rays: 16,
             shadow: Shadow { rays: 8, ..Shadow::default() },
-            ..Self::rays(ConeSet::G32, ConeSet::G16)
+            ..Self::rays(ConeSet::G32, ConeSet::G4, 8)
         }
     }
 

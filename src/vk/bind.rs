@@ -2,7 +2,7 @@
 
 use super::buffer::Buffer;
 use super::image::ImageView;
-use super::pipeline::{Raster, RawPipeline};
+use super::pipeline::RawPipeline;
 use super::recorder::Recorder;
 use super::reflect::{Binding, BindingKind};
 use super::sampler::Sampler;
@@ -23,7 +23,7 @@ enum Resource<'a> {
 /// A resource for the binding of that name.
 #[derive(Clone)]
 pub struct Bind<'a> {
-    name: &'a str,
+    pub(super) name: &'a str,
     resource: Resource<'a>,
 }
 
@@ -162,14 +162,6 @@ pub(super) fn bind_pipeline<T: Pod>(
     recorder.keep(pipeline.clone());
     binds.iter().for_each(|bind| bind.keep(recorder));
     pairs.iter().map(|(binding, bind)| (binding.name.clone(), bind.labels())).collect()
-}
-
-impl Raster {
-    /// Those of `binds` that the pipeline uses: passes that share resources list them once.
-    pub fn select<'a>(&self, binds: &[Bind<'a>]) -> Vec<Bind<'a>> {
-        let used = |bind: &&Bind<'a>| self.bindings().iter().any(|binding| binding.name == bind.name);
-        binds.iter().filter(used).cloned().collect()
-    }
 }
 
 /// Each binding of the pipeline with the resource of its name.

@@ -1,5 +1,6 @@
 //! Raster and compute pipelines. Their layouts come from reflection: one push-descriptor set and one push block.
 
+use super::bind::Bind;
 use super::context::Context;
 use super::reflect::{self, Binding, BindingKind, StageInfo};
 use super::shader;
@@ -133,6 +134,12 @@ macro_rules! reflection {
             /// The bindings of set 0, merged over the stages, by number.
             pub fn bindings(&self) -> &[Binding] {
                 &self.raw.bindings
+            }
+
+            /// Those of `binds` that the pipeline uses: passes that share resources list them once.
+            pub fn select<'a>(&self, binds: &[Bind<'a>]) -> Vec<Bind<'a>> {
+                let used = |bind: &&Bind<'a>| self.raw.bindings.iter().any(|binding| binding.name == bind.name);
+                binds.iter().filter(used).cloned().collect()
             }
 
             /// The stages in pipeline order, as their SPIR-V states them.

@@ -72,7 +72,8 @@ pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
     for (voxel, head) in heads.iter().enumerate() {
         let mut item = *head;
         while item != 0 {
-            let ListItem { triangle, next } = items[item as usize - 1];
+            let ListItem { triangle, next, voxel: of } = items[item as usize - 1];
+            assert_eq!(of, voxel as u32);
             pairs.push((voxel as u32, triangles[triangle as usize].source));
             assert!(pairs.len() <= globals.item_count as usize, "a list is cyclic");
             item = next;

@@ -22,7 +22,7 @@ pub struct CellLists {
     pub cells: Buffer,
     /// Of all coarser levels, one after the other; each has room for all of its level.
     pub parents: Buffer,
-    /// A [`CellCount`] per level.
+    /// A [`CellCount`] per level, and one of the lists' items.
     pub counts: Buffer,
 }
 
@@ -33,7 +33,7 @@ impl CellLists {
         Ok(Self {
             cells: buffer(cells.0, cells.1)?,
             parents: buffer("parent cells", parents_bytes(edge))?,
-            counts: buffer("cell counts", counts_bytes(edge))?,
+            counts: buffer("cell counts", counts_bytes())?,
         })
     }
 
@@ -41,6 +41,13 @@ impl CellLists {
     fn level(&self, level: u32, edge: u32) -> (Bind<'_>, LevelPush) {
         let list = if level == 0 { &self.cells } else { &self.parents };
         (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, edge) })
+    }
+
+    /// A thread per item of the voxels' lists. `binds`: besides `cells` and the counts.
+    pub fn dispatch_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
+        binds.extend([Bind::buffer("cells", &self.cells), Bind::buffer("cell_counts", &self.counts)]);
+        let offset = u64::from(ITEM_COUNTS) * size_of::<CellCount>() as u64;
+        recorder.dispatch_indirect(pipeline, &pipeline.select(&binds), &(), &self.counts, offset);
     }
 
     /// A thread per occupied cell of `level`. `binds`: besides the lists.
@@ -54,6 +61,7 @@ impl CellLists {
         let (list, push) = self.level(level, edge);
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
         let offset = u64::from(level) * size_of::<CellCount>() as u64;
+        let binds = pipeline.select(&binds);
         if pipeline.push_bytes() == 0 {
             recorder.dispatch_indirect(pipeline, &binds, &(), &self.counts, offset);
         } else {
@@ -61,6 +69,9 @@ impl CellLists {
         }
     }
 }
+
+/// Where the counts of the lists' items stand, as in `glsl/common/constants.glsl`.
+const ITEM_COUNTS: u32 = 15;
 
 /// Where the list of `level` starts among the parents.
 fn first_parent(level: u32, edge: u32) -> u32 {
@@ -71,8 +82,8 @@ pub fn parents_bytes(edge: u32) -> u64 {
     4 * u64::from(first_parent(edge.ilog2() + 1, edge))
 }
 
-pub fn counts_bytes(edge: u32) -> u64 {
-    u64::from(edge.ilog2() + 1) * size_of::<CellCount>() as u64
+pub fn counts_bytes() -> u64 {
+    u64::from(ITEM_COUNTS + 1) * size_of::<CellCount>() as u64
 }
 
 /// A bit per parent.

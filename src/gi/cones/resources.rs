@@ -7,7 +7,7 @@ use super::uniforms::Capacities;
 use crate::Result;
 use crate::layout;
 use crate::memory_plan::volume_bytes;
-use crate::settings::{Form, Settings};
+use crate::settings::{Form, Settings, Work};
 use crate::vk::{
     self, Buffer, BufferKind, BufferUsageFlags, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Sampler,
 };
@@ -83,6 +83,8 @@ pub struct Resources {
     pub items: Buffer,
     /// Per list item and side what the first bounce keeps for the second.
     pub direct_light: Buffer,
+    /// Per list item what it sends, for the cells form of shading.
+    pub item_lights: Buffer,
     pub heads: Buffer,
     /// What is occupied in this frame,
     pub cells: CellLists,
@@ -124,6 +126,7 @@ impl Resources {
             triangles: buffer("triangles")?,
             items: buffer("list items")?,
             direct_light: buffer("direct light")?,
+            item_lights: buffer("item lights")?,
             heads: buffer("voxels")?,
             cells: lists("voxel cells")?,
             last_cells: lists("last voxel cells")?,
@@ -173,7 +176,8 @@ impl Resources {
     ) -> Result<()> {
         let plan = plan(scene, settings, volumes, capacities);
         let (cells, last_cells) = (&mut self.cells.cells, &mut self.last_cells.cells);
-        for buffer in [&mut self.triangles, &mut self.items, &mut self.direct_light, cells, last_cells] {
+        let per_item = [&mut self.items, &mut self.direct_light, &mut self.item_lights];
+        for buffer in [&mut self.triangles, cells, last_cells].into_iter().chain(per_item) {
             let bytes = plan_bytes(&plan, buffer.label());
             if bytes > buffer.bytes() {
                 let label = buffer.label().to_owned();
@@ -194,6 +198,7 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         u64::from(count.max(1)) * size_of::<T>() as u64
     }
     let voxels = settings.voxels.pow(3);
+    let shaded_by_items = settings.shading == Work::Cells && volumes > 0;
     let lists_edge = if settings.uses_cells() { settings.voxels } else { 1 };
     let mut rows = vec![
         ("frame", array::<layout::Frame>(1)),
@@ -202,12 +207,13 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("globals", array::<layout::Globals>(1)),
         ("triangles", array::<layout::Triangle>(capacities.triangles)),
         ("list items", array::<layout::ListItem>(capacities.items)),
+        ("item lights", array::<layout::ItemLight>(if shaded_by_items { capacities.items } else { 1 })),
         ("direct light", array::<[[f32; 3]; 2]>(if settings.keeps_direct() { capacities.items } else { 1 })),
         ("voxels", array::<u32>(voxels + (settings.voxels / BRICK).pow(3))),
         ("voxel cells", array::<u32>(capacities.cells)),
         ("last voxel cells", array::<u32>(if settings.uses_cells() { capacities.cells } else { 1 })),
         ("listed parents", cells::listed_bytes(lists_edge)),
-        ("parent cells", 2 * (cells::parents_bytes(lists_edge) + cells::counts_bytes(lists_edge))),
+        ("parent cells", 2 * (cells::parents_bytes(lists_edge) + cells::counts_bytes())),
         ("blended slots", array::<u32>(if scene.blended == 0 { 1 } else { scene.triangles })),
         ("blend order", array::<u32>(scene.blended)),
         ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),

@@ -1,5 +1,5 @@
 //! Passes 2b and 4b, shade: each voxel shades its list into seven targets. Raster form: one triangle over the screen per
-//! slice. Cells form: a thread per occupied voxel.
+//! slice. Cells form: a thread per item of the lists, then one per occupied voxel.
 //! Reads: lists, triangles, materials, lights; 4b the first bounce's volume. Writes: level 0 of a volume, premultiplied
 //! stored radiance. Twin of the fill: `src/twins/shade.rs`.
 
@@ -7,15 +7,24 @@ use std::sync::Arc;
 
 use super::constants::{DIRECT, Features, constants};
 use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
-use super::{Bounce, Form, face_binds, layered_target, shading_binds, volume_binds};
+use super::{Bounce, face_binds, layered_target, shading_binds, volume_binds};
 use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::settings::{Settings, Work};
-use crate::vk::{Bind, Compute, ComputeDesc, Context, DrawCall, Raster, RasterDesc, Recorder};
+use crate::vk::{Bind, Compute, ComputeDesc, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub struct Shade {
     form: Form,
     bounce: Bounce,
+}
+
+enum Form {
+    Raster(Raster),
+    /// Lights the lists' items, then fills the occupied voxels.
+    Cells {
+        light: Compute,
+        fill: Compute,
+    },
 }
 
 impl Shade {
@@ -30,6 +39,7 @@ impl Shade {
         let label = bounce.pick("shade 1", "shade 2");
         let mut constants = constants(&settings.of_voxels(), features, u32::from(gathers));
         constants.push((DIRECT, u32::from(settings.keeps_direct()) * bounce.pick(1, 2)));
+        let compute = |shader| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
         let form = match settings.shading {
             Work::Raster => Form::Raster(Raster::new(
                 context,
@@ -42,10 +52,10 @@ impl Shade {
                     ..Default::default()
                 },
             )?),
-            Work::Cells => {
-                let shader = if gathers { "cones/shade_second.comp" } else { "cones/shade_first.comp" };
-                Form::Cells(Compute::new(context, &ComputeDesc { label, shader, constants: &constants })?)
-            }
+            Work::Cells => Form::Cells {
+                light: compute(if gathers { "cones/light_second.comp" } else { "cones/light_first.comp" })?,
+                fill: compute("cones/fill.comp")?,
+            },
         };
         Ok(Self { form, bounce })
     }
@@ -59,8 +69,11 @@ impl Shade {
         target: &VolumeImages,
         previous: Option<&VolumeImages>,
     ) {
-        let bytes = self.form.bytes(8 * FACES as u64 * u64::from(target.edge).pow(3));
-        recorder.zone(self.bounce.pick("shade 1", "shade 2"), self.form.kind(), bytes, |r| {
+        let (kind, bytes) = match self.form {
+            Form::Raster(_) => (ZoneKind::Raster, 8 * FACES as u64 * u64::from(target.edge).pow(3)),
+            Form::Cells { .. } => (ZoneKind::Compute, 0), // of lists, only the device knows
+        };
+        recorder.zone(self.bounce.pick("shade 1", "shade 2"), kind, bytes, |r| {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
             let mut binds = shading_binds(scene, resources);
             binds.push(Bind::buffer("direct_light", &resources.direct_light));
@@ -72,9 +85,15 @@ impl Shade {
                     let call = DrawCall::Direct { vertices: 3, instances: target.edge };
                     pass.draw(pipeline, &binds, &(), call);
                 }),
-                Form::Cells(pipeline) => {
+                Form::Cells { light, fill } => {
+                    let lights = || Bind::buffer("item_lights", &resources.item_lights);
+                    binds.push(lights());
+                    resources.cells.dispatch_items(r, light, binds);
+                    r.full_barrier(); // the items are lit
+                    let mut binds = shading_binds(scene, resources);
+                    binds.push(lights());
                     binds.extend(face_binds(target, 0));
-                    resources.cells.dispatch(r, pipeline, binds, (0, target.edge));
+                    resources.cells.dispatch(r, fill, binds, (0, target.edge));
                 }
             }
         });

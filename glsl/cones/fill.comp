@@ -1,0 +1,42 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Shading, cells form, second half: a thread per occupied voxel sums up what light.glsl left of its list.
+
+#include "common/layout.glsl"
+#include "common/constants.glsl"
+#include "common/triangle_box.glsl"
+#include "common/color.glsl"
+#include "common/count.glsl"
+#include "cones/cells.glsl"
+#include "cones/faces.glsl"
+#include "cones/fill.glsl"
+
+layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals globals; };
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 34, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+
+void main() {
+    uint count = cell_counts[0].count;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        uint item = heads[cells[i]];
+        COUNT(HEADS, 1u);
+        Filling filling = start_filling();
+        for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
+            ListItem entry = list_items[item - 1u];
+            COUNT(LIST_ITEMS, 1u);
+            COUNT(CORNERS, 3u);
+            COUNT(MATERIALS, 1u);
+            COUNT(WORDS, 8u);
+            vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
+                triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
+            bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+            fill_with(filling, item_lights[item - 1u], n, two_sided);
+            item = entry.next;
+        }
+        store_faces(cell_at(cells[i], EDGE), filled(filling));
+    }
+}

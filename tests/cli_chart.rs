@@ -104,15 +104,15 @@ fn cells(line: &str) -> Vec<String> {
 #[test]
 fn rows_pages_and_failures() {
     let folder = Folder::new();
-    let args = [SCENE, "-o", "out", "--presets", "fast,printed", "--sweep", "voxels=16,32", "--validation"];
-    let said = folder.charted(&[&args[..], &["--memory-limit", "5MiB"]].concat());
+    let args = [SCENE, "-o", "out", "--presets", "fast,printed", "--sweep", "voxels=16,64", "--validation"];
+    let said = folder.charted(&[&args[..], &["--memory-limit", "8MiB"]].concat());
     assert!(said.contains("settings that could not run: 2 of 4"), "{said}");
     assert_eq!(names(&folder.path("out")), ["chart.svg", "chart.txt", "index.html", "rows", "rows.csv", "rows.json"]);
 
     let chart = folder.json("out/rows.json");
     let rows = chart["rows"].as_array().unwrap();
     let row_names: Vec<_> = rows.iter().map(|row| row["name"].as_str().unwrap()).collect();
-    assert_eq!(row_names, ["fast", "printed", "fast voxels=32", "printed voxels=32"]);
+    assert_eq!(row_names, ["fast", "printed", "fast voxels=64", "printed voxels=64"]);
     for row in &rows[..2] {
         let measured = &row["measured"];
         assert!(row["failure"].is_null() && measured["frame_gpu_ms"]["median"].as_f64().unwrap() > 0.0, "{row}");

@@ -13,7 +13,7 @@ fn structs_agree_with_the_shaders() {
         "cones/shade_second.frag",
         "cones/record.geom",
         "cones/voxelise.frag",
-        "cones/shade_first.comp",
+        "cones/light_first.comp",
     ] {
         found.extend(shader::structs(name));
     }

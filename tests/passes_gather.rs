@@ -21,7 +21,7 @@ fn rays() -> Settings {
         voxels: 32,
         gather: Gather::Rays,
         cones: ConeSet::G16,
-        shade: Shade { gather: None, cones: Some(ConeSet::G8) },
+        shade: Shade { cones: Some(ConeSet::G8), ..Shade::default() },
         interleave: 4,
         emitters: Emitters::Sampled,
         ..Settings::balanced()

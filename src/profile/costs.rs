@@ -135,11 +135,11 @@ mod tests {
         let rows = costs(&passes, &[("shade 2", shade)], &frame, 64, &copy);
         assert_eq!((rows[0].ns_per_occupied_voxel, rows[0].ns_per_list_item), (Some(1e4), Some(2500.0)));
         assert_eq!((rows[0].ns_per_pixel, rows[0].ns_per_cone_step), (None, None));
-        assert_eq!(rows[0].written_bytes, 400 * 12 + 100 * 4);
+        assert_eq!(rows[0].written_bytes, 400 * 16 + 100 * 4);
         assert_eq!((rows[1].ns_per_list_item, rows[1].ns_per_cone_step), (Some(5000.0), Some(1000.0)));
-        assert_eq!((rows[1].fetched_bytes, rows[1].written_bytes), (3200, 1000));
-        // 4200 bytes in 2 ms are 2.1 MB/s.
-        assert!((rows[1].gb_per_s - 0.0021).abs() < 1e-12 && (rows[1].share_of_copy - 0.00105).abs() < 1e-12);
+        assert_eq!((rows[1].fetched_bytes, rows[1].written_bytes), (4800, 1000));
+        // 5800 bytes in 2 ms are 2.9 MB/s.
+        assert!((rows[1].gb_per_s - 0.0029).abs() < 1e-12 && (rows[1].share_of_copy - 0.00145).abs() < 1e-12);
         assert_eq!((rows[2].ns_per_pixel, rows[2].ns_per_occupied_voxel), (Some(62500.0), None));
         assert_eq!((rows[3].ns_per_occupied_voxel, rows[3].ns_per_list_item), (None, None));
         let table = table(&rows, &copy);

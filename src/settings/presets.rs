@@ -86,7 +86,7 @@ impl Settings {
             emitter_samples: 8,
             specular_rays: 2,
             image: ImageSettings { samples: 1, direct: DirectLight::Pixels },
-            ..Self::rays(ConeSet::G6, ConeSet::G1, 2)
+            ..Self::rays(ConeSet::G6, ConeSet::G1, 4)
         }
     }
 

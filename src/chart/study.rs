@@ -32,12 +32,14 @@ const fn axis(name: &'static str, base: &'static str, values: &'static [&'static
 /// To add an axis, add a line here.
 pub const AXES: &[StudyAxis] = &[
     axis("grid", "balanced", &["voxels=32", "voxels=128"]),
-    axis("grid, fast", "fast", &["voxels=128"]),
+    axis("grid, fast", "fast", &["voxels=32", "voxels=128"]),
     axis("all bounces, fast", "fast", &["bounces=all"]),
     axis("all bounces", "balanced", &["bounces=all", "bounces=1"]),
     axis("all bounces, accurate", "accurate", &["bounces=all"]),
     axis("rays of the image", "balanced", &["cones=g4", "cones=g16", "cones=g64"]),
-    axis("rays of the voxels", "balanced", &["shade.cones=g4", "shade.gather=cones"]),
+    axis("rays of the voxels", "balanced", &["shade.cones=g1", "shade.cones=g8", "shade.gather=cones"]),
+    axis("lamps of the voxels", "balanced", &["shade.emitter_samples=1", "shade.emitter_samples=16"]),
+    axis("direct light of the voxels", "balanced", &["shade.direct=again"]),
     axis("cones for rays", "balanced", &["gather=cones", "gather=cones shade.gather=rays"]),
     axis("shared directions", "balanced", &["interleave=1"]),
     axis("gathered pixels", "balanced", &["gather_resolution=full", "gather_resolution=quarter"]),

@@ -226,3 +226,37 @@ fn neighbours_in_a_square_share_all_directions() {
         }
     }
 }
+
+/// What Fresnel's reflection at the half vector leaves of light from all around: summed over a grid of directions with equal shares of it.
+/// The tolerance pays for the shader's polynomial (1e-5) and for the grid.
+#[test]
+fn diffuse_share_is_the_mean_of_what_fresnel_leaves() {
+    const GRID: usize = 400;
+    let gpu = Gpu::new(&random_volume());
+    let settings = Settings { voxels: EDGE, ..Settings::default() };
+    let inputs: Vec<(f32, f32)> = (1..=20).flat_map(|k| [(k as f32 / 20.0, 0.04), (k as f32 / 20.0, 0.5)]).collect();
+    let arguments: Vec<_> = inputs
+        .iter()
+        .map(|(nv, f0)| Arguments::of(Vec4::splat(*nv), Vec3::splat(*f0).extend(1.0), Vec4::ZERO))
+        .collect();
+    let out = gpu.evaluate(Function::DiffuseShare, &arguments, &settings);
+    for ((nv, f0), out) in inputs.iter().map(|(nv, f0)| (f64::from(*nv), f64::from(*f0))).zip(out) {
+        let v = DVec3::new((1.0 - nv * nv).sqrt(), 0.0, nv);
+        let mut sum = 0.0;
+        for i in 0..GRID {
+            for j in 0..GRID {
+                let (r2, turn) =
+                    ((i as f64 + 0.5) / GRID as f64, std::f64::consts::TAU * (j as f64 + 0.5) / GRID as f64);
+                let l = DVec3::new(r2.sqrt() * turn.cos(), r2.sqrt() * turn.sin(), (1.0 - r2).sqrt());
+                let vh = v.dot((v + l).normalize());
+                sum += 1.0 - f0 - (1.0 - f0) * (1.0 - vh).powi(5);
+            }
+        }
+        let expected = sum / (GRID * GRID) as f64;
+        assert!(
+            (f64::from(out.0[0][0]) - expected).abs() < 5e-5,
+            "nv {nv}, f0 {f0}: {} is not {expected}",
+            out.0[0][0]
+        );
+    }
+}

@@ -1,6 +1,6 @@
 // glTF 2.0, appendix B: Lambert and GGX with Schlick's Fresnel. π stands here and nowhere else.
 
-#include "common/color.glsl"
+#include "common/albedo.glsl"
 
 const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
 
@@ -40,22 +40,14 @@ vec3 brdf_cos(Surface s, vec3 v, vec3 l) {
 // Shares of light from all around that go towards a viewer.
 struct Lobes {
     vec3 specular;
-    float rest; // what is left for the diffuse and the transmitted part
+    float rest; // what is left for the transmitted part
+    float diffuse; // and for the diffuse one: less, since rough microfacets mask much of what Fresnel takes from it
 };
-
-// Share of light from all around that the specular lobe reflects towards v (Karis, "Physically Based Shading on Mobile",
-// 2014: a fit to the split-sum integral, within 0.03 of it).
-vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
-    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-    float a004 = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
-    vec2 ab = vec2(-1.04, 1.04) * a004 + r.zw;
-    return clamp(f0 * ab.x + f90 * ab.y, vec3(0.0), vec3(1.0));
-}
 
 // Towards a viewer who sees the surface under the cosine nv.
 Lobes lobes_at(Surface s, float nv) {
     vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, nv);
-    return Lobes(specular, 1.0 - brightest(specular));
+    return Lobes(specular, 1.0 - brightest(specular), diffuse_share(s.f0, s.f90, nv));
 }
 
 Lobes lobes_towards(Surface s, vec3 view) {

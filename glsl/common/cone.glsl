@@ -24,13 +24,21 @@ vec4 correct_opacity(vec4 v, float ratio) {
     return a > 1e-6 ? v * (corrected / a) : v * ratio;
 }
 
-// The volume as seen along unit d, over one edge of the level that is read.
-vec4 sample_directional(vec3 at, vec3 d, vec3 weights, float level) {
+// The three faces that who travels along d looks at.
+void look_up_faces(vec3 at, vec3 d, float level, out vec4 x, out vec4 y, out vec4 z) {
     COUNT(VOLUME_TEXELS, 3u * trilinear_texels(level));
     vec3 uvw = at / float(EDGE);
-    vec4 x = d.x < 0.0 ? textureLod(volume_3, uvw, level) : textureLod(volume_0, uvw, level);
-    vec4 y = d.y < 0.0 ? textureLod(volume_4, uvw, level) : textureLod(volume_1, uvw, level);
-    vec4 z = d.z < 0.0 ? textureLod(volume_5, uvw, level) : textureLod(volume_2, uvw, level);
+    x = d.x < 0.0 ? textureLod(volume_3, uvw, level) : textureLod(volume_0, uvw, level);
+    y = d.y < 0.0 ? textureLod(volume_4, uvw, level) : textureLod(volume_1, uvw, level);
+    z = d.z < 0.0 ? textureLod(volume_5, uvw, level) : textureLod(volume_2, uvw, level);
+}
+
+// The volume as seen along unit d, over one edge of the level that is read.
+vec4 sample_directional(vec3 at, vec3 d, vec3 weights, float level) {
+    vec4 x;
+    vec4 y;
+    vec4 z;
+    look_up_faces(at, d, level, x, y, z);
     if (WEIGHTS == WEIGHTS_EXTINCTION) {
         // A slab of microfacets: optical depth Σ|dᵢ|τᵢ, colour Σ|dᵢ|τᵢcᵢ / Σ|dᵢ|τᵢ.
         vec3 alpha = clamp(vec3(x.a, y.a, z.a), 0.0, MAX_FACE_ALPHA);

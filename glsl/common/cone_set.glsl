@@ -51,7 +51,7 @@ Cone cone_set(uint i, vec2 shift) {
     if (CONE_SET == COSINE_SETS) {
         // The cosine is in the distribution: a sunflower on the unit disc, lifted onto the hemisphere.
         float u = (float(i) + shift.x) / float(CONE_COUNT);
-        float turn = 2.39996323 * float(i) + 2.0 * PI * shift.y;
+        float turn = GOLDEN_ANGLE * float(i) + 2.0 * PI * shift.y;
         float spread = CONE_COUNT < 64u ? 0.6 : 0.5;
         vec3 d = vec3(sqrt(u) * cos(turn), sqrt(u) * sin(turn), sqrt(1.0 - u));
         return Cone(d, 1.0 / float(CONE_COUNT), spread / sqrt(float(CONE_COUNT)));

@@ -78,3 +78,4 @@ const float LARGEST_STORED = 65504.0; // of an f16
 const uint ITEM_COUNTS = 15u; // of CellCounts: what follows the levels is of the lists' items
 const uint MOST_GROUPS = 65535u; // of 64 threads, what every device takes in one dispatch; threads go on beyond
 const float PI = 3.14159265358979;
+const float GOLDEN_ANGLE = 2.39996323; // of a sunflower's seeds

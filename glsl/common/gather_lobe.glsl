@@ -51,51 +51,42 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
     float seen_from = frame.orthographic != 0u ? 0.0 : distance(position, frame.eye);
     bool going = sends;
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_INTERFACES : 1u) && going; i++) {
-        RayHit hit = trace_ray(origin, d, least);
-        bool met = hit.triangle != 0u;
-        COUNT(TRIANGLES, met ? 1u : 0u);
-        COUNT(MATERIALS, met ? 1u : 0u);
-        seen.light += met ? vec3(0.0) : through * frame.sky * frame.scale;
-        through = met ? through : vec3(0.0);
-        Triangle t = triangles[max(hit.triangle, 1u) - 1u];
-        Material m = materials[t.material];
-        vec3 normal = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
-        bool back = dot(normal, d) > 0.0;
-        bool dark = back && (m.flags & MATERIAL_DOUBLE_SIDED) == 0u;
-        float run = met ? hit.distance : 0.0;
-        vec3 at = origin + d * run;
-        vec3 weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
-        float way = travelled + run;
+        Met met = meet(trace_ray(origin, d, least), d);
+        seen.light += met.any ? vec3(0.0) : through * frame.sky * frame.scale;
+        through = met.any ? through : vec3(0.0);
+        Material m = materials[met.triangle.material];
+        vec3 at = origin + d * met.distance;
+        float way = travelled + met.distance;
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
-        vec3 sent = dark ? vec3(0.0)
-                         : volume_radiance(at, back ? normal : -normal, width) * texture_detail(t, m, weights, max(width, pixel_width));
-        Surface s = evaluate_surface(t, weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), back);
-        bool passes = feature(FEATURE_ALPHA) && t.translucent != 0u;
+        vec3 held = volume_radiance(at, met.back ? met.normal : -met.normal, width);
+        vec3 sent = met.dark ? vec3(0.0) : held * texture_detail(met.triangle, m, met.weights, max(width, pixel_width));
+        Surface s = evaluate_surface(met.triangle, met.weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), met.back);
+        bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
-        if (glass && back && m.attenuation_distance_m < 1e30) {
-            through *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(run * frame.voxel_m / m.attenuation_distance_m));
+        if (glass && met.back && m.attenuation_distance_m < 1e30) {
+            through *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(met.distance * frame.voxel_m / m.attenuation_distance_m));
         }
         seen.light += through * sent * (s.opacity * (1.0 - s.transmission));
-        seen.lamps += through * (dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
+        seen.lamps += through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
         vec3 tint = s.albedo * s.transmission;
-        least = hit.distance;
+        least = met.distance;
         if (glass) {
             vec3 n = normal_against(s.normal, d);
             float ior = max(s.ior, 1.0);
-            vec3 refracted = refract(d, n, back ? ior : 1.0 / ior);
+            vec3 refracted = refract(d, n, met.back ? ior : 1.0 / ior);
             bool reflects = dot(refracted, refracted) < 0.25;
             d = normalize(reflects ? reflect(d, n) : refracted);
             through *= reflects ? vec3(1.0) : tint;
             // Where facet and shading normal disagree, the facet says on which side the ray is.
             d -= (reflects ? 2.0 * min(dot(d, s.facet), 0.0) : 2.0 * max(dot(d, s.facet), 0.0)) * s.facet;
             origin = at + s.facet * (reflects ? RAY_START : -RAY_START);
-            travelled += run;
+            travelled += met.distance;
             least = 0.0;
         } else {
             through *= mix(vec3(1.0), tint, s.opacity);
         }
-        going = met && passes && brightest(through) >= SPENT;
+        going = met.any && passes && brightest(through) >= SPENT;
     }
     return seen;
 }

@@ -1,6 +1,11 @@
 // Light on a surface: direct with shadows, and gathered through cones. Used by the voxels and by the image.
 // Radiance, except what comes back from cones (stored radiance: divide by frame.scale).
 
+// A place's own; with jitter, another one in every frame.
+uvec4 place_seed(vec3 position) {
+    return uvec4(floatBitsToUint(position), frame.frame_index * uint(feature(FEATURE_JITTER)));
+}
+
 // The lit share of a light's disc, by rays to points spread evenly over it and turned from place to place; one ray goes to
 // its middle.
 vec3 shadow_rays(Light light, LightSample to, vec3 position, vec3 facet) {
@@ -8,12 +13,11 @@ vec3 shadow_rays(Light light, LightSample to, vec3 position, vec3 facet) {
     uint count = light.radius > 0.0 ? SHADOW_RAYS : 1u;
     vec3 x = normalize(cross(to.direction, abs(to.direction.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
     vec3 y = cross(to.direction, x);
-    uvec4 seed = uvec4(floatBitsToUint(position), frame.frame_index * uint(feature(FEATURE_JITTER)));
-    float turn = 2.0 * PI * jitter_hash(seed);
+    float turn = 2.0 * PI * jitter_hash(place_seed(position));
     vec3 open = vec3(0.0);
     for (uint k = 0u; k < count; k++) {
         float r = count > 1u ? light.radius * sqrt((float(k) + 0.5) / float(count)) : 0.0;
-        float angle = turn + 2.39996323 * float(k);
+        float angle = turn + GOLDEN_ANGLE * float(k);
         vec3 d = to.direction * (far ? 1.0 : to.distance) + r * (cos(angle) * x + sin(angle) * y);
         float distance = length(d);
         open += trace_shadow_ray(position, facet, d / distance, far ? 1e30 : distance);
@@ -45,7 +49,7 @@ vec3 shadow_towards(Light light, LightSample to, vec3 position, vec3 facet, vec3
 
 // Light from lamps with an extent, sample by sample.
 vec2 emitter_random(vec3 position) {
-    uvec4 seed = uvec4(floatBitsToUint(position), frame.frame_index * uint(feature(FEATURE_JITTER)));
+    uvec4 seed = place_seed(position);
     return vec2(jitter_hash(seed), jitter_hash(seed.wzyx ^ 0x9e3779b9u));
 }
 

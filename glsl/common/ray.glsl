@@ -52,8 +52,9 @@ vec3 triangle_transmittance(Triangle t, vec2 uv) {
 // Amanatides and Woo, 1987).
 //
 // A CPU device runs both sides of every branch and leaves only loops early: so one loop passes empty cubes, one tests a
-// list, and textures are looked at outside of both, once per hit that may let light through. All rays' loops are left at
-// their head alone: llvmpipe of Mesa 22.3 computes what leaves a loop elsewhere again for lanes that left before.
+// list, and textures are looked at outside of both, once per hit that may let light through. And it ends every loop of an
+// invocation once all its loops together have gone round 65535 times (Mesa, gallivm): few rays per thread, and loops that
+// are left at their heads, where nothing is pending for lanes that have left.
 struct Walk {
     vec3 origin;
     vec3 d; // no component is 0
@@ -229,6 +230,37 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
     return best;
 }
 
+// What a ray along d met. Where that is nothing, the first triangle stands in, so that all lanes read something.
+struct Met {
+    bool any;
+    Triangle triangle;
+    vec3 weights; // barycentric
+    vec3 normal; // unit, of the front
+    bool back; // is what was met,
+    bool dark; // and of a material that has none
+    float distance; // 0 if nothing was met
+};
+
+Met meet(RayHit hit, vec3 d) {
+    Met m;
+    m.any = hit.triangle != 0u;
+    COUNT(TRIANGLES, m.any ? 1u : 0u);
+    COUNT(MATERIALS, m.any ? 1u : 0u);
+    m.triangle = triangles[max(hit.triangle, 1u) - 1u];
+    m.weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
+    m.normal = normalize(triangle_normal(m.triangle.vertices[0].position, m.triangle.vertices[1].position,
+        m.triangle.vertices[2].position));
+    m.back = dot(m.normal, d) > 0.0;
+    m.dark = m.back && (materials[m.triangle.material].flags & MATERIAL_DOUBLE_SIDED) == 0u;
+    m.distance = m.any ? hit.distance : 0.0;
+    return m;
+}
+
+// What passes straight through it, per channel.
+vec3 transmittance(Met met) {
+    return feature(FEATURE_ALPHA) && met.triangle.translucent != 0u ? triangle_transmittance(met.triangle, met.weights.yz) : vec3(0.0);
+}
+
 // Radiance of the lamp that is seen along unit d, with emitters = sampled. Starts on the side that d leads to.
 vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
     vec3 origin = ray_start(position, facet, d);
@@ -237,21 +269,12 @@ vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
     float least = 0.0;
     bool going = true;
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
-        RayHit hit = trace_ray(origin, d, least);
-        bool met = hit.triangle != 0u;
-        COUNT(TRIANGLES, met ? 1u : 0u);
-        COUNT(MATERIALS, met ? 1u : 0u);
-        Triangle t = triangles[max(hit.triangle, 1u) - 1u];
-        vec3 m = triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position);
-        vec3 weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
-        Surface s = evaluate_surface(t, weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), false);
-        bool shines = met && !s.unlit
-            && (dot(m, d) < 0.0 || (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
-        sum += shines ? through * s.emitted * s.opacity : vec3(0.0);
-        vec3 passed = feature(FEATURE_ALPHA) && t.translucent != 0u ? triangle_transmittance(t, hit.uv) : vec3(0.0);
-        through *= passed;
-        going = met && brightest(through) >= SPENT;
-        least = hit.distance;
+        Met met = meet(trace_ray(origin, d, least), d);
+        Surface s = evaluate_surface(met.triangle, met.weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), false);
+        sum += met.any && !met.dark && !s.unlit ? through * s.emitted * s.opacity : vec3(0.0);
+        through *= transmittance(met);
+        going = met.any && brightest(through) >= SPENT;
+        least = met.distance;
     }
     return sum;
 }

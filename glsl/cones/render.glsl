@@ -120,12 +120,12 @@ void main() {
 #endif
     }
     if (lit) {
-        direct += s.diffuse * lobes.rest * gathered.lamps.diffuse + gathered.lamps.specular;
+        direct += s.diffuse * lobes.diffuse * gathered.lamps.diffuse + gathered.lamps.specular;
     }
     vec3 indirect = vec3(0.0);
 #ifdef CONES
     if (lit) {
-        indirect += s.diffuse * lobes.rest * gathered.light.rgb;
+        indirect += s.diffuse * lobes.diffuse * gathered.light.rgb;
         if (SPECULAR != GATHER_RAYS && feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
             indirect += lobes.specular * gather_specular(s.position, s.normal, reflect(-view, s.normal), s.roughness);
         }

@@ -58,7 +58,7 @@ vec3 shade_direct(Surface s, Lobes lobes) {
     }
     // Sampled lamps light every surface there and then: whoever gathers must not find their light again.
     vec3 emitted = EMITTERS == EMITTERS_SAMPLED ? vec3(0.0) : s.emitted;
-    return (irradiance / PI * (s.diffuse * lobes.rest + lobes.specular) + emitted) * frame.scale;
+    return (irradiance / PI * (s.diffuse * lobes.diffuse + lobes.specular) + emitted) * frame.scale;
 }
 
 // What one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
@@ -82,7 +82,7 @@ vec3 shade_side(Surface s, uvec3 voxel, uint place) {
         direct_light[place] = stored;
     }
 #ifdef CONES
-    vec3 diffuse = s.diffuse * lobes.rest;
+    vec3 diffuse = s.diffuse * lobes.diffuse;
     if (any(greaterThan(diffuse, vec3(0.0)))) {
         stored += diffuse * gather_diffuse(s.position, s.facet, s.normal, voxel).rgb;
     }

@@ -5,6 +5,7 @@
 // Evaluates one function of glsl/common at many inputs, to be held against its twin in src/twins. Not part of a frame.
 #define CONES
 
+#include "common/albedo.glsl"
 #include "common/layout.glsl"
 #include "common/constants.glsl"
 #include "common/triangle_box.glsl"
@@ -93,6 +94,8 @@ Arguments evaluate(Arguments x) {
     } else if (FUNCTION == 13u) {
         y.a.xyz = visible_normal(x.a.w, x.a.xyz, x.b.xy);
         y.a.w = lobe_masking(x.a.w, x.a.z);
+    } else if (FUNCTION == 14u) {
+        y.a.x = diffuse_share(x.b.xyz, x.b.w, x.a.x);
     }
     return y;
 }

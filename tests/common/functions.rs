@@ -37,6 +37,7 @@ pub enum Function {
     TriangleIrradiance,
     InterleavedShift,
     VisibleNormal,
+    DiffuseShare,
 }
 
 /// Three vectors in, three out.

@@ -15,7 +15,7 @@ use studio::{Studio, pose, room};
 use twobounce::gi::cones::cells::parents;
 use twobounce::layout::CellCount;
 use twobounce::scene::{Material, Mesh, Scene};
-use twobounce::settings::{Bounces, Fill, Settings, Work};
+use twobounce::settings::{Bounces, Fill, Settings, Shade, ShadeDirect, Shadows, Work};
 use twobounce::vk::download;
 
 const EDGE: u32 = 16;
@@ -96,4 +96,31 @@ fn lists_that_had_to_grow_leave_nothing_behind() {
     let occupied = studio.renderer.render(&pose, &studio.view).expect("a frame").counters.occupied_voxels;
     assert!(occupied > 1 << 15, "{occupied} cells are not more than there is room for");
     assert!(found == Studio::new(&scene, &raster).volumes(&pose));
+}
+
+#[test]
+fn direct_light_that_is_kept_is_what_would_be_found_again() {
+    let scene = room();
+    let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
+    for (bounces, shading) in [(Bounces::Two, Work::Cells), (Bounces::Two, Work::Raster), (Bounces::All, Work::Cells)] {
+        let with = |direct| {
+            let shade = Shade { direct, ..Settings::fast().shade };
+            Settings { voxels: EDGE, bounces, shading, shade, ..Settings::fast() }
+        };
+        let (again, kept) = (with(ShadeDirect::Again), with(ShadeDirect::Kept));
+        assert!(kept.keeps_direct() && !again.keeps_direct());
+        let (mut again, mut kept) = (Studio::new(&scene, &again), Studio::new(&scene, &kept));
+        for pose in [&here, &there] {
+            assert!(again.volumes(pose) == kept.volumes(pose), "{bounces} {shading}");
+        }
+    }
+}
+
+#[test]
+fn direct_light_is_not_kept_where_the_second_bounce_would_find_another() {
+    let kept = Settings::fast();
+    assert!(kept.keeps_direct());
+    assert!(!Settings { first_bounce_shadows: false, ..kept.clone() }.keeps_direct());
+    assert!(!Settings { shadows: Shadows::Cones, ..kept.clone() }.keeps_direct());
+    assert!(!Settings { bounces: Bounces::One, ..kept }.keeps_direct());
 }

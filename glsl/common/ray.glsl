@@ -57,7 +57,8 @@ vec3 triangle_transmittance(Triangle t, vec2 uv) {
 // are left at their heads, where nothing is pending for lanes that have left.
 struct Walk {
     vec3 origin;
-    vec3 d; // no component is 0
+    vec3 d;
+    vec3 inverse; // of d, with no component 0
     vec3 ahead; // 1 where the way leads up, else 0
     float leave; // distance at which the way ends
     vec3 voxel;
@@ -65,6 +66,7 @@ struct Walk {
     float size; // of the cube: BRICK or 1
     float t; // distances at which the cube is entered and left
     float t_next;
+    vec3 next; // distances at which its planes ahead are met
     uint listed; // the voxel's first item, or whether the brick has any; 0: empty
 };
 
@@ -79,18 +81,19 @@ void look_into(inout Walk w) {
     bool inside = all(greaterThanEqual(w.voxel, vec3(0.0))) && all(lessThan(w.voxel, vec3(float(EDGE))));
     w.listed = inside ? heads[index] : 0u;
     COUNT(HEADS, 1u);
-    vec3 next = (w.corner + w.size * w.ahead - w.origin) / w.d;
-    w.t_next = min(next.x, min(next.y, next.z));
+    w.next = (w.corner + w.size * w.ahead - w.origin) * w.inverse;
+    w.t_next = min(w.next.x, min(w.next.y, w.next.z));
 }
 
 // Between the distances `enter` and `leave` from the origin, as far as that is in the volume.
 Walk start_walk(vec3 origin, vec3 d, float enter, float leave) {
     Walk w;
     w.origin = origin;
-    w.d = mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
-    w.ahead = step(0.0, w.d);
-    vec3 t0 = -origin / w.d;
-    vec3 t1 = (vec3(float(EDGE)) - origin) / w.d;
+    w.d = d;
+    w.inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
+    w.ahead = step(0.0, w.inverse);
+    vec3 t0 = -origin * w.inverse;
+    vec3 t1 = (vec3(float(EDGE)) - origin) * w.inverse;
     vec3 near = min(t0, t1);
     vec3 far = max(t0, t1);
     w.t = max(max(near.x, max(near.y, near.z)), enter);
@@ -109,10 +112,9 @@ bool is_at_list(Walk w) {
 // From an empty cube to the next one, or from a brick that is not empty to the voxel in it.
 void walk_on(inout Walk w) {
     bool finer = w.listed != 0u;
-    vec3 next = (w.corner + w.size * w.ahead - w.origin) / w.d;
     // One axis, though two may be left at once: the cube between is then passed in no time.
-    bvec3 axis = bvec3(next.x <= next.y && next.x <= next.z, next.y < next.x && next.y <= next.z,
-        next.z < next.x && next.z < next.y);
+    bvec3 axis = bvec3(w.next.x <= w.next.y && w.next.x <= w.next.z, w.next.y < w.next.x && w.next.y <= w.next.z,
+        w.next.z < w.next.x && w.next.z < w.next.y);
     vec3 within = clamp(floor(w.origin + w.d * w.t_next), w.corner, w.corner + w.size - 1.0);
     vec3 beyond = w.corner + mix(vec3(-1.0), vec3(w.size), w.ahead);
     vec3 voxel = finer ? w.voxel : mix(within, beyond, axis);

@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Renders the gallery with every preset, beside the path-traced truth of all light, into docs/presets.png: the README's
+# picture. Needs ImageMagick. Usage: presets.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+command -v montage >/dev/null || { echo "presets.sh needs ImageMagick (apt-get install imagemagick)" >&2; exit 2; }
+out=out/presets
+size=256
+mkdir -p "$out"
+twobounce=target/release/twobounce
+"$twobounce" reference assets/gallery.glb -o "$out/truth.exr" --size "${size}x$size" --noise 4
+tiles=()
+for preset in printed corrected cones fast balanced accurate; do
+  "$twobounce" render assets/gallery.glb -o "$out/$preset.exr" --size "${size}x$size" --preset "$preset" --set voxels=64
+  # The picture's first square is the image, the second the truth, both exposed as the truth is.
+  "$twobounce" compare "$out/$preset.exr" "$out/truth.exr" --out "$out/$preset"
+  convert "$out/$preset/compare.png" -crop "${size}x$size+0+0" +repage "$out/$preset.png"
+  tiles+=(-label "$preset" "$out/$preset.png")
+done
+convert "$out/accurate/compare.png" -crop "${size}x$size+$size+0" +repage "$out/truth.png"
+tiles+=(-label "path-traced, all light" "$out/truth.png")
+montage "${tiles[@]}" -tile 4x -geometry "${size}x$size+3+3" -background white docs/presets.png
+echo "wrote docs/presets.png"

@@ -8,7 +8,7 @@ out=out/presets
 size=256
 mkdir -p "$out"
 twobounce=target/release/twobounce
-"$twobounce" reference assets/gallery.glb -o "$out/truth.exr" --size "${size}x$size" --noise 4
+"$twobounce" reference assets/gallery.glb -o "$out/truth.exr" --size "${size}x$size" --noise 8
 tiles=()
 for preset in printed corrected cones fast balanced accurate; do
   "$twobounce" render assets/gallery.glb -o "$out/$preset.exr" --size "${size}x$size" --preset "$preset" --set voxels=64

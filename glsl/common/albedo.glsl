@@ -16,7 +16,7 @@ vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
 // Mean of 1 − Fresnel at the half vector, over light from all around: whatever the roughness. The polynomial is fitted to the
 // mean of (1 − v·h)⁵, within 1e-5 of it.
 float diffuse_share(vec3 f0, float f90, float nv) {
-    float grazing = 0.0279991 + nv * (-0.0793897 + nv * (0.0860650 + nv * (-0.0436323 + nv * 0.0090417)));
+    float grazing = 0.0281649 + nv * (-0.0798633 + nv * (0.0864900 + nv * (-0.0437062 + nv * 0.0089972)));
     return 1.0 - brightest(f0 + (f90 - f0) * grazing);
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::Result;
+use crate::gi::cones::alike::Alike;
 use crate::gi::cones::cells::Cells;
 use crate::gi::cones::constants::Features;
 use crate::gi::cones::mips::Mips;
@@ -26,6 +27,8 @@ pub struct Passes {
     voxelise: Option<Voxelise>,
     /// Absent where no pass goes through lists of cells.
     cells: Option<Cells>,
+    /// Absent where every item is lit.
+    alike: Option<Alike>,
     shade_first: Option<Shade>,
     /// The first bounce with the last frame's second volume to gather from; absent unless `bounces = all`.
     shade_again: Option<Shade>,
@@ -78,6 +81,7 @@ impl Passes {
             record: Record::new(context, settings, features)?,
             voxelise: lists_are_read.then(|| Voxelise::new(context, settings)).transpose()?,
             cells: (bounces > 0 && settings.uses_cells()).then(|| Cells::new(context, settings)).transpose()?,
+            alike: (bounces > 0 && settings.lights_alike()).then(|| Alike::new(context, settings)).transpose()?,
             shade_first: shade(bounces > 0, Bounce::First, false)?,
             shade_again: shade(all, Bounce::First, true)?,
             shade_second: shade(bounces > 1, Bounce::Second, true)?,
@@ -103,6 +107,10 @@ impl Passes {
             // and the occupied ones are listed, with their parents: nobody else need be shaded.
             if let Some(cells) = &self.cells {
                 cells.list(r, resources);
+            }
+            // and of triangles that are alike one is chosen to be lit.
+            if let Some(alike) = &self.alike {
+                alike.record(r, scene, resources);
             }
         }
         // What the last lists filled and these do not is emptied.

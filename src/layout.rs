@@ -46,6 +46,10 @@ shared! {
     ItemLight { front: [f32; 3], opacity: f32, back: [f32; 3], area: f32 }
 }
 shared! {
+    /// Of an item of a list: which item is lit for it, and the part of its triangle inside the voxel, over a face.
+    ItemPart { lit_by: u32, area: f32 }
+}
+shared! {
     /// A texture as a material uses it; `texture` is −1 where there is none.
     TextureSlot { texture: i32, uv_set: u32, linear: [f32; 4], offset: [f32; 2] }
 }

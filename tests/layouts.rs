@@ -14,6 +14,7 @@ fn structs_agree_with_the_shaders() {
         "cones/record.geom",
         "cones/voxelise.frag",
         "cones/light_first.comp",
+        "cones/alike.comp",
     ] {
         found.extend(shader::structs(name));
     }
@@ -32,6 +33,7 @@ fn structs_agree_with_the_shaders() {
     check("Globals", Globals::FIELDS, size_of::<Globals>());
     check("CellCount", CellCount::FIELDS, size_of::<CellCount>());
     check("ItemLight", ItemLight::FIELDS, size_of::<ItemLight>());
+    check("ItemPart", ItemPart::FIELDS, size_of::<ItemPart>());
     check("ListItem", ListItem::FIELDS, size_of::<ListItem>());
     check("TextureSlot", TextureSlot::FIELDS, size_of::<TextureSlot>());
     check("Material", Material::FIELDS, size_of::<Material>());

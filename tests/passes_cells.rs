@@ -8,14 +8,18 @@ mod scenes;
 #[path = "common/studio.rs"]
 mod studio;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, IVec3, Vec3};
+use half::f16;
+use scenes::{Random, add, triangle};
 use studio::{Studio, pose, room};
 use twobounce::gi::cones::cells::parents;
-use twobounce::layout::CellCount;
-use twobounce::scene::{Material, Mesh, Scene};
-use twobounce::settings::{Bounces, Fill, Settings, Shade, ShadeDirect, Shadows, Work};
+use twobounce::layout::{CellCount, Globals, ItemPart, ListItem, Triangle};
+use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};
+use twobounce::settings::{Bounces, Fill, Lists, Settings, Shade, ShadeDirect, ShadeItems, Shadows, Work};
+use twobounce::twins::alike::{Listed, groups};
+use twobounce::twins::voxelise::Polygon;
 use twobounce::vk::download;
 
 const EDGE: u32 = 16;
@@ -123,4 +127,109 @@ fn direct_light_is_not_kept_where_the_second_bounce_would_find_another() {
     assert!(!Settings { first_bounce_shadows: false, ..kept.clone() }.keeps_direct());
     assert!(!Settings { shadows: Shadows::Cones, ..kept.clone() }.keeps_direct());
     assert!(!Settings { bounces: Bounces::One, ..kept }.keeps_direct());
+}
+
+/// Small triangles, many to a voxel: in a ball, a few of two materials and a few masked.
+fn crumbs() -> Scene {
+    let (mut scene, mut random) = (Scene::empty("crumbs"), Random::new(5));
+    for alpha in [Alpha::Opaque, Alpha::Opaque, Alpha::Mask(0.5)] {
+        let mut crumb = || {
+            let center = random.point() * 4.0;
+            triangle(&mut random, center, 0.4)
+        };
+        let many: Vec<_> = (0..3000).map(|_| crumb()).collect();
+        add(&mut scene, &many, Material { alpha, ..Material::lambert("crumbs", Vec3::splat(0.5)) });
+    }
+    scene
+}
+
+#[test]
+fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
+    let scene = crumbs();
+    let shade = Shade { items: ShadeItems::Alike, ..Settings::fast().shade };
+    let settings = Settings { voxels: EDGE, shade, ..Settings::fast() };
+    let mut studio = Studio::new(&scene, &settings);
+    studio.volumes(&scene.pose(None, 0.0));
+    let (context, resources) = (&studio.context, studio.renderer.resources());
+    let items: Vec<ListItem> = download(context, &resources.items).expect("items");
+    let triangles: Vec<Triangle> = download(context, &resources.triangles).expect("triangles");
+    let parts: Vec<ItemPart> = download(context, &resources.item_parts).expect("parts");
+    let lit: Vec<u32> = download(context, &resources.lit_items).expect("lit items");
+    let counts: Vec<CellCount> = download(context, &resources.cells.counts).expect("counts");
+    let globals: Globals = download(context, &resources.globals).expect("counters")[0];
+
+    let mut lists: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (item, listed) in items.iter().take(globals.item_count as usize).enumerate() {
+        lists.entry(listed.voxel).or_default().push(item);
+    }
+    let corners = |item: usize| {
+        triangles[items[item].triangle as usize].vertices.map(|v| Vec3::from_array(v.position).as_dvec3())
+    };
+    let mut chosen = BTreeSet::new();
+    for (voxel, list) in lists {
+        let low = IVec3::from([voxel % EDGE, voxel / EDGE % EDGE, voxel / EDGE / EDGE].map(|v| v as i32)).as_dvec3();
+        let area = |item| Polygon::clipped(&corners(item), low, low + 1.0).area_vector().length();
+        let listed: Vec<Listed> = list
+            .iter()
+            .map(|&item| {
+                let ([a, b, c], material) = (corners(item), triangles[items[item].triangle as usize].material);
+                Listed { normal: (b - a).cross(c - a), material, shares: material != 2 }
+            })
+            .collect();
+        for group in groups(&listed) {
+            let lit_by = parts[list[group[0]]].lit_by as usize;
+            chosen.insert(lit_by as u32);
+            let largest = group.iter().map(|&k| area(list[k])).fold(0.0, f64::max);
+            assert!(group.iter().any(|&k| list[k] == lit_by), "who lights is of the group");
+            assert!(area(lit_by) > largest - 1e-4, "{} of {largest}", area(lit_by));
+            for item in group.iter().map(|&k| list[k]) {
+                assert_eq!(parts[item].lit_by as usize, lit_by);
+                // Corners are f32 numbers of voxels up to 16: areas are off by a few 1e-6.
+                assert!((f64::from(parts[item].area) - area(item)).abs() < 1e-4);
+            }
+        }
+    }
+    let CellCount { groups_x, count, .. } = counts[15];
+    assert_eq!(lit[..count as usize].iter().copied().collect::<BTreeSet<_>>(), chosen);
+    assert_eq!((count as usize, groups_x), (chosen.len(), count.div_ceil(64)));
+    assert!(count > 500 && count + 500 < globals.item_count, "{count} lit of {}", globals.item_count);
+}
+
+#[test]
+fn alike_triangles_in_the_same_light_give_the_same_volume() {
+    // A fine mesh of a ramp in the sun, without anything to shadow it: each triangle is lit as all others are.
+    let mut scene = Scene::empty("ramp");
+    let material = scene.add_material(Material::lambert("ramp", Vec3::splat(0.6)));
+    let corner = |i: i32, j: i32| DVec3::new(f64::from(i), f64::from(i) * 0.1, f64::from(j)).as_vec3() / 8.0;
+    let ramp: Vec<_> = (0..40 * 40)
+        .map(|k| (k / 40, k % 40))
+        .flat_map(|(i, j)| {
+            let (a, b, c, d) = (corner(i, j), corner(i, j + 1), corner(i + 1, j + 1), corner(i + 1, j));
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    scene.add_mesh(Mesh::triangles("ramp", material, &ramp), DAffine3::IDENTITY);
+    scene.add_light(LightKind::Directional, Vec3::splat(3.0), DAffine3::from_rotation_x(-1.2));
+    let pose = scene.pose(None, 0.0);
+    let [each, alike] = [ShadeItems::Each, ShadeItems::Alike].map(|items| {
+        let shade = Shade { items, ..Settings::fast().shade };
+        let settings = Settings { voxels: EDGE, bounces: Bounces::One, shade, ..Settings::fast() };
+        Studio::new(&scene, &settings).volumes(&pose).swap_remove(0)
+    });
+    let brightest = each[3][0].iter().map(|texel| f16::from_bits(texel[0]).to_f32()).fold(0.0, f32::max);
+    assert!(brightest > 0.1, "{brightest}: the ramp is lit");
+    for (each, alike) in each.iter().flatten().flatten().zip(alike.iter().flatten().flatten()) {
+        for (a, b) in each.iter().zip(alike).map(|(a, b)| (f16::from_bits(*a).to_f32(), f16::from_bits(*b).to_f32())) {
+            // Facets' normals differ in their last bits: at most two steps of an f16.
+            assert!((a - b).abs() <= 2e-3 * a.max(b), "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn alike_triangles_are_lit_one_by_one_where_lists_are_built_again() {
+    let alike = Settings { shade: Shade { items: ShadeItems::Alike, ..Shade::default() }, ..Settings::fast() };
+    assert!(alike.lights_alike());
+    assert!(!Settings { lists: Lists::Rebuild, ..alike.clone() }.lights_alike());
+    assert!(!Settings { shading: Work::Raster, ..alike }.lights_alike());
 }

@@ -27,6 +27,10 @@ layout(constant_id = 21) const uint SHADOW_RAYS = 1u; // per light with an exten
 
 layout(constant_id = 22) const uint DIRECT = 0u; // of the voxels' direct light
 
+layout(constant_id = 23) const uint LIT = 0u; // which of a voxel's triangles are lit: 0 each, 1 one for all that are alike
+
+const uint LIT_ALIKE = 1u;
+
 const uint DIRECT_AGAIN = 0u; // every shading pass finds it
 const uint DIRECT_KEEP = 1u; // finds it, and keeps it for the next pass
 const uint DIRECT_READ = 2u; // takes what was kept
@@ -75,7 +79,7 @@ bool slot_in_use(uint slot) {
 }
 
 const float LARGEST_STORED = 65504.0; // of an f16
-const uint ITEM_COUNTS = 15u; // of CellCounts: what follows the levels is of the lists' items
+const uint LIT_COUNTS = 15u; // of CellCounts: what follows the levels is of the lists' items that are lit
 const uint MOST_GROUPS = 65535u; // of 64 threads, what every device takes in one dispatch; threads go on beyond
 const float PI = 3.14159265358979;
 const float GOLDEN_ANGLE = 2.39996323; // of a sunflower's seeds

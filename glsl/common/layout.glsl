@@ -45,6 +45,12 @@ struct ItemLight {
     float area; // clipped to the voxel, over a face's
 };
 
+// Of an item of a list: which item is lit for it, and the part of its triangle inside the voxel, over a face.
+struct ItemPart {
+    uint lit_by;
+    float area;
+};
+
 struct ListItem {
     uint triangle;
     uint next; // 1-based; 0 ends the list (a walk that ends on ~0 hangs on Mesa 22.3)

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Pass 2a, cells: how many voxels and items the voxeliser listed; no parents yet.
+// Pass 2a, cells: how many voxels and items the voxeliser listed; no parents yet, and of items that are alike none.
 
 #include "common/layout.glsl"
 #include "common/constants.glsl"
@@ -14,10 +14,10 @@ layout(set = 0, binding = 22, scalar) writeonly buffer CellCounts { CellCount ce
 
 void main() {
     uint level = gl_LocalInvocationID.x;
-    if (EDGE >> level != 0u || level == ITEM_COUNTS) {
+    if (EDGE >> level != 0u || level == LIT_COUNTS) {
         uint count = level == 0u ? min(globals.cell_count, frame.cell_capacity)
-            : level == ITEM_COUNTS ? min(globals.item_count, frame.item_capacity)
-                                   : 0u;
+            : level == LIT_COUNTS && LIT != LIT_ALIKE ? min(globals.item_count, frame.item_capacity)
+                                                      : 0u;
         cell_counts[level] = CellCount(min((count + 63u) / 64u, MOST_GROUPS), 1u, 1u, count);
     }
 }

@@ -18,6 +18,16 @@ layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_i
 layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
 layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
 layout(set = 0, binding = 34, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(set = 0, binding = 35, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+
+ItemLight light_of(uint item) {
+    if (LIT != LIT_ALIKE) {
+        return item_lights[item];
+    }
+    ItemLight light = item_lights[item_parts[item].lit_by];
+    light.area = item_parts[item].area;
+    return light;
+}
 
 void main() {
     uint count = cell_counts[0].count;
@@ -34,7 +44,7 @@ void main() {
             vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
                 triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
             bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
-            fill_with(filling, item_lights[item - 1u], n, two_sided);
+            fill_with(filling, light_of(item - 1u), n, two_sided);
             item = entry.next;
         }
         store_faces(cell_at(cells[i], EDGE), filled(filling));

@@ -1,13 +1,15 @@
-// Shading, cells form, first half: a thread per item of the lists. A thread per voxel would have loops without a bound: llvmpipe
+// Shading, cells form, first half: a thread per item that is lit. A thread per voxel would have loops without a bound: llvmpipe
 // ends every loop of an invocation once all of them together have gone round 65535 times. Needs: shade.glsl.
 
 #include "cones/cells.glsl"
 
 layout(set = 0, binding = 34, scalar) writeonly buffer ItemLights { ItemLight item_lights[]; };
+layout(set = 0, binding = 36, scalar) readonly buffer LitItems { uint lit_items[]; };
 
 void main() {
-    uint count = cell_counts[ITEM_COUNTS].count;
+    uint count = cell_counts[LIT_COUNTS].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-        item_lights[i] = shade_item(i, cell_at(list_items[i].voxel, EDGE));
+        uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
+        item_lights[item] = shade_item(item, cell_at(list_items[item].voxel, EDGE));
     }
 }

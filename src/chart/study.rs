@@ -40,6 +40,7 @@ pub const AXES: &[StudyAxis] = &[
     axis("rays of the voxels", "balanced", &["shade.cones=g1", "shade.cones=g8", "shade.gather=cones"]),
     axis("lamps of the voxels", "balanced", &["shade.emitter_samples=1", "shade.emitter_samples=16"]),
     axis("direct light of the voxels", "balanced", &["shade.direct=again"]),
+    axis("lit triangles of the voxels", "balanced", &["shade.items=each"]),
     axis("cones for rays", "balanced", &["gather=cones", "gather=cones shade.gather=rays"]),
     axis("shared directions", "balanced", &["interleave=1"]),
     axis("gathered pixels", "balanced", &["gather_resolution=full", "gather_resolution=quarter"]),

@@ -2,7 +2,7 @@
 
 use super::{
     Blend, Bounces, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, Lists, Reuse, RoughnessFit,
-    ShadeDirect, Shadows, Weights, Work,
+    ShadeDirect, ShadeItems, Shadows, Weights, Work,
 };
 
 /// What `twobounce settings` says about one setting.
@@ -273,6 +273,13 @@ pub const KEYS: &[Key] = &[
         names!(ShadeDirect),
         "where the second bounce's voxels have their direct light from; kept: from the first bounce, the same bits, where lists are reused and shadows are the same (rays in both bounces, or none)",
         "kept: 24 bytes per list item instead of a second shading of it",
+    ),
+    key(
+        "shade.items",
+        "choice",
+        names!(ShadeItems),
+        "which of a voxel's triangles are lit; alike: the largest of those of one material that face alike, for all of them, where shading goes through cells and lists are reused (masked and blended ones stay by themselves)",
+        "alike: less to light where triangles are smaller than voxels, for a pass over the lists and 12 bytes per item",
     ),
     key(
         "volume.center",

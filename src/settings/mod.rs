@@ -128,6 +128,15 @@ choices! {
     }
 }
 choices! {
+    /// Which of a voxel's triangles are lit.
+    ShadeItems {
+        /// Each for itself, as in the talk.
+        Each = "each",
+        /// One for all that have one material and face alike.
+        Alike = "alike",
+    }
+}
+choices! {
     /// What a pass over a volume goes through; the volume is the same.
     Work {
         /// A fragment per voxel of the whole grid, as in the talk.
@@ -222,6 +231,7 @@ pub struct Shade {
     #[serde(with = "auto")]
     pub emitter_samples: Option<u32>,
     pub direct: ShadeDirect,
+    pub items: ShadeItems,
 }
 
 /// Where the volume stands.
@@ -410,9 +420,16 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// Whether triangles that are alike are lit as one: lists that stay, and lit item by item.
+    pub fn lights_alike(&self) -> bool {
+        self.shade.items == ShadeItems::Alike && self.shading == Work::Cells && self.lists == Lists::Reuse
+    }
+}
+
 impl Default for Shade {
     fn default() -> Self {
-        Self { gather: None, cones: None, emitter_samples: None, direct: ShadeDirect::Again }
+        Self { gather: None, cones: None, emitter_samples: None, direct: ShadeDirect::Again, items: ShadeItems::Each }
     }
 }
 

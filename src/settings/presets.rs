@@ -2,7 +2,7 @@
 
 use super::{
     Blend, ConeSet, DirectLight, Emitters, Fill, Form, Gather, GatherResolution, ImageSettings, Ledger, Lists,
-    RoughnessFit, Settings, Shade, ShadeDirect, Shadow, Shadows, Start, Weights, Work,
+    RoughnessFit, Settings, Shade, ShadeDirect, ShadeItems, Shadow, Shadows, Start, Weights, Work,
 };
 
 /// Settings with a name.
@@ -68,6 +68,7 @@ impl Settings {
                 cones: Some(of_voxels),
                 emitter_samples: Some(lamp_points),
                 direct: ShadeDirect::Kept,
+                items: ShadeItems::Alike,
             },
             interleave: 4,
             emitters: Emitters::Sampled,

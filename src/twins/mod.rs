@@ -6,6 +6,7 @@
 //!
 //! Everything here lives in volume space: positions in the cube \[0,1\]³ unless a name ends in `_voxel`.
 
+pub mod alike;
 pub mod closed_forms;
 pub mod cone;
 pub mod directions;

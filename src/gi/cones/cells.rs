@@ -22,7 +22,7 @@ pub struct CellLists {
     pub cells: Buffer,
     /// Of all coarser levels, one after the other; each has room for all of its level.
     pub parents: Buffer,
-    /// A [`CellCount`] per level, and one of the lists' items.
+    /// A [`CellCount`] per level, and one of the lists' items that are lit.
     pub counts: Buffer,
 }
 
@@ -43,10 +43,10 @@ impl CellLists {
         (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, edge) })
     }
 
-    /// A thread per item of the voxels' lists. `binds`: besides `cells` and the counts.
+    /// A thread per item that is lit. `binds`: besides `cells` and the counts.
     pub fn dispatch_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
         binds.extend([Bind::buffer("cells", &self.cells), Bind::buffer("cell_counts", &self.counts)]);
-        let offset = u64::from(ITEM_COUNTS) * size_of::<CellCount>() as u64;
+        let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
         recorder.dispatch_indirect(pipeline, &pipeline.select(&binds), &(), &self.counts, offset);
     }
 
@@ -70,8 +70,8 @@ impl CellLists {
     }
 }
 
-/// Where the counts of the lists' items stand, as in `glsl/common/constants.glsl`.
-const ITEM_COUNTS: u32 = 15;
+/// Where the counts of the lists' items that are lit stand, as in `glsl/common/constants.glsl`.
+const LIT_COUNTS: u32 = 15;
 
 /// Where the list of `level` starts among the parents.
 fn first_parent(level: u32, edge: u32) -> u32 {
@@ -83,7 +83,7 @@ pub fn parents_bytes(edge: u32) -> u64 {
 }
 
 pub fn counts_bytes() -> u64 {
-    u64::from(ITEM_COUNTS + 1) * size_of::<CellCount>() as u64
+    u64::from(LIT_COUNTS + 1) * size_of::<CellCount>() as u64
 }
 
 /// A bit per parent.

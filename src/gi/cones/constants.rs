@@ -25,6 +25,7 @@ const SPECULAR: u32 = 17;
 const REFRACTION: u32 = 18;
 const SPECULAR_RAYS: u32 = 19;
 const SHADOW_RAYS: u32 = 21;
+const LIT: u32 = 23;
 /// Of the shading passes alone: 0 finds direct light, 1 and keeps it, 2 takes what was kept.
 pub const DIRECT: u32 = 22;
 /// Of `render.vert` alone.
@@ -158,6 +159,7 @@ pub fn constants(settings: &Settings, features: Features, bounce: u32) -> Vec<(u
         (REFRACTION, u32::from(settings.refraction == Gather::Rays)),
         (SPECULAR_RAYS, settings.specular_rays),
         (SHADOW_RAYS, settings.shadow.rays),
+        (LIT, u32::from(settings.lights_alike())),
         (WEIGHTS, weights),
         (SHADOWS, shadows),
         (ROUGHNESS_FIT, fit),

@@ -3,6 +3,7 @@
 //! The talk: BeRo and urs, "How to use Voxel Cone Tracing with two bounces for everything instead of just Global
 //! Illumination" (listings CC0).
 
+pub mod alike;
 pub mod cells;
 pub mod constants;
 pub mod emitters;

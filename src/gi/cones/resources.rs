@@ -85,6 +85,10 @@ pub struct Resources {
     pub direct_light: Buffer,
     /// Per list item what it sends, for the cells form of shading.
     pub item_lights: Buffer,
+    /// Per list item who is lit for it,
+    pub item_parts: Buffer,
+    /// and who is lit, where triangles that are alike are lit as one.
+    pub lit_items: Buffer,
     pub heads: Buffer,
     /// What is occupied in this frame,
     pub cells: CellLists,
@@ -127,6 +131,8 @@ impl Resources {
             items: buffer("list items")?,
             direct_light: buffer("direct light")?,
             item_lights: buffer("item lights")?,
+            item_parts: buffer("item parts")?,
+            lit_items: buffer("lit items")?,
             heads: buffer("voxels")?,
             cells: lists("voxel cells")?,
             last_cells: lists("last voxel cells")?,
@@ -176,8 +182,8 @@ impl Resources {
     ) -> Result<()> {
         let plan = plan(scene, settings, volumes, capacities);
         let (cells, last_cells) = (&mut self.cells.cells, &mut self.last_cells.cells);
-        let per_item = [&mut self.items, &mut self.direct_light, &mut self.item_lights];
-        for buffer in [&mut self.triangles, cells, last_cells].into_iter().chain(per_item) {
+        let lights = [&mut self.direct_light, &mut self.item_lights, &mut self.item_parts, &mut self.lit_items];
+        for buffer in [&mut self.triangles, &mut self.items, cells, last_cells].into_iter().chain(lights) {
             let bytes = plan_bytes(&plan, buffer.label());
             if bytes > buffer.bytes() {
                 let label = buffer.label().to_owned();
@@ -208,6 +214,8 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("triangles", array::<layout::Triangle>(capacities.triangles)),
         ("list items", array::<layout::ListItem>(capacities.items)),
         ("item lights", array::<layout::ItemLight>(if shaded_by_items { capacities.items } else { 1 })),
+        ("item parts", array::<layout::ItemPart>(if settings.lights_alike() { capacities.items } else { 1 })),
+        ("lit items", array::<u32>(if settings.lights_alike() { capacities.items } else { 1 })),
         ("direct light", array::<[[f32; 3]; 2]>(if settings.keeps_direct() { capacities.items } else { 1 })),
         ("voxels", array::<u32>(voxels + (settings.voxels / BRICK).pow(3))),
         ("voxel cells", array::<u32>(capacities.cells)),

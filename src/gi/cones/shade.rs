@@ -86,12 +86,18 @@ impl Shade {
                     pass.draw(pipeline, &binds, &(), call);
                 }),
                 Form::Cells { light, fill } => {
-                    let lights = || Bind::buffer("item_lights", &resources.item_lights);
-                    binds.push(lights());
+                    let lights = || {
+                        [
+                            Bind::buffer("item_lights", &resources.item_lights),
+                            Bind::buffer("item_parts", &resources.item_parts),
+                            Bind::buffer("lit_items", &resources.lit_items),
+                        ]
+                    };
+                    binds.extend(lights());
                     resources.cells.dispatch_items(r, light, binds);
                     r.full_barrier(); // the items are lit
                     let mut binds = shading_binds(scene, resources);
-                    binds.push(lights());
+                    binds.extend(lights());
                     binds.extend(face_binds(target, 0));
                     resources.cells.dispatch(r, fill, binds, (0, target.edge));
                 }

@@ -1,0 +1,101 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Pass 2a, alike: of a voxel's triangles that have one material and face alike, the one with the largest part in it is lit for
+// all. A thread per occupied voxel; no outcome depends on a list's order. CPU twin: src/twins/alike.rs.
+
+#include "common/layout.glsl"
+#include "common/constants.glsl"
+#include "common/triangle_box.glsl"
+#include "common/clip.glsl"
+#include "common/alike.glsl"
+#include "common/count.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 22, scalar) buffer CellCounts { CellCount cell_counts[]; };
+layout(set = 0, binding = 32, scalar) readonly buffer Cells { uint cells[]; };
+layout(set = 0, binding = 35, scalar) buffer ItemParts { ItemPart item_parts[]; };
+layout(set = 0, binding = 36, scalar) writeonly buffer LitItems { uint lit_items[]; };
+
+// What is lit for a facing cell's triangles.
+uint chosen[FACING_CELLS]; // item, 1-based; 0: none
+uint materials_of[FACING_CELLS];
+uint sources_of[FACING_CELLS];
+float areas_of[FACING_CELLS];
+
+// Clipped to the voxel, as shade.glsl has it.
+float area_in(vec3 a, vec3 b, vec3 c, uint voxel) {
+    float area = 1.0;
+    if (FILL >= FILL_COVERAGE) {
+        vec3 middle;
+        clip_to_voxel(a, b, c, vec3(voxel % EDGE, voxel / EDGE % EDGE, voxel / (EDGE * EDGE)) + 0.5, area, middle);
+    }
+    return area;
+}
+
+// Where a mask cuts or blending mixes, each triangle has an opacity of its own.
+bool shares(uint material) {
+    COUNT(MATERIALS, 1u);
+    return (materials[material].flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u;
+}
+
+void choose(uint first, uint voxel) {
+    for (uint cell = 0u; cell < FACING_CELLS; cell++) {
+        chosen[cell] = 0u;
+    }
+    for (uint item = first; item != 0u; item = list_items[item - 1u].next) {
+        COUNT(LIST_ITEMS, 1u);
+        COUNT(CORNERS, 3u);
+        uint triangle = list_items[item - 1u].triangle;
+        vec3 a = triangles[triangle].vertices[0].position;
+        vec3 b = triangles[triangle].vertices[1].position;
+        vec3 c = triangles[triangle].vertices[2].position;
+        float area = area_in(a, b, c, voxel);
+        uint cell = facing_cell(triangle_normal(a, b, c));
+        item_parts[item - 1u] = ItemPart(cell, area); // until it is known who is lit
+        uint material = triangles[triangle].material;
+        uint source = triangles[triangle].source;
+        bool same = chosen[cell] != 0u && material == materials_of[cell];
+        bool better = chosen[cell] == 0u || material < materials_of[cell]
+            || (same && (area > areas_of[cell] || (area == areas_of[cell] && source < sources_of[cell])));
+        if (better && shares(material)) {
+            chosen[cell] = item;
+            materials_of[cell] = material;
+            sources_of[cell] = source;
+            areas_of[cell] = area;
+        }
+    }
+}
+
+void light(uint item) {
+    uint place = atomicAdd(cell_counts[LIT_COUNTS].count, 1u);
+    lit_items[place] = item;
+    if (place % 64u == 0u && place / 64u < MOST_GROUPS) {
+        atomicAdd(cell_counts[LIT_COUNTS].groups_x, 1u);
+    }
+}
+
+void main() {
+    uint count = cell_counts[0].count;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        uint first = heads[cells[i]];
+        COUNT(HEADS, 1u);
+        choose(first, cells[i]);
+        for (uint item = first; item != 0u; item = list_items[item - 1u].next) {
+            COUNT(LIST_ITEMS, 1u);
+            uint cell = item_parts[item - 1u].lit_by;
+            uint material = triangles[list_items[item - 1u].triangle].material;
+            bool alone = chosen[cell] == 0u || material != materials_of[cell] || !shares(material);
+            uint lit_by = alone ? item : chosen[cell];
+            item_parts[item - 1u].lit_by = lit_by - 1u;
+            if (lit_by == item) {
+                light(item - 1u);
+            }
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Twin of the choice of what is lit: which triangles of a voxel's list are alike.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+/// One listed triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Listed {
+    /// Any length but 0.
+    pub normal: DVec3,
+    pub material: u32,
+    /// Whether it may be lit for others, and others for it: neither masked nor blended.
+    pub shares: bool,
+}
+
+/// Where `normal` meets the unit cube: the face it leaves through (±1 to ±3) and which third of it along the next two axes.
+fn facing_cell(normal: DVec3) -> (i32, [i32; 2]) {
+    let size = normal.abs();
+    let axis = (0..3).rev().max_by(|&a, &b| size[a].total_cmp(&size[b])).expect("three axes");
+    let third = |k: usize| {
+        let along = normal[(axis + k) % 3] / size[axis];
+        if along < -1.0 / 3.0 {
+            -1
+        } else if along < 1.0 / 3.0 {
+            0
+        } else {
+            1
+        }
+    };
+    ((axis as i32 + 1) * normal[axis].signum() as i32, [third(1), third(2)])
+}
+
+/// The list in groups of which one is lit for all, as places in it: of each cell of directions the triangles with the lowest
+/// material are a group, whoever else is there stays alone.
+pub fn groups(list: &[Listed]) -> Vec<Vec<usize>> {
+    let mut cells: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+    for (place, listed) in list.iter().enumerate() {
+        cells.entry(facing_cell(listed.normal)).or_default().push(place);
+    }
+    let mut groups = Vec::new();
+    for places in cells.values() {
+        let lowest = places.iter().filter(|&&p| list[p].shares).map(|&p| list[p].material).min();
+        let (together, alone): (Vec<_>, Vec<_>) =
+            places.iter().partition(|&&p| list[p].shares && Some(list[p].material) == lowest);
+        groups.extend((!together.is_empty()).then_some(together));
+        groups.extend(alone.into_iter().map(|p| vec![p]));
+    }
+    groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wall_is_one_group_and_a_corner_three() {
+        let wall = |normal, material| Listed { normal, material, shares: true };
+        let tilted = DVec3::new(1.0, 0.2, -0.2);
+        assert_eq!(groups(&[wall(DVec3::X, 0), wall(tilted, 0), wall(DVec3::X * 9.0, 0)]), [vec![0, 1, 2]]);
+        assert_eq!(groups(&[wall(DVec3::X, 0), wall(DVec3::Y, 0), wall(-DVec3::X, 0)]).len(), 3);
+        assert_eq!(groups(&[wall(DVec3::X, 1), wall(DVec3::X, 0), wall(DVec3::X, 1)]), [vec![1], vec![0], vec![2]]);
+        let masked = Listed { shares: false, ..wall(DVec3::X, 0) };
+        assert_eq!(groups(&[masked, wall(DVec3::X, 1), wall(DVec3::X, 1)]), [vec![1, 2], vec![0]]);
+    }
+}

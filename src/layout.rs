@@ -68,9 +68,11 @@ shared! {
 }
 shared! {
     /// A piece of an emissive triangle, evenly bright; positions in voxels.
-    Emitter {
-        a: [f32; 3], b: [f32; 3], c: [f32; 3], radiance: [f32; 3], probability: f32, cumulative: f32, two_sided: u32,
-    }
+    Emitter { a: [f32; 3], b: [f32; 3], c: [f32; 3], radiance: [f32; 3], two_sided: u32 }
+}
+shared! {
+    /// A sphere about neighbouring pieces, voxels, a cone about their normals, and what they send together, up to a factor.
+    EmitterNode { center: [f32; 3], radius: f32, axis: [f32; 3], spread: f32, power: f32 }
 }
 shared! {
     /// One mip chain in the atlas.
@@ -95,7 +97,7 @@ shared! {
         refraction_start_normal: f32, refraction_start_along: f32,
         shadow_start_normal: f32, shadow_start_along: f32,
         shadow_end: f32, shadow_step: f32, cone_step: f32, shadow_aperture: f32,
-        cone_aperture: f32, exit_margin: f32, emitter_count: u32,
+        cone_aperture: f32, exit_margin: f32, emitter_count: u32, emitter_tree: u32,
     }
 }
 shared! {

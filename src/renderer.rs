@@ -93,7 +93,7 @@ pub struct Renderer {
     blended: Vec<BlendedTriangle>,
     emitters: Emitters,
     /// Pieces of lamps in the last pose.
-    emitter_count: u32,
+    placed_emitters: (u32, bool),
     passes: Passes,
     resources: Resources,
     capacities: Capacities,
@@ -164,7 +164,7 @@ impl Renderer {
             scale: radiance_scale(&scene, volume.voxel_m, settings.bounces),
             blended: packed.blended,
             emitters,
-            emitter_count: 0,
+            placed_emitters: (0, false),
             scene,
             settings,
             options,
@@ -316,9 +316,10 @@ impl Renderer {
 
     fn upload_pose(&mut self, pose: &Pose, view: &View, lights: &[layout::Light]) -> Result<()> {
         self.upload(&self.resources.lights, lights)?;
-        let emitters = self.emitters.place(pose, &self.volume, self.settings.emitter_samples);
-        self.emitter_count = emitters.len() as u32;
-        self.upload(&self.resources.emitters, &emitters)?;
+        let lamps = self.emitters.place(pose, &self.volume, self.settings.emitter_samples);
+        self.placed_emitters = (lamps.pieces.len() as u32, !lamps.nodes.is_empty());
+        self.upload(&self.resources.emitters, &lamps.pieces)?;
+        self.upload(&self.resources.emitter_nodes, &lamps.nodes)?;
         let order = back_to_front(&self.blended, &self.scene, pose, view);
         self.upload(&self.resources.order, &order)
     }
@@ -333,7 +334,7 @@ impl Renderer {
             size: self.options.size,
             capacities: self.capacities,
             frame_index: self.frame_index,
-            emitters: self.emitter_count,
+            emitters: self.placed_emitters,
         });
         self.upload(&self.resources.frame, &[frame])
     }

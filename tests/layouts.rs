@@ -39,6 +39,7 @@ fn structs_agree_with_the_shaders() {
     check("Material", Material::FIELDS, size_of::<Material>());
     check("Light", Light::FIELDS, size_of::<Light>());
     check("Emitter", Emitter::FIELDS, size_of::<Emitter>());
+    check("EmitterNode", EmitterNode::FIELDS, size_of::<EmitterNode>());
     check("TextureEntry", TextureEntry::FIELDS, size_of::<TextureEntry>());
     check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
     check("Frame", Frame::FIELDS, size_of::<Frame>());

@@ -26,7 +26,10 @@ const EDGE: u32 = 16;
 
 /// Small sets of cones and rays: what is compared is who is shaded.
 fn presets() -> [Settings; 3] {
-    let small = |settings: Settings| Settings { voxels: EDGE, shading: Work::Raster, mips: Work::Raster, ..settings };
+    let small = |settings: Settings| {
+        let shade = Shade { items: ShadeItems::Each, ..settings.shade };
+        Settings { voxels: EDGE, shading: Work::Raster, mips: Work::Raster, shade, ..settings }
+    };
     [
         small(Settings::fast()),
         small(Settings::printed()),

@@ -1,5 +1,5 @@
 // Emissive triangles as area lights (emitters = sampled). CPU twin: src/twins/emitters.rs.
-// Needs: emitters[], frame, jitter.glsl.
+// Needs: emitters[], emitter_nodes[], frame, jitter.glsl.
 
 #include "common/count.glsl"
 #include "common/color.glsl"
@@ -44,24 +44,56 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
 // Candidates per sample where there are more pieces than samples.
 const uint MOST_CANDIDATES = 4u;
 
-uint choose_emitter(float u) {
-    uint first = 0u;
-    uint last = frame.emitter_count - 1u;
-    for (uint k = 0u; k < 32u && first < last; k++) {
-        uint middle = (first + last) / 2u;
-        COUNT(LAMP_RECORDS, 1u);
-        if (emitters[middle].cumulative <= u) {
-            first = middle + 1u;
-        } else {
-            last = middle;
-        }
+// The largest cosine within `spread` of an angle whose cosine is c, 0 at least.
+float nearest_cosine(float c, float spread) {
+    return max(cos(max(acos(clamp(c, -1.0, 1.0)) - spread, 0.0)), 0.0);
+}
+
+// What a node's pieces may give a place at most, up to a factor: power over squared distance, by both cosines.
+float importance(uint node, vec3 position, vec3 normal) {
+    COUNT(WORDS, 9u);
+    EmitterNode n = emitter_nodes[node];
+    vec3 d = n.center - position;
+    float distance = length(d);
+    float seen = n.radius < distance ? asin(n.radius / distance) : PI; // half angle under which the sphere is seen
+    d /= max(distance, 1e-20);
+    return n.power * nearest_cosine(dot(d, normal), seen) * nearest_cosine(-dot(d, n.axis), n.spread + seen)
+        / max(distance * distance, n.radius * n.radius);
+}
+
+struct EmitterChoice {
+    uint index;
+    float probability;
+};
+
+// The piece at `u` of [0, 1). Many lamps: down a tree of neighbours, at each node by what its halves may give (Conty and Kulla,
+// "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, without the splitting). Few: each as often.
+EmitterChoice choose_emitter(float u, vec3 position, vec3 normal) {
+    bool many = frame.emitter_tree != 0u;
+    float count = float(frame.emitter_count);
+    uint first = many ? 0u : min(uint(u * count), frame.emitter_count - 1u);
+    uint end = many ? frame.emitter_count : first + 1u;
+    float probability = many ? 1.0 : 1.0 / count;
+    uint node = 1u;
+    for (uint k = 0u; k < 32u && first + 1u < end; k++) {
+        float low = importance(2u * node, position, normal);
+        float high = importance(2u * node + 1u, position, normal);
+        float share = low + high > 0.0 ? low / (low + high) : 0.5;
+        bool goes_low = u < share;
+        uint middle = (first + end) / 2u;
+        first = goes_low ? first : middle;
+        end = goes_low ? middle : end;
+        node = 2u * node + (goes_low ? 0u : 1u);
+        probability *= goes_low ? share : 1.0 - share;
+        // What is left of the number is even again: strata stay strata.
+        u = goes_low ? u / share : (u - share) / max(1.0 - share, 1e-6);
     }
-    return first;
+    return EmitterChoice(first, probability);
 }
 
 // Of EMITTER_SAMPLES samples the one with index i; `random`: two numbers of the place that is lit.
 // At most as many pieces as samples: each gets its own, so that only what is half in shadow is noisy. More: of a few
-// candidates, chosen by power, one is taken by what it gives here (Talbot et al., "Importance Resampling for Global
+// candidates one is taken by what it gives here (Talbot et al., "Importance Resampling for Global
 // Illumination", 2005).
 EmitterSample sample_emitter(uint i, vec3 position, vec3 normal, vec2 random) {
     uint candidates = frame.emitter_count > EMITTER_SAMPLES ? MOST_CANDIDATES : 1u;
@@ -72,19 +104,19 @@ EmitterSample sample_emitter(uint i, vec3 position, vec3 normal, vec2 random) {
     float total = 0.0;
     float choice = fract(random.y + 0.6180339887 * float(i));
     for (uint k = 0u; k < candidates; k++) {
-        uint index = choose_emitter((float(i * candidates + k) + random.x) / strata);
-        Emitter e = emitters[index];
+        EmitterChoice candidate = choose_emitter((float(i * candidates + k) + random.x) / strata, position, normal);
+        Emitter e = emitters[candidate.index];
         COUNT(LAMP_RECORDS, 1u);
         float seen = triangle_irradiance(e.a - position, e.b - position, e.c - position, normal);
         seen = e.two_sided != 0u ? abs(seen) : max(seen, 0.0);
-        vec3 irradiance = e.radiance * (seen / (e.probability * strata));
+        vec3 irradiance = e.radiance * (seen / (candidate.probability * strata));
         float weight = brightest(irradiance);
         total += weight;
         // One random number serves all choices: what is left of it is even again.
         float share = total > 0.0 ? weight / total : 0.0;
         bool taken = choice < share;
         choice = taken ? choice / share : (choice - share) / max(1.0 - share, 1e-6);
-        chosen = taken ? index : chosen;
+        chosen = taken ? candidate.index : chosen;
         chosen_irradiance = taken ? irradiance : chosen_irradiance;
         chosen_weight = taken ? weight : chosen_weight;
     }

@@ -111,15 +111,22 @@ struct Light {
     float spot_offset;
 };
 
-// A piece of an emissive triangle, evenly bright. Chosen with `probability`, in the order of the running sum.
+// A piece of an emissive triangle, evenly bright.
 struct Emitter {
     vec3 a;
     vec3 b;
     vec3 c;
     vec3 radiance;
-    float probability;
-    float cumulative;
     uint two_sided;
+};
+
+// A sphere about neighbouring pieces, what they send together, and a cone about their normals.
+struct EmitterNode {
+    vec3 center;
+    float radius;
+    vec3 axis;
+    float spread; // half angle, radians; π where a piece shines both ways
+    float power;
 };
 
 // One mip chain in the atlas.
@@ -170,4 +177,5 @@ struct Frame {
     float cone_aperture; // what the diffuse set's apertures are multiplied with
     float exit_margin; // diameters that a sum goes on beyond the border
     uint emitter_count;
+    uint emitter_tree; // 1: pieces are chosen through the tree; 0: all of them are tried, each as often
 };

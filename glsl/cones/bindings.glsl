@@ -8,6 +8,7 @@ layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
 layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
 layout(set = 0, binding = 7, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 21, scalar) readonly buffer Emitters { Emitter emitters[]; };
+layout(set = 0, binding = 37, scalar) readonly buffer EmitterNodes { EmitterNode emitter_nodes[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer TextureEntries { TextureEntry texture_entries[]; };
 layout(set = 0, binding = 9, scalar) readonly buffer TextureLevels { TextureLevel texture_levels[]; };
 layout(set = 0, binding = 10) uniform sampler2DArray atlas_linear;

@@ -193,7 +193,7 @@ pub const KEYS: &[Key] = &[
         "shading",
         "choice",
         names!(Work),
-        "how voxels are shaded: a fragment per voxel of the grid, as in the talk, or a thread per list item and one per occupied voxel: the same image",
+        "how voxels are shaded: a fragment per voxel of the grid, as in the talk, or a thread per list item and one per occupied voxel: the same image with shade.items=each",
         "raster grows with the grid, cells with what stands in it, and takes 32 bytes per list item",
     ),
     key(

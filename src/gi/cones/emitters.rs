@@ -1,6 +1,9 @@
-//! Emissive triangles as area lights (`emitters = sampled`): evenly bright pieces, chosen by power. `glsl/common/emitters.glsl`
-//! samples them.
+//! Emissive triangles as area lights (`emitters = sampled`): evenly bright pieces, and a tree of neighbours to choose among
+//! many. `glsl/common/emitters.glsl` samples them.
 
+use std::f64::consts::PI;
+
+use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use crate::gi::volume::Volume;
@@ -65,44 +68,85 @@ impl Emitters {
         if self.pieces.is_empty() { 0 } else { (self.pieces.len() as u32).max(samples) }
     }
 
-    /// What the GPU samples. Fewer lamps than samples are cut until every sample has a piece of its own, all with the same
-    /// probability; more are chosen by power, in an order in which neighbours lie side by side.
-    pub fn place(&self, pose: &Pose, volume: &Volume, samples: u32) -> Vec<layout::Emitter> {
+    /// What the GPU samples. Fewer lamps than samples are cut until every sample has a piece of its own; more are chosen
+    /// through a tree, in an order in which neighbours lie side by side.
+    pub fn place(&self, pose: &Pose, volume: &Volume, samples: u32) -> Lamps {
         let voxel_from_world = volume.voxel_from_world();
         let frames: Vec<DAffine3> = pose.world_from_instance.iter().map(|w| voxel_from_world * *w).collect();
         let mut placed: Vec<Placed> = self.pieces.iter().map(|p| Placed::new(p, &frames[p.instance])).collect();
         placed.retain(|p| p.power() > 0.0);
         if placed.is_empty() {
-            return Vec::new();
+            return Lamps::default();
         }
-        let own_piece = placed.len() <= samples as usize;
+        let many = placed.len() > samples as usize;
         while placed.len() < samples as usize {
             let powers = placed.iter().map(Placed::power);
             let (strongest, _) = powers.enumerate().fold((0, -1.0), |a, b| if b.1 > a.1 { b } else { a });
             let halves = placed.swap_remove(strongest).halves();
             placed.extend(halves);
         }
-        placed.sort_by_key(Placed::morton);
-        let total: f64 = placed.iter().map(Placed::power).sum();
-        let count = placed.len() as f64;
-        let mut sum = 0.0;
-        placed
-            .iter()
-            .map(|p| {
-                let probability = if own_piece { 1.0 / count } else { p.power() / total };
-                sum += probability;
-                let [a, b, c] = p.corners.map(|corner| corner.as_vec3().to_array());
-                layout::Emitter {
-                    a,
-                    b,
-                    c,
-                    radiance: p.radiance.to_array(),
-                    probability: probability as f32,
-                    cumulative: sum as f32,
-                    two_sided: u32::from(p.two_sided),
-                }
-            })
-            .collect()
+        halve(&mut placed);
+        let pieces = placed.iter().map(Placed::record).collect();
+        Lamps { pieces, nodes: if many { tree(&placed) } else { Vec::new() } }
+    }
+}
+
+/// What the GPU samples.
+#[derive(Clone, Debug, Default)]
+pub struct Lamps {
+    pub pieces: Vec<layout::Emitter>,
+    /// The root at 1, the halves of node n at 2n and 2n + 1, a node of one piece has none; empty where pieces are few.
+    pub nodes: Vec<layout::EmitterNode>,
+}
+
+/// Nodes of a tree over so many pieces.
+pub fn node_count(pieces: u32) -> u32 {
+    2 * pieces.next_power_of_two()
+}
+
+/// Puts neighbours side by side: each half lies on one side of a plane, across the longest axis.
+fn halve(part: &mut [Placed]) {
+    if part.len() < 2 {
+        return;
+    }
+    let middles = || part.iter().map(Placed::middle);
+    let size = middles().fold(DVec3::NEG_INFINITY, DVec3::max) - middles().fold(DVec3::INFINITY, DVec3::min);
+    let axis = size.max_position();
+    part.sort_by(|p, q| p.middle()[axis].total_cmp(&q.middle()[axis]));
+    let (low, high) = part.split_at_mut(part.len() / 2);
+    halve(low);
+    halve(high);
+}
+
+/// Of pieces in the order that [`halve`] leaves.
+fn tree(placed: &[Placed]) -> Vec<layout::EmitterNode> {
+    let mut nodes = vec![layout::EmitterNode::zeroed(); node_count(placed.len() as u32) as usize];
+    let mut open = vec![(1, placed)];
+    while let Some((place, part)) = open.pop() {
+        nodes[place] = node(part);
+        if part.len() > 1 {
+            let (low, high) = part.split_at(part.len() / 2);
+            open.extend([(2 * place, low), (2 * place + 1, high)]);
+        }
+    }
+    nodes
+}
+
+/// The sphere about the middle of the pieces' bounds that holds them all, and the cone about their mean normal that does.
+fn node(part: &[Placed]) -> layout::EmitterNode {
+    let corners = || part.iter().flat_map(|p| p.corners);
+    let low = corners().fold(DVec3::INFINITY, DVec3::min);
+    let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let center = ((low + high) / 2.0).as_vec3();
+    let radius = corners().map(|c| c.distance(center.as_dvec3())).fold(0.0, f64::max);
+    let axis = part.iter().map(|p| p.normal() * p.power()).sum::<DVec3>().normalize_or(DVec3::Y);
+    let angle = |p: &Placed| if p.two_sided { PI } else { p.normal().dot(axis).clamp(-1.0, 1.0).acos() };
+    layout::EmitterNode {
+        axis: axis.as_vec3().to_array(),
+        spread: part.iter().map(angle).fold(0.0, f64::max) as f32,
+        center: center.to_array(),
+        radius: (radius * (1.0 + 1e-6)) as f32,
+        power: part.iter().map(Placed::power).sum::<f64>() as f32,
     }
 }
 
@@ -199,6 +243,17 @@ impl Placed {
         Self { corners, radiance: piece.radiance, two_sided: piece.two_sided }
     }
 
+    fn record(&self) -> layout::Emitter {
+        let [a, b, c] = self.corners.map(|corner| corner.as_vec3().to_array());
+        layout::Emitter { a, b, c, radiance: self.radiance.to_array(), two_sided: u32::from(self.two_sided) }
+    }
+
+    /// Unit, of the front.
+    fn normal(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+
     /// Up to a factor that is the same for all.
     fn power(&self) -> f64 {
         let [a, b, c] = self.corners;
@@ -216,13 +271,47 @@ impl Placed {
         [Self { corners: [from, middle, apex], ..self }, Self { corners: [middle, to, apex], ..self }]
     }
 
-    /// Interleaved bits of the voxel in which the middle lies.
-    fn morton(&self) -> u32 {
-        let middle = (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0;
-        let spread = |x: f64| {
-            let x = x.clamp(0.0, 1023.0) as u32;
-            (0..10).fold(0, |bits, i| bits | ((x >> i) & 1) << (3 * i))
-        };
-        spread(middle.x) | spread(middle.y) << 1 | spread(middle.z) << 2
+    fn middle(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (a + b + c) / 3.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trees_nodes_hold_their_pieces() {
+        for count in [2_usize, 3, 7, 64, 100] {
+            let piece = |k: usize| {
+                let at = DVec3::new((k * 37 % 50) as f64, (k * 11 % 50) as f64, k as f64);
+                let corners = [at, at + DVec3::X, at + DVec3::Y * 2.0];
+                Placed { corners, radiance: Vec3::splat(1.0 + k as f32), two_sided: k % 2 == 0 }
+            };
+            let mut placed: Vec<Placed> = (0..count).map(piece).collect();
+            halve(&mut placed);
+            let nodes = tree(&placed);
+            assert_eq!(nodes.len(), node_count(count as u32) as usize);
+            for (index, p) in placed.iter().enumerate() {
+                // Down as the shader goes: halves by count.
+                let (mut node, mut first, mut end) = (1, 0, count);
+                loop {
+                    let sphere = nodes[node];
+                    let center = Vec3::from_array(sphere.center).as_dvec3();
+                    assert!(p.corners.iter().all(|c| c.distance(center) <= f64::from(sphere.radius)), "{count} {node}");
+                    let power: f64 = placed[first..end].iter().map(Placed::power).sum();
+                    let off = p.normal().angle_between(Vec3::from_array(sphere.axis).as_dvec3());
+                    assert!(p.two_sided || off <= f64::from(sphere.spread) + 1e-3);
+                    assert!((f64::from(sphere.power) / power - 1.0).abs() < 1e-5);
+                    if first + 1 == end {
+                        break;
+                    }
+                    let middle = usize::midpoint(first, end);
+                    (node, first, end) =
+                        if index < middle { (2 * node, first, middle) } else { (2 * node + 1, middle, end) };
+                }
+            }
+        }
     }
 }

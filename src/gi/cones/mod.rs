@@ -71,6 +71,7 @@ fn shading_binds<'a>(scene: &'a GpuScene, resources: &'a Resources) -> Vec<Bind<
         Bind::buffer("materials", &scene.materials),
         Bind::buffer("lights", &resources.lights),
         Bind::buffer("emitters", &resources.emitters),
+        Bind::buffer("emitter_nodes", &resources.emitter_nodes),
         Bind::buffer("texture_entries", &scene.texture_entries),
         Bind::buffer("texture_levels", &scene.texture_levels),
         Bind::image("atlas_linear", scene.atlas.view(), &scene.texel_sampler),

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::cells::{self, CellLists};
+use super::emitters;
 use super::uniforms::Capacities;
 use crate::Result;
 use crate::layout;
@@ -78,6 +79,7 @@ pub struct Resources {
     pub frame: Buffer,
     pub lights: Buffer,
     pub emitters: Buffer,
+    pub emitter_nodes: Buffer,
     pub globals: Buffer,
     pub triangles: Buffer,
     pub items: Buffer,
@@ -126,6 +128,7 @@ impl Resources {
             frame: buffer("frame")?,
             lights: buffer("lights")?,
             emitters: buffer("emitters")?,
+            emitter_nodes: buffer("emitter nodes")?,
             globals: buffer("globals")?,
             triangles: buffer("triangles")?,
             items: buffer("list items")?,
@@ -210,6 +213,7 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("frame", array::<layout::Frame>(1)),
         ("lights", array::<layout::Light>(scene.lights)),
         ("emitters", array::<layout::Emitter>(scene.emitters)),
+        ("emitter nodes", array::<layout::EmitterNode>(emitters::node_count(scene.emitters))),
         ("globals", array::<layout::Globals>(1)),
         ("triangles", array::<layout::Triangle>(capacities.triangles)),
         ("list items", array::<layout::ListItem>(capacities.items)),

@@ -26,8 +26,8 @@ pub struct FrameInputs<'a> {
     pub size: (u32, u32),
     pub capacities: Capacities,
     pub frame_index: u32,
-    /// Pieces of lamps.
-    pub emitters: u32,
+    /// Pieces of lamps, and whether they are chosen through the tree.
+    pub emitters: (u32, bool),
 }
 
 /// The `Frame` buffer.
@@ -66,7 +66,8 @@ pub fn frame(inputs: &FrameInputs) -> layout::Frame {
         shadow_aperture: settings.shadow.half_angle.map_or(-1.0, |degrees| degrees.to_radians().tan()),
         cone_aperture: settings.aperture,
         exit_margin: settings.exit_margin,
-        emitter_count: inputs.emitters,
+        emitter_count: inputs.emitters.0,
+        emitter_tree: u32::from(inputs.emitters.1),
     }
 }
 

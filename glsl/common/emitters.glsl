@@ -41,8 +41,9 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
     return -0.5 * sum;
 }
 
-// Candidates per sample where there are more pieces than samples.
+// Candidates per sample where there are more pieces than samples: the tree's are good ones.
 const uint MOST_CANDIDATES = 4u;
+const uint TREE_CANDIDATES = 2u;
 
 // The largest cosine within `spread` of an angle whose cosine is c, 0 at least.
 float nearest_cosine(float c, float spread) {
@@ -96,7 +97,7 @@ EmitterChoice choose_emitter(float u, vec3 position, vec3 normal) {
 // candidates one is taken by what it gives here (Talbot et al., "Importance Resampling for Global
 // Illumination", 2005).
 EmitterSample sample_emitter(uint i, vec3 position, vec3 normal, vec2 random) {
-    uint candidates = frame.emitter_count > EMITTER_SAMPLES ? MOST_CANDIDATES : 1u;
+    uint candidates = frame.emitter_tree != 0u ? TREE_CANDIDATES : frame.emitter_count > EMITTER_SAMPLES ? MOST_CANDIDATES : 1u;
     float strata = float(EMITTER_SAMPLES * candidates);
     uint chosen = 0u;
     vec3 chosen_irradiance = vec3(0.0);

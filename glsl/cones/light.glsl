@@ -8,6 +8,7 @@ layout(set = 0, binding = 34, scalar) writeonly buffer ItemLights { ItemLight it
 void main() {
     uint count = cell_counts[ITEM_COUNTS].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-        item_lights[i] = shade_item(i, cell_at(list_items[i].voxel, EDGE));
+        ListItem entry = list_items[i];
+        item_lights[i] = shade_item(i, triangles[entry.triangle], cell_at(entry.voxel, EDGE));
     }
 }

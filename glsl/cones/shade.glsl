@@ -93,10 +93,8 @@ vec3 shade_side(Surface s, uvec3 voxel, uint place) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-// The triangle of a list's item, cut to its voxel and lit on each of its sides.
-ItemLight shade_item(uint index, uvec3 voxel) {
-    ListItem entry = list_items[index];
-    Triangle t = triangles[entry.triangle];
+// The triangle of item `index` of the lists, cut to its voxel and lit on each of its sides.
+ItemLight shade_item(uint index, Triangle t, uvec3 voxel) {
     COUNT(LIST_ITEMS, 1u);
     COUNT(TRIANGLES, 1u);
     vec3 a = t.vertices[0].position;

@@ -21,7 +21,7 @@ void main() {
         ListItem entry = list_items[item - 1u];
         Triangle t = triangles[entry.triangle];
         vec3 n = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
-        fill_with(filling, shade_item(item - 1u, voxel), n, (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
+        fill_with(filling, shade_item(item - 1u, t, voxel), n, (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
         item = entry.next;
     }
     vec4 faces[7] = filled(filling);

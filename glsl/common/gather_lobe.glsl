@@ -61,7 +61,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
         vec3 held = volume_radiance(at, met.back ? met.normal : -met.normal, width);
         vec3 sent = met.dark ? vec3(0.0) : held * texture_detail(met.triangle, m, met.weights, max(width, pixel_width));
-        Surface s = evaluate_surface(met.triangle, met.weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), met.back);
+        Surface s = evaluate_surface(met.triangle, met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
         if (glass && met.back && m.attenuation_distance_m < 1e30) {

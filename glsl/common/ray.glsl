@@ -37,13 +37,12 @@ vec3 triangle_transmittance(Triangle t, vec2 uv) {
     COUNT(MATERIALS, 1u);
     COUNT(TRIANGLES, 1u);
     vec3 weights = vec3(1.0 - uv.x - uv.y, uv.x, uv.y);
-    Footprint sharp = Footprint(mat2[2](mat2(0.0), mat2(0.0)));
     vec4 at = triangle_uv(t, weights);
-    vec4 base = base_color(m, at, triangle_color(t, weights), sharp);
+    vec4 base = base_color(m, at, triangle_color(t, weights), POINT);
     float alpha = surface_alpha(m, base.a);
     float transmission = m.transmission * (1.0 - m.metallic);
     if (has_slot(m, SLOT_TRANSMISSION)) {
-        transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, sharp, false).r;
+        transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, POINT, false).r;
     }
     return mix(vec3(1.0), base.rgb * transmission, alpha);
 }
@@ -272,7 +271,7 @@ vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
     bool going = true;
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
-        Surface s = evaluate_surface(met.triangle, met.weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), false);
+        Surface s = evaluate_surface(met.triangle, met.weights, POINT, false);
         sum += met.any && !met.dark && !s.unlit ? through * s.emitted * s.opacity : vec3(0.0);
         through *= transmittance(met);
         going = met.any && brightest(through) >= SPENT;

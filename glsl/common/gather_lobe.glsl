@@ -30,7 +30,7 @@ float cosine_in_air(float c, float ior, bool inside) {
 }
 
 vec3 lobe_fresnel(Surface s, float cosine) {
-    return cosine < 0.0 ? vec3(1.0) : s.f0 + (s.f90 - s.f0) * pow(1.0 - cosine, 5.0);
+    return cosine < 0.0 ? vec3(1.0) : schlick(s.f0, s.f90, cosine);
 }
 
 // The shading normal, bent until it looks towards the ray that meets it.

@@ -3,6 +3,7 @@
 
 #include "common/count.glsl"
 #include "common/color.glsl"
+#include "common/heads.glsl"
 
 // How many surfaces that let light through one ray may pass.
 const uint MOST_PASSED = 8u;
@@ -72,10 +73,7 @@ struct Walk {
 // Reads the cube that the walk stands in.
 void look_into(inout Walk w) {
     ivec3 at = ivec3(w.voxel);
-    ivec3 brick = at / int(BRICK);
-    const int bricks = int(EDGE / BRICK);
-    int index = w.size > 1.0 ? int(EDGE * EDGE * EDGE) + (brick.z * bricks + brick.y) * bricks + brick.x
-                             : (at.z * int(EDGE) + at.y) * int(EDGE) + at.x;
+    int index = w.size > 1.0 ? brick_index(at) : head_index(at);
     // Rounding may step past the last voxel just before `leave`.
     bool inside = all(greaterThanEqual(w.voxel, vec3(0.0))) && all(lessThan(w.voxel, vec3(float(EDGE))));
     w.listed = inside ? heads[index] : 0u;

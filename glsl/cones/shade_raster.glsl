@@ -14,7 +14,7 @@ layout(location = 6) out vec4 out_faces_6;
 
 void main() {
     uvec3 voxel = uvec3(gl_FragCoord.xy, in_layer);
-    uint item = heads[(voxel.z * EDGE + voxel.y) * EDGE + voxel.x];
+    uint item = heads[head_index(ivec3(voxel))];
     COUNT(HEADS, 1u);
     Filling filling = start_filling();
     for (uint i = 0u; i < globals.item_count && item != 0u; i++) {

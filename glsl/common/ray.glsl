@@ -32,6 +32,14 @@ float hit_triangle(vec3 origin, vec3 d, vec3 a, vec3 b, vec3 c, out vec2 uv) {
     return dot(e2, q) * inverse;
 }
 
+// The same for the triangle of a list's entry.
+float hit_listed(ListItem entry, vec3 origin, vec3 d, out vec2 uv) {
+    COUNT(LIST_ITEMS, 1u);
+    COUNT(CORNERS, 3u);
+    return hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
+        triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
+}
+
 // What passes a triangle, per channel.
 vec3 triangle_transmittance(Triangle t, vec2 uv) {
     Material m = materials[t.material];
@@ -168,11 +176,8 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
         for (uint k = 0u; k < globals.item_count && item != 0u && passing == 0u; k++) {
             ListItem entry = list_items[item - 1u];
             item = entry.next;
-            COUNT(LIST_ITEMS, 1u);
-            COUNT(CORNERS, 3u);
             vec2 uv;
-            float hit = hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
-                triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
+            float hit = hit_listed(entry, origin, d, uv);
             if (hit > 0.0 && hit < distance) {
                 if (!feature(FEATURE_ALPHA) || triangles[entry.triangle].translucent == 0u) {
                     blocked = true;
@@ -209,13 +214,10 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
         walk_to_list(w);
         uint item = take_list(w);
         for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
-            COUNT(LIST_ITEMS, 1u);
-            COUNT(CORNERS, 3u);
             ListItem entry = list_items[item - 1u];
             item = entry.next;
             vec2 uv;
-            float hit = hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
-                triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
+            float hit = hit_listed(entry, origin, d, uv);
             // Equal distances: the lists' order is the GPU's to choose, the image must not be.
             bool nearer = hit < best.distance
                 || (hit == best.distance && triangles[entry.triangle].source < triangles[max(best.triangle, 1u) - 1u].source);

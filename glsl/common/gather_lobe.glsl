@@ -64,9 +64,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
         Surface s = evaluate_surface(met.triangle, met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
-        if (glass && met.back && m.attenuation_distance_m < 1e30) {
-            through *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(met.distance * frame.voxel_m / m.attenuation_distance_m));
-        }
+        through *= glass && met.back ? attenuation(m, met.distance * frame.voxel_m) : vec3(1.0);
         seen.light += through * sent * (s.opacity * (1.0 - s.transmission));
         seen.lamps += through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
         vec3 tint = s.albedo * s.transmission;

@@ -79,6 +79,12 @@ float surface_alpha(Material m, float alpha) {
     return (m.flags & MATERIAL_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
 }
 
+// Beer's law: what a way through the material leaves, per channel.
+vec3 attenuation(Material m, float way_m) {
+    return m.attenuation_distance_m < 1e30 ? pow(max(m.attenuation_color, vec3(1e-6)), vec3(way_m / m.attenuation_distance_m))
+                                           : vec3(1.0);
+}
+
 // `weights`: barycentric. `back`: the side against the winding is looked at.
 Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool back) {
     Material m = materials[t.material];
@@ -152,9 +158,9 @@ Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool bac
         s.transmission = 0.0;
         s.f0 = vec3(0.0);
         s.f90 = 0.0;
-    } else if (m.attenuation_distance_m < 1e30 && s.thickness_m > 0.0) {
-        // Beer's law over the thickness that the material states.
-        s.transmitted *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(s.thickness_m / m.attenuation_distance_m));
+    } else if (s.thickness_m > 0.0) {
+        // The thickness that the material states: nobody follows the way.
+        s.transmitted *= attenuation(m, s.thickness_m);
     }
     return s;
 }

@@ -143,12 +143,12 @@ Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool bac
     vec3 dielectric_f0 = min(ior_f0 * ior_f0 * specular_color, vec3(1.0)) * specular;
     s.f0 = mix(dielectric_f0, base.rgb, metallic);
     s.f90 = mix(specular, 1.0, metallic);
-    s.diffuse = base.rgb * (1.0 - metallic) * (1.0 - s.transmission);
+    s.diffuse_share = 1.0 - metallic - s.transmission; // s.transmission is a share of what is no metal
+    s.diffuse = base.rgb * s.diffuse_share;
     s.transmitted = base.rgb * s.transmission;
     s.opacity = surface_alpha(m, base.a);
     s.ior = m.ior;
     s.albedo = base.rgb;
-    s.diffuse_share = 1.0 - metallic - s.transmission;
     s.unlit = (m.flags & MATERIAL_UNLIT) != 0u;
     if (s.unlit) {
         s.emitted = base.rgb;

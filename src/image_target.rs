@@ -197,6 +197,7 @@ impl ImageTarget {
         let layers = Aov::ALL.iter().filter(wanted).filter_map(|&layer| Some((layer, self.pixels(layer)?)));
         Layers { width: self.width, height: self.height, layers: layers.collect() }
     }
+
     /// A layer of the finished image, if it was drawn.
     fn pixels(&self, layer: Aov) -> Option<Vec<[f32; 3]>> {
         let far = |v: f32| if layer == Aov::Depth && v > FAR / 64.0 { f32::INFINITY } else { v };

@@ -7,7 +7,7 @@ mod gpu;
 #[path = "common/scenes.rs"]
 mod scenes;
 
-use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays};
+use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
 use glam::{Vec3, Vec4};
 use twobounce::settings::{ConeSet, Form, RoughnessFit, Settings, Weights};
 use twobounce::twins::cone::{self, Cone};
@@ -15,7 +15,7 @@ use twobounce::twins::directions::roughness_to_aperture;
 
 /// Every choice that changes how a cone is traced, one at a time.
 fn variants() -> Vec<Settings> {
-    let right = Settings { voxels: EDGE, ..Settings::default() };
+    let right = settings();
     let mut variants = vec![right.clone(), Settings { voxels: EDGE, ..Settings::printed() }];
     variants.extend(Weights::ALL.iter().map(|w| Settings { weights: *w, ..right.clone() }));
     variants.extend(ConeSet::ALL.iter().map(|c| Settings { cones: *c, ..right.clone() }));
@@ -147,7 +147,7 @@ fn gathers_are_their_twins() {
 fn roughness_fits_are_their_twins() {
     let gpu = Gpu::new(&random_volume());
     for fit in RoughnessFit::ALL {
-        let settings = Settings { voxels: EDGE, roughness_fit: *fit, ..Settings::default() };
+        let settings = Settings { roughness_fit: *fit, ..settings() };
         let inputs: Vec<_> =
             (0..=100).map(|i| Arguments::of(Vec4::splat(i as f32 / 100.0), Vec4::ZERO, Vec4::ZERO)).collect();
         for (x, out) in inputs.iter().zip(gpu.evaluate(Function::RoughnessToAperture, &inputs, &settings)) {

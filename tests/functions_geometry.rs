@@ -7,7 +7,7 @@ mod gpu;
 #[path = "common/scenes.rs"]
 mod scenes;
 
-use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays};
+use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
 use glam::{DVec3, IVec3, Mat3, Vec2, Vec3, Vec4};
 use scenes::Random;
 use twobounce::settings::{ConeSet, Form, Settings, Weights};
@@ -20,7 +20,7 @@ fn directions_are_their_twins() {
     let gpu = Gpu::new(&random_volume());
     let directions: Vec<Vec3> = rays(300).into_iter().map(|r| r.1).collect();
     for form in [Form::Right, Form::Printed] {
-        let mut settings = Settings { voxels: EDGE, ..Settings::default() };
+        let mut settings = settings();
         let ledger = &mut settings.ledger;
         (ledger.d6, ledger.d7, ledger.d8, ledger.d22, ledger.d26) = (form, form, form, form, form);
 
@@ -47,7 +47,7 @@ fn directions_are_their_twins() {
         }
     }
     for weights in Weights::ALL {
-        let settings = Settings { voxels: EDGE, weights: *weights, ..Settings::default() };
+        let settings = Settings { weights: *weights, ..settings() };
         let origin = Vec3::new(3.0, 5.0, 7.0);
         let inputs: Vec<_> =
             directions.iter().map(|d| Arguments::of(d.extend(0.0), origin.extend(0.0), Vec4::ZERO)).collect();
@@ -63,8 +63,6 @@ fn directions_are_their_twins() {
 
 #[test]
 fn visible_normals_are_their_twins() {
-    let gpu = Gpu::new(&random_volume());
-    let settings = Settings { voxels: EDGE, ..Settings::default() };
     let mut random = Random::new(10);
     let cases: Vec<(Vec3, f32, Vec2)> = (0..600)
         .map(|i| {
@@ -73,11 +71,9 @@ fn visible_normals_are_their_twins() {
             (v.with_z(v.z.abs().max(1e-3)).normalize(), alpha, Vec2::new(random.unit() as f32, random.unit() as f32))
         })
         .collect();
-    let inputs: Vec<_> = cases
-        .iter()
-        .map(|(v, alpha, u)| Arguments::of(v.extend(*alpha), u.extend(0.0).extend(0.0), Vec4::ZERO))
-        .collect();
-    for ((v, alpha, u), out) in cases.iter().zip(gpu.evaluate(Function::VisibleNormal, &inputs, &settings)) {
+    let arguments =
+        |(v, alpha, u): &(Vec3, f32, Vec2)| Arguments::of(v.extend(*alpha), u.extend(0.0).extend(0.0), Vec4::ZERO);
+    for ((v, alpha, u), out) in Gpu::new(&random_volume()).results(Function::VisibleNormal, &cases, arguments) {
         close(out.vec3(0).extend(0.0), visible_normal(*alpha, *v, *u).extend(0.0), 1e-3, &format!("{v} {alpha} {u}"));
         assert!(out.vec3(0).dot(*v) > -1e-4, "{v} does not see {out:?}");
         if *v == Vec3::Z && u.y < 0.99 {
@@ -91,23 +87,17 @@ fn visible_normals_are_their_twins() {
 
 #[test]
 fn refraction_is_its_twin_and_never_nan() {
-    let gpu = Gpu::new(&random_volume());
-    let settings = Settings { voxels: EDGE, ..Settings::default() };
     let mut random = Random::new(7);
     let cases: Vec<(Vec3, Vec3, f32)> = (0..600)
         .map(|i| (random.direction().as_vec3(), random.direction().as_vec3(), [1.0, 1.33, 1.5][i % 3]))
         .collect();
-    let inputs: Vec<_> = cases
-        .iter()
-        .map(|&(incident, normal, ior)| {
-            let back = incident.dot(normal) > 0.0;
-            let met = if back { -normal } else { normal };
-            Arguments::of(incident.extend(ior), met.extend(f32::from(u8::from(back))), Vec4::ZERO)
-        })
-        .collect();
-    for ((incident, normal, ior), out) in
-        cases.iter().zip(gpu.evaluate(Function::RefractionDirection, &inputs, &settings))
-    {
+    let arguments = |&(incident, normal, ior): &(Vec3, Vec3, f32)| {
+        let back = incident.dot(normal) > 0.0;
+        let met = if back { -normal } else { normal };
+        Arguments::of(incident.extend(ior), met.extend(f32::from(u8::from(back))), Vec4::ZERO)
+    };
+    let results = Gpu::new(&random_volume()).results(Function::RefractionDirection, &cases, arguments);
+    for ((incident, normal, ior), out) in results {
         let expected = refraction_direction(*incident, *normal, *ior, Form::Right);
         // Near the critical angle the refracted direction goes with the square root of f32's rounding.
         assert!((out.vec3(0) - expected).length() < 1e-3, "{incident} {normal} {ior}: {out:?} is not {expected}");
@@ -116,8 +106,6 @@ fn refraction_is_its_twin_and_never_nan() {
 
 #[test]
 fn clipping_is_exact_where_it_matters() {
-    let gpu = Gpu::new(&random_volume());
-    let settings = Settings { voxels: EDGE, ..Settings::default() };
     let mut random = Random::new(8);
     let mut triangles = Vec::new();
     for i in 0..2000 {
@@ -126,12 +114,9 @@ fn clipping_is_exact_where_it_matters() {
         triangles.push([corner(), corner(), corner()]);
     }
     let center = 7.5f32;
-    let inputs: Vec<_> = triangles
-        .iter()
-        .map(|t| Arguments::of(t[0].extend(center), t[1].extend(center), t[2].extend(center)))
-        .collect();
+    let arguments = |t: &[Vec3; 3]| Arguments::of(t[0].extend(center), t[1].extend(center), t[2].extend(center));
     let mut touched = 0;
-    for (t, out) in triangles.iter().zip(gpu.evaluate(Function::ClipToVoxel, &inputs, &settings)) {
+    for (t, out) in Gpu::new(&random_volume()).results(Function::ClipToVoxel, &triangles, arguments) {
         let clip = |by: f64| Polygon::clipped(&t.map(|p| p.as_dvec3()), DVec3::splat(7.0 - by), DVec3::splat(8.0 + by));
         let (polygon, grown, shrunk) = (clip(0.0), clip(1e-4), clip(-1e-4));
         let touches = out.0[1][0] == 1.0;
@@ -151,20 +136,15 @@ fn clipping_is_exact_where_it_matters() {
 #[test]
 fn fixed_sums_know_no_order_and_lose_nothing_that_counts() {
     let gpu = Gpu::new(&random_volume());
-    let settings = Settings { voxels: EDGE, ..Settings::default() };
     let mut random = Random::new(9);
     // From 2⁻²⁴, the smallest half, to 2¹⁵.
     let mut term = || Vec4::from_array(std::array::from_fn(|_| (random.unit() * 39.0 - 24.0).exp2() as f32));
     let terms: Vec<[Vec4; 3]> = (0..500).map(|_| [term(), term(), term()]).collect();
     let ordered = |order: [usize; 3]| {
-        let inputs: Vec<_> = terms.iter().map(|t| Arguments::of(t[order[0]], t[order[1]], t[order[2]])).collect();
-        gpu.evaluate(Function::FixedSum, &inputs, &settings)
+        gpu.results(Function::FixedSum, &terms, move |t| Arguments::of(t[order[0]], t[order[1]], t[order[2]]))
     };
-    let sums = ordered([0, 1, 2]);
-    for (a, b) in sums.iter().zip(ordered([2, 0, 1])) {
-        assert_eq!(a.0, b.0);
-    }
-    for (t, sum) in terms.iter().zip(sums) {
+    for ((t, sum), (_, again)) in ordered([0, 1, 2]).into_iter().zip(ordered([2, 0, 1])) {
+        assert_eq!(sum.0, again.0);
         for i in 0..4 {
             let exact: f64 = t.iter().map(|v| f64::from(v[i])).sum();
             // Three truncations to 2⁻³², and f32's own rounding.
@@ -184,14 +164,13 @@ fn a_triangle_lights_as_much_as_its_points_do() {
             (std::array::from_fn(|_| center + random.direction() * size), random.direction())
         })
         .collect();
-    let input = |([a, b, c], n): &([DVec3; 3], DVec3)| {
+    let arguments = |([a, b, c], n): &([DVec3; 3], DVec3)| {
         let with = |p: &DVec3, w: f64| p.as_vec3().extend(w as f32);
         Arguments::of(with(a, n.x), with(b, n.y), with(c, n.z))
     };
-    let inputs: Vec<Arguments> = triangles.iter().map(input).collect();
-    let found = Gpu::new(&random_volume()).evaluate(Function::TriangleIrradiance, &inputs, &Settings::default());
     let mut crossing = 0;
-    for ((triangle, normal), out) in triangles.iter().zip(found) {
+    let results = Gpu::new(&random_volume()).results(Function::TriangleIrradiance, &triangles, arguments);
+    for ((triangle, normal), out) in results {
         let expected = emitters::triangle_irradiance(triangle, *normal);
         let found = f64::from(out.vec4(0).x);
         let above = triangle.iter().filter(|p| p.dot(*normal) > 0.0).count();
@@ -227,20 +206,15 @@ fn neighbours_in_a_square_share_all_directions() {
     }
 }
 
-/// What Fresnel's reflection at the half vector leaves of light from all around: summed over a grid of directions with equal shares of it.
-/// The tolerance pays for the shader's polynomial (1e-5) and for the grid.
+/// What Fresnel's reflection at the half vector leaves of light from all around: summed over a grid of directions with equal
+/// shares of it. The tolerance pays for the shader's polynomial (1e-5) and for the grid.
 #[test]
 fn diffuse_share_is_the_mean_of_what_fresnel_leaves() {
     const GRID: usize = 400;
-    let gpu = Gpu::new(&random_volume());
-    let settings = Settings { voxels: EDGE, ..Settings::default() };
-    let inputs: Vec<(f32, f32)> = (1..=20).flat_map(|k| [(k as f32 / 20.0, 0.04), (k as f32 / 20.0, 0.5)]).collect();
-    let arguments: Vec<_> = inputs
-        .iter()
-        .map(|(nv, f0)| Arguments::of(Vec4::splat(*nv), Vec3::splat(*f0).extend(1.0), Vec4::ZERO))
-        .collect();
-    let out = gpu.evaluate(Function::DiffuseShare, &arguments, &settings);
-    for ((nv, f0), out) in inputs.iter().map(|(nv, f0)| (f64::from(*nv), f64::from(*f0))).zip(out) {
+    let cases: Vec<(f32, f32)> = (1..=20).flat_map(|k| [(k as f32 / 20.0, 0.04), (k as f32 / 20.0, 0.5)]).collect();
+    let arguments = |(nv, f0): &(f32, f32)| Arguments::of(Vec4::splat(*nv), Vec3::splat(*f0).extend(1.0), Vec4::ZERO);
+    for ((nv, f0), out) in Gpu::new(&random_volume()).results(Function::DiffuseShare, &cases, arguments) {
+        let (nv, f0) = (f64::from(*nv), f64::from(*f0));
         let v = DVec3::new((1.0 - nv * nv).sqrt(), 0.0, nv);
         let mut sum = 0.0;
         for i in 0..GRID {

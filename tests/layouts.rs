@@ -1,7 +1,9 @@
-//! Every struct shared with GLSL has the same names, offsets and sizes on both sides, read from the compiled shaders.
+//! Every struct shared with GLSL has the same names, offsets and sizes on both sides, read from the compiled shaders; and
+//! every number that both sides write down is the same, read from the source: compiled, it has no name.
 
 use std::collections::BTreeMap;
 
+use twobounce::gi::cones::{cells, resources};
 use twobounce::layout::*;
 use twobounce::vk::shader;
 
@@ -44,4 +46,12 @@ fn structs_agree_with_the_shaders() {
     check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
     check("Frame", Frame::FIELDS, size_of::<Frame>());
     check("Push", RecordPush::FIELDS, size_of::<RecordPush>());
+}
+
+#[test]
+fn numbers_agree_with_the_shaders() {
+    let glsl = include_str!("../glsl/common/constants.glsl");
+    for (name, ours) in [("LIT_COUNTS", cells::LIT_COUNTS), ("BRICK", resources::BRICK)] {
+        assert!(glsl.contains(&format!("\nconst uint {name} = {ours}u;")), "{name}: GLSL has another than {ours}");
+    }
 }

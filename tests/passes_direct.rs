@@ -1,6 +1,6 @@
 //! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in the
 //! shadow of a square, whole or with an alpha-masked half; the Cornell box with a point light against its path-traced image; and
-//! the layer that says which surfaces are diffuse against the path tracer's.
+//! the layer that says which surfaces are diffuse against the path tracer's, and how much light they send.
 
 #[path = "common/gpu.rs"]
 mod gpu;
@@ -209,6 +209,16 @@ fn stripes() -> (Scene, [f32; STRIPES]) {
     (scene, shares)
 }
 
+/// Without a bounce.
+fn traced(scene: &Scene, view: &View, size: u32, samples: u32, aovs: &[Aov]) -> Layers {
+    let (depth, stop) = (Depth::Bounces(0), Stop::Samples(samples));
+    let options = Options { width: size, height: size, depth, stop, seed: 0, occlusion: false };
+    let mut film = Film::new(size, size);
+    let of = (scene, &scene.pose(None, 0.0), view);
+    reference::render(of, &options, &mut film, &|_| {}, &mut |_| Ok(()), &AtomicBool::new(false)).expect("a film");
+    film.layers(aovs)
+}
+
 #[test]
 fn the_diffuse_layer_is_the_path_tracers() {
     let (scene, shares) = stripes();
@@ -218,12 +228,8 @@ fn the_diffuse_layer_is_the_path_tracers() {
     let settings = Settings { voxels: 16, bounces: Bounces::One, ..Settings::default() };
     let aovs = [Aov::Depth, Aov::Diffuse];
     let image = gpu::render_layers(&gpu::context(), &scene, &settings, size, view, aovs.to_vec()).read();
-    let depth = Depth::Bounces(0);
-    let options = Options { width: size, height: size, depth, stop: Stop::Samples(256), seed: 0, occlusion: false };
-    let mut film = Film::new(size, size);
-    let of = (&scene, &scene.pose(None, 0.0), &view);
-    reference::render(of, &options, &mut film, &|_| {}, &mut |_| Ok(()), &AtomicBool::new(false)).expect("a film");
-    for (name, layers, tolerance) in [("device", image, 1e-3), ("path tracer", film.layers(&aovs), 0.02)] {
+    let truth = traced(&scene, &view, size, 256, &aovs);
+    for (name, layers, tolerance) in [("device", image, 1e-3), ("path tracer", truth, 0.02)] {
         let diffuse = layers.get(Aov::Diffuse).expect("asked for");
         for (stripe, share) in shares.iter().enumerate() {
             for x in [4 * stripe + 1, 4 * stripe + 2] {
@@ -238,5 +244,34 @@ fn the_diffuse_layer_is_the_path_tracers() {
         // The layer shares its image with others.
         let depth = layers.get(Aov::Depth).expect("asked for");
         assert!((depth[1][0] - 10.0).abs() < 0.02 && depth[size as usize - 2][0] == f32::INFINITY, "{name}");
+    }
+}
+
+#[test]
+fn metal_and_transmission_each_take_their_share_of_diffuse_light() {
+    const DARK: f32 = 0.04;
+    const SIZE: u32 = 8;
+    let context = gpu::context();
+    let view = View::look_at(DVec3::Z * 2.0, DVec3::ZERO, DVec3::Y, 0.1);
+    let settings = Settings { voxels: 16, bounces: Bounces::One, ..Settings::default() };
+    for (metallic, transmission) in [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5), (0.25, 0.75), (0.5, 1.0)] {
+        let mut scene = Scene::empty("a part metal, a part glass");
+        // Light from the side that a smooth surface mirrors past the viewer: what is left is the diffuse part.
+        let surface =
+            Material { metallic, transmission, roughness: 0.2, ..Material::lambert("both", Vec3::splat(DARK)) };
+        let surface = scene.add_material(surface);
+        let wall = Mesh::quad("wall", surface, Vec3::new(-1.0, -1.0, 0.0), 2.0 * Vec3::X, 2.0 * Vec3::Y);
+        scene.add_mesh(wall, DAffine3::IDENTITY);
+        let from = DVec3::new(1.0, 0.0, 1.0).normalize();
+        let turn = DAffine3::from_quat(DQuat::from_rotation_arc(DVec3::NEG_Z, -from));
+        scene.add_light(LightKind::Directional, Vec3::splat(std::f32::consts::PI), turn);
+        let expected = DARK * (1.0 - metallic) * (1.0 - transmission) * from.z as f32;
+        let image = gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![Aov::Direct]).read();
+        for (name, layers) in [("device", image), ("path tracer", traced(&scene, &view, SIZE, 16, &[Aov::Direct]))] {
+            let found = layers.get(Aov::Direct).expect("asked for")[(SIZE * SIZE + SIZE) as usize / 2][0];
+            // What is left of the lobe, and what the metal's Fresnel takes of the device's diffuse part: its colour's share.
+            let near = (found - expected).abs() < 0.05 * expected + 0.01 * DARK;
+            assert!(near, "{name}, metallic {metallic}, transmission {transmission}: {found} is not {expected}");
+        }
     }
 }

@@ -112,6 +112,7 @@ fn what_makes_no_sense_is_one_sentence() {
         (&["compare", "a.exr", "none.exr"], "none.exr: cannot be read"),
         (&["compare", "noise.exr", "a.exr"], "noise.exr: is not a readable OpenEXR image"),
         (&["compare", "a.exr", "a.exr", "--json", "a.exr"], "is read and written by the same command"),
+        (&["compare", "a.exr", "a.exr", "--json", "./a.exr"], "is read and written by the same command"),
         (&["compare", "a.exr", "a.exr", "--out", "noise.exr"], "is a file; --out takes a folder"),
         (&["compare", "a.exr", "a.exr", "--max-rel=-1"], "at least 0"),
     ] {

@@ -4,6 +4,11 @@
 
 #include "common/color.glsl"
 
+// Reflectance at a microfacet that light meets under this cosine.
+vec3 schlick(vec3 f0, float f90, float cosine) {
+    return f0 + (f90 - f0) * pow(1.0 - cosine, 5.0);
+}
+
 // Share of light from all around that the specular lobe reflects towards v (Karis, "Physically Based Shading on Mobile",
 // 2014: a fit to the split-sum integral, within 0.03 of it).
 vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {

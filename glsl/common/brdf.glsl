@@ -23,7 +23,7 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
         float d = nh * nh * (a2 - 1.0) + 1.0;
         float ggx = a2 / (PI * d * d);
         float smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
-        vec3 fresnel = s.f0 + (s.f90 - s.f0) * pow(1.0 - vh, 5.0);
+        vec3 fresnel = schlick(s.f0, s.f90, vh);
         float largest = brightest(fresnel);
         f.diffuse *= 1.0 - largest;
         f.specular = fresnel * (ggx * 0.5 / max(smith, 1e-7));

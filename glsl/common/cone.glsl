@@ -24,34 +24,41 @@ vec4 correct_opacity(vec4 v, float ratio) {
     return a > 1e-6 ? v * (corrected / a) : v * ratio;
 }
 
-// The three faces that who travels along d looks at.
-void look_up_faces(vec3 at, vec3 d, float level, out vec4 x, out vec4 y, out vec4 z) {
+// What the three faces show that who travels along some direction looks at.
+struct Faces {
+    vec4 x;
+    vec4 y;
+    vec4 z;
+};
+
+Faces look_up_faces(vec3 at, vec3 d, float level) {
     COUNT(VOLUME_TEXELS, 3u * trilinear_texels(level));
     vec3 uvw = at / float(EDGE);
-    x = d.x < 0.0 ? textureLod(volume_3, uvw, level) : textureLod(volume_0, uvw, level);
-    y = d.y < 0.0 ? textureLod(volume_4, uvw, level) : textureLod(volume_1, uvw, level);
-    z = d.z < 0.0 ? textureLod(volume_5, uvw, level) : textureLod(volume_2, uvw, level);
+    return Faces(d.x < 0.0 ? textureLod(volume_3, uvw, level) : textureLod(volume_0, uvw, level),
+        d.y < 0.0 ? textureLod(volume_4, uvw, level) : textureLod(volume_1, uvw, level),
+        d.z < 0.0 ? textureLod(volume_5, uvw, level) : textureLod(volume_2, uvw, level));
+}
+
+vec4 mix_faces(Faces f, vec3 weights) {
+    return f.x * weights.x + f.y * weights.y + f.z * weights.z;
 }
 
 // The volume as seen along unit d, over one edge of the level that is read.
 vec4 sample_directional(vec3 at, vec3 d, vec3 weights, float level) {
-    vec4 x;
-    vec4 y;
-    vec4 z;
-    look_up_faces(at, d, level, x, y, z);
+    Faces f = look_up_faces(at, d, level);
     if (WEIGHTS == WEIGHTS_EXTINCTION) {
         // A slab of microfacets: optical depth Σ|dᵢ|τᵢ, colour Σ|dᵢ|τᵢcᵢ / Σ|dᵢ|τᵢ.
-        vec3 alpha = clamp(vec3(x.a, y.a, z.a), 0.0, MAX_FACE_ALPHA);
+        vec3 alpha = clamp(vec3(f.x.a, f.y.a, f.z.a), 0.0, MAX_FACE_ALPHA);
         vec3 tau = -log(1.0 - alpha) * abs(d);
         float depth = tau.x + tau.y + tau.z;
         if (depth <= 0.0) {
             return vec4(0.0);
         }
-        vec3 share = tau / max(vec3(x.a, y.a, z.a), 1e-6) / depth;
+        vec3 share = tau / max(vec3(f.x.a, f.y.a, f.z.a), 1e-6) / depth;
         float a = 1.0 - exp(-depth);
-        return vec4((x.rgb * share.x + y.rgb * share.y + z.rgb * share.z) * a, a);
+        return vec4(mix_faces(f, share).rgb * a, a);
     }
-    return x * weights.x + y * weights.y + z * weights.z;
+    return mix_faces(f, weights);
 }
 
 // How far a ray goes until it leaves the cube; 0 if it never enters.

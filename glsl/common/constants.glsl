@@ -35,7 +35,7 @@ const uint DIRECT_AGAIN = 0u; // every shading pass finds it
 const uint DIRECT_KEEP = 1u; // finds it, and keeps it for the next pass
 const uint DIRECT_READ = 2u; // takes what was kept
 
-const uint BRICK = 4u; // voxels along the edge of a brick; Heads ends with a flag per brick: something is listed in it
+const uint BRICK = 4u; // voxels along the edge of a brick
 
 const uint GATHER_RAYS = 1u; // 0: cones
 const uint EMITTERS_SAMPLED = 1u; // 0: through cones

@@ -30,7 +30,7 @@ float cosine_in_air(float c, float ior, bool inside) {
 }
 
 vec3 lobe_fresnel(Surface s, float cosine) {
-    return cosine < 0.0 ? vec3(1.0) : s.f0 + (s.f90 - s.f0) * pow(1.0 - cosine, 5.0);
+    return cosine < 0.0 ? vec3(1.0) : schlick(s.f0, s.f90, cosine);
 }
 
 // The shading normal, bent until it looks towards the ray that meets it.
@@ -61,12 +61,10 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
         vec3 held = volume_radiance(at, met.back ? met.normal : -met.normal, width);
         vec3 sent = met.dark ? vec3(0.0) : held * texture_detail(met.triangle, m, met.weights, max(width, pixel_width));
-        Surface s = evaluate_surface(met.triangle, met.weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), met.back);
+        Surface s = evaluate_surface(met.triangle, met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
-        if (glass && met.back && m.attenuation_distance_m < 1e30) {
-            through *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(met.distance * frame.voxel_m / m.attenuation_distance_m));
-        }
+        through *= glass && met.back ? attenuation(m, met.distance * frame.voxel_m) : vec3(1.0);
         seen.light += through * sent * (s.opacity * (1.0 - s.transmission));
         seen.lamps += through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
         vec3 tint = s.albedo * s.transmission;

@@ -4,12 +4,7 @@
 // is met. Of its own faces alone: by the ray's direction, a bright top would show its dark sides to who looks along it.
 // Divided by alpha: neither a wall's thickness nor the grid can lose energy.
 vec3 volume_radiance(vec3 at, vec3 d, float diameter) {
-    vec4 x;
-    vec4 y;
-    vec4 z;
-    look_up_faces(at, d, max(0.0, log2(diameter)), x, y, z);
-    vec3 w = d * d;
-    vec4 v = x * w.x + y * w.y + z * w.z;
+    vec4 v = mix_faces(look_up_faces(at, d, max(0.0, log2(diameter))), d * d);
     return v.rgb / max(v.a, 1e-4);
 }
 

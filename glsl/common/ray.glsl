@@ -3,6 +3,7 @@
 
 #include "common/count.glsl"
 #include "common/color.glsl"
+#include "common/heads.glsl"
 
 // How many surfaces that let light through one ray may pass.
 const uint MOST_PASSED = 8u;
@@ -31,19 +32,26 @@ float hit_triangle(vec3 origin, vec3 d, vec3 a, vec3 b, vec3 c, out vec2 uv) {
     return dot(e2, q) * inverse;
 }
 
+// The same for the triangle of a list's entry.
+float hit_listed(ListItem entry, vec3 origin, vec3 d, out vec2 uv) {
+    COUNT(LIST_ITEMS, 1u);
+    COUNT(CORNERS, 3u);
+    return hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
+        triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
+}
+
 // What passes a triangle, per channel.
 vec3 triangle_transmittance(Triangle t, vec2 uv) {
     Material m = materials[t.material];
     COUNT(MATERIALS, 1u);
     COUNT(TRIANGLES, 1u);
     vec3 weights = vec3(1.0 - uv.x - uv.y, uv.x, uv.y);
-    Footprint sharp = Footprint(mat2[2](mat2(0.0), mat2(0.0)));
     vec4 at = triangle_uv(t, weights);
-    vec4 base = base_color(m, at, triangle_color(t, weights), sharp);
+    vec4 base = base_color(m, at, triangle_color(t, weights), POINT);
     float alpha = surface_alpha(m, base.a);
     float transmission = m.transmission * (1.0 - m.metallic);
     if (has_slot(m, SLOT_TRANSMISSION)) {
-        transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, sharp, false).r;
+        transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, POINT, false).r;
     }
     return mix(vec3(1.0), base.rgb * transmission, alpha);
 }
@@ -73,10 +81,7 @@ struct Walk {
 // Reads the cube that the walk stands in.
 void look_into(inout Walk w) {
     ivec3 at = ivec3(w.voxel);
-    ivec3 brick = at / int(BRICK);
-    const int bricks = int(EDGE / BRICK);
-    int index = w.size > 1.0 ? int(EDGE * EDGE * EDGE) + (brick.z * bricks + brick.y) * bricks + brick.x
-                             : (at.z * int(EDGE) + at.y) * int(EDGE) + at.x;
+    int index = w.size > 1.0 ? brick_index(at) : head_index(at);
     // Rounding may step past the last voxel just before `leave`.
     bool inside = all(greaterThanEqual(w.voxel, vec3(0.0))) && all(lessThan(w.voxel, vec3(float(EDGE))));
     w.listed = inside ? heads[index] : 0u;
@@ -171,11 +176,8 @@ vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
         for (uint k = 0u; k < globals.item_count && item != 0u && passing == 0u; k++) {
             ListItem entry = list_items[item - 1u];
             item = entry.next;
-            COUNT(LIST_ITEMS, 1u);
-            COUNT(CORNERS, 3u);
             vec2 uv;
-            float hit = hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
-                triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
+            float hit = hit_listed(entry, origin, d, uv);
             if (hit > 0.0 && hit < distance) {
                 if (!feature(FEATURE_ALPHA) || triangles[entry.triangle].translucent == 0u) {
                     blocked = true;
@@ -212,13 +214,10 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
         walk_to_list(w);
         uint item = take_list(w);
         for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
-            COUNT(LIST_ITEMS, 1u);
-            COUNT(CORNERS, 3u);
             ListItem entry = list_items[item - 1u];
             item = entry.next;
             vec2 uv;
-            float hit = hit_triangle(origin, d, triangles[entry.triangle].vertices[0].position,
-                triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position, uv);
+            float hit = hit_listed(entry, origin, d, uv);
             // Equal distances: the lists' order is the GPU's to choose, the image must not be.
             bool nearer = hit < best.distance
                 || (hit == best.distance && triangles[entry.triangle].source < triangles[max(best.triangle, 1u) - 1u].source);
@@ -272,7 +271,7 @@ vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
     bool going = true;
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
-        Surface s = evaluate_surface(met.triangle, met.weights, Footprint(mat2[2](mat2(0.0), mat2(0.0))), false);
+        Surface s = evaluate_surface(met.triangle, met.weights, POINT, false);
         sum += met.any && !met.dark && !s.unlit ? through * s.emitted * s.opacity : vec3(0.0);
         through *= transmittance(met);
         going = met.any && brightest(through) >= SPENT;

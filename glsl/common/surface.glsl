@@ -79,6 +79,12 @@ float surface_alpha(Material m, float alpha) {
     return (m.flags & MATERIAL_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
 }
 
+// Beer's law: what a way through the material leaves, per channel.
+vec3 attenuation(Material m, float way_m) {
+    return m.attenuation_distance_m < 1e30 ? pow(max(m.attenuation_color, vec3(1e-6)), vec3(way_m / m.attenuation_distance_m))
+                                           : vec3(1.0);
+}
+
 // `weights`: barycentric. `back`: the side against the winding is looked at.
 Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool back) {
     Material m = materials[t.material];
@@ -137,12 +143,12 @@ Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool bac
     vec3 dielectric_f0 = min(ior_f0 * ior_f0 * specular_color, vec3(1.0)) * specular;
     s.f0 = mix(dielectric_f0, base.rgb, metallic);
     s.f90 = mix(specular, 1.0, metallic);
-    s.diffuse = base.rgb * (1.0 - metallic) * (1.0 - s.transmission);
+    s.diffuse_share = 1.0 - metallic - s.transmission; // s.transmission is a share of what is no metal
+    s.diffuse = base.rgb * s.diffuse_share;
     s.transmitted = base.rgb * s.transmission;
     s.opacity = surface_alpha(m, base.a);
     s.ior = m.ior;
     s.albedo = base.rgb;
-    s.diffuse_share = 1.0 - metallic - s.transmission;
     s.unlit = (m.flags & MATERIAL_UNLIT) != 0u;
     if (s.unlit) {
         s.emitted = base.rgb;
@@ -152,9 +158,9 @@ Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool bac
         s.transmission = 0.0;
         s.f0 = vec3(0.0);
         s.f90 = 0.0;
-    } else if (m.attenuation_distance_m < 1e30 && s.thickness_m > 0.0) {
-        // Beer's law over the thickness that the material states.
-        s.transmitted *= pow(max(m.attenuation_color, vec3(1e-6)), vec3(s.thickness_m / m.attenuation_distance_m));
+    } else if (s.thickness_m > 0.0) {
+        // The thickness that the material states: nobody follows the way.
+        s.transmitted *= attenuation(m, s.thickness_m);
     }
     return s;
 }

@@ -9,6 +9,8 @@ struct Footprint {
     mat2 uv[2]; // per uv set
 };
 
+const Footprint POINT = Footprint(mat2[2](mat2(0.0), mat2(0.0)));
+
 int wrap_texel(int i, int size, uint mode) {
     if (mode == 0u) {
         return i - size * int(floor(float(i) / float(size)));

@@ -6,7 +6,7 @@
 #include "common/layout.glsl"
 #include "common/constants.glsl"
 
-layout(local_size_x = 16) in; // a thread per level: 256³ has nine; the last one counts items
+layout(local_size_x = LIT_COUNTS + 1u) in; // a thread per level: 256³ has nine; the last one counts items that are lit
 
 layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
 layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals globals; };

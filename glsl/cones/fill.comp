@@ -8,15 +8,11 @@
 #include "common/triangle_box.glsl"
 #include "common/color.glsl"
 #include "common/count.glsl"
+#include "cones/bindings.glsl"
 #include "cones/cells.glsl"
 #include "cones/faces.glsl"
 #include "cones/fill.glsl"
 
-layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
 layout(set = 0, binding = 34, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
 layout(set = 0, binding = 35, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 

@@ -10,6 +10,7 @@ void main() {
     uint count = cell_counts[LIT_COUNTS].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
-        item_lights[item] = shade_item(item, cell_at(list_items[item].voxel, EDGE));
+        ListItem entry = list_items[item];
+        item_lights[item] = shade_item(item, triangles[entry.triangle], cell_at(entry.voxel, EDGE));
     }
 }

@@ -31,11 +31,7 @@
 // A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
 const float MEAN_COSINE = 0.6666667;
 
-#ifdef CONES
 layout(set = 0, binding = 33, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
-#else
-layout(set = 0, binding = 33, scalar) writeonly buffer DirectLight { vec3 direct_light[]; };
-#endif
 
 // Stored radiance that lights and sampled lamps make one side send, and what it emits itself.
 vec3 shade_direct(Surface s, Lobes lobes) {
@@ -68,16 +64,12 @@ vec3 shade_side(Surface s, uvec3 voxel, uint place) {
     }
     Lobes lobes = lobes_at(s, MEAN_COSINE);
     vec3 stored;
-#ifdef CONES
     if (DIRECT == DIRECT_READ) {
         COUNT(WORDS, 3u);
         stored = direct_light[place];
     } else {
         stored = shade_direct(s, lobes);
     }
-#else
-    stored = shade_direct(s, lobes);
-#endif
     if (DIRECT == DIRECT_KEEP) {
         direct_light[place] = stored;
     }
@@ -93,10 +85,8 @@ vec3 shade_side(Surface s, uvec3 voxel, uint place) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-// The triangle of a list's item, cut to its voxel and lit on each of its sides.
-ItemLight shade_item(uint index, uvec3 voxel) {
-    ListItem entry = list_items[index];
-    Triangle t = triangles[entry.triangle];
+// The triangle of item `index` of the lists, cut to its voxel and lit on each of its sides.
+ItemLight shade_item(uint index, Triangle t, uvec3 voxel) {
     COUNT(LIST_ITEMS, 1u);
     COUNT(TRIANGLES, 1u);
     vec3 a = t.vertices[0].position;

@@ -14,14 +14,14 @@ layout(location = 6) out vec4 out_faces_6;
 
 void main() {
     uvec3 voxel = uvec3(gl_FragCoord.xy, in_layer);
-    uint item = heads[(voxel.z * EDGE + voxel.y) * EDGE + voxel.x];
+    uint item = heads[head_index(ivec3(voxel))];
     COUNT(HEADS, 1u);
     Filling filling = start_filling();
     for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
         ListItem entry = list_items[item - 1u];
         Triangle t = triangles[entry.triangle];
         vec3 n = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
-        fill_with(filling, shade_item(item - 1u, voxel), n, (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
+        fill_with(filling, shade_item(item - 1u, t, voxel), n, (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
         item = entry.next;
     }
     vec4 faces[7] = filled(filling);

@@ -7,6 +7,7 @@
 #include "common/constants.glsl"
 #include "common/triangle_box.glsl"
 #include "common/count.glsl"
+#include "common/heads.glsl"
 
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_axis;
@@ -25,15 +26,14 @@ void append(uvec3 voxel) {
         atomicAdd(globals.item_overflow, 1u);
         return;
     }
-    uint index = (voxel.z * EDGE + voxel.y) * EDGE + voxel.x;
+    uint index = uint(head_index(ivec3(voxel)));
     uint next = atomicExchange(heads[index], item);
     COUNT(HEADS, 1u);
     list_items[item - 1u].triangle = in_triangle;
     list_items[item - 1u].next = next;
     list_items[item - 1u].voxel = index;
     if (next == 0u) {
-        uvec3 brick = voxel / BRICK;
-        atomicOr(heads[EDGE * EDGE * EDGE + (brick.z * (EDGE / BRICK) + brick.y) * (EDGE / BRICK) + brick.x], 1u);
+        atomicOr(heads[brick_index(ivec3(voxel))], 1u);
         uint cell = atomicAdd(globals.cell_count, 1u);
         if (cell < frame.cell_capacity) {
             cells[cell] = index;

@@ -157,7 +157,7 @@ fn check_targets(args: &CompareArgs) -> Result<()> {
         return Err(Error::file(folder, "is a file; --out takes a folder"));
     }
     match &args.json {
-        Some(path) if path == &args.image || path == &args.reference => {
+        Some(path) if [&args.image, &args.reference].iter().any(|input| file::is_same(path, input)) => {
             Err(Error::file(path, "is read and written by the same command; name another file for --json"))
         }
         Some(path) => file::check_writable(path),

@@ -91,14 +91,14 @@ pub fn check_targets<'a>(
     scene: &SceneArgs,
     settings: &SettingsArgs,
 ) -> Result<()> {
-    let same = |a: &Path, b: &Path| a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
     let mut others: Vec<&Path> = Vec::new();
     for target in targets {
-        if same(target, &scene.path) || settings.config.as_ref().is_some_and(|config| same(target, config)) {
+        let mut inputs = [Some(&scene.path), settings.config.as_ref()].into_iter().flatten();
+        if inputs.any(|input| file::is_same(target, input)) {
             return Err(Error::file(target, "is read and written by the same command; name another output"));
         }
         // A pipe or a device takes several.
-        if others.iter().any(|other| same(target, other)) && (target.is_file() || !target.exists()) {
+        if others.iter().any(|other| file::is_same(target, other)) && (target.is_file() || !target.exists()) {
             return Err(Error::file(target, "is named as two outputs; name them apart"));
         }
         file::check_writable(target)?;

@@ -28,6 +28,12 @@ pub fn check_writable(path: &Path) -> Result<()> {
     Beside::create(path, &target).map(drop)
 }
 
+/// Whether two names lead to one file, which one of them may spell another way or link to; of a file that is not there yet, as
+/// they are spelled.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+}
+
 /// A file beside the target that goes away with this value.
 struct Beside {
     name: PathBuf,

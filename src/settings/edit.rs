@@ -172,7 +172,10 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
     let number = |v: &Value| v.as_float().or(v.as_integer().map(|i| i as f64));
     let within = |v: &Value, least: f64, most: f64| number(v).filter(|n| (least..=most).contains(n)).map(Value::Float);
     let auto = || (value.as_str() == Some("auto")).then(|| value.clone());
-    let whole = value.as_integer().and_then(|i| u32::try_from(i).ok());
+    let whole = |fits: &dyn Fn(&u32) -> bool| {
+        value.as_integer().and_then(|i| u32::try_from(i).ok()).filter(fits).map(|n| Value::Integer(n.into()))
+    };
+    let between = |least, most| whole(&|n| (least..=most).contains(n));
     let choice = |names: &[&str]| {
         // `cones = 5` means the set called "5".
         let name = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
@@ -182,14 +185,10 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
         Range::Bool => value.as_bool().map(Value::Boolean),
         Range::Choice(names) => choice(&names()),
         Range::ChoiceOrAuto(names) => choice(&names()).or_else(auto),
-        Range::Whole(least, most) | Range::WholeOrAuto(least, most) => {
-            let found = whole.filter(|n| (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)));
-            found.or_else(|| if matches!(key.range, Range::WholeOrAuto(..)) { auto() } else { None })
-        }
-        Range::PowerOfTwo(least, most) => {
-            whole.filter(|n| n.is_power_of_two() && (least..=most).contains(n)).map(|n| Value::Integer(i64::from(n)))
-        }
-        Range::OneOf(values) => whole.filter(|n| values.contains(n)).map(|n| Value::Integer(i64::from(n))),
+        Range::Whole(least, most) => between(least, most),
+        Range::WholeOrAuto(least, most) => between(least, most).or_else(auto),
+        Range::PowerOfTwo(least, most) => whole(&|n| n.is_power_of_two() && (least..=most).contains(n)),
+        Range::OneOf(values) => whole(&|n| values.contains(n)),
         Range::Number(least, most) => within(value, least, most),
         Range::NumberOrAuto(least, most) => within(value, least, most).or_else(auto),
         Range::PointOrAuto(most) => value

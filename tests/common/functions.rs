@@ -102,6 +102,17 @@ impl Gpu {
         self.run(function, inputs, settings).0
     }
 
+    /// Each case with what comes of its arguments, on a grid of [`EDGE`].
+    pub fn results<'a, T>(
+        &self,
+        function: Function,
+        cases: &'a [T],
+        arguments: impl Fn(&T) -> Arguments,
+    ) -> Vec<(&'a T, Arguments)> {
+        let inputs: Vec<_> = cases.iter().map(arguments).collect();
+        cases.iter().zip(self.evaluate(function, &inputs, &settings())).collect()
+    }
+
     /// Also what was counted, where the context counts.
     pub fn run(&self, function: Function, inputs: &[Arguments], settings: &Settings) -> (Vec<Arguments>, Counts) {
         let c = &self.context;
@@ -148,6 +159,10 @@ impl Gpu {
         assert_eq!(c.take_validation_messages(), Vec::<String>::new());
         (outputs, Counts::of(&timings.zones[0].counts))
     }
+}
+
+pub fn settings() -> Settings {
+    Settings { voxels: EDGE, ..Settings::default() }
 }
 
 /// Random colours of random opacity, different in every target.

@@ -13,6 +13,8 @@ use crate::layout::{CellCount, LevelPush};
 use crate::settings::{Settings, Work};
 use crate::vk::{Bind, Buffer, BufferKind, BufferUsageFlags, Compute, ComputeDesc, Context, Recorder, ZoneKind};
 
+/// Where the count of the items that are lit stands among those of the levels; as in `glsl/common/constants.glsl`.
+pub const LIT_COUNTS: u32 = 15;
 /// Of 64 threads; each goes through many cells, most of which are occupied again.
 const EMPTYING_GROUPS: u32 = 16;
 
@@ -43,11 +45,9 @@ impl CellLists {
         (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, edge) })
     }
 
-    /// A thread per item that is lit. `binds`: besides `cells` and the counts.
-    pub fn dispatch_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
-        binds.extend([Bind::buffer("cells", &self.cells), Bind::buffer("cell_counts", &self.counts)]);
-        let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
-        recorder.dispatch_indirect(pipeline, &pipeline.select(&binds), &(), &self.counts, offset);
+    /// A thread per item that is lit. `binds`: besides the lists.
+    pub fn dispatch_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
+        self.dispatch_counted(recorder, pipeline, binds, LIT_COUNTS, self.level(0, 1));
     }
 
     /// A thread per occupied cell of `level`. `binds`: besides the lists.
@@ -55,12 +55,23 @@ impl CellLists {
         &'a self,
         recorder: &mut Recorder,
         pipeline: &Compute,
-        mut binds: Vec<Bind<'a>>,
+        binds: Vec<Bind<'a>>,
         (level, edge): (u32, u32),
     ) {
-        let (list, push) = self.level(level, edge);
+        self.dispatch_counted(recorder, pipeline, binds, level, self.level(level, edge));
+    }
+
+    /// As many threads as the `entry` of the counts says.
+    fn dispatch_counted<'a>(
+        &'a self,
+        recorder: &mut Recorder,
+        pipeline: &Compute,
+        mut binds: Vec<Bind<'a>>,
+        entry: u32,
+        (list, push): (Bind<'a>, LevelPush),
+    ) {
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
-        let offset = u64::from(level) * size_of::<CellCount>() as u64;
+        let offset = u64::from(entry) * size_of::<CellCount>() as u64;
         let binds = pipeline.select(&binds);
         if pipeline.push_bytes() == 0 {
             recorder.dispatch_indirect(pipeline, &binds, &(), &self.counts, offset);
@@ -69,9 +80,6 @@ impl CellLists {
         }
     }
 }
-
-/// Where the counts of the lists' items that are lit stand, as in `glsl/common/constants.glsl`.
-const LIT_COUNTS: u32 = 15;
 
 /// Where the list of `level` starts among the parents.
 fn first_parent(level: u32, edge: u32) -> u32 {

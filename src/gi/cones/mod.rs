@@ -37,13 +37,13 @@ impl Bounce {
     }
 }
 
-/// What a pass over a volume goes through (`settings::Work`), compiled.
-enum Form {
+/// What a pass over a volume goes through (`settings::Work`), compiled; by cells, a pass may take several shaders.
+enum Form<ByCells = Compute> {
     Raster(Raster),
-    Cells(Compute),
+    Cells(ByCells),
 }
 
-impl Form {
+impl<ByCells> Form<ByCells> {
     fn kind(&self) -> ZoneKind {
         match self {
             Self::Raster(_) => ZoneKind::Raster,

@@ -18,7 +18,7 @@ pub const VOLUME_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 /// Faces of a volume: +x +y +z −x −y −z, isotropic.
 pub const FACES: usize = 7;
 /// Voxels along the edge of a brick, as in `glsl/common/constants.glsl`.
-const BRICK: u32 = 4;
+pub const BRICK: u32 = 4;
 /// Edge of the front view, an empty screen for the recording pass. Pixels.
 pub const FRONT_VIEW_EDGE: u32 = 128;
 /// The front view's format does not matter: nothing is written.

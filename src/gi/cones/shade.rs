@@ -7,24 +7,21 @@ use std::sync::Arc;
 
 use super::constants::{DIRECT, Features, constants};
 use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
-use super::{Bounce, face_binds, layered_target, shading_binds, volume_binds};
+use super::{Bounce, Form, face_binds, layered_target, shading_binds, volume_binds};
 use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::settings::{Settings, Work};
-use crate::vk::{Bind, Compute, ComputeDesc, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
+use crate::vk::{Bind, Compute, ComputeDesc, Context, DrawCall, Raster, RasterDesc, Recorder};
 
 pub struct Shade {
-    form: Form,
+    form: Form<ByCells>,
     bounce: Bounce,
 }
 
-enum Form {
-    Raster(Raster),
-    /// Lights the lists' items, then fills the occupied voxels.
-    Cells {
-        light: Compute,
-        fill: Compute,
-    },
+/// Lights the lists' items, then fills the occupied voxels.
+struct ByCells {
+    light: Compute,
+    fill: Compute,
 }
 
 impl Shade {
@@ -52,10 +49,10 @@ impl Shade {
                     ..Default::default()
                 },
             )?),
-            Work::Cells => Form::Cells {
+            Work::Cells => Form::Cells(ByCells {
                 light: compute(if gathers { "cones/light_second.comp" } else { "cones/light_first.comp" })?,
                 fill: compute("cones/fill.comp")?,
-            },
+            }),
         };
         Ok(Self { form, bounce })
     }
@@ -69,11 +66,8 @@ impl Shade {
         target: &VolumeImages,
         previous: Option<&VolumeImages>,
     ) {
-        let (kind, bytes) = match self.form {
-            Form::Raster(_) => (ZoneKind::Raster, 8 * FACES as u64 * u64::from(target.edge).pow(3)),
-            Form::Cells { .. } => (ZoneKind::Compute, 0), // of lists, only the device knows
-        };
-        recorder.zone(self.bounce.pick("shade 1", "shade 2"), kind, bytes, |r| {
+        let bytes = self.form.bytes(8 * FACES as u64 * u64::from(target.edge).pow(3));
+        recorder.zone(self.bounce.pick("shade 1", "shade 2"), self.form.kind(), bytes, |r| {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
             let mut binds = shading_binds(scene, resources);
             binds.push(Bind::buffer("direct_light", &resources.direct_light));
@@ -85,19 +79,14 @@ impl Shade {
                     let call = DrawCall::Direct { vertices: 3, instances: target.edge };
                     pass.draw(pipeline, &binds, &(), call);
                 }),
-                Form::Cells { light, fill } => {
-                    let lights = || {
-                        [
-                            Bind::buffer("item_lights", &resources.item_lights),
-                            Bind::buffer("item_parts", &resources.item_parts),
-                            Bind::buffer("lit_items", &resources.lit_items),
-                        ]
-                    };
-                    binds.extend(lights());
-                    resources.cells.dispatch_items(r, light, binds);
+                Form::Cells(ByCells { light, fill }) => {
+                    binds.extend([
+                        Bind::buffer("item_lights", &resources.item_lights),
+                        Bind::buffer("item_parts", &resources.item_parts),
+                        Bind::buffer("lit_items", &resources.lit_items),
+                    ]);
+                    resources.cells.dispatch_items(r, light, binds.clone());
                     r.full_barrier(); // the items are lit
-                    let mut binds = shading_binds(scene, resources);
-                    binds.extend(lights());
                     binds.extend(face_binds(target, 0));
                     resources.cells.dispatch(r, fill, binds, (0, target.edge));
                 }

@@ -9,6 +9,10 @@ vec3 schlick(vec3 f0, float f90, float cosine) {
     return f0 + (f90 - f0) * pow(1.0 - cosine, 5.0);
 }
 
+float schlick(float f0, float f90, float cosine) {
+    return schlick(vec3(f0), f90, cosine).x;
+}
+
 // Share of light from all around that the specular lobe reflects towards v (Karis, "Physically Based Shading on Mobile",
 // 2014: a fit to the split-sum integral, within 0.03 of it).
 vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
@@ -20,9 +24,9 @@ vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
 
 // Mean of 1 − Fresnel at the half vector, over light from all around: whatever the roughness. The polynomial is fitted to the
 // mean of (1 − v·h)⁵, within 1e-5 of it.
-float diffuse_share(vec3 f0, float f90, float nv) {
+float diffuse_share(float f0, float f90, float nv) {
     float grazing = 0.0281649 + nv * (-0.0798633 + nv * (0.0864900 + nv * (-0.0437062 + nv * 0.0089972)));
-    return 1.0 - brightest(f0 + (f90 - f0) * grazing);
+    return 1.0 - (f0 + (f90 - f0) * grazing);
 }
 
 #endif

@@ -24,8 +24,7 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
         float ggx = a2 / (PI * d * d);
         float smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
         vec3 fresnel = schlick(s.f0, s.f90, vh);
-        float largest = brightest(fresnel);
-        f.diffuse *= 1.0 - largest;
+        f.diffuse *= 1.0 - schlick(s.coat_f0, s.coat_f90, vh);
         f.specular = fresnel * (ggx * 0.5 / max(smith, 1e-7));
     }
     return f;
@@ -47,7 +46,8 @@ struct Lobes {
 // Towards a viewer who sees the surface under the cosine nv.
 Lobes lobes_at(Surface s, float nv) {
     vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, nv);
-    return Lobes(specular, 1.0 - brightest(specular), diffuse_share(s.f0, s.f90, nv));
+    float coat = specular_albedo(vec3(s.coat_f0), s.coat_f90, s.roughness, nv).x;
+    return Lobes(specular, 1.0 - coat, diffuse_share(s.coat_f0, s.coat_f90, nv));
 }
 
 Lobes lobes_towards(Surface s, vec3 view) {

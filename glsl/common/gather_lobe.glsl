@@ -29,9 +29,6 @@ float cosine_in_air(float c, float ior, bool inside) {
     return sine2 < 1.0 ? sqrt(1.0 - sine2) : inside ? -1.0 : 0.0;
 }
 
-vec3 lobe_fresnel(Surface s, float cosine) {
-    return cosine < 0.0 ? vec3(1.0) : schlick(s.f0, s.f90, cosine);
-}
 
 // The shading normal, bent until it looks towards the ray that meets it.
 vec3 normal_against(vec3 normal, vec3 d) {
@@ -126,8 +123,9 @@ InLobes look_in_lobes(Surface s, vec3 view, Lobes lobes, bool back, float bend, 
         vec2 u = vec2(fract(0.381966011 * float(k)), (float(k) + 0.5) / float(count));
         vec3 h = one ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, v, u);
         float cosine = clamp(dot(v, h), 0.0, 1.0);
-        vec3 fresnel = lobe_fresnel(s, cosine_in_air(cosine, ior, inside));
-        float left = 1.0 - brightest(fresnel);
+        float in_air = cosine_in_air(cosine, ior, inside);
+        vec3 fresnel = in_air < 0.0 ? vec3(1.0) : schlick(s.f0, s.f90, in_air);
+        float left = in_air < 0.0 ? 0.0 : 1.0 - schlick(s.coat_f0, s.coat_f90, in_air);
         vec3 mirror = 2.0 * cosine * h - v;
         vec3 d = mirror;
         if (!reflects) {

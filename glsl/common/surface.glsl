@@ -1,6 +1,8 @@
 // A point on a triangle, and its material evaluated there (glTF 2.0, appendix B, and the KHR_materials_* extensions).
 // Needs: texture.glsl, materials[], triangles[].
 
+#include "common/color.glsl"
+
 struct Surface {
     vec3 position; // voxels
     vec3 normal; // shading normal of the side looked at, unit
@@ -8,6 +10,8 @@ struct Surface {
     vec3 diffuse; // albedo of the Lambertian part
     vec3 f0;
     float f90;
+    float coat_f0; // brightest channel of the dielectric's alone, which takes its share from the diffuse and transmitted parts
+    float coat_f90;
     float roughness;
     float opacity; // 1 − what alpha blending lets through
     vec3 transmitted; // tint of what is transmitted, 0 if nothing is
@@ -143,6 +147,8 @@ Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool bac
     vec3 dielectric_f0 = min(ior_f0 * ior_f0 * specular_color, vec3(1.0)) * specular;
     s.f0 = mix(dielectric_f0, base.rgb, metallic);
     s.f90 = mix(specular, 1.0, metallic);
+    s.coat_f0 = brightest(dielectric_f0);
+    s.coat_f90 = specular;
     s.diffuse_share = 1.0 - metallic - s.transmission; // s.transmission is a share of what is no metal
     s.diffuse = base.rgb * s.diffuse_share;
     s.transmitted = base.rgb * s.transmission;
@@ -158,6 +164,8 @@ Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool bac
         s.transmission = 0.0;
         s.f0 = vec3(0.0);
         s.f90 = 0.0;
+        s.coat_f0 = 0.0;
+        s.coat_f90 = 0.0;
     } else if (s.thickness_m > 0.0) {
         // The thickness that the material states: nobody follows the way.
         s.transmitted *= attenuation(m, s.thickness_m);

@@ -95,7 +95,7 @@ Arguments evaluate(Arguments x) {
         y.a.xyz = visible_normal(x.a.w, x.a.xyz, x.b.xy);
         y.a.w = lobe_masking(x.a.w, x.a.z);
     } else if (FUNCTION == 14u) {
-        y.a.x = diffuse_share(x.b.xyz, x.b.w, x.a.x);
+        y.a.x = diffuse_share(brightest(x.b.xyz), x.b.w, x.a.x);
     }
     return y;
 }

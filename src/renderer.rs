@@ -94,6 +94,8 @@ pub struct Renderer {
     emitters: Emitters,
     /// Pieces of lamps in the last pose.
     placed_emitters: (u32, bool),
+    /// Where the instances were when the lamps were placed.
+    lamps_of: Option<Vec<DAffine3>>,
     passes: Passes,
     resources: Resources,
     capacities: Capacities,
@@ -165,6 +167,7 @@ impl Renderer {
             blended: packed.blended,
             emitters,
             placed_emitters: (0, false),
+            lamps_of: None,
             scene,
             settings,
             options,
@@ -316,10 +319,13 @@ impl Renderer {
 
     fn upload_pose(&mut self, pose: &Pose, view: &View, lights: &[layout::Light]) -> Result<()> {
         self.upload(&self.resources.lights, lights)?;
-        let lamps = self.emitters.place(pose, &self.volume, self.settings.emitter_samples);
-        self.placed_emitters = (lamps.pieces.len() as u32, !lamps.nodes.is_empty());
-        self.upload(&self.resources.emitters, &lamps.pieces)?;
-        self.upload(&self.resources.emitter_nodes, &lamps.nodes)?;
+        if self.lamps_of.as_ref() != Some(&pose.world_from_instance) {
+            let lamps = self.emitters.place(pose, &self.volume, self.settings.emitter_samples);
+            self.placed_emitters = (lamps.pieces.len() as u32, !lamps.nodes.is_empty());
+            self.upload(&self.resources.emitters, &lamps.pieces)?;
+            self.upload(&self.resources.emitter_nodes, &lamps.nodes)?;
+            self.lamps_of = Some(pose.world_from_instance.clone());
+        }
         let order = back_to_front(&self.blended, &self.scene, pose, view);
         self.upload(&self.resources.order, &order)
     }

@@ -1,5 +1,5 @@
 //! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in the
-//! shadow of a square, whole or with an alpha-masked half; the Cornell box with a point light against its path-traced image; and
+//! shadow of a square, whole or with an alpha-masked half, and under many lamps; the Cornell box with a point light against its path-traced image; and
 //! the layer that says which surfaces are diffuse against the path tracer's, and how much light they send.
 
 #[path = "common/gpu.rs"]
@@ -16,7 +16,8 @@ use twobounce::reference::{self, Depth, Options, Stop};
 use twobounce::scene::{
     Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
 };
-use twobounce::settings::{Bounces, Settings};
+use twobounce::settings::{Bounces, Emitters, ImageSettings, Settings};
+use twobounce::twins::emitters::triangle_irradiance;
 
 const SIZE: u32 = 96;
 /// Of the image, metres.
@@ -175,6 +176,52 @@ fn the_cornell_box_has_the_path_traced_direct_light() {
     let found = metrics(&halved, truth.beauty(), "direct light").expect("images of one size");
     // What samples leave of edges, and the truth's own noise of 0.3 %.
     assert!((found.energy - 1.0).abs() < 0.003 && found.rel < 0.01, "energy {}, rel {}", found.energy, found.rel);
+}
+
+/// Of the lamps over a floor: squares in a grid, metres.
+const TILES: i32 = 12;
+const TILE: f32 = 0.1;
+const APART: f32 = 0.3;
+const TILE_HEIGHT: f32 = 0.2;
+
+#[test]
+fn light_close_to_one_of_many_lamps_is_even() {
+    let mut scene = Scene::empty("a floor under many lamps");
+    let grey = scene.add_material(Material::lambert("grey", Vec3::splat(ALBEDO as f32)));
+    let floor = Mesh::quad("floor", grey, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    scene.add_mesh(floor, DAffine3::IDENTITY);
+    let lamp = scene.add_material(Material::lamp("lamp", Vec3::ONE));
+    let corner = |k: i32| (k as f32 - 0.5 * (TILES - 1) as f32) * APART - 0.5 * TILE;
+    let tiles: Vec<[Vec3; 3]> = (0..TILES * TILES)
+        .flat_map(|k| {
+            let a = Vec3::new(corner(k % TILES), TILE_HEIGHT, corner(k / TILES));
+            let (b, c, d) = (a + Vec3::X * TILE, a + (Vec3::X + Vec3::Z) * TILE, a + Vec3::Z * TILE);
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    scene.add_mesh(Mesh::triangles("lamps", lamp, &tiles), DAffine3::IDENTITY);
+
+    const EDGE: u32 = 32;
+    let projection = Projection::Orthographic { half_height: HALF as f32, near: 0.01, far: 10.0 };
+    let view = View { eye: DVec3::Y * 0.1, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
+    let image = ImageSettings { samples: 1, ..ImageSettings::default() };
+    let settings =
+        Settings { voxels: 32, bounces: Bounces::One, emitters: Emitters::Sampled, image, ..Settings::default() };
+    let rendered = gpu::render_layers(&gpu::context(), &scene, &settings, EDGE, view, vec![Aov::Direct]).read();
+    let at = |k: u32| (2.0 * f64::from(k) + 1.0) / f64::from(EDGE) - 1.0;
+    let truth: Vec<[f32; 3]> = (0..EDGE * EDGE)
+        .map(|i| {
+            let p = view.eye + (view.right() * at(i % EDGE) - view.up * at(i / EDGE)) * HALF;
+            let p = DVec3::new(p.x, 0.0, p.z);
+            let from = |tile: &[Vec3; 3]| triangle_irradiance(&tile.map(|corner| corner.as_dvec3() - p), DVec3::Y);
+            [(ALBEDO / std::f64::consts::PI * tiles.iter().map(from).sum::<f64>()) as f32; 3]
+        })
+        .collect();
+    let found =
+        metrics(rendered.get(Aov::Direct).expect("asked for"), &truth, "the floor").expect("images of one size");
+    // Noise of sixteen points on 288 pieces.
+    let right = (found.energy - 1.0).abs() < 0.01 && found.rel < 0.1;
+    assert!(right, "energy {}, rel {}", found.energy, found.rel);
 }
 
 /// Stripes side by side before a grey wall or nothing, and how much of each is diffuse.

@@ -80,6 +80,7 @@ EmitterChoice choose_emitter(float u, vec3 position, vec3 normal) {
         float low = importance(2u * node, position, normal);
         float high = importance(2u * node + 1u, position, normal);
         float share = low + high > 0.0 ? low / (low + high) : 0.5;
+        u = min(u, 0.99999994); // it may have been rounded up to 1, where a half that gives nothing would be taken
         bool goes_low = u < share;
         uint middle = (first + end) / 2u;
         first = goes_low ? first : middle;

@@ -20,7 +20,7 @@ vec3 shadow_rays(Light light, LightSample to, vec3 position, vec3 facet) {
         float angle = turn + GOLDEN_ANGLE * float(k);
         vec3 d = to.direction * (far ? 1.0 : to.distance) + r * (cos(angle) * x + sin(angle) * y);
         float distance = length(d);
-        open += trace_shadow_ray(position, facet, d / distance, far ? 1e30 : distance);
+        open += trace_shadow_ray(ray_start(position, facet, d), d / distance, far ? 1e30 : distance);
     }
     return open / float(count);
 }
@@ -58,11 +58,14 @@ uint emitter_samples() {
 }
 
 vec3 shadow_towards_point(vec3 position, vec3 facet, vec3 point) {
-    vec3 to = point - position;
+    if (SHADOWS == SHADOWS_NONE) {
+        return vec3(1.0);
+    }
+    vec3 origin = ray_start(position, facet, point - position);
+    vec3 to = point - origin; // not from the position: along a slanting way the start is nearer to the lamp by more than itself
     float distance = length(to);
     // Short of the lamp, which is listed like any triangle.
-    return SHADOWS == SHADOWS_NONE ? vec3(1.0)
-                                   : trace_shadow_ray(position, facet, to / max(distance, 1e-6), distance * 0.9999 - RAY_START);
+    return trace_shadow_ray(origin, to / max(distance, 1e-6), distance * 0.9999 - RAY_START);
 }
 
 // The way light goes on behind a surface. `incident`: unit, towards the surface; `normal`: of the side it meets.

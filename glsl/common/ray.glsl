@@ -156,10 +156,9 @@ vec3 ray_start(vec3 position, vec3 facet, vec3 d) {
     return position + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
 }
 
-// Share of the light that comes from `distance` voxels away along unit d to a point on a surface with normal `facet`.
-// Alpha masks, blending and transmission let light through, straight and tinted.
-vec3 trace_shadow_ray(vec3 from, vec3 facet, vec3 d, float distance) {
-    vec3 origin = ray_start(from, facet, d);
+// Share of the light that comes to `origin` from `distance` voxels away along unit d. Alpha masks, blending and transmission
+// let light through, straight and tinted.
+vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
     Walk w = start_walk(origin, d, 0.0, distance);
     bool blocked = false;
     bool walking = known(w) < w.leave;

@@ -48,7 +48,11 @@ pub const AXES: &[StudyAxis] = &[
     axis("fill under rays", "balanced", &["fill=uniform"]),
     axis("shadows", "balanced", &["shadows=none", "shadows=cones", "first_bounce_shadows=false"]),
     axis("samples", "balanced", &["image.samples=1", "image.direct=samples"]),
-    axis("work over volumes", "balanced", &["shading=raster", "lists=rebuild"]),
+    axis(
+        "work over volumes",
+        "balanced",
+        &["shading=raster shade.items=each", "lists=rebuild shade.items=each", "mips=raster", "reuse=still"],
+    ),
     axis("cone set", "cones", &["cones=1", "cones=5", "cones=6a", "cones=6b", "cones=16", "cones=g8", "cones=g32"]),
     axis("shared cones", "cones", &["interleave=4 cones=g8 gather_resolution=half"]),
     axis("cone step", "cones", &["step=0.5", "step=2"]),

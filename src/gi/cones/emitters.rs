@@ -85,7 +85,7 @@ impl Emitters {
             let halves = placed.swap_remove(strongest).halves();
             placed.extend(halves);
         }
-        halve(&mut placed);
+        let placed = in_halves(&placed);
         let pieces = placed.iter().map(Placed::record).collect();
         Lamps { pieces, nodes: if many { tree(&placed) } else { Vec::new() } }
     }
@@ -104,21 +104,26 @@ pub fn node_count(pieces: u32) -> u32 {
     2 * pieces.next_power_of_two()
 }
 
-/// Puts neighbours side by side: each half lies on one side of a plane, across the longest axis.
-fn halve(part: &mut [Placed]) {
+/// The pieces with neighbours side by side: each half lies on one side of a plane, across the longest axis.
+fn in_halves(placed: &[Placed]) -> Vec<Placed> {
+    let mut order: Vec<(DVec3, usize)> = placed.iter().map(Placed::middle).zip(0..).collect();
+    halve(&mut order);
+    order.into_iter().map(|(_, index)| placed[index]).collect()
+}
+
+fn halve(part: &mut [(DVec3, usize)]) {
     if part.len() < 2 {
         return;
     }
-    let middles = || part.iter().map(Placed::middle);
-    let size = middles().fold(DVec3::NEG_INFINITY, DVec3::max) - middles().fold(DVec3::INFINITY, DVec3::min);
-    let axis = size.max_position();
-    part.sort_by(|p, q| p.middle()[axis].total_cmp(&q.middle()[axis]));
+    let bound = |pick: fn(DVec3, DVec3) -> DVec3| part.iter().map(|p| p.0).reduce(pick).expect("two pieces");
+    let axis = (bound(DVec3::max) - bound(DVec3::min)).max_position();
+    part.sort_by(|p, q| p.0[axis].total_cmp(&q.0[axis]));
     let (low, high) = part.split_at_mut(part.len() / 2);
     halve(low);
     halve(high);
 }
 
-/// Of pieces in the order that [`halve`] leaves.
+/// Of pieces in the order of [`in_halves`].
 fn tree(placed: &[Placed]) -> Vec<layout::EmitterNode> {
     let mut nodes = vec![layout::EmitterNode::zeroed(); node_count(placed.len() as u32) as usize];
     let mut open = vec![(1, placed)];
@@ -289,8 +294,7 @@ mod tests {
                 let corners = [at, at + DVec3::X, at + DVec3::Y * 2.0];
                 Placed { corners, radiance: Vec3::splat(1.0 + k as f32), two_sided: k % 2 == 0 }
             };
-            let mut placed: Vec<Placed> = (0..count).map(piece).collect();
-            halve(&mut placed);
+            let placed = in_halves(&(0..count).map(piece).collect::<Vec<_>>());
             let nodes = tree(&placed);
             assert_eq!(nodes.len(), node_count(count as u32) as usize);
             for (index, p) in placed.iter().enumerate() {

@@ -87,6 +87,8 @@ pub struct Renderer {
     scale: f32,
     /// Scene, its textures and the image's targets: what does not grow.
     fixed_plan: Vec<(&'static str, u64)>,
+    /// Bytes that may be taken, and who says so.
+    memory_limit: (u64, String),
     counts: SceneCounts,
     bounces: u32,
     gpu_scene: GpuScene,
@@ -146,16 +148,12 @@ impl Renderer {
             let band_rows = image_target::band_rows(options.size.0, options.size.1, settings.image.samples, outputs);
             fixed_plan.extend(gather::plan(&settings, options.size, band_rows));
         }
-        let total_at = |edge: u32| {
-            let at = Settings { voxels: edge, ..settings.clone() };
-            fixed_plan.iter().chain(&resources::plan(counts, &at, bounces, capacities)).map(|r| r.1).sum()
-        };
         let budget = context.memory_budget();
-        let (limit, limit_name) = match options.memory_limit {
+        let limit = match options.memory_limit {
             Some(bytes) if bytes < budget => (bytes, "the --memory-limit".to_owned()),
             _ => (budget, format!("the budget of {}", context.name)),
         };
-        memory_plan::check(settings.voxels, limit, &limit_name, total_at)?;
+        check_memory(&limit, &settings, &fixed_plan, |at| resources::plan(counts, at, bounces, capacities))?;
         let features = Features::of(&scene, &settings);
         let resources = Resources::new(context, counts, &settings, bounces, capacities)?;
         let gpu_scene = packed.upload(context)?;
@@ -166,6 +164,7 @@ impl Renderer {
             scale: radiance_scale(&scene, volume.voxel_m, settings.bounces),
             blended: packed.blended,
             emitters,
+            memory_limit: limit,
             placed_emitters: (0, false),
             lamps_of: None,
             scene,
@@ -368,11 +367,26 @@ impl Renderer {
         if capacities == self.capacities {
             return Ok(false);
         }
+        let plan = |at: &Settings| resources::plan(self.counts, at, self.bounces, capacities);
+        check_memory(&self.memory_limit, &self.settings, &self.fixed_plan, plan)?;
         tracing::info!("buffers grow and the frame is repeated: {:?} to {:?}", self.capacities, capacities);
         self.capacities = capacities;
         self.resources.grow(&self.context, self.counts, &self.settings, self.bounces, capacities)?;
         Ok(true)
     }
+}
+
+/// Refuses settings whose resources, those of `plan` and what does not grow, exceed the limit (bytes, what it is called).
+fn check_memory(
+    limit: &(u64, String),
+    settings: &Settings,
+    fixed: &[(&'static str, u64)],
+    plan: impl Fn(&Settings) -> Vec<(&'static str, u64)>,
+) -> Result<()> {
+    memory_plan::check(settings.voxels, limit.0, &limit.1, |edge| {
+        let at = Settings { voxels: edge, ..settings.clone() };
+        fixed.iter().chain(&plan(&at)).map(|row| row.1).sum()
+    })
 }
 
 /// Room for every triangle of the scene; list items and cells for a typical one, to be grown if need be.

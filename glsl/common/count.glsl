@@ -17,7 +17,7 @@ const uint MATERIALS = 10u;
 const uint LIGHTS = 11u;
 const uint SCENE_VERTICES = 12u;
 const uint LAMP_RECORDS = 13u; // pieces of sampled lamps
-const uint WORDS = 14u; // of the copy that the model is checked on
+const uint WORDS = 14u; // whatever has no kind of its own
 const uint KINDS = 15u;
 
 layout(set = 0, binding = 60) buffer Counts { uint counts[]; }; // per kind: low word, high word

@@ -29,7 +29,6 @@ float cosine_in_air(float c, float ior, bool inside) {
     return sine2 < 1.0 ? sqrt(1.0 - sine2) : inside ? -1.0 : 0.0;
 }
 
-
 // The shading normal, bent until it looks towards the ray that meets it.
 vec3 normal_against(vec3 normal, vec3 d) {
     return normalize(normal - d * max(dot(normal, d) + 1e-3, 0.0));

@@ -177,5 +177,5 @@ struct Frame {
     float cone_aperture; // what the diffuse set's apertures are multiplied with
     float exit_margin; // diameters that a sum goes on beyond the border
     uint emitter_count;
-    uint emitter_tree; // 1: pieces are chosen through the tree; 0: all of them are tried, each as often
+    uint emitter_tree; // 1: pieces are chosen through the tree; 0: each as often
 };

@@ -51,6 +51,7 @@ void choose(uint first, uint voxel) {
     for (uint item = first; item != 0u; item = list_items[item - 1u].next) {
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
+        COUNT(WORDS, 2u); // its material and source
         uint triangle = list_items[item - 1u].triangle;
         vec3 a = triangles[triangle].vertices[0].position;
         vec3 b = triangles[triangle].vertices[1].position;
@@ -88,6 +89,7 @@ void main() {
         choose(first, cells[i]);
         for (uint item = first; item != 0u; item = list_items[item - 1u].next) {
             COUNT(LIST_ITEMS, 1u);
+            COUNT(WORDS, 2u); // where it faces, and its material
             uint cell = item_parts[item - 1u].lit_by;
             uint material = triangles[list_items[item - 1u].triangle].material;
             bool alone = chosen[cell] == 0u || material != materials_of[cell] || !shares(material);

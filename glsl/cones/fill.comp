@@ -36,7 +36,7 @@ void main() {
             COUNT(LIST_ITEMS, 1u);
             COUNT(CORNERS, 3u);
             COUNT(MATERIALS, 1u);
-            COUNT(WORDS, 8u);
+            COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 8u); // ItemLight, ItemPart
             vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
                 triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
             bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;

@@ -1,6 +1,6 @@
 //! Which settings are run: every base by itself, then every value of every axis on top of every base, one axis at a time.
 
-use crate::settings::{Key, Settings};
+use crate::settings::{Key, Range, Settings};
 use crate::{Error, Result};
 
 /// Settings to start from.
@@ -36,6 +36,10 @@ impl Axis {
         let Some((key, values)) = text.split_once('=') else {
             return Err(Error::Usage(format!("{text:?} names no values: write key=value,value, such as voxels=32,64")));
         };
+        let point = |key: &Key| matches!(key.range, Range::PointOrAuto(_));
+        if Key::named(key.trim()).is_some_and(point) {
+            return Err(Error::Usage(format!("{} is a point, which cannot be swept: set it with --set", key.trim())));
+        }
         let values = values.split(',').map(|value| vec![format!("{}={}", key.trim(), value.trim())]).collect();
         Ok(Self { values })
     }
@@ -107,6 +111,7 @@ mod tests {
             Err(error) => error.to_string(),
         };
         assert!(refused("voxels").contains("key=value,value"));
+        assert!(refused("volume.center=0,0,0").contains("volume.center is a point"));
         assert!(refused("voxel=64").contains("did you mean \"voxels\""));
         assert!(refused("voxels=64,63").contains("power of two"));
         assert!(refused("voxels=").contains("power of two"));

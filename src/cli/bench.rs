@@ -10,6 +10,7 @@ use twobounce::chart::plan::Trial;
 use twobounce::chart::row::Row;
 use twobounce::chart::store::{Keys, Store, Stored};
 use twobounce::layers::Aov;
+use twobounce::output::file;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::vk::Context;
@@ -110,15 +111,17 @@ impl Bench<'_> {
     fn open(&self) -> Result<Vec<Subject>> {
         let mut subjects: Vec<Subject> = Vec::new();
         for (i, path) in self.paths.iter().enumerate() {
-            if self.paths[..i].contains(path) {
+            if self.paths[..i].iter().any(|other| file::is_same(other, path)) {
                 return Err(Error::file(*path, "is named twice; name each scene once"));
             }
             let opened = SceneArgs { path: path.to_path_buf(), ..self.scene.clone() }.open()?;
             opened.notes.iter().for_each(|note| out::complain(&format!("note: {}: {note}", opened.scene.name)));
-            let taken = subjects.iter().any(|other| other.name == opened.scene.name);
+            let name = &opened.scene.name;
+            let namesakes = subjects.iter().filter(|other| other.scene.name == *name).count();
+            let name = if namesakes > 0 { format!("{name} {}", namesakes + 1) } else { name.clone() };
             let pose = opened.pose(0.0);
             subjects.push(Subject {
-                name: if taken { path.display().to_string() } else { opened.scene.name.clone() },
+                name,
                 view: opened.view(&pose),
                 pose,
                 bounds: opened.shot.bounds(&opened.scene),

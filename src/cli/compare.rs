@@ -124,7 +124,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
     print(&comparison);
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|e| Error::file(folder, format!("cannot be created: {e}")))?;
-        let path = folder.join("compare.png");
+        let path = folder.join(PICTURE);
         file::write(&path, &picture::side_by_side(&image, &reference, &comparison)?)?;
     }
     if let Some(path) = &args.json {
@@ -152,6 +152,9 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
 const NO_DIRECT: &str = "needs the direct layer in both files";
 const NO_DIFFUSE: &str = "needs the diffuse layer in the reference, and lit pixels that are wholly diffuse";
 
+/// What --out holds.
+const PICTURE: &str = "compare.png";
+
 fn check_targets(args: &CompareArgs) -> Result<()> {
     if let Some(folder) = args.out.as_ref().filter(|f| f.exists() && !f.is_dir()) {
         return Err(Error::file(folder, "is a file; --out takes a folder"));
@@ -159,6 +162,9 @@ fn check_targets(args: &CompareArgs) -> Result<()> {
     match &args.json {
         Some(path) if [&args.image, &args.reference].iter().any(|input| file::is_same(path, input)) => {
             Err(Error::file(path, "is read and written by the same command; name another file for --json"))
+        }
+        Some(path) if args.out.as_ref().is_some_and(|out| file::is_same(path, &out.join(PICTURE))) => {
+            Err(Error::file(path, "is the picture of --out; name another file for --json"))
         }
         Some(path) => file::check_writable(path),
         None => Ok(()),

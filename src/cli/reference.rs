@@ -32,7 +32,7 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "PERCENT", default_value_t = 1.0)]
     pub noise: f64,
     /// full, direct, or a number of indirect bounces
-    #[arg(long, value_name = "full|direct|N", default_value = "full", value_parser = depth)]
+    #[arg(long, value_name = "full|direct|N", default_value = "full", value_parser = depth, allow_hyphen_values = true)]
     pub depth: Depth,
     /// Other seeds give other noise
     #[arg(long, value_name = "S", default_value_t = 0)]

@@ -28,10 +28,17 @@ pub fn check_writable(path: &Path) -> Result<()> {
     Beside::create(path, &target).map(drop)
 }
 
-/// Whether two names lead to one file, which one of them may spell another way or link to; of a file that is not there yet, as
-/// they are spelled.
+/// Whether two names lead to one file, which one of them may spell another way or link to.
 pub fn is_same(a: &Path, b: &Path) -> bool {
-    a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+    a == b || whole(a).is_some_and(|a| whole(b).is_some_and(|b| a == b))
+}
+
+/// The one spelling of a name; of a file that is not there yet, in the one of its folder. `None` where that is not there.
+fn whole(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok().or_else(|| {
+        let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    })
 }
 
 /// A file beside the target that goes away with this value.

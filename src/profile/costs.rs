@@ -55,13 +55,16 @@ fn cost(
     let name = pass.name;
     let counts = counted.iter().find(|row| row.0 == name).map_or_else(Counts::default, |row| row.1);
     let is = |prefixes: &[&str]| prefixes.iter().any(|prefix| name.starts_with(prefix));
-    let (makes_lists, walks_lists) = (is(&["voxelise"]), is(&["shade"]));
+    let (makes_lists, walks_lists) = (is(&["voxelise"]), is(&["alike", "shade"]));
     let ms = pass.gpu_ms.median;
     let per = |applies: bool, count: u64| (applies && count > 0).then(|| ms * 1e6 / count as f64);
     let (items, triangles) = (u64::from(frame.list_items), u64::from(frame.triangles));
     let written_bytes = if makes_lists {
         // An item, and the voxel's head for it.
         items * (size_of::<layout::ListItem>() as u64 + 4) + 4 * u64::from(frame.occupied_voxels)
+    } else if is(&["alike"]) {
+        // Twice: first which way it faces, then who is lit for it.
+        2 * items * size_of::<layout::ItemPart>() as u64
     } else if is(&["record"]) {
         triangles * size_of::<layout::Triangle>() as u64
     } else {
@@ -71,7 +74,7 @@ fn cost(
     let gb_per_s = gb_per_s(fetched_bytes + written_bytes, ms);
     PassCost {
         name,
-        ns_per_occupied_voxel: per(is(&["voxelise", "shade", "mips"]), frame.occupied_voxels.into()),
+        ns_per_occupied_voxel: per(is(&["voxelise", "alike", "shade", "mips"]), frame.occupied_voxels.into()),
         ns_per_list_item: per(makes_lists || walks_lists, if makes_lists { items } else { counts.list_items }),
         ns_per_pixel: per(is(&["render", "gather"]), pixels),
         ns_per_cone_step: per(true, counts.cone_steps + counts.shadow_steps),

@@ -35,7 +35,7 @@ kinds! {
     cone_steps "CONE_STEPS" 0,
     /// Of shadow cones.
     shadow_steps "SHADOW_STEPS" 0,
-    /// Of shadow rays, from voxel to voxel.
+    /// Of rays, from voxel to voxel.
     ray_steps "RAY_STEPS" 0,
     /// RGBA16F: 8 or 16 behind one trilinear look-up.
     volume_texels "VOLUME_TEXELS" 8,
@@ -54,7 +54,7 @@ kinds! {
     scene_vertices "SCENE_VERTICES" size_of::<layout::SceneVertex>(),
     /// Pieces of sampled lamps.
     emitters "LAMP_RECORDS" size_of::<layout::Emitter>(),
-    /// Of the copy pass.
+    /// Whatever has no kind of its own.
     words "WORDS" 4,
 }
 

@@ -71,7 +71,15 @@ impl Subject<'_> {
         let mut renderer = self.renderer(context)?;
         (self.check)()?;
         let report = renderer.render(self.pose, self.view)?;
-        Ok(report.timings.zones.iter().map(|zone| (zone.name, Counts::of(&zone.counts))).collect())
+        // An image in bands has a zone of each pass per band.
+        let mut counted: Vec<(&'static str, Vec<u64>)> = Vec::new();
+        for zone in report.timings.zones {
+            match counted.iter_mut().find(|row| row.0 == zone.name) {
+                Some(row) => row.1.iter_mut().zip(zone.counts).for_each(|(sum, count)| *sum += count),
+                None => counted.push((zone.name, zone.counts)),
+            }
+        }
+        Ok(counted.into_iter().map(|(name, counts)| (name, Counts::of(&counts))).collect())
     }
 
     fn renderer(&self, context: &Arc<Context>) -> Result<Renderer> {

@@ -126,7 +126,7 @@ choices! {
     }
 }
 choices! {
-    /// What a pass over a volume goes through; the volume is the same.
+    /// What a pass over a volume goes through; the volume is the same, unless only one form lights alike triangles as one.
     Work {
         /// A fragment per voxel of the whole grid, as in the talk.
         Raster = "raster",

@@ -186,7 +186,7 @@ pub const KEYS: &[Key] = &[
         "lists",
         "choice",
         names!(Lists),
-        "voxelise again for the second bounce, as the talk does, or reuse the first bounce's lists: the same image",
+        "voxelise again for the second bounce, as the talk does, or reuse the first bounce's lists: the same image with shade.items=each",
         "rebuild voxelises twice",
     ),
     key(

@@ -237,9 +237,7 @@ impl Settings {
         };
         self.shade.direct == ShadeDirect::Kept && self.bounces.volumes() == 2 && self.lists == Lists::Reuse && same
     }
-}
 
-impl Settings {
     /// Whether triangles that are alike are lit as one: lists that stay, and lit item by item.
     pub fn lights_alike(&self) -> bool {
         self.shade.items == ShadeItems::Alike && self.shading == Work::Cells && self.lists == Lists::Reuse

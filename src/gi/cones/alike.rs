@@ -23,7 +23,7 @@ impl Alike {
     }
 
     pub fn record(&self, recorder: &mut Recorder, scene: &GpuScene, resources: &Resources) {
-        recorder.zone("alike", ZoneKind::Compute, resources.item_parts.bytes(), |r| {
+        recorder.zone("alike", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the voxels are listed and counted, nothing is lit yet
             let binds = vec![
                 Bind::buffer("triangles", &resources.triangles),

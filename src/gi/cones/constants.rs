@@ -26,8 +26,12 @@ const REFRACTION: u32 = 18;
 const SPECULAR_RAYS: u32 = 19;
 const SHADOW_RAYS: u32 = 21;
 const LIT: u32 = 23;
-/// Of the shading passes alone: 0 finds direct light, 1 and keeps it, 2 takes what was kept.
+/// Of the shading passes alone.
 pub const DIRECT: u32 = 22;
+/// Values of [`DIRECT`]: direct light is found; and kept; or what was kept is taken.
+pub const DIRECT_AGAIN: u32 = 0;
+pub const DIRECT_KEEP: u32 = 1;
+pub const DIRECT_READ: u32 = 2;
 /// Of `render.vert` alone.
 pub const BLENDED: u32 = 9;
 

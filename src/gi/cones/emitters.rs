@@ -14,7 +14,7 @@ use crate::scene::{Mesh, Pose, Scene};
 
 /// Textured triangles are cut into 4ᵏ pieces, each as bright as its texels in the mean: k at most this.
 const MOST_CUTS: u32 = 3;
-/// And no more pieces than this in all.
+/// And no more pieces than this by cutting; scenes with more lamp triangles have more.
 const MOST_PIECES: usize = 1 << 16;
 /// Points along each side of a piece at which its emission is looked at.
 const GRID: u32 = 4;

@@ -1,4 +1,4 @@
-//! Voxel cone tracing with two bounces, mirroring the talk's pipeline: one file per pass, in the order of `src/frame.rs`.
+//! Voxel cone tracing with two bounces, mirroring the talk's pipeline: one file per pass; their order is `src/frame.rs`.
 //!
 //! The talk: BeRo and urs, "How to use Voxel Cone Tracing with two bounces for everything instead of just Global
 //! Illumination" (listings CC0).

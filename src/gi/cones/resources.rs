@@ -1,4 +1,4 @@
-//! The resources of design's table: volumes, front view, globals, triangles, list items, voxels (heads), voxel cells.
+//! What the passes share: volumes, front view, globals, triangles, list items, voxels (heads), voxel cells, lights.
 
 use std::sync::Arc;
 
@@ -208,6 +208,7 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
     }
     let voxels = settings.voxels.pow(3);
     let shaded_by_items = settings.shading == Work::Cells && volumes > 0;
+    let items = |needed: bool| if needed { capacities.items } else { 1 };
     let lists_edge = if settings.uses_cells() { settings.voxels } else { 1 };
     let mut rows = vec![
         ("frame", array::<layout::Frame>(1)),
@@ -217,10 +218,10 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("globals", array::<layout::Globals>(1)),
         ("triangles", array::<layout::Triangle>(capacities.triangles)),
         ("list items", array::<layout::ListItem>(capacities.items)),
-        ("item lights", array::<layout::ItemLight>(if shaded_by_items { capacities.items } else { 1 })),
-        ("item parts", array::<layout::ItemPart>(if settings.lights_alike() { capacities.items } else { 1 })),
-        ("lit items", array::<u32>(if settings.lights_alike() { capacities.items } else { 1 })),
-        ("direct light", array::<[[f32; 3]; 2]>(if settings.keeps_direct() { capacities.items } else { 1 })),
+        ("item lights", array::<layout::ItemLight>(items(shaded_by_items))),
+        ("item parts", array::<layout::ItemPart>(items(shaded_by_items && settings.lights_alike()))),
+        ("lit items", array::<u32>(items(shaded_by_items && settings.lights_alike()))),
+        ("direct light", array::<[[f32; 3]; 2]>(items(volumes > 0 && settings.keeps_direct()))),
         ("voxels", array::<u32>(voxels + (settings.voxels / BRICK).pow(3))),
         ("voxel cells", array::<u32>(capacities.cells)),
         ("last voxel cells", array::<u32>(if settings.uses_cells() { capacities.cells } else { 1 })),

@@ -1,11 +1,12 @@
 //! Passes 2b and 4b, shade: each voxel shades its list into seven targets. Raster form: one triangle over the screen per
 //! slice. Cells form: a thread per item of the lists, then one per occupied voxel.
-//! Reads: lists, triangles, materials, lights; 4b the first bounce's volume. Writes: level 0 of a volume, premultiplied
-//! stored radiance. Twin of the fill: `src/twins/shade.rs`.
+//! Reads: lists, who of them is lit, triangles, materials, lights, lamps; 4b the first bounce's volume and kept direct light.
+//! Writes: level 0 of a volume, premultiplied stored radiance; item lights; 2b kept direct light.
+//! Twin of the fill: `src/twins/shade.rs`.
 
 use std::sync::Arc;
 
-use super::constants::{DIRECT, Features, constants};
+use super::constants::{DIRECT, DIRECT_AGAIN, DIRECT_KEEP, DIRECT_READ, Features, constants};
 use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
 use super::{Bounce, Form, face_binds, layered_target, shading_binds, volume_binds};
 use crate::Result;
@@ -35,7 +36,8 @@ impl Shade {
     ) -> Result<Self> {
         let label = bounce.pick("shade 1", "shade 2");
         let mut constants = constants(&settings.of_voxels(), features, u32::from(gathers));
-        constants.push((DIRECT, u32::from(settings.keeps_direct()) * bounce.pick(1, 2)));
+        let direct = if settings.keeps_direct() { bounce.pick(DIRECT_KEEP, DIRECT_READ) } else { DIRECT_AGAIN };
+        constants.push((DIRECT, direct));
         let compute = |shader| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
         let form = match settings.shading {
             Work::Raster => Form::Raster(Raster::new(

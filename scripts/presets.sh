@@ -19,5 +19,5 @@ for preset in printed corrected cones fast balanced accurate; do
 done
 convert "$out/accurate/compare.png" -crop "${size}x$size+$size+0" +repage "$out/truth.png"
 tiles+=(-label "path-traced, all light" "$out/truth.png")
-montage "${tiles[@]}" -tile 4x -geometry "${size}x$size+3+3" -background white docs/presets.png
+montage "${tiles[@]}" -tile 4x -geometry "${size}x$size+3+3" -background white -depth 8 docs/presets.png
 echo "wrote docs/presets.png"

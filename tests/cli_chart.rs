@@ -224,7 +224,7 @@ fn what_makes_no_sense_is_one_sentence_and_changes_nothing() {
         (&[SCENE, "-o", "mine"][..], "mine: holds something else than a chart"),
         (&[SCENE, "-o", "file"], "file: is a file; -o takes a folder"),
         (&[SCENE, "-o", "file/out"], "file/out: cannot be created"),
-        (&[SCENE, "-o", "out", "--presets", "quick"], "--preset: there is no preset \"quick\""),
+        (&[SCENE, "-o", "out", "--presets", "quick"], "--presets: there is no preset \"quick\""),
         (
             &[SCENE, "-o", "out", "--sweep", "voxel=32"],
             "--sweep: there is no setting \"voxel\"; did you mean \"voxels\"?",

@@ -55,7 +55,10 @@ fn a_sum_does_not_depend_on_the_step() {
         for step in [0.25, 0.5, 1.0] {
             for found in alphas(&wall(alpha), 0.0, step) {
                 // Rounding of positions; and a cone ends once it is opaque to 0.995.
-                assert!((found - alpha).abs() < if alpha < 1.0 { 1e-4 } else { 0.005 }, "alpha {alpha}, step {step}: {found}");
+                assert!(
+                    (found - alpha).abs() < if alpha < 1.0 { 1e-4 } else { 0.005 },
+                    "alpha {alpha}, step {step}: {found}"
+                );
             }
         }
     }

@@ -292,7 +292,7 @@ mod tests {
             let piece = |k: usize| {
                 let at = DVec3::new((k * 37 % 50) as f64, (k * 11 % 50) as f64, k as f64);
                 let corners = [at, at + DVec3::X, at + DVec3::Y * 2.0];
-                Placed { corners, radiance: Vec3::splat(1.0 + k as f32), two_sided: k % 2 == 0 }
+                Placed { corners, radiance: Vec3::splat(1.0 + k as f32), two_sided: k.is_multiple_of(2) }
             };
             let placed = in_halves(&(0..count).map(piece).collect::<Vec<_>>());
             let nodes = tree(&placed);

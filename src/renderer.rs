@@ -94,7 +94,7 @@ pub struct Renderer {
     gpu_scene: GpuScene,
     blended: Vec<BlendedTriangle>,
     emitters: Emitters,
-    /// Pieces of lamps in the last pose.
+    /// Pieces of lamps, and whether they are chosen through the tree.
     placed_emitters: (u32, bool),
     /// Where the instances were when the lamps were placed.
     lamps_of: Option<Vec<DAffine3>>,

@@ -14,7 +14,7 @@ use glam::{DAffine3, DVec3, IVec3, Vec3};
 use half::f16;
 use scenes::{Random, add, triangle};
 use studio::{Studio, pose, room};
-use twobounce::gi::cones::cells::parents;
+use twobounce::gi::cones::cells::{LIT_COUNTS, parents};
 use twobounce::layout::{CellCount, Globals, ItemPart, ListItem, Triangle};
 use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};
 use twobounce::settings::{Bounces, Fill, Lists, Settings, Shade, ShadeDirect, ShadeItems, Shadows, Work};
@@ -192,7 +192,7 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
             }
         }
     }
-    let CellCount { groups_x, count, .. } = counts[15];
+    let CellCount { groups_x, count, .. } = counts[LIT_COUNTS as usize];
     assert_eq!(lit[..count as usize].iter().copied().collect::<BTreeSet<_>>(), chosen);
     assert_eq!((count as usize, groups_x), (chosen.len(), count.div_ceil(64)));
     assert!(count > 500 && count + 500 < globals.item_count, "{count} lit of {}", globals.item_count);

@@ -7,6 +7,11 @@ int head_index(ivec3 voxel) {
     return (voxel.z * int(EDGE) + voxel.y) * int(EDGE) + voxel.x;
 }
 
+// Back from an index; `edge`: of the grid's level.
+uvec3 cell_at(uint index, uint edge) {
+    return uvec3(index % edge, index / edge % edge, index / (edge * edge));
+}
+
 int brick_index(ivec3 voxel) {
     const int bricks = int(EDGE / BRICK);
     ivec3 brick = voxel / int(BRICK);

@@ -10,15 +10,9 @@
 #include "common/clip.glsl"
 #include "common/alike.glsl"
 #include "common/count.glsl"
+#include "cones/bindings.glsl"
+#include "cones/growing_lists.glsl"
 
-layout(local_size_x = 64) in;
-
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 22, scalar) buffer CellCounts { CellCount cell_counts[]; };
-layout(set = 0, binding = 32, scalar) readonly buffer Cells { uint cells[]; };
 layout(set = 0, binding = 35, scalar) buffer ItemParts { ItemPart item_parts[]; };
 layout(set = 0, binding = 36, scalar) writeonly buffer LitItems { uint lit_items[]; };
 
@@ -33,7 +27,7 @@ float area_in(vec3 a, vec3 b, vec3 c, uint voxel) {
     float area = 1.0;
     if (FILL >= FILL_COVERAGE) {
         vec3 middle;
-        clip_to_voxel(a, b, c, vec3(voxel % EDGE, voxel / EDGE % EDGE, voxel / (EDGE * EDGE)) + 0.5, area, middle);
+        clip_to_voxel(a, b, c, vec3(cell_at(voxel, EDGE)) + 0.5, area, middle);
     }
     return area;
 }
@@ -73,14 +67,6 @@ void choose(uint first, uint voxel) {
     }
 }
 
-void light(uint item) {
-    uint place = atomicAdd(cell_counts[LIT_COUNTS].count, 1u);
-    lit_items[place] = item;
-    if (place % 64u == 0u && place / 64u < MOST_GROUPS) {
-        atomicAdd(cell_counts[LIT_COUNTS].groups_x, 1u);
-    }
-}
-
 void main() {
     uint count = cell_counts[0].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
@@ -96,7 +82,7 @@ void main() {
             uint lit_by = alone ? item : chosen[cell];
             item_parts[item - 1u].lit_by = lit_by - 1u;
             if (lit_by == item) {
-                light(item - 1u);
+                lit_items[take_place(LIT_COUNTS)] = item - 1u;
             }
         }
     }

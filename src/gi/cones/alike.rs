@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::constants::{Features, constants};
 use super::resources::Resources;
+use super::shading_binds;
 use crate::Result;
 use crate::gpu_scene::GpuScene;
 use crate::settings::Settings;
@@ -25,14 +26,9 @@ impl Alike {
     pub fn record(&self, recorder: &mut Recorder, scene: &GpuScene, resources: &Resources) {
         recorder.zone("alike", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the voxels are listed and counted, nothing is lit yet
-            let binds = vec![
-                Bind::buffer("triangles", &resources.triangles),
-                Bind::buffer("list_items", &resources.items),
-                Bind::buffer("heads", &resources.heads),
-                Bind::buffer("materials", &scene.materials),
-                Bind::buffer("item_parts", &resources.item_parts),
-                Bind::buffer("lit_items", &resources.lit_items),
-            ];
+            let mut binds = shading_binds(scene, resources);
+            binds.push(Bind::buffer("item_parts", &resources.item_parts));
+            binds.push(Bind::buffer("lit_items", &resources.lit_items));
             resources.cells.dispatch(r, &self.choose, binds, (0, self.edge));
         });
     }

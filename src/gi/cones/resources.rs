@@ -207,8 +207,8 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         u64::from(count.max(1)) * size_of::<T>() as u64
     }
     let voxels = settings.voxels.pow(3);
-    let shaded_by_items = settings.shading == Work::Cells && volumes > 0;
     let items = |needed: bool| if needed { capacities.items } else { 1 };
+    let parts = items(volumes > 0 && settings.lights_alike());
     let lists_edge = if settings.uses_cells() { settings.voxels } else { 1 };
     let mut rows = vec![
         ("frame", array::<layout::Frame>(1)),
@@ -218,9 +218,9 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("globals", array::<layout::Globals>(1)),
         ("triangles", array::<layout::Triangle>(capacities.triangles)),
         ("list items", array::<layout::ListItem>(capacities.items)),
-        ("item lights", array::<layout::ItemLight>(items(shaded_by_items))),
-        ("item parts", array::<layout::ItemPart>(items(shaded_by_items && settings.lights_alike()))),
-        ("lit items", array::<u32>(items(shaded_by_items && settings.lights_alike()))),
+        ("item lights", array::<layout::ItemLight>(items(volumes > 0 && settings.shading == Work::Cells))),
+        ("item parts", array::<layout::ItemPart>(parts)),
+        ("lit items", array::<u32>(parts)),
         ("direct light", array::<[[f32; 3]; 2]>(items(volumes > 0 && settings.keeps_direct()))),
         ("voxels", array::<u32>(voxels + (settings.voxels / BRICK).pow(3))),
         ("voxel cells", array::<u32>(capacities.cells)),

@@ -117,8 +117,9 @@ impl Bench<'_> {
             let opened = SceneArgs { path: path.to_path_buf(), ..self.scene.clone() }.open()?;
             opened.notes.iter().for_each(|note| out::complain(&format!("note: {}: {note}", opened.scene.name)));
             let name = &opened.scene.name;
-            let namesakes = subjects.iter().filter(|other| other.scene.name == *name).count();
-            let name = if namesakes > 0 { format!("{name} {}", namesakes + 1) } else { name.clone() };
+            let mut numbered = (1..).map(|k| if k == 1 { name.clone() } else { format!("{name} {k}") });
+            let free = |name: &String| subjects.iter().all(|other| other.name != *name);
+            let name = numbered.find(free).expect("numbers do not end");
             let pose = opened.pose(0.0);
             subjects.push(Subject {
                 name,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use twobounce::chart::plan::{Axis, Base, Trial, trials};
-use twobounce::settings::{PRESETS, Settings};
+use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
 use super::Outcome;
@@ -55,8 +55,7 @@ impl ChartArgs {
         let presets: Vec<String> = if self.presets.is_empty() { all() } else { self.presets.clone() };
         let base = |preset: String| {
             let (config, sets) = (self.config.clone(), self.sets.clone());
-            Settings::preset(&preset).map_err(|e| Error::Usage(format!("--presets: {e}")))?;
-            let settings = SettingsArgs { preset: preset.clone(), config, sets }.effective()?;
+            let settings = SettingsArgs { preset: preset.clone(), config, sets }.from_preset_of("--presets")?;
             Ok(Base { preset, settings })
         };
         let bases: Vec<Base> = presets.into_iter().map(base).collect::<Result<_>>()?;

@@ -10,8 +10,13 @@ use crate::say;
 impl SettingsArgs {
     /// The preset, then the file, then single keys.
     pub fn effective(&self) -> Result<Settings> {
+        self.from_preset_of("--preset")
+    }
+
+    /// The same; `flag` is what the user named the preset with.
+    pub fn from_preset_of(&self, flag: &str) -> Result<Settings> {
         let named = |flag: &str, e: Error| Error::Usage(format!("{flag}: {e}"));
-        let mut settings = Settings::preset(&self.preset).map_err(|e| named("--preset", e))?;
+        let mut settings = Settings::preset(&self.preset).map_err(|e| named(flag, e))?;
         if let Some(path) = &self.config {
             let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
             settings.merge_toml(&text).map_err(|e| Error::file(path, e.to_string()))?;

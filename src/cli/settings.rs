@@ -10,11 +10,11 @@ use crate::say;
 impl SettingsArgs {
     /// The preset, then the file, then single keys.
     pub fn effective(&self) -> Result<Settings> {
-        self.from_preset_of("--preset")
+        self.effective_with("--preset")
     }
 
-    /// The same; `flag` is what the user named the preset with.
-    pub fn from_preset_of(&self, flag: &str) -> Result<Settings> {
+    /// The same, where `flag` is what the user named the preset with.
+    pub fn effective_with(&self, flag: &str) -> Result<Settings> {
         let named = |flag: &str, e: Error| Error::Usage(format!("{flag}: {e}"));
         let mut settings = Settings::preset(&self.preset).map_err(|e| named(flag, e))?;
         if let Some(path) = &self.config {

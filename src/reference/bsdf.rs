@@ -63,6 +63,7 @@ pub struct Bsdf {
 }
 
 /// A tangent frame about unit `n` (Duff et al. 2017); its one singular direction is −z.
+#[inline]
 pub fn frame(n: Vec3) -> Mat3 {
     let sign = 1f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);
@@ -84,6 +85,7 @@ pub fn sample_cosine(u: [f32; 2]) -> Vec3 {
 impl Bsdf {
     /// `normal` and `wo` (towards the viewer) are unit, with a positive dot product; `volume` says that transmission refracts,
     /// `inside` that the viewer is in the volume that the surface bounds.
+    #[inline]
     pub fn new(p: &SurfaceParams, volume: bool, normal: Vec3, wo: Vec3, inside: bool) -> Self {
         let frame = frame(normal);
         let nonmetal = 1.0 - p.metallic;
@@ -128,6 +130,7 @@ impl Bsdf {
 
     /// At the cosine between a direction and the half vector: the reflected share of light, and the share (one number) that
     /// is left for what lies below.
+    #[inline]
     fn fresnel(&self, cos: f32) -> (Vec3, f32) {
         let mut cos_outside = cos;
         if self.volume && self.eta < 1.0 {
@@ -152,6 +155,7 @@ impl Bsdf {
     }
 
     /// f · |cos| and the density of [`Self::sample`], mirrors left out, for unit `wi` (world, away from the surface).
+    #[inline]
     pub fn eval(&self, wi: Vec3) -> (Vec3, f32) {
         let wi = self.frame.transpose() * wi;
         if wi.z > 0.0 {
@@ -164,10 +168,12 @@ impl Bsdf {
     }
 
     /// Whether this is Lambert's law alone, which looks the same from everywhere.
+    #[inline]
     pub fn is_lambertian(&self) -> bool {
         self.reflected.f90 == 0.0 && self.choose[0] == 1.0
     }
 
+    #[inline]
     fn eval_reflection(&self, wi: Vec3) -> (Vec3, f32) {
         if self.is_lambertian() {
             return (self.diffuse * (FRAC_1_PI * wi.z), FRAC_1_PI * wi.z);

@@ -20,6 +20,7 @@ pub struct Units {
 }
 
 impl Units {
+    #[inline]
     pub fn point(&self, world: DVec3) -> Vec3 {
         ((world - self.center) / self.size).as_vec3()
     }
@@ -48,6 +49,8 @@ pub struct Source {
     pub instance: u32,
     /// In the instance's mesh.
     pub triangle: u32,
+    /// Into the scene's; of the mesh, but needed at every hit.
+    pub material: u32,
 }
 
 /// A point on a triangle, interpolated.
@@ -104,6 +107,7 @@ impl<'a> Geometry<'a> {
         Self { scene, units, triangles, sources, traits: scene.materials.iter().map(Traits::of).collect(), frames }
     }
 
+    #[inline]
     fn mesh(&self, triangle: u32) -> (&'a Mesh, &WorldFrame, [usize; 3]) {
         let source = self.sources[triangle as usize];
         let instance = source.instance as usize;
@@ -112,12 +116,13 @@ impl<'a> Geometry<'a> {
     }
 
     /// The material of a triangle, into the scene's.
+    #[inline]
     pub fn material(&self, triangle: u32) -> usize {
-        let instance = self.sources[triangle as usize].instance as usize;
-        self.scene.meshes[self.scene.instances[instance].mesh].material
+        self.sources[triangle as usize].material as usize
     }
 
     /// What textures need to know at barycentric (1−u−v, u, v), with the material's index.
+    #[inline]
     pub fn texturing(&self, triangle: u32, u: f32, v: f32) -> (SurfacePoint, usize) {
         let (mesh, _, [a, b, c]) = self.mesh(triangle);
         let w = 1.0 - u - v;
@@ -173,7 +178,7 @@ fn world_triangles(scene: &Scene, pose: &Pose) -> Vec<(Source, [DVec3; 3])> {
         for t in 0..mesh.indices.len() as u32 / 3 {
             let corners = corners(mesh, t, mirrored).map(|c| world.transform_point3(mesh.positions[c].as_dvec3()));
             if corners.iter().all(|c| c.is_finite()) {
-                triangles.push((Source { instance: i as u32, triangle: t }, corners));
+                triangles.push((Source { instance: i as u32, triangle: t, material: mesh.material as u32 }, corners));
             }
         }
     }

@@ -1,4 +1,5 @@
-//! Large arrays that are read all over: on large pages, where the system has them, the processor finds them sooner.
+//! Large arrays that are read all over: on large pages, where the system has them, the processor finds them sooner, and
+//! sooner still what was announced a while before it is read.
 
 /// An empty vector with room for `count`, whose memory asks for large pages.
 pub fn vec<T>(count: usize) -> Vec<T> {
@@ -21,4 +22,17 @@ pub fn copy<T: Copy>(of: &[T]) -> Vec<T> {
     let mut copy = vec(of.len());
     copy.extend_from_slice(of);
     copy
+}
+
+/// Announces that `soon` will be read. Changes nothing but speed.
+#[inline(always)]
+pub fn announce<T>(soon: &T) {
+    #[cfg(target_arch = "x86_64")]
+    for offset in (0..size_of::<T>()).step_by(64) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: within `soon`; every x86-64 processor has the instruction, and it cannot fault.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(soon).cast::<i8>().add(offset)) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = soon;
 }

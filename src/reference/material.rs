@@ -35,8 +35,12 @@ impl<'a> Materials<'a> {
     }
 
     /// Everything about the material at barycentric (1−u−v, u, v), seen from behind if `back`.
+    #[inline]
     pub fn surface(&self, point: &Point, back: bool) -> Surface {
         let m = &self.scene.materials[point.material];
+        for (slot, _) in m.texture_slots() {
+            self.textures.announce(self.scene, &slot, point.texturing.uvs);
+        }
         let params = m.evaluate(self.scene, &self.textures, &point.texturing);
         let emission = if m.shows(!back) && !params.unlit { params.emissive } else { Vec3::ZERO };
         Surface { params, normal: shading_normal(point.normal, point.tangent, params.normal_tangent), emission }

@@ -5,6 +5,7 @@ use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
 /// Density of normals D(h), 1/sr. Written in tan² so that small `alpha` loses no digits.
+#[inline]
 pub fn d(alpha: f32, h: Vec3) -> f32 {
     let (sin2, cos2) = (h.x * h.x + h.y * h.y, h.z * h.z);
     let a2 = alpha * alpha;
@@ -13,6 +14,7 @@ pub fn d(alpha: f32, h: Vec3) -> f32 {
 }
 
 /// Smith's masking G1 of one direction whose cosine to the normal is `cos`.
+#[inline]
 pub fn g1(alpha: f32, cos: f32) -> f32 {
     let a2 = alpha * alpha;
     2.0 * cos / (cos + (a2 + (1.0 - a2) * cos * cos).sqrt())
@@ -29,6 +31,7 @@ pub fn sample_visible(alpha: f32, v: Vec3, u: [f32; 2]) -> Vec3 {
 }
 
 /// (1 − c)⁵ of Schlick's Fresnel.
+#[inline]
 pub fn schlick(cos: f32) -> f32 {
     let m = (1.0 - cos).clamp(0.0, 1.0);
     let m2 = m * m;

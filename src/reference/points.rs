@@ -47,6 +47,22 @@ impl Points {
     }
 }
 
+impl Points {
+    fn block(&self, place: &Place, x: usize, y: usize) -> &Block {
+        &self.blocks[place.first + y / SIDE * place.per_row + x / SIDE]
+    }
+
+    /// Announces what [`Self::sample`] will read: waiting for one texture after the other takes longer.
+    pub fn announce(&self, scene: &Scene, slot: &TextureRef, uvs: [Vec2; 2]) {
+        let texture = &scene.textures[slot.texture];
+        let place = &self.places[texture.image];
+        filtered(texture, slot.transform.transform_point2(uvs[slot.uv_set]), place.size, false, |x, y| {
+            large::announce(self.block(place, x, y));
+            Vec4::ZERO
+        });
+    }
+}
+
 impl Sampling for Points {
     /// At a point: the footprint is not looked at.
     fn sample(&self, scene: &Scene, slot: Option<&TextureRef>, space: ColorSpace, uvs: [Vec2; 2], _: [f32; 2]) -> Vec4 {
@@ -55,9 +71,9 @@ impl Sampling for Points {
         let place = &self.places[texture.image];
         let (color, alpha) = (space.table(), ColorSpace::Linear.table());
         filtered(texture, slot.transform.transform_point2(uvs[slot.uv_set]), place.size, texture.mag_linear, |x, y| {
-            let block = &self.blocks[place.first + y / SIDE * place.per_row + x / SIDE];
-            let [r, g, b, a] = block.0[y % SIDE][x % SIDE].map(usize::from);
-            Vec4::new(color[r], color[g], color[b], alpha[a])
+            let block = self.block(place, x, y);
+            let [r, g, b, a] = block.0[y % SIDE][x % SIDE];
+            Vec4::new(color[r as usize], color[g as usize], color[b as usize], alpha[a as usize])
         })
     }
 }

@@ -64,6 +64,7 @@ const fn table() -> [[[u32; 256]; 4]; SET] {
 }
 
 /// A well-mixed 32-bit hash of `x` (Wellons' lowbias32).
+#[inline]
 pub fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
@@ -72,11 +73,13 @@ pub fn hash(mut x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
+#[inline]
 fn combine(a: u32, b: u32) -> u32 {
     hash(a ^ b.wrapping_mul(0x9e37_79b9).wrapping_add(0x85eb_ca6b))
 }
 
 /// Owen scrambling: every bit is flipped by a hash of the bits above it (Vegdahl's constants for Laine and Karras' hash).
+#[inline]
 fn owen(x: u32, seed: u32) -> u32 {
     let mut x = x.reverse_bits();
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -108,6 +111,7 @@ impl Sampler {
     }
 
     /// Four numbers that are stratified together over the samples of the pixel. Each `set` is independent of the others.
+    #[inline]
     pub fn set(&self, set: u32) -> [f32; SET] {
         let seed = combine(self.stream, set);
         let i = owen(self.index, seed).to_le_bytes();

@@ -6,6 +6,7 @@ use std::cell::Cell;
 
 use super::bvh::{Bvh, LEAF, NONE, WIDTH};
 use super::lanes::{self, Eight, Lanes};
+use super::large;
 use super::watertight::{Test, load, splat};
 
 /// A piece of a straight line, in units.
@@ -143,11 +144,22 @@ impl Bvh {
                 let through = enter.less_or_equal(leave.mul(slack)) & met;
                 if through != 0 {
                     stack.push((child, through));
+                    self.announce(child);
                 }
             }
         }
         PACKETS.set(stack);
         stopped
+    }
+
+    /// Announces what a child will be read from.
+    #[inline(always)]
+    fn announce(&self, child: u32) {
+        if child & LEAF != 0 {
+            large::announce(&self.packets[(child & !LEAF) as usize]);
+        } else {
+            large::announce(&self.nodes[child as usize]);
+        }
     }
 
     /// Calls `found` with hits and how far the ray goes; it returns how far from then on.
@@ -218,6 +230,7 @@ impl Bvh {
                 met &= met - 1;
                 let entry = Entry { child: node.children[lane], near: enter.0[lane] };
                 stack.push(entry);
+                self.announce(entry.child);
                 if ORDERED {
                     // The nearest on top.
                     let mut at = stack.len() - 1;

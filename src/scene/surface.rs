@@ -56,6 +56,7 @@ pub struct SurfaceParams {
 
 impl Material {
     /// The material at `point`.
+    #[inline]
     pub fn evaluate(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> SurfaceParams {
         let sample = |slot: &Option<_>, space| textures.sample(scene, slot.as_ref(), space, point.uvs, point.footprint);
         let base = self.base_color * sample(&self.base_color_texture, ColorSpace::Srgb) * point.color;
@@ -170,11 +171,13 @@ impl WorldFrame {
     }
 
     /// A unit normal in the world.
+    #[inline]
     pub fn normal(&self, normal: Vec3) -> Vec3 {
         (self.normal * normal.as_dvec3()).try_normalize().map_or(normal, |n| n.as_vec3())
     }
 
     /// A unit tangent in the world; w keeps the bitangent on its side: it is cross(normal, tangent) · w.
+    #[inline]
     pub fn tangent(&self, tangent: Vec4) -> Vec4 {
         let direction = (self.linear * tangent.truncate().as_dvec3()).try_normalize();
         direction.map_or(tangent.truncate(), |t| t.as_vec3()).extend(tangent.w * self.winding)
@@ -183,6 +186,7 @@ impl WorldFrame {
 
 /// The normal that a normal map makes of the interpolated unit `normal` and `tangent`, in their space, for the front side.
 /// Seen from behind it is to be negated.
+#[inline]
 pub fn shading_normal(normal: Vec3, tangent: Vec4, normal_tangent: Vec3) -> Vec3 {
     let bitangent = normal.cross(tangent.truncate()) * tangent.w;
     let mapped = tangent.truncate() * normal_tangent.x + bitangent * normal_tangent.y + normal * normal_tangent.z;

@@ -131,22 +131,21 @@ impl<'a> Geometry<'a> {
         (SurfacePoint { uvs, color, footprint: [0.0; 2] }, mesh.material)
     }
 
-    /// Everything about the point at barycentric (1−u−v, u, v).
-    pub fn point(&self, triangle: u32, u: f32, v: f32) -> Point {
+    /// Everything about the point at barycentric (1−u−v, u, v), `texturing` being what [`Self::texturing`] says of it.
+    pub fn point(&self, triangle: u32, u: f32, v: f32, texturing: SurfacePoint) -> Point {
         let (mesh, frame, [a, b, c]) = self.mesh(triangle);
         let w = 1.0 - u - v;
         let [p0, p1, p2] = self.triangles[triangle as usize];
         let geometric = (p1 - p0).cross(p2 - p0).normalize();
         let normal = frame.normal(mesh.normals[a] * w + mesh.normals[b] * u + mesh.normals[c] * v);
         let tangent = (mesh.tangents[a] * w + mesh.tangents[b] * u + mesh.tangents[c] * v).truncate();
-        let (texturing, material) = self.texturing(triangle, u, v);
         Point {
             position: p0 * w + p1 * u + p2 * v,
             geometric,
             normal: if normal.dot(geometric) > 0.0 { normal } else { geometric },
             tangent: frame.tangent(tangent.extend(mesh.tangents[a].w)),
             texturing,
-            material,
+            material: self.material(triangle),
         }
     }
 }

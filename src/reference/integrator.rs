@@ -170,7 +170,9 @@ impl<'a> Integrator<'a> {
     }
 
     fn vertex(&self, ray: &Ray, hit: Hit) -> Vertex {
-        let point = self.geometry.point(hit.triangle, hit.u, hit.v);
+        let (texturing, material) = self.geometry.texturing(hit.triangle, hit.u, hit.v);
+        self.materials.announce(&texturing, material);
+        let point = self.geometry.point(hit.triangle, hit.u, hit.v, texturing);
         let surface = self.materials.surface(&point, hit.back);
         let side = if hit.back { -1.0 } else { 1.0 };
         let (geometric, wo) = (point.geometric * side, -ray.direction);

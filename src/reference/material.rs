@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::geometry::{Geometry, Point};
 use super::points::Points;
 use crate::scene::Scene;
-use crate::scene::surface::{SurfaceParams, shading_normal};
+use crate::scene::surface::{SurfaceParams, SurfacePoint, shading_normal};
 use crate::scene::texture::{ColorSpace, Sampling};
 
 /// A surface as paths meet it.
@@ -34,13 +34,18 @@ impl<'a> Materials<'a> {
         m.emissive != Vec3::ZERO && !m.unlit
     }
 
+    /// Announces what [`Self::surface`] will read.
+    #[inline]
+    pub fn announce(&self, texturing: &SurfacePoint, material: usize) {
+        for (slot, _) in self.scene.materials[material].texture_slots() {
+            self.textures.announce(self.scene, &slot, texturing.uvs);
+        }
+    }
+
     /// Everything about the material at barycentric (1−u−v, u, v), seen from behind if `back`.
     #[inline]
     pub fn surface(&self, point: &Point, back: bool) -> Surface {
         let m = &self.scene.materials[point.material];
-        for (slot, _) in m.texture_slots() {
-            self.textures.announce(self.scene, &slot, point.texturing.uvs);
-        }
         let params = m.evaluate(self.scene, &self.textures, &point.texturing);
         let emission = if m.shows(!back) && !params.unlit { params.emissive } else { Vec3::ZERO };
         Surface { params, normal: shading_normal(point.normal, point.tangent, params.normal_tangent), emission }

@@ -1,12 +1,12 @@
 //! Rays against triangles: an eight-wide tree collapsed from obvhs' binary one, and packets of eight triangles. Built here,
 //! walked in `src/reference/traversal.rs`.
 //!
-//! Tried on an atrium of 235,248 triangles, processor time for the same image against the step before: this tree instead of
-//! obvhs' own compressed eight-wide one 0.82; joined rays eight at a time 0.9 to 1; textures in blocks, on large pages as
-//! the tree is, 0.86; joins that keep only what they need 0.96. Packets of four triangles instead of eight, and larger or
-//! smaller leaves: nothing beyond the noise of 4 %. Children and textures announced to the processor before they are read
-//! 0.92; small functions made ready for inlining across the compiler's units 0.95. Bit for bit the same image. Lanes left to the compiler's own vectorising were no faster than one
-//! ray at a time.
+//! Tried on an atrium of 235,248 triangles, processor time for the same image against the step before: this tree instead
+//! of obvhs' own compressed eight-wide one 0.82; joined rays eight at a time 0.9 to 1; textures in blocks, on large pages
+//! as the tree is, 0.86; joins that keep only what they need 0.96. Packets of four triangles instead of eight, and larger
+//! or smaller leaves: nothing beyond the noise of 4 %. Children and textures announced to the processor before they are
+//! read 0.92; small functions made ready for inlining across the compiler's units 0.95. Bit for bit the same image. Lanes
+//! left to the compiler's own vectorising were no faster than one ray at a time.
 
 use glam::Vec3;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};

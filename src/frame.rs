@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::Result;
 use crate::gi::cones::alike::Alike;
 use crate::gi::cones::cells::Cells;
+use crate::gi::cones::clearance::Clearance;
 use crate::gi::cones::constants::Features;
 use crate::gi::cones::mips::Mips;
 use crate::gi::cones::record::Record;
@@ -25,6 +26,8 @@ pub struct Passes {
     record: Record,
     /// Absent where nobody walks the lists.
     voxelise: Option<Voxelise>,
+    /// Absent where no ray walks the lists.
+    clearance: Option<Clearance>,
     /// Absent where no pass goes through lists of cells.
     cells: Option<Cells>,
     /// Absent where every item is lit.
@@ -80,6 +83,7 @@ impl Passes {
         Ok(Self {
             record: Record::new(context, settings, features)?,
             voxelise: lists_are_read.then(|| Voxelise::new(context, settings)).transpose()?,
+            clearance: settings.traces_rays().then(|| Clearance::new(context, settings)).transpose()?,
             cells: (bounces > 0 && settings.uses_cells()).then(|| Cells::new(context, settings)).transpose()?,
             alike: (bounces > 0 && settings.lights_alike()).then(|| Alike::new(context, settings)).transpose()?,
             shade_first: shade(bounces > 0, Bounce::First, false)?,
@@ -104,7 +108,11 @@ impl Passes {
             if let Some(voxelise) = &self.voxelise {
                 voxelise.record(r, Bounce::First, resources);
             }
-            // and the occupied ones are listed, with their parents: nobody else need be shaded.
+            // and knows how far around it nothing is listed: what rays pass at once.
+            if let Some(clearance) = &self.clearance {
+                clearance.record(r, resources);
+            }
+            // The occupied ones are listed, with their parents: nobody else need be shaded.
             if let Some(cells) = &self.cells {
                 cells.list(r, resources);
             }

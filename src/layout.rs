@@ -113,6 +113,10 @@ shared! {
     LevelPush { level: u32, first: u32 }
 }
 shared! {
+    /// Push constants of the passes that go along one axis: 0, 1, 2.
+    AxisPush { axis: u32 }
+}
+shared! {
     /// Push constants of the image passes.
     BandPush { first_row: u32 }
 }

@@ -1,9 +1,9 @@
 // A ray that walks the voxels and tests the triangles listed in each: exact, on any device.
-// Needs: surface.glsl, heads[], list_items[], globals.
+// Needs: surface.glsl, heads[], clearance[], list_items[], globals.
 
 #include "common/count.glsl"
 #include "common/color.glsl"
-#include "common/heads.glsl"
+#include "common/clearance.glsl"
 
 // How many surfaces that let light through one ray may pass.
 const uint MOST_PASSED = 8u;
@@ -56,8 +56,8 @@ vec3 triangle_transmittance(Triangle t, vec2 uv) {
     return mix(vec3(1.0), base.rgb * transmission, alpha);
 }
 
-// A ray's way through the volume, cube by cube: a brick where no voxel of it lists anything, else voxel by voxel (after
-// Amanatides and Woo, 1987).
+// A ray's way through the volume, cube by cube: a voxel that lists something, or the largest cube about an empty one that is
+// known to be empty.
 //
 // A CPU device runs both sides of every branch and leaves only loops early: so one loop passes empty cubes, one tests a
 // list, and textures are looked at outside of both, once per hit that may let light through. And it ends every loop of an
@@ -67,26 +67,29 @@ struct Walk {
     vec3 origin;
     vec3 d;
     vec3 inverse; // of d, with no component 0
-    vec3 ahead; // 1 where the way leads up, else 0
+    vec3 way; // 1 where the way leads up, else −1
     float leave; // distance at which the way ends
     vec3 voxel;
-    vec3 corner; // of the cube, the lower one
-    float size; // of the cube: BRICK or 1
+    float radius; // voxels about it that the cube takes in, on each side
     float t; // distances at which the cube is entered and left
     float t_next;
     vec3 next; // distances at which its planes ahead are met
-    uint listed; // the voxel's first item, or whether the brick has any; 0: empty
+    bool listed; // the voxel lists something that is still to be looked at
 };
 
-// Reads the cube that the walk stands in.
+// Rounding may step past the last voxel just before `leave`: what is looked up there does no harm.
+int walk_index(Walk w) {
+    return clamp(int(dot(w.voxel, vec3(1.0, float(EDGE), float(EDGE * EDGE)))), 0, int(EDGE * EDGE * EDGE) - 1);
+}
+
+// Reads the cube about the voxel that the walk stands in.
 void look_into(inout Walk w) {
-    ivec3 at = ivec3(w.voxel);
-    int index = w.size > 1.0 ? brick_index(at) : head_index(at);
-    // Rounding may step past the last voxel just before `leave`.
-    bool inside = all(greaterThanEqual(w.voxel, vec3(0.0))) && all(lessThan(w.voxel, vec3(float(EDGE))));
-    w.listed = inside ? heads[index] : 0u;
+    int index = walk_index(w);
+    int code = clearance_code(clearance[index >> 3], index);
     COUNT(HEADS, 1u);
-    w.next = (w.corner + w.size * w.ahead - w.origin) * w.inverse;
+    w.listed = code == 0;
+    w.radius = float(clear_radius(code));
+    w.next = (w.voxel + 0.5 + (w.radius + 0.5) * w.way - w.origin) * w.inverse;
     w.t_next = min(w.next.x, min(w.next.y, w.next.z));
 }
 
@@ -96,7 +99,7 @@ Walk start_walk(vec3 origin, vec3 d, float enter, float leave) {
     w.origin = origin;
     w.d = d;
     w.inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
-    w.ahead = step(0.0, w.inverse);
+    w.way = mix(vec3(-1.0), vec3(1.0), greaterThan(w.inverse, vec3(0.0)));
     vec3 t0 = -origin * w.inverse;
     vec3 t1 = (vec3(float(EDGE)) - origin) * w.inverse;
     vec3 near = min(t0, t1);
@@ -104,42 +107,29 @@ Walk start_walk(vec3 origin, vec3 d, float enter, float leave) {
     w.t = max(max(near.x, max(near.y, near.z)), enter);
     w.leave = min(min(far.x, min(far.y, far.z)), leave);
     w.voxel = clamp(floor(origin + d * w.t), vec3(0.0), vec3(float(EDGE) - 1.0));
-    w.size = float(BRICK);
-    w.corner = floor(w.voxel / w.size) * w.size;
     look_into(w);
     return w;
 }
 
-bool is_at_list(Walk w) {
-    return w.size == 1.0 && w.listed != 0u;
-}
-
-// From an empty cube to the next one, or from a brick that is not empty to the voxel in it.
+// To the cube about the voxel where this one is left.
 void walk_on(inout Walk w) {
-    bool finer = w.listed != 0u;
-    // One axis, though two may be left at once: the cube between is then passed in no time.
-    bvec3 axis = bvec3(w.next.x <= w.next.y && w.next.x <= w.next.z, w.next.y < w.next.x && w.next.y <= w.next.z,
+    // Through one plane, though two may be met at once: the cube between is then passed in no time.
+    bvec3 through = bvec3(w.next.x <= w.next.y && w.next.x <= w.next.z, w.next.y < w.next.x && w.next.y <= w.next.z,
         w.next.z < w.next.x && w.next.z < w.next.y);
-    vec3 within = clamp(floor(w.origin + w.d * w.t_next), w.corner, w.corner + w.size - 1.0);
-    vec3 beyond = w.corner + mix(vec3(-1.0), vec3(w.size), w.ahead);
-    vec3 voxel = finer ? w.voxel : mix(within, beyond, axis);
-    vec3 brick = floor(voxel / float(BRICK)) * float(BRICK);
-    bool in_brick = w.size == 1.0 && all(equal(brick, floor(w.voxel / float(BRICK)) * float(BRICK)));
-    w.t = finer ? w.t : w.t_next;
-    w.voxel = voxel;
-    w.size = finer || in_brick ? 1.0 : float(BRICK);
-    w.corner = w.size == 1.0 ? voxel : brick;
+    vec3 within = clamp(floor(w.origin + w.d * w.t_next), w.voxel - w.radius, w.voxel + w.radius);
+    w.voxel = mix(within, w.voxel + (w.radius + 1.0) * w.way, through);
+    w.t = w.t_next;
     look_into(w);
 }
 
-// Distance up to which all is known: what is listed where the walk stands is still to be looked at.
+// Distance up to which all is known.
 float known(Walk w) {
-    return w.listed != 0u ? w.t : w.t_next;
+    return w.listed ? w.t : w.t_next;
 }
 
 // To the next voxel with a list; there, or where the way is over, the walk ends.
 void walk_to_list(inout Walk w) {
-    for (uint k = 0u; k < 4u * EDGE && !is_at_list(w) && known(w) < w.leave; k++) {
+    for (uint k = 0u; k < 4u * EDGE && !w.listed && w.t_next < w.leave; k++) {
         COUNT(RAY_STEPS, 1u);
         walk_on(w);
     }
@@ -147,8 +137,9 @@ void walk_to_list(inout Walk w) {
 
 // The list where the walk stands, which then counts as looked at; 0 if it stands at none.
 uint take_list(inout Walk w) {
-    uint item = is_at_list(w) ? w.listed : 0u;
-    w.listed = is_at_list(w) ? 0u : w.listed;
+    COUNT(HEADS, w.listed ? 1u : 0u);
+    uint item = w.listed ? heads[walk_index(w)] : 0u;
+    w.listed = false;
     return item;
 }
 

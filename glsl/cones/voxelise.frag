@@ -33,7 +33,6 @@ void append(uvec3 voxel) {
     list_items[item - 1u].next = next;
     list_items[item - 1u].voxel = index;
     if (next == 0u) {
-        atomicOr(heads[brick_index(ivec3(voxel))], 1u);
         uint cell = atomicAdd(globals.cell_count, 1u);
         if (cell < frame.cell_capacity) {
             cells[cell] = index;

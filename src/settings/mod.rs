@@ -217,6 +217,12 @@ impl Settings {
         self.shading == Work::Cells || self.mips == Work::Cells
     }
 
+    /// Whether any ray walks the lists, in one scene or another.
+    pub fn traces_rays(&self) -> bool {
+        let gathers = [self.gather, self.of_voxels().gather, self.specular, self.refraction];
+        self.shadows == Shadows::Rays || self.emitters == Emitters::Sampled || gathers.contains(&Gather::Rays)
+    }
+
     /// The settings by which voxels are shaded.
     pub fn of_voxels(&self) -> Self {
         let Shade { gather, cones, emitter_samples, .. } = self.shade;

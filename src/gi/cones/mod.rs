@@ -5,6 +5,7 @@
 
 pub mod alike;
 pub mod cells;
+pub mod clearance;
 pub mod constants;
 pub mod emitters;
 pub mod gather;
@@ -68,6 +69,7 @@ fn shading_binds<'a>(scene: &'a GpuScene, resources: &'a Resources) -> Vec<Bind<
         Bind::buffer("triangles", &resources.triangles),
         Bind::buffer("list_items", &resources.items),
         Bind::buffer("heads", &resources.heads),
+        Bind::buffer("clearance", &resources.clearance),
         Bind::buffer("materials", &scene.materials),
         Bind::buffer("lights", &resources.lights),
         Bind::buffer("emitters", &resources.emitters),

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::cells::{self, CellLists};
-use super::emitters;
 use super::uniforms::Capacities;
+use super::{clearance, emitters};
 use crate::Result;
 use crate::layout;
 use crate::memory_plan::volume_bytes;
@@ -92,6 +92,9 @@ pub struct Resources {
     /// and who is lit, where triangles that are alike are lit as one.
     pub lit_items: Buffer,
     pub heads: Buffer,
+    /// How far around every voxel nothing is listed (`glsl/common/clearance.glsl`).
+    pub clearance: Buffer,
+    pub clearance_scratch: Buffer,
     /// What is occupied in this frame,
     pub cells: CellLists,
     /// and in the one before.
@@ -137,6 +140,8 @@ impl Resources {
             item_parts: buffer("item parts")?,
             lit_items: buffer("lit items")?,
             heads: buffer("voxels")?,
+            clearance: buffer("clearance")?,
+            clearance_scratch: buffer("clearance scratch")?,
             cells: lists("voxel cells")?,
             last_cells: lists("last voxel cells")?,
             listed: buffer("listed parents")?,
@@ -222,7 +227,9 @@ pub fn plan(scene: SceneCounts, settings: &Settings, volumes: u32, capacities: C
         ("item parts", array::<layout::ItemPart>(parts)),
         ("lit items", array::<u32>(parts)),
         ("direct light", array::<[[f32; 3]; 2]>(items(volumes > 0 && settings.keeps_direct()))),
-        ("voxels", array::<u32>(voxels + (settings.voxels / BRICK).pow(3))),
+        ("voxels", array::<u32>(voxels)),
+        ("clearance", if settings.traces_rays() { clearance::bytes(settings.voxels) } else { 4 }),
+        ("clearance scratch", if settings.traces_rays() { clearance::scratch_bytes(settings.voxels) } else { 4 }),
         ("voxel cells", array::<u32>(capacities.cells)),
         ("last voxel cells", array::<u32>(if settings.uses_cells() { capacities.cells } else { 1 })),
         ("listed parents", cells::listed_bytes(lists_edge)),

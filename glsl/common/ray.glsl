@@ -113,11 +113,8 @@ Walk start_walk(vec3 origin, vec3 d, float enter, float leave) {
 
 // To the cube about the voxel where this one is left.
 void walk_on(inout Walk w) {
-    // Through one plane, though two may be met at once: the cube between is then passed in no time.
-    bvec3 through = bvec3(w.next.x <= w.next.y && w.next.x <= w.next.z, w.next.y < w.next.x && w.next.y <= w.next.z,
-        w.next.z < w.next.x && w.next.z < w.next.y);
     vec3 within = clamp(floor(w.origin + w.d * w.t_next), w.voxel - w.radius, w.voxel + w.radius);
-    w.voxel = mix(within, w.voxel + (w.radius + 1.0) * w.way, through);
+    w.voxel = mix(within, w.voxel + (w.radius + 1.0) * w.way, equal(w.next, vec3(w.t_next)));
     w.t = w.t_next;
     look_into(w);
 }

@@ -34,9 +34,16 @@ void main() {
     int along = word % WORDS_PER_ROW;
     int y = word / WORDS_PER_ROW % int(EDGE);
     int z = word / WORDS_PER_ROW / int(EDGE);
-    uint within[MOST_NEAR]; // voxels that have one that lists something no further than that
+    int reaches[WORD_VOXELS / BRICK];
+    int least = MOST_REACH;
+    for (int k = 0; k < WORD_VOXELS / int(BRICK); k++) {
+        reaches[k] = int(scratch[brick_entry(1, ivec3(along * WORD_VOXELS / int(BRICK) + k, y / int(BRICK), z / int(BRICK)))]);
+        least = min(least, reaches[k]);
+    }
+    // Voxels that have one that lists something no further than that: none where the bricks say so.
+    uint within[MOST_NEAR] = uint[MOST_NEAR](0u, 0u, 0u, 0u);
     Bits bits = Bits(0u, 0u, 0u);
-    for (int radius = 0; radius < MOST_NEAR; radius++) {
+    for (int radius = 0; radius < (least > 1 ? 0 : MOST_NEAR); radius++) {
         // The rows that this radius adds.
         int side = 2 * radius + 1;
         for (int k = 0; k < side * side; k++) {
@@ -54,7 +61,7 @@ void main() {
         for (int k = first; k < first + 8; k++) {
             uint bit = uint(k);
             uint found = (within[0] >> bit & 1u) + (within[1] >> bit & 1u) + (within[2] >> bit & 1u) + (within[3] >> bit & 1u);
-            int reach = int(scratch[brick_entry(1, ivec3(along * WORD_VOXELS + k, y, z) / int(BRICK))]);
+            int reach = reaches[k / int(BRICK)];
             int code = found == 0u && reach > 1 ? reach + MOST_NEAR - 1 : MOST_NEAR - int(found);
             codes |= uint(code) << (uint(k - first) * 4u);
         }

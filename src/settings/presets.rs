@@ -84,7 +84,7 @@ impl Settings {
     pub fn fast() -> Self {
         Self {
             gather_resolution: GatherResolution::Quarter,
-            emitter_samples: 8,
+            emitter_samples: 4,
             specular_rays: 2,
             image: ImageSettings { samples: 1, direct: DirectLight::Pixels },
             ..Self::rays(ConeSet::G6, ConeSet::G1, 4)

@@ -61,13 +61,11 @@ pub fn render_layers(
 pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
     let resources = renderer.resources();
     let globals: Globals = download(context, &resources.globals).expect("counters")[0];
-    let mut heads: Vec<u32> = download(context, &resources.heads).expect("heads");
+    let heads: Vec<u32> = download(context, &resources.heads).expect("heads");
     let items: Vec<ListItem> = download(context, &resources.items).expect("items");
     let triangles: Vec<Triangle> = download(context, &resources.triangles).expect("triangles");
     let cells: Vec<u32> = download(context, &resources.cells.cells).expect("cells");
     assert_eq!((globals.triangle_overflow, globals.item_overflow, globals.cell_overflow), (0, 0, 0));
-    // A flag per brick of 4³ voxels follows.
-    let bricks = heads.split_off(heads.len() / 65 * 64);
     let mut pairs = Vec::new();
     for (voxel, head) in heads.iter().enumerate() {
         let mut item = *head;
@@ -82,10 +80,6 @@ pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
     assert_eq!(pairs.len(), globals.item_count as usize);
     let occupied: BTreeSet<u32> = pairs.iter().map(|p| p.0).collect();
     assert_eq!(globals.cell_count as usize, occupied.len());
-    let edge = (heads.len() as f64).cbrt().round() as u32;
-    let brick = |v: &u32| ((v / edge / edge / 4) * (edge / 4) + v / edge % edge / 4) * (edge / 4) + v % edge / 4;
-    let flagged = bricks.iter().enumerate().filter(|(_, flag)| **flag != 0).map(|(k, _)| k as u32);
-    assert_eq!(flagged.collect::<BTreeSet<_>>(), occupied.iter().map(brick).collect());
     if let Some(cells) = cells.get(..occupied.len()) {
         assert_eq!(cells.iter().copied().collect::<BTreeSet<_>>(), occupied);
     }

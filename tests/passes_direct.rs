@@ -1,6 +1,7 @@
 //! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in the
-//! shadow of a square, whole or with an alpha-masked half, and under many lamps; the Cornell box with a point light against its path-traced image; and
-//! the layer that says which surfaces are diffuse against the path tracer's, and how much light they send.
+//! shadow of a square, whole or with a half that is masked or clear, and under many lamps; the Cornell box with a point light
+//! against its path-traced image; and the layer that says which surfaces are diffuse against the path tracer's, and how much
+//! light they send.
 
 #[path = "common/gpu.rs"]
 mod gpu;
@@ -75,18 +76,32 @@ impl Lamp {
     }
 }
 
-/// `masked`: the half of the blocker with u > ½ is a hole.
-fn scene(lamp: Lamp, masked: bool) -> Scene {
+/// What the half of the blocker with u > ½ is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Half {
+    Opaque,
+    /// By an alpha mask.
+    Hole,
+    /// Clear, where the other half is metal by a texture.
+    Glass,
+}
+
+fn scene(lamp: Lamp, half: Half) -> Scene {
     let mut scene = Scene::empty("floor");
     let grey = scene.add_material(Material::lambert("grey", Vec3::splat(ALBEDO as f32)));
     let mut leaf = Material { double_sided: true, ..Material::lambert("leaf", Vec3::ONE) };
-    if masked {
-        let rgba = vec![255, 255, 255, 255, 255, 255, 255, 0];
+    if half != Half::Opaque {
+        // Alpha 1 and 0; metalness, which is blue, likewise.
+        let rgba = vec![255, 255, 255, 255, 255, 255, 0, 0];
         scene.images.push(Image { name: "half".into(), width: 2, height: 1, rgba });
         let wrap = [Wrap::Clamp; 2];
         scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::None });
-        leaf.alpha = Alpha::Mask(0.5);
-        leaf.base_color_texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Default::default() });
+    }
+    let texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Default::default() });
+    match half {
+        Half::Opaque => (),
+        Half::Hole => (leaf.alpha, leaf.base_color_texture) = (Alpha::Mask(0.5), texture),
+        Half::Glass => (leaf.transmission, leaf.metallic, leaf.metallic_roughness_texture) = (1.0, 1.0, texture),
     }
     let leaf = scene.add_material(leaf);
     let floor = Mesh::quad("floor", grey, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
@@ -101,17 +116,17 @@ fn scene(lamp: Lamp, masked: bool) -> Scene {
 }
 
 /// Radiance of a floor point.
-fn radiance(lamp: Lamp, masked: bool, p: DVec3) -> f64 {
+fn radiance(lamp: Lamp, half: Half, p: DVec3) -> f64 {
     let (irradiance, d) = lamp.irradiance(p);
     let at = p + d * (HEIGHT / d.y);
     let [x0, x1, z0, z1] = BLOCKER;
-    let last = if masked { (x0 + x1) / 2.0 } else { x1 };
+    let last = if half == Half::Opaque { x1 } else { (x0 + x1) / 2.0 };
     let blocked = (x0..last).contains(&at.x) && (z0..z1).contains(&at.z);
     if blocked { 0.0 } else { ALBEDO / std::f64::consts::PI * irradiance }
 }
 
 /// The image's mean over each pixel's area, 16×16 points.
-fn expected(lamp: Lamp, masked: bool, view: &View) -> Vec<[f32; 3]> {
+fn expected(lamp: Lamp, half: Half, view: &View) -> Vec<[f32; 3]> {
     const POINTS: u32 = 16;
     let at = |k: u32| (f64::from(k) + 0.5) / f64::from(POINTS * SIZE) * 2.0 - 1.0;
     let mut pixels = vec![0.0; (SIZE * SIZE) as usize];
@@ -119,7 +134,7 @@ fn expected(lamp: Lamp, masked: bool, view: &View) -> Vec<[f32; 3]> {
         for x in 0..POINTS * SIZE {
             let p = view.eye + (view.right() * at(x) - view.up * at(y)) * HALF;
             let sum = &mut pixels[(y / POINTS * SIZE + x / POINTS) as usize];
-            *sum += radiance(lamp, masked, DVec3::new(p.x, 0.0, p.z)) / f64::from(POINTS * POINTS);
+            *sum += radiance(lamp, half, DVec3::new(p.x, 0.0, p.z)) / f64::from(POINTS * POINTS);
         }
     }
     pixels.iter().map(|&v| [v as f32; 3]).collect()
@@ -132,23 +147,24 @@ fn lights_and_shadows_are_the_closed_forms() {
     // Below the blocker, looking down.
     let view = View { eye: DVec3::Y * 0.5, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
     for lamp in [Lamp::Point, Lamp::Spot, Lamp::Directional] {
-        for masked in [false, true] {
-            let scene = scene(lamp, masked);
+        for half in [Half::Opaque, Half::Hole, Half::Glass] {
+            let scene = scene(lamp, half);
             let settings = Settings { voxels: 32, bounces: Bounces::One, ..Settings::default() };
             let image = gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![Aov::Direct]).read();
             let direct = image.get(Aov::Direct).expect("asked for").to_vec();
-            let truth = expected(lamp, masked, &view);
+            let truth = expected(lamp, half, &view);
             let found = metrics(&direct, &truth, "the floor").expect("images of one size");
             // Four samples a pixel stand for the area that a shadow's edge cuts.
             let right = (found.energy - 1.0).abs() < 0.003 && found.rel < 0.01;
-            assert!(right, "{lamp:?}, masked {masked}: energy {}, rel {}", found.energy, found.rel);
+            assert!(right, "{lamp:?}, {half:?}: energy {}, rel {}", found.energy, found.rel);
         }
     }
     // The point of the test: the leaf's hole lets light through.
-    assert!(radiance(Lamp::Directional, true, shaded()) > 0.0 && radiance(Lamp::Directional, false, shaded()) == 0.0);
+    let [opaque, hole] = [Half::Opaque, Half::Hole].map(|half| radiance(Lamp::Directional, half, shaded()));
+    assert!(hole > 0.0 && opaque == 0.0);
 }
 
-/// A floor point whose ray to the directional light passes the blocker's masked half.
+/// A floor point whose ray to the directional light passes the half of the blocker that may be open.
 fn shaded() -> DVec3 {
     let through = DVec3::new(BLOCKER[1] - 0.05, HEIGHT, 0.1);
     let d = Lamp::Directional.direction();

@@ -7,7 +7,7 @@ mod gpu;
 use std::path::Path;
 
 use twobounce::scene::analytic::{self, Lamp};
-use twobounce::settings::{Bounces, Lists, Settings};
+use twobounce::settings::{Bounces, Lists, Settings, Shadows};
 use twobounce::vk::{CallLog, DrawLog, FrameLog, Stage, ZoneLog};
 
 const EDGE: u32 = 16;
@@ -153,8 +153,15 @@ fn the_frame_is_the_talks() {
 }
 
 #[test]
-fn the_corrected_frame_has_the_same_passes() {
-    assert_eq!(differences(&frame(&Settings { voxels: EDGE, ..Settings::default() })), Vec::<String>::new());
+fn the_corrected_frame_has_the_same_passes_and_what_its_rays_need() {
+    let corrected = Settings { voxels: EDGE, ..Settings::default() };
+    let mut log = frame(&corrected);
+    let clearance = log.zones.iter().position(|zone| zone.name == "clearance").expect("shadows are rays");
+    let before = log.zones[..clearance].iter().rfind(|zone| !zone.name.is_empty()).map(|zone| zone.name);
+    assert_eq!(before, Some("voxelise 1"));
+    log.zones.remove(clearance);
+    assert_eq!(differences(&log), Vec::<String>::new());
+    assert_eq!(differences(&frame(&Settings { shadows: Shadows::Cones, ..corrected })), Vec::<String>::new());
 }
 
 #[test]

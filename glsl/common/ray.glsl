@@ -49,7 +49,11 @@ vec3 triangle_transmittance(Triangle t, vec2 uv) {
     vec4 at = triangle_uv(t, weights);
     vec4 base = base_color(m, at, triangle_color(t, weights), POINT);
     float alpha = surface_alpha(m, base.a);
-    float transmission = m.transmission * (1.0 - m.metallic);
+    float metallic = m.metallic;
+    if (has_slot(m, SLOT_METALLIC_ROUGHNESS)) {
+        metallic *= sample_slot(m.slots[SLOT_METALLIC_ROUGHNESS], at, POINT, false).b;
+    }
+    float transmission = m.transmission * (1.0 - metallic);
     if (has_slot(m, SLOT_TRANSMISSION)) {
         transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, POINT, false).r;
     }

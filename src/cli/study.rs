@@ -40,13 +40,13 @@ pub struct StudyArgs {
 
 pub fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
     let lines = lines(&args.sets)?;
-    let kept = kept(&args.output)?;
+    kept(&args.output)?; // before anything is measured
     let scenes = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = SceneArgs::plain(scenes[0].clone(), args.size);
     let (trials, paths) = (settings(&lines), scenes.iter().collect());
     let bench = Bench { scene: &scene, paths, trials: &trials, folder: &args.rows, args: &args.bench };
     bench.run(|chart| {
-        write(&args.output, chart, &document(chart, &lines, &args.sets, &kept))?;
+        write(&args.output, chart, &document(chart, &lines, &args.sets, &kept(&args.output)?))?;
         say!("wrote {}", args.output.join("README.md").display());
         Ok(())
     })?;

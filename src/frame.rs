@@ -83,7 +83,9 @@ impl Passes {
         Ok(Self {
             record: Record::new(context, settings, features)?,
             voxelise: lists_are_read.then(|| Voxelise::new(context, settings)).transpose()?,
-            clearance: settings.traces_rays().then(|| Clearance::new(context, settings)).transpose()?,
+            clearance: (lists_are_read && settings.traces_rays())
+                .then(|| Clearance::new(context, settings))
+                .transpose()?,
             cells: (bounces > 0 && settings.uses_cells()).then(|| Cells::new(context, settings)).transpose()?,
             alike: (bounces > 0 && settings.lights_alike()).then(|| Alike::new(context, settings)).transpose()?,
             shade_first: shade(bounces > 0, Bounce::First, false)?,

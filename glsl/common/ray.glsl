@@ -4,6 +4,7 @@
 #include "common/count.glsl"
 #include "common/color.glsl"
 #include "common/clearance.glsl"
+#include "common/heads.glsl"
 
 // How many surfaces that let light through one ray may pass.
 const uint MOST_PASSED = 8u;
@@ -83,7 +84,7 @@ struct Walk {
 
 // Rounding may step past the last voxel just before `leave`: what is looked up there does no harm.
 int walk_index(Walk w) {
-    return clamp(int(dot(w.voxel, vec3(1.0, float(EDGE), float(EDGE * EDGE)))), 0, int(EDGE * EDGE * EDGE) - 1);
+    return clamp(head_index(ivec3(w.voxel)), 0, int(EDGE * EDGE * EDGE) - 1);
 }
 
 // Reads the cube about the voxel that the walk stands in.

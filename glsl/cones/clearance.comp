@@ -36,6 +36,7 @@ void main() {
     int z = word / WORDS_PER_ROW / int(EDGE);
     int reaches[WORD_VOXELS / BRICK];
     int least = MOST_REACH;
+    COUNT(WORDS, uint(WORD_VOXELS) / BRICK);
     for (int k = 0; k < WORD_VOXELS / int(BRICK); k++) {
         reaches[k] = int(scratch[brick_entry(1, ivec3(along * WORD_VOXELS / int(BRICK) + k, y / int(BRICK), z / int(BRICK)))]);
         least = min(least, reaches[k]);

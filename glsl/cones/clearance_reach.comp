@@ -17,6 +17,7 @@ layout(push_constant) uniform Push {
 // Along the axes before this one; outside of the grid there is nothing.
 int reach_before(ivec3 brick) {
     bool inside = all(greaterThanEqual(brick, ivec3(0))) && all(lessThan(brick, ivec3(BRICKS)));
+    COUNT(WORDS, inside ? 1u : 0u);
     return inside ? int(scratch[brick_entry(int(push.axis & 1u), brick)]) : MOST_REACH;
 }
 

@@ -5,7 +5,6 @@
 
 #include "common/layout.glsl"
 #include "common/constants.glsl"
-#include "common/count.glsl"
 #include "cones/clearance_scratch.glsl"
 
 layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };

@@ -1,5 +1,7 @@
 // What the steps to the clearance leave for each other: rows of bits, and two numbers per brick.
 
+#include "common/count.glsl"
+
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 39, scalar) buffer Scratch { uint scratch[]; };
@@ -13,6 +15,7 @@ const int BRICKS = int(EDGE / BRICK); // along an edge of the grid
 uint row_bits(int word, int y, int z) {
     bool inside = all(greaterThanEqual(ivec3(word, y, z), ivec3(0)))
         && all(lessThan(ivec3(word, y, z), ivec3(WORDS_PER_ROW, EDGE, EDGE)));
+    COUNT(WORDS, inside ? 1u : 0u);
     return inside ? scratch[(z * int(EDGE) + y) * WORDS_PER_ROW + word] : 0u;
 }
 

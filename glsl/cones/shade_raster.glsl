@@ -1,6 +1,5 @@
 // Shading, raster form, as in the talk: a fragment per voxel of the whole grid, a layer per slice. Needs: shade.glsl.
 
-#include "common/heads.glsl"
 #include "cones/fill.glsl"
 
 layout(location = 0) flat in int in_layer;

@@ -172,10 +172,15 @@ impl Cells {
     }
 }
 
+/// Twin of the function in `glsl/common/heads.glsl`: column, row and slice of a cell of a grid of edge `edge`.
+pub(super) fn cell_at(cell: u32, edge: u32) -> [u32; 3] {
+    [cell % edge, cell / edge % edge, cell / edge / edge]
+}
+
 /// Twin of the parents' shader: the cells of each level of a grid of edge `edge` that have an occupied voxel of `cells` in them.
 pub fn parents(cells: &[u32], edge: u32) -> Vec<BTreeSet<u32>> {
     let at = |cell: u32, level: u32| {
-        let (x, y, z) = (cell % edge, cell / edge % edge, cell / edge / edge);
+        let [x, y, z] = cell_at(cell, edge);
         let edge = edge >> level;
         ((z >> level) * edge + (y >> level)) * edge + (x >> level)
     };

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::cells::cell_at;
 use super::constants::{Features, constants};
 use super::resources::{BRICK, Resources};
 use crate::Result;
@@ -72,7 +73,7 @@ pub fn codes(occupied: &[bool], edge: u32) -> Vec<u32> {
     let voxels = distances(occupied, edge);
     let edge_bricks = edge / BRICK;
     let brick_of = |voxel: u32| {
-        let [x, y, z] = position(voxel, edge).map(|k| k / BRICK);
+        let [x, y, z] = cell_at(voxel, edge).map(|k| k / BRICK);
         ((z * edge_bricks + y) * edge_bricks + x) as usize
     };
     let mut bricks = vec![false; edge_bricks.pow(3) as usize];
@@ -86,15 +87,11 @@ pub fn codes(occupied: &[bool], edge: u32) -> Vec<u32> {
     (0..edge.pow(3)).map(code).collect()
 }
 
-fn position(cell: u32, edge: u32) -> [u32; 3] {
-    [cell % edge, cell / edge % edge, cell / edge / edge]
-}
-
 /// Chebyshev distance from every cell to the nearest that is set; u32::MAX where none is.
 fn distances(set: &[bool], edge: u32) -> Vec<u32> {
-    let cells: Vec<_> = (0..edge.pow(3)).filter(|&cell| set[cell as usize]).map(|cell| position(cell, edge)).collect();
+    let cells: Vec<_> = (0..edge.pow(3)).filter(|&cell| set[cell as usize]).map(|cell| cell_at(cell, edge)).collect();
     let nearest = |cell| {
-        let at = position(cell, edge);
+        let at = cell_at(cell, edge);
         cells.iter().map(|other| (0..3).map(|k| at[k].abs_diff(other[k])).max().unwrap_or(0)).min().unwrap_or(u32::MAX)
     };
     (0..edge.pow(3)).map(nearest).collect()

@@ -1,7 +1,13 @@
 //! Compiles every shader under `glsl/` to SPIR-V (Vulkan 1.2) and writes the table that `vk::shader` includes.
 //! An error or a warning stops the build with `file:line: message`.
 //!
-//! A shader that includes `common/count.glsl` is compiled once more, as `counted/…`, with what it reads being counted.
+//! A shader says at its head in which further forms it is compiled, a line each:
+//! - `//! per method`: once for every folder of `glsl/gi`, in which `method/…` is then looked for; `except NAME` leaves one out.
+//!   Shaders in a method's own folder find `method/…` there.
+//! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above.
+//! - One that includes `common/count.glsl`: once more as `counted/…`, with what it reads being counted.
+//!
+//! `ground/image/image.frag` of the method `rays` with `AOVS` is called `ground/image/image.frag rays AOVS`.
 
 use shaderc::{
     CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, SpirvVersion, TargetEnv,
@@ -24,6 +30,7 @@ fn main() {
     let mut shaders = Vec::new();
     find_shaders(Path::new(ROOT), &mut shaders);
     shaders.sort();
+    let methods = methods();
 
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let next = AtomicUsize::new(0);
@@ -34,7 +41,7 @@ fn main() {
             scope.spawn(|| {
                 let compiler = Compiler::new().expect("shaderc starts");
                 while let Some(shader) = shaders.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    match compile_forms(&compiler, shader, &out) {
+                    match compile_forms(&compiler, shader, &methods, &out) {
                         Ok(forms) => names.lock().expect("no compiling thread panicked").extend(forms),
                         Err(message) => errors.lock().expect("no compiling thread panicked").push(message),
                     }
@@ -62,6 +69,14 @@ fn kind(path: &Path) -> Option<ShaderKind> {
     }
 }
 
+/// The folders of `glsl/gi`.
+fn methods() -> Vec<String> {
+    let folders = fs::read_dir(Path::new(ROOT).join("gi")).into_iter().flatten().flatten();
+    let mut names: Vec<String> = folders.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
 fn find_shaders(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
@@ -80,23 +95,70 @@ fn name(path: &Path) -> String {
 }
 
 fn output_file(name: &str) -> String {
-    name.replace('/', "_") + ".spv"
+    name.replace(['/', ' '], "_") + ".spv"
 }
 
-/// Compiles a shader, and its counting form where it has one; the names of what was made.
-fn compile_forms(compiler: &Compiler, path: &Path, out: &Path) -> Result<Vec<String>, String> {
-    let plain = name(path);
-    let included = compile(compiler, path, &[], &out.join(output_file(&plain)))?;
-    if !included.contains(COUNTING) {
-        return Ok(vec![plain]);
+/// One form of a shader.
+#[derive(Clone)]
+struct Form {
+    method: Option<String>,
+    defines: Vec<String>,
+}
+
+impl Form {
+    /// Of the shader called `plain`.
+    fn name(&self, plain: &str, per_method: bool) -> String {
+        let method = self.method.iter().filter(|_| per_method).map(String::as_str);
+        let parts = std::iter::once(plain).chain(method).chain(self.defines.iter().map(String::as_str));
+        parts.collect::<Vec<_>>().join(" ")
     }
-    let counted = format!("counted/{plain}");
-    compile(compiler, path, &["COUNTED"], &out.join(output_file(&counted)))?;
-    Ok(vec![plain, counted])
+}
+
+/// The forms that a shader's head asks for, and whether it is compiled per method.
+fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<Form>, bool) {
+    let own = plain.strip_prefix("gi/").and_then(|rest| rest.split_once('/')).map(|(method, _)| method.to_owned());
+    let mut forms = vec![Form { method: own, defines: vec![] }];
+    let mut per_method = false;
+    for line in source.lines().filter_map(|line| line.strip_prefix("//! ")) {
+        let (what, except) = line.split_once(" except ").unwrap_or((line, ""));
+        if what == "per method" {
+            per_method = true;
+            let others = methods.iter().filter(|method| *method != except);
+            forms = others.map(|method| Form { method: Some(method.clone()), defines: vec![] }).collect();
+        } else if let Some(define) = what.strip_prefix("with ") {
+            for mut form in forms.clone() {
+                if form.method.as_deref() != Some(except) {
+                    form.defines.push(define.to_owned());
+                    forms.push(form);
+                }
+            }
+        }
+    }
+    (forms, per_method)
+}
+
+/// Compiles a shader in all of its forms; the names of what was made.
+fn compile_forms(compiler: &Compiler, path: &Path, methods: &[String], out: &Path) -> Result<Vec<String>, String> {
+    let plain = name(path);
+    let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let (forms, per_method) = forms(&plain, &source, methods);
+    let mut names = Vec::new();
+    for mut form in forms {
+        let name = form.name(&plain, per_method);
+        let included = compile(compiler, path, &form, &out.join(output_file(&name)))?;
+        if included.contains(COUNTING) {
+            let counted = format!("counted/{name}");
+            form.defines.push("COUNTED".to_owned());
+            compile(compiler, path, &form, &out.join(output_file(&counted)))?;
+            names.push(counted);
+        }
+        names.push(name);
+    }
+    Ok(names)
 }
 
 /// Writes SPIR-V to `out`; the files that were included.
-fn compile(compiler: &Compiler, path: &Path, defines: &[&str], out: &Path) -> Result<HashSet<String>, String> {
+fn compile(compiler: &Compiler, path: &Path, form: &Form, out: &Path) -> Result<HashSet<String>, String> {
     let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
     // Every file is included once per shader, so that common files need no guards.
     let included = RefCell::new(HashSet::new());
@@ -107,9 +169,10 @@ fn compile(compiler: &Compiler, path: &Path, defines: &[&str], out: &Path) -> Re
     // Without it the optimiser strips the names that reflection goes by.
     options.set_generate_debug_info();
     options.set_warnings_as_errors();
-    defines.iter().for_each(|define| options.add_macro_definition(define, None));
+    form.defines.iter().for_each(|define| options.add_macro_definition(define, None));
     options.set_include_callback(|requested, _, _, _| {
-        let file = Path::new(ROOT).join(requested);
+        let of_method = || Some(format!("gi/{}/{}", form.method.as_ref()?, requested.strip_prefix("method/")?));
+        let file = Path::new(ROOT).join(of_method().as_deref().unwrap_or(requested));
         let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
         let first = included.borrow_mut().insert(requested.to_owned());
         let content = if first { text } else { String::new() };

@@ -1,162 +1,316 @@
-//! The frame, in order: a sentence and a call per pass.
+//! The frame: everything that turns a scene into an image, for one size and one set of settings.
+//!
+//! [`Frame::record`] records it into a given recorder: uploads, lists, the method's light, the image. It allocates, submits and
+//! waits for nothing. Buffers that turned out too small are told by [`Frame::poll`] once the commands are done.
 
 use std::sync::Arc;
 
-use crate::Result;
-use crate::gi::cones::alike::Alike;
-use crate::gi::cones::cells::Cells;
-use crate::gi::cones::clearance::Clearance;
-use crate::gi::cones::constants::Features;
-use crate::gi::cones::mips::Mips;
-use crate::gi::cones::record::Record;
-use crate::gi::cones::render::Render;
-use crate::gi::cones::resources::Resources;
-use crate::gi::cones::shade::Shade;
-use crate::gi::cones::voxelise::Voxelise;
-use crate::gi::cones::{Bounce, reset};
-use crate::gi::volume::Volume;
-use crate::gpu_scene::GpuScene;
-use crate::image_target::ImageTarget;
-use crate::scene::Pose;
-use crate::settings::{Bounces, Emitters, Lists, Settings, Shadows};
-use crate::vk::{Context, Recorder};
+use glam::{DAffine3, DVec3, Vec3};
 
-/// The passes of one method with its settings, compiled.
-pub struct Passes {
-    record: Record,
-    /// Absent where nobody walks the lists.
-    voxelise: Option<Voxelise>,
-    /// Absent where no ray walks the lists.
-    clearance: Option<Clearance>,
-    /// Absent where no pass goes through lists of cells.
-    cells: Option<Cells>,
-    /// Absent where every item is lit.
-    alike: Option<Alike>,
-    shade_first: Option<Shade>,
-    /// The first bounce with the last frame's second volume to gather from; absent unless `bounces = all`.
-    shade_again: Option<Shade>,
-    shade_second: Option<Shade>,
-    mips: Option<Mips>,
-    render: Render,
-    lists: Lists,
+use crate::gi::{Gi, Maker, Update, Wants};
+use crate::ground::constants::{Features, constants, with};
+use crate::ground::grid::{Grid, radiance_scale};
+use crate::ground::image::target::{self, ImageTarget};
+use crate::ground::image::{ImageFrame, ImagePass, gather};
+use crate::ground::lamps::Lamps;
+use crate::ground::layout::{self, Globals};
+use crate::ground::memory_plan::MemoryRow;
+use crate::ground::scene_on_gpu::{BlendedTriangle, ScenePacked};
+use crate::ground::uniforms::{self, FrameUniforms};
+use crate::ground::{self, Counts, Ground};
+use crate::scene::{Bounds, Pose, Scene, View};
+use crate::settings::{Bounces, LampLight, Settings, Shadows};
+use crate::vk::{Buffer, BufferKind, BufferUsageFlags, Context, Recorder};
+use crate::{Error, Result};
+
+/// What a frame is made for.
+pub struct FrameDesc<'a> {
+    pub scene: &'a Scene,
+    pub packed: &'a ScenePacked,
+    pub settings: &'a Settings,
+    /// Pixels.
+    pub size: (u32, u32),
+    /// As [`target::outputs`] counts them.
+    pub outputs: usize,
+    /// Of the scene over the whole animation: where the grid stands.
+    pub bounds: Bounds,
+    /// Frames that may be in flight at once.
+    pub slots: usize,
 }
 
-/// What one frame works on.
-pub struct FrameScene<'a> {
-    pub scene: &'a GpuScene,
+pub struct Frame {
+    pub ground: Ground,
+    pub method: Box<dyn Gi>,
+    pub target: ImageTarget,
+    image: ImagePass,
+    settings: Settings,
+    wants: Wants,
+    counts: Counts,
+    blended: Vec<BlendedTriangle>,
+    lamps: Lamps,
+    /// Pieces of lamps, and whether they are chosen through the tree.
+    placed_lamps: (u32, bool),
+    /// What stored radiance is multiplied with.
+    pub scale: f32,
+    /// Counters as the device left them, per slot and grid.
+    counters: Vec<Vec<Buffer>>,
+    frame_index: u32,
+    /// Whether the method holds the light of the frame before, to go on from.
+    history: bool,
+    /// What lists and light on the device were made of; `None` where they cannot be gone on from.
+    made_of: Option<MadeOf>,
+    /// The next frame keeps nothing, though nothing changed.
+    stale: bool,
+}
+
+/// Everything that changes from frame to frame and shows in lists or light: no camera does.
+struct MadeOf {
+    instances: Vec<DAffine3>,
+    /// As the device has them.
+    lights: Vec<u8>,
+    sky: Vec3,
+}
+
+/// What is seen.
+#[derive(Clone, Copy)]
+pub struct Seen<'a> {
+    pub scene: &'a Scene,
     pub pose: &'a Pose,
-    pub volume: &'a Volume,
-    pub resources: &'a Resources,
-    pub target: &'a ImageTarget,
-    /// Triangles in the blend order.
-    pub blended: u32,
-    /// Whether the last volume holds the frame before.
-    pub history: bool,
-    /// Whether an image is wanted, or the volumes alone.
+    pub view: &'a View,
+    /// Whether an image is wanted, or the light alone.
     pub image: bool,
-    /// Whether the volumes hold what the frame before filled, and nothing else.
-    pub volumes_known: bool,
-    pub anew: Anew,
 }
 
-/// What a frame makes anew; the rest still holds from the frame before. New lists make new volumes.
+/// The GPU's counters after a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Anew {
-    pub lists: bool,
-    pub volumes: bool,
+pub struct Counters {
+    pub triangles: u32,
+    /// Zero-area triangles that were dropped.
+    pub degenerate: u32,
+    pub list_items: u32,
+    pub occupied_voxels: u32,
 }
 
-impl Passes {
-    /// `bounces`: volumes to fill, 0 to 2.
-    pub fn new(
-        context: &Arc<Context>,
-        settings: &Settings,
-        features: Features,
-        bounces: u32,
-        target: &ImageTarget,
-    ) -> Result<Self> {
-        let lists_are_read = bounces > 0 || settings.shadows == Shadows::Rays || settings.emitters == Emitters::Sampled;
-        let all = settings.bounces == Bounces::All && bounces > 0;
-        let shade = |needed: bool, bounce, gathers| {
-            needed.then(|| Shade::new(context, settings, features, bounce, gathers)).transpose()
+impl Frame {
+    /// Compiles the passes and makes what they work on. `check`: refuses plans that are too large, told bytes by grid edge.
+    ///
+    /// # Errors
+    /// Settings that make no sense, too little memory, a lost device.
+    pub fn new(context: &Arc<Context>, desc: FrameDesc, check: Check) -> Result<Self> {
+        let settings = desc.settings;
+        let grid = Grid::place(desc.bounds, settings)?;
+        let wants = wants(settings);
+        if settings.lights.shadows == Shadows::Method && !wants.shadows {
+            return Err(Error::Usage(format!(
+                "lights.shadows = method: the method {} has no shadows of its own; set lights.shadows to rays or none",
+                settings.method
+            )));
+        }
+        let sampled = settings.lights.lamps == LampLight::Sampled;
+        let lamps = if sampled { Lamps::new(desc.scene) } else { Lamps::default() };
+        let counts = Counts::new(
+            desc.scene.triangle_count() as u32,
+            desc.packed.blended.len() as u32,
+            desc.scene.lights.len() as u32,
+            lamps.count(settings.lights.lamp_points),
+            wants.grids.len(),
+        );
+        check(&|voxels| plan(settings, desc.size, desc.outputs, (voxels, &counts)))?;
+        let features = Features::of(desc.scene, settings);
+        let base = constants(settings, features);
+        let scene_on_gpu = Arc::new(desc.packed.upload(context)?);
+        let ground = Ground::new(context, scene_on_gpu, grid, (wants.clone(), &counts), &base)?;
+        let method = settings.method.make(&Maker { context, settings, features, counts: &counts })?;
+        let target = ImageTarget::new(context, desc.size, settings.image.samples, desc.outputs)?;
+        let apart = wants.diffuse && settings.image.gathers_apart();
+        let constants = with(base, method.constants());
+        let asked = (settings.method.name(), &constants[..]);
+        let image = ImagePass::new(context, (&settings.image, apart), features, asked, &target)?;
+        let counter = |_| {
+            let bytes = size_of::<Globals>() as u64;
+            Buffer::new(context, "counters, readback", bytes, BufferKind::Readback, BufferUsageFlags::empty())
         };
+        let counters = |_| (0..ground.lists.len()).map(counter).collect::<Result<Vec<_>>>();
         Ok(Self {
-            record: Record::new(context, settings, features)?,
-            voxelise: lists_are_read.then(|| Voxelise::new(context, settings)).transpose()?,
-            clearance: (lists_are_read && settings.traces_rays())
-                .then(|| Clearance::new(context, settings))
-                .transpose()?,
-            cells: (bounces > 0 && settings.uses_cells()).then(|| Cells::new(context, settings)).transpose()?,
-            alike: (bounces > 0 && settings.lights_alike()).then(|| Alike::new(context, settings)).transpose()?,
-            shade_first: shade(bounces > 0, Bounce::First, false)?,
-            shade_again: shade(all, Bounce::First, true)?,
-            shade_second: shade(bounces > 1, Bounce::Second, true)?,
-            mips: (bounces > 0).then(|| Mips::new(context, settings)).transpose()?,
-            render: Render::new(context, settings, features, bounces > 0, target)?,
-            lists: settings.lists,
+            counters: (0..desc.slots).map(counters).collect::<Result<_>>()?,
+            scale: radiance_scale(desc.scene, ground.grid.voxel_m, settings.bounces),
+            settings: settings.clone(),
+            blended: desc.packed.blended.clone(),
+            placed_lamps: (0, false),
+            frame_index: 0,
+            history: false,
+            made_of: None,
+            stale: false,
+            ground,
+            method,
+            target,
+            image,
+            wants,
+            counts,
+            lamps,
         })
     }
 
-    /// Records one frame.
-    pub fn record(&self, r: &mut Recorder, frame: &FrameScene) {
-        let FrameScene { scene, pose, volume, resources, target, blended, history, image, volumes_known, anew } =
-            *frame;
-        if anew.lists {
-            // 0. Counters and lists start empty.
-            reset::all(r, resources);
-            // 1. The scene is drawn into an empty screen; the geometry shader keeps its triangles.
-            self.record.record(r, scene, pose, volume, resources);
-            // 2a. Every voxel lists the triangles that touch it,
-            if let Some(voxelise) = &self.voxelise {
-                voxelise.record(r, Bounce::First, resources);
-            }
-            // and knows how far around it nothing is listed: what rays pass at once.
-            if let Some(clearance) = &self.clearance {
-                clearance.record(r, resources);
-            }
-            // The occupied ones are listed, with their parents: nobody else need be shaded.
-            if let Some(cells) = &self.cells {
-                cells.list(r, resources);
-            }
-            // and of triangles that are alike one is chosen to be lit.
-            if let Some(alike) = &self.alike {
-                alike.record(r, scene, resources);
-            }
-        }
-        // What the last lists filled and these do not is emptied.
-        let empty = |r: &mut Recorder, bounce: Bounce, volume| match &self.cells {
-            Some(cells) if anew.lists => cells.empty(r, bounce, resources, volume, volumes_known),
-            _ => (),
+    /// Records a frame. `slot`: one of those in flight that is free again.
+    pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
+        let lights = uniforms::lights(seen.scene, seen.pose, &self.ground.grid);
+        let now = MadeOf {
+            instances: seen.pose.world_from_instance.clone(),
+            lights: bytemuck::cast_slice(&lights).to_vec(),
+            sky: seen.scene.sky,
         };
-        if let (Some(shade), Some(mips), true) = (&self.shade_first, &self.mips, anew.volumes) {
-            empty(r, Bounce::First, &resources.volumes[0]);
-            match (&self.shade_again, &resources.volumes[..]) {
-                // 2b. Every voxel shades its list with direct light and, with all bounces, what the last frame left,
-                (Some(again), [first, second]) if history => again.record(r, scene, resources, first, Some(second)),
-                // or with direct light alone,
-                _ => shade.record(r, scene, resources, &resources.volumes[0], None),
-            }
-            // 2c. and coarser voxels sum it up, per direction of travel.
-            mips.record(r, Bounce::First, resources, &resources.volumes[0]);
+        let before = self.made_of.take();
+        let stale = std::mem::take(&mut self.stale);
+        let lists = stale || before.as_ref().is_none_or(|before| before.instances != now.instances);
+        let same = |before: &MadeOf| before.lights == now.lights && before.sky == now.sky;
+        // With feedback or jitter a frame's light differs from the last one's though nothing changes.
+        let unsteady = self.settings.bounces == Bounces::All || self.wants.unsteady;
+        let light = lists || unsteady || !before.as_ref().is_some_and(same);
+        self.upload(r, seen, &lights, lists);
+        if lists {
+            self.ground.base_mut().swap_cell_lists();
+            // What stands where: triangles, and the voxels that they touch.
+            self.ground.record_lists(r, seen.pose);
         }
-        if let (Some(shade), Some(mips), Some(voxelise), true) =
-            (&self.shade_second, &self.mips, &self.voxelise, anew.volumes)
-        {
-            if self.lists == Lists::Rebuild && anew.lists {
-                // 3. The lists start empty again, the triangles stay.
-                reset::lists(r, resources);
-                // 4a. The lists are built again, as the talk does (D29).
-                voxelise.record(r, Bounce::Second, resources);
-            }
-            empty(r, Bounce::Second, &resources.volumes[1]);
-            // 4b. Every voxel shades its list with direct light and cones into the first bounce,
-            shade.record(r, scene, resources, &resources.volumes[1], Some(&resources.volumes[0]));
-            // 4c. and coarser voxels sum it up.
-            mips.record(r, Bounce::Second, resources, &resources.volumes[1]);
+        if light {
+            // The light that the method keeps of it.
+            self.method.update(r, &self.ground, &Update { lists, history: self.history, known: before.is_some() });
         }
-        // 5. The recorded triangles become the image, with cones into the last bounce.
-        if image {
-            self.render.record(r, scene, resources, resources.volumes.last(), target, blended);
+        if seen.image {
+            // The recorded triangles become the image, with what the method looks up.
+            let frame = ImageFrame {
+                ground: &self.ground,
+                target: &self.target,
+                blended: self.counts.blended,
+                sky: seen.scene.sky.into(),
+            };
+            self.image.record(r, &frame, &self.method.binds());
         }
+        r.full_barrier(); // the counters were written
+        for (lists, counters) in self.ground.lists.iter().zip(&self.counters[slot]) {
+            r.copy(&lists.globals, counters);
+        }
+        self.frame_index += 1;
+        self.made_of = Some(now);
     }
+
+    /// What shaders read of this frame.
+    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lists: bool) {
+        if lists {
+            let placed = self.lamps.place(seen.pose, &self.ground.grid, self.settings.lights.lamp_points);
+            self.placed_lamps = (placed.pieces.len() as u32, !placed.nodes.is_empty());
+            r.update_all(&self.ground.lamps, &placed.pieces);
+            r.update_all(&self.ground.lamp_nodes, &placed.nodes);
+        }
+        let uniforms = FrameUniforms {
+            scene: seen.scene,
+            view: seen.view,
+            grid: &self.ground.grid,
+            scale: self.scale,
+            size: (self.target.width, self.target.height),
+            samples: self.settings.image.samples,
+            frame_index: self.frame_index,
+            lamps: self.placed_lamps,
+        };
+        r.update_all(&self.ground.frame, &[uniforms.layout()]);
+        r.update_all(&self.ground.lights, lights);
+        r.update_all(&self.ground.order, &back_to_front(&self.blended, seen));
+    }
+
+    /// Counters of a frame that is done, and what must grow before the next, if anything overflowed.
+    pub fn poll(&self, slot: usize) -> (Counters, Option<Counts>) {
+        let found: Vec<Globals> = self.counters[slot].iter().map(|buffer| buffer.read_some(0, 1)[0]).collect();
+        let base = &found[0];
+        let counters = Counters {
+            triangles: base.vertex_count / 3,
+            degenerate: base.degenerate_count,
+            list_items: base.item_count,
+            occupied_voxels: base.cell_count,
+        };
+        let grown = self.counts.grown(&found);
+        (counters, (grown != self.counts).then_some(grown))
+    }
+
+    /// Makes the buffers anew that are too small for `counts`; no frame may be in flight. The next frame is made from nothing.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
+        tracing::info!("buffers grow: {:?} to {:?}", self.counts, counts);
+        self.ground.grow(context, &counts)?;
+        self.counts = counts;
+        self.forget();
+        Ok(())
+    }
+
+    /// The next frame is made from nothing.
+    fn forget(&mut self) {
+        self.made_of = None;
+        self.history = false;
+    }
+
+    /// The next frame makes lists and light anew though nothing changed: what a frame costs in which something moves.
+    pub fn make_anew(&mut self) {
+        self.stale = true;
+    }
+
+    /// The next frame's method goes on from the light of this one.
+    pub fn keep_history(&mut self) {
+        self.history = true;
+    }
+
+    pub fn has_history(&self) -> bool {
+        self.history
+    }
+
+    /// What is allocated now, for buffers as large as `counts` and a grid of edge `voxels`.
+    pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
+        let target = &self.target;
+        plan(&self.settings, (target.width, target.height), target.outputs(), (voxels, counts))
+    }
+
+    pub fn counts(&self) -> &Counts {
+        &self.counts
+    }
+}
+
+/// Refuses plans that are too large; told the plan by the grid's edge.
+pub type Check<'a> = &'a dyn Fn(&dyn Fn(u32) -> Vec<MemoryRow>) -> Result<()>;
+
+/// What settings ask of the ground: what the method asks, and what direct light does.
+fn wants(settings: &Settings) -> Wants {
+    let mut wants = settings.method.wants(settings);
+    let direct = settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled;
+    wants.rays |= direct;
+    wants.lists |= direct;
+    wants
+}
+
+/// Bytes of every resource that [`Frame::new`] makes for such settings, with buffers as large as `counts` on a grid of edge
+/// `voxels`.
+fn plan(settings: &Settings, size: (u32, u32), outputs: usize, (voxels, counts): (u32, &Counts)) -> Vec<MemoryRow> {
+    let settings = Settings { voxels, ..settings.clone() };
+    let wants = wants(&settings);
+    let mut rows = ground::plan(voxels, &wants, counts);
+    rows.extend(settings.method.plan(&settings));
+    rows.extend(target::plan(size, settings.image.samples, outputs));
+    if wants.diffuse && settings.image.gathers_apart() {
+        let band_rows = target::band_rows(size.0, size.1, settings.image.samples, outputs);
+        rows.push(gather::plan(&settings.image, size, band_rows));
+    }
+    rows
+}
+
+/// Sources of the blended triangles, the farthest centroid first; equal depths in the scene's order.
+fn back_to_front(blended: &[BlendedTriangle], seen: &Seen) -> Vec<u32> {
+    let depth = |t: &BlendedTriangle| {
+        let mesh = &seen.scene.meshes[t.mesh];
+        let corners = &mesh.indices[t.first_index..t.first_index + 3];
+        let place = &seen.pose.world_from_instance[t.instance];
+        let sum: DVec3 = corners.iter().map(|&i| place.transform_point3(mesh.positions[i as usize].as_dvec3())).sum();
+        (sum / 3.0 - seen.view.eye).dot(seen.view.forward)
+    };
+    let mut order: Vec<(f64, u32)> = blended.iter().map(|t| (depth(t), t.source)).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    order.into_iter().map(|(_, source)| source).collect()
 }

@@ -1,18 +1,13 @@
 //! Voxel cone tracing with two bounces for everything, in raw Vulkan.
 
 pub mod assets;
-pub mod atlas;
 pub mod chart;
 pub mod error;
 pub mod frame;
 pub mod gi;
-pub mod gpu_scene;
-pub mod image_target;
+pub mod ground;
 pub mod layers;
-pub mod layout;
-pub mod ledger;
 pub mod measure;
-pub mod memory_plan;
 pub mod output;
 pub mod profile;
 pub mod reference;

@@ -1,6 +1,4 @@
 // What a surface does with light from all around.
-#ifndef ALBEDO
-#define ALBEDO
 
 #include "common/color.glsl"
 
@@ -28,5 +26,3 @@ float diffuse_share(float f0, float f90, float nv) {
     float grazing = 0.0281649 + nv * (-0.0798633 + nv * (0.0864900 + nv * (-0.0437062 + nv * 0.0089972)));
     return 1.0 - (f0 + (f90 - f0) * grazing);
 }
-
-#endif

@@ -10,12 +10,3 @@ float jitter_hash(uvec4 seed) {
     seed.x += seed.y * seed.w;
     return float(seed.x >> 8) / 16777216.0;
 }
-
-// Of the pixels or voxels of a square (or, for voxels, of any plane through a cube), each has a shift of its own, evenly
-// spread over the unit square: Hammersley's points.
-vec2 interleaved_shift(uvec3 at) {
-    const uint count = INTERLEAVE * INTERLEAVE;
-    uint k = (at.x + at.z) % INTERLEAVE + INTERLEAVE * ((at.y + at.z) % INTERLEAVE);
-    float reversed = float(bitfieldReverse(k)) / 4294967296.0;
-    return vec2((float(k) + 0.5) / float(count), reversed);
-}

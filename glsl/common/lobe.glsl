@@ -1,5 +1,7 @@
 // GGX's lobe. CPU twin: src/twins/directions.rs.
 
+#include "common/numbers.glsl"
+
 // A normal among those that v sees, both in the frame about the surface's normal, with density G1(v) D(h) (v·h) / v.z
 // (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
 vec3 visible_normal(float alpha, vec3 v, vec2 u) {
@@ -15,4 +17,10 @@ vec3 visible_normal(float alpha, vec3 v, vec2 u) {
 float lobe_masking(float alpha, float c) {
     float a2 = alpha * alpha;
     return 2.0 * c / max(c + sqrt(a2 + (1.0 - a2) * c * c), 1e-6);
+}
+
+// Tangent of the half angle of a cone as wide as half of the lobe, from roughness in [0, 1]; src/twins/directions.rs derives it.
+float ggx_aperture(float roughness) {
+    float alpha = roughness * roughness;
+    return 1.70 * alpha / (1.0 + 0.76 * alpha * alpha);
 }

@@ -2,35 +2,15 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_samplerless_texture_functions : require
-// Evaluates one function of glsl/common at many inputs, to be held against its twin in src/twins. Not part of a frame.
-#define CONES
+// Evaluates one function of the shaders at many inputs, to be held against its twin in src/twins. Not part of a frame.
 
 #include "common/albedo.glsl"
-#include "common/layout.glsl"
-#include "common/constants.glsl"
-#include "common/triangle_box.glsl"
 #include "common/clip.glsl"
 #include "common/closest_point.glsl"
 #include "common/fixed_sum.glsl"
-#include "cones/bindings.glsl"
-#include "cones/volumes.glsl"
-#include "common/texture.glsl"
-#include "common/surface.glsl"
-#include "common/lights.glsl"
-#include "common/jitter.glsl"
-#include "common/cone_set.glsl"
-#include "common/roughness.glsl"
-#include "common/cone.glsl"
-#include "common/emitters.glsl"
-#include "common/ray.glsl"
-
-// Rays through lists are tested in whole frames.
-vec4 trace_gather_ray(vec3 position, vec3 facet, vec3 d, float aperture) {
-    return vec4(0.0);
-}
-
-#include "common/lobe.glsl"
-#include "common/lighting.glsl"
+#include "ground/brdf.glsl"
+#include "gi/cones/look_up.glsl"
+#include "ground/lamp_light.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -57,7 +37,7 @@ Arguments evaluate(Arguments x) {
         y.a = vec4(cone.direction, cone.weight);
         y.b = vec4(cone.aperture, float(CONE_COUNT), 0.0, 0.0);
     } else if (FUNCTION == 1u) {
-        mat3 frame = tangent_frame(x.a.xyz);
+        mat3 frame = talk_frame(x.a.xyz);
         y = Arguments(vec4(frame[0], 0.0), vec4(frame[1], 0.0), vec4(frame[2], 0.0));
     } else if (FUNCTION == 2u) {
         mat3 rotation = jitter_rotation(x.a.xyz, x.a.w);
@@ -83,10 +63,10 @@ Arguments evaluate(Arguments x) {
         y.a = trace_cone(x.a.xyz, x.b.xyz, x.a.w, x.b.w);
     } else if (FUNCTION == 9u) {
         vec3 to = x.b.xyz - x.a.xyz;
-        y.a.x = trace_shadow_cone(x.a.xyz, to / length(to), length(to), x.a.w, frame.shadow_start_along, frame.shadow_step,
-            frame.shadow_end);
+        y.a.x = trace_shadow_cone(x.a.xyz, to / length(to), length(to), x.a.w, cones.shadow_start_along, cones.shadow_step,
+            cones.shadow_end);
     } else if (FUNCTION == 10u) {
-        y.a = gather_diffuse(x.a.xyz, x.b.xyz, x.b.xyz, uvec3(0u));
+        y.a = gather_diffuse(x.a.xyz, x.b.xyz, uvec3(0u));
     } else if (FUNCTION == 11u) {
         y.a.x = triangle_irradiance(x.a.xyz, x.b.xyz, x.c.xyz, normalize(vec3(x.a.w, x.b.w, x.c.w)));
     } else if (FUNCTION == 12u) {

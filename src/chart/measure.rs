@@ -1,10 +1,10 @@
 //! One row: renders a setting, times it, and holds its image against the references.
 //!
-//! The error is that of the first frame after a cold start (with `bounces = all`, of the settled one), so that it does not hang
-//! on how many frames were timed. Times are of later frames without further layers, which would take time of their own;
-//! nothing moves between them, so that with `reuse = still` they are still frames.
+//! The error is that of the first frame after a cold start (with `bounces = all`, of the settled one), so that it does not depend
+//! on how many frames were timed. Times are of later frames without further layers, which would take time of their own; each
+//! makes lists and light anew, as if something had moved.
 //!
-//! Light that a method sends through cones alone (emissive surfaces with `emitters = cones`, the sky) is in no direct layer
+//! Light that a method sends through the method alone (emissive surfaces with `emitters = cones`, the sky) is in no direct layer
 //! of its own, but in the reference's. There the indirect part is image − the reference's direct light: whatever is wrong
 //! with that light counts too. And where nothing but such light shines, the first of the method's gathers is its direct
 //! light, so that "as many bounces" means one fewer than the setting says.
@@ -21,7 +21,7 @@ use crate::measure::timing::{Spread, Timings};
 use crate::reference::Depth;
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::{Bounces, Emitters, Settings};
+use crate::settings::{Bounces, LampLight, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Error, Result};
 
@@ -79,16 +79,16 @@ impl Truth {
 
 /// The indirect bounces that an image with these settings can be asked for.
 pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
-    let first_is_direct = scene.lights.is_empty() && by_cones_alone(scene, settings);
+    let first_is_direct = scene.lights.is_empty() && by_method_alone(scene, settings);
     match settings.bounces {
         Bounces::All => Depth::Full,
         finite => Depth::Bounces(finite.volumes() - u32::from(first_is_direct)),
     }
 }
 
-/// Whether some light reaches the image through cones alone, so that its direct layer lacks it.
-fn by_cones_alone(scene: &Scene, settings: &Settings) -> bool {
-    (settings.emitters == Emitters::Cones && scene.emits()) || scene.sky != glam::Vec3::ZERO
+/// Whether some light reaches the image through the method alone, so that its direct layer lacks it.
+fn by_method_alone(scene: &Scene, settings: &Settings) -> bool {
+    (settings.lights.lamps == LampLight::Gathered && scene.emits()) || scene.sky != glam::Vec3::ZERO
 }
 
 impl Subject {
@@ -127,7 +127,7 @@ impl Subject {
         go_on: &dyn Fn() -> bool,
     ) -> Result<Option<(Measured, Pictures)>> {
         let image = self.image(context, settings)?;
-        let own_direct = !by_cones_alone(&self.scene, settings);
+        let own_direct = !by_method_alone(&self.scene, settings);
         let (full, same) = (self.truth(Depth::Full), self.truth(same_depth(&self.scene, settings)));
         let (full_errors, same_errors) = (errors(&image, own_direct, full)?, errors(&image, own_direct, same)?);
         let Some(times) = self.times(context, settings, go_on)? else { return Ok(None) };
@@ -171,6 +171,7 @@ impl Subject {
             if !go_on() {
                 return Ok(None);
             }
+            renderer.make_anew();
             let before = process_cpu_ms();
             timings.push(renderer.render(&self.pose, &self.view)?.timings);
             cpu_ms.push(process_cpu_ms().zip(before).map(|(after, before)| after - before));

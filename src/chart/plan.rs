@@ -56,7 +56,8 @@ impl Trial {
         // A base that is no preset shows all that differs from the default one.
         let preset = Settings::preset(&self.preset).unwrap_or_default().entries();
         let pairs = self.settings.entries().into_iter().zip(preset);
-        pairs.filter(|(now, was)| now.1 != was.1).map(|(now, _)| now).collect()
+        let used = |key: &Key| key.method().is_none_or(|method| method == self.settings.method);
+        pairs.filter(|(now, was)| now.1 != was.1 && used(now.0)).map(|(now, _)| now).collect()
     }
 }
 
@@ -71,7 +72,7 @@ pub fn trials(bases: &[Base], axes: &[Axis]) -> Result<Vec<Trial>> {
         for base in bases {
             let mut settings = base.settings.clone();
             swept.iter().try_for_each(|assignment| settings.set(assignment))?;
-            if trials.iter().all(|trial| trial.settings != settings) {
+            if trials.iter().all(|trial| !trial.settings.means_same(&settings)) {
                 trials.push(Trial { preset: base.preset.clone(), swept: swept.clone(), settings });
             }
         }

@@ -36,58 +36,71 @@ pub const AXES: &[StudyAxis] = &[
     axis("all bounces, fast", "fast", &["bounces=all"]),
     axis("all bounces", "balanced", &["bounces=all", "bounces=1"]),
     axis("all bounces, accurate", "accurate", &["bounces=all"]),
-    axis("rays of the image", "balanced", &["cones=g4", "cones=g16", "cones=g64"]),
-    axis("rays of the voxels", "balanced", &["shade.cones=g1", "shade.cones=g8", "shade.gather=cones"]),
-    axis("lamps of the voxels", "balanced", &["shade.emitter_samples=1", "shade.emitter_samples=16"]),
-    axis("direct light of the voxels", "balanced", &["shade.direct=again"]),
-    axis("lit triangles of the voxels", "balanced", &["shade.items=each"]),
-    axis("cones for rays", "balanced", &["gather=cones", "gather=cones shade.gather=rays"]),
-    axis("shared directions", "balanced", &["interleave=1"]),
-    axis("gathered pixels", "balanced", &["gather_resolution=full", "gather_resolution=quarter"]),
-    axis("lamps", "balanced", &["emitters=cones", "emitter_samples=64"]),
-    axis("fill under rays", "balanced", &["fill=uniform"]),
-    axis("shadows", "balanced", &["shadows=none", "shadows=cones", "first_bounce_shadows=false"]),
+    axis("rays of the image", "balanced", &["rays.diffuse=4", "rays.diffuse=16", "rays.diffuse=64"]),
+    axis("rays of the voxels", "balanced", &["rays.voxels=1", "rays.voxels=8"]),
+    axis("lamps of the voxels", "balanced", &["lights.voxel_lamp_points=1", "lights.voxel_lamp_points=16"]),
+    axis("shared directions", "balanced", &["image.interleave=1"]),
+    axis("gathered pixels", "balanced", &["image.gather_resolution=full", "image.gather_resolution=quarter"]),
+    axis("lamps", "balanced", &["lights.lamps=gathered", "lights.lamp_points=64"]),
     axis("samples", "balanced", &["image.samples=1", "image.direct=samples"]),
+    axis("method", "balanced", &["method=none", "method=cones"]),
     axis(
-        "work over volumes",
-        "balanced",
-        &["shading=raster shade.items=each", "lists=rebuild shade.items=each", "mips=raster", "reuse=still"],
+        "cone set",
+        "cones",
+        &[
+            "cones.set=1",
+            "cones.set=5",
+            "cones.set=6a",
+            "cones.set=6b",
+            "cones.set=16",
+            "cones.set=g8",
+            "cones.set=g32",
+        ],
     ),
-    axis("cone set", "cones", &["cones=1", "cones=5", "cones=6a", "cones=6b", "cones=16", "cones=g8", "cones=g32"]),
-    axis("shared cones", "cones", &["interleave=4 cones=g8 gather_resolution=half"]),
-    axis("cone step", "cones", &["step=0.5", "step=2"]),
-    axis("aperture", "cones", &["aperture=0.7", "aperture=1.4"]),
-    axis("fill", "cones", &["fill=uniform", "fill=facing", "fill=coverage"]),
-    axis("face weights", "cones", &["weights=d2", "weights=norm1", "weights=extinction"]),
-    axis("blend", "cones", &["blend=over"]),
-    axis("all three as in the talk", "cones", &["fill=uniform weights=d2 blend=over"]),
+    axis("passes", "cones", &["cones.passes=layered"]),
+    axis("shared cones", "cones", &["image.interleave=4 cones.set=g8 image.gather_resolution=half"]),
+    axis("cone step", "cones", &["cones.step=0.5", "cones.step=2"]),
+    axis("aperture", "cones", &["cones.aperture=0.7", "cones.aperture=1.4"]),
+    axis("fill", "cones", &["cones.fill=uniform", "cones.fill=facing", "cones.fill=coverage"]),
+    axis("face weights", "cones", &["cones.weights=d2", "cones.weights=norm1", "cones.weights=extinction"]),
+    axis("blend", "cones", &["cones.blend=over"]),
+    axis("all three as in the talk", "cones", &["cones.fill=uniform cones.weights=d2 cones.blend=over"]),
     axis(
         "start",
         "cones",
-        &["start.diffuse_normal=0.5", "start.diffuse_normal=2", "start.diffuse_along=0", "start.diffuse_along=2"],
+        &[
+            "cones.start.diffuse_normal=0.5",
+            "cones.start.diffuse_normal=2",
+            "cones.start.diffuse_along=0",
+            "cones.start.diffuse_along=2",
+        ],
     ),
-    axis("jitter", "cones", &["jitter=true"]),
-    axis("roughness", "cones", &["roughness_fit=linear"]),
+    axis("jitter", "cones", &["cones.jitter=true"]),
+    axis("roughness", "cones", &["cones.roughness_fit=linear"]),
+    axis(
+        "shadows",
+        "corrected",
+        &["lights.shadows=none", "lights.shadows=method", "cones.first_bounce_shadows=false"],
+    ),
     axis(
         "ledger",
         "corrected",
         &[
-            "ledger.d1=printed",
-            "ledger.d2=printed",
-            "ledger.d10=printed",
-            "ledger.d11=printed",
-            "ledger.d17=printed",
-            "ledger.d18=printed",
-            "ledger.d21=printed",
-            "ledger.d22=printed",
-            "shadows=cones",
-            "shadows=cones ledger.d12=printed",
-            "shadows=cones ledger.d13=printed",
-            "shadows=cones ledger.d15=printed",
-            "cones=6a",
-            "cones=6a ledger.d6=printed",
-            "cones=16",
-            "cones=16 ledger.d26=printed",
+            "cones.ledger.d1=printed",
+            "cones.ledger.d2=printed",
+            "cones.ledger.d10=printed",
+            "cones.ledger.d11=printed",
+            "cones.ledger.d17=printed",
+            "cones.ledger.d18=printed",
+            "cones.ledger.d21=printed",
+            "cones.ledger.d22=printed",
+            "lights.shadows=method cones.ledger.d12=printed",
+            "lights.shadows=method cones.ledger.d13=printed",
+            "lights.shadows=method cones.ledger.d15=printed",
+            "cones.set=6a",
+            "cones.set=6a cones.ledger.d6=printed",
+            "cones.set=16",
+            "cones.set=16 cones.ledger.d26=printed",
         ],
     ),
 ];
@@ -123,7 +136,7 @@ pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Trial)>> {
 pub fn settings(lines: &[(&'static str, Trial)]) -> Vec<Trial> {
     let mut all: Vec<Trial> = Vec::new();
     for (_, trial) in lines {
-        if all.iter().all(|other| other.settings != trial.settings) {
+        if all.iter().all(|other| !other.settings.means_same(&trial.settings)) {
             all.push(trial.clone());
         }
     }
@@ -199,7 +212,7 @@ impl<'a> Column<'a> {
 
     /// Time and errors of one setting.
     fn cells(&self, trial: &Trial) -> String {
-        let row = self.rows.iter().find(|row| row.settings == trial.settings);
+        let row = self.rows.iter().find(|row| row.settings.means_same(&trial.settings));
         let missing = || "–".to_owned();
         let mut cells = vec![row.and_then(|row| row.gpu_ms()).map_or_else(missing, |ms| format!("{ms:.0}"))];
         for (part, best) in &self.errors {

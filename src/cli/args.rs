@@ -83,7 +83,7 @@ pub struct SceneArgs {
     pub no_default_light: bool,
 }
 
-/// Where the settings come from. Later ones win: preset, then file, then single keys.
+/// Where the settings come from. Later ones win: preset, then file, then method, then single keys.
 #[derive(Args, Debug)]
 pub struct SettingsArgs {
     /// Start from this preset
@@ -92,6 +92,9 @@ pub struct SettingsArgs {
     /// Then take the keys of this TOML file
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
+    /// Then choose the method: as --set method=NAME
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|m| m.name())))]
+    pub method: Option<String>,
     /// Then set single keys, in the order given; `twobounce settings` lists them
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
@@ -117,18 +120,18 @@ pub struct RenderArgs {
     pub output: PathBuf,
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// How light is gathered
-    #[arg(long, value_enum, default_value_t = MethodArg::Cones)]
-    pub method: MethodArg,
     /// Further layers of an .exr, separated by commas
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
     /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     pub exposure: Option<f32>,
-    /// Time N frames of the same image, after warming up, and write the last
+    /// Time N frames of the same image, each made anew, after warming up, and write the last
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
+    /// With --repeat, keep what stands still from frame to frame, as an animation does
+    #[arg(long)]
+    pub still: bool,
     /// Render N frames of the animation; the output is a pattern such as out_%04d.png
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
@@ -180,6 +183,9 @@ pub struct LedgerArgs {
 pub struct SettingsCommandArgs {
     #[command(flatten)]
     pub settings: SettingsArgs,
+    /// Show every setting: the ledger and the talk's variants too
+    #[arg(long)]
+    pub all: bool,
     /// Print the list as a Markdown page
     #[arg(long, conflicts_with = "toml")]
     pub markdown: bool,
@@ -193,33 +199,6 @@ pub struct InfoArgs {
     /// Print JSON; sizes in bytes
     #[arg(long)]
     pub json: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MethodArg {
-    /// Voxel cone tracing with two bounces
-    Cones,
-    /// Direct light alone
-    None,
-}
-
-impl MethodArg {
-    /// As typed.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Cones => "cones",
-            Self::None => "none",
-        }
-    }
-}
-
-impl From<MethodArg> for Method {
-    fn from(method: MethodArg) -> Self {
-        match method {
-            MethodArg::Cones => Self::Cones,
-            MethodArg::None => Self::None,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -20,6 +20,8 @@ pub struct RenderJob {
     pub frames: Frames,
     /// Frames rendered before timing starts, so that shader compilation is not timed.
     pub warm_up: u32,
+    /// Whether frames keep what stands still; else each is made anew, to be timed.
+    pub still: bool,
 }
 
 /// Which frames to render.
@@ -81,7 +83,8 @@ impl RenderJob {
         let mut aovs = vec![Aov::Beauty];
         aovs.extend(Aov::ALL.iter().filter(|a| args.aov.contains(a)));
         let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
-        Ok(Self { settings, output, aovs, frames, warm_up: u32::from(timed) })
+        let still = args.still || args.frames.is_some();
+        Ok(Self { settings, output, aovs, frames, warm_up: u32::from(timed), still })
     }
 }
 

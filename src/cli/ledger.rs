@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::Vec3;
-use twobounce::ledger::{
+use twobounce::gi::cones::ledger::{
     BASE, CHOICES, Change, EDGE, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, Furnace, Measurements, ROWS,
     document, furnace_row,
 };
@@ -82,7 +82,7 @@ impl Bench<'_> {
         if let Some(shot) = self.frames.get(&key) {
             return Ok(shot.clone());
         }
-        let mut settings = Settings { voxels: EDGE, ..Settings::default() };
+        let mut settings = Settings { voxels: EDGE, ..Settings::corrected() };
         let mut scene = self.scene.clone();
         for assignment in BASE.iter().chain(assignments) {
             // The sky is the scene's, not a setting.
@@ -107,7 +107,7 @@ fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, 
 }
 
 fn furnace(context: &Arc<Context>, fill: &[&str], albedo: f32, block: bool, edge: u32) -> Result<Furnace> {
-    let mut settings = Settings { voxels: edge, ..Settings::default() };
+    let mut settings = Settings { voxels: edge, ..Settings::corrected() };
     fill.iter().try_for_each(|assignment| settings.set(assignment))?;
     let size = (FURNACE_PIXELS, FURNACE_PIXELS);
     let shot = render(context, analytic::furnace(albedo, 1.0, block), settings, size)?;

@@ -7,13 +7,13 @@ use clap::Args;
 use serde::Serialize;
 use twobounce::output::file;
 use twobounce::profile::copy::{self, CopyRates};
-use twobounce::profile::costs::{self, PassCost};
+use twobounce::profile::costs::{self, PassCost, Work};
 use twobounce::profile::growth::{self, Growth};
 use twobounce::profile::{Run, Subject, plot};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, MethodArg, SceneArgs, SettingsArgs, SubmitArg};
+use super::args::{DeviceArgs, SceneArgs, SettingsArgs, SubmitArg};
 use super::report::{self, RenderReport, SceneReport};
 use super::scene::Opened;
 use super::{Outcome, interrupt, job, out};
@@ -30,9 +30,6 @@ pub struct ProfileArgs {
     pub scene: SceneArgs,
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// How light is gathered
-    #[arg(long, value_enum, default_value_t = MethodArg::Cones)]
-    pub method: MethodArg,
     /// Frames that times are taken over, after one to warm up
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
@@ -87,7 +84,6 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
         pose: &pose,
         view: &view,
         settings: settings.clone(),
-        method: args.method.into(),
         size,
         submit: args.submit.into(),
         memory_limit: args.memory_limit,
@@ -109,7 +105,9 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
     let counted = subject.count(&counting)?;
     refuse_invalid(&counting)?;
     let pixels = u64::from(size.0) * u64::from(size.1);
-    let costs = costs::costs(&frames.timings.passes(), &counted, &counters, pixels, &copy);
+    let units = costs::units(settings.method);
+    let work = Work { units: &units, frame: &counters, pixels, copy: &copy };
+    let costs = costs::costs(&frames.timings.passes(), &counted, &work);
     out::write(&format!("\n{}", costs::table(&costs, &copy)));
     let growth =
         if args.growth { growth::measure(&context, &subject, args.frames.min(GROWTH_FRAMES))? } else { vec![] };
@@ -128,7 +126,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
             camera: camera.clone(),
             time_s: args.scene.time,
         };
-        let render = render_report(&context, &frames, size, budget_bytes, scene, args.method.name(), &settings);
+        let render = render_report(&context, &frames, size, budget_bytes, scene, settings.method.name(), &settings);
         let report = ProfileReport { version: VERSION, render, copy, costs: &costs, growth: &growth };
         write(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }

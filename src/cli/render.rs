@@ -5,7 +5,7 @@ use std::sync::Arc;
 use twobounce::layers::Layers;
 use twobounce::measure::timing::Timings;
 use twobounce::measure::trace::chrome_trace;
-use twobounce::memory_plan::mib;
+use twobounce::ground::memory_plan::mib;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;
@@ -103,7 +103,6 @@ impl<'a> Studio<'a> {
         say!("{}: {}", context.name, context.driver);
         let options = RenderOptions {
             size: (width, height),
-            method: args.method.into(),
             aovs: job.aovs[1..].to_vec(),
             submit: args.submit.into(),
             memory_limit: args.memory_limit,
@@ -139,6 +138,9 @@ impl<'a> Studio<'a> {
 
     fn frame(&mut self, later_s: f64) -> Result<()> {
         interrupt::check()?;
+        if !self.job.still {
+            self.renderer.make_anew();
+        }
         let pose = self.shot.pose(self.renderer.scene(), later_s);
         let view = self.shot.view(self.renderer.scene(), &pose);
         self.reports.push(self.renderer.render(&pose, &view)?);
@@ -207,7 +209,7 @@ impl<'a> Studio<'a> {
             let counters = report::counters(&self.reports);
             let report = RenderReport {
                 scene: self.scene.clone(),
-                method: args.method.name(),
+                method: self.job.settings.method.name(),
                 settings: &self.job.settings,
                 exposure_ev: self.exposure_ev,
                 timings: timings.report(self.context, self.size, counters, Some(memory)),
@@ -235,7 +237,7 @@ fn header(args: &RenderArgs, job: &RenderJob, opened: &Opened, context: &Context
         ("camera", opened.camera.clone()),
         ("time", args.scene.time.to_string()),
         ("sky", opened.scene.sky.to_string()),
-        ("method", args.method.name().to_owned()),
+        ("method", job.settings.method.name().to_owned()),
         ("settings", job.settings.to_toml()),
         ("device", context.name.clone()),
         ("driver", context.driver.clone()),

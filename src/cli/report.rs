@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use twobounce::measure::timing::{MemoryReport, ResourceBytes, TimingReport};
-use twobounce::memory_plan::MemoryPlan;
+use twobounce::ground::memory_plan::MemoryPlan;
 use twobounce::output::file;
 use twobounce::renderer::FrameReport;
 use twobounce::settings::Settings;
@@ -68,7 +68,7 @@ pub mod tests {
     use super::*;
     use std::collections::BTreeSet;
     use twobounce::measure::timing::{Spread, Timings, VERSION};
-    use twobounce::renderer::Counters;
+    use twobounce::frame::Counters;
     use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
 
     /// Every path to a value, `[]` for an element of a list.

@@ -8,7 +8,7 @@ use super::args::{SettingsArgs, SettingsCommandArgs};
 use crate::say;
 
 impl SettingsArgs {
-    /// The preset, then the file, then single keys.
+    /// The preset, then the file, then the method, then single keys.
     pub fn effective(&self) -> Result<Settings> {
         self.effective_with("--preset")
     }
@@ -20,6 +20,9 @@ impl SettingsArgs {
         if let Some(path) = &self.config {
             let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
             settings.merge_toml(&text).map_err(|e| Error::file(path, e.to_string()))?;
+        }
+        if let Some(method) = &self.method {
+            settings.set(&format!("method={method}"))?;
         }
         for set in &self.sets {
             settings.set(set).map_err(|e| named("--set", e))?;
@@ -36,23 +39,32 @@ pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<Outcome> {
     } else if args.toml {
         super::out::write(&settings.to_toml());
     } else {
-        list(&settings);
+        list(&settings, args.all);
     }
     Ok(Outcome::Done)
 }
 
-fn list(settings: &Settings) {
+fn list(settings: &Settings, all: bool) {
     say!("presets (--preset name; {} where none is named):", PRESETS[0].name);
     for preset in PRESETS {
         say!("  {:<10} {}", preset.name, preset.meaning);
     }
     say!("\nsettings (--set key=value; a * marks what differs from the default):");
     let defaults = (PRESETS[0].settings)().entries();
+    let mut hidden = 0;
     for ((key, value), (_, default)) in settings.entries().iter().zip(&defaults) {
-        let mark = if value == default { ' ' } else { '*' };
-        let was = if value == default { String::new() } else { format!(", default {default}") };
+        let differs = value != default;
+        if key.rare && !all && !differs {
+            hidden += 1;
+            continue;
+        }
+        let mark = if differs { '*' } else { ' ' };
+        let was = if differs { format!(", default {default}") } else { String::new() };
         say!("{mark} {} = {value}   [{}{was}]", key.name, key.unit);
         say!("      {}", key.meaning);
         say!("      takes {}; cost: {}", key.range, key.cost);
+    }
+    if hidden > 0 {
+        say!("\n{hidden} more: twobounce settings --all");
     }
 }

@@ -1,13 +1,165 @@
-//! Global illumination: the closed list of methods, and where the volume stands.
+//! Global illumination: the closed list of methods, and what a method is to the rest of the house.
 
-pub mod cones;
-pub mod volume;
+use std::sync::Arc;
 
-/// The methods that `render` knows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+use crate::Result;
+use crate::ground::constants::Features;
+use crate::ground::grid::GridPlace;
+use crate::ground::memory_plan::MemoryRow;
+use crate::ground::{Counts, Ground};
+use crate::settings::Settings;
+use crate::vk::{Bind, Context, Image, Recorder};
+
+/// The list of methods: a variant, its name, which is the name of its folders too, and what it is.
+macro_rules! methods {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal in $module:ident),+ $(,)?) => {
+        $(pub mod $module;)+
+
+        crate::settings::choices! {
+            /// How light from elsewhere is found.
+            Method { $($(#[$doc])* $variant = $name),+ }
+        }
+
+        /// The settings of every method, each a table under the method's name.
+        #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(default)]
+        pub struct Tables { $(pub $module: $module::Settings),+ }
+
+        /// The keys of all tables.
+        pub(crate) fn tables_keys() -> impl Iterator<Item = &'static crate::settings::Key> {
+            [$($module::KEYS),+].into_iter().flatten().flat_map(|keys| keys.iter())
+        }
+
+        impl Method {
+            /// What the method asks of the ground.
+            pub fn wants(self, settings: &Settings) -> Wants {
+                match self { $(Self::$variant => <$module::Lighting as Gi>::wants(settings)),+ }
+            }
+
+            /// Bytes of everything that it makes, before anything is made.
+            pub fn plan(self, settings: &Settings) -> Vec<MemoryRow> {
+                match self { $(Self::$variant => <$module::Lighting as Gi>::plan(settings)),+ }
+            }
+
+            /// Compiles its passes and makes its volumes.
+            ///
+            /// # Errors
+            /// Too little memory, or a lost device.
+            pub fn make(self, maker: &Maker) -> Result<Box<dyn Gi>> {
+                Ok(match self { $(Self::$variant => Box::new(<$module::Lighting as Gi>::new(maker)?)),+ })
+            }
+
+            /// What the method's passes work on, by the start of their names.
+            pub fn pass_units(self) -> &'static [(&'static str, PassUnit)] {
+                match self { $(Self::$variant => $module::PASS_UNITS),+ }
+            }
+        }
+    };
+}
+
+methods! {
     /// Direct light alone.
-    None,
-    /// Voxel cone tracing with up to two bounces.
-    Cones,
+    None = "none" in none,
+    /// Voxel cone tracing, as in the talk.
+    Cones = "cones" in cones,
+    /// Exact rays that find what the voxels shade, shared among neighbours.
+    Rays = "rays" in rays,
+}
+
+/// A way to light surfaces by other surfaces. It fills what it likes from the ground, and answers in GLSL
+/// (`glsl/gi/<name>/look_up.glsl`) what light reaches a surface from elsewhere:
+/// - `vec4 look_up_diffuse(Surface s, uvec3 place)`: irradiance/π in stored radiance, the sky included, and the open share of
+///   the hemisphere; `place` is a pixel or a voxel, by which directions may differ;
+/// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: what the surface mirrors and lets through;
+/// - `const bool FINDS_LAMPS`: whether `add_glossy` also finds sampled lamps;
+/// - `vec3 look_up_specular(Surface s)`, where list items are lit with it: what a glossy surface meets that has no viewer;
+/// - `METHOD_SHADOWS` and `float method_shadow(…)`, where it has shadows of its own.
+///
+/// It knows nothing of windows, files, charts, other methods.
+pub trait Gi: Send {
+    /// What it asks of the ground.
+    fn wants(settings: &Settings) -> Wants
+    where
+        Self: Sized;
+
+    /// Bytes of everything that [`Gi::new`] makes.
+    fn plan(settings: &Settings) -> Vec<MemoryRow>
+    where
+        Self: Sized;
+
+    /// # Errors
+    /// Too little memory, or a lost device.
+    fn new(maker: &Maker) -> Result<Self>
+    where
+        Self: Sized;
+
+    /// Records the passes from this frame's lists to its light.
+    fn update(&self, recorder: &mut Recorder, ground: &Ground, update: &Update);
+
+    /// What its look-up is compiled with.
+    fn constants(&self) -> &[(u32, u32)];
+
+    /// What its look-up binds.
+    fn binds(&self) -> Vec<Bind<'_>>;
+
+    /// A level of an image that shows, coarsely, all light that it holds: feedback has settled once it does not change.
+    fn coarse_light(&self) -> Option<(&Image, u32)> {
+        None
+    }
+}
+
+/// What a method asks of the ground. The ground makes nothing that is not asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Wants {
+    /// The lists of the base grid.
+    pub lists: bool,
+    /// Exact rays through them.
+    pub rays: bool,
+    /// Lists of its occupied cells, level by level.
+    pub cells: bool,
+    /// List items lit, one by one,
+    pub lit_items: bool,
+    /// one for all that are alike,
+    pub alike: bool,
+    /// with direct light kept from one pass of a frame to the next.
+    pub kept_direct_light: bool,
+    /// Lists of further grids.
+    pub grids: Vec<GridPlace>,
+    /// Whether its diffuse look-up is worth gathering apart from the image.
+    pub diffuse: bool,
+    /// Whether it has shadows of its own.
+    pub shadows: bool,
+    /// Whether its light differs from frame to frame though nothing changes.
+    pub unsteady: bool,
+}
+
+/// What a method is made from.
+pub struct Maker<'a> {
+    pub context: &'a Arc<Context>,
+    pub settings: &'a Settings,
+    pub features: Features,
+    pub counts: &'a Counts,
+}
+
+/// What is new in the frame that a method lights.
+#[derive(Clone, Copy, Debug)]
+pub struct Update {
+    /// The lists were made anew; else they are those of the frame before.
+    pub lists: bool,
+    /// What the method holds is the light of the frame before, to go on from.
+    pub history: bool,
+    /// What the method holds is what the frame before filled, and nothing else.
+    pub known: bool,
+}
+
+/// What a pass works on; its time is given per unit too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassUnit {
+    /// Occupied voxels.
+    Voxels,
+    /// List items that it makes (and the voxels that it finds occupied).
+    MadeItems,
+    /// List items that it walks, and the voxels whose lists they are.
+    WalkedItems,
+    Pixels,
 }

@@ -6,9 +6,10 @@ use serde::Serialize;
 
 use super::copy::{CopyRates, gb_per_s};
 use super::counts::Counts;
-use crate::layout;
+use crate::ground::layout;
 use crate::measure::timing::{PassTiming, short_bytes};
-use crate::renderer::Counters;
+use crate::frame::Counters;
+use crate::gi::{Method, PassUnit};
 
 /// What one pass costs per thing, and by the model. Nanoseconds of device time, by the median.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -34,49 +35,63 @@ pub struct PassCost {
     pub share_of_copy: f64,
 }
 
+/// What the passes of a frame work on.
+pub struct Work<'a> {
+    /// From [`units`].
+    pub units: &'a [(&'static str, PassUnit)],
+    pub frame: &'a Counters,
+    pub pixels: u64,
+    pub copy: &'a CopyRates,
+}
+
+/// What the passes of the ground and of a method work on, by the start of their names.
+pub fn units(method: Method) -> Vec<(&'static str, PassUnit)> {
+    let ground = [
+        ("voxelise", PassUnit::MadeItems),
+        ("alike", PassUnit::WalkedItems),
+        ("gather", PassUnit::Pixels),
+        ("image", PassUnit::Pixels),
+    ];
+    ground.iter().chain(method.pass_units()).copied().collect()
+}
+
 /// One row per pass, in the order of the frame.
 pub fn costs(
     passes: &[PassTiming],
     counted: &[(&'static str, Counts)],
-    frame: &Counters,
-    pixels: u64,
-    copy: &CopyRates,
+    work: &Work,
 ) -> Vec<PassCost> {
-    passes.iter().map(|pass| cost(pass, counted, frame, pixels, copy)).collect()
+    passes.iter().map(|pass| cost(pass, counted, work)).collect()
 }
 
-fn cost(
-    pass: &PassTiming,
-    counted: &[(&'static str, Counts)],
-    frame: &Counters,
-    pixels: u64,
-    copy: &CopyRates,
-) -> PassCost {
+fn cost(pass: &PassTiming, counted: &[(&'static str, Counts)], work: &Work) -> PassCost {
+    let Work { units, frame, pixels, copy } = *work;
     let name = pass.name;
     let counts = counted.iter().find(|row| row.0 == name).map_or_else(Counts::default, |row| row.1);
-    let is = |prefixes: &[&str]| prefixes.iter().any(|prefix| name.starts_with(prefix));
-    let (makes_lists, walks_lists) = (is(&["voxelise"]), is(&["alike", "shade"]));
+    let unit = units.iter().find(|(start, _)| name.starts_with(start)).map(|(_, unit)| *unit);
     let ms = pass.gpu_ms.median;
     let per = |applies: bool, count: u64| (applies && count > 0).then(|| ms * 1e6 / count as f64);
     let (items, triangles) = (u64::from(frame.list_items), u64::from(frame.triangles));
-    let written_bytes = if makes_lists {
+    let written_bytes = if unit == Some(PassUnit::MadeItems) {
         // An item, and the voxel's head for it.
         items * (size_of::<layout::ListItem>() as u64 + 4) + 4 * u64::from(frame.occupied_voxels)
-    } else if is(&["alike"]) {
-        // Twice: first which way it faces, then who is lit for it.
+    } else if name == "alike" {
+        // Twice: first which way it faces, then the item that is lit for it.
         2 * items * size_of::<layout::ItemPart>() as u64
-    } else if is(&["record"]) {
+    } else if name == "record" {
         triangles * size_of::<layout::Triangle>() as u64
     } else {
         pass.bytes
     };
+    let of_voxels = matches!(unit, Some(PassUnit::Voxels | PassUnit::MadeItems | PassUnit::WalkedItems));
+    let (made, walked) = (unit == Some(PassUnit::MadeItems), unit == Some(PassUnit::WalkedItems));
     let fetched_bytes = counts.fetched_bytes();
     let gb_per_s = gb_per_s(fetched_bytes + written_bytes, ms);
     PassCost {
         name,
-        ns_per_occupied_voxel: per(is(&["voxelise", "alike", "shade", "mips"]), frame.occupied_voxels.into()),
-        ns_per_list_item: per(makes_lists || walks_lists, if makes_lists { items } else { counts.list_items }),
-        ns_per_pixel: per(is(&["render", "gather"]), pixels),
+        ns_per_occupied_voxel: per(of_voxels, frame.occupied_voxels.into()),
+        ns_per_list_item: per(made || walked, if made { items } else { counts.list_items }),
+        ns_per_pixel: per(unit == Some(PassUnit::Pixels), pixels),
         ns_per_cone_step: per(true, counts.cone_steps + counts.shadow_steps),
         counts,
         fetched_bytes,
@@ -134,8 +149,10 @@ mod tests {
         let frame = Counters { triangles: 10, degenerate: 0, list_items: 400, occupied_voxels: 100 };
         let shade = Counts { list_items: 400, cone_steps: 2000, ..Default::default() };
         let copy = CopyRates { buffer_gb_per_s: 2.0, shader_gb_per_s: 1.0 };
-        let passes = [pass("voxelise 1", 1.0), pass("shade 2", 2.0), pass("render", 4.0), pass("reset", 1.0)];
-        let rows = costs(&passes, &[("shade 2", shade)], &frame, 64, &copy);
+        let passes = [pass("voxelise", 1.0), pass("shade 2", 2.0), pass("image", 4.0), pass("reset", 1.0)];
+        let units = units(Method::Rays);
+        let work = Work { units: &units, frame: &frame, pixels: 64, copy: &copy };
+        let rows = costs(&passes, &[("shade 2", shade)], &work);
         assert_eq!((rows[0].ns_per_occupied_voxel, rows[0].ns_per_list_item), (Some(1e4), Some(2500.0)));
         assert_eq!((rows[0].ns_per_pixel, rows[0].ns_per_cone_step), (None, None));
         assert_eq!(rows[0].written_bytes, 400 * 16 + 100 * 4);
@@ -147,7 +164,7 @@ mod tests {
         assert_eq!((rows[3].ns_per_occupied_voxel, rows[3].ns_per_list_item), (None, None));
         let table = table(&rows, &copy);
         assert!(
-            table.lines().nth(3).is_some_and(|line| line.starts_with("render") && line.contains("62500.00")),
+            table.lines().nth(3).is_some_and(|line| line.starts_with("image") && line.contains("62500.00")),
             "{table}"
         );
     }

@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use crate::layout;
+use crate::ground::layout;
 
 /// Gives every kind its place, its name in GLSL and its bytes.
 macro_rules! kinds {
@@ -53,7 +53,7 @@ kinds! {
     lights "LIGHTS" size_of::<layout::Light>(),
     scene_vertices "SCENE_VERTICES" size_of::<layout::SceneVertex>(),
     /// Pieces of sampled lamps.
-    emitters "LAMP_RECORDS" size_of::<layout::Emitter>(),
+    lamps "LAMP_RECORDS" size_of::<layout::Lamp>(),
     /// Whatever has no kind of its own.
     words "WORDS" 4,
 }

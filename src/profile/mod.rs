@@ -10,23 +10,21 @@ pub mod plot;
 use std::sync::Arc;
 
 use crate::Result;
-use crate::gi::Method;
 use crate::measure::timing::Timings;
-use crate::memory_plan::MemoryPlan;
+use crate::ground::memory_plan::MemoryPlan;
 use crate::renderer::{FrameReport, RenderOptions, Renderer, Submit};
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::Settings;
 use crate::vk::Context;
 use counts::Counts;
 
-/// A still frame, to be rendered again and again.
+/// A frame, to be made anew again and again.
 #[derive(Clone)]
 pub struct Subject<'a> {
     pub scene: &'a Scene,
     pub pose: &'a Pose,
     pub view: &'a View,
     pub settings: Settings,
-    pub method: Method,
     /// Pixels.
     pub size: (u32, u32),
     pub submit: Submit,
@@ -58,6 +56,7 @@ impl Subject<'_> {
         let mut reports = Vec::new();
         for _ in 0..WARM_UP + frames {
             (self.check)()?;
+            renderer.make_anew();
             let report = renderer.render(self.pose, self.view)?;
             timings.push(report.timings.clone());
             reports.push(report);
@@ -84,7 +83,6 @@ impl Subject<'_> {
 
     fn renderer(&self, context: &Arc<Context>) -> Result<Renderer> {
         let options = RenderOptions {
-            method: self.method,
             submit: self.submit,
             memory_limit: self.memory_limit,
             ..RenderOptions::new(self.size, self.bounds)

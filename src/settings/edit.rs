@@ -2,7 +2,7 @@
 
 use toml::{Table, Value};
 
-use super::{KEYS, Key, PRESETS, Range, Settings};
+use super::{Key, PRESETS, Range, Settings, keys, renamed};
 use crate::{Error, Result};
 
 impl Settings {
@@ -44,19 +44,25 @@ impl Settings {
         self.replace(&[(key, parse(key, text.trim()))])
     }
 
-    /// Every key and its value as TOML, in the order of [`KEYS`]: `merge_toml` of it gives the same settings.
+    /// Every key that has an effect and its value as TOML, in the order of [`keys`]: `merge_toml` of it gives settings that
+    /// mean the same.
     pub fn to_toml(&self) -> String {
         self.values().iter().map(|(key, value)| format!("{} = {}\n", key.name, write(value))).collect()
     }
 
-    /// Every key and its value as the user would write it after `--set key=`.
+    /// Whether both give the same image: whatever else is set in the tables of other methods.
+    pub fn means_same(&self, other: &Self) -> bool {
+        self.to_toml() == other.to_toml()
+    }
+
+    /// Every key and its value as the user would write it after `--set key=`, tables of other methods included.
     pub fn entries(&self) -> Vec<(&'static Key, String)> {
         let bare = |value: &Value| match value {
             Value::String(text) => text.clone(),
             Value::Array(items) => items.iter().map(write).collect::<Vec<_>>().join(","),
             other => write(other),
         };
-        self.values().iter().map(|(key, value)| (*key, bare(value))).collect()
+        self.all_values().iter().map(|(key, value)| (*key, bare(value))).collect()
     }
 
     /// Whether every value lies in its range. What the functions above build always does.
@@ -64,13 +70,20 @@ impl Settings {
     /// # Errors
     /// [`Error::Usage`], naming the key.
     pub fn validate(&self) -> Result<()> {
-        self.values().iter().try_for_each(|(key, value)| check(key, value).map(drop))
+        self.all_values().iter().try_for_each(|(key, value)| check(key, value).map(drop))
+    }
+
+    /// Every key that has an effect, and its value: the tables of other methods have none.
+    fn values(&self) -> Vec<(&'static Key, Value)> {
+        let mut values = self.all_values();
+        values.retain(|(key, _)| key.method().is_none_or(|method| method == self.method));
+        values
     }
 
     /// Every key and its value.
-    fn values(&self) -> Vec<(&'static Key, Value)> {
+    fn all_values(&self) -> Vec<(&'static Key, Value)> {
         let tree = self.tree();
-        KEYS.iter().filter_map(|key| Some((key, find(&tree, key.name)?.clone()))).collect()
+        keys().iter().filter_map(|key| Some((key, find(&tree, key.name)?.clone()))).collect()
     }
 
     fn tree(&self) -> Table {
@@ -97,7 +110,7 @@ fn flatten(prefix: &str, table: &Table, leaves: &mut Vec<(&'static Key, Value)>)
     for (name, value) in table {
         let name = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
         match value {
-            Value::Table(inner) if KEYS.iter().any(|k| k.name.starts_with(&format!("{name}."))) => {
+            Value::Table(inner) if keys().iter().any(|k| k.name.starts_with(&format!("{name}."))) => {
                 flatten(&name, inner, leaves)?;
             }
             _ => leaves.push((known(&name)?, value.clone())),
@@ -129,11 +142,14 @@ fn insert(tree: &mut Table, name: &str, value: Value) {
 /// The key called `name`, or the nearest ones.
 fn known(name: &str) -> Result<&'static Key> {
     Key::named(name).ok_or_else(|| {
+        if let Some(sentence) = renamed::sentence(name) {
+            return usage(sentence);
+        }
         let group = format!("{name}.");
-        if let Some(inner) = KEYS.iter().find(|k| k.name.starts_with(&group)) {
+        if let Some(inner) = keys().iter().find(|k| k.name.starts_with(&group)) {
             return usage(format!("{name:?} is a group of settings; name one of its keys, such as {:?}", inner.name));
         }
-        let names: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
+        let names: Vec<&str> = keys().iter().map(|k| k.name).collect();
         usage(format!("there is no setting {name:?}; {}", suggestion(name, &names)))
     })
 }
@@ -157,10 +173,8 @@ fn parse(key: &Key, text: &str) -> Value {
     let number = |s: &str| s.trim().parse().ok().map(Value::Float);
     let parsed = match key.range {
         Range::Bool => text.parse().ok().map(Value::Boolean),
-        Range::Choice(_) | Range::ChoiceOrAuto(_) => None,
-        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) | Range::WholeOrAuto(..) => {
-            text.parse().ok().map(Value::Integer)
-        }
+        Range::Choice(_) => None,
+        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) => text.parse().ok().map(Value::Integer),
         Range::Number(..) | Range::NumberOrAuto(..) => number(text),
         Range::PointOrAuto(_) => text.split(',').map(number).collect::<Option<Vec<_>>>().map(Value::Array),
     };
@@ -184,9 +198,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
     let accepted = match key.range {
         Range::Bool => value.as_bool().map(Value::Boolean),
         Range::Choice(names) => choice(&names()),
-        Range::ChoiceOrAuto(names) => choice(&names()).or_else(auto),
         Range::Whole(least, most) => between(least, most),
-        Range::WholeOrAuto(least, most) => between(least, most).or_else(auto),
         Range::PowerOfTwo(least, most) => whole(&|n| n.is_power_of_two() && (least..=most).contains(n)),
         Range::OneOf(values) => whole(&|n| values.contains(n)),
         Range::Number(least, most) => within(value, least, most),
@@ -201,7 +213,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
     accepted.ok_or_else(|| {
         let given = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         let hint = match key.range {
-            Range::Choice(names) | Range::ChoiceOrAuto(names) => nearest_choice(&given, &names()),
+            Range::Choice(names) => nearest_choice(&given, &names()),
             _ => String::new(),
         };
         usage(format!("setting {:?} takes {}, not {given:?}{hint}", key.name, key.range))

@@ -4,7 +4,8 @@ use glam::{Vec3, Vec4};
 
 use super::directions::{cone_set, tangent_frame};
 use super::volume::{ISOTROPIC, Volume};
-use crate::settings::{Blend, Form, Ledger, Settings, Weights};
+use crate::gi::cones::choices::{Blend, Form, Weights};
+use crate::gi::cones::{Ledger, Settings};
 
 /// Alpha at which a cone ends (D18): what is left cannot change an 8-bit image.
 pub const OPAQUE: f32 = 0.995;
@@ -166,7 +167,7 @@ pub fn trace_shadow_cone(
     let direction = to_light / length;
     let cone = Cone { origin, direction, aperture, start: 0.0, end: length - s.start.shadow_end * voxel };
     let end = reach(&cone, ledger);
-    let mut distance = (s.start.shadow_along + jitter * s.shadow.step) * voxel;
+    let mut distance = (s.start.shadow_along + jitter * s.shadow_step) * voxel;
     let (mut alpha, mut steps) = (0.0, 0);
     while alpha < stop_alpha(ledger.d18) && distance < end && steps < MAX_STEPS {
         let position = origin + distance * direction;
@@ -174,7 +175,7 @@ pub fn trace_shadow_cone(
             break;
         }
         let diameter = cone_diameter(aperture, distance, edge, ledger.d17);
-        let step = diameter.max(voxel) * s.shadow.step;
+        let step = diameter.max(voxel) * s.shadow_step;
         alpha += (1.0 - alpha) * shadow_sample(volume, position, direction, diameter, step, s);
         distance += step;
         steps += 1;
@@ -210,7 +211,7 @@ pub fn gather_diffuse(volume: &Volume, from: Vec3, normal: Vec3, sky: Vec3, s: &
     let origin = from + normal * (s.start.diffuse_normal * voxel);
     let frame = tangent_frame(normal, s.ledger.d22);
     let mut sum = Gathered { radiance: Vec3::ZERO, open: 0.0 };
-    for c in cone_set(s.cones, s.ledger.d6, s.ledger.d26) {
+    for c in cone_set(s.set, s.ledger.d6, s.ledger.d26) {
         let (direction, start) = (frame * c.direction, s.start.diffuse_along * voxel);
         let cone = Cone { origin, direction, aperture: c.aperture * s.aperture, start, end: 2.0 };
         let hit = trace_cone(volume, &cone, s).value;

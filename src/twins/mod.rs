@@ -7,10 +7,11 @@
 //! Everything here lives in volume space: positions in the cube \[0,1\]³ unless a name ends in `_voxel`.
 
 pub mod alike;
+pub mod cells;
 pub mod closed_forms;
 pub mod cone;
 pub mod directions;
-pub mod emitters;
+pub mod lamps;
 pub mod mips;
 pub mod record;
 pub mod shade;

@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use super::volume::{TARGETS, TRAVEL};
-use crate::settings::Fill;
+use crate::gi::cones::choices::Fill;
 
 /// One listed triangle, already shaded.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use glam::{IVec3, UVec3, Vec3, Vec4};
 use half::f16;
 
-use crate::settings::Form;
+use crate::gi::cones::choices::Form;
 
 /// Targets of a volume: what a cone travelling along +x +y +z −x −y −z sees, and the isotropic one.
 pub const TARGETS: usize = 7;

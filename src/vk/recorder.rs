@@ -162,6 +162,14 @@ impl Recorder {
         self.log(CommandLog::Update { buffer, offset, bytes });
     }
 
+    /// Writes `data` to the start of `buffer`, in order with the commands: small data that changes from frame to frame.
+    pub fn update_all<T: Pod>(&mut self, buffer: &Buffer, data: &[T]) {
+        const MOST: usize = 65536;
+        for (index, part) in bytemuck::cast_slice(data).chunks(MOST).enumerate() {
+            self.update(buffer, (index * MOST) as u64, part);
+        }
+    }
+
     /// Sets every texel of a colour image to zero.
     pub fn clear(&mut self, image: &Image) {
         let range = [vk::ImageSubresourceRange::default()
@@ -207,6 +215,34 @@ impl Recorder {
         self.keep(image.raw.clone());
         self.keep(buffer.raw.clone());
         self.log(CommandLog::Copy { from: image.label().to_owned(), to: buffer.label().to_owned(), bytes: None });
+    }
+
+    /// Copies a region of one colour image to `to` of another's finest level.
+    pub fn copy_image(&mut self, from: &Image, region: ImageRegion, to: &Image, at: [u32; 3]) {
+        let layers = |level, first| {
+            vk::ImageSubresourceLayers::default()
+                .aspect_mask(vk::ImageAspectFlags::COLOR)
+                .mip_level(level)
+                .base_array_layer(first)
+                .layer_count(region.layers)
+        };
+        let offset = |[x, y, z]: [u32; 3]| vk::Offset3D { x: x as i32, y: y as i32, z: z as i32 };
+        let [width, height, depth] = region.extent;
+        let copy = [vk::ImageCopy::default()
+            .src_subresource(layers(region.level, region.first_layer))
+            .src_offset(offset(region.offset))
+            .dst_subresource(layers(0, 0))
+            .dst_offset(offset(at))
+            .extent(vk::Extent3D { width, height, depth })];
+        let general = vk::ImageLayout::GENERAL;
+        // SAFETY: both images are in that layout for good, outside a rendering scope; both are kept.
+        unsafe {
+            let device = self.context.device();
+            device.cmd_copy_image(self.handle(), from.raw.handle, general, to.raw.handle, general, &copy);
+        }
+        self.keep(from.raw.clone());
+        self.keep(to.raw.clone());
+        self.log(CommandLog::Copy { from: from.label().to_owned(), to: to.label().to_owned(), bytes: None });
     }
 
     /// Copies tightly packed texels from byte `offset` of `buffer` on into a region of `image`.

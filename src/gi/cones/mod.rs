@@ -1,122 +1,174 @@
-//! Voxel cone tracing with two bounces, mirroring the talk's pipeline: one file per pass; their order is `src/frame.rs`.
+//! Voxel cone tracing with two bounces, mirroring the talk's pipeline: one file per pass.
 //!
 //! The talk: BeRo and urs, "How to use Voxel Cone Tracing with two bounces for everything instead of just Global
 //! Illumination" (listings CC0).
 
-pub mod alike;
-pub mod cells;
-pub mod clearance;
+pub mod choices;
 pub mod constants;
-pub mod emitters;
-pub mod gather;
-pub mod mips;
-pub mod record;
-pub mod render;
-pub mod reset;
-pub mod resources;
-pub mod shade;
-pub mod uniforms;
-pub mod voxelise;
+pub mod ledger;
+mod mips;
+mod settings;
+mod shade;
 
-use crate::gpu_scene::GpuScene;
-use crate::vk::{Bind, ColorTarget, Compute, Format, Load, Raster, RenderTarget, Sampler, ZoneKind};
-use resources::{FACES, Resources, VolumeImages};
+use super::{Gi, Maker, PassUnit, Update, Wants};
+use crate::Result;
+use crate::ground::Ground;
+use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, SHADOWS, SHADOWS_NONE, with};
+use crate::ground::faces::{EmptyFaces, FACES, FaceVolume};
+use crate::ground::memory_plan::MemoryRow;
+use crate::settings::{Bounces, LampLight, Settings as AllSettings, Shadows};
+use crate::vk::{self, Bind, Buffer, ColorTarget, Image, Recorder, RenderTarget, Sampler};
+use choices::{Form, Passes};
+use mips::Mips;
+use shade::Shade;
 
-/// Which volume a pass fills.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bounce {
-    First,
-    Second,
+pub use settings::{KEYS, Ledger, Settings, Start};
+
+pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
+
+pub struct Lighting {
+    first: Shade,
+    /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
+    again: Option<Shade>,
+    second: Option<Shade>,
+    /// Absent in layered passes, which write every voxel.
+    empty: Option<EmptyFaces>,
+    mips: Mips,
+    /// Whether the second bounce voxelises again.
+    relists: bool,
+    /// One per bounce.
+    volumes: Vec<FaceVolume>,
+    sampler: Sampler,
+    /// The uniform block.
+    block: Buffer,
+    constants: Vec<(u32, u32)>,
 }
 
-impl Bounce {
-    pub fn pick<T>(self, first: T, second: T) -> T {
-        match self {
-            Self::First => first,
-            Self::Second => second,
+impl Gi for Lighting {
+    fn wants(settings: &AllSettings) -> Wants {
+        let cells = settings.of.cones.passes == Passes::Cells;
+        Wants {
+            lists: true,
+            rays: settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled,
+            cells,
+            lit_items: cells,
+            kept_direct_light: keeps_direct_light(settings),
+            diffuse: true,
+            shadows: true,
+            unsteady: settings.of.cones.jitter,
+            ..Wants::default()
         }
     }
-}
 
-/// What a pass over a volume goes through (`settings::Work`), compiled; by cells, a pass may take several shaders.
-enum Form<ByCells = Compute> {
-    Raster(Raster),
-    Cells(ByCells),
-}
-
-impl<ByCells> Form<ByCells> {
-    fn kind(&self) -> ZoneKind {
-        match self {
-            Self::Raster(_) => ZoneKind::Raster,
-            Self::Cells(_) => ZoneKind::Compute,
-        }
+    fn plan(settings: &AllSettings) -> Vec<MemoryRow> {
+        let mut rows = vec![("cones", size_of::<constants::Cones>() as u64)];
+        rows.extend(FaceVolume::plan(settings.bounces.volumes(), settings.voxels));
+        rows
     }
 
-    /// Bytes that the pass writes where all cells together have `whole`: of lists, only the device knows (0).
-    fn bytes(&self, whole: u64) -> u64 {
-        match self {
-            Self::Raster(_) => whole,
-            Self::Cells(_) => 0,
-        }
-    }
-}
-
-/// What every shading pass reads (`glsl/cones/bindings.glsl`).
-fn shading_binds<'a>(scene: &'a GpuScene, resources: &'a Resources) -> Vec<Bind<'a>> {
-    vec![
-        Bind::buffer("frame", &resources.frame),
-        Bind::buffer("globals", &resources.globals),
-        Bind::buffer("triangles", &resources.triangles),
-        Bind::buffer("list_items", &resources.items),
-        Bind::buffer("heads", &resources.heads),
-        Bind::buffer("clearance", &resources.clearance),
-        Bind::buffer("materials", &scene.materials),
-        Bind::buffer("lights", &resources.lights),
-        Bind::buffer("emitters", &resources.emitters),
-        Bind::buffer("emitter_nodes", &resources.emitter_nodes),
-        Bind::buffer("texture_entries", &scene.texture_entries),
-        Bind::buffer("texture_levels", &scene.texture_levels),
-        Bind::image("atlas_linear", scene.atlas.view(), &scene.texel_sampler),
-        Bind::image("atlas_srgb", scene.atlas.view_as(Format::R8G8B8A8_SRGB), &scene.texel_sampler),
-    ]
-}
-
-/// What every pass over the image reads: what shading does, the order of blended triangles, and the volume, if any.
-fn image_binds<'a>(scene: &'a GpuScene, resources: &'a Resources, volume: Option<&'a VolumeImages>) -> Vec<Bind<'a>> {
-    let mut binds = shading_binds(scene, resources);
-    binds.push(Bind::buffer("slots", &resources.slots));
-    binds.push(Bind::buffer("order", &resources.order));
-    if let Some(volume) = volume {
-        binds.extend(volume_binds(volume, &resources.volume_sampler));
-    }
-    binds
-}
-
-/// A volume to gather from (`glsl/cones/volumes.glsl`).
-fn volume_binds<'a>(volume: &'a VolumeImages, sampler: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
-    const NAMES: [&str; FACES] = ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];
-    NAMES.iter().zip(&volume.faces).map(move |(name, face)| Bind::image(name, face.view(), sampler))
-}
-
-/// All seven faces of a level, to be stored to (`glsl/cones/faces.glsl`).
-fn face_binds(volume: &VolumeImages, level: u32) -> [Bind<'_>; FACES] {
-    const NAMES: [&str; FACES] = ["faces_0", "faces_1", "faces_2", "faces_3", "faces_4", "faces_5", "faces_6"];
-    std::array::from_fn(|face| Bind::storage_image(NAMES[face], volume.faces[face].mip_view(level)))
-}
-
-impl VolumeImages {
-    /// All seven faces of a level as layered colour targets; every texel is written.
-    fn colors(&self, level: u32) -> [ColorTarget<'_>; FACES] {
-        std::array::from_fn(|face| ColorTarget {
-            view: self.faces[face].attachment_view(level),
-            resolve: None,
-            load: Load::DontCare,
-            store: true,
+    fn new(maker: &Maker) -> Result<Self> {
+        let Maker { context, settings, features, .. } = *maker;
+        let own = &settings.of.cones;
+        let image = with(crate::ground::constants::constants(settings, features), &constants::constants(own));
+        let voxels = with(image.clone(), &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
+        // The talk's first bounce has no shadows.
+        let unshadowed = with(voxels.clone(), &[(SHADOWS, SHADOWS_NONE)]);
+        let plain = if own.first_bounce_shadows { &voxels } else { &unshadowed };
+        let (kept, read) =
+            if keeps_direct_light(settings) { (DIRECT_KEPT, DIRECT_READ) } else { (DIRECT_FOUND, DIRECT_FOUND) };
+        let shade = |label, gathers, constants: &Vec<_>, direct| {
+            Shade::new(context, own.passes, (label, gathers), constants, direct)
+        };
+        let two = settings.bounces.volumes() > 1;
+        let names = ["first bounce", "second bounce"];
+        let border = own.ledger.d11 == Form::Right;
+        Ok(Self {
+            first: shade("shade 1", false, plain, kept)?,
+            again: (settings.bounces == Bounces::All).then(|| shade("shade 1", true, &voxels, kept)).transpose()?,
+            second: two.then(|| shade("shade 2", true, &voxels, read)).transpose()?,
+            empty: (own.passes == Passes::Cells).then(|| EmptyFaces::new(context, &voxels)).transpose()?,
+            mips: Mips::new(context, own.passes, &voxels)?,
+            relists: own.passes == Passes::Layered,
+            volumes: names[..settings.bounces.volumes() as usize]
+                .iter()
+                .map(|name| FaceVolume::new(context, name, settings.voxels))
+                .collect::<Result<_>>()?,
+            // D11: outside the grid there is nothing; printed, its edge voxels go on for ever.
+            sampler: Sampler::new(
+                context,
+                vk::Filter::LINEAR,
+                vk::SamplerMipmapMode::LINEAR,
+                if border { vk::SamplerAddressMode::CLAMP_TO_BORDER } else { vk::SamplerAddressMode::CLAMP_TO_EDGE },
+                vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
+            )?,
+            block: vk::upload(context, "cones", &[constants::Cones::new(own)])?,
+            constants: image,
         })
     }
+
+    fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
+        let [first, rest @ ..] = &self.volumes[..] else { return };
+        // What the last lists filled and these do not is emptied.
+        let empty = |r: &mut Recorder, zone, volume| match &self.empty {
+            Some(empty) if update.lists => empty.record(r, zone, ground, volume, update.known),
+            _ => (),
+        };
+        empty(r, "empty 1", first);
+        match (&self.again, rest) {
+            // 2b. Every voxel shades its list with direct light and, with all bounces, what the last frame left,
+            (Some(again), [second]) if update.history => again.record(r, ground, first, self.look_up(second)),
+            // or with direct light alone,
+            _ => self.first.record(r, ground, first, vec![Bind::buffer("cones", &self.block)]),
+        }
+        // 2c. and coarser voxels sum it up, per direction of travel.
+        self.mips.record(r, "mips 1", ground, first, &self.sampler);
+        if let (Some(shade), [second]) = (&self.second, rest) {
+            if self.relists && update.lists {
+                // 3, 4a. The lists are made once more; the triangles stay.
+                ground.relist(r);
+            }
+            empty(r, "empty 2", second);
+            // 4b. Every voxel shades its list with direct light and cones into the first bounce,
+            shade.record(r, ground, second, self.look_up(first));
+            // 4c. and coarser voxels sum it up.
+            self.mips.record(r, "mips 2", ground, second, &self.sampler);
+        }
+    }
+
+    fn constants(&self) -> &[(u32, u32)] {
+        &self.constants
+    }
+
+    fn binds(&self) -> Vec<Bind<'_>> {
+        self.volumes.last().map_or_else(Vec::new, |volume| self.look_up(volume))
+    }
+
+    fn coarse_light(&self) -> Option<(&Image, u32)> {
+        self.volumes.last().map(FaceVolume::coarse)
+    }
+}
+
+impl Lighting {
+    /// A volume to be looked up.
+    fn look_up<'a>(&'a self, volume: &'a FaceVolume) -> Vec<Bind<'a>> {
+        let mut binds: Vec<Bind> = volume.binds(&self.sampler).collect();
+        binds.push(Bind::buffer("cones", &self.block));
+        binds
+    }
+}
+
+/// Whether the second bounce takes over the first one's direct light: only where both would find the same.
+fn keeps_direct_light(settings: &AllSettings) -> bool {
+    let own = &settings.of.cones;
+    let same = match settings.lights.shadows {
+        Shadows::None => true,
+        Shadows::Rays => own.first_bounce_shadows,
+        Shadows::Method => false,
+    };
+    own.passes == Passes::Cells && settings.bounces.volumes() > 1 && same
 }
 
 /// `edge` slices of `edge`² texels.
-fn layered_target<'a>(colors: &'a [ColorTarget<'a>], edge: u32) -> RenderTarget<'a> {
+fn layered_target<'a>(colors: &'a [ColorTarget<'a>; FACES], edge: u32) -> RenderTarget<'a> {
     RenderTarget { colors, width: edge, height: edge, layers: edge, ..Default::default() }
 }

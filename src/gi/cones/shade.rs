@@ -1,98 +1,62 @@
-//! Passes 2b and 4b, shade: each voxel shades its list into seven targets. Raster form: one triangle over the screen per
-//! slice. Cells form: a thread per item of the lists, then one per occupied voxel.
-//! Reads: lists, who of them is lit, triangles, materials, lights, lamps; 4b the first bounce's volume and kept direct light.
-//! Writes: level 0 of a volume, premultiplied stored radiance; item lights; 2b kept direct light.
-//! Twin of the fill: `src/twins/shade.rs`.
+//! Passes 2b and 4b, shade: each voxel shades its list into seven faces. Layered: one triangle over the screen per slice. Cells:
+//! `src/ground/faces.rs`, a thread per item of the lists, then one per occupied voxel.
+//! Reads: lists, triangles, materials, lights, lamps; 4b the first bounce's volume.
+//! Writes: level 0 of a volume, premultiplied stored radiance. Twin of the fill: `src/twins/shade.rs`.
 
 use std::sync::Arc;
 
-use super::constants::{DIRECT, DIRECT_AGAIN, DIRECT_KEEP, DIRECT_READ, Features, constants};
-use super::resources::{FACES, Resources, VOLUME_FORMAT, VolumeImages};
-use super::{Bounce, Form, face_binds, layered_target, shading_binds, volume_binds};
+use super::choices::Passes;
+use super::layered_target;
 use crate::Result;
-use crate::gpu_scene::GpuScene;
-use crate::settings::{Settings, Work};
-use crate::vk::{Bind, Compute, ComputeDesc, Context, DrawCall, Raster, RasterDesc, Recorder};
+use crate::ground::Ground;
+use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume, FillFaces};
+use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
-pub struct Shade {
-    form: Form<ByCells>,
-    bounce: Bounce,
-}
-
-/// Lights the lists' items, then fills the occupied voxels.
-struct ByCells {
-    light: Compute,
-    fill: Compute,
+pub enum Shade {
+    Layered(Raster, &'static str),
+    Cells(FillFaces),
 }
 
 impl Shade {
-    /// `gathers`: whether there is a volume to gather from.
+    /// `gathers`: whether there is a volume to gather from. `direct`: as for [`FillFaces`].
     pub fn new(
         context: &Arc<Context>,
-        settings: &Settings,
-        features: Features,
-        bounce: Bounce,
-        gathers: bool,
+        passes: Passes,
+        (label, gathers): (&'static str, bool),
+        constants: &[(u32, u32)],
+        direct: u32,
     ) -> Result<Self> {
-        let label = bounce.pick("shade 1", "shade 2");
-        let mut constants = constants(&settings.of_voxels(), features, u32::from(gathers));
-        let direct = if settings.keeps_direct() { bounce.pick(DIRECT_KEEP, DIRECT_READ) } else { DIRECT_AGAIN };
-        constants.push((DIRECT, direct));
-        let compute = |shader| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
-        let form = match settings.shading {
-            Work::Raster => Form::Raster(Raster::new(
-                context,
-                &RasterDesc {
+        Ok(match passes {
+            Passes::Layered => {
+                let desc = RasterDesc {
                     label,
-                    vertex: "cones/layered.vert",
-                    fragment: Some(if gathers { "cones/shade_second.frag" } else { "cones/shade_first.frag" }),
-                    constants: &constants,
-                    color_formats: &[VOLUME_FORMAT; FACES],
+                    vertex: "gi/cones/layered.vert",
+                    fragment: Some(if gathers { "gi/cones/shade.frag LOOK_UP" } else { "gi/cones/shade.frag" }),
+                    constants,
+                    color_formats: &[FACE_FORMAT; FACES],
                     ..Default::default()
-                },
-            )?),
-            Work::Cells => Form::Cells(ByCells {
-                light: compute(if gathers { "cones/light_second.comp" } else { "cones/light_first.comp" })?,
-                fill: compute("cones/fill.comp")?,
-            }),
-        };
-        Ok(Self { form, bounce })
+                };
+                Self::Layered(Raster::new(context, &desc)?, label)
+            }
+            Passes::Cells => Self::Cells(FillFaces::new(context, label, ("cones", gathers), constants, direct)?),
+        })
     }
 
-    /// `previous`: the volume to gather from.
-    pub fn record(
-        &self,
-        recorder: &mut Recorder,
-        scene: &GpuScene,
-        resources: &Resources,
-        target: &VolumeImages,
-        previous: Option<&VolumeImages>,
-    ) {
-        let bytes = self.form.bytes(8 * FACES as u64 * u64::from(target.edge).pow(3));
-        recorder.zone(self.bounce.pick("shade 1", "shade 2"), self.form.kind(), bytes, |r| {
+    /// `look_up`: what is bound beside the ground's.
+    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &FaceVolume, look_up: Vec<Bind<'_>>) {
+        let (pipeline, label) = match self {
+            Self::Layered(pipeline, label) => (pipeline, *label),
+            Self::Cells(fill) => return fill.record(recorder, ground, target, look_up),
+        };
+        let bytes = 8 * FACES as u64 * u64::from(target.edge).pow(3);
+        recorder.zone(label, ZoneKind::Raster, bytes, |r| {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
-            let mut binds = shading_binds(scene, resources);
-            binds.push(Bind::buffer("direct_light", &resources.direct_light));
-            if let Some(volume) = previous {
-                binds.extend(volume_binds(volume, &resources.volume_sampler));
-            }
-            match &self.form {
-                Form::Raster(pipeline) => r.raster(&layered_target(&target.colors(0), target.edge), |pass| {
-                    let call = DrawCall::Direct { vertices: 3, instances: target.edge };
-                    pass.draw(pipeline, &binds, &(), call);
-                }),
-                Form::Cells(ByCells { light, fill }) => {
-                    binds.extend([
-                        Bind::buffer("item_lights", &resources.item_lights),
-                        Bind::buffer("item_parts", &resources.item_parts),
-                        Bind::buffer("lit_items", &resources.lit_items),
-                    ]);
-                    resources.cells.dispatch_items(r, light, binds.clone());
-                    r.full_barrier(); // the items are lit
-                    binds.extend(face_binds(target, 0));
-                    resources.cells.dispatch(r, fill, binds, (0, target.edge));
-                }
-            }
+            let mut binds = ground.item_binds();
+            binds.extend(look_up);
+            r.raster(&layered_target(&target.colors(0), target.edge), |pass| {
+                let call = DrawCall::Direct { vertices: 3, instances: target.edge };
+                pass.draw(pipeline, &pipeline.select(&binds), &(), call);
+            });
         });
     }
 }

@@ -1,8 +1,0 @@
-// Occupied cells of one level, a thread each. Their order is the voxeliser's race: no result may depend on it.
-
-#include "common/heads.glsl"
-
-layout(local_size_x = 64) in;
-
-layout(set = 0, binding = 32, scalar) readonly buffer Cells { uint cells[]; };
-layout(set = 0, binding = 22, scalar) readonly buffer CellCounts { CellCount cell_counts[]; };

@@ -1,7 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#extension GL_EXT_scalar_block_layout : require
-// Pass 5 with cones: the image and its layers.
-#define CONES
-#define AOVS
-#include "cones/render.glsl"

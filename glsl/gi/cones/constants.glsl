@@ -1,0 +1,44 @@
+// Constants and uniform block of the method `cones`; src/gi/cones/constants.rs and layout.rs are their twins.
+
+#include "ground/constants.glsl"
+#include "ground/faces/fill_kinds.glsl"
+
+layout(constant_id = 32) const uint CONE_SET = 1u; // 0: 1, 1: 5, 2: 6a, 3: 6b, 4: 16, 5: cosine-distributed
+layout(constant_id = 33) const uint CONE_COUNT = 5u; // of the set
+layout(constant_id = 34) const uint FILL = 0u;
+layout(constant_id = 35) const uint WEIGHTS = 0u;
+layout(constant_id = 36) const uint BLEND = 0u; // 0: over, 1: sum
+layout(constant_id = 37) const uint ROUGHNESS_FIT = 0u;
+layout(constant_id = 38) const uint PRINTED = 0u; // bit k: row Dk of the ledger as printed
+layout(constant_id = 39) const uint JITTER = 0u; // 1: the diffuse cones turn from place to place
+
+const uint COSINE_SETS = 5u;
+
+const uint WEIGHTS_D2 = 0u;
+const uint WEIGHTS_NORM1 = 1u;
+const uint WEIGHTS_ABS = 2u;
+const uint WEIGHTS_EXTINCTION = 3u;
+
+bool printed(uint row) {
+    return (PRINTED & (1u << row)) != 0u;
+}
+
+// Lengths in voxels.
+struct Cones {
+    float diffuse_start_normal;
+    float diffuse_start_along;
+    float specular_start_normal;
+    float specular_start_along;
+    float refraction_start_normal;
+    float refraction_start_along;
+    float shadow_start_normal;
+    float shadow_start_along;
+    float shadow_end;
+    float shadow_step; // over the diameter
+    float shadow_aperture; // tangent of the half angle; negative: from the light's radius
+    float step; // over the diameter
+    float aperture; // what the diffuse set's apertures are multiplied with
+    float exit_margin; // diameters that a sum goes on beyond the border
+};
+
+layout(set = 0, binding = 54, scalar) readonly buffer ConesBuffer { Cones cones; };

@@ -1,0 +1,6 @@
+// Constants of the method `rays`; src/gi/rays/mod.rs is their twin.
+
+#include "ground/constants.glsl"
+
+layout(constant_id = 32) const uint DIFFUSE_RAYS = 8u; // per place
+layout(constant_id = 33) const uint LOBE_RAYS = 8u; // of a rough lobe, at most

@@ -1,0 +1,155 @@
+// What a glossy surface mirrors and what is seen through glass, along exact rays.
+
+#include "common/directions.glsl"
+#include "common/lobe.glsl"
+#include "gi/rays/constants.glsl"
+#include "gi/rays/ray_light.glsl"
+
+// Surfaces that let light pass, of those that one ray meets.
+const uint MOST_INTERFACES = 8u;
+
+// What the texture has where a ray of that width (voxels) hits, over what it has in the mean of the voxels about it: mirrors
+// and glass show patterns that the volume does not hold.
+vec3 texture_detail(Triangle t, Material m, vec3 weights, float width) {
+    if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {
+        return vec3(1.0);
+    }
+    Footprint blurred = voxel_footprint(t);
+    float share = clamp(width, 0.0, 1.0);
+    Footprint sharp = Footprint(mat2[2](share * blurred.uv[0], share * blurred.uv[1]));
+    vec4 uv = triangle_uv(t, weights);
+    vec4 color = triangle_color(t, weights);
+    return base_color(m, uv, color, sharp).rgb / max(base_color(m, uv, color, blurred).rgb, vec3(1e-3));
+}
+
+struct Seen {
+    vec3 light; // stored radiance, the sky behind it included
+    vec3 lamps; // radiance of sampled lamps, which the volume does not hold
+};
+
+// Cosine on the side of air of light that meets a surface under the cosine c; −1: it is reflected totally.
+float cosine_in_air(float c, float ior, bool inside) {
+    float sine2 = inside ? (1.0 - c * c) * ior * ior : 1.0 - c * c;
+    return sine2 < 1.0 ? sqrt(1.0 - sine2) : inside ? -1.0 : 0.0;
+}
+
+// The shading normal, bent until it looks towards the ray that meets it.
+vec3 normal_against(vec3 normal, vec3 d) {
+    return normalize(normal - d * max(dot(normal, d) + 1e-3, 0.0));
+}
+
+// Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
+// reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what is
+// seen through it. `aperture`: tangent of the half angle that the ray stands for. Nothing is seen unless it `sends`.
+Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
+    Seen seen = Seen(vec3(0.0), vec3(0.0));
+    vec3 origin = ray_start(position, facet, d);
+    vec3 through = vec3(1.0);
+    float least = 0.0;
+    float travelled = 0.0;
+    float pixel = 2.0 * length(frame.down_per_ndc) / frame.image_size.y; // voxels per voxel of way
+    float seen_from = frame.orthographic != 0u ? 0.0 : distance(position, frame.eye);
+    bool going = sends;
+    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_INTERFACES : 1u) && going; i++) {
+        Met met = meet(trace_ray(origin, d, least), d);
+        seen.light += met.any ? vec3(0.0) : through * frame.sky * frame.scale;
+        through = met.any ? through : vec3(0.0);
+        Material m = materials[met.triangle.material];
+        vec3 at = origin + d * met.distance;
+        float way = travelled + met.distance;
+        float width = 2.0 * aperture * way;
+        float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
+        vec3 held = volume_radiance(at, met.back ? met.normal : -met.normal, width);
+        vec3 sent = met.dark ? vec3(0.0) : held * texture_detail(met.triangle, m, met.weights, max(width, pixel_width));
+        Surface s = evaluate_surface(met.triangle, met.weights, POINT, met.back);
+        bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
+        bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
+        through *= glass && met.back ? attenuation(m, met.distance * frame.voxel_m) : vec3(1.0);
+        seen.light += through * sent * (s.opacity * (1.0 - s.transmission));
+        seen.lamps += through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
+        vec3 tint = s.albedo * s.transmission;
+        least = met.distance;
+        if (glass) {
+            vec3 n = normal_against(s.normal, d);
+            float ior = max(s.ior, 1.0);
+            vec3 refracted = refract(d, n, met.back ? ior : 1.0 / ior);
+            bool reflects = dot(refracted, refracted) < 0.25;
+            d = normalize(reflects ? reflect(d, n) : refracted);
+            through *= reflects ? vec3(1.0) : tint;
+            // Where facet and shading normal disagree, the facet says on which side the ray is.
+            d -= (reflects ? 2.0 * min(dot(d, s.facet), 0.0) : 2.0 * max(dot(d, s.facet), 0.0)) * s.facet;
+            origin = at + s.facet * (reflects ? RAY_START : -RAY_START);
+            travelled += met.distance;
+            least = 0.0;
+        } else {
+            through *= mix(vec3(1.0), tint, s.opacity);
+        }
+        going = met.any && passes && brightest(through) >= SPENT;
+    }
+    return seen;
+}
+
+// Rays for a lobe that sends the share `weight` of what it meets: a faint one is worth fewer.
+uint lobe_ray_count(float alpha, float weight) {
+    return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
+}
+
+// `mirrored_lamps`: the share of lamps that rays are to find in what is mirrored. One ray goes the mirror's way with the
+// whole lobe's width; more go by GGX's visible normals, each with its part of it.
+Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
+    Outgoing sum = Outgoing(vec3(0.0), vec3(0.0));
+    vec3 view = viewed.view;
+    Lobes lobes = viewed.lobes;
+    float alpha = s.roughness * s.roughness;
+    bool mirrors = feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)));
+    bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
+    bool thin = s.thickness_m <= 0.0;
+    bool inside = viewed.back && !thin;
+    float ior = max(s.ior, 1.0);
+    vec3 normal = normal_against(s.normal, -view);
+    mat3 basis = tangent_frame(normal);
+    vec3 v = view * basis;
+    float strongest = brightest(lobes.specular);
+    uint mirrored = mirrors ? lobe_ray_count(alpha, inside ? 1.0 : strongest) : 0u;
+    uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;
+    float aperture = ggx_aperture(s.roughness);
+    for (uint i = 0u; i < mirrored + transmitted; i++) {
+        bool reflects = i < mirrored;
+        uint count = reflects ? mirrored : transmitted;
+        uint k = reflects ? i : i - mirrored;
+        bool one = count == 1u;
+        // A sunflower on the cap of normals.
+        vec2 u = vec2(fract(0.381966011 * float(k)), (float(k) + 0.5) / float(count));
+        vec3 h = one ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, v, u);
+        float cosine = clamp(dot(v, h), 0.0, 1.0);
+        float in_air = cosine_in_air(cosine, ior, inside);
+        vec3 fresnel = in_air < 0.0 ? vec3(1.0) : schlick(s.f0, s.f90, in_air);
+        float left = in_air < 0.0 ? 0.0 : 1.0 - schlick(s.coat_f0, s.coat_f90, in_air);
+        vec3 mirror = 2.0 * cosine * h - v;
+        vec3 d = mirror;
+        if (!reflects) {
+            vec3 refracted = refract(-v, h, inside ? ior : 1.0 / ior);
+            d = thin ? vec3(mirror.xy, -mirror.z) : dot(refracted, refracted) > 0.25 ? normalize(refracted) : vec3(0.0);
+        }
+        float masking = one ? 1.0 : lobe_masking(alpha, abs(d.z));
+        // One ray for a whole rough lobe carries the lobe's mean, not what its middle has.
+        bool mean = one && alpha >= MIN_ALPHA && !inside;
+        vec3 weight = reflects ? (mean ? lobes.specular : fresnel * masking)
+                               : s.albedo * (s.transmission * (mean ? lobes.rest : left * masking));
+        weight /= float(count);
+        d = basis * d;
+        // Light that would have to come through the surface that mirrors it, or be refracted to the side it came from.
+        float side = reflects ? 1.0 : -1.0;
+        bool sends = side * dot(d, s.facet) > 0.0 && side * dot(d, normal) > 0.0;
+        // A curved mirror spreads a pixel twice as far as its normal turns; glass may as well focus it.
+        float spread = reflects ? 2.0 * viewed.bend : 0.0;
+        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), sends);
+        sum.indirect += weight * seen.light;
+        if (LAMPS == LAMPS_SAMPLED) {
+            vec3 lamps = weight * (reflects ? mirrored_lamps : 1.0) * seen.lamps;
+            sum.direct += reflects || thin ? lamps : vec3(0.0);
+            sum.indirect += reflects || thin ? vec3(0.0) : lamps * frame.scale;
+        }
+    }
+    return sum;
+}

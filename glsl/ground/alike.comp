@@ -1,0 +1,85 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Alike: of a voxel's triangles that have one material and face alike, the one with the largest part in it is lit for
+// all. A thread per occupied voxel; no outcome depends on a list's order. CPU twin: src/twins/alike.rs.
+
+#include "ground/constants.glsl"
+#include "common/triangle_box.glsl"
+#include "common/clip.glsl"
+#include "common/alike.glsl"
+#include "common/count.glsl"
+#include "ground/bindings.glsl"
+#include "ground/growing_lists.glsl"
+
+layout(set = 0, binding = 23, scalar) buffer ItemParts { ItemPart item_parts[]; };
+layout(set = 0, binding = 24, scalar) writeonly buffer LitItems { uint lit_items[]; };
+
+// What is lit for a facing cell's triangles.
+uint chosen[FACING_CELLS]; // item, 1-based; 0: none
+uint materials_of[FACING_CELLS];
+uint sources_of[FACING_CELLS];
+float areas_of[FACING_CELLS];
+
+float area_in(vec3 a, vec3 b, vec3 c, uint voxel) {
+    float area;
+    vec3 middle;
+    clip_to_voxel(a, b, c, vec3(cell_at(voxel, EDGE)) + 0.5, area, middle);
+    return area;
+}
+
+// Where a mask cuts or blending mixes, each triangle has an opacity of its own.
+bool shares(uint material) {
+    COUNT(MATERIALS, 1u);
+    return (materials[material].flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u;
+}
+
+void choose(uint first, uint voxel) {
+    for (uint cell = 0u; cell < FACING_CELLS; cell++) {
+        chosen[cell] = 0u;
+    }
+    for (uint item = first; item != 0u; item = list_items[item - 1u].next) {
+        COUNT(LIST_ITEMS, 1u);
+        COUNT(CORNERS, 3u);
+        COUNT(WORDS, 2u); // its material and source
+        uint triangle = list_items[item - 1u].triangle;
+        vec3 a = triangles[triangle].vertices[0].position;
+        vec3 b = triangles[triangle].vertices[1].position;
+        vec3 c = triangles[triangle].vertices[2].position;
+        float area = area_in(a, b, c, voxel);
+        uint cell = facing_cell(triangle_normal(a, b, c));
+        item_parts[item - 1u] = ItemPart(cell, area); // until it is known which item is lit for it
+        uint material = triangles[triangle].material;
+        uint source = triangles[triangle].source;
+        bool same = chosen[cell] != 0u && material == materials_of[cell];
+        bool better = chosen[cell] == 0u || material < materials_of[cell]
+            || (same && (area > areas_of[cell] || (area == areas_of[cell] && source < sources_of[cell])));
+        if (better && shares(material)) {
+            chosen[cell] = item;
+            materials_of[cell] = material;
+            sources_of[cell] = source;
+            areas_of[cell] = area;
+        }
+    }
+}
+
+void main() {
+    uint count = cell_counts[0].count;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        uint first = heads[cells[i]];
+        COUNT(HEADS, 1u);
+        choose(first, cells[i]);
+        for (uint item = first; item != 0u; item = list_items[item - 1u].next) {
+            COUNT(LIST_ITEMS, 1u);
+            COUNT(WORDS, 2u); // where it faces, and its material
+            uint cell = item_parts[item - 1u].lit_by;
+            uint material = triangles[list_items[item - 1u].triangle].material;
+            bool alone = chosen[cell] == 0u || material != materials_of[cell] || !shares(material);
+            uint lit_by = alone ? item : chosen[cell];
+            item_parts[item - 1u].lit_by = lit_by - 1u;
+            if (lit_by == item) {
+                lit_items[take_place(LIT_COUNTS)] = item - 1u;
+            }
+        }
+    }
+}

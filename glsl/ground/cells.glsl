@@ -1,0 +1,9 @@
+// Occupied cells of one level, a thread each. Their order is the voxeliser's race: no result may depend on it.
+
+#include "ground/heads.glsl"
+#include "ground/layout.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 16, scalar) readonly buffer Cells { uint cells[]; };
+layout(set = 0, binding = 17, scalar) readonly buffer CellCounts { CellCount cell_counts[]; };

@@ -1,0 +1,30 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Cells: the parents of the occupied voxels, each once, listed level by level.
+
+#include "ground/layout.glsl"
+#include "ground/constants.glsl"
+#include "ground/growing_lists.glsl"
+
+layout(set = 0, binding = 18, scalar) writeonly buffer Parents { uint parents[]; };
+layout(set = 0, binding = 19, scalar) buffer Listed { uint listed[]; }; // a bit per cell of every level but the first
+
+void main() {
+    uint count = cell_counts[0].count;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        uvec3 cell = cell_at(cells[i], EDGE);
+        uint first = 0u; // of the level among all parents
+        for (uint level = 1u; EDGE >> level != 0u; level++) {
+            uint edge = EDGE >> level;
+            cell >>= 1u;
+            uint parent = (cell.z * edge + cell.y) * edge + cell.x;
+            uint bit = 1u << ((first + parent) & 31u);
+            if ((atomicOr(listed[(first + parent) >> 5u], bit) & bit) != 0u) {
+                break; // and whoever listed it goes on to its parents
+            }
+            parents[first + take_place(level)] = parent;
+            first += edge * edge * edge;
+        }
+    }
+}

@@ -1,0 +1,49 @@
+// Specialisation constants of the ground; src/ground/constants.rs is their twin. A method's own start at 32.
+
+#include "common/numbers.glsl"
+
+layout(constant_id = 0) const uint EDGE = 64u; // of the grid, voxels
+layout(constant_id = 1) const uint SHADOWS = 0u; // of lights
+layout(constant_id = 2) const uint FEATURES = 0u; // what the scene and the settings ask for
+layout(constant_id = 3) const uint LAMPS = 0u; // how emissive surfaces light the scene
+layout(constant_id = 4) const uint LAMP_POINTS = 16u; // per place that is lit
+layout(constant_id = 5) const uint GATHER_SCALE = 1u; // pixels of the image per gathered one, along each side
+layout(constant_id = 6) const uint INTERLEAVE = 1u; // pixels along the side of a square in which directions differ
+layout(constant_id = 7) const uint SHADOW_RAYS = 1u; // per light with an extent
+layout(constant_id = 8) const uint DIRECT = 0u; // where the direct light of list items comes from
+layout(constant_id = 10) const uint LIT = 0u; // which list items are lit
+
+const uint SHADOWS_NONE = 0u;
+const uint SHADOWS_METHOD = 1u;
+const uint SHADOWS_RAYS = 2u;
+
+const uint LAMPS_GATHERED = 0u; // by the method alone
+const uint LAMPS_SAMPLED = 1u; // as area lights
+
+const uint DIRECT_FOUND = 0u; // by every pass
+const uint DIRECT_KEPT = 1u; // found, and kept for the next pass
+const uint DIRECT_READ = 2u; // what was kept
+
+const uint LIT_EACH = 0u;
+const uint LIT_ALIKE = 1u; // one for all that are alike
+
+const uint FEATURE_ALPHA = 2u; // masks, blending or transmission: what a shadow ray may pass through
+const uint FEATURE_SPECULAR = 4u;
+const uint FEATURE_TRANSMISSION = 8u;
+const uint FEATURE_MASK = 32u; // something may be discarded
+const uint FEATURE_BLEND = 128u;
+const uint FEATURE_DIRECT_PER_PIXEL = 65536u;
+
+bool feature(uint bit) {
+    return (FEATURES & bit) != 0u;
+}
+
+// Bits 8 to 15 of FEATURES: some material has a texture in that slot.
+bool slot_in_use(uint slot) {
+    return (FEATURES & (256u << slot)) != 0u;
+}
+
+const uint BRICK = 4u; // voxels along the edge of a brick
+const float LARGEST_STORED = 65504.0; // of an f16
+const uint LIT_COUNTS = 15u; // where CellCounts counts the items that are lit: after the levels
+const uint MOST_GROUPS = 65535u; // of 64 threads, what every device takes in one dispatch; threads go on beyond

@@ -1,0 +1,64 @@
+// Direct light on a surface, with its shadows: lights, and points on sampled lamps.
+// A method that has shadows of its own defines METHOD_SHADOWS and method_shadow() before this file.
+
+#include "common/jitter.glsl"
+#include "ground/lights.glsl"
+#include "ground/lamps.glsl"
+#include "ground/ray.glsl"
+
+uvec4 place_seed(vec3 position) {
+    return uvec4(floatBitsToUint(position), 0u);
+}
+
+// The lit share of a light's disc, by rays to points spread evenly over it and turned from place to place; one ray goes to
+// its middle.
+vec3 shadow_rays(Light light, LightSample to, vec3 position, vec3 facet) {
+    bool far = light.kind == LIGHT_DIRECTIONAL;
+    uint count = light.radius > 0.0 ? SHADOW_RAYS : 1u;
+    vec3 x = normalize(cross(to.direction, abs(to.direction.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
+    vec3 y = cross(to.direction, x);
+    float turn = 2.0 * PI * jitter_hash(place_seed(position));
+    vec3 open = vec3(0.0);
+    for (uint k = 0u; k < count; k++) {
+        float r = count > 1u ? light.radius * sqrt((float(k) + 0.5) / float(count)) : 0.0;
+        float angle = turn + GOLDEN_ANGLE * float(k);
+        vec3 d = to.direction * (far ? 1.0 : to.distance) + r * (cos(angle) * x + sin(angle) * y);
+        float distance = length(d);
+        open += trace_shadow_ray(ray_start(position, facet, d), d / distance, far ? 1e30 : distance);
+    }
+    return open / float(count);
+}
+
+// The share of a light that reaches a surface, per channel.
+vec3 shadow_towards(Light light, LightSample to, Surface s, vec3 position) {
+    if (SHADOWS == SHADOWS_RAYS) {
+        return shadow_rays(light, to, position, s.facet);
+    }
+#ifdef METHOD_SHADOWS
+    if (SHADOWS == SHADOWS_METHOD) {
+        return vec3(method_shadow(light, to, position, s.normal));
+    }
+#endif
+    return vec3(1.0);
+}
+
+// Two random numbers of a place that lamps light.
+vec2 lamp_random(vec3 position) {
+    uvec4 seed = place_seed(position);
+    return vec2(jitter_hash(seed), jitter_hash(seed.wzyx ^ 0x9e3779b9u));
+}
+
+uint lamp_points() {
+    return LAMPS == LAMPS_SAMPLED && frame.lamp_count > 0u ? LAMP_POINTS : 0u;
+}
+
+vec3 shadow_towards_point(vec3 position, vec3 facet, vec3 point) {
+    if (SHADOWS == SHADOWS_NONE) {
+        return vec3(1.0);
+    }
+    vec3 origin = ray_start(position, facet, point - position);
+    vec3 to = point - origin; // not from the position: along a slanting way the start is nearer to the lamp by more than itself
+    float distance = length(to);
+    // Short of the lamp, which is listed like any triangle.
+    return trace_shadow_ray(origin, to / max(distance, 1e-6), distance * 0.9999 - RAY_START);
+}

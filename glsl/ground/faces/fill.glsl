@@ -1,0 +1,52 @@
+// A voxel from what its list's items send: premultiplied stored radiance and alpha for travellers along +x +y +z −x −y −z, and
+// on average. CPU twin: src/twins/shade.rs.
+
+#include "common/color.glsl"
+#include "common/fixed_sum.glsl"
+#include "ground/layout.glsl"
+#include "ground/faces/fill_kinds.glsl"
+
+const float DARK_BACK = 1e-3; // of the front's light; below that it counts as none: rounding and leaks
+
+struct Filling {
+    FixedSum sums[7];
+    uint count;
+};
+
+Filling start_filling() {
+    Filling f;
+    for (int k = 0; k < 7; k++) {
+        f.sums[k] = fixed_zero();
+    }
+    f.count = 0u;
+    return f;
+}
+
+// n: unit, of the front.
+void fill_with(inout Filling f, ItemLight light, vec3 n, bool two_sided) {
+    bool fills = FILL == FILL_UNIFORM || light.opacity * light.area > 0.0;
+    f.count += fills ? 1u : 0u;
+    for (int k = 0; k < 6; k++) {
+        float along = k < 3 ? n[k] : -n[k - 3];
+        bool sees_front = along < 0.0 || (FILL == FILL_UNIFORM && !two_sided);
+        float weight = FILL == FILL_UNIFORM ? light.opacity : light.opacity * light.area * abs(along);
+        vec3 seen = sees_front ? light.front : light.back;
+        // A nearly black back is left out: on walls of zero thickness it would only darken what leaves the front.
+        if (FILL == FILL_SIDED && !sees_front && brightest(light.back) <= DARK_BACK * brightest(light.front)) {
+            weight = 0.0;
+        }
+        weight = fills ? weight : 0.0;
+        fixed_add(f.sums[k], vec4(seen * weight, weight));
+    }
+    float weight = fills ? light.opacity * light.area : 0.0;
+    fixed_add(f.sums[6], vec4((two_sided ? 0.5 * (light.front + light.back) : light.front) * weight, weight));
+}
+
+vec4[7] filled(Filling f) {
+    vec4 faces[7];
+    for (int k = 0; k < 7; k++) {
+        vec4 sum = fixed_value(f.sums[k]);
+        faces[k] = FILL == FILL_UNIFORM ? sum / float(max(f.count, 1u)) : sum.a > 0.0 ? sum * (min(sum.a, 1.0) / sum.a) : vec4(0.0);
+    }
+    return faces;
+}

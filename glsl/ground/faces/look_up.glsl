@@ -1,0 +1,32 @@
+// The seven faces of a volume: what is seen along a ray that travels along +x +y +z −x −y −z, and the isotropic average.
+
+#include "common/count.glsl"
+#include "ground/constants.glsl"
+
+layout(set = 0, binding = 40) uniform sampler3D volume_0;
+layout(set = 0, binding = 41) uniform sampler3D volume_1;
+layout(set = 0, binding = 42) uniform sampler3D volume_2;
+layout(set = 0, binding = 43) uniform sampler3D volume_3;
+layout(set = 0, binding = 44) uniform sampler3D volume_4;
+layout(set = 0, binding = 45) uniform sampler3D volume_5;
+layout(set = 0, binding = 46) uniform sampler3D volume_6;
+
+// The three faces that are seen along some direction.
+struct Faces {
+    vec4 x;
+    vec4 y;
+    vec4 z;
+};
+
+// `at`: voxels; `level`: 0 is the finest.
+Faces look_up_faces(vec3 at, vec3 d, float level) {
+    COUNT(VOLUME_TEXELS, 3u * trilinear_texels(level));
+    vec3 uvw = at / float(EDGE);
+    return Faces(d.x < 0.0 ? textureLod(volume_3, uvw, level) : textureLod(volume_0, uvw, level),
+        d.y < 0.0 ? textureLod(volume_4, uvw, level) : textureLod(volume_1, uvw, level),
+        d.z < 0.0 ? textureLod(volume_5, uvw, level) : textureLod(volume_2, uvw, level));
+}
+
+vec4 mix_faces(Faces f, vec3 weights) {
+    return f.x * weights.x + f.y * weights.y + f.z * weights.z;
+}

@@ -1,0 +1,49 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+//! per method except none
+// Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own. The
+// pass share takes the mean over neighbours, the pass image brings it up to its pixels.
+
+#include "ground/constants.glsl"
+#include "ground/surface.glsl"
+#include "ground/brdf.glsl"
+#include "method/look_up.glsl"
+#include "ground/lamp_light.glsl"
+#include "ground/image/likeness.glsl"
+#include "ground/image/footprint.glsl"
+
+layout(push_constant) uniform Push {
+    uint first_row; // of the gathered pixels, at the top of this band
+} push;
+
+layout(early_fragment_tests) in; // depth is there already
+
+layout(location = 0) in vec3 in_weights;
+layout(location = 2) flat in uint in_triangle;
+layout(location = 3) flat in uint in_back;
+
+layout(location = 0) out vec4 out_surface; // position, voxels; packed normal, −1 where nothing gathers
+layout(location = 1) out vec4 out_light; // E/π in stored radiance; open share of the hemisphere
+layout(location = 2) out vec4 out_lamps; // the same of sampled lamps
+layout(location = 3) out vec4 out_lamps_specular; // stored radiance
+
+void main() {
+    COUNT(TRIANGLES, 1u);
+    COUNT(MATERIALS, 1u);
+    Triangle t = triangles[in_triangle];
+    vec3 weights = in_weights / (in_weights.x + in_weights.y + in_weights.z);
+    Surface s = evaluate_surface(t, weights, pixel_footprint(t, in_weights), in_back != 0u);
+    vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+    vec4 light = vec4(0.0);
+    LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
+    // Metals, glass and unlit surfaces gather nothing: a loop, which a CPU device leaves early.
+    for (uint i = 0u; i < (any(greaterThan(s.diffuse, vec3(0.0))) ? 1u : 0u); i++) {
+        light = look_up_diffuse(s, uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u));
+        lamps = lamp_light(s, view);
+    }
+    out_surface = vec4(s.position, any(greaterThan(s.diffuse, vec3(0.0))) ? pack_normal(s.normal) : -1.0);
+    out_light = light;
+    out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0);
+    out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0);
+}

@@ -1,0 +1,58 @@
+// What the passes gather and share found, brought up to the image. Needs: push.first_row.
+
+#include "ground/image/likeness.glsl"
+#include "ground/lamp_light.glsl"
+
+struct Gathered {
+    vec4 light; // E/π in stored radiance; open share of the hemisphere
+    LampLight lamps;
+    bool found;
+};
+
+Gathered nothing_gathered() {
+    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), LampLight(vec3(0.0), vec3(0.0)), false);
+}
+
+#ifdef GATHERED
+layout(set = 0, binding = 25) uniform sampler2D shared_light;
+layout(set = 0, binding = 27) uniform sampler2D shared_lamps; // stored radiance, diffuse and specular
+layout(set = 0, binding = 28) uniform sampler2D shared_lamps_specular;
+layout(set = 0, binding = 26) uniform sampler2D surfaces; // position, packed normal
+
+// Rows that a band gathers above and below its own, so that no neighbour is missing.
+const uint GATHER_MARGIN = INTERLEAVE / 2u + 1u;
+
+// The light of the up to four gathered pixels about this one that lie on the same surface.
+Gathered gathered_nearby(vec3 position, vec3 normal) {
+    uvec2 image = uvec2(frame.image_size);
+    ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);
+    int first_row = max(int(push.first_row / GATHER_SCALE) - int(GATHER_MARGIN), 0);
+    vec2 pixel = floor(gl_FragCoord.xy) + vec2(0.5, float(push.first_row) + 0.5);
+    vec2 at = pixel / frame.image_size * vec2(size) - 0.5;
+    ivec2 corner = ivec2(floor(at));
+    vec2 part = at - vec2(corner);
+    Gathered sum = nothing_gathered();
+    sum.light = vec4(0.0);
+    float total = 0.0;
+    for (int k = 0; k < 4; k++) {
+        ivec2 step = ivec2(k & 1, k >> 1);
+        ivec2 texel = clamp(corner + step, ivec2(0), size - 1) - ivec2(0, first_row);
+        vec4 there = texelFetch(surfaces, texel, 0);
+        vec2 close = mix(1.0 - part, part, vec2(step));
+        float weight = there.w < 0.0 ? 0.0 : likeness(position, normal, there.xyz, unpack_normal(there.w));
+        weight *= close.x * close.y;
+        total += weight;
+        sum.light += weight * texelFetch(shared_light, texel, 0);
+        if (LAMPS == LAMPS_SAMPLED) {
+            sum.lamps.diffuse += weight * texelFetch(shared_lamps, texel, 0).rgb;
+            sum.lamps.specular += weight * texelFetch(shared_lamps_specular, texel, 0).rgb;
+        }
+    }
+    sum.found = total > 1e-3;
+    float mean = sum.found ? 1.0 / total : 0.0;
+    sum.light *= mean;
+    sum.lamps.diffuse *= mean / frame.scale;
+    sum.lamps.specular *= mean / frame.scale;
+    return sum;
+}
+#endif

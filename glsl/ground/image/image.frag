@@ -1,0 +1,117 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+//! per method
+//! with GATHERED except none
+//! with AOVS
+// Image: shades each pixel with direct light at every covered sample and, once per pixel, with what the method looks up.
+// With GATHERED, diffuse light comes from the passes gather and share. Writes radiance, premultiplied by opacity.
+
+#include "ground/constants.glsl"
+#include "ground/surface.glsl"
+#include "ground/brdf.glsl"
+#include "method/look_up.glsl"
+#include "ground/lamp_light.glsl"
+
+layout(push_constant) uniform Push {
+    uint first_row; // of the image, at the top of this band
+} push;
+
+#include "ground/image/gathered.glsl"
+#include "ground/image/mask.glsl"
+
+layout(early_fragment_tests) in; // depth is there already
+
+layout(location = 0) in vec3 in_weights;
+layout(location = 1) centroid in vec3 in_centroid_weights;
+layout(location = 2) flat in uint in_triangle;
+layout(location = 3) flat in uint in_back;
+
+layout(location = 0) out vec4 out_beauty;
+#ifdef AOVS
+layout(location = 1) out vec4 out_direct;
+layout(location = 2) out vec4 out_indirect;
+layout(location = 3) out vec4 out_normal;
+layout(location = 4) out vec4 out_albedo;
+layout(location = 5) out vec4 out_ao_depth_diffuse;
+#endif
+
+// Light that arrives without a bounce, averaged over the covered samples or from the surface's point.
+vec3 direct_light(Surface s, vec3 a, uint covered) {
+    vec3 sum = vec3(0.0);
+    covered = feature(FEATURE_DIRECT_PER_PIXEL) ? 1u : covered;
+    uint count = uint(bitCount(covered));
+    for (uint left = covered; left != 0u; left &= left - 1u) {
+        uint i = uint(findLSB(left));
+        vec3 position = feature(FEATURE_DIRECT_PER_PIXEL) ? s.position : sample_position(i, a, s.facet);
+        vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - position);
+        for (uint k = 0u; k < frame.light_count; k++) {
+            LightSample to = sample_light(lights[k], position, frame.voxel_m);
+            vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction);
+            if (any(greaterThan(reflected, vec3(0.0)))) {
+                sum += reflected * shadow_towards(lights[k], to, s, position);
+            }
+        }
+    }
+    return sum / float(max(count, 1u));
+}
+
+void main() {
+    Triangle t = triangles[in_triangle];
+    COUNT(TRIANGLES, 1u);
+    Footprint footprint = pixel_footprint(t, in_weights);
+    float bend = normal_bend(t, in_weights);
+    vec3 a = t.vertices[0].position;
+    uint covered = covered_samples(t, footprint);
+    // llvmpipe interpolates at the centroid with the 1/w of the pixel's middle: the weights' sum is not 1, and the point
+    // not on the plane.
+    vec3 weights = in_centroid_weights / (in_centroid_weights.x + in_centroid_weights.y + in_centroid_weights.z);
+    if (feature(FEATURE_MASK) && (materials[t.material].flags & MATERIAL_MASK) != 0u && covered != 0u) {
+        // The middle of what the outline covers may lie in a hole.
+        vec3 b = t.vertices[1].position;
+        vec3 c = t.vertices[2].position;
+        vec2 bc = barycentric(a, b, c, sample_position(uint(findLSB(covered)), a, normalize(triangle_normal(a, b, c))));
+        weights = vec3(1.0 - bc.x - bc.y, bc);
+    }
+    Surface s = evaluate_surface(t, weights, footprint, in_back != 0u);
+    vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+    Viewed viewed = Viewed(view, lobes_towards(s, view), in_back != 0u, bend);
+    bool lit = !s.unlit;
+    vec3 direct = s.emitted;
+    if (lit) {
+        direct += direct_light(s, a, covered) + (FINDS_LAMPS ? vec3(0.0) : lamps_along_rays(s, viewed));
+    }
+#ifdef GATHERED
+    Gathered gathered = gathered_nearby(s.position, s.normal);
+#else
+    Gathered gathered = nothing_gathered();
+#endif
+    // A surface of which no gathered pixel shows anything looks up for itself: a loop, which a CPU device leaves early.
+    for (uint i = 0u; i < (lit && !gathered.found ? 1u : 0u); i++) {
+        gathered.lamps = lamp_light(s, view);
+#ifndef AOVS
+        for (uint k = 0u; k < (any(greaterThan(s.diffuse, vec3(0.0))) ? 1u : 0u); k++)
+#endif
+        {
+            gathered.light = look_up_diffuse(s, uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u));
+        }
+    }
+    Outgoing sent = Outgoing(direct, vec3(0.0));
+    if (lit) {
+        sent.direct += s.diffuse * viewed.lobes.diffuse * gathered.lamps.diffuse + gathered.lamps.specular;
+        sent.indirect = s.diffuse * viewed.lobes.diffuse * gathered.light.rgb;
+        add_glossy(sent, s, viewed);
+    }
+    direct = sent.direct;
+    vec3 indirect = sent.indirect / frame.scale;
+    float opacity = s.opacity;
+    out_beauty = vec4((direct + indirect) * opacity, opacity);
+#ifdef AOVS
+    out_direct = vec4(direct * opacity, opacity);
+    out_indirect = vec4(indirect * opacity, opacity);
+    out_normal = vec4(s.normal * opacity, opacity);
+    float depth = dot(s.position - frame.eye, frame.forward) * frame.voxel_m;
+    out_albedo = vec4(s.albedo * opacity, opacity);
+    out_ao_depth_diffuse = vec4(vec3(gathered.light.a, depth, s.diffuse_share) * opacity, opacity);
+#endif
+}

@@ -1,0 +1,45 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Image: fetches from the triangle buffer. A single-sided triangle seen from behind is not drawn.
+
+#include "ground/layout.glsl"
+#include "ground/constants.glsl"
+#include "common/triangle_box.glsl"
+#include "common/count.glsl"
+
+layout(constant_id = 9) const uint BLENDED = 0u; // 1: draws the blended triangles, back to front
+
+layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place in the buffer
+layout(set = 0, binding = 15, scalar) readonly buffer Order { uint order[]; }; // sources, back to front
+
+layout(location = 0) out vec3 out_weights;
+layout(location = 1) centroid out vec3 out_centroid_weights;
+layout(location = 2) flat out uint out_triangle;
+layout(location = 3) flat out uint out_back;
+
+invariant gl_Position;
+
+void main() {
+    COUNT(CORNERS, 3u);
+    uint corner = uint(gl_VertexIndex) % 3u;
+    uint place = uint(gl_VertexIndex) / 3u;
+    if (BLENDED != 0u) {
+        place = slots[order[place]] - 1u; // ~0 where the triangle was dropped
+    }
+    out_triangle = min(place, uint(triangles.length()) - 1u);
+    out_weights = vec3(corner == 0u, corner == 1u, corner == 2u);
+    out_centroid_weights = out_weights;
+    vec3 a = triangles[out_triangle].vertices[0].position;
+    vec3 normal = triangle_normal(a, triangles[out_triangle].vertices[1].position, triangles[out_triangle].vertices[2].position);
+    float facing = dot(normal, frame.orthographic != 0u ? -frame.forward : frame.eye - a);
+    out_back = facing < 0.0 ? 1u : 0u;
+    uint flags = materials[triangles[out_triangle].material].flags;
+    bool hidden = place >= uint(triangles.length()) || (out_back != 0u && (flags & MATERIAL_DOUBLE_SIDED) == 0u)
+        || ((flags & MATERIAL_BLEND) != 0u) != (BLENDED != 0u);
+    gl_Position = hidden ? vec4(0.0, 0.0, 0.0, 1.0)
+                         : frame.clip_from_voxel * vec4(triangles[out_triangle].vertices[corner].position, 1.0);
+}

@@ -1,0 +1,99 @@
+// What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks up.
+// The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
+// voxel's middle stands for it), and with `const bool LIGHTS_CLEAR_ITEMS` whether items are lit that fill nothing.
+
+#include "ground/brdf.glsl"
+#include "common/clip.glsl"
+#include "common/closest_point.glsl"
+#include "ground/surface.glsl"
+#ifdef LOOK_UP
+#include "method/look_up.glsl"
+#endif
+#include "ground/direct_light.glsl"
+
+// A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
+const float MEAN_COSINE = 0.6666667;
+
+layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
+
+// Stored radiance that lights and sampled lamps make one side send, and what it emits itself.
+vec3 item_direct_light(Surface s, Lobes lobes) {
+    vec3 irradiance = vec3(0.0);
+    for (uint i = 0u; i < frame.light_count; i++) {
+        LightSample to = sample_light(lights[i], s.position, frame.voxel_m);
+        float cosine = dot(s.normal, to.direction);
+        if (cosine > 0.0 && any(greaterThan(to.irradiance, vec3(0.0)))) {
+            irradiance += to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position));
+        }
+    }
+    vec2 random = lamp_random(s.position);
+    for (uint i = 0u; i < lamp_points(); i++) {
+        LampPoint to = sample_lamp(i, s.position, s.normal, random);
+        if (any(greaterThan(to.irradiance, vec3(0.0)))) {
+            irradiance += to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
+        }
+    }
+    // Sampled lamps light every surface directly: a look-up must not find their light again.
+    vec3 emitted = LAMPS == LAMPS_SAMPLED ? vec3(0.0) : s.emitted;
+    return (irradiance / PI * (s.diffuse * lobes.diffuse + lobes.specular) + emitted) * frame.scale;
+}
+
+// What one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
+vec3 light_side(Surface s, uvec3 voxel, uint place) {
+    if (s.unlit) {
+        return vec3(0.0); // neither lit nor lighting
+    }
+    Lobes lobes = lobes_at(s, MEAN_COSINE);
+    vec3 stored;
+    if (DIRECT == DIRECT_READ) {
+        COUNT(WORDS, 3u);
+        stored = direct_light[place];
+    } else {
+        stored = item_direct_light(s, lobes);
+    }
+    if (DIRECT == DIRECT_KEPT) {
+        direct_light[place] = stored;
+    }
+#ifdef LOOK_UP
+    vec3 diffuse = s.diffuse * lobes.diffuse;
+    if (any(greaterThan(diffuse, vec3(0.0)))) {
+        stored += diffuse * look_up_diffuse(s, voxel).rgb;
+    }
+    if (feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
+        stored += lobes.specular * look_up_specular(s);
+    }
+#endif
+    return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
+}
+
+// The triangle of item `index` of the lists, cut to its voxel and lit on each of its sides.
+ItemLight light_item(uint index, Triangle t, uvec3 voxel) {
+    COUNT(LIST_ITEMS, 1u);
+    COUNT(TRIANGLES, 1u);
+    vec3 a = t.vertices[0].position;
+    vec3 b = t.vertices[1].position;
+    vec3 c = t.vertices[2].position;
+    vec3 center = vec3(voxel) + 0.5;
+    float area = 1.0;
+    vec2 bc;
+    if (CLIPS_ITEMS) {
+        vec3 middle;
+        clip_to_voxel(a, b, c, center, area, middle);
+        bc = area > 0.0 ? barycentric(a, b, c, middle) : vec2(0.0);
+    } else {
+        bc = closest_point(a, b, c, center);
+    }
+    Surface s = evaluate_surface(t, vec3(1.0 - bc.x - bc.y, bc), voxel_footprint(t), false);
+    float opacity = s.opacity * (1.0 - s.transmission);
+    bool fills = LIGHTS_CLEAR_ITEMS || opacity * area > 0.0;
+    bool two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+    vec3 front = vec3(0.0);
+    vec3 back = vec3(0.0);
+    for (uint side = 0u; side < (fills ? two_sided ? 2u : 1u : 0u); side++) {
+        front = back;
+        back = light_side(s, voxel, 2u * index + side);
+        s.normal = -s.normal;
+        s.facet = -s.facet;
+    }
+    return two_sided ? ItemLight(front, opacity, back, area) : ItemLight(back, opacity, vec3(0.0), area);
+}

@@ -1,0 +1,49 @@
+// What sampled lamps give a surface (lights.lamps = sampled), as seen by a viewer.
+
+#include "ground/brdf.glsl"
+#include "common/refraction.glsl"
+#include "ground/direct_light.glsl"
+
+struct LampLight {
+    vec3 diffuse; // irradiance / π
+    vec3 specular; // radiance; of smooth surfaces only a part: see lamps_in_lobe
+};
+
+// Share of a lamp's reflection that points on the lamp find; the rest is one mirrored ray's, which finds all of it in what
+// is smooth, where points miss the lobe.
+float lamps_in_lobe(float roughness) {
+    return smoothstep(0.15, 0.35, roughness);
+}
+
+LampLight lamp_light(Surface s, vec3 view) {
+    vec2 random = lamp_random(s.position);
+    LampLight sum = LampLight(vec3(0.0), vec3(0.0));
+    for (uint i = 0u; i < lamp_points(); i++) {
+        LampPoint to = sample_lamp(i, s.position, s.normal, random);
+        if (any(greaterThan(to.irradiance, vec3(0.0)))) {
+            vec3 arriving = to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
+            sum.diffuse += arriving / PI;
+            if (feature(FEATURE_SPECULAR)) {
+                sum.specular += arriving * brdf(s, view, normalize(to.point - s.position)).specular;
+            }
+        }
+    }
+    sum.specular *= lamps_in_lobe(s.roughness);
+    return sum;
+}
+
+// The lamps that single rays find, for methods whose look-up does not: mirrored in what is smooth, and behind what transmits.
+vec3 lamps_along_rays(Surface s, Viewed v) {
+    vec3 sum = vec3(0.0);
+    float mirrored = 1.0 - lamps_in_lobe(s.roughness);
+    bool reflects = feature(FEATURE_SPECULAR) && mirrored > 0.0 && any(greaterThan(v.lobes.specular, vec3(0.0)));
+    for (uint i = 0u; i < min(lamp_points(), reflects ? 1u : 0u); i++) {
+        sum += v.lobes.specular * mirrored * trace_emission(s.position, s.facet, reflect(-v.view, s.normal));
+    }
+    bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
+    for (uint i = 0u; i < min(lamp_points(), transmits ? 1u : 0u); i++) {
+        vec3 d = refraction_direction(-v.view, s.normal, s.ior, v.back, s.thickness_m <= 0.0);
+        sum += s.transmitted * v.lobes.rest * trace_emission(s.position, s.facet, d);
+    }
+    return sum;
+}

@@ -1,0 +1,133 @@
+// Emissive triangles as area lights (lights.lamps = sampled). CPU twin: src/twins/lamps.rs.
+
+#include "common/count.glsl"
+#include "common/color.glsl"
+#include "ground/bindings.glsl"
+
+struct LampPoint {
+    vec3 point; // voxels
+    vec3 irradiance; // what the piece stands for would give a surface with that normal, if nothing stood between
+};
+
+// Irradiance over radiance from the front of triangle abc at the origin, on a surface with unit normal n: Lambert's sum
+// over the edges of what lies above the horizon. Positive if the origin sees the front, negative if the back.
+float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
+    vec3 corners[3] = vec3[3](a, b, c);
+    vec3 leave = vec3(0.0); // where the outline goes below the horizon, and where it comes up again
+    vec3 enter = vec3(0.0);
+    bool crossed = false;
+    float sum = 0.0;
+    for (int i = 0; i < 4; i++) {
+        // The last edge closes the outline along the horizon.
+        bool closing = i == 3;
+        vec3 u = closing ? leave : corners[min(i, 2)];
+        vec3 v = closing ? enter : corners[(i + 1) % 3];
+        float hu = dot(u, n);
+        float hv = dot(v, n);
+        bool crosses = !closing && (hu < 0.0) != (hv < 0.0);
+        vec3 crossing = mix(u, v, crosses ? hu / (hu - hv) : 0.0);
+        enter = crosses && hu < 0.0 ? crossing : enter;
+        leave = crosses && hu >= 0.0 ? crossing : leave;
+        bool counts = closing ? crossed : crosses || hu >= 0.0;
+        crossed = crossed || crosses;
+        u = crosses && hu < 0.0 ? crossing : u;
+        v = crosses && hu >= 0.0 ? crossing : v;
+        // Of the difference: no cancellation where the triangle is small and far.
+        vec3 normal = cross(u, v - u);
+        float sine = length(normal);
+        float angle = atan(sine, dot(u, v));
+        sum += counts && sine > 1e-20 ? dot(normal, n) * (angle / sine) : 0.0;
+    }
+    return -0.5 * sum;
+}
+
+// Candidates per sample where there are more pieces than samples: the tree's are good ones.
+const uint MOST_CANDIDATES = 4u;
+const uint TREE_CANDIDATES = 2u;
+
+// The largest cosine within `spread` of an angle whose cosine is c, 0 at least.
+float nearest_cosine(float c, float spread) {
+    return max(cos(max(acos(clamp(c, -1.0, 1.0)) - spread, 0.0)), 0.0);
+}
+
+// What a node's pieces may give a place at most, up to a factor: power over squared distance, by both cosines.
+float importance(uint node, vec3 position, vec3 normal) {
+    COUNT(WORDS, 9u);
+    LampNode n = lamp_nodes[node];
+    vec3 d = n.center - position;
+    float distance = length(d);
+    float seen = n.radius < distance ? asin(n.radius / distance) : PI; // half angle under which the sphere is seen
+    d /= max(distance, 1e-20);
+    return n.power * nearest_cosine(dot(d, normal), seen) * nearest_cosine(-dot(d, n.axis), n.spread + seen)
+        / max(distance * distance, n.radius * n.radius);
+}
+
+struct LampChoice {
+    uint index;
+    float probability;
+};
+
+// The piece at `u` of [0, 1). Many lamps: down a tree of neighbours, at each node by what its halves may give (Conty and Kulla,
+// "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, without the splitting). Few: each as often.
+LampChoice choose_lamp(float u, vec3 position, vec3 normal) {
+    bool many = frame.lamp_tree != 0u;
+    float count = float(frame.lamp_count);
+    uint first = many ? 0u : min(uint(u * count), frame.lamp_count - 1u);
+    uint end = many ? frame.lamp_count : first + 1u;
+    float probability = many ? 1.0 : 1.0 / count;
+    uint node = 1u;
+    for (uint k = 0u; k < 32u && first + 1u < end; k++) {
+        float low = importance(2u * node, position, normal);
+        float high = importance(2u * node + 1u, position, normal);
+        float share = low + high > 0.0 ? low / (low + high) : 0.5;
+        u = min(u, 0.99999994); // it may have been rounded up to 1, where a half that gives nothing would be taken
+        bool goes_low = u < share;
+        uint middle = (first + end) / 2u;
+        first = goes_low ? first : middle;
+        end = goes_low ? middle : end;
+        node = 2u * node + (goes_low ? 0u : 1u);
+        probability *= goes_low ? share : 1.0 - share;
+        // What is left of the number is even again: strata stay strata.
+        u = goes_low ? u / share : (u - share) / max(1.0 - share, 1e-6);
+    }
+    return LampChoice(first, probability);
+}
+
+// Of LAMP_POINTS samples the one with index i; `random`: two numbers of the place that is lit.
+// At most as many pieces as samples: each gets its own, so that only what is half in shadow is noisy. More: of a few
+// candidates one is taken by what it gives here (Talbot et al., "Importance Resampling for Global
+// Illumination", 2005).
+LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
+    uint candidates = frame.lamp_tree != 0u ? TREE_CANDIDATES : frame.lamp_count > LAMP_POINTS ? MOST_CANDIDATES : 1u;
+    float strata = float(LAMP_POINTS * candidates);
+    uint chosen = 0u;
+    vec3 chosen_irradiance = vec3(0.0);
+    float chosen_weight = 0.0;
+    float total = 0.0;
+    float choice = fract(random.y + 0.6180339887 * float(i));
+    for (uint k = 0u; k < candidates; k++) {
+        LampChoice candidate = choose_lamp((float(i * candidates + k) + random.x) / strata, position, normal);
+        Lamp e = lamps[candidate.index];
+        COUNT(LAMP_RECORDS, 1u);
+        float seen = triangle_irradiance(e.a - position, e.b - position, e.c - position, normal);
+        seen = e.two_sided != 0u ? abs(seen) : max(seen, 0.0);
+        vec3 irradiance = e.radiance * (seen / (candidate.probability * strata));
+        float weight = brightest(irradiance);
+        total += weight;
+        // One random number serves all choices: what is left of it is even again.
+        float share = total > 0.0 ? weight / total : 0.0;
+        bool taken = choice < share;
+        choice = taken ? choice / share : (choice - share) / max(1.0 - share, 1e-6);
+        chosen = taken ? candidate.index : chosen;
+        chosen_irradiance = taken ? irradiance : chosen_irradiance;
+        chosen_weight = taken ? weight : chosen_weight;
+    }
+    Lamp e = lamps[chosen];
+    // The R2 sequence (Roberts, 2018), shifted by the place.
+    vec2 r = fract(random.yx + vec2(0.7548776662, 0.5698402909) * float(i + 1u));
+    float root = sqrt(r.x);
+    LampPoint s;
+    s.point = mix(e.a, mix(e.b, e.c, r.y), root);
+    s.irradiance = chosen_weight > 0.0 ? chosen_irradiance * (total / chosen_weight) : vec3(0.0);
+    return s;
+}

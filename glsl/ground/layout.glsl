@@ -1,0 +1,164 @@
+// The ground's structs that are shared with the CPU: src/ground/layout.rs holds their twins, a test holds the two against each other.
+// Lengths are in voxels unless a name ends in _m. Scalar block layout.
+
+struct Vertex {
+    vec3 position;
+    vec3 normal;
+    vec4 tangent;
+    vec4 uv; // set 0, set 1
+    uvec2 color; // 4 × f16
+};
+
+struct Triangle {
+    Vertex vertices[3];
+    uint material;
+    uint source; // index in the scene, the same every frame
+    uint translucent; // 1: a ray may pass
+};
+
+struct Globals {
+    uint vertex_count; // 3 × recorded triangles: these four are a VkDrawIndirectCommand
+    uint instance_count;
+    uint first_vertex;
+    uint first_instance;
+    uint item_count;
+    uint cell_count;
+    uint triangle_overflow;
+    uint item_overflow;
+    uint cell_overflow;
+    uint degenerate_count;
+};
+
+// How many cells of one level are occupied; the first three are a VkDispatchIndirectCommand for them, 64 a group.
+struct CellCount {
+    uint groups_x;
+    uint groups_y;
+    uint groups_z;
+    uint count;
+};
+
+// What an item of a list sends, stored radiance, and how much of its voxel it fills.
+struct ItemLight {
+    vec3 front;
+    float opacity;
+    vec3 back;
+    float area; // clipped to the voxel, over a face's
+};
+
+// Of an item of a list: which item is lit for it, and the part of its triangle inside the voxel, over a face.
+struct ItemPart {
+    uint lit_by;
+    float area;
+};
+
+struct ListItem {
+    uint triangle;
+    uint next; // 1-based; 0 ends the list (a walk that ends on ~0 hangs on Mesa 22.3)
+    uint voxel; // whose list it is
+};
+
+struct TextureSlot {
+    int texture; // into the texture table; −1: none
+    uint uv_set;
+    vec4 linear; // columns of the 2×2 part of KHR_texture_transform
+    vec2 offset;
+};
+
+const uint MATERIAL_MASK = 1u;
+const uint MATERIAL_BLEND = 2u;
+const uint MATERIAL_DOUBLE_SIDED = 4u;
+const uint MATERIAL_UNLIT = 8u;
+
+const uint SLOT_BASE_COLOR = 0u;
+const uint SLOT_METALLIC_ROUGHNESS = 1u;
+const uint SLOT_NORMAL = 2u;
+const uint SLOT_EMISSIVE = 3u;
+const uint SLOT_SPECULAR = 4u;
+const uint SLOT_SPECULAR_COLOR = 5u;
+const uint SLOT_TRANSMISSION = 6u;
+const uint SLOT_THICKNESS = 7u;
+
+struct Material {
+    vec4 base_color;
+    vec3 emissive;
+    float metallic;
+    float roughness;
+    float normal_scale;
+    float alpha_cutoff;
+    float ior;
+    float specular;
+    vec3 specular_color;
+    float transmission;
+    float thickness_m;
+    vec3 attenuation_color;
+    float attenuation_distance_m;
+    uint flags;
+    TextureSlot slots[8];
+};
+
+const uint LIGHT_POINT = 0u;
+const uint LIGHT_SPOT = 1u;
+const uint LIGHT_DIRECTIONAL = 2u;
+
+struct Light {
+    vec3 position;
+    uint kind;
+    vec3 direction; // unit, the way it shines
+    float range_m;
+    vec3 intensity; // irradiance × m², or irradiance
+    float radius; // voxels; directional: tangent of the half angle
+    float spot_scale;
+    float spot_offset;
+};
+
+// A piece of an emissive triangle, evenly bright.
+struct Lamp {
+    vec3 a;
+    vec3 b;
+    vec3 c;
+    vec3 radiance;
+    uint two_sided;
+};
+
+// A sphere about neighbouring pieces, what they send together, and a cone about their normals.
+struct LampNode {
+    vec3 center;
+    float radius;
+    vec3 axis;
+    float spread; // half angle, radians; π where a piece shines both ways
+    float power;
+};
+
+// One mip chain in the atlas.
+struct TextureEntry {
+    uint layer;
+    uint first_level;
+    uint level_count;
+    uint flags; // bits 0–1 wrap s, 2–3 wrap t (0 repeat, 1 mirror, 2 clamp), 4 mag linear, 5 min linear, 6–7 mip (0 none, 1 nearest, 2 linear)
+};
+
+// Where one level lies in its layer, texels.
+struct TextureLevel {
+    uint x;
+    uint y;
+    uint width;
+    uint height;
+};
+
+struct Frame {
+    mat4 clip_from_voxel;
+    vec3 eye; // voxels
+    float voxel_m;
+    vec3 forward; // unit, the way the camera looks
+    uint orthographic;
+    vec3 right_per_ndc; // direction (perspective) or offset in voxels (orthographic) per unit of NDC x
+    float scale; // stored radiance = radiance × scale, a power of two
+    vec3 down_per_ndc;
+    uint light_count;
+    vec3 sky; // radiance
+    uint frame_index;
+    vec2 image_size; // pixels
+    uint samples;
+    uint lamp_count;
+    uint lamp_tree; // 1: pieces are chosen through the tree; 0: each as often
+};

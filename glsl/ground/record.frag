@@ -1,0 +1,4 @@
+#version 460
+// Record: does nothing; colour writes are masked too.
+void main() {
+}

@@ -1,0 +1,174 @@
+// A point on a triangle, and its material evaluated there (glTF 2.0, appendix B, and the KHR_materials_* extensions).
+#include "common/color.glsl"
+#include "common/triangle_box.glsl"
+#include "ground/texture.glsl"
+
+struct Surface {
+    vec3 position; // voxels
+    vec3 normal; // shading normal of the side looked at, unit
+    vec3 facet; // geometric normal of that side, unit
+    vec3 diffuse; // albedo of the Lambertian part
+    vec3 f0;
+    float f90;
+    float coat_f0; // brightest channel of the dielectric's alone, which takes its share from the diffuse and transmitted parts
+    float coat_f90;
+    float roughness;
+    float opacity; // 1 − what alpha blending lets through
+    vec3 transmitted; // tint of what is transmitted, 0 if nothing is
+    float transmission;
+    vec3 emitted; // radiance
+    float ior;
+    float thickness_m;
+    vec3 albedo; // base colour
+    float diffuse_share; // neither metal nor transmitting
+    bool unlit;
+};
+
+vec4 triangle_color(Triangle t, vec3 weights) {
+    vec4 a = vec4(unpackHalf2x16(t.vertices[0].color.x), unpackHalf2x16(t.vertices[0].color.y));
+    vec4 b = vec4(unpackHalf2x16(t.vertices[1].color.x), unpackHalf2x16(t.vertices[1].color.y));
+    vec4 c = vec4(unpackHalf2x16(t.vertices[2].color.x), unpackHalf2x16(t.vertices[2].color.y));
+    return a * weights.x + b * weights.y + c * weights.z;
+}
+
+vec4 triangle_uv(Triangle t, vec3 weights) {
+    return t.vertices[0].uv * weights.x + t.vertices[1].uv * weights.y + t.vertices[2].uv * weights.z;
+}
+
+vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
+    mat2 linear = mat2(slot.linear.xy, slot.linear.zw);
+    vec2 at = slot.uv_set == 0u ? uv.xy : uv.zw;
+    return sample_texture(uint(slot.texture), linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
+}
+
+bool has_slot(Material m, uint slot) {
+    return slot_in_use(slot) && m.slots[slot].texture >= 0;
+}
+
+// How uv moves per voxel along two orthogonal directions in the triangle's plane.
+Footprint voxel_footprint(Triangle t) {
+    vec3 e1 = t.vertices[1].position - t.vertices[0].position;
+    vec3 e2 = t.vertices[2].position - t.vertices[0].position;
+    float l1 = max(length(e1), 1e-20);
+    vec3 x = e1 / l1;
+    float sx = dot(e2, x);
+    float sy = max(length(e2 - sx * x), 1e-20);
+    Footprint footprint;
+    for (int set = 0; set < 2; set++) {
+        vec4 d1 = t.vertices[1].uv - t.vertices[0].uv;
+        vec4 d2 = t.vertices[2].uv - t.vertices[0].uv;
+        vec2 u = (set == 0 ? d1.xy : d1.zw) / l1;
+        vec2 v = ((set == 0 ? d2.xy : d2.zw) - u * sx) / sy;
+        footprint.uv[set] = mat2(u, v);
+    }
+    return footprint;
+}
+
+// Base colour and alpha as blending and masks see them.
+vec4 base_color(Material m, vec4 uv, vec4 color, Footprint footprint) {
+    vec4 base = m.base_color * color;
+    if (has_slot(m, SLOT_BASE_COLOR)) {
+        base *= sample_slot(m.slots[SLOT_BASE_COLOR], uv, footprint, true);
+    }
+    return base;
+}
+
+// A factor that equals the cutoff, under a texture of ones, is no hole: filtering rounds by less than this.
+const float ALPHA_ROUNDING = 1e-5;
+
+float surface_alpha(Material m, float alpha) {
+    if ((m.flags & MATERIAL_MASK) != 0u) {
+        return alpha < m.alpha_cutoff - ALPHA_ROUNDING ? 0.0 : 1.0;
+    }
+    return (m.flags & MATERIAL_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
+}
+
+// Beer's law: what a way through the material leaves, per channel.
+vec3 attenuation(Material m, float way_m) {
+    return m.attenuation_distance_m < 1e30 ? pow(max(m.attenuation_color, vec3(1e-6)), vec3(way_m / m.attenuation_distance_m))
+                                           : vec3(1.0);
+}
+
+// `weights`: barycentric. `back`: the side against the winding is looked at.
+Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool back) {
+    Material m = materials[t.material];
+    COUNT(MATERIALS, 1u);
+    vec4 uv = triangle_uv(t, weights);
+    vec4 base = base_color(m, uv, triangle_color(t, weights), footprint);
+    Surface s;
+    vec3 a = t.vertices[0].position;
+    s.position = a * weights.x + t.vertices[1].position * weights.y + t.vertices[2].position * weights.z;
+    s.facet = normalize(triangle_normal(a, t.vertices[1].position, t.vertices[2].position));
+    vec3 n = t.vertices[0].normal * weights.x + t.vertices[1].normal * weights.y + t.vertices[2].normal * weights.z;
+    float n_length = length(n);
+    n = n_length > 1e-6 ? n / n_length : s.facet;
+    if (has_slot(m, SLOT_NORMAL)) {
+        vec4 tangent = t.vertices[0].tangent * weights.x + t.vertices[1].tangent * weights.y + t.vertices[2].tangent * weights.z;
+        vec3 tn = sample_slot(m.slots[SLOT_NORMAL], uv, footprint, false).xyz * 2.0 - 1.0;
+        tn.xy *= m.normal_scale;
+        vec3 bitangent = cross(n, tangent.xyz) * (tangent.w < 0.0 ? -1.0 : 1.0);
+        vec3 mapped = tangent.xyz * tn.x + bitangent * tn.y + n * tn.z;
+        float mapped_length = length(mapped);
+        n = mapped_length > 1e-6 ? mapped / mapped_length : n;
+    }
+    float side = back ? -1.0 : 1.0;
+    s.normal = n * side;
+    s.facet *= side;
+
+    float metallic = m.metallic;
+    s.roughness = m.roughness;
+    if (has_slot(m, SLOT_METALLIC_ROUGHNESS)) {
+        vec4 mr = sample_slot(m.slots[SLOT_METALLIC_ROUGHNESS], uv, footprint, false);
+        s.roughness *= mr.g;
+        metallic *= mr.b;
+    }
+    float specular = m.specular;
+    if (has_slot(m, SLOT_SPECULAR)) {
+        specular *= sample_slot(m.slots[SLOT_SPECULAR], uv, footprint, false).a;
+    }
+    vec3 specular_color = m.specular_color;
+    if (has_slot(m, SLOT_SPECULAR_COLOR)) {
+        specular_color *= sample_slot(m.slots[SLOT_SPECULAR_COLOR], uv, footprint, true).rgb;
+    }
+    s.transmission = m.transmission;
+    if (has_slot(m, SLOT_TRANSMISSION)) {
+        s.transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], uv, footprint, false).r;
+    }
+    s.transmission *= 1.0 - metallic;
+    s.thickness_m = m.thickness_m;
+    if (has_slot(m, SLOT_THICKNESS)) {
+        s.thickness_m *= sample_slot(m.slots[SLOT_THICKNESS], uv, footprint, false).g;
+    }
+    s.emitted = m.emissive;
+    if (has_slot(m, SLOT_EMISSIVE)) {
+        s.emitted *= sample_slot(m.slots[SLOT_EMISSIVE], uv, footprint, true).rgb;
+    }
+    float ior_f0 = (m.ior - 1.0) / (m.ior + 1.0);
+    vec3 dielectric_f0 = min(ior_f0 * ior_f0 * specular_color, vec3(1.0)) * specular;
+    s.f0 = mix(dielectric_f0, base.rgb, metallic);
+    s.f90 = mix(specular, 1.0, metallic);
+    s.coat_f0 = brightest(dielectric_f0);
+    s.coat_f90 = specular;
+    s.diffuse_share = 1.0 - metallic - s.transmission; // s.transmission is a share of what is no metal
+    s.diffuse = base.rgb * s.diffuse_share;
+    s.transmitted = base.rgb * s.transmission;
+    s.opacity = surface_alpha(m, base.a);
+    s.ior = m.ior;
+    s.albedo = base.rgb;
+    s.unlit = (m.flags & MATERIAL_UNLIT) != 0u;
+    if (s.unlit) {
+        s.emitted = base.rgb;
+        s.diffuse = vec3(0.0);
+        s.diffuse_share = 0.0;
+        s.transmitted = vec3(0.0);
+        s.transmission = 0.0;
+        s.f0 = vec3(0.0);
+        s.f90 = 0.0;
+        s.coat_f0 = 0.0;
+        s.coat_f90 = 0.0;
+    } else if (s.thickness_m > 0.0) {
+        // The thickness that the material states: nobody follows the way.
+        s.transmitted *= attenuation(m, s.thickness_m);
+    }
+    return s;
+}

@@ -1,0 +1,66 @@
+// Textures sampled by hand, from one atlas. No bindless on the floor device, no two textures of one size, samplers of every
+// kind, and its 8-bit filtering rounds small values to zero: so texels are fetched and filtered here, in f32, the same everywhere.
+#include "common/count.glsl"
+#include "ground/bindings.glsl"
+
+// How far uv moves, in units of uv, along the two axes of a footprint: columns.
+struct Footprint {
+    mat2 uv[2]; // per uv set
+};
+
+const Footprint POINT = Footprint(mat2[2](mat2(0.0), mat2(0.0)));
+
+int wrap_texel(int i, int size, uint mode) {
+    if (mode == 0u) {
+        return i - size * int(floor(float(i) / float(size)));
+    }
+    if (mode == 1u) {
+        int period = 2 * size;
+        int j = i - period * int(floor(float(i) / float(period)));
+        return j < size ? j : period - 1 - j;
+    }
+    return clamp(i, 0, size - 1);
+}
+
+// The level at which the longer axis of the footprint is one texel.
+float footprint_level(TextureEntry entry, mat2 footprint) {
+    TextureLevel base = texture_levels[entry.first_level];
+    vec2 size = vec2(base.width, base.height);
+    vec2 x = footprint[0] * size;
+    vec2 y = footprint[1] * size;
+    return 0.5 * log2(max(max(dot(x, x), dot(y, y)), 1e-20));
+}
+
+// Every tap of every level in one loop: lavapipe runs all code of a shader, whatever its branches, and a loop's body once is
+// what it costs a point without this texture.
+vec4 sample_texture(uint index, vec2 uv, mat2 footprint, bool srgb) {
+    TextureEntry entry = texture_entries[index];
+    COUNT(TEXTURE_RECORDS, 2u);
+    uint mip = (entry.flags >> 6) & 3u;
+    float level = footprint_level(entry, footprint);
+    bool linear = (entry.flags & (level <= 0.0 ? 16u : 32u)) != 0u;
+    level = mip == 0u ? 0.0 : clamp(level, 0.0, float(entry.level_count - 1u));
+    level = mip == 1u ? floor(level + 0.5) : level;
+    uint fine = uint(level);
+    float coarser = level - float(fine);
+    uint taps_per_level = linear ? 4u : 1u;
+    uint taps = coarser > 0.0 ? 2u * taps_per_level : taps_per_level;
+    vec4 sum = vec4(0.0);
+    for (uint tap = 0u; tap < taps; tap++) {
+        bool second = tap >= taps_per_level;
+        COUNT(TEXTURE_RECORDS, 1u);
+        COUNT(ATLAS_TEXELS, 1u);
+        TextureLevel texels = texture_levels[entry.first_level + fine + (second ? 1u : 0u)];
+        vec2 at = uv * vec2(texels.width, texels.height) - (linear ? 0.5 : 0.0);
+        ivec2 corner = ivec2(floor(at));
+        bvec2 far = bvec2(linear && (tap & 1u) != 0u, linear && (tap & 2u) != 0u);
+        vec2 f = linear ? at - vec2(corner) : vec2(0.0);
+        vec2 share = mix(1.0 - f, f, far);
+        ivec2 texel = corner + ivec2(far);
+        ivec3 place = ivec3(texels.x + wrap_texel(texel.x, int(texels.width), entry.flags & 3u),
+            texels.y + wrap_texel(texel.y, int(texels.height), (entry.flags >> 2) & 3u), entry.layer);
+        vec4 value = srgb ? texelFetch(atlas_srgb, place, 0) : texelFetch(atlas_linear, place, 0);
+        sum += share.x * share.y * (second ? coarser : 1.0 - coarser) * value;
+    }
+    return sum;
+}

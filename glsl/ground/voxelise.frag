@@ -1,0 +1,74 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Voxelise: a pixel is a column of voxels. Every voxel of the column that the triangle touches gets it into its list.
+
+#include "ground/layout.glsl"
+#include "ground/constants.glsl"
+#include "common/triangle_box.glsl"
+#include "common/count.glsl"
+#include "ground/heads.glsl"
+
+layout(location = 0) flat in uint in_triangle;
+layout(location = 1) flat in uint in_axis;
+layout(location = 2) flat in vec3 in_normal;
+
+layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 3, scalar) buffer ListItems { ListItem list_items[]; };
+layout(set = 0, binding = 4, scalar) buffer Heads { uint heads[]; };
+layout(set = 0, binding = 16, scalar) buffer Cells { uint cells[]; };
+
+#include "ground/grid_push.glsl"
+
+void append(uvec3 voxel) {
+    uint item = atomicAdd(globals.item_count, 1u) + 1u;
+    if (item > uint(list_items.length())) {
+        atomicAdd(globals.item_overflow, 1u);
+        return;
+    }
+    uint index = uint(head_index(ivec3(voxel)));
+    uint next = atomicExchange(heads[index], item);
+    COUNT(HEADS, 1u);
+    list_items[item - 1u].triangle = in_triangle;
+    list_items[item - 1u].next = next;
+    list_items[item - 1u].voxel = index;
+    if (next == 0u) {
+        uint cell = atomicAdd(globals.cell_count, 1u);
+        if (cell < uint(cells.length())) {
+            cells[cell] = index;
+        } else {
+            atomicAdd(globals.cell_overflow, 1u);
+        }
+    }
+}
+
+void main() {
+    COUNT(CORNERS, 3u);
+    vec3 a = in_grid(triangles[in_triangle].vertices[0].position);
+    vec3 b = in_grid(triangles[in_triangle].vertices[1].position);
+    vec3 c = in_grid(triangles[in_triangle].vertices[2].position);
+    uint u = (in_axis + 1u) % 3u;
+    uint v = (in_axis + 2u) % 3u;
+    vec2 pixel = floor(gl_FragCoord.xy);
+    vec2 middle = pixel + 0.5;
+
+    // Where the plane crosses the column, within the triangle's own depth. The dominant axis keeps the slope below 1.
+    float depth_low = min(a[in_axis], min(b[in_axis], c[in_axis]));
+    float depth_high = max(a[in_axis], max(b[in_axis], c[in_axis]));
+    vec2 slope = vec2(in_normal[u], in_normal[v]) / in_normal[in_axis];
+    float depth = a[in_axis] - dot(slope, middle - vec2(a[u], a[v]));
+    float spread = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01; // a hundredth of a voxel for rounding: the exact test follows
+    float last = float(EDGE) - 1.0;
+    int first = int(clamp(floor(max(depth_low, depth - spread) - 0.001), 0.0, last));
+    int end = int(clamp(floor(min(depth_high, depth + spread) + 0.001), 0.0, last));
+    for (int k = first; k <= end; k++) {
+        uvec3 voxel;
+        voxel[u] = uint(pixel.x);
+        voxel[v] = uint(pixel.y);
+        voxel[in_axis] = uint(k);
+        if (triangle_touches_voxel(a, b, c, in_normal, vec3(voxel) + 0.5)) {
+            append(voxel);
+        }
+    }
+}

@@ -1,0 +1,105 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Voxelise: projects on the dominant axis and dilates by half a pixel, so that every pixel that the triangle
+// touches gets a fragment. Too many do: the fragment shader tests each voxel exactly.
+
+#include "ground/constants.glsl"
+#include "common/triangle_box.glsl"
+
+layout(triangles) in;
+layout(triangle_strip, max_vertices = 4) out;
+
+layout(location = 0) in vec3 in_position[];
+layout(location = 1) flat in uint in_triangle[];
+
+layout(location = 0) flat out uint out_triangle;
+layout(location = 1) flat out uint out_axis;
+layout(location = 2) flat out vec3 out_normal;
+
+// Half a pixel, and room for the rasteriser's snapping to 1/256 pixel: exactly 0.5 loses 0.5 % of the pairs.
+const float DILATION = 0.51;
+
+vec3 normal;
+uint axis;
+
+void emit(vec2 pixel) {
+    gl_Position = vec4(pixel * (2.0 / float(EDGE)) - 1.0, 0.5, 1.0);
+    out_triangle = in_triangle[0];
+    out_axis = axis;
+    out_normal = normal;
+    EmitVertex();
+}
+
+// Half the width of the pixel square across a unit direction.
+float support(vec2 d) {
+    return DILATION * (abs(d.x) + abs(d.y));
+}
+
+float cross2(vec2 a, vec2 b) {
+    return a.x * b.y - a.y * b.x;
+}
+
+void main() {
+    normal = triangle_normal(in_position[0], in_position[1], in_position[2]);
+    vec3 size = abs(normal);
+    axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
+    uint u = (axis + 1u) % 3u;
+    uint v = (axis + 2u) % 3u;
+    vec2 p[3];
+    for (int i = 0; i < 3; i++) {
+        p[i] = vec2(in_position[i][u], in_position[i][v]);
+    }
+    if (normal[axis] < 0.0) {
+        vec2 swap = p[1];
+        p[1] = p[2];
+        p[2] = swap;
+    }
+
+    // The box about the triangle, turned along its longest edge: always conservative, tight around needles.
+    vec2 along = p[1] - p[0];
+    vec2 e1 = p[2] - p[1];
+    vec2 e2 = p[0] - p[2];
+    along = dot(e1, e1) > dot(along, along) ? e1 : along;
+    along = dot(e2, e2) > dot(along, along) ? e2 : along;
+    float longest = length(along);
+    along = longest > 0.0 ? along / longest : vec2(1.0, 0.0);
+    vec2 across = vec2(-along.y, along.x);
+    vec3 a = vec3(dot(along, p[0]), dot(along, p[1]), dot(along, p[2]));
+    vec3 c = vec3(dot(across, p[0]), dot(across, p[1]), dot(across, p[2]));
+    float a0 = min(a.x, min(a.y, a.z)) - support(along);
+    float a1 = max(a.x, max(a.y, a.z)) + support(along);
+    float c0 = min(c.x, min(c.y, c.z)) - support(across);
+    float c1 = max(c.x, max(c.y, c.z)) + support(across);
+    float box_area = (a1 - a0) * (c1 - c0);
+
+    // The triangle with its edges moved outwards (Hasselgren et al., GPU Gems 2, ch. 42): smaller, unless an angle is sharp.
+    vec2 outward[3];
+    float offset[3];
+    bool good = true;
+    for (int i = 0; i < 3; i++) {
+        vec2 edge = p[(i + 1) % 3] - p[i];
+        float l = length(edge);
+        good = good && l > 1e-3;
+        outward[i] = vec2(edge.y, -edge.x) / max(l, 1e-20);
+        offset[i] = dot(outward[i], p[i]) + support(outward[i]);
+    }
+    vec2 corner[3];
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 2) % 3;
+        float det = cross2(outward[j], outward[i]);
+        good = good && det > 1e-2;
+        corner[i] = vec2(offset[j] * outward[i].y - offset[i] * outward[j].y, offset[i] * outward[j].x - offset[j] * outward[i].x) / max(det, 1e-20);
+    }
+    float triangle_area = 0.5 * cross2(corner[1] - corner[0], corner[2] - corner[0]);
+    if (good && triangle_area > 0.0 && triangle_area < box_area) {
+        for (int i = 0; i < 3; i++) {
+            emit(corner[i]);
+        }
+    } else {
+        emit(along * a0 + across * c0);
+        emit(along * a1 + across * c0);
+        emit(along * a0 + across * c1);
+        emit(along * a1 + across * c1);
+    }
+    EndPrimitive();
+}

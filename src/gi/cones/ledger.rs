@@ -1,0 +1,365 @@
+//! The ledger: what the talk's listings print, what is right instead, and how much that changes an image.
+//!
+//! [`ROWS`] says it once; `twobounce ledger` measures each row and writes `docs/ledger.md` with [`document`].
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// One row. The wording is Markdown.
+pub struct Row {
+    pub id: &'static str,
+    pub printed: &'static str,
+    pub right: &'static str,
+    pub effect: Effect,
+}
+
+/// What a row does to an image.
+pub enum Effect {
+    /// Images with `right` and with `right` + `printed` (both `key=value`, on top of [`BASE`]) are compared.
+    Measured { right: &'static [&'static str], printed: &'static [&'static str] },
+    /// As printed it does not compile or is undefined: there only the right form exists.
+    NeverRan,
+    /// Both forms gave the same image on every scene of the study: the switch is gone, a test of the formula stays.
+    NoImage,
+}
+
+use Effect::{Measured, NeverRan, NoImage};
+
+/// What every row is measured with, beside the preset `corrected`: most rows act with either kind of shadow, some only here.
+pub const BASE: &[&str] = &["lights.shadows=method"];
+/// Edge of the grid that the rows are measured on: D19's numbers are for it.
+pub const EDGE: u32 = 32;
+
+/// The rows in the order of their numbers (D27 and D28 are other methods').
+pub const ROWS: &[Row] = &[
+    Row {
+        id: "D1",
+        printed: "the −x −y −z mips fetch the volumes of +x +y +z",
+        right: "each fetches its own",
+        effect: Measured { right: &[], printed: &["cones.ledger.d1=printed"] },
+    },
+    Row {
+        id: "D2",
+        printed: "−y, fourth column: v(1,0,1) + v(1,0,1)·(1 − v(1,1,1).a); alpha reaches 1.25",
+        right: "v(1,1,1) + v(1,0,1)·(1 − v(1,1,1).a)",
+        effect: Measured { right: &[], printed: &["cones.ledger.d2=printed"] },
+    },
+    Row { id: "D3", printed: "`voxelIndex` has 3 opening and 4 closing brackets", right: "balanced", effect: NeverRan },
+    Row {
+        id: "D4",
+        printed: "`cond ? samplerA : samplerB`",
+        right: "the fetched values are selected",
+        effect: NeverRan,
+    },
+    Row { id: "D5", printed: "`#ifdef 0`", right: "`#if 0`: the weights that sum to 1", effect: NeverRan },
+    Row {
+        id: "D6",
+        printed: "set 6a: the side cones are written about y; two point below the surface, one lies in it",
+        right: "about z, as the axis",
+        effect: Measured { right: &["cones.set=6a"], printed: &["cones.ledger.d6=printed"] },
+    },
+    Row {
+        id: "D7",
+        printed: "the rotation matrix is the transpose of Rodrigues'",
+        right: "transposed back",
+        effect: Measured { right: &["cones.jitter=true"], printed: &["cones.ledger.d7=printed"] },
+    },
+    Row {
+        id: "D8",
+        printed: "the jitter's angle is a hash in [0,1) taken as radians: 57° at most",
+        right: "a full turn",
+        effect: Measured { right: &["cones.jitter=true"], printed: &["cones.ledger.d8=printed"] },
+    },
+    Row {
+        id: "D9",
+        printed: "the jitter uses an undeclared time and raw pixel coordinates",
+        right: "a hash of integers, seeded with the frame's index",
+        effect: NeverRan,
+    },
+    Row {
+        id: "D10",
+        printed: "cones end at √2 of the cube's edge",
+        right: "where they leave the cube, √3 at most",
+        effect: Measured { right: &[], printed: &["cones.ledger.d10=printed"] },
+    },
+    Row {
+        id: "D11",
+        printed: "no bounds test: beyond the cube its edge voxels repeat",
+        right: "there is nothing beyond the cube",
+        effect: Measured { right: &["cones.ledger.d10=printed"], printed: &["cones.ledger.d11=printed"] },
+    },
+    Row {
+        id: "D12",
+        printed: "the shadow cone takes steps of ⅓ uncorrected: alpha ½ counts as 0.875",
+        right: "1 − (1 − a)^(step/edge)",
+        effect: Measured { right: &[], printed: &["cones.ledger.d12=printed"] },
+    },
+    Row {
+        id: "D13",
+        printed: "shadow level log₂(diameter·N + 1), radiance level log₂(diameter·N)",
+        right: "log₂(diameter·N) for both",
+        effect: Measured { right: &[], printed: &["cones.ledger.d13=printed"] },
+    },
+    Row {
+        id: "D14",
+        printed: "`isInsideCube` is not given",
+        right: "a test against [0,1]³: the exit distance",
+        effect: NeverRan,
+    },
+    Row {
+        id: "D15",
+        printed: "shadow cones read the isotropic volume: a wall's alpha halves per mip",
+        right: "directional alpha",
+        effect: Measured { right: &["cones.shadow_half_angle=5"], printed: &["cones.ledger.d15=printed"] },
+    },
+    Row {
+        id: "D16",
+        printed: "no stop before the light's own voxels; 0/0 where light and surface meet",
+        right: "ends 2 voxels before the light; guarded",
+        effect: Measured { right: &[], printed: &["cones.start.shadow_end=0"] },
+    },
+    Row {
+        id: "D17",
+        printed: "diameter max(1/N, 2t)·s: a length against a ratio",
+        right: "max(1/N, 2t·s)",
+        effect: Measured { right: &[], printed: &["cones.ledger.d17=printed"] },
+    },
+    Row {
+        id: "D18",
+        printed: "loops end at alpha ≥ 1 only",
+        right: "at 0.995, and after 2048 steps",
+        effect: Measured { right: &[], printed: &["cones.ledger.d18=printed"] },
+    },
+    Row {
+        id: "D19",
+        printed: "the cone's offset of −0.01 is a share of the cube: 0.32 voxels of 32, 2.56 of 256",
+        right: "starts are settings in voxels (1.28, as in the talk's 128)",
+        effect: Measured { right: &[], printed: &["cones.start.diffuse_along=3.68"] },
+    },
+    Row {
+        id: "D20",
+        printed: "the first diffuse sample lies 6 to 7.5 voxels away, 4 in radius: no near field",
+        right: "starts are settings; measured: 1 voxel along the normal, 1 along the cone",
+        effect: Measured {
+            right: &["cones.start.diffuse_normal=1", "cones.start.diffuse_along=1"],
+            printed: &["cones.start.diffuse_normal=3.828427", "cones.start.diffuse_along=4"],
+        },
+    },
+    Row {
+        id: "D21",
+        printed: "diffuse cones drop alpha: no sky",
+        right: "the sky shines through what alpha they leave",
+        effect: Measured { right: &["sky=0.3"], printed: &["cones.ledger.d21=printed"] },
+    },
+    Row {
+        id: "D22",
+        printed: "the tangent frame jumps along \\|n.y\\| = \\|n.z\\|",
+        right: "one singular direction, −z",
+        effect: Measured { right: &[], printed: &["cones.ledger.d22=printed"] },
+    },
+    Row {
+        id: "D23",
+        printed: "refraction starts outside the surface that it enters",
+        right: "on the refracted side",
+        effect: Measured { right: &[], printed: &["cones.ledger.d23=printed"] },
+    },
+    Row {
+        id: "D24",
+        printed: "a fixed 1/ior, no back face; `refract()` = 0 becomes NaN",
+        right: "flipped by side; total reflection reflects; thin walls do not bend",
+        effect: NoImage,
+    },
+    Row {
+        id: "D25",
+        printed: "three maps from roughness to aperture disagree: 47.5°, 41°, 67.5° at roughness 1",
+        right: "all three by name; measured: `linear` against `polynomial`",
+        effect: Measured { right: &["cones.roughness_fit=polynomial"], printed: &["cones.roughness_fit=linear"] },
+    },
+    Row {
+        id: "D26",
+        printed: "set 16: equal weights, no cosine",
+        right: "weights ∝ cosine, normalised",
+        effect: Measured { right: &["cones.set=16"], printed: &["cones.ledger.d26=printed"] },
+    },
+    Row {
+        id: "D29",
+        printed: "the second bounce repeats the identical voxelisation",
+        right: "kept as printed; `cones.passes = cells` keeps the lists and gives the same bits",
+        effect: Measured { right: &["cones.passes=cells"], printed: &["cones.passes=layered"] },
+    },
+];
+
+/// Choices that are neither right nor wrong, each against the preset `corrected`.
+pub const CHOICES: &[&str] = &[
+    "cones.fill=facing",
+    "cones.fill=coverage",
+    "cones.weights=norm1",
+    "cones.weights=abs",
+    "cones.weights=extinction",
+    "cones.set=1",
+    "cones.set=6a",
+    "cones.set=6b",
+    "cones.set=16",
+    "cones.roughness_fit=power",
+    "bounces=1",
+    "lights.shadows=none",
+    "lights.shadows=rays",
+];
+
+/// What one comparison gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// mean \|printed − right\| / mean(right), in percent.
+    pub rel_percent: f64,
+    /// mean(printed) / mean(right).
+    pub energy: f64,
+}
+
+impl Change {
+    /// Two cells of a Markdown table.
+    fn cells(&self) -> String {
+        format!("{:.2} % | {:.3}", self.rel_percent, self.energy)
+    }
+
+    /// The reverse of [`Self::cells`].
+    fn parse(cells: &[&str]) -> Option<Self> {
+        let [rel, energy] = cells else { return None };
+        Some(Self { rel_percent: rel.strip_suffix(" %")?.parse().ok()?, energy: energy.parse().ok()? })
+    }
+}
+
+/// Fills on which furnaces are measured, each with the settings that it is made for.
+pub const FURNACE_FILLS: &[(&str, &[&str])] = &[
+    ("uniform", &["cones.fill=uniform"]),
+    ("facing", &["cones.fill=facing"]),
+    ("coverage", &["cones.fill=coverage"]),
+    (
+        "sided",
+        &["cones.fill=sided", "cones.weights=abs", "cones.blend=sum", "cones.start.diffuse_normal=1", "cones.start.diffuse_along=0.5", "cones.set=g16"],
+    ),
+];
+/// Albedo, and whether a block stands inside.
+pub const FURNACE_ROOMS: &[(f32, bool)] = &[(0.5, false), (0.5, true), (0.8, false), (0.8, true)];
+/// Grids on which furnaces are measured.
+pub const FURNACE_EDGES: &[u32] = &[32, 128];
+
+/// Radiance in a furnace after two bounces over Σρᵏ: 1 is right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Furnace {
+    pub mean: f64,
+    /// Of the darkest and the brightest pixel.
+    pub range: [f64; 2],
+}
+
+impl Furnace {
+    fn cell(&self) -> String {
+        format!("{:.3} ({:.3} … {:.3})", self.mean, self.range[0], self.range[1])
+    }
+
+    /// The reverse of [`Self::cell`].
+    fn parse(cell: &str) -> Option<Self> {
+        let (mean, range) = cell.strip_suffix(')')?.split_once(" (")?;
+        let (least, most) = range.split_once(" … ")?;
+        Some(Self { mean: mean.parse().ok()?, range: [least.parse().ok()?, most.parse().ok()?] })
+    }
+}
+
+/// What a row of the furnaces' table is called.
+pub fn furnace_row(fill: &str, albedo: f32, block: bool) -> String {
+    format!("{fill} | {albedo} | {}", if block { "with a block" } else { "empty" })
+}
+
+/// What a run of `twobounce ledger` measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measurements {
+    /// Scene, image size, grid, device and driver, in one sentence.
+    pub about: String,
+    /// By a row's id, or by the choice's `key=value`.
+    pub changes: BTreeMap<String, Change>,
+    /// By [`furnace_row`], one per grid of [`FURNACE_EDGES`].
+    pub furnaces: BTreeMap<String, Vec<Furnace>>,
+}
+
+const HEAD: &str = "# The ledger of the printed listings
+
+Written by `twobounce ledger`; `tests/ledger_formulas.rs` holds, for each row with a formula, a test that the printed form
+fails and the right form passes. The preset `printed` has every row as printed, `corrected` every row right; each row is
+also a setting of its own (`cones.ledger.d1`, …). Changes are of the whole image, one row at a time, everything else right, with
+`lights.shadows = method` so that every row has its effect: *change* is mean |printed − right| over mean right, *energy* is mean
+printed over mean right.
+
+";
+
+const FURNACE_HEAD: &str = "
+## Furnaces
+A closed room that emits 1, of one albedo ρ: after two bounces every pixel should be 1 + ρ + ρ². Mean over the image (and
+darkest … brightest pixel) over that. `sided` is measured as the presets use it, with `cones.weights = abs`, `cones.blend = sum` and 16
+cones; the others with the preset `corrected`.
+
+| fill | albedo | room | 32³ | 128³ |
+|---|---|---|---|---|
+";
+
+/// The page.
+pub fn document(measured: &Measurements) -> String {
+    let mut text = format!("{HEAD}{}\n\n", measured.about);
+    text += "| row | printed | right | measured with | change | energy |\n|---|---|---|---|---|---|\n";
+    let cells = |key: &str| measured.changes.get(key).map_or("– | –".into(), Change::cells);
+    for row in ROWS {
+        let with = match row.effect {
+            NeverRan => "never ran as printed".into(),
+            NoImage => "no image of the study shows it".into(),
+            Measured { right: [], .. } => "–".into(),
+            Measured { right, .. } => format!("`{}`", right.join("`, `")),
+        };
+        writeln!(text, "| {} | {} | {} | {with} | {} |", row.id, row.printed, row.right, cells(row.id)).expect("fmt");
+    }
+    text += "\n## Choices\nAgainst the same settings, one at a time.\n\n";
+    text += "| setting | change | energy |\n|---|---|---|\n";
+    for choice in CHOICES {
+        writeln!(text, "| `{choice}` | {} |", cells(choice)).expect("fmt");
+    }
+    text += FURNACE_HEAD;
+    for (fill, _) in FURNACE_FILLS {
+        for &(albedo, block) in FURNACE_ROOMS {
+            let row = furnace_row(fill, albedo, block);
+            let cells: Vec<String> = measured.furnaces.get(&row).into_iter().flatten().map(Furnace::cell).collect();
+            writeln!(text, "| {row} | {} |", cells.join(" | ")).expect("fmt");
+        }
+    }
+    text
+}
+
+/// What a page written by [`document`] says; `None` where its head is another's.
+pub fn parse(text: &str) -> Option<Measurements> {
+    let (about, tables) = text.strip_prefix(HEAD)?.split_once('\n')?;
+    let mut measured = Measurements { about: about.into(), ..Measurements::default() };
+    for line in tables.lines().filter(|l| l.starts_with("| ")) {
+        let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
+        let furnaces: Vec<Furnace> = cells.iter().filter_map(|cell| Furnace::parse(cell)).collect();
+        if let Some(change) = cells.len().checked_sub(2).and_then(|i| Change::parse(&cells[i..])) {
+            measured.changes.insert(cells[0].trim_matches('`').into(), change);
+        } else if !furnaces.is_empty() {
+            measured.furnaces.insert(cells[..cells.len() - furnaces.len()].join(" | "), furnaces);
+        }
+    }
+    Some(measured)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_says_what_was_measured() {
+        let change = Change { rel_percent: 12.34, energy: 0.987 };
+        let keys = ["D1", "D22", "D29", "cones.fill=facing"];
+        let changes = keys.iter().map(|k| ((*k).into(), change.clone())).collect();
+        let furnace = Furnace { mean: 0.98, range: [0.9, 1.004] };
+        let furnaces = [(furnace_row("facing", 0.8, true), vec![furnace; 2])].into();
+        let measured = Measurements { about: "A scene on a device.".into(), changes, furnaces };
+        let page = document(&measured);
+        assert_eq!(parse(&page), Some(measured));
+        assert_eq!(parse(&page.replace("Written by", "Made by")), None);
+    }
+}

@@ -1,0 +1,290 @@
+//! The table `[cones]`: the talk's variants, and the rows of its ledger.
+
+use serde::{Deserialize, Serialize};
+
+use super::choices::{Blend, ConeSet, Fill, Form, Passes, RoughnessFit, Weights};
+use crate::settings::{Key, Range, auto, key, names, rare};
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Diffuse cones.
+    pub set: ConeSet,
+    pub fill: Fill,
+    pub weights: Weights,
+    pub blend: Blend,
+    /// Diffuse and specular cones: length of a step over the cone's diameter.
+    pub step: f32,
+    /// What the diffuse set's apertures are multiplied with.
+    pub aperture: f32,
+    /// How far past the grid's border a sum goes on, in diameters.
+    pub exit_margin: f32,
+    pub roughness_fit: RoughnessFit,
+    pub passes: Passes,
+    /// Whether lights are shadowed in the first bounce too (the talk lights it without shadows).
+    pub first_bounce_shadows: bool,
+    /// Whether the diffuse cone set turns from pixel to pixel.
+    pub jitter: bool,
+    /// Length of a step of a shadow cone over its diameter.
+    pub shadow_step: f32,
+    /// Half angle in degrees of every light's shadow cone; absent: from the light's own radius.
+    #[serde(with = "auto")]
+    pub shadow_half_angle: Option<f32>,
+    pub start: Start,
+    pub ledger: Ledger,
+}
+
+/// Where cones start, in voxels (D16, D20, D23): along the normal, then along the cone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Start {
+    pub diffuse_normal: f32,
+    pub diffuse_along: f32,
+    pub specular_normal: f32,
+    pub specular_along: f32,
+    pub refraction_normal: f32,
+    pub refraction_along: f32,
+    pub shadow_normal: f32,
+    pub shadow_along: f32,
+    /// How far before the light a shadow cone stops.
+    pub shadow_end: f32,
+}
+
+/// Declares the rows of the ledger that change an image: fields, keys and bits of one list.
+macro_rules! ledger {
+    ($($row:ident $number:literal $name:literal $meaning:literal),+ $(,)?) => {
+        /// The rows of `docs/ledger.md` that change an image and are neither a choice nor a number above.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct Ledger { $(#[doc = $meaning] pub $row: Form),+ }
+
+        impl Ledger {
+            /// Every row in one form.
+            pub fn all(form: Form) -> Self {
+                Self { $($row: form),+ }
+            }
+
+            /// The rows that are as printed, one bit per number.
+            pub fn printed_bits(&self) -> u32 {
+                [$(($number, self.$row)),+].iter().filter(|(_, form)| *form == Form::Printed).map(|(row, _)| 1 << row).sum()
+            }
+        }
+
+        const LEDGER_KEYS: &[Key] = &[
+            $(rare(key($name, "form", names!(Form), $meaning, "see docs/ledger.md"))),+
+        ];
+    };
+}
+
+ledger! {
+    d1 1 "cones.ledger.d1" "D1: which volumes the −x −y −z mips read",
+    d2 2 "cones.ledger.d2" "D2: the −y mip's fourth column",
+    d6 6 "cones.ledger.d6" "D6: the axis of cone set 6a",
+    d7 7 "cones.ledger.d7" "D7: the jitter's rotation matrix",
+    d8 8 "cones.ledger.d8" "D8: the jitter's angle",
+    d10 10 "cones.ledger.d10" "D10: how far a cone reaches: √2, or the exit from the cube",
+    d11 11 "cones.ledger.d11" "D11: the volume's border: edge voxels repeated, or transparent",
+    d12 12 "cones.ledger.d12" "D12: opacity correction of the shadow cone's short steps",
+    d13 13 "cones.ledger.d13" "D13: the shadow cone's mip level",
+    d15 15 "cones.ledger.d15" "D15: the shadow cone's volume: isotropic, or directional",
+    d17 17 "cones.ledger.d17" "D17: the cone's diameter: max(1/N, 2t)·s, or max(1/N, 2t·s)",
+    d18 18 "cones.ledger.d18" "D18: when a cone ends: alpha ≥ 1, or near 1",
+    d21 21 "cones.ledger.d21" "D21: the sky behind diffuse cones: dropped, or through the remaining alpha",
+    d22 22 "cones.ledger.d22" "D22: the tangent frame about the normal",
+    d23 23 "cones.ledger.d23" "D23: where refraction starts: outside the surface, or on the refracted side",
+    d26 26 "cones.ledger.d26" "D26: set 16's weights: equal, or cosine",
+}
+
+impl Default for Settings {
+    /// The preset `cones`: fill, weights and compositing changed together, so that a wall's alpha adds up to 1 from every angle.
+    fn default() -> Self {
+        Self {
+            set: ConeSet::G16,
+            fill: Fill::Sided,
+            weights: Weights::Abs,
+            blend: Blend::Sum,
+            step: 1.0,
+            aperture: 1.0,
+            exit_margin: 1.0,
+            roughness_fit: RoughnessFit::Polynomial,
+            passes: Passes::Cells,
+            first_bounce_shadows: true,
+            jitter: false,
+            shadow_step: 1.0 / 3.0,
+            shadow_half_angle: None,
+            start: Start::default(),
+            ledger: Ledger::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// The preset `corrected`: the talk, every row of the ledger right.
+    pub fn corrected() -> Self {
+        Self {
+            set: ConeSet::Five,
+            fill: Fill::Uniform,
+            weights: Weights::D2,
+            blend: Blend::Over,
+            passes: Passes::Layered,
+            start: Start {
+                // As printed (D20): a wide cone that starts nearer meets the voxels of its own surface.
+                diffuse_normal: 1.0 + 4.0 * std::f32::consts::FRAC_1_SQRT_2,
+                diffuse_along: 4.0 - 1.28,
+                ..Start::default()
+            },
+            ..Self::default()
+        }
+    }
+
+    /// The preset `printed`: the talk's listings, where they can run.
+    pub fn printed() -> Self {
+        let corrected = Self::corrected();
+        Self {
+            first_bounce_shadows: false,
+            start: Start {
+                // 1 + 4·0.7071 along the normal, less coneOffset 0.01·128 along the cone (D19, D20).
+                specular_normal: 2.0,
+                specular_along: 2.0,
+                shadow_end: 0.0,
+                ..corrected.start
+            },
+            shadow_step: 0.333333,
+            shadow_half_angle: Some(5.0),
+            ledger: Ledger::all(Form::Printed),
+            ..corrected
+        }
+    }
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self {
+            diffuse_normal: 1.0,
+            diffuse_along: 0.5,
+            specular_normal: 1.0,
+            specular_along: 1.0,
+            refraction_normal: 1.0,
+            refraction_along: 1.0,
+            shadow_normal: 2.0,
+            shadow_along: 2.5,
+            shadow_end: 2.0,
+        }
+    }
+}
+
+impl Default for Ledger {
+    fn default() -> Self {
+        Self::all(Form::Right)
+    }
+}
+
+/// A distance in voxels at a cone's start or end.
+const fn voxels(name: &'static str, meaning: &'static str) -> Key {
+    let range = Range::Number(0.0, 64.0);
+    rare(key(name, "voxels", range, meaning, "no time; more: less self-light, less contact"))
+}
+
+/// The table's keys.
+pub const KEYS: &[&[Key]] = &[
+    &[
+        key(
+            "cones.set",
+            "set",
+            names!(ConeSet),
+            "diffuse cones around the normal: the talk's five sets, and cosine-distributed ones (g)",
+            "the image's time grows with the number: ×2 from 1 to 5, ×1.7 to 6, ×5.7 to 16",
+        ),
+        key(
+            "cones.fill",
+            "choice",
+            names!(Fill),
+            "how triangles fill a voxel's faces: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops \
+             dark backs",
+            "coverage and sided clip each listed triangle: more shading time",
+        ),
+        key(
+            "cones.weights",
+            "choice",
+            names!(Weights),
+            "how the three facing volumes are mixed along a cone: d2, norm1 (both sum to 1), abs (brightens), extinction",
+            "extinction takes three logarithms per step",
+        ),
+        key(
+            "cones.blend",
+            "choice",
+            names!(Blend),
+            "how a cone's samples are composited: over, or sum (a wall's alpha adds up to 1; with fill = sided, weights = abs)",
+            "sum goes on a little past the grid's border",
+        ),
+        key(
+            "cones.step",
+            "diameters",
+            Range::Number(0.1, 4.0),
+            "length of a cone's step",
+            "larger is faster: fewer samples per cone",
+        ),
+        key(
+            "cones.passes",
+            "choice",
+            names!(Passes),
+            "how volumes are filled: layer by layer with two voxelisations, as in the talk, or from lists of occupied cells: the \
+             same image",
+            "layered grows with the grid, cells with what stands in it, and takes 56 bytes per list item",
+        ),
+        rare(key(
+            "cones.aperture",
+            "factor",
+            Range::Number(0.05, 4.0),
+            "what the diffuse set's apertures are multiplied with",
+            "larger is faster: wider cones take fewer steps",
+        )),
+        rare(key(
+            "cones.exit_margin",
+            "diameters",
+            Range::Number(0.0, 4.0),
+            "how far past the grid's border a cone with blend = sum goes on, an eighth of the grid at most",
+            "a step or two per cone that leaves the grid",
+        )),
+        rare(key(
+            "cones.roughness_fit",
+            "choice",
+            names!(RoughnessFit),
+            "specular cone's half angle from roughness: polynomial 47.5°, power 41°, linear 67.5° at roughness 1; ggx: fitted to \
+             the lobe, narrow where it is smooth",
+            "larger angles are faster: fewer samples per cone",
+        )),
+        rare(key(
+            "cones.first_bounce_shadows",
+            "switch",
+            Range::Bool,
+            "shadow lights in the first bounce too; the talk does not, which makes it too bright",
+            "a shadow test per light and shaded voxel of the first bounce",
+        )),
+        rare(key("cones.jitter", "switch", Range::Bool, "turn the diffuse cones per pixel: noise instead of bands", "little")),
+        rare(key(
+            "cones.shadow_step",
+            "diameters",
+            Range::Number(0.05, 1.0),
+            "step of a shadow cone over its diameter",
+            "time in inverse proportion: smaller is slower",
+        )),
+        rare(key(
+            "cones.shadow_half_angle",
+            "degrees",
+            Range::NumberOrAuto(0.1, 45.0),
+            "half angle of every shadow cone; auto: from each light's radius",
+            "larger is faster: fewer samples per cone",
+        )),
+        voxels("cones.start.diffuse_normal", "where diffuse cones start, along the normal"),
+        voxels("cones.start.diffuse_along", "where diffuse cones start, along the cone"),
+        voxels("cones.start.specular_normal", "where specular cones start, along the normal"),
+        voxels("cones.start.specular_along", "where specular cones start, along the cone"),
+        voxels("cones.start.refraction_normal", "where refraction cones start, along the normal"),
+        voxels("cones.start.refraction_along", "where refraction cones start, along the cone"),
+        voxels("cones.start.shadow_normal", "where shadow cones start, along the normal"),
+        voxels("cones.start.shadow_along", "where shadow cones start, along the cone"),
+        voxels("cones.start.shadow_end", "how far before the light a shadow cone stops"),
+    ],
+    LEDGER_KEYS,
+];

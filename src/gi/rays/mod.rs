@@ -1,0 +1,129 @@
+//! Exact rays that find what the voxels shade, shared among neighbours.
+//!
+//! Every list item is lit, one for all that are alike, and fills a volume of faces; items then gather from that volume along
+//! rays, which fills a second one. The image's rays read the last volume where they hit, by the normal of the triangle hit.
+
+mod settings;
+
+use super::{Gi, Maker, PassUnit, Update, Wants};
+use crate::Result;
+use crate::ground::Ground;
+use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, LIT, constants, with};
+use crate::ground::faces::{EmptyFaces, FaceVolume, FillFaces, MipFaces};
+use crate::ground::memory_plan::MemoryRow;
+use crate::settings::{Bounces, Settings as AllSettings};
+use crate::vk::{self, Bind, Image, Recorder, Sampler};
+
+pub use settings::{KEYS, Settings};
+
+/// Constants of `glsl/gi/rays/constants.glsl`.
+const DIFFUSE_RAYS: u32 = 32;
+const LOBE_RAYS: u32 = 33;
+
+pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
+
+pub struct Lighting {
+    first: FillFaces,
+    /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
+    again: Option<FillFaces>,
+    second: Option<FillFaces>,
+    empty: EmptyFaces,
+    mips: MipFaces,
+    /// One per bounce.
+    volumes: Vec<FaceVolume>,
+    sampler: Sampler,
+    constants: Vec<(u32, u32)>,
+}
+
+impl Gi for Lighting {
+    fn wants(settings: &AllSettings) -> Wants {
+        Wants {
+            lists: true,
+            rays: true,
+            cells: true,
+            lit_items: true,
+            alike: true,
+            kept_direct_light: settings.bounces.volumes() > 1,
+            diffuse: true,
+            ..Wants::default()
+        }
+    }
+
+    fn plan(settings: &AllSettings) -> Vec<MemoryRow> {
+        FaceVolume::plan(settings.bounces.volumes(), settings.voxels)
+    }
+
+    fn new(maker: &Maker) -> Result<Self> {
+        let Maker { context, settings, features, .. } = *maker;
+        let own = &settings.of.rays;
+        let image = with(constants(settings, features), &[(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)]);
+        let voxels = [(DIFFUSE_RAYS, own.voxels), (LAMP_POINTS, settings.lights.voxel_lamp_points), (LIT, 1)];
+        let voxels = with(image.clone(), &voxels);
+        let fill = |label, look_up, direct| FillFaces::new(context, label, ("rays", look_up), &voxels, direct);
+        let two = settings.bounces.volumes() > 1;
+        let direct = if two { DIRECT_KEPT } else { DIRECT_FOUND };
+        let names = ["first bounce", "second bounce"];
+        Ok(Self {
+            first: fill("shade 1", false, direct)?,
+            again: (settings.bounces == Bounces::All).then(|| fill("shade 1", true, direct)).transpose()?,
+            second: two.then(|| fill("shade 2", true, DIRECT_READ)).transpose()?,
+            empty: EmptyFaces::new(context, &voxels)?,
+            mips: MipFaces::new(context, "rays", &voxels)?,
+            volumes: names[..settings.bounces.volumes() as usize]
+                .iter()
+                .map(|name| FaceVolume::new(context, name, settings.voxels))
+                .collect::<Result<_>>()?,
+            sampler: Sampler::new(
+                context,
+                vk::Filter::LINEAR,
+                vk::SamplerMipmapMode::LINEAR,
+                vk::SamplerAddressMode::CLAMP_TO_BORDER, // there is nothing outside of the grid
+                vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
+            )?,
+            constants: image,
+        })
+    }
+
+    fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
+        let [first, rest @ ..] = &self.volumes[..] else { return };
+        // What the last lists filled and these do not is emptied.
+        if update.lists {
+            self.empty.record(r, "empty 1", ground, first, update.known);
+        }
+        match (&self.again, rest) {
+            // Every item is lit directly and, with all bounces, by what the last frame left,
+            (Some(again), [second]) if update.history => again.record(r, ground, first, self.look_up(second)),
+            // or directly alone; the voxels sum up what their items send,
+            _ => self.first.record(r, ground, first, Vec::new()),
+        }
+        // and coarser voxels sum up finer ones, per direction of travel.
+        self.mips.record(r, "mips 1", ground, first, &self.sampler);
+        if let (Some(light), [second]) = (&self.second, rest) {
+            if update.lists {
+                self.empty.record(r, "empty 2", ground, second, update.known);
+            }
+            // Every item is lit once more, with what it gathers from the first bounce.
+            light.record(r, ground, second, self.look_up(first));
+            self.mips.record(r, "mips 2", ground, second, &self.sampler);
+        }
+    }
+
+    fn constants(&self) -> &[(u32, u32)] {
+        &self.constants
+    }
+
+    fn binds(&self) -> Vec<Bind<'_>> {
+        self.volumes.last().map_or_else(Vec::new, |volume| self.look_up(volume))
+    }
+
+    fn coarse_light(&self) -> Option<(&Image, u32)> {
+        self.volumes.last().map(FaceVolume::coarse)
+    }
+}
+
+impl Lighting {
+    /// A volume to be looked up.
+    fn look_up<'a>(&'a self, volume: &'a FaceVolume) -> Vec<Bind<'a>> {
+        volume.binds(&self.sampler).collect()
+    }
+}

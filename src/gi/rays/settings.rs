@@ -1,0 +1,43 @@
+//! The table `[rays]`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::settings::{Key, Range, key};
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Rays for diffuse light per gathered pixel,
+    pub diffuse: u32,
+    /// and per voxel side.
+    pub voxels: u32,
+    /// Rays for a rough lobe that sends on all that it meets; a fainter one gets its share of them.
+    pub glossy: u32,
+}
+
+impl Default for Settings {
+    /// The preset `balanced`.
+    fn default() -> Self {
+        Self { diffuse: 8, voxels: 2, glossy: 4 }
+    }
+}
+
+/// The table's keys.
+pub const KEYS: &[&[Key]] = &[&[
+    key(
+        "rays.diffuse",
+        "rays",
+        Range::Whole(1, 128),
+        "rays for diffuse light per gathered pixel, cosine-distributed",
+        "a ray each: the image's time grows with them",
+    ),
+    key("rays.voxels", "rays", Range::Whole(1, 128), "the same per voxel side in the second bounce", "a ray each"),
+    key(
+        "rays.glossy",
+        "rays",
+        Range::Whole(1, 64),
+        "rays for a rough lobe, mirrored or transmitted; a lobe that sends on a tenth of its light takes a tenth of them, a \
+         smooth one takes one",
+        "a ray each, where something is glossy or transmits",
+    ),
+]];

@@ -1,0 +1,137 @@
+//! All textures in one 2D array, whole and unshrunk: the floor device can neither index samplers nor bind without limit.
+//!
+//! Each mip chain lies in one rectangle of one layer: level 0, and below it the others side by side. GLSL filters by hand
+//! (`glsl/ground/texture.glsl`). Layers are as large as the largest rectangle needs, or twice that, whichever wastes less.
+
+use super::layout::TextureLevel;
+
+/// One mip chain's place.
+#[derive(Clone, Debug)]
+pub struct Place {
+    pub layer: u32,
+    pub levels: Vec<TextureLevel>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Atlas {
+    /// Texels.
+    pub width: u32,
+    pub height: u32,
+    pub layers: u32,
+    /// In the order of the chains packed.
+    pub places: Vec<Place>,
+}
+
+impl Atlas {
+    /// Packs chains given as their levels' sizes (texels, from the largest). Never empty: with no chains, one texel.
+    pub fn pack(chains: &[Vec<(u32, u32)>]) -> Self {
+        let rects: Vec<(u32, u32)> = chains.iter().map(|levels| chain_rect(levels)).collect();
+        let widest = rects.iter().map(|r| r.0).max().unwrap_or(1);
+        let tallest = rects.iter().map(|r| r.1).max().unwrap_or(1);
+        let candidates = [(1, 1), (2, 1), (1, 2), (2, 2), (4, 4)].map(|(x, y)| (widest * x, tallest * y));
+        let (width, height, corners) = candidates
+            .into_iter()
+            .filter(|&(w, h)| w.max(h) <= 4096 || (w, h) == (widest, tallest))
+            .map(|(w, h)| (w, h, shelves(&rects, w, h)))
+            .min_by_key(|(w, h, corners)| u64::from(*w) * u64::from(*h) * u64::from(layer_count(corners)))
+            .expect("the first candidate always stands");
+        let places = chains
+            .iter()
+            .zip(&corners)
+            .map(|(levels, &(x, y, layer))| Place { layer, levels: place_levels(levels, x, y) })
+            .collect();
+        Self { width, height, layers: layer_count(&corners), places }
+    }
+
+    /// Bytes of the array, 4 per texel.
+    pub fn bytes(&self) -> u64 {
+        4 * u64::from(self.width) * u64::from(self.height) * u64::from(self.layers)
+    }
+}
+
+fn layer_count(corners: &[(u32, u32, u32)]) -> u32 {
+    corners.iter().map(|c| c.2 + 1).max().unwrap_or(1)
+}
+
+fn chain_rect(levels: &[(u32, u32)]) -> (u32, u32) {
+    let below: u32 = levels.iter().skip(1).map(|l| l.0).sum();
+    let second = levels.get(1).map_or(0, |l| l.1);
+    (levels[0].0.max(below), levels[0].1 + second)
+}
+
+fn place_levels(levels: &[(u32, u32)], x: u32, y: u32) -> Vec<TextureLevel> {
+    let mut along = x;
+    levels
+        .iter()
+        .enumerate()
+        .map(|(i, &(width, height))| {
+            if i == 0 {
+                return TextureLevel { x, y, width, height };
+            }
+            let level = TextureLevel { x: along, y: y + levels[0].1, width, height };
+            along += width;
+            level
+        })
+        .collect()
+}
+
+/// Shelf packing, tallest first; (x, y, layer) per rectangle.
+fn shelves(rects: &[(u32, u32)], width: u32, height: u32) -> Vec<(u32, u32, u32)> {
+    let mut order: Vec<usize> = (0..rects.len()).collect();
+    order.sort_by_key(|&i| (std::cmp::Reverse(rects[i].1), std::cmp::Reverse(rects[i].0), i));
+    let mut corners = vec![(0, 0, 0); rects.len()];
+    let (mut x, mut y, mut shelf, mut layer) = (0, 0, 0, 0);
+    for i in order {
+        let (w, h) = rects[i];
+        if x + w > width {
+            (x, y) = (0, y + shelf);
+            shelf = 0;
+        }
+        if y + h > height {
+            (x, y, shelf, layer) = (0, 0, 0, layer + 1);
+        }
+        corners[i] = (x, y, layer);
+        x += w;
+        shelf = shelf.max(h);
+    }
+    corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chain(mut w: u32, mut h: u32) -> Vec<(u32, u32)> {
+        let mut levels = vec![(w, h)];
+        while w > 1 || h > 1 {
+            (w, h) = ((w / 2).max(1), (h / 2).max(1));
+            levels.push((w, h));
+        }
+        levels
+    }
+
+    #[test]
+    fn every_level_has_texels_of_its_own() {
+        let chains: Vec<_> =
+            [(64, 64), (1, 256), (33, 7), (256, 1), (1, 1), (64, 128)].map(|(w, h)| chain(w, h)).into();
+        let atlas = Atlas::pack(&chains);
+        let mut taken = vec![false; (atlas.width * atlas.height * atlas.layers) as usize];
+        for place in &atlas.places {
+            for l in &place.levels {
+                for y in l.y..l.y + l.height {
+                    for x in l.x..l.x + l.width {
+                        assert!(x < atlas.width && y < atlas.height && place.layer < atlas.layers);
+                        let texel = &mut taken[((place.layer * atlas.height + y) * atlas.width + x) as usize];
+                        assert!(!std::mem::replace(texel, true), "two levels share a texel");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn equal_textures_waste_nothing() {
+        let atlas = Atlas::pack(&vec![chain(1024, 1024); 40]);
+        assert_eq!(atlas.bytes(), 40 * 4 * 1024 * 1536);
+    }
+}

@@ -1,0 +1,124 @@
+//! Lists of the occupied cells of every level of a grid, so that passes go through these alone.
+//! Reads: voxel cells, counters. Writes: cell counts, parents. Twin: `src/twins/cells.rs`.
+
+use std::sync::Arc;
+
+use super::layout::{CellCount, LevelPush};
+use super::lists::Lists;
+use crate::Result;
+use crate::vk::{Bind, Buffer, BufferKind, BufferUsageFlags, Compute, ComputeDesc, Context, Recorder, ZoneKind};
+
+/// Where the count of the items that are lit stands among those of the levels; as in `glsl/ground/constants.glsl`.
+pub const LIT_COUNTS: u32 = 15;
+
+/// The occupied cells of one frame.
+pub struct CellLists {
+    /// Of the finest level, by the voxeliser.
+    pub cells: Buffer,
+    /// Of all coarser levels, one after the other; each has room for all of its level.
+    pub parents: Buffer,
+    /// A [`CellCount`] per level, and one of the lists' items that are lit.
+    pub counts: Buffer,
+}
+
+impl CellLists {
+    pub fn new(context: &Arc<Context>, cells: Buffer, edge: u32) -> Result<Self> {
+        let buffer =
+            |label: &str, bytes: u64| Buffer::new(context, label, bytes, BufferKind::Device, BufferUsageFlags::empty());
+        Ok(Self {
+            cells,
+            parents: buffer("parent cells", parents_bytes(edge))?,
+            counts: buffer("cell counts", counts_bytes())?,
+        })
+    }
+
+    /// The list of `level`, to be bound as `cells`, and what its shaders are told.
+    pub fn level(&self, level: u32, edge: u32) -> (Bind<'_>, LevelPush) {
+        let list = if level == 0 { &self.cells } else { &self.parents };
+        (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, edge) })
+    }
+
+    /// A thread per item that is lit. `binds`: besides the lists.
+    pub fn dispatch_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
+        self.dispatch_counted(recorder, pipeline, binds, LIT_COUNTS, self.level(0, 1));
+    }
+
+    /// A thread per occupied cell of `level`. `binds`: besides the lists.
+    pub fn dispatch<'a>(
+        &'a self,
+        recorder: &mut Recorder,
+        pipeline: &Compute,
+        binds: Vec<Bind<'a>>,
+        (level, edge): (u32, u32),
+    ) {
+        self.dispatch_counted(recorder, pipeline, binds, level, self.level(level, edge));
+    }
+
+    /// As many threads as the `entry` of the counts says.
+    fn dispatch_counted<'a>(
+        &'a self,
+        recorder: &mut Recorder,
+        pipeline: &Compute,
+        mut binds: Vec<Bind<'a>>,
+        entry: u32,
+        (list, push): (Bind<'a>, LevelPush),
+    ) {
+        binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
+        let offset = u64::from(entry) * size_of::<CellCount>() as u64;
+        let binds = pipeline.select(&binds);
+        if pipeline.push_bytes() == 0 {
+            recorder.dispatch_indirect(pipeline, &binds, &(), &self.counts, offset);
+        } else {
+            recorder.dispatch_indirect(pipeline, &binds, &push, &self.counts, offset);
+        }
+    }
+}
+
+/// Where the list of `level` starts among the parents.
+fn first_parent(level: u32, edge: u32) -> u32 {
+    (1..level).map(|k| (edge >> k).pow(3)).sum()
+}
+
+pub fn parents_bytes(edge: u32) -> u64 {
+    4 * u64::from(first_parent(edge.ilog2() + 1, edge))
+}
+
+pub fn counts_bytes() -> u64 {
+    u64::from(LIT_COUNTS + 1) * size_of::<CellCount>() as u64
+}
+
+/// A bit per parent.
+pub fn listed_bytes(edge: u32) -> u64 {
+    (parents_bytes(edge) / 32).next_multiple_of(4)
+}
+
+pub struct Cells {
+    count: Compute,
+    parents: Compute,
+}
+
+impl Cells {
+    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)]) -> Result<Self> {
+        let compute = |shader: &str| Compute::new(context, &ComputeDesc { label: "cells", shader, constants });
+        Ok(Self { count: compute("ground/cells_count.comp")?, parents: compute("ground/cells_parents.comp")? })
+    }
+
+    /// Counts the cells that the voxeliser listed, and lists their parents.
+    pub fn record(&self, recorder: &mut Recorder, lists: &Lists) {
+        let cells = &lists.cells;
+        recorder.zone("cells", ZoneKind::Compute, cells.parents.bytes(), |r| {
+            r.full_barrier(); // voxelise wrote the cells, the frame before read the lists
+            r.fill(&lists.listed, 0, lists.listed.bytes(), 0);
+            let counted = [
+                Bind::buffer("globals", &lists.globals),
+                Bind::buffer("list_items", &lists.items),
+                Bind::buffer("cells", &cells.cells),
+                Bind::buffer("cell_counts", &cells.counts),
+            ];
+            r.dispatch(&self.count, &self.count.select(&counted), &(), [1; 3]);
+            r.full_barrier(); // the bits are reset, the voxels counted
+            let binds = vec![Bind::buffer("parents", &cells.parents), Bind::buffer("listed", &lists.listed)];
+            cells.dispatch(r, &self.parents, binds, (0, lists.place.edge));
+        });
+    }
+}

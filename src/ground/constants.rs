@@ -1,0 +1,102 @@
+//! Specialisation constants of the ground: `glsl/ground/constants.glsl` is their twin. A method's own start at 32.
+
+use crate::scene::{Alpha, Scene};
+use crate::settings::{DirectLight, LampLight, Settings, Shadows};
+
+pub const EDGE: u32 = 0;
+pub const SHADOWS: u32 = 1;
+const FEATURES: u32 = 2;
+const LAMPS: u32 = 3;
+pub const LAMP_POINTS: u32 = 4;
+const GATHER_SCALE: u32 = 5;
+const INTERLEAVE: u32 = 6;
+const SHADOW_RAYS: u32 = 7;
+/// Of the passes that light list items.
+pub const DIRECT: u32 = 8;
+/// Values of [`DIRECT`]: direct light is found; found and kept; or what was kept is read.
+pub const DIRECT_FOUND: u32 = 0;
+pub const DIRECT_KEPT: u32 = 1;
+pub const DIRECT_READ: u32 = 2;
+/// Of the image's vertex shader.
+pub const BLENDED: u32 = 9;
+/// Which list items are lit: each, or one for all that are alike.
+pub const LIT: u32 = 10;
+/// Value of [`SHADOWS`] without any.
+pub const SHADOWS_NONE: u32 = 0;
+
+/// What a scene and its settings ask for; bits of the constant `FEATURES`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features(pub u32);
+
+impl Features {
+    pub const ALPHA: Self = Self(2);
+    pub const SPECULAR: Self = Self(4);
+    pub const TRANSMISSION: Self = Self(8);
+    pub const MASK: Self = Self(32);
+    pub const BLEND: Self = Self(128);
+    pub const DIRECT_PER_PIXEL: Self = Self(1 << 16);
+
+    /// Some material has a texture in slot `slot` of `layout::Material::slots`.
+    fn texture_slot(slot: usize) -> Self {
+        Self(256 << slot)
+    }
+
+    pub fn has(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// What the materials that are in use and the settings ask for: nothing else costs anything.
+    pub fn of(scene: &Scene, settings: &Settings) -> Self {
+        let mut bits = 0;
+        let mut ask = |feature: Self, when: bool| bits |= if when { feature.0 } else { 0 };
+        for m in scene.meshes.iter().map(|mesh| &scene.materials[mesh.material]) {
+            let textures = [
+                m.base_color_texture,
+                m.metallic_roughness_texture,
+                m.normal_texture,
+                m.emissive_texture,
+                m.specular_texture,
+                m.specular_color_texture,
+                m.transmission_texture,
+                m.thickness_texture,
+            ];
+            let transmits = m.transmission > 0.0;
+            for (slot, texture) in textures.iter().enumerate() {
+                ask(Self::texture_slot(slot), texture.is_some());
+            }
+            ask(Self::ALPHA, m.alpha != Alpha::Opaque || transmits);
+            ask(Self::MASK, matches!(m.alpha, Alpha::Mask(_)));
+            ask(Self::BLEND, m.alpha == Alpha::Blend);
+            ask(Self::TRANSMISSION, transmits);
+            ask(Self::SPECULAR, !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0)));
+        }
+        ask(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels);
+        Self(bits)
+    }
+}
+
+/// (constant, value) of the ground's part of a shader.
+pub fn constants(settings: &Settings, features: Features) -> Vec<(u32, u32)> {
+    let shadows = match settings.lights.shadows {
+        Shadows::None => SHADOWS_NONE,
+        Shadows::Method => 1,
+        Shadows::Rays => 2,
+    };
+    vec![
+        (EDGE, settings.voxels),
+        (SHADOWS, shadows),
+        (FEATURES, features.0),
+        (LAMPS, u32::from(settings.lights.lamps == LampLight::Sampled)),
+        (LAMP_POINTS, settings.lights.lamp_points),
+        (GATHER_SCALE, settings.image.gather_resolution.scale()),
+        (INTERLEAVE, settings.image.interleave),
+        (SHADOW_RAYS, settings.lights.shadow_rays),
+    ]
+}
+
+/// `constants` with other values for some of them.
+pub fn with(mut constants: Vec<(u32, u32)>, others: &[(u32, u32)]) -> Vec<(u32, u32)> {
+    constants.retain(|(id, _)| others.iter().all(|(other, _)| other != id));
+    constants.extend(others);
+    constants
+}

@@ -1,0 +1,217 @@
+//! A volume of seven faces, which holds what is seen along a ray that travels along +x +y +z −x −y −z, and on average, with
+//! all mips; and the passes that fill it from lit list items, by lists of occupied cells.
+
+use std::sync::Arc;
+
+use super::Ground;
+use super::constants::{DIRECT, with};
+use super::memory_plan::MemoryRow;
+use crate::Result;
+use crate::vk::{
+    Bind, ColorTarget, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Load, Recorder,
+    Sampler, ZoneKind,
+};
+
+pub const FACE_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
+/// +x +y +z −x −y −z, isotropic.
+pub const FACES: usize = 7;
+/// Workgroups of 64 threads; each goes through many cells, most of which are occupied again.
+const EMPTYING_GROUPS: u32 = 16;
+
+/// Seven 3D images with full mip chains.
+pub struct FaceVolume {
+    pub faces: [Image; FACES],
+    pub edge: u32,
+    pub levels: u32,
+}
+
+impl FaceVolume {
+    /// # Errors
+    /// Too little memory.
+    pub fn new(context: &Arc<Context>, name: &str, edge: u32) -> Result<Self> {
+        let levels = edge.ilog2() + 1;
+        let face = |suffix: &str| {
+            Image::new(
+                context,
+                &ImageDesc {
+                    label: &format!("{name} {suffix}"),
+                    dim: ImageDim::D3,
+                    format: FACE_FORMAT,
+                    width: edge,
+                    height: edge,
+                    depth_or_layers: edge,
+                    mips: levels,
+                    samples: 1,
+                    usage: ImageUsageFlags::COLOR_ATTACHMENT
+                        | ImageUsageFlags::SAMPLED
+                        | ImageUsageFlags::STORAGE
+                        | ImageUsageFlags::TRANSFER_SRC
+                        | ImageUsageFlags::TRANSFER_DST,
+                    ..Default::default()
+                },
+            )
+        };
+        let suffixes = ["+x", "+y", "+z", "-x", "-y", "-z", "isotropic"];
+        let faces: Vec<Image> = suffixes.into_iter().map(face).collect::<Result<_>>()?;
+        let faces = faces.try_into().unwrap_or_else(|_| unreachable!("seven suffixes make seven faces"));
+        Ok(Self { faces, edge, levels })
+    }
+
+    /// Bytes of a volume of `edge`³ with all its mips.
+    pub fn bytes(edge: u32) -> u64 {
+        let texels: u64 = (0..=edge.ilog2()).map(|level| u64::from(edge >> level).pow(3)).sum();
+        FACES as u64 * 8 * texels
+    }
+
+    /// A row per volume of `count`, two at most.
+    pub fn plan(count: u32, edge: u32) -> Vec<MemoryRow> {
+        let names = ["first bounce's volume", "second bounce's volume"];
+        names[..count as usize].iter().map(|name| (*name, Self::bytes(edge))).collect()
+    }
+
+    /// To be looked up (`glsl/ground/faces/look_up.glsl`).
+    pub fn binds<'a>(&'a self, sampler: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
+        const NAMES: [&str; FACES] =
+            ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];
+        NAMES.iter().zip(&self.faces).map(move |(name, face)| Bind::image(name, face.view(), sampler))
+    }
+
+    /// The level below `level`, to be read by the mips (`glsl/ground/faces/mips.glsl`).
+    pub fn sources<'a>(&'a self, level: u32, sampler: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
+        const NAMES: [&str; FACES] =
+            ["source_0", "source_1", "source_2", "source_3", "source_4", "source_5", "source_6"];
+        NAMES.iter().zip(&self.faces).map(move |(name, face)| Bind::image(name, face.mip_view(level - 1), sampler))
+    }
+
+    /// A level, to be stored to (`glsl/ground/faces/store.glsl`).
+    pub fn targets(&self, level: u32) -> [Bind<'_>; FACES] {
+        const NAMES: [&str; FACES] = ["faces_0", "faces_1", "faces_2", "faces_3", "faces_4", "faces_5", "faces_6"];
+        std::array::from_fn(|face| Bind::storage_image(NAMES[face], self.faces[face].mip_view(level)))
+    }
+
+    /// A level as layered colour targets; every texel is written.
+    pub fn colors(&self, level: u32) -> [ColorTarget<'_>; FACES] {
+        std::array::from_fn(|face| ColorTarget {
+            view: self.faces[face].attachment_view(level),
+            resolve: None,
+            load: Load::DontCare,
+            store: true,
+        })
+    }
+
+    /// All light that it holds, coarsely: the isotropic face's level of 8³ texels.
+    pub fn coarse(&self) -> (&Image, u32) {
+        (&self.faces[FACES - 1], self.levels - 4)
+    }
+}
+
+/// Empties what the frame before filled and this one does not. Reads: both frames' cells. Writes: a volume.
+pub struct EmptyFaces {
+    empty: Compute,
+}
+
+impl EmptyFaces {
+    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)]) -> Result<Self> {
+        let desc = ComputeDesc { label: "empty", shader: "ground/faces/empty.comp", constants };
+        Ok(Self { empty: Compute::new(context, &desc)? })
+    }
+
+    /// `known`: whether the volume holds what the frame before filled and nothing else; else all of it is emptied.
+    pub fn record(&self, r: &mut Recorder, zone: &'static str, ground: &Ground, volume: &FaceVolume, known: bool) {
+        let lists = ground.base();
+        r.zone(zone, ZoneKind::Compute, 0, |r| {
+            r.full_barrier(); // the cells are listed; the volume may have been read
+            if !known {
+                volume.faces.iter().for_each(|face| r.clear(face));
+                return;
+            }
+            for level in 0..volume.levels {
+                let (list, push) = lists.last_cells.level(level, volume.edge);
+                let binds = [
+                    list,
+                    Bind::buffer("cell_counts", &lists.last_cells.counts),
+                    Bind::buffer("heads", &lists.heads),
+                    Bind::buffer("listed", &lists.listed),
+                ];
+                let binds: Vec<Bind> = binds.into_iter().chain(volume.targets(level)).collect();
+                r.dispatch(&self.empty, &binds, &push, [EMPTYING_GROUPS, 1, 1]);
+            }
+        });
+    }
+}
+
+/// Lights the lists' items, then fills the occupied voxels. Reads: lists, triangles, materials, lights, lamps, kept direct
+/// light, and what a look-up binds. Writes: item lights, kept direct light, level 0 of a volume.
+/// Twin of the fill: `src/twins/shade.rs`.
+pub struct FillFaces {
+    light: Compute,
+    fill: Compute,
+    label: &'static str,
+}
+
+impl FillFaces {
+    /// `folder`: of the method's `light.comp` and `fill.comp`. `look_up`: whether items gather. `direct`: a value of
+    /// [`DIRECT`].
+    pub fn new(
+        context: &Arc<Context>,
+        label: &'static str,
+        (folder, look_up): (&str, bool),
+        constants: &[(u32, u32)],
+        direct: u32,
+    ) -> Result<Self> {
+        let constants = with(constants.to_vec(), &[(DIRECT, direct)]);
+        let compute =
+            |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
+        let gathers = if look_up { " LOOK_UP" } else { "" };
+        Ok(Self {
+            light: compute(&format!("gi/{folder}/light.comp{gathers}"))?,
+            fill: compute(&format!("gi/{folder}/fill.comp"))?,
+            label,
+        })
+    }
+
+    /// `look_up`: what the method's look-up binds.
+    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &FaceVolume, look_up: Vec<Bind<'_>>) {
+        let lists = ground.base();
+        recorder.zone(self.label, ZoneKind::Compute, 0, |r| {
+            r.full_barrier(); // the lists and the volume that is gathered from were written
+            let mut binds = ground.item_binds();
+            binds.extend(look_up);
+            lists.cells.dispatch_items(r, &self.light, binds.clone());
+            r.full_barrier(); // the items are lit
+            binds.extend(target.targets(0));
+            lists.cells.dispatch(r, &self.fill, binds, (0, target.edge));
+        });
+    }
+}
+
+/// Mips, level by level, of the parents of occupied cells. Reads: level k − 1. Writes: level k. Twin: `src/twins/mips.rs`.
+pub struct MipFaces {
+    mips: Compute,
+}
+
+impl MipFaces {
+    /// `folder`: of the method's `mips.comp`.
+    pub fn new(context: &Arc<Context>, folder: &str, constants: &[(u32, u32)]) -> Result<Self> {
+        let shader = format!("gi/{folder}/mips.comp");
+        Ok(Self { mips: Compute::new(context, &ComputeDesc { label: "mips", shader: &shader, constants })? })
+    }
+
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        zone: &'static str,
+        ground: &Ground,
+        volume: &FaceVolume,
+        sampler: &Sampler,
+    ) {
+        recorder.zone(zone, ZoneKind::Compute, 0, |r| {
+            for level in 1..volume.levels {
+                r.full_barrier(); // the level below was written
+                let mut binds: Vec<Bind> = volume.sources(level, sampler).collect();
+                binds.extend(volume.targets(level));
+                ground.base().cells.dispatch(r, &self.mips, binds, (level, volume.edge));
+            }
+        });
+    }
+}

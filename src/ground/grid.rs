@@ -1,0 +1,101 @@
+//! Where a grid stands, and the one scale of the light that is stored in it.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use crate::scene::{Bounds, LightKind, Scene};
+use crate::settings::{Bounces, Settings};
+use crate::{Error, Result};
+
+/// The base grid: a cube of `edge`³ voxels in the world. Everything on the GPU is counted in its voxels, from its least corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// World metres.
+    pub corner: DVec3,
+    /// Metres.
+    pub voxel_m: f64,
+    pub edge: u32,
+}
+
+impl Grid {
+    /// The cube about `bounds` (over the whole animation) with the settings' margin, or where the settings put it.
+    ///
+    /// # Errors
+    /// The margin leaves no room for the scene, or the side is not a positive number.
+    pub fn place(bounds: Bounds, settings: &Settings) -> Result<Self> {
+        let empty = bounds.min.cmpgt(bounds.max).any();
+        let (min, max) = if empty { (DVec3::ZERO, DVec3::ZERO) } else { (bounds.min, bounds.max) };
+        let edge = f64::from(settings.voxels);
+        let inner = edge - 2.0 * settings.grid.margin;
+        if inner < 1.0 {
+            return Err(Error::Usage(format!(
+                "grid.margin = {} leaves no voxel of {} for the scene: make it less than {}",
+                settings.grid.margin,
+                settings.voxels,
+                (edge - 1.0) / 2.0
+            )));
+        }
+        let longest = (max - min).max_element();
+        // A scene without extent still gets a cube.
+        let fitted = if longest > 0.0 { longest * edge / inner } else { 1.0 };
+        let side = settings.grid.side.unwrap_or(fitted);
+        if !(side > 0.0 && side.is_finite()) {
+            return Err(Error::Usage(format!("grid.side = {side} is no length: give metres above 0")));
+        }
+        let center = settings.grid.center.map_or((min + max) / 2.0, DVec3::from_array);
+        Ok(Self { corner: center - side / 2.0, voxel_m: side / edge, edge: settings.voxels })
+    }
+
+    /// World metres to voxels.
+    pub fn voxel_from_world(&self) -> DAffine3 {
+        DAffine3::from_mat3_translation(
+            DMat3::from_diagonal(DVec3::splat(1.0 / self.voxel_m)),
+            -self.corner / self.voxel_m,
+        )
+    }
+}
+
+/// A further grid, placed among the base grid's voxels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridPlace {
+    /// Its own voxels.
+    pub edge: u32,
+    /// Its least corner, in voxels of the base grid.
+    pub corner: [f32; 3],
+    /// Edge of one of its voxels, in voxels of the base grid. Powers of two lose no bits.
+    pub voxel: f32,
+}
+
+impl GridPlace {
+    /// The base grid itself.
+    pub fn base(edge: u32) -> Self {
+        Self { edge, corner: [0.0; 3], voxel: 1.0 }
+    }
+}
+
+/// The power of two that stored radiance is multiplied with, so that RGBA16F holds it: the brightest thing that the scene's
+/// lights are sure to make comes to lie between 2¹⁴ and 2¹⁵; 29 bits below that are kept. With all bounces, which may add
+/// up, 2⁸ and 2⁹: what is 128 times brighter than that saturates.
+///
+/// A point light's brightest patch is taken to be one voxel away; nearer ones saturate.
+pub fn radiance_scale(scene: &Scene, voxel_m: f64, bounces: Bounces) -> f32 {
+    let largest = |v: Vec3| f64::from(v.max_element());
+    let mut peak = largest(scene.sky);
+    for material in &scene.materials {
+        peak = peak.max(largest(material.emissive));
+    }
+    let reflected: f64 = scene
+        .lights
+        .iter()
+        .map(|light| match light.kind {
+            LightKind::Directional => largest(light.intensity) / std::f64::consts::PI,
+            _ => largest(light.intensity) / (std::f64::consts::PI * voxel_m * voxel_m),
+        })
+        .sum();
+    peak = peak.max(reflected);
+    if !(peak > 0.0 && peak.is_finite()) {
+        return 1.0;
+    }
+    // f32 holds 2^±126; scenes beyond that are not light.
+    let highest = if bounces == Bounces::All { 8.0 } else { 14.0 };
+    (highest - peak.log2().floor()).clamp(-100.0, 100.0).exp2() as f32
+}

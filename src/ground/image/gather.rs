@@ -1,0 +1,193 @@
+//! Gather and share: diffuse light at fewer pixels than the image has, or along directions that differ from pixel to pixel,
+//! then the mean over neighbours on the same surface. The pass image brings it up to its pixels.
+//! Reads: triangles, lists, the method's light. Writes: gathered light and the surfaces that it belongs to, band by band.
+
+use std::sync::Arc;
+
+use super::target::{Band, DEPTH_FORMAT, ImageTarget};
+use crate::Result;
+use crate::ground::Ground;
+use crate::ground::constants::Features;
+use crate::ground::layout::{BandPush, SharePush};
+use crate::ground::memory_plan::MemoryRow;
+use crate::settings::ImageSettings;
+use crate::vk::{
+    Bind, ColorTarget, CompareOp, Compute, ComputeDesc, Context, DepthDesc, DepthTarget, Format, Image, ImageDesc,
+    ImageDim, ImageUsageFlags, Load, Raster, RasterDesc, Recorder, Rect, RenderTarget,
+};
+
+const LIGHT_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
+const SURFACE_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
+/// What is gathered: what the method looks up, sampled lamps, and these in the specular lobe.
+const LIGHTS: usize = 3;
+/// Bytes of a gathered pixel: every light before and after sharing, surface, depth.
+const PIXEL_BYTES: u64 = 2 * 8 * LIGHTS as u64 + 16 + 4;
+/// Pixels along each side of a workgroup of `share.comp`.
+const GROUP: u32 = 8;
+
+/// How much of the gathered image one band of rows needs.
+#[derive(Clone, Copy)]
+struct Extent {
+    scale: u32,
+    /// Rows beyond a band's own on each side: `GATHER_MARGIN` in `glsl/ground/image/gathered.glsl`.
+    margin: u32,
+    /// Of the whole image, gathered pixels.
+    width: u32,
+    height: u32,
+}
+
+impl Extent {
+    fn new(settings: &ImageSettings, (width, height): (u32, u32)) -> Self {
+        let scale = settings.gather_resolution.scale();
+        Self {
+            scale,
+            margin: settings.interleave / 2 + 1,
+            width: width.div_ceil(scale),
+            height: height.div_ceil(scale),
+        }
+    }
+
+    /// First gathered row and their number for a band of the image.
+    fn rows(&self, band: &Band) -> (u32, u32) {
+        let first = (band.first_row / self.scale).saturating_sub(self.margin);
+        let end = ((band.first_row + band.rows).div_ceil(self.scale) + self.margin).min(self.height);
+        (first, end - first)
+    }
+
+    fn most_rows(&self, band_rows: u32) -> u32 {
+        (band_rows.div_ceil(self.scale) + 1 + 2 * self.margin).min(self.height)
+    }
+}
+
+/// Bytes of what [`Gather::new`] makes; `band_rows` of the image.
+pub fn plan(settings: &ImageSettings, size: (u32, u32), band_rows: u32) -> MemoryRow {
+    let extent = Extent::new(settings, size);
+    let pixels = u64::from(extent.width) * u64::from(extent.most_rows(band_rows));
+    ("gathered light", pixels * PIXEL_BYTES)
+}
+
+pub struct Gather {
+    extent: Extent,
+    surfaces: Image,
+    lights: [Image; LIGHTS],
+    depth: Image,
+    /// What neighbours share; the image reads this.
+    shared: [Image; LIGHTS],
+    depth_pass: Raster,
+    gather: Raster,
+    share: Compute,
+}
+
+impl Gather {
+    /// `method`: whose look-up is asked, with all constants of the image's shaders.
+    pub fn new(
+        context: &Arc<Context>,
+        settings: &ImageSettings,
+        features: Features,
+        (method, constants): (&str, &[(u32, u32)]),
+        target: &ImageTarget,
+    ) -> Result<Self> {
+        let extent = Extent::new(settings, (target.width, target.height));
+        let image = |label: &str, format, usage| {
+            let height = extent.most_rows(target.band_rows());
+            let (dim, width) = (ImageDim::D2, extent.width);
+            Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
+        };
+        let lights = |stage: &str, usage| -> Result<[Image; LIGHTS]> {
+            let names = ["light", "lamps", "lamps, specular"];
+            let images: Vec<Image> = names
+                .iter()
+                .map(|name| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage))
+                .collect::<Result<_>>()?;
+            Ok(images.try_into().unwrap_or_else(|_| unreachable!("as many as there are names")))
+        };
+        let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
+        let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
+        let fragment = format!("ground/image/gather.frag {method}");
+        let raster = RasterDesc {
+            label: "gather",
+            vertex: "ground/image/image.vert",
+            fragment: Some(&fragment),
+            constants,
+            color_formats: &[SURFACE_FORMAT, LIGHT_FORMAT, LIGHT_FORMAT, LIGHT_FORMAT],
+            depth: depth(CompareOp::EQUAL, false),
+            ..Default::default()
+        };
+        let masked = features.has(Features::MASK);
+        let depth_pass = RasterDesc {
+            label: "gather depth",
+            fragment: Some(if masked { "ground/image/gather_depth_masked.frag" } else { "ground/image/depth.frag" }),
+            color_write: false,
+            depth: depth(CompareOp::GREATER, true),
+            ..raster
+        };
+        Ok(Self {
+            extent,
+            surfaces: image("gathered surfaces", SURFACE_FORMAT, drawn)?,
+            lights: lights("gathered", drawn)?,
+            depth: image("gathered depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
+            shared: lights("shared", ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
+            depth_pass: Raster::new(context, &depth_pass)?,
+            gather: Raster::new(context, &raster)?,
+            share: Compute::new(
+                context,
+                &ComputeDesc { label: "share", shader: "ground/image/share.comp", constants },
+            )?,
+        })
+    }
+
+    /// Gathers for one band of the image. `look_up`: what the method's look-up binds.
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], band: &Band) {
+        let (first_row, rows) = self.extent.rows(band);
+        r.full_barrier(); // the method wrote its light; the band before read the same targets
+        let [light, lamps, specular] = &self.lights;
+        let colors = [(&self.surfaces, -1.0), (light, 0.0), (lamps, 0.0), (specular, 0.0)].map(|(image, empty)| {
+            let load = Load::Clear([0.0, 0.0, 0.0, empty]);
+            ColorTarget { view: image.attachment_view(0), resolve: None, load, store: true }
+        });
+        let target = RenderTarget {
+            colors: &colors,
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false }),
+            width: self.extent.width,
+            height: rows,
+            viewport: Some(Rect { x: 0, y: -(first_row as i32), width: self.extent.width, height: self.extent.height }),
+            ..Default::default()
+        };
+        r.raster(&target, |pass| {
+            let mut binds = ground.image_binds();
+            binds.extend_from_slice(look_up);
+            pass.draw(&self.depth_pass, &self.depth_pass.select(&binds), &(), ground.recorded());
+            pass.draw(&self.gather, &self.gather.select(&binds), &BandPush { first_row }, ground.recorded());
+        });
+        r.full_barrier();
+        let texels = &ground.scene.texel_sampler;
+        let binds = [
+            Bind::image("surfaces", self.surfaces.view(), texels),
+            Bind::image("light", light.view(), texels),
+            Bind::image("lamps", lamps.view(), texels),
+            Bind::image("lamps_specular", specular.view(), texels),
+            Bind::storage_image("shared_light", self.shared[0].view()),
+            Bind::storage_image("shared_lamps", self.shared[1].view()),
+            Bind::storage_image("shared_lamps_specular", self.shared[2].view()),
+        ];
+        let groups = [self.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
+        r.dispatch(&self.share, &binds, &SharePush { rows }, groups);
+    }
+
+    /// What the image reads.
+    pub fn binds<'a>(&'a self, ground: &'a Ground) -> [Bind<'a>; LIGHTS + 1] {
+        let texels = &ground.scene.texel_sampler;
+        let [light, lamps, specular] = &self.shared;
+        [
+            Bind::image("surfaces", self.surfaces.view(), texels),
+            Bind::image("shared_light", light.view(), texels),
+            Bind::image("shared_lamps", lamps.view(), texels),
+            Bind::image("shared_lamps_specular", specular.view(), texels),
+        ]
+    }
+
+    /// Bytes that a band writes.
+    pub fn bytes(&self, band: &Band) -> u64 {
+        u64::from(self.extent.rows(band).1) * u64::from(self.extent.width) * PIXEL_BYTES
+    }
+}

@@ -1,0 +1,146 @@
+//! The image: depth first, then every visible sample's direct light and, once per pixel, what the method looks up; blended
+//! triangles over it, back to front. In bands of rows, so that multisampled targets stay small. Diffuse light may be gathered
+//! before, apart from the image.
+//! Reads: triangles, lists, the method's light. Writes: radiance, f32.
+
+pub mod gather;
+pub mod target;
+
+use std::sync::Arc;
+
+use super::Ground;
+use super::constants::{BLENDED, Features, with};
+use super::layout::BandPush;
+use crate::Result;
+use crate::settings::ImageSettings;
+use crate::vk::{
+    Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind,
+};
+use gather::Gather;
+use target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
+
+/// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
+const MOST_TIMED_BANDS: usize = 100;
+
+pub struct ImagePass {
+    /// Whether something may be discarded.
+    masked: bool,
+    depth: Raster,
+    opaque: Raster,
+    blended: Option<Raster>,
+    gather: Option<Gather>,
+}
+
+impl ImagePass {
+    /// `apart`: whether diffuse light is gathered apart. `method`: whose look-up is asked, with all constants of the shaders.
+    pub fn new(
+        context: &Arc<Context>,
+        (settings, apart): (&ImageSettings, bool),
+        features: Features,
+        (method, constants): (&str, &[(u32, u32)]),
+        target: &ImageTarget,
+    ) -> Result<Self> {
+        let layers = if target.outputs() > 1 { " AOVS" } else { "" };
+        let by_itself = format!("ground/image/image.frag {method}{layers}");
+        let gathered = format!("ground/image/image.frag {method} GATHERED{layers}");
+        let formats = vec![COLOR_FORMAT; target.outputs()];
+        let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
+        let common = RasterDesc {
+            label: "image",
+            vertex: "ground/image/image.vert",
+            samples: settings.samples,
+            constants,
+            color_formats: &formats,
+            ..Default::default()
+        };
+        let masked = features.has(Features::MASK);
+        let depth_fragment = if masked { "ground/image/depth_masked.frag" } else { "ground/image/depth.frag" };
+        let depth_pass = RasterDesc {
+            label: "image depth",
+            fragment: Some(depth_fragment),
+            color_write: false,
+            depth: depth(CompareOp::GREATER, true),
+            ..common
+        };
+        let opaque = RasterDesc {
+            fragment: Some(if apart { &gathered } else { &by_itself }),
+            depth: depth(CompareOp::EQUAL, false),
+            ..common
+        };
+        let with_blending = with(constants.to_vec(), &[(BLENDED, 1)]);
+        let blended = RasterDesc {
+            label: "image blended",
+            fragment: Some(&by_itself), // what lies behind was gathered, not these
+            constants: &with_blending,
+            depth: depth(CompareOp::GREATER_OR_EQUAL, false),
+            blend: Some(Blend::PremultipliedOver),
+            ..common
+        };
+        let method = (method, constants);
+        Ok(Self {
+            masked,
+            depth: Raster::new(context, &depth_pass)?,
+            opaque: Raster::new(context, &opaque)?,
+            blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
+            gather: apart.then(|| Gather::new(context, settings, features, method, target)).transpose()?,
+        })
+    }
+
+    /// `look_up`: what the method's look-up binds.
+    pub fn record(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>]) {
+        let target = frame.target;
+        if target.bands().count() > MOST_TIMED_BANDS {
+            r.zone("image", ZoneKind::Raster, target.bytes(), |r| {
+                for band in target.bands() {
+                    if let Some(gather) = &self.gather {
+                        gather.record(r, frame.ground, look_up, &band);
+                    }
+                    self.draw_band(r, frame, look_up, &band);
+                }
+            });
+            return;
+        }
+        for band in target.bands() {
+            if let Some(gather) = &self.gather {
+                r.zone("gather", ZoneKind::Raster, gather.bytes(&band), |r| gather.record(r, frame.ground, look_up, &band));
+            }
+            let bytes = target.bytes() / u64::from(target.height) * u64::from(band.rows);
+            r.zone("image", ZoneKind::Raster, bytes, |r| self.draw_band(r, frame, look_up, &band));
+        }
+    }
+
+    fn draw_band(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>], band: &Band) {
+        let ImageFrame { ground, target, blended, sky } = *frame;
+        r.full_barrier(); // the method wrote its light, gather and share theirs; the band before was copied from the same targets
+        r.raster(&target.render_target(&target.colors(sky), band), |pass| {
+            let mut binds = ground.image_binds();
+            binds.extend_from_slice(look_up);
+            if let Some(gather) = &self.gather {
+                binds.extend(gather.binds(ground));
+            }
+            let push = BandPush { first_row: band.first_row };
+            if self.masked {
+                pass.draw(&self.depth, &self.depth.select(&binds), &push, ground.recorded());
+            } else {
+                pass.draw(&self.depth, &self.depth.select(&binds), &(), ground.recorded());
+            }
+            pass.draw(&self.opaque, &self.opaque.select(&binds), &push, ground.recorded());
+            if let Some(pipeline) = &self.blended {
+                let call = DrawCall::Direct { vertices: 3 * blended, instances: 1 };
+                pass.draw(pipeline, &pipeline.select(&binds), &push, call);
+            }
+        });
+        target.copy_band(r, band);
+    }
+}
+
+/// What an image is made of.
+#[derive(Clone, Copy)]
+pub struct ImageFrame<'a> {
+    pub ground: &'a Ground,
+    pub target: &'a ImageTarget,
+    /// Blended triangles.
+    pub blended: u32,
+    /// Radiance behind everything.
+    pub sky: [f32; 3],
+}

@@ -1,0 +1,262 @@
+//! What the image pass draws into, and how the image comes back. Multisampled targets hold one band of rows, which is resolved
+//! and copied into the whole image, so that an image of any size needs little memory; the image stays on the device until a
+//! [`Readback`] copies it out.
+
+use std::sync::Arc;
+
+use crate::Result;
+use crate::ground::memory_plan::MemoryRow;
+use crate::layers::{Aov, Layers};
+use crate::vk::{
+    Buffer, BufferKind, BufferUsageFlags, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim,
+    ImageRegion, ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
+};
+
+pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
+pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
+const COLOR_BYTES: u64 = 16;
+const DEPTH_BYTES: u64 = 4;
+/// Of a band's multisampled targets: a 512×512 image with 4 samples is one band.
+const BAND_BYTES: u64 = 24 << 20;
+
+/// Depth of the sky while it is blended and resolved; infinity times zero would be NaN. Read back as infinity.
+const FAR: f32 = 1e36;
+
+/// The outputs of `image.frag` in their order: what each holds, a layer or, channel by channel, several of one number.
+const OUTPUTS: &[&[Aov]] = &[
+    &[Aov::Beauty],
+    &[Aov::Direct],
+    &[Aov::Indirect],
+    &[Aov::Normal],
+    &[Aov::Albedo],
+    &[Aov::Ao, Aov::Depth, Aov::Diffuse],
+];
+
+/// How many outputs an image with these further layers takes.
+pub fn outputs(aovs: &[Aov]) -> usize {
+    if aovs.is_empty() { 1 } else { OUTPUTS.len() }
+}
+
+/// Rows that are drawn at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Band {
+    pub first_row: u32,
+    pub rows: u32,
+}
+
+struct OutputTarget {
+    /// Of a band, multisampled; absent with one sample per pixel.
+    samples: Option<Image>,
+    /// Of a band, resolved; absent where the whole image is one band.
+    band: Option<Image>,
+    /// The whole image.
+    image: Image,
+}
+
+pub struct ImageTarget {
+    pub width: u32,
+    pub height: u32,
+    band_rows: u32,
+    /// One per entry of [`OUTPUTS`], or the first alone.
+    outputs: Vec<OutputTarget>,
+    depth: Image,
+}
+
+/// Sizes of everything that [`ImageTarget::new`] makes.
+pub fn plan((width, height): (u32, u32), samples: u32, outputs: usize) -> Vec<MemoryRow> {
+    let rows = u64::from(band_rows(width, height, samples, outputs));
+    let (width, height, samples, outputs) = (u64::from(width), u64::from(height), u64::from(samples), outputs as u64);
+    let multisampled = if samples > 1 { width * rows * samples * COLOR_BYTES * outputs } else { 0 };
+    let resolved = if rows < height { width * rows * COLOR_BYTES * outputs } else { 0 };
+    vec![
+        ("image band, samples", multisampled + width * rows * samples * DEPTH_BYTES),
+        ("image band, resolved", resolved),
+        ("image", width * height * COLOR_BYTES * outputs),
+    ]
+}
+
+pub fn band_rows(width: u32, height: u32, samples: u32, outputs: usize) -> u32 {
+    let row = u64::from(width) * u64::from(samples) * (COLOR_BYTES * outputs as u64 + DEPTH_BYTES);
+    ((BAND_BYTES / row).max(1) as u32).min(height)
+}
+
+impl ImageTarget {
+    /// `outputs`: see [`outputs`].
+    pub fn new(
+        context: &Arc<Context>,
+        (width, height): (u32, u32),
+        samples: u32,
+        outputs: usize,
+    ) -> Result<Self> {
+        let band_rows = band_rows(width, height, samples, outputs);
+        let image = |label: &str, format: Format, (height, samples): (u32, u32), usage: ImageUsageFlags| {
+            Image::new(
+                context,
+                &ImageDesc {
+                    label,
+                    dim: ImageDim::D2,
+                    format,
+                    width,
+                    height,
+                    samples,
+                    usage,
+                    ..Default::default()
+                },
+            )
+        };
+        let color = ImageUsageFlags::COLOR_ATTACHMENT;
+        let source = color | ImageUsageFlags::TRANSFER_SRC;
+        let whole = source | ImageUsageFlags::TRANSFER_DST | ImageUsageFlags::SAMPLED;
+        let targets = OUTPUTS[..outputs].iter().map(|layers| {
+            let name = layers.iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ");
+            let samples = (samples > 1)
+                .then(|| image(&format!("{name}, samples"), COLOR_FORMAT, (band_rows, samples), color))
+                .transpose()?;
+            let band = (band_rows < height)
+                .then(|| image(&format!("{name}, band"), COLOR_FORMAT, (band_rows, 1), source))
+                .transpose()?;
+            Ok(OutputTarget { samples, band, image: image(&name, COLOR_FORMAT, (height, 1), whole)? })
+        });
+        Ok(Self {
+            width,
+            height,
+            band_rows,
+            outputs: targets.collect::<Result<_>>()?,
+            depth: image("depth", DEPTH_FORMAT, (band_rows, samples), ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
+        })
+    }
+
+    /// Rows of the largest band.
+    pub fn band_rows(&self) -> u32 {
+        self.band_rows
+    }
+
+    pub fn outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// Bytes of the finished image and its layers.
+    pub fn bytes(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height) * COLOR_BYTES * self.outputs.len() as u64
+    }
+
+    pub fn bands(&self) -> impl Iterator<Item = Band> {
+        let (height, step) = (self.height, self.band_rows);
+        (0..height).step_by(step as usize).map(move |first_row| Band { first_row, rows: step.min(height - first_row) })
+    }
+
+    /// `sky`: radiance behind everything.
+    pub fn colors(&self, sky: [f32; 3]) -> Vec<ColorTarget<'_>> {
+        let color = self.outputs.iter().zip(OUTPUTS).map(|(target, layers)| {
+            let [r, g, b] = match layers {
+                [layer] => background(*layer, sky),
+                // One number each.
+                _ => std::array::from_fn(|channel| background(layers[channel], sky)[0]),
+            };
+            let load = Load::Clear([r, g, b, 1.0]);
+            let resolved = target.band.as_ref().unwrap_or(&target.image).attachment_view(0);
+            match &target.samples {
+                Some(samples) => {
+                    ColorTarget { view: samples.attachment_view(0), resolve: Some(resolved), load, store: false }
+                }
+                None => ColorTarget { view: resolved, resolve: None, load, store: true },
+            }
+        });
+        color.collect()
+    }
+
+    /// A band's part of the image; `colors` from [`ImageTarget::colors`].
+    pub fn render_target<'a>(&'a self, colors: &'a [ColorTarget<'a>], band: &Band) -> RenderTarget<'a> {
+        RenderTarget {
+            colors,
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false }),
+            width: self.width,
+            height: band.rows,
+            viewport: Some(Rect { x: 0, y: -(band.first_row as i32), width: self.width, height: self.height }),
+            ..Default::default()
+        }
+    }
+
+    /// Copies a band into the whole image, where it was not drawn there.
+    pub fn copy_band(&self, recorder: &mut Recorder, band: &Band) {
+        for target in &self.outputs {
+            let Some(from) = &target.band else { continue };
+            recorder.full_barrier(); // the band's resolve
+            let rows = ImageRegion::rows(from, 0, 0, band.rows);
+            recorder.copy_image(from, rows, &target.image, [0, band.first_row, 0]);
+        }
+    }
+
+    /// The whole image, in `GENERAL` layout: radiance, RGBA in f32.
+    pub fn image(&self) -> &Image {
+        &self.outputs[0].image
+    }
+}
+
+/// Where the CPU reads an image from.
+pub struct Readback {
+    width: u32,
+    height: u32,
+    /// One per output of the target.
+    buffers: Vec<Buffer>,
+}
+
+/// Size of everything that [`Readback::new`] makes.
+pub fn readback_plan((width, height): (u32, u32), outputs: usize) -> MemoryRow {
+    ("image readback", u64::from(width) * u64::from(height) * COLOR_BYTES * outputs as u64)
+}
+
+impl Readback {
+    /// For images of `target`.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn new(context: &Arc<Context>, target: &ImageTarget) -> Result<Self> {
+        let bytes = target.bytes() / target.outputs.len() as u64;
+        let buffer = |output: &OutputTarget| {
+            let label = format!("{}, readback", output.image.label());
+            Buffer::new(context, &label, bytes, BufferKind::Readback, BufferUsageFlags::empty())
+        };
+        let buffers = target.outputs.iter().map(buffer).collect::<Result<_>>()?;
+        Ok(Self { width: target.width, height: target.height, buffers })
+    }
+
+    /// Copies the image out; to be read once the commands were waited for.
+    pub fn record(&self, recorder: &mut Recorder, target: &ImageTarget) {
+        recorder.full_barrier(); // the image was drawn or copied
+        for (output, buffer) in target.outputs.iter().zip(&self.buffers) {
+            recorder.copy_image_to_buffer(&output.image, ImageRegion::level(&output.image, 0), buffer, 0);
+        }
+    }
+
+    /// The image; `aovs` chooses among the layers drawn.
+    pub fn read(&self, aovs: &[Aov]) -> Layers {
+        let wanted = |layer: &&Aov| **layer == Aov::Beauty || aovs.contains(layer);
+        let layers = Aov::ALL.iter().filter(wanted).filter_map(|&layer| Some((layer, self.pixels(layer)?)));
+        Layers { width: self.width, height: self.height, layers: layers.collect() }
+    }
+
+    /// A layer of the image, if it was drawn.
+    fn pixels(&self, layer: Aov) -> Option<Vec<[f32; 3]>> {
+        let far = |v: f32| if layer == Aov::Depth && v > FAR / 64.0 { f32::INFINITY } else { v };
+        let found = self.buffers.iter().zip(OUTPUTS).find(|(_, layers)| layers.contains(&layer));
+        found.map(|(buffer, layers)| {
+            let texels: Vec<[f32; 4]> = buffer.read_some(0, (self.width * self.height) as usize);
+            let pixel = |texel: &[f32; 4]| match layers.iter().position(|other| *other == layer) {
+                Some(channel) if layers.len() > 1 => [far(texel[channel]); 3],
+                _ => [texel[0], texel[1], texel[2]],
+            };
+            texels.iter().map(pixel).collect()
+        })
+    }
+}
+
+/// What a pixel shows where there is no surface.
+fn background(layer: Aov, sky: [f32; 3]) -> [f32; 3] {
+    match layer {
+        Aov::Beauty | Aov::Direct => sky,
+        Aov::Ao => [1.0; 3],
+        Aov::Depth => [FAR; 3],
+        Aov::Indirect | Aov::Normal | Aov::Albedo | Aov::Diffuse => [0.0; 3],
+    }
+}

@@ -1,0 +1,132 @@
+//! Every struct of the ground that is shared with GLSL (`glsl/ground/layout.glsl`), scalar block layout: no padding, 4-byte alignment.
+//! `tests/layouts.rs` holds names, offsets and sizes against the compiled shaders' own.
+
+/// A struct shared with GLSL: with its fields' names and offsets, for the test against reflection.
+macro_rules! shared {
+    ($(#[$doc:meta])* $name:ident { $($(#[$fdoc:meta])* $field:ident: $type:ty),+ $(,)? }) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+        pub struct $name { $($(#[$fdoc])* pub $field: $type),+ }
+        impl $name {
+            /// (name, offset in bytes) of every field, in order.
+            pub const FIELDS: &'static [(&'static str, usize)] = &[$((stringify!($field), std::mem::offset_of!($name, $field))),+];
+        }
+    };
+}
+pub(crate) use shared;
+
+shared! {
+    /// One vertex of a triangle record; positions in voxels.
+    Vertex { position: [f32; 3], normal: [f32; 3], tangent: [f32; 4], uv: [f32; 4], color: [u32; 2] }
+}
+shared! {
+    /// What the recording pass appends.
+    Triangle { vertices: [Vertex; 3], material: u32, source: u32, translucent: u32 }
+}
+shared! {
+    /// Counters; the first four are a `VkDrawIndirectCommand`.
+    Globals {
+        vertex_count: u32, instance_count: u32, first_vertex: u32, first_instance: u32,
+        item_count: u32, cell_count: u32, triangle_overflow: u32, item_overflow: u32, cell_overflow: u32,
+        degenerate_count: u32,
+    }
+}
+shared! {
+    /// How many cells of one level are occupied; the first three are a `VkDispatchIndirectCommand`.
+    CellCount { groups_x: u32, groups_y: u32, groups_z: u32, count: u32 }
+}
+shared! {
+    /// One entry of the list of `voxel`; `next` is 1-based, 0 ends the list.
+    ListItem { triangle: u32, next: u32, voxel: u32 }
+}
+shared! {
+    /// What an item of a list sends, stored radiance, and how much of its voxel it fills.
+    ItemLight { front: [f32; 3], opacity: f32, back: [f32; 3], area: f32 }
+}
+shared! {
+    /// For a list item: the item whose light it copies, and the area of its triangle inside the voxel, over a face's.
+    ItemPart { lit_by: u32, area: f32 }
+}
+shared! {
+    /// A texture as a material uses it; `texture` is −1 where there is none.
+    TextureSlot { texture: i32, uv_set: u32, linear: [f32; 4], offset: [f32; 2] }
+}
+shared! {
+    Material {
+        base_color: [f32; 4], emissive: [f32; 3], metallic: f32, roughness: f32, normal_scale: f32, alpha_cutoff: f32,
+        ior: f32, specular: f32, specular_color: [f32; 3], transmission: f32, thickness_m: f32,
+        attenuation_color: [f32; 3], attenuation_distance_m: f32, flags: u32, slots: [TextureSlot; 8],
+    }
+}
+shared! {
+    Light {
+        position: [f32; 3], kind: u32, direction: [f32; 3], range_m: f32, intensity: [f32; 3], radius: f32,
+        spot_scale: f32, spot_offset: f32,
+    }
+}
+shared! {
+    /// A piece of an emissive triangle, evenly bright; positions in voxels.
+    Lamp { a: [f32; 3], b: [f32; 3], c: [f32; 3], radiance: [f32; 3], two_sided: u32 }
+}
+shared! {
+    /// A sphere about neighbouring pieces, voxels, a cone about their normals, and what they send together, up to a factor.
+    LampNode { center: [f32; 3], radius: f32, axis: [f32; 3], spread: f32, power: f32 }
+}
+shared! {
+    /// One mip chain in the atlas.
+    TextureEntry { layer: u32, first_level: u32, level_count: u32, flags: u32 }
+}
+shared! {
+    /// Where a level lies in its layer, texels.
+    TextureLevel { x: u32, y: u32, width: u32, height: u32 }
+}
+shared! {
+    /// What changes from frame to frame. Lengths in voxels unless a name ends in `_m`.
+    Frame {
+        clip_from_voxel: [[f32; 4]; 4],
+        eye: [f32; 3], voxel_m: f32,
+        forward: [f32; 3], orthographic: u32,
+        right_per_ndc: [f32; 3], scale: f32,
+        down_per_ndc: [f32; 3], light_count: u32,
+        sky: [f32; 3], frame_index: u32,
+        image_size: [f32; 2], samples: u32,
+        lamp_count: u32, lamp_tree: u32,
+    }
+}
+shared! {
+    /// A vertex as the scene stores it, object space; `color` is 4 × f16.
+    SceneVertex { position: [f32; 3], normal: [f32; 3], tangent: [f32; 4], uv: [f32; 4], color: [u32; 2] }
+}
+shared! {
+    /// Push constants of the recording pass: rows of `voxel_from_object` and of its inverse transpose.
+    RecordPush { rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32 }
+}
+shared! {
+    /// Push constants of the voxeliser: where a grid lies among the base grid's voxels.
+    GridPush { offset: [f32; 3], scale: f32 }
+}
+shared! {
+    /// Push constants of the passes over the cells of one level.
+    LevelPush { level: u32, first: u32 }
+}
+shared! {
+    /// Push constants of the passes that go along one axis: 0, 1, 2.
+    AxisPush { axis: u32 }
+}
+shared! {
+    /// Push constants of the image passes.
+    BandPush { first_row: u32 }
+}
+shared! {
+    /// Push constants of the sharing pass.
+    SharePush { rows: u32 }
+}
+
+/// Bits of [`Material::flags`].
+pub mod material_flags {
+    pub const MASK: u32 = 1;
+    pub const BLEND: u32 = 2;
+    pub const DOUBLE_SIDED: u32 = 4;
+    pub const UNLIT: u32 = 8;
+}

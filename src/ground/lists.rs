@@ -1,0 +1,125 @@
+//! The lists of one grid: which triangles touch each voxel, which voxels are occupied, and what is derived from that.
+
+use std::sync::Arc;
+
+use super::cells::{self, CellLists};
+use super::clearance;
+use super::grid::GridPlace;
+use super::layout;
+use super::memory_plan::MemoryRow;
+use crate::Result;
+use crate::gi::Wants;
+use crate::vk::{Buffer, BufferKind, BufferUsageFlags, Context};
+
+/// How many list items and occupied voxels the buffers of a grid hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ListCapacity {
+    pub items: u32,
+    pub cells: u32,
+}
+
+/// Buffers of a grid.
+pub struct Lists {
+    pub place: GridPlace,
+    /// Counters of items and cells; of the base grid also of recorded triangles.
+    pub globals: Buffer,
+    pub items: Buffer,
+    /// First item of every voxel's list, 1-based.
+    pub heads: Buffer,
+    /// How far around every voxel nothing is listed (`glsl/ground/clearance_code.glsl`).
+    pub clearance: Buffer,
+    pub clearance_scratch: Buffer,
+    /// What is occupied in this frame,
+    pub cells: CellLists,
+    /// and in the one before.
+    pub last_cells: CellLists,
+    /// A bit per cell of every level but the first: it stands in its list.
+    pub listed: Buffer,
+    /// For each list item what it sends,
+    pub item_lights: Buffer,
+    /// the item whose light it copies,
+    pub item_parts: Buffer,
+    /// and the direct light of its sides, kept from one pass to the next.
+    pub direct_light: Buffer,
+    /// The items that are lit, where alike triangles are lit as one.
+    pub lit_items: Buffer,
+}
+
+impl Lists {
+    /// # Errors
+    /// Too little memory.
+    pub fn new(context: &Arc<Context>, place: GridPlace, wants: &Wants, capacity: ListCapacity) -> Result<Self> {
+        let plan = plan(place.edge, wants, capacity);
+        let buffer = |name: &str| {
+            Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device, BufferUsageFlags::empty())
+        };
+        let edge = if wants.cells { place.edge } else { 1 };
+        Ok(Self {
+            place,
+            globals: buffer("globals")?,
+            items: buffer("list items")?,
+            heads: buffer("voxels")?,
+            clearance: buffer("clearance")?,
+            clearance_scratch: buffer("clearance scratch")?,
+            cells: CellLists::new(context, buffer("voxel cells")?, edge)?,
+            last_cells: CellLists::new(context, buffer("last voxel cells")?, edge)?,
+            listed: buffer("listed parents")?,
+            item_lights: buffer("item lights")?,
+            item_parts: buffer("item parts")?,
+            direct_light: buffer("direct light")?,
+            lit_items: buffer("lit items")?,
+        })
+    }
+
+    /// Makes anew what is too small for `capacity`.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn grow(&mut self, context: &Arc<Context>, wants: &Wants, capacity: ListCapacity) -> Result<()> {
+        let plan = plan(self.place.edge, wants, capacity);
+        let of_items = [&mut self.items, &mut self.item_lights, &mut self.item_parts, &mut self.direct_light];
+        let others = [&mut self.lit_items, &mut self.cells.cells, &mut self.last_cells.cells];
+        for buffer in of_items.into_iter().chain(others) {
+            let bytes = bytes_of(&plan, buffer.label());
+            if bytes > buffer.bytes() {
+                let label = buffer.label().to_owned();
+                *buffer = Buffer::new(context, &label, bytes, BufferKind::Device, BufferUsageFlags::empty())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A new frame: its cells take the place of those of the frame before the last.
+    pub fn swap_cell_lists(&mut self) {
+        std::mem::swap(&mut self.cells, &mut self.last_cells);
+    }
+}
+
+fn bytes_of(plan: &[MemoryRow], name: &str) -> u64 {
+    plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1
+}
+
+/// Bytes of everything that [`Lists::new`] makes.
+pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> {
+    fn array<T>(count: u32) -> u64 {
+        u64::from(count.max(1)) * size_of::<T>() as u64
+    }
+    let items = |needed: bool| if needed { capacity.items } else { 1 };
+    let cells_edge = if wants.cells { edge } else { 1 };
+    let last_cells = if wants.cells { capacity.cells } else { 1 };
+    vec![
+        ("globals", array::<layout::Globals>(1)),
+        ("list items", array::<layout::ListItem>(capacity.items)),
+        ("item lights", array::<layout::ItemLight>(items(wants.lit_items))),
+        ("item parts", array::<layout::ItemPart>(items(wants.alike))),
+        ("lit items", array::<u32>(items(wants.alike))),
+        ("direct light", array::<[[f32; 3]; 2]>(items(wants.kept_direct_light))),
+        ("voxels", array::<u32>(edge.pow(3))),
+        ("clearance", if wants.rays { clearance::bytes(edge) } else { 4 }),
+        ("clearance scratch", if wants.rays { clearance::scratch_bytes(edge) } else { 4 }),
+        ("voxel cells", array::<u32>(capacity.cells)),
+        ("last voxel cells", array::<u32>(last_cells)),
+        ("listed parents", cells::listed_bytes(cells_edge)),
+        ("parent cells", 2 * (cells::parents_bytes(cells_edge) + cells::counts_bytes())),
+    ]
+}

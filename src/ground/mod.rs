@@ -1,0 +1,304 @@
+//! What every method stands on: the scene on the device, recorded triangles, their lists, exact rays, lamps, direct light, and
+//! the image that is made of it. Its shaders are `glsl/ground/`.
+
+pub mod alike;
+pub mod atlas;
+pub mod cells;
+pub mod clearance;
+pub mod constants;
+pub mod faces;
+pub mod grid;
+pub mod image;
+pub mod lamps;
+pub mod layout;
+pub mod lists;
+pub mod memory_plan;
+pub mod record;
+pub mod reset;
+pub mod scene_on_gpu;
+pub mod uniforms;
+pub mod voxelise;
+
+use std::sync::Arc;
+
+use crate::Result;
+use crate::gi::Wants;
+use crate::scene::Pose;
+use crate::vk::{
+    Bind, Buffer, BufferKind, BufferUsageFlags, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder,
+};
+use alike::Alike;
+use cells::Cells;
+use clearance::Clearance;
+use constants::{EDGE, LIT, with};
+use grid::{Grid, GridPlace};
+use lists::{ListCapacity, Lists};
+use memory_plan::MemoryRow;
+use record::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Record};
+use scene_on_gpu::SceneOnGpu;
+use voxelise::Voxelise;
+
+/// How much of everything a scene brings, and how much the buffers that grow hold.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Counts {
+    pub triangles: u32,
+    pub blended: u32,
+    pub lights: u32,
+    /// Pieces of lamps.
+    pub lamps: u32,
+    pub triangle_capacity: u32,
+    /// Of every grid, the base grid first.
+    pub lists: Vec<ListCapacity>,
+}
+
+impl Counts {
+    /// Room for every triangle; list items and cells for a typical scene, to be grown if need be. `grids`: beside the base.
+    pub fn new(triangles: u32, blended: u32, lights: u32, lamps: u32, grids: usize) -> Self {
+        let triangle_capacity = triangles.max(1);
+        let items = (4 * triangle_capacity).max(1 << 16);
+        let lists = vec![ListCapacity { items, cells: 1 << 15 }; 1 + grids];
+        Self { triangles, blended, lights, lamps, triangle_capacity, lists }
+    }
+
+    /// What `counters` (one per grid, as the device left them) ask for; the same where nothing overflowed.
+    pub fn grown(&self, counters: &[layout::Globals]) -> Self {
+        let grown = |capacity: u32, needed: u32, overflow: u32| {
+            // An eighth to spare: a moving scene does not grow again at once.
+            if overflow == 0 { capacity } else { needed.saturating_add(needed / 8) }
+        };
+        let base = &counters[0];
+        let lists = self.lists.iter().zip(counters).map(|(capacity, found)| ListCapacity {
+            items: grown(capacity.items, found.item_count, found.item_overflow),
+            cells: grown(capacity.cells, found.cell_count, found.cell_overflow),
+        });
+        Self {
+            triangle_capacity: grown(self.triangle_capacity, base.vertex_count / 3, base.triangle_overflow),
+            lists: lists.collect(),
+            ..self.clone()
+        }
+    }
+}
+
+/// Buffers and passes that every method stands on.
+pub struct Ground {
+    pub grid: Grid,
+    /// The scene as shading binds it.
+    pub scene: Arc<SceneOnGpu>,
+    pub frame: Buffer,
+    pub lights: Buffer,
+    pub lamps: Buffer,
+    pub lamp_nodes: Buffer,
+    /// As recorded, positions in voxels of the base grid.
+    pub triangles: Buffer,
+    /// Source → 1 + place among the triangles, for the blended ones.
+    pub slots: Buffer,
+    /// Sources of the blended triangles, back to front.
+    pub order: Buffer,
+    pub front_view: Image,
+    /// Of every grid, the base grid first.
+    pub lists: Vec<Lists>,
+    wants: Wants,
+    record: Record,
+    makers: Vec<ListMakers>,
+    alike: Option<Alike>,
+}
+
+/// The passes that make one grid's lists; absent where they are not asked for.
+struct ListMakers {
+    voxelise: Option<Voxelise>,
+    clearance: Option<Clearance>,
+    cells: Option<Cells>,
+}
+
+impl Ground {
+    /// `base`: the ground's constants.
+    ///
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: Arc<SceneOnGpu>,
+        grid: Grid,
+        (wants, counts): (Wants, &Counts),
+        base: &[(u32, u32)],
+    ) -> Result<Self> {
+        let plan = shared_plan(counts);
+        let buffer = |name: &str| {
+            let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
+            Buffer::new(context, name, bytes, BufferKind::Device, BufferUsageFlags::empty())
+        };
+        let places = || std::iter::once(GridPlace::base(grid.edge)).chain(wants.grids.iter().copied());
+        let mut lists = Vec::new();
+        let mut makers = Vec::new();
+        for (index, (place, capacity)) in places().zip(&counts.lists).enumerate() {
+            let wants = wants_of_grid(&wants, index);
+            let constants = with(base.to_vec(), &[(EDGE, place.edge), (LIT, u32::from(wants.alike))]);
+            lists.push(Lists::new(context, place, &wants, *capacity)?);
+            makers.push(ListMakers {
+                voxelise: wants.lists.then(|| Voxelise::new(context, &constants, place.edge)).transpose()?,
+                clearance: wants.rays.then(|| Clearance::new(context, &constants)).transpose()?,
+                cells: wants.cells.then(|| Cells::new(context, &constants)).transpose()?,
+            });
+        }
+        Ok(Self {
+            frame: buffer("frame")?,
+            lights: buffer("lights")?,
+            lamps: buffer("lamps")?,
+            lamp_nodes: buffer("lamp nodes")?,
+            triangles: buffer("triangles")?,
+            slots: buffer("blended slots")?,
+            order: buffer("blend order")?,
+            front_view: Image::new(
+                context,
+                &ImageDesc {
+                    label: "front view",
+                    dim: ImageDim::D2,
+                    format: FRONT_VIEW_FORMAT,
+                    width: FRONT_VIEW_EDGE,
+                    height: FRONT_VIEW_EDGE,
+                    usage: ImageUsageFlags::COLOR_ATTACHMENT,
+                    ..Default::default()
+                },
+            )?,
+            record: Record::new(context, base)?,
+            alike: wants.alike.then(|| Alike::new(context, base)).transpose()?,
+            grid,
+            scene,
+            lists,
+            wants,
+            makers,
+        })
+    }
+
+    /// The lists of the base grid.
+    pub fn base(&self) -> &Lists {
+        &self.lists[0]
+    }
+
+    pub fn base_mut(&mut self) -> &mut Lists {
+        &mut self.lists[0]
+    }
+
+    /// Records the scene in a pose and makes all lists.
+    pub fn record_lists(&self, r: &mut Recorder, pose: &Pose) {
+        // Counters and lists start empty.
+        reset::all(r, self);
+        // The scene is drawn into an empty screen; the geometry shader keeps its triangles.
+        self.record.record(r, self, &self.scene, pose);
+        for (lists, makers) in self.lists.iter().zip(&self.makers) {
+            // Every voxel lists the triangles that touch it,
+            if let Some(voxelise) = &makers.voxelise {
+                voxelise.record(r, "voxelise", self, lists);
+            }
+            // and knows how far around it nothing is listed: what rays pass at once.
+            if let Some(clearance) = &makers.clearance {
+                clearance.record(r, lists);
+            }
+            // The occupied ones are listed, with their parents: no other need be shaded.
+            if let Some(cells) = &makers.cells {
+                cells.record(r, lists);
+            }
+        }
+        // Of triangles that are alike one is chosen to be lit.
+        if let Some(alike) = &self.alike {
+            alike.record(r, self);
+        }
+    }
+
+    /// Makes the base grid's lists once more, as the talk does for its second bounce (D29).
+    pub fn relist(&self, r: &mut Recorder) {
+        reset::lists(r, self.base());
+        if let Some(voxelise) = &self.makers[0].voxelise {
+            voxelise.record(r, "voxelise 2", self, self.base());
+        }
+    }
+
+    /// Makes anew what is too small for `counts`.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn grow(&mut self, context: &Arc<Context>, counts: &Counts) -> Result<()> {
+        let bytes = u64::from(counts.triangle_capacity) * size_of::<layout::Triangle>() as u64;
+        if bytes > self.triangles.bytes() {
+            self.triangles =
+                Buffer::new(context, "triangles", bytes, BufferKind::Device, BufferUsageFlags::empty())?;
+        }
+        for (index, (lists, capacity)) in self.lists.iter_mut().zip(&counts.lists).enumerate() {
+            lists.grow(context, &wants_of_grid(&self.wants, index), *capacity)?;
+        }
+        Ok(())
+    }
+
+    /// What every shading pass reads (`glsl/ground/bindings.glsl`).
+    pub fn binds(&self) -> Vec<Bind<'_>> {
+        let (lists, scene) = (self.base(), &self.scene);
+        vec![
+            Bind::buffer("frame", &self.frame),
+            Bind::buffer("globals", &lists.globals),
+            Bind::buffer("triangles", &self.triangles),
+            Bind::buffer("list_items", &lists.items),
+            Bind::buffer("heads", &lists.heads),
+            Bind::buffer("clearance", &lists.clearance),
+            Bind::buffer("materials", &scene.materials),
+            Bind::buffer("lights", &self.lights),
+            Bind::buffer("lamps", &self.lamps),
+            Bind::buffer("lamp_nodes", &self.lamp_nodes),
+            Bind::buffer("texture_entries", &scene.texture_entries),
+            Bind::buffer("texture_levels", &scene.texture_levels),
+            Bind::image("atlas_linear", scene.atlas.view(), &scene.texel_sampler),
+            Bind::image("atlas_srgb", scene.atlas.view_as(Format::R8G8B8A8_SRGB), &scene.texel_sampler),
+        ]
+    }
+
+    /// The same, and what passes that light list items read and write.
+    pub fn item_binds(&self) -> Vec<Bind<'_>> {
+        let lists = self.base();
+        let mut binds = self.binds();
+        binds.extend([
+            Bind::buffer("direct_light", &lists.direct_light),
+            Bind::buffer("item_lights", &lists.item_lights),
+            Bind::buffer("item_parts", &lists.item_parts),
+            Bind::buffer("lit_items", &lists.lit_items),
+        ]);
+        binds
+    }
+
+    /// The same as [`Self::binds`], and the order of blended triangles.
+    pub fn image_binds(&self) -> Vec<Bind<'_>> {
+        let mut binds = self.binds();
+        binds.extend([Bind::buffer("slots", &self.slots), Bind::buffer("order", &self.order)]);
+        binds
+    }
+}
+
+/// A further grid has lists, and lists of cells, and nothing that is derived from them.
+fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
+    if index == 0 { wants.clone() } else { Wants { lists: true, cells: wants.cells, ..Wants::default() } }
+}
+
+/// Bytes of what all grids share.
+fn shared_plan(counts: &Counts) -> Vec<MemoryRow> {
+    fn array<T>(count: u32) -> u64 {
+        u64::from(count.max(1)) * size_of::<T>() as u64
+    }
+    vec![
+        ("frame", array::<layout::Frame>(1)),
+        ("lights", array::<layout::Light>(counts.lights)),
+        ("lamps", array::<layout::Lamp>(counts.lamps)),
+        ("lamp nodes", array::<layout::LampNode>(lamps::node_count(counts.lamps))),
+        ("triangles", array::<layout::Triangle>(counts.triangle_capacity)),
+        ("blended slots", array::<u32>(if counts.blended == 0 { 1 } else { counts.triangles })),
+        ("blend order", array::<u32>(counts.blended)),
+        ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),
+    ]
+}
+
+/// Bytes of every resource that [`Ground::new`] makes for a base grid of edge `edge`.
+pub fn plan(edge: u32, wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
+    let mut rows = shared_plan(counts);
+    let edges = std::iter::once(edge).chain(wants.grids.iter().map(|place| place.edge));
+    for (index, (edge, capacity)) in edges.zip(&counts.lists).enumerate() {
+        rows.extend(lists::plan(edge, &wants_of_grid(wants, index), *capacity));
+    }
+    rows
+}

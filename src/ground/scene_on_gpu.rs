@@ -1,0 +1,325 @@
+//! A [`Scene`] as buffers and one texture array, uploaded once.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use crate::Result;
+use super::atlas::Atlas;
+use super::layout::{self, material_flags};
+use crate::scene::texture::{ColorSpace, MipChain};
+use crate::scene::{Alpha, Material, Mip, Pose, Scene, Texture, TextureRef, Wrap};
+use crate::vk::{self, Buffer, Context, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Sampler};
+
+/// One instance of a mesh: a draw of the recording pass.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneDraw {
+    pub instance: usize,
+    pub first_index: u32,
+    pub index_count: u32,
+    pub vertex_offset: i32,
+    /// Into [`SceneOnGpu::materials`].
+    pub material: u32,
+    /// Number of this instance's first triangle, counted over all instances.
+    pub first_source: u32,
+    /// Whether its triangles may let a ray pass.
+    pub translucent: bool,
+}
+
+/// What the recording pass and shading read.
+pub struct SceneOnGpu {
+    pub vertices: Buffer,
+    pub indices: Buffer,
+    pub materials: Buffer,
+    pub texture_entries: Buffer,
+    pub texture_levels: Buffer,
+    /// RGBA8 array, read as UNORM and as sRGB.
+    pub atlas: Image,
+    /// Texels are fetched, never filtered: its filter does not matter.
+    pub texel_sampler: Sampler,
+    pub draws: Vec<SceneDraw>,
+}
+
+/// A scene turned into what the GPU holds, still on the CPU: its sizes are known before anything is allocated.
+pub struct ScenePacked {
+    vertices: Vec<layout::SceneVertex>,
+    indices: Vec<u32>,
+    materials: Vec<layout::Material>,
+    entries: Vec<layout::TextureEntry>,
+    levels: Vec<layout::TextureLevel>,
+    chains: Vec<MipChain>,
+    atlas: Atlas,
+    draws: Vec<SceneDraw>,
+    /// Triangles over all instances.
+    pub triangles: u32,
+    /// Of them, those of blended materials.
+    pub blended: Vec<BlendedTriangle>,
+}
+
+/// A triangle that the image composites over what lies behind it.
+#[derive(Clone, Copy, Debug)]
+pub struct BlendedTriangle {
+    pub source: u32,
+    pub instance: usize,
+    pub mesh: usize,
+    pub first_index: usize,
+}
+
+impl ScenePacked {
+    pub fn new(scene: &Scene, pose: &Pose) -> Self {
+        let mut textures = TextureTable::default();
+        let mut materials = Vec::new();
+        let mut material_of: HashMap<(usize, u32), u32> = HashMap::new();
+        let mut vertices = Vec::new();
+        let mut indices = Vec::new();
+        let mut mesh_start = Vec::new();
+        for mesh in &scene.meshes {
+            mesh_start.push((indices.len() as u32, vertices.len() as i32));
+            indices.extend_from_slice(&mesh.indices);
+            vertices.extend((0..mesh.positions.len()).map(|i| layout::SceneVertex {
+                position: mesh.positions[i].into(),
+                normal: mesh.normals[i].into(),
+                tangent: mesh.tangents[i].into(),
+                uv: [mesh.uvs[0][i].x, mesh.uvs[0][i].y, mesh.uvs[1][i].x, mesh.uvs[1][i].y],
+                color: half4(mesh.colors[i]),
+            }));
+        }
+        let mut draws = Vec::new();
+        let mut blended = Vec::new();
+        let mut triangles = 0;
+        for (i, instance) in scene.instances.iter().enumerate() {
+            let mesh = &scene.meshes[instance.mesh];
+            let material = &scene.materials[mesh.material];
+            // A thickness is given in object space: one material per scale that it is used at.
+            let scale = if material.thickness > 0.0 { object_scale(&pose.world_from_instance[i]) } else { 1.0 };
+            let index = *material_of.entry((mesh.material, scale.to_bits())).or_insert_with(|| {
+                materials.push(pack_material(scene, material, scale, &mut textures));
+                materials.len() as u32 - 1
+            });
+            let (first_index, vertex_offset) = mesh_start[instance.mesh];
+            let index_count = mesh.indices.len() as u32;
+            draws.push(SceneDraw {
+                instance: i,
+                first_index,
+                index_count,
+                vertex_offset,
+                material: index,
+                first_source: triangles,
+                translucent: material.alpha != Alpha::Opaque || material.transmission > 0.0,
+            });
+            if material.alpha == Alpha::Blend {
+                blended.extend((0..mesh.indices.len() / 3).map(|t| BlendedTriangle {
+                    source: triangles + t as u32,
+                    instance: i,
+                    mesh: instance.mesh,
+                    first_index: 3 * t,
+                }));
+            }
+            triangles += index_count / 3;
+        }
+        let sizes: Vec<Vec<_>> =
+            textures.chains.iter().map(|chain| chain.levels.iter().map(|l| (l.width, l.height)).collect()).collect();
+        let atlas = Atlas::pack(&sizes);
+        let (entries, levels) = textures.place(&atlas);
+        Self {
+            vertices,
+            indices,
+            materials,
+            entries,
+            levels,
+            chains: textures.chains,
+            atlas,
+            draws,
+            triangles,
+            blended,
+        }
+    }
+
+    /// (name, bytes) of every resource that [`ScenePacked::upload`] makes.
+    pub fn plan(&self) -> Vec<(&'static str, u64)> {
+        fn bytes<T>(data: &[T]) -> u64 {
+            size_of_val(data) as u64
+        }
+        vec![
+            ("scene vertices", bytes(&self.vertices)),
+            ("scene indices", bytes(&self.indices)),
+            ("materials", bytes(&self.materials)),
+            ("texture entries", bytes(&self.entries)),
+            ("texture levels", bytes(&self.levels)),
+            ("textures", self.atlas.bytes()),
+        ]
+    }
+
+    /// # Errors
+    /// Too little memory, or the device is lost.
+    pub fn upload(&self, context: &Arc<Context>) -> Result<SceneOnGpu> {
+        let atlas = self.upload_atlas(context)?;
+        Ok(SceneOnGpu {
+            vertices: vk::upload(context, "scene vertices", &self.vertices)?,
+            indices: vk::upload(context, "scene indices", &self.indices)?,
+            materials: vk::upload(context, "materials", &self.materials)?,
+            texture_entries: vk::upload(context, "texture entries", &self.entries)?,
+            texture_levels: vk::upload(context, "texture levels", &self.levels)?,
+            atlas,
+            texel_sampler: Sampler::new(
+                context,
+                vk::Filter::NEAREST,
+                vk::SamplerMipmapMode::NEAREST,
+                vk::SamplerAddressMode::CLAMP_TO_EDGE,
+                vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
+            )?,
+            draws: self.draws.clone(),
+        })
+    }
+}
+
+impl ScenePacked {
+    fn upload_atlas(&self, context: &Arc<Context>) -> Result<Image> {
+        let image = Image::new(
+            context,
+            &ImageDesc {
+                label: "textures",
+                dim: ImageDim::D2Array,
+                format: Format::R8G8B8A8_UNORM,
+                width: self.atlas.width,
+                height: self.atlas.height,
+                depth_or_layers: self.atlas.layers,
+                usage: ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST,
+                view_formats: &[Format::R8G8B8A8_SRGB],
+                ..Default::default()
+            },
+        )?;
+        let (width, height) = (self.atlas.width as usize, self.atlas.height as usize);
+        for layer in 0..self.atlas.layers {
+            let mut texels = vec![[0_u8; 4]; width * height];
+            let here = self.atlas.places.iter().zip(&self.chains).filter(|(place, _)| place.layer == layer);
+            for (place, level) in here.flat_map(|(place, chain)| place.levels.iter().zip(&chain.levels)) {
+                let rows = level.rgba.chunks_exact(4 * level.width as usize);
+                for (row, bytes) in rows.enumerate() {
+                    let start = (place.y as usize + row) * width + place.x as usize;
+                    texels[start..start + level.width as usize].copy_from_slice(bytemuck::cast_slice(bytes));
+                }
+            }
+            vk::upload_image(context, &image, ImageRegion::layer(&image, 0, layer), &texels)?;
+        }
+        Ok(image)
+    }
+}
+
+/// Every (texture, colour space) in use, each with its mip chain; chains are shared between samplers.
+#[derive(Default)]
+struct TextureTable {
+    chains: Vec<MipChain>,
+    chain_of: HashMap<(usize, bool), usize>,
+    /// (chain, flags)
+    entries: Vec<(usize, u32)>,
+    entry_of: HashMap<(usize, u32), i32>,
+}
+
+impl TextureTable {
+    fn entry(&mut self, scene: &Scene, texture: &Texture, space: ColorSpace) -> i32 {
+        let srgb = space == ColorSpace::Srgb;
+        let chain = *self.chain_of.entry((texture.image, srgb)).or_insert_with(|| {
+            self.chains.push(MipChain::new(&scene.images[texture.image], space));
+            self.chains.len() - 1
+        });
+        let flags = sampler_flags(texture);
+        *self.entry_of.entry((chain, flags)).or_insert_with(|| {
+            self.entries.push((chain, flags));
+            self.entries.len() as i32 - 1
+        })
+    }
+
+    fn place(&self, atlas: &Atlas) -> (Vec<layout::TextureEntry>, Vec<layout::TextureLevel>) {
+        let mut levels = Vec::new();
+        let mut first = Vec::new();
+        for place in &atlas.places {
+            first.push(levels.len() as u32);
+            levels.extend_from_slice(&place.levels);
+        }
+        let entries = self.entries.iter().map(|&(chain, flags)| layout::TextureEntry {
+            layer: atlas.places[chain].layer,
+            first_level: first[chain],
+            level_count: atlas.places[chain].levels.len() as u32,
+            flags,
+        });
+        (entries.collect(), levels)
+    }
+}
+
+/// The bits that `glsl/common/layout.glsl` documents at `TextureEntry`.
+fn sampler_flags(texture: &Texture) -> u32 {
+    let wrap = |w: Wrap| match w {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    };
+    let mip = match texture.mip {
+        Mip::None => 0,
+        Mip::Nearest => 1,
+        Mip::Linear => 2,
+    };
+    wrap(texture.wrap[0])
+        | wrap(texture.wrap[1]) << 2
+        | u32::from(texture.mag_linear) << 4
+        | u32::from(texture.min_linear) << 5
+        | mip << 6
+}
+
+fn pack_material(scene: &Scene, m: &Material, object_scale: f32, table: &mut TextureTable) -> layout::Material {
+    let mut slot = |texture: Option<TextureRef>, space: ColorSpace| match texture {
+        None => layout::TextureSlot { texture: -1, uv_set: 0, linear: [1.0, 0.0, 0.0, 1.0], offset: [0.0; 2] },
+        Some(t) => layout::TextureSlot {
+            texture: table.entry(scene, &scene.textures[t.texture], space),
+            uv_set: t.uv_set as u32,
+            linear: t.transform.matrix2.to_cols_array(),
+            offset: t.transform.translation.into(),
+        },
+    };
+    let slots = [
+        slot(m.base_color_texture, ColorSpace::Srgb),
+        slot(m.metallic_roughness_texture, ColorSpace::Linear),
+        slot(m.normal_texture, ColorSpace::Linear),
+        slot(m.emissive_texture, ColorSpace::Srgb),
+        slot(m.specular_texture, ColorSpace::Linear),
+        slot(m.specular_color_texture, ColorSpace::Srgb),
+        slot(m.transmission_texture, ColorSpace::Linear),
+        slot(m.thickness_texture, ColorSpace::Linear),
+    ];
+    let (alpha_bit, alpha_cutoff) = match m.alpha {
+        Alpha::Opaque => (0, 0.0),
+        Alpha::Mask(cutoff) => (material_flags::MASK, cutoff),
+        Alpha::Blend => (material_flags::BLEND, 0.0),
+    };
+    let bit = |on: bool, bit: u32| if on { bit } else { 0 };
+    layout::Material {
+        base_color: m.base_color.into(),
+        emissive: m.emissive.into(),
+        metallic: m.metallic,
+        roughness: m.roughness,
+        normal_scale: m.normal_scale,
+        alpha_cutoff,
+        ior: m.ior,
+        specular: m.specular,
+        specular_color: m.specular_color.into(),
+        transmission: m.transmission,
+        thickness_m: m.thickness * object_scale,
+        attenuation_color: m.attenuation_color.into(),
+        attenuation_distance_m: m.attenuation_distance.min(f32::MAX),
+        flags: alpha_bit | bit(m.double_sided, material_flags::DOUBLE_SIDED) | bit(m.unlit, material_flags::UNLIT),
+        slots,
+    }
+}
+
+/// Mean scale of a transform.
+fn object_scale(world_from_object: &DAffine3) -> f32 {
+    world_from_object.matrix3.determinant().abs().cbrt() as f32
+}
+
+fn half4(v: glam::Vec4) -> [u32; 2] {
+    let pair = |a: f32, b: f32| {
+        u32::from(half::f16::from_f32(a).to_bits()) | u32::from(half::f16::from_f32(b).to_bits()) << 16
+    };
+    [pair(v.x, v.y), pair(v.z, v.w)]
+}

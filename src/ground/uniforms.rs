@@ -1,0 +1,133 @@
+//! What changes from frame to frame, as the shaders read it: camera, lights and starts, all in voxels.
+
+use glam::{DMat4, DVec3, Vec3};
+
+use super::grid::Grid;
+use super::layout;
+use crate::scene::{LightKind, Pose, Projection, Scene, View};
+
+/// Everything of a frame but the scene's own data.
+pub struct FrameUniforms<'a> {
+    pub scene: &'a Scene,
+    pub view: &'a View,
+    pub grid: &'a Grid,
+    /// What stored radiance is multiplied with.
+    pub scale: f32,
+    /// Pixels.
+    pub size: (u32, u32),
+    /// Samples per pixel.
+    pub samples: u32,
+    pub frame_index: u32,
+    /// Pieces of lamps, and whether they are chosen through the tree.
+    pub lamps: (u32, bool),
+}
+
+impl FrameUniforms<'_> {
+    /// As the shaders read it.
+    pub fn layout(&self) -> layout::Frame {
+        let camera = CameraInVoxels::new(self.view, self.grid, self.size);
+        layout::Frame {
+            clip_from_voxel: camera.clip_from_voxel.as_mat4().to_cols_array_2d(),
+            eye: camera.eye.as_vec3().into(),
+            voxel_m: self.grid.voxel_m as f32,
+            forward: camera.forward.as_vec3().into(),
+            orthographic: u32::from(camera.orthographic),
+            right_per_ndc: camera.right_per_ndc.as_vec3().into(),
+            scale: self.scale,
+            down_per_ndc: camera.down_per_ndc.as_vec3().into(),
+            light_count: self.scene.lights.len() as u32,
+            sky: self.scene.sky.into(),
+            frame_index: self.frame_index,
+            image_size: [self.size.0 as f32, self.size.1 as f32],
+            samples: self.samples,
+            lamp_count: self.lamps.0,
+            lamp_tree: u32::from(self.lamps.1),
+        }
+    }
+}
+
+/// A view in voxels; Vulkan's clip space: y down, depth 1 at the near plane and 0 far away.
+struct CameraInVoxels {
+    eye: DVec3,
+    forward: DVec3,
+    orthographic: bool,
+    right_per_ndc: DVec3,
+    down_per_ndc: DVec3,
+    clip_from_voxel: DMat4,
+}
+
+impl CameraInVoxels {
+    fn new(view: &View, grid: &Grid, size: (u32, u32)) -> Self {
+        let eye = grid.voxel_from_world().transform_point3(view.eye);
+        let forward = view.forward.normalize();
+        let right = forward.cross(view.up).normalize();
+        let down = forward.cross(right);
+        let aspect = f64::from(size.0) / f64::from(size.1);
+        let (half_height, near_m, far_m, orthographic) = match view.projection {
+            Projection::Perspective { fov, near, far } => ((f64::from(fov) / 2.0).tan(), near, far, false),
+            Projection::Orthographic { half_height, near, far } => {
+                (f64::from(half_height) / grid.voxel_m, near, far, true)
+            }
+        };
+        let near = f64::from(near_m) / grid.voxel_m;
+        let far = f64::from(far_m) / grid.voxel_m;
+        // Rows of view_from_voxel, scaled so that the image's edge is at 1.
+        let x = right / (half_height * aspect);
+        let y = down / half_height;
+        let row = |axis: DVec3, offset: f64| axis.extend(offset - axis.dot(eye));
+        // depth = a + b·z (orthographic), or (a·z + b)/z: 1 at near, 0 at far.
+        let (z_row, w_row) = if orthographic {
+            let range = if far.is_finite() { far - near } else { 1e7 };
+            (row(-forward / range, (near + range) / range), DVec3::ZERO.extend(1.0))
+        } else if far.is_finite() {
+            let a = -near / (far - near);
+            (row(forward * a, near * far / (far - near)), row(forward, 0.0))
+        } else {
+            (DVec3::ZERO.extend(near), row(forward, 0.0))
+        };
+        let rows = DMat4::from_cols(row(x, 0.0), row(y, 0.0), z_row, w_row);
+        Self {
+            eye,
+            forward,
+            orthographic,
+            right_per_ndc: right * half_height * aspect,
+            down_per_ndc: down * half_height,
+            clip_from_voxel: rows.transpose(),
+        }
+    }
+}
+
+/// The `Lights` buffer's contents.
+pub fn lights(scene: &Scene, pose: &Pose, grid: &Grid) -> Vec<layout::Light> {
+    let voxel_from_world = grid.voxel_from_world();
+    scene
+        .lights
+        .iter()
+        .zip(&pose.lights)
+        .map(|(light, posed)| {
+            let (kind, scale, offset) = match light.kind {
+                LightKind::Point => (0, 0.0, 1.0),
+                LightKind::Spot { inner, outer } => {
+                    // KHR_lights_punctual's own formula.
+                    let scale = 1.0 / (inner.cos() - outer.cos()).max(0.001);
+                    (1, scale, -outer.cos() * scale)
+                }
+                LightKind::Directional => (2, 0.0, 1.0),
+            };
+            let radius = match light.kind {
+                LightKind::Directional => light.radius,
+                _ => (f64::from(light.radius) / grid.voxel_m) as f32,
+            };
+            layout::Light {
+                position: voxel_from_world.transform_point3(posed.position).as_vec3().into(),
+                kind,
+                direction: posed.direction.as_vec3().into(),
+                range_m: light.range.min(f32::MAX),
+                intensity: light.intensity.max(Vec3::ZERO).into(),
+                radius,
+                spot_scale: scale,
+                spot_offset: offset,
+            }
+        })
+        .collect()
+}

@@ -94,7 +94,8 @@ impl Renderer {
             Some(bytes) if bytes < budget => (bytes, "the --memory-limit".to_owned()),
             _ => (budget, format!("the budget of {}", context.name)),
         };
-        let check = |plan: &dyn Fn(u32) -> Vec<MemoryRow>| check_memory(&memory_limit, settings.voxels, &fixed_plan, plan);
+        let check =
+            |plan: &dyn Fn(u32) -> Vec<MemoryRow>| check_memory(&memory_limit, settings.voxels, &fixed_plan, plan);
         let desc = FrameDesc {
             scene: &scene,
             packed: &packed,

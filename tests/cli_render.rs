@@ -60,7 +60,10 @@ fn the_same_command_writes_the_same_bytes() {
     }
     let mut settings = twobounce::settings::Settings::default();
     settings.merge_toml(&header["settings"]).unwrap();
-    assert_eq!((settings.voxels, settings.ledger), (16, twobounce::settings::Settings::printed().ledger));
+    assert_eq!(
+        (settings.voxels, settings.of.cones.ledger),
+        (16, twobounce::settings::Settings::printed().of.cones.ledger)
+    );
 }
 
 #[test]

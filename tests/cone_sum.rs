@@ -6,7 +6,8 @@ mod scenes;
 
 use glam::{Mat3, UVec3, Vec3, Vec4};
 use scenes::Random;
-use twobounce::settings::{ConeSet, Form, Settings};
+use twobounce::gi::cones::Settings;
+use twobounce::gi::cones::choices::{ConeSet, Form};
 use twobounce::twins::cone::{Cone, trace_cone};
 use twobounce::twins::mips::mip_chain;
 use twobounce::twins::volume::{ISOTROPIC, Level, TRAVEL, Volume, texel_index};
@@ -38,7 +39,7 @@ fn wall(alpha: f32) -> Volume {
 /// Alpha of a thin cone through the wall at `degrees` from its normal, for 32 phases of its steps.
 fn alphas(volume: &Volume, degrees: f32, step: f32) -> Vec<f32> {
     let (sin, cos) = degrees.to_radians().sin_cos();
-    let settings = Settings::saturating(ConeSet::G8, step);
+    let settings = Settings { set: ConeSet::G8, step, ..Settings::default() };
     (0..32)
         .map(|phase| {
             let start = (phase as f32 + 0.5) / 32.0 / EDGE as f32;
@@ -127,7 +128,7 @@ fn no_axis_of_the_grid_is_another() {
         cones.iter().map(|c| trace_cone(&volume, &cone(c), settings).value).collect()
     };
     assert_eq!(symmetries().len(), 48);
-    for settings in [Settings::saturating(ConeSet::G8, 1.0), Settings::default()] {
+    for settings in [Settings::default(), Settings::corrected()] {
         let straight = through(level.clone(), Mat3::IDENTITY, &settings);
         assert!(straight.iter().any(|v| v.w > 0.5));
         for turn in symmetries() {

@@ -1,4 +1,4 @@
-//! Cones, and how wide roughness makes them: GLSL functions of `glsl/common` against their twins.
+//! Cones, and how wide roughness makes them: GLSL functions of `glsl/gi/cones` against their twins.
 
 #[path = "common/functions.rs"]
 mod functions;
@@ -9,7 +9,8 @@ mod scenes;
 
 use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
 use glam::{Vec3, Vec4};
-use twobounce::settings::{ConeSet, Form, RoughnessFit, Settings, Weights};
+use twobounce::gi::cones::choices::{ConeSet, Form, RoughnessFit, Weights};
+use twobounce::settings::Settings;
 use twobounce::twins::cone::{self, Cone};
 use twobounce::twins::directions::roughness_to_aperture;
 
@@ -17,23 +18,23 @@ use twobounce::twins::directions::roughness_to_aperture;
 fn variants() -> Vec<Settings> {
     let right = settings();
     let mut variants = vec![right.clone(), Settings { voxels: EDGE, ..Settings::printed() }];
-    variants.extend(Weights::ALL.iter().map(|w| Settings { weights: *w, ..right.clone() }));
-    variants.extend(ConeSet::ALL.iter().map(|c| Settings { cones: *c, ..right.clone() }));
-    variants.extend(
-        [Settings::saturating(ConeSet::G8, 1.5), Settings::saturating(ConeSet::G16, 1.0)]
-            .map(|s| Settings { voxels: EDGE, ..s }),
-    );
-    variants.push(Settings { step: 0.5, ..right.clone() });
+    let change = |key: &str, value: &str| gpu::with(right.clone(), &[&format!("{key}={value}")]);
+    variants.extend(Weights::ALL.iter().map(|w| change("cones.weights", w.name())));
+    variants.extend(ConeSet::ALL.iter().map(|c| change("cones.set", c.name())));
+    let saturating = |set, step| gpu::with(Settings { voxels: EDGE, ..Settings::cones() }, &[set, step]);
+    variants.push(saturating("cones.set=g8", "cones.step=1.5"));
+    variants.push(saturating("cones.set=g16", "cones.step=1"));
+    variants.push(change("cones.step", "0.5"));
     let rows: [fn(&mut Settings); 9] = [
-        |s| s.ledger.d6 = Form::Printed,
-        |s| s.ledger.d10 = Form::Printed,
-        |s| (s.ledger.d10, s.ledger.d11) = (Form::Printed, Form::Printed),
-        |s| s.ledger.d12 = Form::Printed,
-        |s| s.ledger.d13 = Form::Printed,
-        |s| s.ledger.d15 = Form::Printed,
-        |s| s.ledger.d17 = Form::Printed,
-        |s| s.ledger.d18 = Form::Printed,
-        |s| s.ledger.d21 = Form::Printed,
+        |s| s.of.cones.ledger.d6 = Form::Printed,
+        |s| s.of.cones.ledger.d10 = Form::Printed,
+        |s| (s.of.cones.ledger.d10, s.of.cones.ledger.d11) = (Form::Printed, Form::Printed),
+        |s| s.of.cones.ledger.d12 = Form::Printed,
+        |s| s.of.cones.ledger.d13 = Form::Printed,
+        |s| s.of.cones.ledger.d15 = Form::Printed,
+        |s| s.of.cones.ledger.d17 = Form::Printed,
+        |s| s.of.cones.ledger.d18 = Form::Printed,
+        |s| s.of.cones.ledger.d21 = Form::Printed,
     ];
     variants.extend(rows.iter().map(|row| {
         let mut settings = right.clone();
@@ -58,9 +59,14 @@ fn cones_see_what_their_twins_see() {
             let (origin, direction) = rays[i];
             let edge = EDGE as f32;
             let cone = Cone { origin: origin / edge, direction, aperture: aperture(i), start: 1.5 / edge, end: 10.0 };
-            let expected = cone::trace_cone(&volume, &cone, &settings).value;
+            let expected = cone::trace_cone(&volume, &cone, &settings.of.cones).value;
             // Texture filtering: the driver may round a texel's weights to 8 bits, and a cone takes up to 25 samples.
-            close(out.vec4(0), expected, 0.01, &format!("ray {i} of {:?} {:?}", settings.weights, settings.ledger));
+            close(
+                out.vec4(0),
+                expected,
+                0.01,
+                &format!("ray {i} of {:?} {:?}", settings.of.cones.weights, settings.of.cones.ledger),
+            );
         }
     }
 }
@@ -78,7 +84,7 @@ fn counted_steps_are_their_twins() {
             .map(|&(origin, direction)| {
                 let edge = EDGE as f32;
                 let cone = Cone { origin: origin / edge, direction, aperture: 0.1, start: 1.5 / edge, end: 10.0 };
-                u64::from(cone::trace_cone(&volume, &cone, &settings).steps)
+                u64::from(cone::trace_cone(&volume, &cone, &settings.of.cones).steps)
             })
             .sum();
         // A cone whose last step lies within rounding of its end may take it or not: two cones of the 400.
@@ -99,7 +105,7 @@ fn shadow_cones_dim_as_their_twins_do() {
     let gpu = Gpu::new(&volume);
     let rays = rays(200);
     for mut settings in variants() {
-        settings.start.shadow_normal = 0.0;
+        settings.of.cones.start.shadow_normal = 0.0;
         let to = |i: usize| {
             (rays[i].0 + rays[i].1 * 12.0 * ((i % 7) as f32 / 7.0 + 0.1)).clamp(Vec3::ZERO, Vec3::splat(EDGE as f32))
         };
@@ -109,12 +115,12 @@ fn shadow_cones_dim_as_their_twins_do() {
             .collect();
         for (i, out) in gpu.evaluate(Function::TraceShadowCone, &inputs, &settings).iter().enumerate() {
             let (from, to) = (rays[i].0 / EDGE as f32, to(i) / EDGE as f32);
-            let expected = cone::trace_shadow_cone(&volume, from, Vec3::ZERO, to, aperture(i), 0.0, &settings);
+            let expected = cone::trace_shadow_cone(&volume, from, Vec3::ZERO, to, aperture(i), 0.0, &settings.of.cones);
             // As above, with up to 60 samples.
             assert!(
                 (out.0[0][0] - expected).abs() < 0.01,
                 "ray {i} of {:?}: {out:?} is not {expected}",
-                settings.ledger
+                settings.of.cones.ledger
             );
         }
     }
@@ -131,13 +137,13 @@ fn gathers_are_their_twins() {
             let (point, normal) = rays[i];
             // The printed frame jumps where |n.y| = |n.z|; rounding may take either side.
             let sky = 4.0 * Vec3::new(0.25, 0.5, 1.0);
-            let expected = cone::gather_diffuse(&volume, point / EDGE as f32, normal, sky, &settings);
+            let expected = cone::gather_diffuse(&volume, point / EDGE as f32, normal, sky, &settings.of.cones);
             // As above; the sky is as bright as 4.
             close(
                 out.vec4(0),
                 expected.radiance.extend(expected.open),
                 0.03,
-                &format!("point {i} of {:?}", settings.ledger),
+                &format!("point {i} of {:?}", settings.of.cones.ledger),
             );
         }
     }
@@ -147,7 +153,7 @@ fn gathers_are_their_twins() {
 fn roughness_fits_are_their_twins() {
     let gpu = Gpu::new(&random_volume());
     for fit in RoughnessFit::ALL {
-        let settings = Settings { roughness_fit: *fit, ..settings() };
+        let settings = gpu::with(settings(), &[&format!("cones.roughness_fit={fit}")]);
         let inputs: Vec<_> =
             (0..=100).map(|i| Arguments::of(Vec4::splat(i as f32 / 100.0), Vec4::ZERO, Vec4::ZERO)).collect();
         for (x, out) in inputs.iter().zip(gpu.evaluate(Function::RoughnessToAperture, &inputs, &settings)) {

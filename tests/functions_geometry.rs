@@ -10,7 +10,8 @@ mod scenes;
 use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
 use glam::{DVec3, IVec3, Mat3, Vec2, Vec3, Vec4};
 use scenes::Random;
-use twobounce::settings::{ConeSet, Form, Settings, Weights};
+use twobounce::gi::cones::choices::{ConeSet, Form, Weights};
+use twobounce::settings::Settings;
 use twobounce::twins::directions::*;
 use twobounce::twins::voxelise::Polygon;
 use twobounce::twins::{cone, emitters};
@@ -21,13 +22,14 @@ fn directions_are_their_twins() {
     let directions: Vec<Vec3> = rays(300).into_iter().map(|r| r.1).collect();
     for form in [Form::Right, Form::Printed] {
         let mut settings = settings();
-        let ledger = &mut settings.ledger;
+        let ledger = &mut settings.of.cones.ledger;
         (ledger.d6, ledger.d7, ledger.d8, ledger.d22, ledger.d26) = (form, form, form, form, form);
 
         for set in ConeSet::ALL {
             let inputs: Vec<_> =
                 (0..16).map(|i| Arguments::of(Vec4::splat(i as f32), Vec4::ZERO, Vec4::ZERO)).collect();
-            let out = gpu.evaluate(Function::ConeSet, &inputs, &Settings { cones: *set, ..settings.clone() });
+            let out =
+                gpu.evaluate(Function::ConeSet, &inputs, &gpu::with(settings.clone(), &[&format!("cones.set={set}")]));
             let cones = cone_set(*set, form, form);
             assert_eq!(out[0].0[1][1], cones.len() as f32);
             for (out, cone) in out.iter().zip(cones) {
@@ -47,7 +49,7 @@ fn directions_are_their_twins() {
         }
     }
     for weights in Weights::ALL {
-        let settings = Settings { weights: *weights, ..settings() };
+        let settings = gpu::with(settings(), &[&format!("cones.weights={weights}")]);
         let origin = Vec3::new(3.0, 5.0, 7.0);
         let inputs: Vec<_> =
             directions.iter().map(|d| Arguments::of(d.extend(0.0), origin.extend(0.0), Vec4::ZERO)).collect();
@@ -185,7 +187,7 @@ fn a_triangle_lights_as_much_as_its_points_do() {
 #[test]
 fn neighbours_in_a_square_share_all_directions() {
     for interleave in [2, 4] {
-        let settings = Settings { interleave, ..Settings::default() };
+        let settings = gpu::with(Settings::corrected(), &[&format!("image.interleave={interleave}")]);
         let side = interleave as i32;
         // Any square of pixels, and of voxels in each of the three planes.
         let planes = [[IVec3::X, IVec3::Y], [IVec3::Y, IVec3::Z], [IVec3::Z, IVec3::X]];

@@ -3,20 +3,21 @@
 
 use std::collections::BTreeMap;
 
-use twobounce::gi::cones::{cells, resources};
-use twobounce::layout::*;
+use twobounce::gi::cones::constants::Cones;
+use twobounce::ground::layout::*;
+use twobounce::ground::{cells, clearance};
 use twobounce::vk::shader;
 
 #[test]
 fn structs_agree_with_the_shaders() {
     let mut found = BTreeMap::new();
     for name in [
-        "cones/render_cones.frag",
-        "cones/shade_second.frag",
-        "cones/record.geom",
-        "cones/voxelise.frag",
-        "cones/light_first.comp",
-        "cones/alike.comp",
+        "ground/image/image.frag cones",
+        "gi/cones/shade.frag LOOK_UP",
+        "ground/record.geom",
+        "ground/voxelise.frag",
+        "gi/rays/light.comp",
+        "ground/alike.comp",
     ] {
         found.extend(shader::structs(name));
     }
@@ -40,8 +41,9 @@ fn structs_agree_with_the_shaders() {
     check("TextureSlot", TextureSlot::FIELDS, size_of::<TextureSlot>());
     check("Material", Material::FIELDS, size_of::<Material>());
     check("Light", Light::FIELDS, size_of::<Light>());
-    check("Emitter", Emitter::FIELDS, size_of::<Emitter>());
-    check("EmitterNode", EmitterNode::FIELDS, size_of::<EmitterNode>());
+    check("Lamp", Lamp::FIELDS, size_of::<Lamp>());
+    check("LampNode", LampNode::FIELDS, size_of::<LampNode>());
+    check("Cones", Cones::FIELDS, size_of::<Cones>());
     check("TextureEntry", TextureEntry::FIELDS, size_of::<TextureEntry>());
     check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
     check("Frame", Frame::FIELDS, size_of::<Frame>());
@@ -50,8 +52,8 @@ fn structs_agree_with_the_shaders() {
 
 #[test]
 fn numbers_agree_with_the_shaders() {
-    let glsl = include_str!("../glsl/common/constants.glsl");
-    for (name, ours) in [("LIT_COUNTS", cells::LIT_COUNTS), ("BRICK", resources::BRICK)] {
+    let glsl = include_str!("../glsl/ground/constants.glsl");
+    for (name, ours) in [("LIT_COUNTS", cells::LIT_COUNTS), ("BRICK", clearance::BRICK)] {
         assert!(glsl.contains(&format!("\nconst uint {name} = {ours}u;")), "{name}: GLSL has another than {ours}");
     }
 }

@@ -1,4 +1,4 @@
-//! The cells form of shading and mips: lists of occupied cells against their twin, and volumes against the raster form's,
+//! Passes by cells: lists of occupied cells against their twin, and volumes against those of layered passes,
 //! bit for bit, in a first frame and after things moved.
 
 #[path = "common/gpu.rs"]
@@ -14,26 +14,26 @@ use glam::{DAffine3, DVec3, IVec3, Vec3};
 use half::f16;
 use scenes::{Random, add, triangle};
 use studio::{Studio, pose, room};
-use twobounce::gi::cones::cells::{LIT_COUNTS, parents};
-use twobounce::layout::{CellCount, Globals, ItemPart, ListItem, Triangle};
+use twobounce::ground::cells::LIT_COUNTS;
+use twobounce::ground::layout::{CellCount, Globals, ItemPart, ListItem, Triangle};
 use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};
-use twobounce::settings::{Bounces, Fill, Lists, Settings, Shade, ShadeDirect, ShadeItems, Shadows, Work};
+use twobounce::settings::{Bounces, Settings};
 use twobounce::twins::alike::{Listed, groups};
+use twobounce::twins::cells::parents;
 use twobounce::twins::voxelise::Polygon;
 use twobounce::vk::download;
 
 const EDGE: u32 = 16;
 
-/// Small sets of cones and rays: what is compared is who is shaded.
-fn presets() -> [Settings; 3] {
-    let small = |settings: Settings| {
-        let shade = Shade { items: ShadeItems::Each, ..settings.shade };
-        Settings { voxels: EDGE, shading: Work::Raster, mips: Work::Raster, shade, ..settings }
+/// Of the talk's passes, layer by layer; few cones: what is compared is which voxels are shaded.
+fn layered() -> [Settings; 3] {
+    let small = |settings: Settings, changes: &[&str]| {
+        gpu::with(gpu::with(settings, &["voxels=16", "cones.passes=layered"]), changes)
     };
     [
-        small(Settings::fast()),
-        small(Settings::printed()),
-        small(Settings { fill: Fill::Coverage, ..Settings::default() }),
+        small(Settings::cones(), &["cones.set=g4"]),
+        small(Settings::printed(), &[]),
+        small(Settings::corrected(), &["cones.fill=coverage"]),
     ]
 }
 
@@ -44,7 +44,7 @@ fn every_level_lists_the_parents_of_occupied_voxels() {
     studio.volumes(&scene.pose(None, 0.0));
     let pairs = gpu::listed_pairs(&studio.context, &studio.renderer);
     let occupied: Vec<u32> = pairs.iter().map(|p| p.0).collect();
-    let lists = &studio.renderer.resources().cells;
+    let lists = &studio.renderer.ground().base().cells;
     let counts: Vec<CellCount> = download(&studio.context, &lists.counts).expect("counts");
     let listed: Vec<u32> = download(&studio.context, &lists.parents).expect("parents");
     let twin = parents(&occupied, EDGE);
@@ -63,19 +63,19 @@ fn every_level_lists_the_parents_of_occupied_voxels() {
 }
 
 #[test]
-fn cells_give_the_rasters_bits_in_every_mixture() {
+fn cells_give_the_bits_of_layers() {
     let scene = room();
     let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
-    for raster in presets() {
-        let first = Studio::new(&scene, &raster).volumes(&here);
-        let moved = Studio::new(&scene, &raster).volumes(&there);
+    for layered in layered() {
+        let first = Studio::new(&scene, &layered).volumes(&here);
+        let moved = Studio::new(&scene, &layered).volumes(&there);
         assert!(first.iter().zip(&moved).all(|(a, b)| a != b), "the box shows");
-        for (shading, mips) in [(Work::Cells, Work::Cells), (Work::Cells, Work::Raster), (Work::Raster, Work::Cells)] {
-            let mut studio = Studio::new(&scene, &Settings { shading, mips, ..raster.clone() });
-            assert!(studio.volumes(&here) == first, "{} {shading} {mips}: first frame", raster.fill);
-            assert!(studio.volumes(&there) == moved, "{} {shading} {mips}: after the box moved", raster.fill);
-            assert!(studio.volumes(&here) == first, "{} {shading} {mips}: after it came back", raster.fill);
-        }
+        let fill = layered.of.cones.fill;
+        // Direct light is kept between the bounces of two of the three: what is kept is what would be found again.
+        let mut studio = Studio::new(&scene, &gpu::with(layered, &["cones.passes=cells"]));
+        assert!(studio.volumes(&here) == first, "{fill}: first frame");
+        assert!(studio.volumes(&there) == moved, "{fill}: after the box moved");
+        assert!(studio.volumes(&here) == first, "{fill}: after it came back");
     }
 }
 
@@ -93,43 +93,16 @@ fn lists_that_had_to_grow_leave_nothing_behind() {
         ];
         scene.add_mesh(Mesh::triangles("sheet", material, &triangles), DAffine3::IDENTITY);
     }
-    let mut raster = Settings { voxels: 64, bounces: Bounces::One, ..presets()[0].clone() };
-    raster.volume.center = Some([32.0; 3]);
-    raster.volume.side = Some(64.0);
-    let cells = Settings { shading: Work::Cells, mips: Work::Cells, ..raster.clone() };
+    let mut layered = Settings { voxels: 64, bounces: Bounces::One, ..layered()[0].clone() };
+    layered.grid.center = Some([32.0; 3]);
+    layered.grid.side = Some(64.0);
+    let cells = gpu::with(layered.clone(), &["cones.passes=cells"]);
     let pose = scene.pose(None, 0.0);
     let mut studio = Studio::new(&scene, &cells);
     let found = studio.volumes(&pose);
     let occupied = studio.renderer.render(&pose, &studio.view).expect("a frame").counters.occupied_voxels;
     assert!(occupied > 1 << 15, "{occupied} cells are not more than there is room for");
-    assert!(found == Studio::new(&scene, &raster).volumes(&pose));
-}
-
-#[test]
-fn direct_light_that_is_kept_is_what_would_be_found_again() {
-    let scene = room();
-    let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
-    for (bounces, shading) in [(Bounces::Two, Work::Cells), (Bounces::Two, Work::Raster), (Bounces::All, Work::Cells)] {
-        let with = |direct| {
-            let shade = Shade { direct, ..Settings::fast().shade };
-            Settings { voxels: EDGE, bounces, shading, shade, ..Settings::fast() }
-        };
-        let (again, kept) = (with(ShadeDirect::Again), with(ShadeDirect::Kept));
-        assert!(kept.keeps_direct() && !again.keeps_direct());
-        let (mut again, mut kept) = (Studio::new(&scene, &again), Studio::new(&scene, &kept));
-        for pose in [&here, &there] {
-            assert!(again.volumes(pose) == kept.volumes(pose), "{bounces} {shading}");
-        }
-    }
-}
-
-#[test]
-fn direct_light_is_not_kept_where_the_second_bounce_would_find_another() {
-    let kept = Settings::fast();
-    assert!(kept.keeps_direct());
-    assert!(!Settings { first_bounce_shadows: false, ..kept.clone() }.keeps_direct());
-    assert!(!Settings { shadows: Shadows::Cones, ..kept.clone() }.keeps_direct());
-    assert!(!Settings { bounces: Bounces::One, ..kept }.keeps_direct());
+    assert!(found == Studio::new(&scene, &layered).volumes(&pose));
 }
 
 /// Small triangles, many to a voxel: in a ball, a few of two materials and a few masked.
@@ -149,17 +122,17 @@ fn crumbs() -> Scene {
 #[test]
 fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
     let scene = crumbs();
-    let shade = Shade { items: ShadeItems::Alike, ..Settings::fast().shade };
-    let settings = Settings { voxels: EDGE, shade, ..Settings::fast() };
+    let settings = Settings { voxels: EDGE, ..Settings::fast() };
     let mut studio = Studio::new(&scene, &settings);
     studio.volumes(&scene.pose(None, 0.0));
-    let (context, resources) = (&studio.context, studio.renderer.resources());
-    let items: Vec<ListItem> = download(context, &resources.items).expect("items");
-    let triangles: Vec<Triangle> = download(context, &resources.triangles).expect("triangles");
-    let parts: Vec<ItemPart> = download(context, &resources.item_parts).expect("parts");
-    let lit: Vec<u32> = download(context, &resources.lit_items).expect("lit items");
-    let counts: Vec<CellCount> = download(context, &resources.cells.counts).expect("counts");
-    let globals: Globals = download(context, &resources.globals).expect("counters")[0];
+    let (context, ground) = (&studio.context, studio.renderer.ground());
+    let lists_of_all = ground.base();
+    let items: Vec<ListItem> = download(context, &lists_of_all.items).expect("items");
+    let triangles: Vec<Triangle> = download(context, &ground.triangles).expect("triangles");
+    let parts: Vec<ItemPart> = download(context, &lists_of_all.item_parts).expect("parts");
+    let lit: Vec<u32> = download(context, &lists_of_all.lit_items).expect("lit items");
+    let counts: Vec<CellCount> = download(context, &lists_of_all.cells.counts).expect("counts");
+    let globals: Globals = download(context, &lists_of_all.globals).expect("counters")[0];
 
     let mut lists: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (item, listed) in items.iter().take(globals.item_count as usize).enumerate() {
@@ -183,7 +156,7 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
             let lit_by = parts[list[group[0]]].lit_by as usize;
             chosen.insert(lit_by as u32);
             let largest = group.iter().map(|&k| area(list[k])).fold(0.0, f64::max);
-            assert!(group.iter().any(|&k| list[k] == lit_by), "who lights is of the group");
+            assert!(group.iter().any(|&k| list[k] == lit_by), "the lit item is of the group");
             assert!(area(lit_by) > largest - 1e-4, "{} of {largest}", area(lit_by));
             for item in group.iter().map(|&k| list[k]) {
                 assert_eq!(parts[item].lit_by as usize, lit_by);
@@ -214,9 +187,9 @@ fn alike_triangles_in_the_same_light_give_the_same_volume() {
     scene.add_mesh(Mesh::triangles("ramp", material, &ramp), DAffine3::IDENTITY);
     scene.add_light(LightKind::Directional, Vec3::splat(3.0), DAffine3::from_rotation_x(-1.2));
     let pose = scene.pose(None, 0.0);
-    let [each, alike] = [ShadeItems::Each, ShadeItems::Alike].map(|items| {
-        let shade = Shade { items, ..Settings::fast().shade };
-        let settings = Settings { voxels: EDGE, bounces: Bounces::One, shade, ..Settings::fast() };
+    // The method cones lights each item, the method rays one for all that are alike.
+    let [each, alike] = [Settings::cones(), Settings::fast()].map(|settings| {
+        let settings = gpu::with(settings, &["voxels=16", "bounces=1", "lights.shadow_rays=1"]);
         Studio::new(&scene, &settings).volumes(&pose).swap_remove(0)
     });
     let brightest = each[3][0].iter().map(|texel| f16::from_bits(texel[0]).to_f32()).fold(0.0, f32::max);
@@ -227,12 +200,4 @@ fn alike_triangles_in_the_same_light_give_the_same_volume() {
             assert!((a - b).abs() <= 2e-3 * a.max(b), "{a} {b}");
         }
     }
-}
-
-#[test]
-fn alike_triangles_are_lit_one_by_one_where_lists_are_built_again() {
-    let alike = Settings { shade: Shade { items: ShadeItems::Alike, ..Shade::default() }, ..Settings::fast() };
-    assert!(alike.lights_alike());
-    assert!(!Settings { lists: Lists::Rebuild, ..alike.clone() }.lights_alike());
-    assert!(!Settings { shading: Work::Raster, ..alike }.lights_alike());
 }

@@ -8,9 +8,9 @@ mod scenes;
 
 use glam::{DVec3, Vec3};
 use scenes::{Random, add, triangle};
-use twobounce::gi::cones::clearance::codes;
 use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Bounces, Settings};
+use twobounce::twins::cells::clearance_codes;
 use twobounce::vk::download;
 
 /// Which of a clearance's codes occur in a scene of crumbs about `centers`, after the device's were held against the twin's.
@@ -20,16 +20,16 @@ fn checked(edge: u32, centers: &[DVec3]) -> Vec<u32> {
     let mut scene = Scene::empty("crumbs");
     add(&mut scene, &crumbs, Material::lamp("lamp", Vec3::ONE));
     let mut settings = Settings { voxels: edge, bounces: Bounces::One, ..Settings::fast() };
-    settings.volume.center = Some([f64::from(edge) / 2.0; 3]);
-    settings.volume.side = Some(f64::from(edge));
+    settings.grid.center = Some([f64::from(edge) / 2.0; 3]);
+    settings.grid.side = Some(f64::from(edge));
     let context = gpu::context();
     let renderer = gpu::render(&context, &scene, &settings, 8);
     let mut occupied = vec![false; edge.pow(3) as usize];
     gpu::listed_pairs(&context, &renderer).iter().for_each(|pair| occupied[pair.0 as usize] = true);
     assert!(occupied.contains(&true));
-    let words: Vec<u32> = download(&context, &renderer.resources().clearance).expect("clearance");
+    let words: Vec<u32> = download(&context, &renderer.ground().base().clearance).expect("clearance");
     let found: Vec<u32> = (0..edge.pow(3)).map(|voxel| words[voxel as usize / 8] >> (voxel % 8 * 4) & 15).collect();
-    let expected = codes(&occupied, edge);
+    let expected = clearance_codes(&occupied, edge);
     for (voxel, (found, expected)) in found.iter().zip(&expected).enumerate() {
         assert_eq!(found, expected, "{edge}³, voxel {voxel}");
     }

@@ -7,7 +7,7 @@ mod gpu;
 use std::path::Path;
 
 use twobounce::scene::analytic::{self, Lamp};
-use twobounce::settings::{Bounces, Lists, Settings, Shadows};
+use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{CallLog, DrawLog, FrameLog, Stage, ZoneLog};
 
 const EDGE: u32 = 16;
@@ -44,14 +44,14 @@ const fn volume(name: &'static str, first: u32, end: u32) -> Writes {
 const TALK: [Pass; 10] = [
     Pass { zone: "reset", does: "reset buffer counters", stages: &[], writes: Writes::Fills(&["globals", "voxels"]) },
     Pass { zone: "record", does: "record geometry triangles into a buffer", stages: VGF, writes: Writes::Buffers { screen: 128 } },
-    Pass { zone: "voxelise 1", does: "voxelise the recorded triangles", stages: VGF, writes: Writes::Buffers { screen: EDGE } },
+    Pass { zone: "voxelise", does: "voxelise the recorded triangles", stages: VGF, writes: Writes::Buffers { screen: EDGE } },
     Pass { zone: "shade 1", does: "sum and average, without a previous bounce", stages: VF, writes: volume("first bounce", 0, 1) },
     Pass { zone: "mips 1", does: "multi-directional anisotropic preintegration", stages: VF, writes: volume("first bounce", 1, 5) },
     Pass { zone: "reset lists", does: "reset some buffer counters", stages: &[], writes: Writes::Fills(&["globals", "voxels"]) },
     Pass { zone: "voxelise 2", does: "voxelise the recorded triangles again", stages: VGF, writes: Writes::Buffers { screen: EDGE } },
     Pass { zone: "shade 2", does: "now with the previous first bounce", stages: VF, writes: volume("second bounce", 0, 1) },
     Pass { zone: "mips 2", does: "multi-directional anisotropic preintegration", stages: VF, writes: volume("second bounce", 1, 5) },
-    Pass { zone: "render", does: "render the recorded triangles", stages: VF, writes: Writes::Image },
+    Pass { zone: "image", does: "render the recorded triangles", stages: VF, writes: Writes::Image },
 ];
 
 fn frame(settings: &Settings) -> FrameLog {
@@ -154,14 +154,14 @@ fn the_frame_is_the_talks() {
 
 #[test]
 fn the_corrected_frame_has_the_same_passes_and_what_its_rays_need() {
-    let corrected = Settings { voxels: EDGE, ..Settings::default() };
+    let corrected = Settings { voxels: EDGE, ..Settings::corrected() };
     let mut log = frame(&corrected);
     let clearance = log.zones.iter().position(|zone| zone.name == "clearance").expect("shadows are rays");
     let before = log.zones[..clearance].iter().rfind(|zone| !zone.name.is_empty()).map(|zone| zone.name);
-    assert_eq!(before, Some("voxelise 1"));
+    assert_eq!(before, Some("voxelise"));
     log.zones.remove(clearance);
     assert_eq!(differences(&log), Vec::<String>::new());
-    assert_eq!(differences(&frame(&Settings { shadows: Shadows::Cones, ..corrected })), Vec::<String>::new());
+    assert_eq!(differences(&frame(&gpu::with(corrected, &["lights.shadows=method"]))), Vec::<String>::new());
 }
 
 #[test]
@@ -174,7 +174,7 @@ fn a_frame_without_one_of_the_passes_is_another() {
         }
         assert!(!differences(&less).is_empty(), "zone {i} is not missed");
     }
-    for changed in [Settings { lists: Lists::Reuse, ..printed() }, Settings { bounces: Bounces::One, ..printed() }] {
+    for changed in [gpu::with(printed(), &["cones.passes=cells"]), Settings { bounces: Bounces::One, ..printed() }] {
         assert!(!differences(&frame(&changed)).is_empty());
     }
 }
@@ -186,11 +186,17 @@ fn a_pass_goes_by_one_name_everywhere() {
     let stem = |zone: &str| zone.split(' ').next().unwrap_or_default().to_owned();
     for pass in TALK {
         let name = stem(pass.zone);
-        exists(format!("src/gi/cones/{name}.rs"));
+        let folders = ["ground", "gi/cones"];
+        let beside = |folder: &str, ending: &str| {
+            root.join(format!("{folder}/{name}{ending}")).exists()
+                || root.join(format!("{folder}/{name}/mod.rs")).exists()
+        };
+        assert!(folders.iter().any(|f| beside(&format!("src/{f}"), ".rs")), "no file of src is called {name}");
         for stage in pass.stages.iter().filter(|s| **s == Stage::Fragment) {
-            let shaders = std::fs::read_dir(root.join("glsl/cones")).expect("the shaders");
-            let found = shaders.flatten().any(|f| f.file_name().to_string_lossy().starts_with(&name));
-            assert!(found, "glsl/cones has no {stage:?} shader of {name}");
+            let found = folders.iter().any(|f| {
+                beside(&format!("glsl/{f}"), ".frag") || root.join(format!("glsl/{f}/{name}/{name}.frag")).exists()
+            });
+            assert!(found, "there is no {stage:?} shader of {name}");
         }
     }
     for twin in ["record", "voxelise", "shade", "mips", "cone"] {

@@ -12,20 +12,12 @@ use twobounce::renderer::{MOST_SETTLING, RenderOptions, Renderer};
 use twobounce::scene::{
     Image, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
 };
-use twobounce::settings::{Bounces, ConeSet, Emitters, Gather, GatherResolution, Settings, Shade};
+use twobounce::settings::{Bounces, Settings};
 use twobounce::twins::closed_forms;
 
 /// Rays, few per place, shared among neighbours.
 fn rays() -> Settings {
-    Settings {
-        voxels: 32,
-        gather: Gather::Rays,
-        cones: ConeSet::G16,
-        shade: Shade { cones: Some(ConeSet::G8), ..Shade::default() },
-        interleave: 4,
-        emitters: Emitters::Sampled,
-        ..Settings::balanced()
-    }
+    gpu::with(Settings::default(), &["voxels=32", "rays.diffuse=16", "rays.voxels=8"])
 }
 
 fn truth(scene: &str, image: &str) -> (Scene, Layers) {
@@ -50,8 +42,9 @@ fn indirect(scene: &Scene, settings: &Settings, direct: &Layers, full: &Layers) 
 fn sampled_lamps_give_the_path_traced_direct_light() {
     let (scene, direct) = truth("cornell-area", "direct");
     let view = scene.view(&scene.pose(None, 0.0), 0);
-    for (resolution, interleave, most) in [(GatherResolution::Full, 1, 0.02), (GatherResolution::Full, 4, 0.06)] {
-        let settings = Settings { emitter_samples: 64, gather_resolution: resolution, interleave, ..rays() };
+    for (interleave, most) in [(1, 0.02), (4, 0.06)] {
+        let shared = format!("image.interleave={interleave}");
+        let settings = gpu::with(rays(), &["lights.lamp_points=64", "image.gather_resolution=full", &shared]);
         let layers = vec![Aov::Direct];
         let image = gpu::render_layers(&gpu::context(), &scene, &settings, direct.width, view, layers).read();
         // Without the lamp itself, a hundred times brighter than the room: four samples cannot tell how much of a pixel
@@ -86,7 +79,7 @@ fn rays_give_the_path_traced_indirect_light() {
 fn half_the_gathers_change_little() {
     let (scene, direct) = truth("cornell-point", "direct");
     let (_, two) = truth("cornell-point", "depth4");
-    let half = Settings { gather_resolution: GatherResolution::Half, ..rays() };
+    let half = gpu::with(rays(), &["image.gather_resolution=half"]);
     let found = indirect(&scene, &half, &direct, &two);
     // At 64 pixels a gathered one is two voxels wide.
     assert!((found.energy - 1.0).abs() < 0.06 && found.rel < 0.15, "{found:?}");
@@ -162,9 +155,9 @@ fn renderer(scene: &Scene, settings: &Settings) -> Renderer {
 
 #[test]
 fn all_bounces_fill_a_furnace_and_stay_bounded() {
-    let all =
-        |settings: Settings| Settings { voxels: 32, bounces: Bounces::All, emitters: Emitters::Cones, ..settings };
-    for settings in [all(rays()), all(Settings::saturating(ConeSet::G8, 1.5))] {
+    let all = |settings: Settings| gpu::with(settings, &["voxels=32", "bounces=all", "lights.lamps=gathered"]);
+    let cones = gpu::with(Settings::cones(), &["cones.set=g8", "cones.step=1.5"]);
+    for settings in [all(rays()), all(cones)] {
         let (mean, most, settling) = furnace(0.8, &settings);
         // What two bounces lose in corners (see passes_light.rs), bounce after bounce; f16.
         let right = (0.85..=1.02).contains(&(mean / 5.0)) && most <= 1.03 * 5.0;

@@ -107,10 +107,10 @@ impl Part {
 }
 
 const CONES: &[&str] = &[];
-const GGX: &[&str] = &["roughness_fit=ggx"];
-const ONE_RAY: &[&str] = &["roughness_fit=ggx", "specular=rays", "specular_rays=1"];
-const RAYS: &[&str] = &["roughness_fit=ggx", "specular=rays", "refraction=rays"];
-const MANY_RAYS: &[&str] = &["roughness_fit=ggx", "specular=rays", "refraction=rays", "specular_rays=32"];
+const GGX: &[&str] = &["cones.roughness_fit=ggx"];
+const ONE_RAY: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=1"];
+const RAYS: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=8"];
+const MANY_RAYS: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=32"];
 
 struct Subject {
     name: &'static str,
@@ -156,25 +156,25 @@ fn subjects() -> Vec<Subject> {
             "penumbra of 0 m",
             gloss::penumbra(0.0),
             &[Part::Direct],
-            &[(CONES, 0.04, 0.01), (&["shadows=cones"], 0.13, 0.1)],
+            &[(CONES, 0.04, 0.01), (&["lights.shadows=method"], 0.13, 0.1)],
         ),
         full(
             "penumbra of 0.1 m",
             gloss::penumbra(0.1),
             &[Part::Direct],
-            &[(CONES, 0.06, 0.02), (&["shadow.rays=16"], 0.04, 0.02), (&["shadows=cones"], 0.14, 0.1)],
+            &[(CONES, 0.06, 0.02), (&["lights.shadow_rays=16"], 0.04, 0.02), (&["lights.shadows=method"], 0.14, 0.1)],
         ),
         full(
             "penumbra of 0.25 m",
             gloss::penumbra(0.25),
             &[Part::Direct],
-            &[(CONES, 0.11, 0.02), (&["shadow.rays=16"], 0.045, 0.02), (&["shadows=cones"], 0.15, 0.1)],
+            &[(CONES, 0.11, 0.02), (&["lights.shadow_rays=16"], 0.045, 0.02), (&["lights.shadows=method"], 0.15, 0.1)],
         ),
         full(
             "corner",
             gloss::corner(),
             &[Part::Ao],
-            &[(CONES, 0.07, 0.05), (&["gather=rays", "cones=g64"], 0.04, 0.02)],
+            &[(CONES, 0.07, 0.05), (&["method=rays", "rays.diffuse=64"], 0.04, 0.02)],
         ),
     ]
 }

@@ -6,7 +6,7 @@ mod gpu;
 use glam::{DAffine3, DVec3, Vec3};
 use twobounce::layers::Aov;
 use twobounce::scene::{Material, Mesh, Projection, Scene, View, analytic};
-use twobounce::settings::{ConeSet, Emitters, Fill, Settings};
+use twobounce::settings::Settings;
 use twobounce::twins::closed_forms;
 
 /// Mean and largest pixel over Σρᵏ after two bounces.
@@ -22,22 +22,23 @@ fn furnace_ratio(albedo: f32, block: bool, settings: &Settings) -> (f64, f64) {
 #[test]
 fn saturating_cones_and_rays_keep_a_furnaces_energy_and_makes_none() {
     for (albedo, block) in [(0.5, false), (0.5, true), (0.8, false), (0.8, true)] {
-        for settings in [Settings::saturating(ConeSet::G8, 1.5), Settings::fast()] {
+        let cones = gpu::with(Settings::cones(), &["cones.set=g8", "cones.step=1.5"]);
+        for settings in [cones, Settings::fast()] {
             // Lamps whose light is sampled are not in the volumes, and here every wall is one.
-            let settings = Settings { voxels: 32, emitters: Emitters::Cones, ..settings };
+            let settings = gpu::with(settings, &["voxels=32", "lights.lamps=gathered"]);
             let (mean, most) = furnace_ratio(albedo, block, &settings);
             // A tenth is what cones lose between their start and their first sample, and in corners; a hundredth is f16
             // in two volumes and their mips.
             let right = (0.9..=1.01).contains(&mean) && most < 1.01;
-            assert!(right, "{:?}, albedo {albedo}, block {block}: {mean}, {most} at most", settings.gather);
+            assert!(right, "{:?}, albedo {albedo}, block {block}: {mean}, {most} at most", settings.method);
         }
     }
 }
 
 #[test]
 fn no_fill_makes_energy() {
-    for fill in [Fill::Uniform, Fill::Facing, Fill::Coverage] {
-        let (_, most) = furnace_ratio(0.8, true, &Settings { voxels: 16, fill, ..Settings::default() });
+    for fill in ["cones.fill=uniform", "cones.fill=facing", "cones.fill=coverage"] {
+        let (_, most) = furnace_ratio(0.8, true, &gpu::with(Settings::corrected(), &["voxels=16", fill]));
         // f16, as above.
         assert!(most < 1.01, "{fill}: {most}");
     }
@@ -63,7 +64,7 @@ fn ambient_occlusion_under_a_square_is_the_form_factors() {
     let at = |scene: &Scene| {
         let projection = Projection::Orthographic { half_height: 0.05, near: 0.01, far: 10.0 };
         let down = View { eye: DVec3::Y * 0.5, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
-        let settings = Settings { voxels: 64, ..Settings::saturating(ConeSet::G64, 1.0) };
+        let settings = gpu::with(Settings::cones(), &["voxels=64", "lights.lamps=gathered", "cones.set=g64"]);
         let image = gpu::render_layers(&gpu::context(), scene, &settings, 8, down, vec![Aov::Ao]).read();
         let open = image.get(Aov::Ao).expect("the layer asked for");
         open.iter().map(|p| f64::from(p[0])).sum::<f64>() / open.len() as f64

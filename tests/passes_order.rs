@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use scenes::{Random, add, triangle};
 use twobounce::layers::Aov;
 use twobounce::scene::{LightKind, Material, Mesh, Scene};
-use twobounce::settings::{Fill, Settings, Weights};
+use twobounce::settings::Settings;
 use twobounce::vk::Context;
 
 /// A lit room full of triangles that share voxels, lamps of 10⁻⁶ and 10⁶ among them.
@@ -52,7 +52,7 @@ type Bits = (Vec<Vec<Vec<Vec<[u16; 4]>>>>, Vec<u32>);
 /// Of the volumes and of the image.
 fn bits(context: &Arc<Context>, settings: &Settings, reversed: bool) -> Bits {
     let renderer = gpu::render(context, &crowd(reversed), settings, 64);
-    let volumes = renderer.resources().volumes.iter().map(|v| gpu::volume_bits(context, v)).collect();
+    let volumes = renderer.frame().method.volumes().iter().map(|v| gpu::volume_bits(context, v)).collect();
     let image = renderer.read();
     let beauty = image.get(Aov::Beauty).expect("an image");
     (volumes, beauty.iter().flatten().map(|v| v.to_bits()).collect())
@@ -61,8 +61,10 @@ fn bits(context: &Arc<Context>, settings: &Settings, reversed: bool) -> Bits {
 #[test]
 fn runs_and_triangle_orders_give_the_same_bits() {
     let context = gpu::context();
-    for (fill, weights) in [(Fill::Uniform, Weights::D2), (Fill::Coverage, Weights::Extinction)] {
-        let settings = Settings { voxels: 16, fill, weights, ..Settings::default() };
+    for [fill, weights] in
+        [["cones.fill=uniform", "cones.weights=d2"], ["cones.fill=coverage", "cones.weights=extinction"]]
+    {
+        let settings = gpu::with(Settings { voxels: 16, ..Settings::corrected() }, &[fill, weights]);
         let first = bits(&context, &settings, false);
         assert!(first.1.iter().any(|v| *v != 0));
         for _ in 0..4 {

@@ -1,4 +1,4 @@
-//! `reuse = still`: what is kept from frame to frame, and that no image shows it.
+//! What is kept from frame to frame while nothing changes, and that no image shows it.
 
 #[path = "common/gpu.rs"]
 mod gpu;
@@ -10,9 +10,9 @@ mod studio;
 use glam::DVec3;
 use studio::{Studio, pose, room};
 use twobounce::scene::View;
-use twobounce::settings::{Bounces, Reuse, Settings};
+use twobounce::settings::Settings;
 
-const LISTS: [&str; 3] = ["reset", "record", "voxelise 1"];
+const LISTS: [&str; 3] = ["reset", "record", "voxelise"];
 const VOLUMES: [&str; 4] = ["shade 1", "mips 1", "shade 2", "mips 2"];
 
 fn does(passes: &[&str], some: &[&str]) -> bool {
@@ -27,9 +27,9 @@ fn frames_that_keep_what_holds_are_those_that_start_anew() {
     let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
     let mut lit = there.clone();
     lit.lights[0].position += DVec3::new(1.0, 0.0, -1.0);
-    for base in [Settings::fast(), Settings::default(), Settings::printed()] {
+    for base in [Settings::fast(), Settings::corrected(), Settings::printed()] {
         let base = Settings { voxels: 16, ..base };
-        let mut kept = Studio::new(&scene, &Settings { reuse: Reuse::Still, ..base.clone() });
+        let mut kept = Studio::new(&scene, &base);
         // From within the room.
         let first_view = View { eye: DVec3::new(4.0, 4.0, 0.5), forward: DVec3::Z, up: DVec3::Y, ..kept.view };
         let other_view = View { eye: DVec3::new(3.0, 4.5, 1.0), ..first_view };
@@ -48,7 +48,7 @@ fn frames_that_keep_what_holds_are_those_that_start_anew() {
             (kept.view, fresh.view) = (view, view);
             let (image, passes) = kept.image(pose);
             assert_eq!((does(&passes, &LISTS), does(&passes, &VOLUMES)), due, "{what}: {passes:?}");
-            assert!(passes.contains(&"render"));
+            assert!(passes.contains(&"image"));
             assert!(image == fresh.image(pose).0, "{what}: the image is another");
             images.push(image);
         }
@@ -59,22 +59,24 @@ fn frames_that_keep_what_holds_are_those_that_start_anew() {
 }
 
 #[test]
-fn without_reuse_every_frame_does_everything() {
+fn frames_that_are_to_be_timed_do_everything() {
     let scene = room();
     let pose = scene.pose(None, 0.0);
-    let mut studio = Studio::new(&scene, &Settings { voxels: 16, reuse: Reuse::None, ..Settings::fast() });
-    for _ in 0..2 {
-        let (_, passes) = studio.image(&pose);
-        assert!(does(&passes, &LISTS) && does(&passes, &VOLUMES), "{passes:?}");
-    }
+    let mut studio = Studio::new(&scene, &Settings { voxels: 16, ..Settings::fast() });
+    let (first, _) = studio.image(&pose);
+    studio.renderer.make_anew();
+    let (image, passes) = studio.image(&pose);
+    assert!(does(&passes, &LISTS) && does(&passes, &VOLUMES), "{passes:?}");
+    assert!(image == first);
 }
 
 #[test]
 fn light_that_is_fed_back_or_jittered_is_never_kept() {
     let scene = room();
     let pose = scene.pose(None, 0.0);
-    let still = Settings { voxels: 16, reuse: Reuse::Still, ..Settings::fast() };
-    for settings in [Settings { bounces: Bounces::All, ..still.clone() }, Settings { jitter: true, ..still }] {
+    let fed_back = gpu::with(Settings::fast(), &["voxels=16", "bounces=all"]);
+    let jittered = gpu::with(Settings::cones(), &["voxels=16", "cones.set=g4", "cones.jitter=true"]);
+    for settings in [fed_back, jittered] {
         let mut studio = Studio::new(&scene, &settings);
         studio.image(&pose);
         let (_, passes) = studio.image(&pose);

@@ -8,8 +8,9 @@ mod scenes;
 use glam::{DVec3, IVec3, Vec3};
 use scenes::{Random, add, triangle};
 use std::collections::{BTreeMap, BTreeSet};
+use twobounce::gi::cones::choices::{Fill, Form};
 use twobounce::scene::{Material, Scene};
-use twobounce::settings::{Bounces, Fill, Form, Settings};
+use twobounce::settings::{Bounces, Settings};
 use twobounce::twins::mips::mip_level;
 use twobounce::twins::shade::{Shaded, fill};
 use twobounce::twins::volume::round_to_half;
@@ -18,9 +19,10 @@ use twobounce::twins::voxelise::{Polygon, voxelise};
 const EDGE: u32 = 16;
 
 fn settings(fill: Fill) -> Settings {
-    let mut settings = Settings { voxels: EDGE, bounces: Bounces::One, fill, ..Settings::default() };
-    settings.volume.center = Some([f64::from(EDGE) / 2.0; 3]);
-    settings.volume.side = Some(f64::from(EDGE));
+    let mut settings = Settings { voxels: EDGE, bounces: Bounces::One, ..Settings::corrected() };
+    settings.of.cones.fill = fill;
+    settings.grid.center = Some([f64::from(EDGE) / 2.0; 3]);
+    settings.grid.side = Some(f64::from(EDGE));
     settings
 }
 
@@ -64,8 +66,8 @@ fn every_fill_is_its_twins() {
     let context = gpu::context();
     for how in Fill::ALL {
         let renderer = gpu::render(&context, &scene, &settings(*how), 16);
-        let volume = gpu::volume(&context, &renderer.resources().volumes[0]);
-        let scale = renderer.scale();
+        let volume = gpu::volume(&context, &renderer.frame().method.volumes()[0]);
+        let scale = renderer.frame().scale;
         let mut seen = 0;
         for voxel in (0..EDGE.pow(3)).filter(|v| !undecided.contains(v)) {
             let list: Vec<Shaded> =
@@ -91,9 +93,9 @@ fn mips_are_their_twins_in_every_form() {
     let context = gpu::context();
     for (d1, d2) in [(Form::Right, Form::Right), (Form::Printed, Form::Right), (Form::Right, Form::Printed)] {
         let mut settings = settings(Fill::Coverage);
-        (settings.ledger.d1, settings.ledger.d2) = (d1, d2);
+        (settings.of.cones.ledger.d1, settings.of.cones.ledger.d2) = (d1, d2);
         let renderer = gpu::render(&context, &scene, &settings, 16);
-        let volume = gpu::volume(&context, &renderer.resources().volumes[0]);
+        let volume = gpu::volume(&context, &renderer.frame().method.volumes()[0]);
         let mut lit = 0;
         for (fine, coarse) in volume.levels().iter().zip(&volume.levels()[1..]) {
             for (got, expected) in coarse.iter().flatten().zip(mip_level(fine, d1, d2).iter().flatten()) {

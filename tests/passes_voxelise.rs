@@ -11,21 +11,21 @@ use glam::{DAffine3, DVec3, Vec3};
 use scenes::{Random, add, triangle};
 use twobounce::scene::analytic::{self, Lamp};
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
-use twobounce::settings::{Bounces, Lists, Settings, Work};
+use twobounce::settings::{Bounces, Settings};
 use twobounce::twins::record::{in_voxels, record};
 use twobounce::twins::voxelise::{Comparison, compare_sets, voxelise};
 
+/// The talk's shading by cells, one bounce.
+fn cells(edge: u32) -> Settings {
+    let settings = Settings { voxels: edge, bounces: Bounces::One, ..Settings::corrected() };
+    gpu::with(settings, &["cones.passes=cells"])
+}
+
 /// A grid of 1 m voxels from the origin on.
 fn metre_grid(edge: u32) -> Settings {
-    let mut settings = Settings {
-        voxels: edge,
-        bounces: Bounces::One,
-        shading: Work::Cells,
-        lists: Lists::Reuse,
-        ..Settings::default()
-    };
-    settings.volume.center = Some([f64::from(edge) / 2.0; 3]);
-    settings.volume.side = Some(f64::from(edge));
+    let mut settings = cells(edge);
+    settings.grid.center = Some([f64::from(edge) / 2.0; 3]);
+    settings.grid.side = Some(f64::from(edge));
     settings
 }
 
@@ -33,9 +33,9 @@ fn metre_grid(edge: u32) -> Settings {
 fn compare(scene: &Scene, settings: &Settings) -> Comparison {
     let context = gpu::context();
     let renderer = gpu::render(&context, scene, settings, 16);
-    let volume = renderer.volume();
+    let grid = &renderer.ground().grid;
     let recorded = record(scene, &scene.pose(None, 0.0));
-    let triangles = in_voxels(&recorded, volume.corner, volume.voxel_m);
+    let triangles = in_voxels(&recorded, grid.corner, grid.voxel_m);
     compare_sets(&gpu::listed_pairs(&context, &renderer), &voxelise(&triangles, settings.voxels))
 }
 
@@ -67,10 +67,7 @@ fn a_hundred_thousand_slivers_are_listed_exactly() {
 
 #[test]
 fn needles_across_the_grid_and_crumbs_are_listed_exactly() {
-    let found = is_exact(
-        &analytic::slivers(3000, 1),
-        &Settings { voxels: 64, bounces: Bounces::One, shading: Work::Cells, ..Settings::default() },
-    );
+    let found = is_exact(&analytic::slivers(3000, 1), &cells(64));
     assert!(found.touching < 0.01, "{found:?}");
 }
 
@@ -94,14 +91,11 @@ fn triangles_of_every_size_and_tilt_are_listed_exactly() {
 #[test]
 fn rooms_are_listed_exactly() {
     for lamp in [Lamp::Point, Lamp::Area] {
-        is_exact(
-            &analytic::cornell(lamp),
-            &Settings { voxels: 64, bounces: Bounces::One, shading: Work::Cells, ..Settings::default() },
-        );
+        is_exact(&analytic::cornell(lamp), &cells(64));
     }
     let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
     let gallery = Scene::load(&gallery, &LoadOptions::default()).expect("the gallery");
-    is_exact(&gallery, &Settings { voxels: 64, bounces: Bounces::One, shading: Work::Cells, ..Settings::default() });
+    is_exact(&gallery, &cells(64));
 }
 
 #[test]

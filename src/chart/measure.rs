@@ -18,6 +18,7 @@ use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite};
 use crate::measure::picture::signed_difference;
 use crate::measure::timing::{Spread, Timings};
+use crate::profile::WARM_UP;
 use crate::reference::Depth;
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Bounds, Pose, Scene, View};
@@ -25,7 +26,7 @@ use crate::settings::{Bounces, LampLight, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Error, Result};
 
-/// Frames to time, after one that warms up: so many at least,
+/// Frames to time, after those that warm up: so many at least,
 const LEAST_FRAMES: usize = 2;
 /// and at most.
 const MOST_FRAMES: usize = 5;
@@ -166,7 +167,7 @@ impl Subject {
     /// Times of the image alone: further layers would be timed too.
     fn times(&self, context: &Arc<Context>, settings: &Settings, go_on: &dyn Fn() -> bool) -> Result<Option<Times>> {
         let mut renderer = self.renderer(context, settings, vec![])?;
-        let (mut timings, mut cpu_ms) = (Timings::new(1), Vec::new());
+        let (mut timings, mut cpu_ms) = (Timings::new(WARM_UP as usize), Vec::new());
         while another(timings.frames().iter().map(|frame| frame.wall_ms)) {
             if !go_on() {
                 return Ok(None);
@@ -177,8 +178,8 @@ impl Subject {
             cpu_ms.push(process_cpu_ms().zip(before).map(|(after, before)| after - before));
         }
         let memory_bytes = renderer.plan().total();
-        // The first warmed up.
-        Ok(Some(Times { timings, cpu_ms: cpu_ms.into_iter().skip(1).collect(), memory_bytes }))
+        // The first ones warmed up.
+        Ok(Some(Times { timings, cpu_ms: cpu_ms.into_iter().skip(WARM_UP as usize).collect(), memory_bytes }))
     }
 
     fn renderer(&self, context: &Arc<Context>, settings: &Settings, aovs: Vec<Aov>) -> Result<Renderer> {

@@ -77,11 +77,7 @@ pub const AXES: &[StudyAxis] = &[
     ),
     axis("jitter", "cones", &["cones.jitter=true"]),
     axis("roughness", "cones", &["cones.roughness_fit=linear"]),
-    axis(
-        "shadows",
-        "corrected",
-        &["lights.shadows=none", "lights.shadows=method", "cones.first_bounce_shadows=false"],
-    ),
+    axis("shadows", "corrected", &["lights.shadows=none", "lights.shadows=method", "cones.first_bounce_shadows=false"]),
     axis(
         "ledger",
         "corrected",

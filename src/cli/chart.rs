@@ -55,7 +55,8 @@ impl ChartArgs {
         let presets: Vec<String> = if self.presets.is_empty() { all() } else { self.presets.clone() };
         let base = |preset: String| {
             let (config, sets) = (self.config.clone(), self.sets.clone());
-            let settings = SettingsArgs { preset: preset.clone(), config, method: None, sets }.effective_with("--presets")?;
+            let settings =
+                SettingsArgs { preset: preset.clone(), config, method: None, sets }.effective_with("--presets")?;
             Ok(Base { preset, settings })
         };
         let bases: Vec<Base> = presets.into_iter().map(base).collect::<Result<_>>()?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use twobounce::layers::Aov;
 use twobounce::output::file;
+use twobounce::profile::WARM_UP;
 use twobounce::settings::Settings;
 use twobounce::{Error, Result};
 
@@ -84,7 +85,7 @@ impl RenderJob {
         aovs.extend(Aov::ALL.iter().filter(|a| args.aov.contains(a)));
         let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
         let still = args.still || args.frames.is_some();
-        Ok(Self { settings, output, aovs, frames, warm_up: u32::from(timed), still })
+        Ok(Self { settings, output, aovs, frames, warm_up: if timed { WARM_UP } else { 0 }, still })
     }
 }
 

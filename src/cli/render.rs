@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use twobounce::ground::memory_plan::mib;
 use twobounce::layers::Layers;
 use twobounce::measure::timing::Timings;
 use twobounce::measure::trace::chrome_trace;
-use twobounce::ground::memory_plan::mib;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;

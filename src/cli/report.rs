@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
-use twobounce::measure::timing::{MemoryReport, ResourceBytes, TimingReport};
 use twobounce::ground::memory_plan::MemoryPlan;
+use twobounce::measure::timing::{MemoryReport, ResourceBytes, TimingReport};
 use twobounce::output::file;
 use twobounce::renderer::FrameReport;
 use twobounce::settings::Settings;
@@ -67,8 +67,8 @@ pub fn memory(plan: &MemoryPlan, allocated_bytes: u64, budget_bytes: u64) -> Mem
 pub mod tests {
     use super::*;
     use std::collections::BTreeSet;
-    use twobounce::measure::timing::{Spread, Timings, VERSION};
     use twobounce::frame::Counters;
+    use twobounce::measure::timing::{Spread, Timings, VERSION};
     use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
 
     /// Every path to a value, `[]` for an element of a list.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::ground::constants::Features;
+use crate::ground::faces::FaceVolume;
 use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::{Counts, Ground};
@@ -102,9 +103,14 @@ pub trait Gi: Send {
     /// What its look-up binds.
     fn binds(&self) -> Vec<Bind<'_>>;
 
+    /// The volumes of faces that it holds, one per bounce.
+    fn volumes(&self) -> &[FaceVolume] {
+        &[]
+    }
+
     /// A level of an image that shows, coarsely, all light that it holds: feedback has settled once it does not change.
     fn coarse_light(&self) -> Option<(&Image, u32)> {
-        None
+        self.volumes().last().map(FaceVolume::coarse)
     }
 }
 

@@ -8,8 +8,8 @@ use super::constants::{DIRECT, with};
 use super::memory_plan::MemoryRow;
 use crate::Result;
 use crate::vk::{
-    Bind, ColorTarget, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Load, Recorder,
-    Sampler, ZoneKind,
+    Bind, ColorTarget, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Load,
+    Recorder, Sampler, ZoneKind,
 };
 
 pub const FACE_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
@@ -160,8 +160,7 @@ impl FillFaces {
         direct: u32,
     ) -> Result<Self> {
         let constants = with(constants.to_vec(), &[(DIRECT, direct)]);
-        let compute =
-            |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
+        let compute = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
         let gathers = if look_up { " LOOK_UP" } else { "" };
         Ok(Self {
             light: compute(&format!("gi/{folder}/light.comp{gathers}"))?,

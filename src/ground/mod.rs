@@ -220,8 +220,7 @@ impl Ground {
     pub fn grow(&mut self, context: &Arc<Context>, counts: &Counts) -> Result<()> {
         let bytes = u64::from(counts.triangle_capacity) * size_of::<layout::Triangle>() as u64;
         if bytes > self.triangles.bytes() {
-            self.triangles =
-                Buffer::new(context, "triangles", bytes, BufferKind::Device, BufferUsageFlags::empty())?;
+            self.triangles = Buffer::new(context, "triangles", bytes, BufferKind::Device, BufferUsageFlags::empty())?;
         }
         for (index, (lists, capacity)) in self.lists.iter_mut().zip(&counts.lists).enumerate() {
             lists.grow(context, &wants_of_grid(&self.wants, index), *capacity)?;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use crate::Result;
 use super::atlas::Atlas;
 use super::layout::{self, material_flags};
+use crate::Result;
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Alpha, Material, Mip, Pose, Scene, Texture, TextureRef, Wrap};
 use crate::vk::{self, Buffer, Context, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Sampler};

@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::copy::{CopyRates, gb_per_s};
 use super::counts::Counts;
-use crate::ground::layout;
-use crate::measure::timing::{PassTiming, short_bytes};
 use crate::frame::Counters;
 use crate::gi::{Method, PassUnit};
+use crate::ground::layout;
+use crate::measure::timing::{PassTiming, short_bytes};
 
 /// What one pass costs per thing, and by the model. Nanoseconds of device time, by the median.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,11 +56,7 @@ pub fn units(method: Method) -> Vec<(&'static str, PassUnit)> {
 }
 
 /// One row per pass, in the order of the frame.
-pub fn costs(
-    passes: &[PassTiming],
-    counted: &[(&'static str, Counts)],
-    work: &Work,
-) -> Vec<PassCost> {
+pub fn costs(passes: &[PassTiming], counted: &[(&'static str, Counts)], work: &Work) -> Vec<PassCost> {
     passes.iter().map(|pass| cost(pass, counted, work)).collect()
 }
 

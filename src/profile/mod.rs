@@ -10,8 +10,8 @@ pub mod plot;
 use std::sync::Arc;
 
 use crate::Result;
-use crate::measure::timing::Timings;
 use crate::ground::memory_plan::MemoryPlan;
+use crate::measure::timing::Timings;
 use crate::renderer::{FrameReport, RenderOptions, Renderer, Submit};
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::Settings;
@@ -45,8 +45,9 @@ pub struct Run {
     pub allocated_bytes: u64,
 }
 
-/// Frames rendered before the times count: they compile shaders and grow buffers.
-pub const WARM_UP: u32 = 1;
+/// Frames rendered before the times count: the first compiles most shaders and grows buffers, the second compiles what empties
+/// the cells of the frame before.
+pub const WARM_UP: u32 = 2;
 
 impl Subject<'_> {
     /// Renders `frames` frames that count.

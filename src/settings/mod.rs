@@ -112,12 +112,7 @@ impl Default for LightSettings {
 
 impl Default for ImageSettings {
     fn default() -> Self {
-        Self {
-            samples: 4,
-            direct: DirectLight::Pixels,
-            gather_resolution: GatherResolution::Half,
-            interleave: 4,
-        }
+        Self { samples: 4, direct: DirectLight::Pixels, gather_resolution: GatherResolution::Half, interleave: 4 }
     }
 }
 

@@ -52,12 +52,7 @@ impl Settings {
     /// Thirty-two rays at every pixel.
     pub fn accurate() -> Self {
         Self {
-            lights: LightSettings {
-                shadow_rays: 8,
-                lamp_points: 32,
-                voxel_lamp_points: 8,
-                ..LightSettings::default()
-            },
+            lights: LightSettings { shadow_rays: 8, lamp_points: 32, voxel_lamp_points: 8, ..LightSettings::default() },
             image: ImageSettings {
                 direct: DirectLight::Samples,
                 gather_resolution: GatherResolution::Full,

@@ -1,4 +1,4 @@
-//! GLSL functions of `glsl/common`, evaluated by `glsl/test/functions.comp`. Every test file uses a part of this.
+//! GLSL functions of `glsl`, evaluated by `glsl/test/functions.comp`. Every test file uses a part of this.
 //!
 //! Both sides compute in f32 from the same formulas, so tolerances pay for rounding and for the precision that Vulkan
 //! asks of sin, exp2 and log2 alone: 10⁻⁴ unless stated.
@@ -9,10 +9,12 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use half::f16;
-use twobounce::gi::cones::constants::{Features, constants};
-use twobounce::layout;
+use twobounce::gi::cones::choices::Form;
+use twobounce::gi::cones::constants::{Cones, constants as of_cones};
+use twobounce::ground::constants::{Features, constants, with};
+use twobounce::ground::layout;
 use twobounce::profile::counts::Counts;
-use twobounce::settings::{Form, Settings};
+use twobounce::settings::Settings;
 use twobounce::twins::mips::mip_chain;
 use twobounce::twins::volume::{Level, Volume, round_to_half};
 use twobounce::vk::*;
@@ -116,28 +118,16 @@ impl Gpu {
     /// Also what was counted, where the context counts.
     pub fn run(&self, function: Function, inputs: &[Arguments], settings: &Settings) -> (Vec<Arguments>, Counts) {
         let c = &self.context;
-        let mut constants = constants(settings, Features::default(), 1);
+        let mut constants = with(constants(settings, Features::default()), &of_cones(&settings.of.cones));
         constants.push((20, function as u32));
         let desc = ComputeDesc { label: "functions", shader: "test/functions.comp", constants: &constants };
         let pipeline = Compute::new(c, &desc).expect("a pipeline");
-        let start = &settings.start;
-        let frame = layout::Frame {
-            scale: 4.0,
-            sky: [0.25, 0.5, 1.0],
-            diffuse_start_normal: start.diffuse_normal,
-            diffuse_start_along: start.diffuse_along,
-            shadow_start_along: start.shadow_along,
-            shadow_step: settings.shadow.step,
-            cone_step: settings.step,
-            cone_aperture: settings.aperture,
-            exit_margin: settings.exit_margin,
-            shadow_end: start.shadow_end,
-            ..Zeroable::zeroed()
-        };
+        let frame = layout::Frame { scale: 4.0, sky: [0.25, 0.5, 1.0], ..Zeroable::zeroed() };
+        let cones = upload(c, "cones", &[Cones::new(&settings.of.cones)]).expect("an upload");
         let frame = upload(c, "frame", &[frame]).expect("an upload");
         let input = upload(c, "inputs", inputs).expect("an upload");
         let output = upload(c, "outputs", &vec![Arguments([[f32::MAX; 4]; 3]); inputs.len()]).expect("an upload");
-        let address = match settings.ledger.d11 {
+        let address = match settings.of.cones.ledger.d11 {
             Form::Printed => SamplerAddressMode::CLAMP_TO_EDGE,
             Form::Right => SamplerAddressMode::CLAMP_TO_BORDER,
         };
@@ -147,12 +137,13 @@ impl Gpu {
         let mut binds: Vec<Bind> =
             names.iter().zip(&self.faces).map(|(name, face)| Bind::image(name, face.view(), &sampler)).collect();
         binds.push(Bind::buffer("frame", &frame));
+        binds.push(Bind::buffer("cones", &cones));
         binds.push(Bind::buffer("inputs", &input));
         binds.push(Bind::buffer("outputs", &output));
         let mut recorder = Recorder::new(c, RecorderOptions::default()).expect("a recorder");
         let count = inputs.len() as u32;
         recorder.zone("functions", ZoneKind::Compute, 0, |r| {
-            r.dispatch(&pipeline, &binds, &count, [count.div_ceil(64), 1, 1]);
+            r.dispatch(&pipeline, &pipeline.select(&binds), &count, [count.div_ceil(64), 1, 1]);
         });
         let timings = recorder.finish().expect("a dispatch");
         let outputs = download(c, &output).expect("outputs");
@@ -162,7 +153,7 @@ impl Gpu {
 }
 
 pub fn settings() -> Settings {
-    Settings { voxels: EDGE, ..Settings::default() }
+    Settings { voxels: EDGE, ..Settings::corrected() }
 }
 
 /// Random colours of random opacity, different in every target.

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use half::f16;
-use twobounce::gi::cones::resources::VolumeImages;
+use twobounce::ground::faces::FaceVolume;
+use twobounce::ground::layout::{Globals, ListItem, Triangle};
 use twobounce::layers::Aov;
-use twobounce::layout::{Globals, ListItem, Triangle};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Scene, View};
 use twobounce::settings::Settings;
@@ -26,6 +26,12 @@ pub fn context() -> Arc<Context> {
 pub fn counting() -> Arc<Context> {
     let options = ContextOptions { validation: true, ..Default::default() };
     Context::counting(&options).expect("a device that twobounce can use")
+}
+
+/// Settings with some changed, each `key=value`.
+pub fn with(mut settings: Settings, changes: &[&str]) -> Settings {
+    changes.iter().for_each(|change| settings.set(change).expect("a setting"));
+    settings
 }
 
 /// A renderer that has drawn `scene` once, `size` pixels wide and high.
@@ -59,11 +65,16 @@ pub fn render_layers(
 /// The listed (voxel, triangle) pairs; triangles by their place in the scene. Checks what must hold of any lists: the
 /// counters count them, no list is cyclic, and the cells, where they are kept, are the occupied voxels, each once.
 pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
-    let resources = renderer.resources();
+    listed_pairs_of(context, renderer, 0)
+}
+
+/// The same of another grid than the base one.
+pub fn listed_pairs_of(context: &Arc<Context>, renderer: &Renderer, grid: usize) -> Vec<Pair> {
+    let (ground, resources) = (renderer.ground(), &renderer.ground().lists[grid]);
     let globals: Globals = download(context, &resources.globals).expect("counters")[0];
     let heads: Vec<u32> = download(context, &resources.heads).expect("heads");
     let items: Vec<ListItem> = download(context, &resources.items).expect("items");
-    let triangles: Vec<Triangle> = download(context, &resources.triangles).expect("triangles");
+    let triangles: Vec<Triangle> = download(context, &ground.triangles).expect("triangles");
     let cells: Vec<u32> = download(context, &resources.cells.cells).expect("cells");
     assert_eq!((globals.triangle_overflow, globals.item_overflow, globals.cell_overflow), (0, 0, 0));
     let mut pairs = Vec::new();
@@ -87,13 +98,13 @@ pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
 }
 
 /// The bits of every texel of a volume: level by level, face by face.
-pub fn volume_bits(context: &Arc<Context>, images: &VolumeImages) -> Vec<Vec<Vec<[u16; 4]>>> {
+pub fn volume_bits(context: &Arc<Context>, images: &FaceVolume) -> Vec<Vec<Vec<[u16; 4]>>> {
     let level = |k: u32| images.faces.iter().map(|face| download_image(context, face, k).expect("a level")).collect();
     (0..images.levels).map(level).collect()
 }
 
 /// A volume as its twin holds it.
-pub fn volume(context: &Arc<Context>, images: &VolumeImages) -> Volume {
+pub fn volume(context: &Arc<Context>, images: &FaceVolume) -> Volume {
     let texel = |bits: &[u16; 4]| Vec4::from_array(bits.map(|b| f16::from_bits(b).to_f32()));
     let levels = volume_bits(context, images);
     let face = |face: &Vec<[u16; 4]>| face.iter().map(texel).collect();

@@ -56,7 +56,7 @@ impl Studio {
     pub fn volumes(&mut self, pose: &Pose) -> Vec<Vec<Vec<Vec<[u16; 4]>>>> {
         self.renderer.render(pose, &self.view).expect("a frame");
         assert_eq!(self.context.take_validation_messages(), Vec::<String>::new());
-        self.renderer.resources().volumes.iter().map(|v| gpu::volume_bits(&self.context, v)).collect()
+        self.renderer.frame().method.volumes().iter().map(|v| gpu::volume_bits(&self.context, v)).collect()
     }
 
     /// The bits of the image of a frame, and the names of its passes.

@@ -17,7 +17,7 @@ use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POIN
 use crate::ground::faces::{EmptyFaces, FACES, FaceVolume};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, LampLight, Settings as AllSettings, Shadows};
-use crate::vk::{self, Bind, Buffer, ColorTarget, Image, Recorder, RenderTarget, Sampler};
+use crate::vk::{self, Bind, Buffer, ColorTarget, Recorder, RenderTarget, Sampler};
 use choices::{Form, Passes};
 use mips::Mips;
 use shade::Shade;
@@ -143,8 +143,8 @@ impl Gi for Lighting {
         self.volumes.last().map_or_else(Vec::new, |volume| self.look_up(volume))
     }
 
-    fn coarse_light(&self) -> Option<(&Image, u32)> {
-        self.volumes.last().map(FaceVolume::coarse)
+    fn volumes(&self) -> &[FaceVolume] {
+        &self.volumes
     }
 }
 

@@ -12,7 +12,7 @@ use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POIN
 use crate::ground::faces::{EmptyFaces, FaceVolume, FillFaces, MipFaces};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
-use crate::vk::{self, Bind, Image, Recorder, Sampler};
+use crate::vk::{self, Bind, Recorder, Sampler};
 
 pub use settings::{KEYS, Settings};
 
@@ -116,8 +116,8 @@ impl Gi for Lighting {
         self.volumes.last().map_or_else(Vec::new, |volume| self.look_up(volume))
     }
 
-    fn coarse_light(&self) -> Option<(&Image, u32)> {
-        self.volumes.last().map(FaceVolume::coarse)
+    fn volumes(&self) -> &[FaceVolume] {
+        &self.volumes
     }
 }
 

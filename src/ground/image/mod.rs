@@ -13,9 +13,7 @@ use super::constants::{BLENDED, Features, with};
 use super::layout::BandPush;
 use crate::Result;
 use crate::settings::ImageSettings;
-use crate::vk::{
-    Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind,
-};
+use crate::vk::{Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 use gather::Gather;
 use target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
 
@@ -102,7 +100,9 @@ impl ImagePass {
         }
         for band in target.bands() {
             if let Some(gather) = &self.gather {
-                r.zone("gather", ZoneKind::Raster, gather.bytes(&band), |r| gather.record(r, frame.ground, look_up, &band));
+                r.zone("gather", ZoneKind::Raster, gather.bytes(&band), |r| {
+                    gather.record(r, frame.ground, look_up, &band)
+                });
             }
             let bytes = target.bytes() / u64::from(target.height) * u64::from(band.rows);
             r.zone("image", ZoneKind::Raster, bytes, |r| self.draw_band(r, frame, look_up, &band));

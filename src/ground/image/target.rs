@@ -82,26 +82,12 @@ pub fn band_rows(width: u32, height: u32, samples: u32, outputs: usize) -> u32 {
 
 impl ImageTarget {
     /// `outputs`: see [`outputs`].
-    pub fn new(
-        context: &Arc<Context>,
-        (width, height): (u32, u32),
-        samples: u32,
-        outputs: usize,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, (width, height): (u32, u32), samples: u32, outputs: usize) -> Result<Self> {
         let band_rows = band_rows(width, height, samples, outputs);
         let image = |label: &str, format: Format, (height, samples): (u32, u32), usage: ImageUsageFlags| {
             Image::new(
                 context,
-                &ImageDesc {
-                    label,
-                    dim: ImageDim::D2,
-                    format,
-                    width,
-                    height,
-                    samples,
-                    usage,
-                    ..Default::default()
-                },
+                &ImageDesc { label, dim: ImageDim::D2, format, width, height, samples, usage, ..Default::default() },
             )
         };
         let color = ImageUsageFlags::COLOR_ATTACHMENT;

@@ -107,7 +107,8 @@ pub struct Renderer {
     history: bool,
     /// What the lists and volumes on the device were made of; `None` where they cannot be gone on from.
     made_of: Option<MadeOf>,
-    log: FrameLog,
+    /// Where it is kept.
+    log: Option<FrameLog>,
 }
 
 /// Everything that changes from frame to frame and shows in lists or volumes: no camera does.
@@ -182,7 +183,7 @@ impl Renderer {
             frame_index: 0,
             history: false,
             made_of: None,
-            log: FrameLog::default(),
+            log: None,
         })
     }
 
@@ -225,8 +226,9 @@ impl Renderer {
             if anew.lists {
                 self.resources.turn();
             }
-            let mut recorder =
-                Recorder::new(&self.context, RecorderOptions { per_pass: self.options.submit == Submit::PerPass })?;
+            let recording =
+                RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
+            let mut recorder = Recorder::new(&self.context, recording)?;
             self.passes.record(
                 &mut recorder,
                 &FrameScene {
@@ -242,7 +244,9 @@ impl Renderer {
                     anew,
                 },
             );
-            self.log = recorder.frame_log().clone();
+            if let Some(log) = &mut self.log {
+                log.clone_from(recorder.frame_log());
+            }
             let timings = recorder.finish()?;
             let globals = self.globals()?;
             if !self.grow(&globals)? {
@@ -292,9 +296,14 @@ impl Renderer {
         MemoryPlan { rows }
     }
 
-    /// What the last frame recorded.
-    pub fn log(&self) -> &FrameLog {
-        &self.log
+    /// From the next frame on, keeps what a frame records, for tests: see [`Self::log`].
+    pub fn keep_log(&mut self) {
+        self.log.get_or_insert_default();
+    }
+
+    /// What the last frame recorded; `None` without [`Self::keep_log`].
+    pub fn log(&self) -> Option<&FrameLog> {
+        self.log.as_ref()
     }
 
     /// The passes' buffers and volumes after the last frame.

@@ -1,13 +1,13 @@
 //! The device that everything runs on.
 
 use super::instance::{DeviceKind, Instance, heap_budgets};
+use super::label::Labels;
 use super::needs::Capabilities;
 use super::pipeline_cache::PipelineCache;
 use super::submit::CommandSet;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
-use std::ffi::CString;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -45,6 +45,7 @@ pub struct Context {
     pub(super) commands: Mutex<Vec<CommandSet>>,
     pub(super) pipeline_cache: PipelineCache,
     pub(super) functions: Functions,
+    pub(super) labels: Labels,
     capabilities: Capabilities,
     physical: vk::PhysicalDevice,
     device: ash::Device,
@@ -119,6 +120,7 @@ impl Context {
             commands: Mutex::default(),
             pipeline_cache,
             functions,
+            labels: Labels::default(),
             name,
             capabilities,
             physical,
@@ -183,14 +185,6 @@ impl Context {
             }
             other => Error::Device(format!("{} failed while {doing} ({other})", self.name)),
         }
-    }
-
-    /// Gives `handle` a name in validation messages and captures.
-    pub(super) fn set_name<T: vk::Handle>(&self, handle: T, name: &str) {
-        let (Some(debug), Ok(name)) = (&self.functions.debug_utils, CString::new(name)) else { return };
-        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-        // SAFETY: the handle was just made by this device. A failure only leaves it unnamed.
-        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
     }
 
     pub(super) unsafe fn cmd_begin_rendering(&self, commands: vk::CommandBuffer, info: &vk::RenderingInfo<'_>) {

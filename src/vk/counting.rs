@@ -50,13 +50,13 @@ impl Counting {
 impl Recorder {
     /// What is to be bound as [`COUNTS`], where the pipeline counts.
     pub(super) fn counts_of(&self, pipeline: &RawPipeline) -> Option<Arc<Buffer>> {
-        let counting = self.counting.as_ref()?;
+        let counting = self.recorded.counting.as_ref()?;
         pipeline.bindings.iter().any(|binding| binding.name == COUNTS).then(|| counting.counts.clone())
     }
 
     /// Sets the counts to 0 for the zone that is to come.
     pub(super) fn start_counts(&mut self) {
-        let Some(counting) = &self.counting else { return };
+        let Some(counting) = &self.recorded.counting else { return };
         let counts = counting.counts.clone();
         self.full_barrier();
         self.fill(&counts, 0, BYTES, 0);
@@ -65,7 +65,7 @@ impl Recorder {
 
     /// Keeps the counts of the zone that is over.
     pub(super) fn keep_counts(&mut self) {
-        let Some(counting) = &mut self.counting else { return };
+        let Some(counting) = &mut self.recorded.counting else { return };
         let (counts, results, at) = (counting.counts.clone(), counting.results.clone(), counting.zones * BYTES);
         counting.zones += 1;
         self.full_barrier();

@@ -6,22 +6,26 @@
 
 mod bind;
 mod buffer;
+mod commands;
 mod context;
 mod counting;
 mod frame_log;
 mod image;
 mod instance;
+mod label;
 mod memory;
 mod needs;
 mod pipeline;
 mod pipeline_cache;
 mod raster_pass;
+mod recorded;
 mod recorder;
 mod reflect;
 mod sampler;
 pub mod shader;
 mod submit;
 mod transfer;
+mod views;
 mod zone;
 
 pub use ash::vk::{

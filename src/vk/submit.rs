@@ -151,20 +151,24 @@ impl Commands {
         self.record_barrier((S::ALL_COMMANDS, A::MEMORY_WRITE), (S::HOST, A::HOST_READ));
     }
 
-    pub(super) fn record_barrier(
-        &self,
-        (from_stage, from_access): (vk::PipelineStageFlags2, vk::AccessFlags2),
-        (to_stage, to_access): (vk::PipelineStageFlags2, vk::AccessFlags2),
-    ) {
-        let barrier = [vk::MemoryBarrier2::default()
-            .src_stage_mask(from_stage)
-            .src_access_mask(from_access)
-            .dst_stage_mask(to_stage)
-            .dst_access_mask(to_access)];
-        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
-        // SAFETY: the buffer is recording, outside a rendering scope.
-        unsafe { self.context.cmd_pipeline_barrier2(self.set().commands, &info) };
+    fn record_barrier(&self, from: Scope, to: Scope) {
+        record_barrier(&self.context, self.set().commands, from, to);
     }
+}
+
+/// Stages, and what they do.
+pub(super) type Scope = (vk::PipelineStageFlags2, vk::AccessFlags2);
+
+/// Everything before that matches `from` happens before everything after that matches `to`. Outside a rendering scope.
+pub(super) fn record_barrier(context: &Context, commands: vk::CommandBuffer, from: Scope, to: Scope) {
+    let barrier = [vk::MemoryBarrier2::default()
+        .src_stage_mask(from.0)
+        .src_access_mask(from.1)
+        .dst_stage_mask(to.0)
+        .dst_access_mask(to.1)];
+    let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+    // SAFETY: the buffer is recording, outside a rendering scope.
+    unsafe { context.cmd_pipeline_barrier2(commands, &info) };
 }
 
 impl Drop for Commands {

@@ -41,6 +41,11 @@ impl Counting {
         })
     }
 
+    /// Begins with the first zone again.
+    pub(super) fn restart(&mut self) {
+        self.zones = 0;
+    }
+
     /// The counts of zone `zone`, once the work was waited for.
     pub(super) fn read(&self, zone: usize) -> Vec<u64> {
         self.results.read_some(zone as u64 * BYTES, KINDS)

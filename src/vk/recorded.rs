@@ -35,6 +35,17 @@ pub(super) struct Recorded {
 }
 
 impl Recorded {
+    /// Forgets everything but the capacity.
+    pub(super) fn clear(&mut self) {
+        self.keep.clear();
+        self.zones.clear();
+        self.timestamps = 0;
+        self.log.zones.clear();
+        if let Some(counting) = &mut self.counting {
+            counting.restart();
+        }
+    }
+
     /// The zones' times. `None` where the device has not written all timestamps yet and `flags` do not wait.
     pub(super) fn timings(
         &self,

@@ -1,8 +1,9 @@
-//! Recording one frame: zones with timestamps and labels; then one wait. Its commands are in `commands.rs`.
+//! Recording one frame: zones with timestamps and labels. Its commands are in `commands.rs`.
 
 use super::context::Context;
 use super::counting::Counting;
 use super::frame_log::{CommandLog, FrameLog};
+use super::pending::Pending;
 use super::recorded::{Recorded, Zone};
 use super::submit::{Commands, MAX_TIMESTAMPS};
 use super::zone::{ZoneKind, ZoneTimings, process_cpu_ms};
@@ -21,11 +22,19 @@ pub struct RecorderOptions {
     pub log: bool,
 }
 
-/// Records commands, then submits them and waits. Recording cannot fail: errors come from [`Recorder::finish`].
+/// Where commands go.
+enum Target {
+    Own(Commands),
+    /// A host's; the query pool may be null.
+    Host(vk::CommandBuffer, vk::QueryPool),
+}
+
+/// Records commands, into a command buffer of its own that it then submits, or into a host's ([`Recorder::on`]).
+/// Recording cannot fail: errors come from [`Recorder::submit`], [`Recorder::finish`] and the wait.
 pub struct Recorder {
     context: Arc<Context>,
     // Declared before what its commands use.
-    commands: Commands,
+    target: Target,
     options: RecorderOptions,
     zone: Option<(&'static str, ZoneKind)>,
     pub(super) recorded: Recorded,
@@ -38,20 +47,36 @@ impl Recorder {
     pub fn new(context: &Arc<Context>, options: RecorderOptions) -> Result<Self> {
         let commands = Commands::begin(context)?;
         let counting = context.counting.then(|| Counting::new(context)).transpose()?;
-        let mut this = Self {
-            context: context.clone(),
-            commands,
-            options,
-            zone: None,
-            recorded: Recorded { counting, ..Recorded::default() },
-            error: None,
-            started: Instant::now(),
-        };
-        let set = this.commands.set();
-        // SAFETY: the buffer is recording; the pool is not in use.
-        unsafe { context.device().cmd_reset_query_pool(set.commands, set.timestamps, 0, MAX_TIMESTAMPS) };
+        Ok(Self::start(context, Target::Own(commands), options, Recorded { counting, ..Recorded::default() }))
+    }
+
+    /// Records into a host's command buffer, with timestamps where `timestamps` is not null.
+    pub(super) fn over(
+        context: &Arc<Context>,
+        commands: vk::CommandBuffer,
+        timestamps: vk::QueryPool,
+        options: RecorderOptions,
+        recorded: Recorded,
+    ) -> Self {
+        Self::start(context, Target::Host(commands, timestamps), options, recorded)
+    }
+
+    fn start(context: &Arc<Context>, target: Target, options: RecorderOptions, recorded: Recorded) -> Self {
+        let (context, started) = (context.clone(), Instant::now());
+        let mut this = Self { context, target, options, zone: None, recorded, error: None, started };
+        if this.pool() != vk::QueryPool::null() {
+            let device = this.context.device();
+            // SAFETY: the buffer is recording; the pool is not in use.
+            unsafe { device.cmd_reset_query_pool(this.handle(), this.pool(), 0, MAX_TIMESTAMPS) };
+        }
+        for image in this.context.take_untransitioned() {
+            if let Some(image) = image.upgrade() {
+                image.record_first_transition(this.handle());
+                this.keep(image);
+            }
+        }
         this.timestamp();
-        Ok(this)
+        this
     }
 
     pub fn context(&self) -> &Arc<Context> {
@@ -64,7 +89,18 @@ impl Recorder {
     }
 
     pub(super) fn handle(&self) -> vk::CommandBuffer {
-        self.commands.set().commands
+        match &self.target {
+            Target::Own(commands) => commands.set().commands,
+            Target::Host(commands, _) => *commands,
+        }
+    }
+
+    /// Null where there are no timestamps.
+    fn pool(&self) -> vk::QueryPool {
+        match &self.target {
+            Target::Own(commands) => commands.set().timestamps,
+            Target::Host(_, timestamps) => *timestamps,
+        }
     }
 
     pub(super) fn keep(&mut self, used: Arc<dyn Any + Send + Sync>) {
@@ -114,35 +150,51 @@ impl Recorder {
         });
     }
 
-    /// Submits, waits and reads the times.
-    pub fn finish(mut self) -> Result<ZoneTimings> {
+    /// Submits and does not wait. What was submitted before is done before this starts.
+    ///
+    /// # Errors
+    /// The device is lost or out of memory.
+    pub fn submit(mut self) -> Result<Pending> {
         self.timestamp();
-        match self.error.take() {
+        let Target::Own(mut commands) = self.target else { unreachable!("a host submits its own command buffer") };
+        match self.error {
             Some(error) => return Err(error),
-            None => self.commands.submit_and_wait("rendering")?,
+            None => commands.submit("rendering")?,
         }
-        let (pool, wait) = (self.commands.set().timestamps, vk::QueryResultFlags::WAIT);
-        let wall_ms = self.started.elapsed().as_secs_f64() * 1e3;
-        let timings = self.recorded.timings(&self.context, pool, wait, wall_ms)?;
-        Ok(timings.expect("the query waits"))
+        Ok(Pending::new(self.context, commands, self.recorded, self.started))
+    }
+
+    /// Submits, waits and reads the times.
+    ///
+    /// # Errors
+    /// As [`Self::submit`], or the device took longer than ten minutes.
+    pub fn finish(self) -> Result<ZoneTimings> {
+        self.submit()?.wait()
+    }
+
+    /// What is left after the last command, and the milliseconds that recording took.
+    pub(super) fn into_recorded(self) -> (Recorded, f64) {
+        (self.recorded, self.started.elapsed().as_secs_f64() * 1e3)
     }
 
     /// Writes the next timestamp, once everything before is done; returns its index.
-    fn timestamp(&mut self) -> u32 {
-        let index = self.recorded.timestamps;
-        assert!(index < MAX_TIMESTAMPS, "more than {} zones in one recording", MAX_TIMESTAMPS / 2 - 1);
+    pub(super) fn timestamp(&mut self) -> u32 {
+        let (index, pool) = (self.recorded.timestamps, self.pool());
         self.recorded.timestamps += 1;
-        let set = self.commands.set();
-        let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
-        // SAFETY: the query was reset and not written since.
-        unsafe { self.context.device().cmd_write_timestamp(set.commands, stage, set.timestamps, index) };
+        if pool != vk::QueryPool::null() {
+            assert!(index < MAX_TIMESTAMPS, "more than {} zones in one recording", MAX_TIMESTAMPS / 2 - 1);
+            let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
+            // SAFETY: the query was reset and not written since.
+            unsafe { self.context.device().cmd_write_timestamp(self.handle(), stage, pool, index) };
+        }
         index
     }
 
-    /// Submits what was recorded, waits, and goes on recording. The first error is kept for `finish`.
+    /// Submits what was recorded, waits, and goes on recording. The first error is kept for `submit`.
     fn flush(&mut self) {
+        let Target::Own(commands) = &mut self.target else { return };
         if self.error.is_none() {
-            let waited = self.commands.submit_and_wait("rendering").and_then(|()| self.commands.begin_again());
+            let waited = commands.submit_and_wait("rendering").and_then(|()| commands.begin_again());
             self.error = waited.err();
         }
     }

@@ -53,3 +53,16 @@ fn what_is_in_flight_is_kept_and_waited_for_when_dropped() {
     assert_eq!(copy.read::<u32>(), [1; 64]);
     assert_clean(&gpu());
 }
+
+/// A host records on one thread and waits on another.
+#[test]
+fn what_a_host_holds_goes_to_other_threads() {
+    fn send<T: Send>() {}
+    fn sync<T: Sync>() {}
+    send::<Recorder>();
+    send::<vk::Pending>();
+    send::<vk::Slot>();
+    send::<vk::HostRecorder<'static>>();
+    sync::<vk::Context>();
+    send::<vk::Context>();
+}

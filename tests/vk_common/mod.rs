@@ -74,6 +74,11 @@ impl Host {
         unsafe { Context::adopt(host) }
     }
 
+    /// What the validation layer said so far, which is then forgotten.
+    pub fn take_messages(&self) -> Vec<String> {
+        std::mem::take(&mut *self.messages.lock().unwrap())
+    }
+
     /// Destroys everything; any message of the validation layer until then fails, such as one about what was left over.
     pub fn close(mut self) {
         unsafe {

@@ -170,6 +170,42 @@ fn a_host_records_into_its_own_command_buffers() {
     host.close();
 }
 
+/// There, rendering and barriers come from extensions.
+#[test]
+fn a_host_with_vulkan_1_2_does_as_well() {
+    let host = Host::of(raw::API_VERSION_1_2);
+    let context = host.adopt(|_| ()).unwrap();
+    frames(&host, &context);
+    drop(context);
+    host.close();
+}
+
+#[test]
+fn a_slot_measures_and_logs_only_on_demand() {
+    let host = Host::new();
+    let context = host.adopt(|_| ()).unwrap();
+    let values = Buffer::new(&context, "values", 64, BufferKind::Device, BufferUsageFlags::empty()).unwrap();
+    for (timestamps, log) in [(false, true), (true, false)] {
+        let frame = Frame::new(&host);
+        let mut slot = Slot::new(&context, SlotOptions { timestamps, log }).unwrap();
+        frame.begin();
+        // SAFETY: the frame is waited for before the slot is dropped.
+        let mut recorder = unsafe { Recorder::on(&context, frame.commands, &mut slot) };
+        recorder.zone("reset", ZoneKind::Transfer, 64, |r| r.fill(&values, 0, 64, 1));
+        recorder.end();
+        frame.submit(&host);
+        frame.wait();
+        assert_eq!(slot.timings(&context).unwrap().is_some(), timestamps);
+        let names: Vec<_> = slot.frame_log().zones.iter().map(|zone| zone.name).collect();
+        assert_eq!(names, if log { vec!["reset"] } else { vec![] });
+        // SAFETY: it was waited for.
+        unsafe { slot.clear() };
+        assert!(slot.timings(&context).unwrap().is_none() && slot.frame_log().zones.is_empty());
+    }
+    drop((values, context));
+    host.close();
+}
+
 /// The barriers at both ends of a recording are what the other tests' hosts rely on: without one, the layer speaks.
 #[test]
 fn the_host_is_really_validated() {

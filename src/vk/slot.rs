@@ -84,7 +84,7 @@ impl Slot {
 impl Drop for Slot {
     fn drop(&mut self) {
         if let Some(device) = self.context.device_to_destroy_with() {
-            // SAFETY: whoever recorded over the slot promised to wait before it is dropped. Null is allowed.
+            // SAFETY: the caller of `Recorder::on` waits before the slot is dropped. Null is allowed.
             unsafe { device.destroy_query_pool(self.timestamps, None) };
         }
     }
@@ -108,13 +108,14 @@ impl Recorder {
     /// commands and to the CPU. Both are memory barriers over all commands. Images of the host are not touched, and
     /// those made here are in `GENERAL` layout before and after.
     ///
-    /// Clobbered are: the compute and the graphics pipeline, descriptor sets (set 0 is pushed at both bind points),
-    /// push constants, viewport and scissor 0, the index buffer and vertex buffer 0. A host binds its own again
-    /// afterwards. Other dynamic state, and queries that the host has active, are left alone.
+    /// Clobbered are: the compute and the graphics pipeline, the descriptor sets of both bind points (set 0 is pushed),
+    /// push constants, viewport and scissor 0, all other dynamic state (the graphics pipelines fix it), the index buffer
+    /// and vertex buffer 0. A host sets its own again afterwards. Other vertex buffers, and what is bound for ray
+    /// tracing, stay.
     ///
     /// # Safety
-    /// - `command_buffer` belongs to the context's device and queue family, it is recording, and it is outside of a
-    ///   render pass or rendering scope.
+    /// - `command_buffer` belongs to the context's device and queue family, it is recording, it is outside of a
+    ///   render pass or rendering scope, and no query and no conditional rendering is active in it.
     /// - What was recorded over `slot` before is done, and is not submitted again.
     /// - `slot` is recorded over again, cleared or dropped only when the device is done with this recording.
     /// - Recordings of one context that share resources are submitted in the order in which they were recorded, to one

@@ -7,7 +7,6 @@ use twobounce::vk::ash::{self, vk};
 use twobounce::vk::gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use twobounce::vk::{Context, HostDevice, required_extensions, required_features};
 
-const VERSION: u32 = vk::API_VERSION_1_3;
 const INSTANCE_EXTENSIONS: [&CStr; 2] = [ash::ext::debug_utils::NAME, ash::ext::validation_features::NAME];
 
 pub struct Host {
@@ -16,6 +15,7 @@ pub struct Host {
     pub family: u32,
     pub allocator: Option<Arc<Mutex<Allocator>>>,
     pub pipeline_cache: vk::PipelineCache,
+    version: u32,
     physical: vk::PhysicalDevice,
     instance: ash::Instance,
     messenger: vk::DebugUtilsMessengerEXT,
@@ -26,9 +26,14 @@ pub struct Host {
 
 impl Host {
     pub fn new() -> Self {
+        Self::of(vk::API_VERSION_1_3)
+    }
+
+    /// With an instance of that version.
+    pub fn of(version: u32) -> Self {
         unsafe {
             let entry = ash::Entry::load().expect("a Vulkan loader");
-            let instance = instance(&entry);
+            let instance = instance(&entry, version);
             let messages = Box::new(Mutex::new(Vec::new()));
             let messenger = listen(&entry, &instance, &messages);
             let physical = physical(&instance);
@@ -37,7 +42,7 @@ impl Host {
                 .iter()
                 .position(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE))
                 .expect("a queue family") as u32;
-            let device = device(&instance, physical, family);
+            let device = device(&instance, version, physical, family);
             let queue = Arc::new(Mutex::new(device.get_device_queue(family, 0)));
             let allocator = Allocator::new(&AllocatorCreateDesc {
                 instance: instance.clone(),
@@ -49,16 +54,28 @@ impl Host {
             });
             let allocator = Some(Arc::new(Mutex::new(allocator.expect("an allocator"))));
             let pipeline_cache = device.create_pipeline_cache(&Default::default(), None).expect("a cache");
-            Self { device, queue, family, allocator, pipeline_cache, physical, instance, messenger, messages, entry }
+            Self {
+                device,
+                queue,
+                family,
+                allocator,
+                pipeline_cache,
+                version,
+                physical,
+                instance,
+                messenger,
+                messages,
+                entry,
+            }
         }
     }
 
     /// What a context is given; `change` makes it less.
     pub fn adopt(&self, change: impl FnOnce(&mut HostDevice<'_>)) -> twobounce::Result<Arc<Context>> {
-        let extensions = required_extensions(VERSION);
+        let extensions = required_extensions(self.version);
         let mut host = HostDevice {
             instance: self.instance.clone(),
-            api_version: VERSION,
+            api_version: self.version,
             physical_device: self.physical,
             device: self.device.clone(),
             queue_family: self.family,
@@ -95,10 +112,10 @@ impl Host {
     }
 }
 
-unsafe fn instance(entry: &ash::Entry) -> ash::Instance {
+unsafe fn instance(entry: &ash::Entry, version: u32) -> ash::Instance {
     let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
     let extensions = INSTANCE_EXTENSIONS.map(CStr::as_ptr);
-    let application = vk::ApplicationInfo::default().api_version(VERSION);
+    let application = vk::ApplicationInfo::default().api_version(version);
     let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
     let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
     let info = vk::InstanceCreateInfo::default()
@@ -120,9 +137,9 @@ unsafe fn physical(instance: &ash::Instance) -> vk::PhysicalDevice {
     *all.iter().find(named).unwrap_or(&all[0])
 }
 
-unsafe fn device(instance: &ash::Instance, physical: vk::PhysicalDevice, family: u32) -> ash::Device {
+unsafe fn device(instance: &ash::Instance, version: u32, physical: vk::PhysicalDevice, family: u32) -> ash::Device {
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-    let extensions: Vec<_> = required_extensions(VERSION).iter().map(|name| name.as_ptr()).collect();
+    let extensions: Vec<_> = required_extensions(version).iter().map(|name| name.as_ptr()).collect();
     let mut features = required_features().structs();
     let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
     unsafe { instance.create_device(physical, &features.chain(info), None) }.expect("a device")

@@ -12,6 +12,7 @@ pub mod output;
 pub mod profile;
 pub mod reference;
 pub mod renderer;
+pub mod requirements;
 pub mod scene;
 pub mod settings;
 pub mod twins;

@@ -70,7 +70,8 @@ pub struct Renderer {
     fixed_plan: Vec<MemoryRow>,
     /// Bytes that may be taken, and what sets the limit.
     memory_limit: (u64, String),
-    log: FrameLog,
+    /// Where it is kept.
+    log: Option<FrameLog>,
 }
 
 impl Renderer {
@@ -107,7 +108,7 @@ impl Renderer {
         };
         let frame = Frame::new(context, desc, &check)?;
         let readback = Readback::new(context, &frame.target)?;
-        let log = FrameLog::default();
+        let log = None;
         Ok(Self { context: context.clone(), scene, settings, options, frame, readback, fixed_plan, memory_limit, log })
     }
 
@@ -145,7 +146,7 @@ impl Renderer {
 
     /// One frame, repeated only where buffers had to grow; without its `image` the light alone.
     fn draw(&mut self, pose: &Pose, view: &View, image: bool) -> Result<FrameReport> {
-        let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass };
+        let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
         let mut repeats = 0;
         loop {
             let mut recorder = Recorder::new(&self.context, options)?;
@@ -153,7 +154,9 @@ impl Renderer {
             if image {
                 self.readback.record(&mut recorder, &self.frame.target);
             }
-            self.log = recorder.frame_log().clone();
+            if let Some(log) = &mut self.log {
+                log.clone_from(recorder.frame_log());
+            }
             let timings = recorder.finish()?;
             let (counters, grown) = self.frame.poll(0);
             let Some(counts) = grown else { return Ok(FrameReport { timings, counters, repeats, settling: 0 }) };
@@ -184,9 +187,14 @@ impl Renderer {
         MemoryPlan { rows }
     }
 
-    /// What the last frame recorded.
-    pub fn log(&self) -> &FrameLog {
-        &self.log
+    /// From the next frame on, keeps what a frame records, for tests: see [`Self::log`].
+    pub fn keep_log(&mut self) {
+        self.log.get_or_insert_default();
+    }
+
+    /// What the last frame recorded; `None` without [`Self::keep_log`].
+    pub fn log(&self) -> Option<&FrameLog> {
+        self.log.as_ref()
     }
 
     /// Buffers and lists after the last frame.

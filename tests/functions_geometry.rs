@@ -14,7 +14,7 @@ use twobounce::gi::cones::choices::{ConeSet, Form, Weights};
 use twobounce::settings::Settings;
 use twobounce::twins::directions::*;
 use twobounce::twins::voxelise::Polygon;
-use twobounce::twins::{cone, emitters};
+use twobounce::twins::{cone, lamps};
 
 #[test]
 fn directions_are_their_twins() {
@@ -173,7 +173,7 @@ fn a_triangle_lights_as_much_as_its_points_do() {
     let mut crossing = 0;
     let results = Gpu::new(&random_volume()).results(Function::TriangleIrradiance, &triangles, arguments);
     for ((triangle, normal), out) in results {
-        let expected = emitters::triangle_irradiance(triangle, *normal);
+        let expected = lamps::triangle_irradiance(triangle, *normal);
         let found = f64::from(out.vec4(0).x);
         let above = triangle.iter().filter(|p| p.dot(*normal) > 0.0).count();
         crossing += u32::from(above == 1 || above == 2);

@@ -18,7 +18,7 @@ use twobounce::scene::{
     Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
 };
 use twobounce::settings::{Bounces, Settings};
-use twobounce::twins::emitters::triangle_irradiance;
+use twobounce::twins::lamps::triangle_irradiance;
 
 const SIZE: u32 = 96;
 /// Of the image, metres.

@@ -55,7 +55,7 @@ const TALK: [Pass; 10] = [
 ];
 
 fn frame(settings: &Settings) -> FrameLog {
-    gpu::render(&gpu::context(), &analytic::cornell(Lamp::Point), settings, 32).log().clone()
+    gpu::render(&gpu::context(), &analytic::cornell(Lamp::Point), settings, 32).log().expect("the log is kept").clone()
 }
 
 fn printed() -> Settings {

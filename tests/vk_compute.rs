@@ -10,6 +10,9 @@ use twobounce::vk::{
     ComputeDesc, PipelineStageFlags2, Recorder, RecorderOptions, Stage, ZoneKind,
 };
 
+/// Keeps a log.
+const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, log: true };
+
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Item {
@@ -49,7 +52,7 @@ fn a_compute_pass_reads_structs_push_block_and_constants() {
         let pass = copy_pass(&[(0, 3)]);
         let source = vk::upload(&gpu(), "source", &items(100)).unwrap();
         let target = vk::upload(&gpu(), "target", &[u32::MAX; 128]).unwrap();
-        let mut recorder = Recorder::new(&gpu(), RecorderOptions { per_pass }).unwrap();
+        let mut recorder = Recorder::new(&gpu(), RecorderOptions { per_pass, log: false }).unwrap();
         recorder.zone("copy", ZoneKind::Compute, 400, |r| {
             let binds = [Bind::buffer("target", &target), Bind::buffer("source", &source)];
             r.dispatch(&pass, &binds, &Push { count: 100, add: 7 }, [2, 1, 1]);
@@ -101,7 +104,7 @@ fn fills_updates_and_copies_are_ordered_and_logged() {
     let first = Buffer::new(&gpu(), "first", 64, BufferKind::Device, none).unwrap();
     let second = Buffer::new(&gpu(), "second", 64, BufferKind::Device, none).unwrap();
     let readback = Buffer::new(&gpu(), "readback", 64, BufferKind::Readback, none).unwrap();
-    let mut recorder = Recorder::new(&gpu(), RecorderOptions::default()).unwrap();
+    let mut recorder = Recorder::new(&gpu(), LOGGED).unwrap();
     recorder.zone("reset", ZoneKind::Transfer, 64, |r| {
         r.fill(&first, 0, 64, 5);
         r.full_barrier();
@@ -135,7 +138,7 @@ fn an_indirect_dispatch_takes_its_groups_from_a_buffer() {
         .unwrap();
     let values = vk::upload(&gpu(), "values", &[0_u32; 192]).unwrap();
     let groups = vk::upload(&gpu(), "groups", &[0_u32, 2, 1, 1]).unwrap();
-    let mut recorder = Recorder::new(&gpu(), RecorderOptions::default()).unwrap();
+    let mut recorder = Recorder::new(&gpu(), LOGGED).unwrap();
     recorder.dispatch_indirect(&pass, &[Bind::buffer("values", &values)], &(), &groups, 4);
     let log = recorder.frame_log().clone();
     recorder.finish().unwrap();

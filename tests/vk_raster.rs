@@ -11,6 +11,9 @@ use twobounce::vk::{
     SamplerAddressMode, SamplerMipmapMode, Stage, VertexInput, ZoneKind,
 };
 
+/// Keeps a log.
+const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, log: true };
+
 fn volume(label: &str, edge: u32, format: Format) -> Image {
     let usage = ImageUsageFlags::COLOR_ATTACHMENT
         | ImageUsageFlags::SAMPLED
@@ -56,7 +59,7 @@ fn a_layered_draw_writes_every_slice() {
                 },
             )
             .unwrap();
-            let mut recorder = Recorder::new(&gpu(), RecorderOptions::default()).unwrap();
+            let mut recorder = Recorder::new(&gpu(), LOGGED).unwrap();
             recorder.zone("slices", ZoneKind::Raster, 0, |r| {
                 let colors = [cleared(coordinates.attachment_view(level)), cleared(constant.attachment_view(level))];
                 let (width, height, layers) = (edge, edge, edge);
@@ -203,7 +206,7 @@ fn four_samples_are_averaged_and_depth_decides() {
     let vertices = [quad(0.125, 0.2, [8.0, 0.0, 0.0, 1.0]), quad(1.0, 0.7, [0.0, 4.0, 0.0, 1.0])].concat();
     let vertices = vk::upload(&gpu(), "vertices", &vertices).unwrap();
     let indices = vk::upload(&gpu(), "indices", &[99_u32, 0, 1, 2, 2, 1, 3]).unwrap();
-    let mut recorder = Recorder::new(&gpu(), RecorderOptions::default()).unwrap();
+    let mut recorder = Recorder::new(&gpu(), LOGGED).unwrap();
     recorder.zone("mesh", ZoneKind::Raster, 0, |r| {
         let resolve = Some(resolved.attachment_view(0));
         let colors =
@@ -265,7 +268,7 @@ fn masked_and_indirect_draws_and_rows() {
         )
         .unwrap();
         let other = attachment("other", format, 1, usage);
-        let mut recorder = Recorder::new(&gpu(), RecorderOptions::default()).unwrap();
+        let mut recorder = Recorder::new(&gpu(), LOGGED).unwrap();
         let colors = [cleared(image.attachment_view(0)), cleared(other.attachment_view(0))];
         let target = RenderTarget { colors: &colors, width: 8, height: 8, ..Default::default() };
         recorder.draw(&pass, &target, &[], &(), DrawCall::Indirect { buffer: &counts, offset: 4 });

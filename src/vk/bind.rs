@@ -6,6 +6,7 @@ use super::pipeline::RawPipeline;
 use super::recorder::Recorder;
 use super::reflect::{Binding, BindingKind};
 use super::sampler::Sampler;
+use super::views::Views;
 use ash::vk;
 use bytemuck::Pod;
 use std::sync::Arc;
@@ -16,8 +17,8 @@ pub(super) const COUNTS: &str = "counts";
 #[derive(Clone)]
 enum Resource<'a> {
     Buffer(&'a Buffer),
-    Sampled(Vec<ImageView<'a>>, &'a Sampler),
-    Storage(Vec<ImageView<'a>>),
+    Sampled(Views<'a>, &'a Sampler),
+    Storage(Views<'a>),
 }
 
 /// A resource for the binding of that name.
@@ -35,31 +36,31 @@ impl<'a> Bind<'a> {
 
     /// A combined image sampler.
     pub fn image(name: &'a str, view: ImageView<'a>, sampler: &'a Sampler) -> Self {
-        Self { name, resource: Resource::Sampled(vec![view], sampler) }
+        Self { name, resource: Resource::Sampled(Views::one(view), sampler) }
     }
 
     /// An array of combined image samplers, such as `sampler3D volume[7]`.
     pub fn images(name: &'a str, views: impl IntoIterator<Item = ImageView<'a>>, sampler: &'a Sampler) -> Self {
-        Self { name, resource: Resource::Sampled(views.into_iter().collect(), sampler) }
+        Self { name, resource: Resource::Sampled(Views::of(views), sampler) }
     }
 
     pub fn storage_image(name: &'a str, view: ImageView<'a>) -> Self {
-        Self { name, resource: Resource::Storage(vec![view]) }
+        Self { name, resource: Resource::Storage(Views::one(view)) }
     }
 
     /// An array of storage images.
     pub fn storage_images(name: &'a str, views: impl IntoIterator<Item = ImageView<'a>>) -> Self {
-        Self { name, resource: Resource::Storage(views.into_iter().collect()) }
+        Self { name, resource: Resource::Storage(Views::of(views)) }
     }
 
     fn fits(&self, binding: &Binding) -> bool {
         match &self.resource {
             Resource::Buffer(_) => matches!(binding.kind, BindingKind::Storage | BindingKind::Uniform),
             Resource::Sampled(views, _) => {
-                binding.kind == BindingKind::Sampled && views.len() == binding.count as usize
+                binding.kind == BindingKind::Sampled && views.as_slice().len() == binding.count as usize
             }
             Resource::Storage(views) => {
-                binding.kind == BindingKind::StorageImage && views.len() == binding.count as usize
+                binding.kind == BindingKind::StorageImage && views.as_slice().len() == binding.count as usize
             }
         }
     }
@@ -67,8 +68,8 @@ impl<'a> Bind<'a> {
     fn describe(&self) -> String {
         match &self.resource {
             Resource::Buffer(_) => "a buffer".to_owned(),
-            Resource::Sampled(views, _) => format!("{} sampled image(s)", views.len()),
-            Resource::Storage(views) => format!("{} storage image(s)", views.len()),
+            Resource::Sampled(views, _) => format!("{} sampled image(s)", views.as_slice().len()),
+            Resource::Storage(views) => format!("{} storage image(s)", views.as_slice().len()),
         }
     }
 
@@ -76,43 +77,56 @@ impl<'a> Bind<'a> {
         match &self.resource {
             Resource::Buffer(buffer) => vec![buffer.label().to_owned()],
             Resource::Sampled(views, _) | Resource::Storage(views) => {
-                views.iter().map(|view| view.raw.label.clone()).collect()
+                views.as_slice().iter().map(|view| view.raw.label.clone()).collect()
             }
         }
     }
 
     fn keep(&self, recorder: &mut Recorder) {
-        match &self.resource {
-            Resource::Buffer(buffer) => recorder.keep(buffer.raw.clone()),
+        let views = match &self.resource {
+            Resource::Buffer(buffer) => return recorder.keep(buffer.raw.clone()),
             Resource::Sampled(views, sampler) => {
                 recorder.keep(sampler.raw.clone());
-                views.iter().for_each(|view| recorder.keep(view.raw.clone()));
+                views
             }
-            Resource::Storage(views) => views.iter().for_each(|view| recorder.keep(view.raw.clone())),
-        }
+            Resource::Storage(views) => views,
+        };
+        views.as_slice().iter().for_each(|view| recorder.keep(view.raw.clone()));
+    }
+}
+
+/// What descriptors point at while they are written; its capacity serves the next command.
+#[derive(Default)]
+pub(super) struct Infos {
+    buffers: Vec<vk::DescriptorBufferInfo>,
+    images: Vec<vk::DescriptorImageInfo>,
+}
+
+impl Infos {
+    fn clear(&mut self) {
+        self.buffers.clear();
+        self.images.clear();
     }
 
-    fn image_infos(&self) -> Vec<vk::DescriptorImageInfo> {
-        let (views, sampler) = match &self.resource {
-            Resource::Buffer(_) => (&[][..], vk::Sampler::null()),
-            Resource::Sampled(views, sampler) => (views.as_slice(), sampler.raw.handle),
-            Resource::Storage(views) => (views.as_slice(), vk::Sampler::null()),
+    fn push(&mut self, bind: &Bind<'_>) {
+        let (views, sampler) = match &bind.resource {
+            Resource::Buffer(buffer) => {
+                let whole = vk::DescriptorBufferInfo { buffer: buffer.raw.handle, offset: 0, range: vk::WHOLE_SIZE };
+                return self.buffers.push(whole);
+            }
+            Resource::Sampled(views, sampler) => (views, sampler.raw.handle),
+            Resource::Storage(views) => (views, vk::Sampler::null()),
         };
         let info = |view: &ImageView<'_>| vk::DescriptorImageInfo {
             sampler,
             image_view: view.handle,
             image_layout: vk::ImageLayout::GENERAL,
         };
-        views.iter().map(info).collect()
-    }
-
-    fn buffer_infos(&self) -> Vec<vk::DescriptorBufferInfo> {
-        let Resource::Buffer(buffer) = &self.resource else { return Vec::new() };
-        vec![vk::DescriptorBufferInfo { buffer: buffer.raw.handle, offset: 0, range: vk::WHOLE_SIZE }]
+        self.images.extend(views.as_slice().iter().map(info));
     }
 }
 
-/// Binds a pipeline with all its resources and its push block; returns (binding name, labels) for the log.
+/// Binds a pipeline with all its resources and its push block.
 ///
 /// Panics when a binding is missing, unknown or of another kind, or when the push block's size differs.
 pub(super) fn bind_pipeline<T: Pod>(
@@ -121,7 +135,7 @@ pub(super) fn bind_pipeline<T: Pod>(
     point: vk::PipelineBindPoint,
     binds: &[Bind<'_>],
     push: &T,
-) -> Vec<(String, Vec<String>)> {
+) {
     let counts = recorder.counts_of(pipeline);
     let with_counts: Vec<Bind<'_>>;
     let binds = match &counts {
@@ -131,54 +145,85 @@ pub(super) fn bind_pipeline<T: Pod>(
         }
         None => binds,
     };
-    let pairs = pair(pipeline, binds);
+    check_names(pipeline, binds);
     let push = bytemuck::bytes_of(push);
     let (pass, wanted) = (&pipeline.label, pipeline.push_bytes as usize);
     assert_eq!(push.len(), wanted, "pass {pass}: the push block has {wanted} bytes, the struct {}", push.len());
 
-    let infos: Vec<_> = pairs.iter().map(|(_, bind)| (bind.buffer_infos(), bind.image_infos())).collect();
-    let writes: Vec<_> = pairs
-        .iter()
-        .zip(&infos)
-        .map(|((binding, _), (buffers, images))| {
-            let write = vk::WriteDescriptorSet::default()
-                .dst_binding(binding.binding)
-                .descriptor_type(binding.kind.descriptor_type());
-            if images.is_empty() { write.buffer_info(buffers) } else { write.image_info(images) }
-        })
-        .collect();
-    let context = recorder.context().clone();
-    let (device, commands) = (context.device(), recorder.handle());
-    // SAFETY: the pipeline and what is bound are kept; every binding of the layout is written.
-    unsafe {
-        device.cmd_bind_pipeline(commands, point, pipeline.handle);
-        if !writes.is_empty() {
-            context.functions.push_descriptor.cmd_push_descriptor_set(commands, point, pipeline.layout, 0, &writes);
-        }
-        if !push.is_empty() {
-            device.cmd_push_constants(commands, pipeline.layout, pipeline.push_stages, 0, push);
-        }
+    let mut infos = std::mem::take(&mut recorder.recorded.infos);
+    infos.clear();
+    for binding in &pipeline.bindings {
+        infos.push(find(pipeline, binding, binds));
     }
+    let device = recorder.context().device();
+    // SAFETY: the pipeline is kept below.
+    unsafe { device.cmd_bind_pipeline(recorder.handle(), point, pipeline.handle) };
+    push_descriptors(recorder, pipeline, point, &infos);
+    if !push.is_empty() {
+        // SAFETY: the block has the size that the layout states.
+        unsafe { device.cmd_push_constants(recorder.handle(), pipeline.layout, pipeline.push_stages, 0, push) };
+    }
+    recorder.recorded.infos = infos;
     recorder.keep(pipeline.clone());
     binds.iter().for_each(|bind| bind.keep(recorder));
-    pairs.iter().map(|(binding, bind)| (binding.name.clone(), bind.labels())).collect()
 }
 
-/// Each binding of the pipeline with the resource of its name.
-fn pair<'p, 'b, 'r>(pipeline: &'p RawPipeline, binds: &'b [Bind<'r>]) -> Vec<(&'p Binding, &'b Bind<'r>)> {
-    let pass = &pipeline.label;
-    for bind in binds {
-        let known = pipeline.bindings.iter().any(|binding| binding.name == bind.name);
-        let names: Vec<_> = pipeline.bindings.iter().map(|binding| binding.name.as_str()).collect();
-        assert!(known, "pass {pass}: no stage uses the binding {:?}; there is {}", bind.name, names.join(", "));
+/// Writes all bindings of the pipeline, in the order of `infos`, a few at a time: so no list of writes is allocated.
+fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, point: vk::PipelineBindPoint, infos: &Infos) {
+    const AT_ONCE: usize = 16;
+    let context = recorder.context();
+    let mut writes = [vk::WriteDescriptorSet::default(); AT_ONCE];
+    let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
+    for bindings in pipeline.bindings.chunks(AT_ONCE) {
+        for (write, binding) in writes.iter_mut().zip(bindings) {
+            let to = vk::WriteDescriptorSet::default()
+                .dst_binding(binding.binding)
+                .descriptor_type(binding.kind.descriptor_type());
+            *write = match binding.kind {
+                BindingKind::Storage | BindingKind::Uniform => to.buffer_info(take(&mut buffers, 1)),
+                BindingKind::Sampled | BindingKind::StorageImage => {
+                    to.image_info(take(&mut images, binding.count as usize))
+                }
+            };
+        }
+        let (commands, writes) = (recorder.handle(), &writes[..bindings.len()]);
+        // SAFETY: what is bound is kept, and of the kind that the layout states.
+        unsafe {
+            context.functions.push_descriptor.cmd_push_descriptor_set(commands, point, pipeline.layout, 0, writes)
+        };
     }
-    let find = |binding: &'p Binding| {
-        let mut found = binds.iter().filter(|bind| bind.name == binding.name);
-        let bind = found.next().unwrap_or_else(|| panic!("pass {pass}: nothing is bound to {:?}", binding.name));
-        assert!(found.next().is_none(), "pass {pass}: {:?} is bound twice", binding.name);
-        let (name, kind, count) = (&binding.name, binding.kind, binding.count);
-        assert!(bind.fits(binding), "pass {pass}: {name:?} takes {count} {kind:?}, but gets {}", bind.describe());
-        (binding, bind)
-    };
-    pipeline.bindings.iter().map(find).collect()
+}
+
+/// The first `count` elements, which `from` then no longer has.
+fn take<'a, T>(from: &mut &'a [T], count: usize) -> &'a [T] {
+    let (taken, rest) = from.split_at(count);
+    *from = rest;
+    taken
+}
+
+/// What is bound, for the log: (binding name, labels).
+pub(super) fn labels(pipeline: &RawPipeline, binds: &[Bind<'_>]) -> Vec<(String, Vec<String>)> {
+    let of = |binding: &Binding| (binding.name.clone(), find(pipeline, binding, binds).labels());
+    pipeline.bindings.iter().filter(|binding| binding.name != COUNTS).map(of).collect()
+}
+
+fn check_names(pipeline: &RawPipeline, binds: &[Bind<'_>]) {
+    for bind in binds {
+        if !pipeline.bindings.iter().any(|binding| binding.name == bind.name) {
+            let names: Vec<_> = pipeline.bindings.iter().map(|binding| binding.name.as_str()).collect();
+            let (pass, names) = (&pipeline.label, names.join(", "));
+            panic!("pass {pass}: no stage uses the binding {:?}; there is {names}", bind.name);
+        }
+    }
+}
+
+/// The resource for `binding`.
+fn find<'b, 'r>(pipeline: &RawPipeline, binding: &Binding, binds: &'b [Bind<'r>]) -> &'b Bind<'r> {
+    let pass = &pipeline.label;
+    let mut found = binds.iter().filter(|bind| bind.name == binding.name);
+    let bind = found.next().unwrap_or_else(|| panic!("pass {pass}: nothing is bound to {:?}", binding.name));
+    assert!(found.next().is_none(), "pass {pass}: {:?} is bound twice", binding.name);
+    let (name, kind, count) = (&binding.name, binding.kind, binding.count);
+    assert!(bind.fits(binding), "pass {pass}: {name:?} takes {count} {kind:?}, but gets {}", bind.describe());
+    bind
 }

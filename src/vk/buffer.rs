@@ -56,7 +56,7 @@ impl Buffer {
         let limit = u64::from(context.limits.max_storage_buffer_range);
         if kind == BufferKind::Device && bytes > limit {
             return Err(Error::Memory(format!(
-                "{label} needs {}, but {} binds at most {} as one storage buffer: use fewer voxels or a smaller scene",
+                "{label} needs {}, but {} binds at most {} as one storage buffer: ask for less",
                 mebibytes(bytes),
                 context.name,
                 mebibytes(limit)
@@ -98,6 +98,11 @@ impl Buffer {
         self.memory().bytes()
     }
 
+    /// For a host's own commands; valid as long as the buffer lives.
+    pub fn handle(&self) -> vk::Buffer {
+        self.raw.handle
+    }
+
     pub fn label(&self) -> &str {
         &self.raw.label
     }
@@ -106,14 +111,15 @@ impl Buffer {
         self.raw.memory.as_ref().expect("bound at creation")
     }
 
-    /// Writes `data` at byte `offset`. Upload buffers only; the recorder orders it before the next submission.
+    /// Writes `data` at byte `offset`. Upload buffers only. The next submission sees it; one that is still in flight and
+    /// reads the buffer would see a mixture, so frames in flight take a buffer each.
     pub fn write<T: Pod>(&self, offset: u64, data: &[T]) {
         let source: &[u8] = bytemuck::cast_slice(data);
         let label = self.label();
         assert_eq!(self.raw.kind, BufferKind::Upload, "{label} is not an upload buffer");
         let end = offset.checked_add(source.len() as u64);
         assert!(end.is_some_and(|end| end <= self.bytes()), "write past the end of {label}");
-        // SAFETY: in bounds by the line above, and the device does not use it: the recorder waits for its work.
+        // SAFETY: in bounds by the line above; the mapping lives as long as the buffer.
         unsafe {
             let target = self.memory().mapped().add(offset as usize);
             std::ptr::copy_nonoverlapping(source.as_ptr(), target, source.len());
@@ -126,7 +132,8 @@ impl Buffer {
         self.read_some(0, count)
     }
 
-    /// `count` elements of `T` from byte `offset` on. Readback buffers only.
+    /// `count` elements of `T` from byte `offset` on. Readback buffers only. What wrote them is over: it was waited for,
+    /// or polled.
     pub fn read_some<T: Pod>(&self, offset: u64, count: usize) -> Vec<T> {
         let label = self.label();
         assert_eq!(self.raw.kind, BufferKind::Readback, "{label} is not a readback buffer");

@@ -1,16 +1,19 @@
 //! The device that everything runs on.
 
+use super::choose::{choose, open};
+use super::functions::Functions;
+use super::image::RawImage;
 use super::instance::{DeviceKind, Instance, heap_budgets};
+use super::label::Labels;
 use super::needs::Capabilities;
 use super::pipeline_cache::PipelineCache;
-use super::submit::CommandSet;
+use super::submit::{self, CommandSet};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
-use std::ffi::CString;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// How to make a [`Context`].
 #[derive(Clone, Debug, Default)]
@@ -37,26 +40,39 @@ pub struct Context {
     pub(super) max_allocation_bytes: u64,
     pub(super) allocated: AtomicU64,
     /// Dropped before the device.
-    pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
+    pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     /// Set when a wait timed out: the device may still be at work, so nothing of it may be destroyed.
     pub(super) stuck: AtomicBool,
-    pub(super) queue: Mutex<vk::Queue>,
+    queue: Option<Arc<Mutex<vk::Queue>>>,
     pub(super) queue_family: u32,
     pub(super) commands: Mutex<Vec<CommandSet>>,
+    /// Without a queue: images that the next recording brings into their layout.
+    untransitioned: Mutex<Vec<Weak<RawImage>>>,
     pub(super) pipeline_cache: PipelineCache,
     pub(super) functions: Functions,
+    pub(super) labels: Labels,
     capabilities: Capabilities,
     physical: vk::PhysicalDevice,
     device: ash::Device,
-    instance: Instance,
+    instance: ash::Instance,
+    /// The instance, where it and the device were made here: they are destroyed with the context, a host's are not.
+    own: Option<Instance>,
 }
 
-/// Entry points of extensions; dynamic rendering and barriers are core from Vulkan 1.3 on.
-pub(super) struct Functions {
-    pub(super) push_descriptor: ash::khr::push_descriptor::Device,
-    pub(super) debug_utils: Option<ash::ext::debug_utils::Device>,
-    dynamic_rendering: Option<ash::khr::dynamic_rendering::Device>,
-    synchronization2: Option<ash::khr::synchronization2::Device>,
+/// What a context is made of: made here, or handed over by a host.
+pub(super) struct Parts {
+    pub(super) own: Option<Instance>,
+    pub(super) instance: ash::Instance,
+    pub(super) debug_utils: bool,
+    pub(super) physical: vk::PhysicalDevice,
+    pub(super) device: ash::Device,
+    pub(super) capabilities: Capabilities,
+    pub(super) queue: Option<Arc<Mutex<vk::Queue>>>,
+    pub(super) queue_family: u32,
+    /// `None`: one is made.
+    pub(super) allocator: Option<Arc<Mutex<Allocator>>>,
+    pub(super) pipeline_cache: PipelineCache,
+    pub(super) counting: bool,
 }
 
 impl Context {
@@ -78,27 +94,32 @@ impl Context {
         let queue_family = capabilities.queue_family.expect("checked among the needs");
         let device = open(&instance.raw, physical, &capabilities, queue_family)
             .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
-        let functions = Functions {
-            push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
-            debug_utils: instance.debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
-            dynamic_rendering: (!capabilities.is_1_3())
-                .then(|| ash::khr::dynamic_rendering::Device::new(&instance.raw, &device)),
-            synchronization2: (!capabilities.is_1_3())
-                .then(|| ash::khr::synchronization2::Device::new(&instance.raw, &device)),
-        };
         // SAFETY: the family has at least one queue, which `open` asked for.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
-        let version = capabilities.properties.api_version;
-        let pipeline_cache = PipelineCache::open(&device, &capabilities);
-        let allocator = Allocator::new(&AllocatorCreateDesc {
+        Self::assemble(Parts {
+            debug_utils: instance.debug_utils,
             instance: instance.raw.clone(),
-            device: device.clone(),
-            physical_device: physical,
-            debug_settings: Default::default(),
-            buffer_device_address: false,
-            allocation_sizes: Default::default(),
+            own: Some(instance),
+            physical,
+            queue: Some(Arc::new(Mutex::new(queue))),
+            queue_family,
+            allocator: None,
+            pipeline_cache: PipelineCache::open(&device, &capabilities),
+            device,
+            capabilities,
+            counting,
         })
-        .map_err(|error| Error::Device(format!("{name} gives no memory: {error}")))?;
+    }
+
+    /// The context over a device that has everything that is needed.
+    pub(super) fn assemble(parts: Parts) -> Result<Arc<Self>> {
+        let Parts { own, instance, debug_utils, physical, device, capabilities, counting, .. } = parts;
+        let name = capabilities.name();
+        let allocator = match parts.allocator {
+            Some(shared) => shared,
+            None => Arc::new(Mutex::new(allocator(&name, &instance, physical, &device)?)),
+        };
+        let version = capabilities.properties.api_version;
         Ok(Arc::new(Self {
             driver: capabilities.driver.clone(),
             api_version: (
@@ -112,18 +133,21 @@ impl Context {
             max_push_descriptors: capabilities.max_push_descriptors,
             max_allocation_bytes: capabilities.max_allocation_bytes,
             allocated: AtomicU64::new(0),
-            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            allocator: ManuallyDrop::new(allocator),
             stuck: AtomicBool::new(false),
-            queue: Mutex::new(queue),
-            queue_family,
+            queue: parts.queue,
+            untransitioned: Mutex::default(),
+            queue_family: parts.queue_family,
             commands: Mutex::default(),
-            pipeline_cache,
-            functions,
+            pipeline_cache: parts.pipeline_cache,
+            functions: Functions::load(&instance, &device, capabilities.is_1_3(), debug_utils),
+            labels: Labels::default(),
             name,
             capabilities,
             physical,
             device,
             instance,
+            own,
         }))
     }
 
@@ -131,14 +155,15 @@ impl Context {
         &self.device
     }
 
-    /// Every error and warning of the validation layer so far, advice on performance left out.
+    /// Every error and warning of the validation layer so far, advice on performance left out. Empty on a host's device:
+    /// the host's own messenger gets them.
     pub fn validation_messages(&self) -> Vec<String> {
-        self.instance.messages()
+        self.own.as_ref().map_or_else(Vec::new, Instance::messages)
     }
 
     /// As [`Self::validation_messages`], and forgets them.
     pub fn take_validation_messages(&self) -> Vec<String> {
-        self.instance.take_messages()
+        self.own.as_ref().map_or_else(Vec::new, Instance::take_messages)
     }
 
     /// Bytes of device memory taken from the driver now.
@@ -152,7 +177,7 @@ impl Context {
         let heaps = self.capabilities.memory.memory_heaps_as_slice();
         let local = |&i: &usize| heaps[i].flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
         let Some(largest) = (0..heaps.len()).filter(local).max_by_key(|&i| heaps[i].size) else { return 0 };
-        match heap_budgets(&self.instance.raw, self.physical, &self.capabilities) {
+        match heap_budgets(&self.instance, self.physical, &self.capabilities) {
             Some(left) => left[largest],
             None => heaps[largest].size.saturating_sub(self.allocated_bytes()),
         }
@@ -161,8 +186,33 @@ impl Context {
     /// Whether `format` can be used like `features` in optimally tiled images.
     pub fn supports(&self, format: vk::Format, features: vk::FormatFeatureFlags) -> bool {
         // SAFETY: the handle comes from this instance.
-        let found = unsafe { self.instance.raw.get_physical_device_format_properties(self.physical, format) };
+        let found = unsafe { self.instance.get_physical_device_format_properties(self.physical, format) };
         found.optimal_tiling_features.contains(features)
+    }
+
+    /// The queue, to be locked for a submission.
+    pub(super) fn queue(&self) -> Result<&Mutex<vk::Queue>> {
+        self.queue.as_deref().ok_or_else(|| {
+            Error::Device(format!(
+                "{} was handed over without a queue, so nothing can be uploaded, read back or submitted here: give \
+                 HostDevice a queue, or record into a command buffer of your own",
+                self.name
+            ))
+        })
+    }
+
+    /// Brings a new image into its layout: now where there is a queue, else in the next recording.
+    pub(super) fn transition_first(self: &Arc<Self>, image: &Arc<RawImage>) -> Result<()> {
+        if self.queue.is_some() {
+            return submit::immediate(self, |commands| image.record_first_transition(commands));
+        }
+        self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::downgrade(image));
+        Ok(())
+    }
+
+    /// The images that are still to be brought into their layout, and are then no longer.
+    pub(super) fn take_untransitioned(&self) -> Vec<Weak<RawImage>> {
+        std::mem::take(&mut *self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The device to destroy things with; `None` after a wait that timed out, when they are left to the process's end.
@@ -174,52 +224,15 @@ impl Context {
     pub(super) fn error(&self, doing: &str, result: vk::Result) -> Error {
         match result {
             vk::Result::ERROR_DEVICE_LOST => Error::Device(format!(
-                "{} was lost while {doing}: its driver gave up; try fewer voxels, a smaller image or another device \
-                 with --device",
+                "{} was lost while {doing}: its driver gave up; ask for less at once, such as a smaller image, or choose \
+                 another device",
                 self.name
             )),
-            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
-                Error::Memory(format!("{} ran out of memory while {doing}: use fewer voxels", self.name))
-            }
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => Error::Memory(format!(
+                "{} ran out of memory while {doing}: ask for less, such as a smaller image",
+                self.name
+            )),
             other => Error::Device(format!("{} failed while {doing} ({other})", self.name)),
-        }
-    }
-
-    /// Gives `handle` a name in validation messages and captures.
-    pub(super) fn set_name<T: vk::Handle>(&self, handle: T, name: &str) {
-        let (Some(debug), Ok(name)) = (&self.functions.debug_utils, CString::new(name)) else { return };
-        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-        // SAFETY: the handle was just made by this device. A failure only leaves it unnamed.
-        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
-    }
-
-    pub(super) unsafe fn cmd_begin_rendering(&self, commands: vk::CommandBuffer, info: &vk::RenderingInfo<'_>) {
-        // SAFETY: the caller's.
-        unsafe {
-            match &self.functions.dynamic_rendering {
-                Some(khr) => khr.cmd_begin_rendering(commands, info),
-                None => self.device.cmd_begin_rendering(commands, info),
-            }
-        }
-    }
-
-    pub(super) unsafe fn cmd_end_rendering(&self, commands: vk::CommandBuffer) {
-        // SAFETY: the caller's.
-        unsafe {
-            match &self.functions.dynamic_rendering {
-                Some(khr) => khr.cmd_end_rendering(commands),
-                None => self.device.cmd_end_rendering(commands),
-            }
-        }
-    }
-
-    pub(super) unsafe fn cmd_pipeline_barrier2(&self, commands: vk::CommandBuffer, info: &vk::DependencyInfo<'_>) {
-        // SAFETY: the caller's.
-        unsafe {
-            match &self.functions.synchronization2 {
-                Some(khr) => khr.cmd_pipeline_barrier2(commands, info),
-                None => self.device.cmd_pipeline_barrier2(commands, info),
-            }
         }
     }
 }
@@ -227,104 +240,43 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         if self.stuck.load(Ordering::Relaxed) {
-            self.instance.abandon();
+            if let Some(own) = &mut self.own {
+                own.abandon();
+            }
             return;
         }
         let commands = std::mem::take(&mut *self.commands.lock().unwrap_or_else(PoisonError::into_inner));
-        // SAFETY: every other object of the device holds this context, so all of them are gone.
+        // SAFETY: everything else made here holds this context, so all of it is gone.
         unsafe {
-            // An error here is a lost device, and destroying is then still the right thing.
-            let _ = self.device.device_wait_idle();
+            if self.own.is_some() {
+                // An error here is a lost device, and destroying is then still the right thing.
+                let _ = self.device.device_wait_idle();
+            }
             for set in commands {
                 set.destroy(&self.device);
             }
             self.pipeline_cache.close(&self.device);
             ManuallyDrop::drop(&mut self.allocator);
-            self.device.destroy_device(None);
+            if self.own.is_some() {
+                self.device.destroy_device(None);
+            }
         }
     }
 }
 
-/// The device that was asked for, or the best one; `Error::Device` when it lacks something.
-fn choose(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, Capabilities)> {
-    let variable = std::env::var("TWOBOUNCE_DEVICE").ok().filter(|value| !value.is_empty());
-    let wanted = wanted.or(variable.as_deref());
-    let mut found: Vec<_> = instance
-        .physical_devices()?
-        .into_iter()
-        .map(|physical| (physical, Capabilities::query(&instance.raw, physical)))
-        .collect();
-    let names: Vec<_> = found.iter().map(|(_, capabilities)| capabilities.name()).collect();
-    let index = match wanted {
-        Some(wanted) => pick(wanted, &names)?,
-        None => {
-            let rank = |&i: &usize| {
-                let (_, capabilities) = &found[i];
-                (!capabilities.missing().is_empty(), DeviceKind::of(capabilities.properties.device_type))
-            };
-            (0..found.len()).min_by_key(rank).expect("the list is not empty")
-        }
-    };
-    let missing = found[index].1.missing();
-    if missing.is_empty() {
-        return Ok(found.swap_remove(index));
-    }
-    Err(Error::Device(format!(
-        "{} lacks {}: choose another device with --device (twobounce info lists them) or update its driver",
-        names[index],
-        missing.join(", ")
-    )))
-}
-
-/// Index of the device that `wanted` names: an index, or a part of a name, in any case of letters.
-fn pick(wanted: &str, names: &[String]) -> Result<usize> {
-    if let Ok(index) = wanted.parse::<usize>()
-        && index < names.len()
-    {
-        return Ok(index);
-    }
-    let lower = wanted.to_lowercase();
-    names.iter().position(|name| name.to_lowercase().contains(&lower)).ok_or_else(|| {
-        let list: Vec<_> = names.iter().enumerate().map(|(i, name)| format!("{i}: {name}")).collect();
-        Error::Device(format!("no Vulkan device is called {wanted:?}; there is {}", list.join(", ")))
-    })
-}
-
-fn open(
+fn allocator(
+    name: &str,
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
-    capabilities: &Capabilities,
-    queue_family: u32,
-) -> std::result::Result<ash::Device, vk::Result> {
-    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-    let extensions: Vec<_> = capabilities.enabled_extensions().iter().map(|name| name.as_ptr()).collect();
-    let features = Capabilities::enabled_features();
-    let mut vulkan12 =
-        vk::PhysicalDeviceVulkan12Features::default().shader_output_layer(true).scalar_block_layout(true);
-    let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
-    let mut sync2 = vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
-    let info = vk::DeviceCreateInfo::default()
-        .queue_create_infos(&queues)
-        .enabled_extension_names(&extensions)
-        .enabled_features(&features)
-        .push_next(&mut vulkan12)
-        .push_next(&mut rendering)
-        .push_next(&mut sync2);
-    // SAFETY: the needs were checked, so every extension and feature exists.
-    unsafe { instance.create_device(physical, &info, None) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_device_is_picked_by_index_or_part_of_its_name() {
-        let names = ["NVIDIA H200".to_owned(), "llvmpipe (LLVM 15.0.6, 256 bits)".to_owned()];
-        assert_eq!(pick("1", &names).unwrap(), 1);
-        assert_eq!(pick("LLVMpipe", &names).unwrap(), 1);
-        assert_eq!(pick("200", &names).unwrap(), 0, "a number that is no index is a part of a name");
-        let message = pick("radeon", &names).unwrap_err().to_string();
-        assert!(message.contains("radeon") && message.contains("0: NVIDIA H200"), "{message}");
-    }
+    device: &ash::Device,
+) -> Result<Allocator> {
+    Allocator::new(&AllocatorCreateDesc {
+        instance: instance.clone(),
+        device: device.clone(),
+        physical_device: physical,
+        debug_settings: Default::default(),
+        buffer_device_address: false,
+        allocation_sizes: Default::default(),
+    })
+    .map_err(|error| Error::Device(format!("{name} gives no memory: {error}")))
 }

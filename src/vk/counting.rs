@@ -41,6 +41,11 @@ impl Counting {
         })
     }
 
+    /// Begins with the first zone again.
+    pub(super) fn restart(&mut self) {
+        self.zones = 0;
+    }
+
     /// The counts of zone `zone`, once the work was waited for.
     pub(super) fn read(&self, zone: usize) -> Vec<u64> {
         self.results.read_some(zone as u64 * BYTES, KINDS)
@@ -50,13 +55,13 @@ impl Counting {
 impl Recorder {
     /// What is to be bound as [`COUNTS`], where the pipeline counts.
     pub(super) fn counts_of(&self, pipeline: &RawPipeline) -> Option<Arc<Buffer>> {
-        let counting = self.counting.as_ref()?;
+        let counting = self.recorded.counting.as_ref()?;
         pipeline.bindings.iter().any(|binding| binding.name == COUNTS).then(|| counting.counts.clone())
     }
 
     /// Sets the counts to 0 for the zone that is to come.
     pub(super) fn start_counts(&mut self) {
-        let Some(counting) = &self.counting else { return };
+        let Some(counting) = &self.recorded.counting else { return };
         let counts = counting.counts.clone();
         self.full_barrier();
         self.fill(&counts, 0, BYTES, 0);
@@ -65,7 +70,7 @@ impl Recorder {
 
     /// Keeps the counts of the zone that is over.
     pub(super) fn keep_counts(&mut self) {
-        let Some(counting) = &mut self.counting else { return };
+        let Some(counting) = &mut self.recorded.counting else { return };
         let (counts, results, at) = (counting.counts.clone(), counting.results.clone(), counting.zones * BYTES);
         counting.zones += 1;
         self.full_barrier();

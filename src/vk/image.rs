@@ -2,7 +2,6 @@
 
 use super::context::Context;
 use super::memory::{Location, Memory, Owner};
-use super::submit;
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -111,8 +110,9 @@ impl Image {
         raw.memory = Some(Memory::bind(context, desc.label, Location::Device, &Owner::Image(raw.handle))?);
         context.set_name(raw.handle, desc.label);
         raw.create_views(desc).map_err(|result| context.error(&format!("creating {}", desc.label), result))?;
-        submit::immediate(context, |commands| raw.record_first_transition(commands))?;
-        Ok(Self { raw: Arc::new(raw) })
+        let raw = Arc::new(raw);
+        context.transition_first(&raw)?;
+        Ok(Self { raw })
     }
 
     /// All levels and layers, for sampling; level 0 alone can be read from it as a storage image.
@@ -143,6 +143,11 @@ impl Image {
         let handle = views.get(level as usize);
         let handle = *handle.unwrap_or_else(|| panic!("{label} has no {usage} view of level {level}"));
         ImageView { handle, raw: &self.raw, level }
+    }
+
+    /// For a host's own commands; valid as long as the image lives, and to be left in `GENERAL` layout.
+    pub fn handle(&self) -> vk::Image {
+        self.raw.handle
     }
 
     pub fn label(&self) -> &str {
@@ -242,7 +247,7 @@ impl RawImage {
         unsafe { self.context.device().create_image_view(&info, None) }
     }
 
-    fn record_first_transition(&self, commands: vk::CommandBuffer) {
+    pub(super) fn record_first_transition(&self, commands: vk::CommandBuffer) {
         let range = vk::ImageSubresourceRange::default()
             .aspect_mask(self.aspect())
             .level_count(vk::REMAINING_MIP_LEVELS)

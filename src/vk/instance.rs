@@ -1,11 +1,14 @@
 //! The loader, the instance, the validation layer's messages, and the list of devices.
 
 use super::needs::{Capabilities, Need};
+use crate::requirements::REQUIREMENTS;
 use crate::{Error, Result};
 use ash::vk;
 use std::ffi::{CStr, c_void};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+/// What the instance is made with.
+pub(super) const VERSION: u32 = vk::API_VERSION_1_3;
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// What the validation layer said, in order.
@@ -68,8 +71,7 @@ impl Instance {
         if validation {
             extensions.push(ash::ext::validation_features::NAME.as_ptr());
         }
-        let application =
-            vk::ApplicationInfo::default().application_name(c"twobounce").api_version(vk::API_VERSION_1_3);
+        let application = vk::ApplicationInfo::default().application_name(c"twobounce").api_version(VERSION);
         let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
         let mut info = vk::InstanceCreateInfo::default()
@@ -222,7 +224,7 @@ pub struct DeviceReport {
     pub api_version: (u32, u32, u32),
     /// The driver's name and its own description of its version.
     pub driver: String,
-    /// Everything that twobounce needs, present or not.
+    /// Everything that the passes need, present or not.
     pub needs: Vec<Need>,
     pub limits: vk::PhysicalDeviceLimits,
     /// Largest single allocation in bytes.
@@ -244,7 +246,7 @@ pub fn devices() -> Result<Vec<DeviceReport>> {
 }
 
 fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceReport {
-    let found = Capabilities::query(instance, physical);
+    let found = Capabilities::query(instance, VERSION, physical);
     let version = found.properties.api_version;
     let heaps = found.memory.memory_heaps_as_slice().iter();
     let samples = |format, usage| {
@@ -267,7 +269,7 @@ fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceRepor
         name: found.name(),
         kind: DeviceKind::of(found.properties.device_type),
         api_version: (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version)),
-        needs: found.needs(),
+        needs: found.needs(&REQUIREMENTS),
         limits: found.properties.limits,
         max_allocation_bytes: found.max_allocation_bytes,
         max_push_descriptors: found.max_push_descriptors,

@@ -74,7 +74,7 @@ impl Memory {
         let bytes = requirements.size;
         let too_much = || {
             Error::Memory(format!(
-                "{label} needs {}, but {} has no more than {} left: use fewer voxels or a smaller image",
+                "{label} needs {}, but {} has no more than {} left: ask for less, such as a smaller image",
                 mebibytes(bytes),
                 context.name,
                 mebibytes(context.memory_budget())

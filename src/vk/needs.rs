@@ -1,15 +1,11 @@
-//! What twobounce needs of a device. One list serves the choice of a device, the error that refuses one, and `info`.
+//! What a device has of what is needed. One list serves the choice of a device, the error that refuses one, and `info`.
 
+use super::features::{Features, Requirements, required_extensions};
 use ash::vk;
 use std::collections::BTreeSet;
 use std::ffi::CStr;
 
-/// The voxel shading pass writes six faces and the isotropic volume at once.
-pub const NEEDED_COLOR_ATTACHMENTS: u32 = 7;
-/// One layer per slice of the largest grid.
-pub const NEEDED_FRAMEBUFFER_LAYERS: u32 = 256;
-
-/// One thing that twobounce needs, and what the device has of it.
+/// One thing that is needed, and what the device has of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Need {
     /// The name that the Vulkan specification uses, with the least value where there is one.
@@ -28,16 +24,15 @@ pub(super) struct Capabilities {
     /// Family with graphics, compute and timestamps.
     pub(super) queue_family: Option<u32>,
     pub(super) extensions: BTreeSet<String>,
-    features: vk::PhysicalDeviceFeatures,
-    shader_output_layer: bool,
-    scalar_block_layout: bool,
-    dynamic_rendering: bool,
-    synchronization2: bool,
+    features: Features,
+    /// The lower one of the device's version and of what the instance was made with.
+    version: u32,
 }
 
 impl Capabilities {
-    /// Asks `physical` for everything. A device older than Vulkan 1.2 has only its properties filled in.
-    pub(super) fn query(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Self {
+    /// Asks `physical` for everything; `instance_version` is what the instance was made with. A device older than
+    /// Vulkan 1.2 has only its properties filled in.
+    pub(super) fn query(instance: &ash::Instance, instance_version: u32, physical: vk::PhysicalDevice) -> Self {
         // SAFETY: the handle comes from this instance.
         let (properties, memory, queues, found) = unsafe {
             (
@@ -49,11 +44,7 @@ impl Capabilities {
         };
         let extensions =
             found.iter().filter_map(|e| e.extension_name_as_c_str().ok()?.to_str().ok()).map(str::to_owned).collect();
-        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-        let queue_family = queues
-            .iter()
-            .position(|q| q.queue_flags.contains(wanted) && q.timestamp_valid_bits > 0)
-            .map(|index| index as u32);
+        let queue_family = queues.iter().position(serves).map(|index| index as u32);
         let mut this = Self {
             properties,
             driver: String::from("unknown"),
@@ -63,13 +54,10 @@ impl Capabilities {
             memory,
             queue_family,
             extensions,
-            features: vk::PhysicalDeviceFeatures::default(),
-            shader_output_layer: false,
-            scalar_block_layout: false,
-            dynamic_rendering: false,
-            synchronization2: false,
+            features: Features::default(),
+            version: properties.api_version.min(instance_version),
         };
-        if properties.api_version >= vk::API_VERSION_1_2 {
+        if this.version >= vk::API_VERSION_1_2 {
             this.query_1_2(instance, physical);
         }
         this
@@ -99,11 +87,12 @@ impl Capabilities {
         }
         // SAFETY: as above.
         unsafe { instance.get_physical_device_features2(physical, &mut features) };
-        self.features = features.features;
-        self.shader_output_layer = vulkan12.shader_output_layer == vk::TRUE;
-        self.scalar_block_layout = vulkan12.scalar_block_layout == vk::TRUE;
-        self.dynamic_rendering = rendering.dynamic_rendering == vk::TRUE;
-        self.synchronization2 = sync2.synchronization2 == vk::TRUE;
+        let core = features.features;
+        self.features = Features {
+            dynamic_rendering: rendering.dynamic_rendering == vk::TRUE,
+            synchronization2: sync2.synchronization2 == vk::TRUE,
+            ..Features::of(&core, &vulkan12, &vk::PhysicalDeviceVulkan13Features::default())
+        };
         self.max_push_descriptors = push.max_push_descriptors;
         self.max_allocation_bytes = maintenance.max_memory_allocation_size;
         let text = |chars: Option<&CStr>| chars.map(|c| c.to_string_lossy().into_owned()).unwrap_or_default();
@@ -112,7 +101,11 @@ impl Capabilities {
     }
 
     pub(super) fn is_1_3(&self) -> bool {
-        self.properties.api_version >= vk::API_VERSION_1_3
+        self.version >= vk::API_VERSION_1_3
+    }
+
+    pub(super) fn version(&self) -> u32 {
+        self.version
     }
 
     pub(super) fn has_extension(&self, name: &CStr) -> bool {
@@ -123,56 +116,41 @@ impl Capabilities {
         self.properties.device_name_as_c_str().unwrap_or(c"unnamed device").to_string_lossy().into_owned()
     }
 
-    /// Everything that twobounce needs, present or not.
-    pub(super) fn needs(&self) -> Vec<Need> {
+    /// Everything that is needed, present or not.
+    pub(super) fn needs(&self, wanted: &Requirements) -> Vec<Need> {
         let limits = &self.properties.limits;
-        let features = &self.features;
         let need = |name: &str, present: bool| Need { name: name.to_owned(), present };
-        vec![
-            need("Vulkan 1.2", self.properties.api_version >= vk::API_VERSION_1_2),
+        let least = |name: &str, least: u32, has: u32| need(&format!("{name} {least}"), has >= least);
+        let mut needs = vec![
+            need("Vulkan 1.2", self.version >= vk::API_VERSION_1_2),
             need("a queue with graphics, compute and timestamps", self.queue_family.is_some()),
-            need("geometryShader", features.geometry_shader == vk::TRUE),
-            need("vertexPipelineStoresAndAtomics", features.vertex_pipeline_stores_and_atomics == vk::TRUE),
-            need("fragmentStoresAndAtomics", features.fragment_stores_and_atomics == vk::TRUE),
-            need("shaderOutputLayer", self.shader_output_layer),
-            need("scalarBlockLayout", self.scalar_block_layout),
-            need("dynamicRendering", self.dynamic_rendering),
-            need("synchronization2", self.synchronization2),
+        ];
+        needs.extend(self.features.hold(&wanted.all_features()).map(|(name, present)| need(name, present)));
+        needs.extend([
             need("VK_KHR_push_descriptor", self.has_extension(ash::khr::push_descriptor::NAME)),
-            need(
-                &format!("maxColorAttachments {NEEDED_COLOR_ATTACHMENTS}"),
-                limits.max_color_attachments >= NEEDED_COLOR_ATTACHMENTS,
-            ),
-            need(
-                &format!("maxFramebufferLayers {NEEDED_FRAMEBUFFER_LAYERS}"),
-                limits.max_framebuffer_layers >= NEEDED_FRAMEBUFFER_LAYERS,
-            ),
-        ]
+            least("maxColorAttachments", wanted.color_attachments, limits.max_color_attachments),
+            least("maxFramebufferLayers", wanted.framebuffer_layers, limits.max_framebuffer_layers),
+        ]);
+        needs
     }
 
     /// The names of what is missing, for a message; empty when the device will do.
-    pub(super) fn missing(&self) -> Vec<String> {
-        self.needs().into_iter().filter(|need| !need.present).map(|need| need.name).collect()
+    pub(super) fn missing(&self, wanted: &Requirements) -> Vec<String> {
+        self.needs(wanted).into_iter().filter(|need| !need.present).map(|need| need.name).collect()
     }
 
     /// Device extensions to enable: what is needed and not core, and the memory budget where there is one.
     pub(super) fn enabled_extensions(&self) -> Vec<&'static CStr> {
-        let mut names = vec![ash::khr::push_descriptor::NAME];
-        if !self.is_1_3() {
-            names.push(ash::khr::dynamic_rendering::NAME);
-            names.push(ash::khr::synchronization2::NAME);
-        }
+        let mut names = required_extensions(self.version);
         if self.has_extension(ash::ext::memory_budget::NAME) {
             names.push(ash::ext::memory_budget::NAME);
         }
         names
     }
+}
 
-    /// Vulkan 1.0 features to enable: exactly what is needed.
-    pub(super) fn enabled_features() -> vk::PhysicalDeviceFeatures {
-        vk::PhysicalDeviceFeatures::default()
-            .geometry_shader(true)
-            .vertex_pipeline_stores_and_atomics(true)
-            .fragment_stores_and_atomics(true)
-    }
+/// Whether a queue family can do all that is recorded.
+pub(super) fn serves(family: &vk::QueueFamilyProperties) -> bool {
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    family.queue_flags.contains(wanted) && family.timestamp_valid_bits > 0
 }

@@ -2,6 +2,7 @@
 
 use super::bind::Bind;
 use super::context::Context;
+use super::modules::{Modules, Specialization};
 use super::reflect::{self, Binding, BindingKind, StageInfo};
 use super::shader;
 use crate::{Error, Result};
@@ -104,7 +105,7 @@ pub(super) struct RawPipeline {
 impl Drop for RawPipeline {
     fn drop(&mut self) {
         if let Some(device) = self.context.device_to_destroy_with() {
-            // SAFETY: nothing in flight refers to it: the recorder waits for its work and holds what it uses.
+            // SAFETY: nothing in flight refers to it: what is in flight holds what it uses.
             unsafe {
                 device.destroy_pipeline(self.handle, None);
                 device.destroy_pipeline_layout(self.layout, None);
@@ -313,8 +314,8 @@ impl RawPipeline {
         let most = context.limits.max_per_stage_descriptor_storage_images;
         if storage_images > most {
             return Err(Error::Device(format!(
-                "{} stores to at most {most} images at once, but the pass {label} to {storage_images}: choose the raster form of \
-                 the pass (shading, mips) or another device",
+                "{} stores to at most {most} images at once, but the pass {label} to {storage_images}: choose another form of \
+                 the pass or another device",
                 context.name
             )));
         }
@@ -358,69 +359,5 @@ impl RawPipeline {
         self.handle = made.map_err(|(_, result)| self.context.error(&doing(), result))?[0];
         self.context.set_name(self.handle, &self.label);
         Ok(())
-    }
-}
-
-/// Shader modules, needed only while a pipeline is made.
-struct Modules<'a> {
-    context: &'a Context,
-    handles: Vec<vk::ShaderModule>,
-}
-
-impl<'a> Modules<'a> {
-    fn new(context: &'a Context, shaders: &[&str]) -> Result<Self> {
-        let mut this = Self { context, handles: Vec::new() };
-        for name in shaders {
-            let info = vk::ShaderModuleCreateInfo::default().code(shader::spirv(name));
-            // SAFETY: the words are valid SPIR-V from the build.
-            let handle = unsafe { context.device().create_shader_module(&info, None) }
-                .map_err(|result| context.error(&format!("loading {name}"), result))?;
-            this.handles.push(handle);
-        }
-        Ok(this)
-    }
-
-    fn stage<'s>(
-        &self,
-        index: usize,
-        flag: vk::ShaderStageFlags,
-        specialization: &'s vk::SpecializationInfo<'s>,
-    ) -> vk::PipelineShaderStageCreateInfo<'s> {
-        vk::PipelineShaderStageCreateInfo::default()
-            .stage(flag)
-            .module(self.handles[index])
-            .name(c"main")
-            .specialization_info(specialization)
-    }
-}
-
-impl Drop for Modules<'_> {
-    fn drop(&mut self) {
-        for handle in &self.handles {
-            // SAFETY: pipelines do not need their modules once made.
-            unsafe { self.context.device().destroy_shader_module(*handle, None) };
-        }
-    }
-}
-
-/// Constants in the form that Vulkan takes.
-struct Specialization {
-    entries: Vec<vk::SpecializationMapEntry>,
-    values: Vec<u32>,
-}
-
-impl Specialization {
-    fn new(constants: &[(u32, u32)]) -> Self {
-        let entry = |(index, (id, _)): (usize, &(u32, u32))| {
-            vk::SpecializationMapEntry::default().constant_id(*id).offset(index as u32 * 4).size(4)
-        };
-        Self {
-            entries: constants.iter().enumerate().map(entry).collect(),
-            values: constants.iter().map(|(_, value)| *value).collect(),
-        }
-    }
-
-    fn info(&self) -> vk::SpecializationInfo<'_> {
-        vk::SpecializationInfo::default().map_entries(&self.entries).data(bytemuck::cast_slice(&self.values))
     }
 }

@@ -13,6 +13,8 @@ pub(super) struct PipelineCache {
     pub(super) handle: vk::PipelineCache,
     file: Option<PathBuf>,
     loaded: Vec<u8>,
+    /// Made here, and not by a host.
+    own: bool,
 }
 
 impl PipelineCache {
@@ -22,11 +24,19 @@ impl PipelineCache {
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&loaded);
         // SAFETY: the data is what the same driver wrote, by its checksum.
         let handle = unsafe { device.create_pipeline_cache(&info, None) }.unwrap_or_default();
-        Self { handle, file, loaded }
+        Self { handle, file, loaded, own: true }
+    }
+
+    /// A host's cache, or null: nothing is read, written or destroyed.
+    pub(super) fn of_host(handle: vk::PipelineCache) -> Self {
+        Self { handle, file: None, loaded: Vec::new(), own: false }
     }
 
     /// Writes what is new and destroys the cache. Failure to write is only logged.
     pub(super) unsafe fn close(&self, device: &ash::Device) {
+        if !self.own {
+            return;
+        }
         // SAFETY: the caller's: the device is alive and no pipeline is being made. Destroying null is allowed.
         unsafe {
             if self.handle != vk::PipelineCache::null()

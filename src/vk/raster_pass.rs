@@ -1,6 +1,6 @@
 //! One rendering scope: its targets and its draws.
 
-use super::bind::{Bind, bind_pipeline};
+use super::bind::{Bind, bind_pipeline, labels};
 use super::buffer::Buffer;
 use super::frame_log::{AttachmentLog, CallLog, CommandLog, DrawLog};
 use super::image::ImageView;
@@ -8,6 +8,9 @@ use super::pipeline::Raster;
 use super::recorder::Recorder;
 use ash::vk;
 use bytemuck::Pod;
+
+/// Colour attachments of one target, at most: what devices commonly offer.
+pub(super) const MAX_COLORS: usize = 8;
 
 /// What an attachment holds when the scope begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,24 +93,38 @@ pub enum DrawCall<'a> {
 /// A rendering scope that is open.
 pub struct RasterPass<'r> {
     recorder: &'r mut Recorder,
-    colors: Vec<AttachmentLog>,
-    color_formats: Vec<vk::Format>,
-    depth: Option<AttachmentLog>,
+    /// Formats of the colour attachments: the first so many.
+    formats: ([vk::Format; MAX_COLORS], usize),
     depth_format: Option<vk::Format>,
     samples: u32,
     extent: [u32; 3],
+    /// Where a log is kept.
+    log: Option<TargetLog>,
+}
+
+/// The attachments of a target.
+struct TargetLog {
+    colors: Vec<AttachmentLog>,
+    depth: Option<AttachmentLog>,
 }
 
 impl<'r> RasterPass<'r> {
     pub(super) fn begin(recorder: &'r mut Recorder, target: &RenderTarget<'_>) -> Self {
         let layers = target.layers.max(1);
-        let colors: Vec<_> = target.colors.iter().map(color_attachment).collect();
+        let count = target.colors.len();
+        assert!(count <= MAX_COLORS, "{count} colour attachments, {MAX_COLORS} at most");
+        let mut colors = [vk::RenderingAttachmentInfo::default(); MAX_COLORS];
+        let mut formats = [vk::Format::UNDEFINED; MAX_COLORS];
+        for (index, color) in target.colors.iter().enumerate() {
+            (colors[index], formats[index]) = (color_attachment(color), color.view.raw.format);
+        }
         let depth = target.depth.as_ref().map(depth_attachment);
         let area = vk::Rect2D {
             offset: vk::Offset2D::default(),
             extent: vk::Extent2D { width: target.width, height: target.height },
         };
-        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(layers).color_attachments(&colors);
+        let mut info =
+            vk::RenderingInfo::default().render_area(area).layer_count(layers).color_attachments(&colors[..count]);
         if let Some(depth) = &depth {
             info = info.depth_attachment(depth);
         }
@@ -145,10 +162,9 @@ impl<'r> RasterPass<'r> {
         }
         let first = target.colors.first().map(|color| color.view).or(target.depth.map(|depth| depth.view));
         Self {
+            log: recorder.logs().then(|| TargetLog::of(target)),
             recorder,
-            colors: target.colors.iter().map(|color| attachment_log(color.view, color.resolve)).collect(),
-            color_formats: target.colors.iter().map(|color| color.view.raw.format).collect(),
-            depth: target.depth.map(|depth| attachment_log(depth.view, None)),
+            formats: (formats, count),
             depth_format: target.depth.map(|depth| depth.view.raw.format),
             samples: first.map_or(1, |view| view.raw.samples),
             extent: [target.width, target.height, layers],
@@ -159,29 +175,20 @@ impl<'r> RasterPass<'r> {
     pub fn draw(&mut self, pipeline: &Raster, binds: &[Bind<'_>], push: &impl Pod, call: DrawCall<'_>) {
         let raw = &pipeline.raw;
         let pass = &raw.label;
-        assert_eq!(raw.color_formats, self.color_formats, "pass {pass}: colour formats of pipeline and target");
+        let (formats, count) = &self.formats;
+        assert_eq!(raw.color_formats, formats[..*count], "pass {pass}: colour formats of pipeline and target");
         let depth_format = raw.depth.map(|depth| depth.format);
         assert_eq!(depth_format, self.depth_format, "pass {pass}: depth formats of pipeline and target");
         assert_eq!(raw.samples, self.samples, "pass {pass}: samples of pipeline and target");
-        let resources = bind_pipeline(self.recorder, raw, vk::PipelineBindPoint::GRAPHICS, binds, push);
-        let call = self.record(call);
-        let [width, height, layers] = self.extent;
-        self.recorder.log(CommandLog::Draw(DrawLog {
-            pipeline: raw.label.clone(),
-            stages: raw.stages.clone(),
-            colors: self.colors.clone(),
-            depth: self.depth.clone(),
-            color_write: raw.color_write,
-            depth_write: raw.depth.is_some_and(|depth| depth.write),
-            width,
-            height,
-            layers,
-            call,
-            resources,
-        }));
+        bind_pipeline(self.recorder, raw, vk::PipelineBindPoint::GRAPHICS, binds, push);
+        self.record(call);
+        if let Some(target) = &self.log {
+            let draw = draw_log(pipeline, target, self.extent, call, labels(raw, binds));
+            self.recorder.log(|| CommandLog::Draw(draw));
+        }
     }
 
-    fn record(&mut self, call: DrawCall<'_>) -> CallLog {
+    fn record(&mut self, call: DrawCall<'_>) {
         let context = self.recorder.context().clone();
         let (device, commands) = (context.device(), self.recorder.handle());
         // SAFETY: a pipeline with all its bindings is set; buffers are kept.
@@ -189,12 +196,10 @@ impl<'r> RasterPass<'r> {
             match call {
                 DrawCall::Direct { vertices, instances } => {
                     device.cmd_draw(commands, vertices, instances, 0, 0);
-                    CallLog::Direct { vertices, instances }
                 }
                 DrawCall::Indirect { buffer, offset } => {
                     device.cmd_draw_indirect(commands, buffer.raw.handle, offset, 1, 0);
                     self.recorder.keep(buffer.raw.clone());
-                    CallLog::Indirect { buffer: buffer.label().to_owned(), offset }
                 }
                 DrawCall::Indexed {
                     vertices,
@@ -217,7 +222,6 @@ impl<'r> RasterPass<'r> {
                     );
                     self.recorder.keep(vertices.raw.clone());
                     self.recorder.keep(indices.raw.clone());
-                    CallLog::Indexed { indices: index_count, instances }
                 }
             }
         }
@@ -267,6 +271,42 @@ fn attachment<'a>(view: ImageView<'a>, store: bool) -> vk::RenderingAttachmentIn
         .image_view(view.handle)
         .image_layout(vk::ImageLayout::GENERAL)
         .store_op(if store { vk::AttachmentStoreOp::STORE } else { vk::AttachmentStoreOp::DONT_CARE })
+}
+
+impl TargetLog {
+    fn of(target: &RenderTarget<'_>) -> Self {
+        Self {
+            colors: target.colors.iter().map(|color| attachment_log(color.view, color.resolve)).collect(),
+            depth: target.depth.map(|depth| attachment_log(depth.view, None)),
+        }
+    }
+}
+
+fn draw_log(
+    pipeline: &Raster,
+    target: &TargetLog,
+    [width, height, layers]: [u32; 3],
+    call: DrawCall<'_>,
+    resources: Vec<(String, Vec<String>)>,
+) -> DrawLog {
+    let raw = &pipeline.raw;
+    DrawLog {
+        pipeline: raw.label.clone(),
+        stages: raw.stages.clone(),
+        colors: target.colors.clone(),
+        depth: target.depth.clone(),
+        color_write: raw.color_write,
+        depth_write: raw.depth.is_some_and(|depth| depth.write),
+        width,
+        height,
+        layers,
+        call: match call {
+            DrawCall::Direct { vertices, instances } => CallLog::Direct { vertices, instances },
+            DrawCall::Indirect { buffer, offset } => CallLog::Indirect { buffer: buffer.label().to_owned(), offset },
+            DrawCall::Indexed { index_count, instances, .. } => CallLog::Indexed { indices: index_count, instances },
+        },
+        resources,
+    }
 }
 
 fn attachment_log(view: ImageView<'_>, resolve: Option<ImageView<'_>>) -> AttachmentLog {

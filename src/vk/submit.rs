@@ -1,4 +1,4 @@
-//! Command buffers: taken from a small stock, submitted, waited for, put back.
+//! Command buffers of our own: taken from a small stock, submitted, waited for, put back.
 
 use super::context::Context;
 use crate::{Error, Result};
@@ -6,7 +6,7 @@ use ash::vk;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-/// Longest wait for one submission. A CPU device may take minutes for a large image with many cones.
+/// Longest wait for one submission. A CPU device may take minutes for a large frame.
 const TIMEOUT_S: u64 = 600;
 /// Timestamps per recording: two per zone.
 pub(super) const MAX_TIMESTAMPS: u32 = 1024;
@@ -32,14 +32,12 @@ impl CommandSet {
             let pool = vk::CommandPoolCreateInfo::default()
                 .flags(vk::CommandPoolCreateFlags::TRANSIENT)
                 .queue_family_index(context.queue_family);
-            let queries =
-                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(MAX_TIMESTAMPS);
             // SAFETY: the infos are complete.
             let result = unsafe {
                 (|| {
                     set.pool = device.create_command_pool(&pool, None)?;
                     set.fence = device.create_fence(&vk::FenceCreateInfo::default(), None)?;
-                    set.timestamps = device.create_query_pool(&queries, None)?;
+                    set.timestamps = timestamps(context)?;
                     let info = vk::CommandBufferAllocateInfo::default().command_pool(set.pool).command_buffer_count(1);
                     set.commands = device.allocate_command_buffers(&info)?[0];
                     Ok(())
@@ -76,21 +74,30 @@ impl CommandSet {
     }
 }
 
-/// A command buffer that is being recorded; it goes back to the stock when dropped.
+/// A query pool for one recording.
+pub(super) fn timestamps(context: &Context) -> std::result::Result<vk::QueryPool, vk::Result> {
+    let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(MAX_TIMESTAMPS);
+    // SAFETY: the info is complete.
+    unsafe { context.device().create_query_pool(&info, None) }
+}
+
+/// A command buffer that is being recorded or is in flight; it goes back to the stock when dropped, after a wait.
 pub(super) struct Commands {
     context: Arc<Context>,
     set: Option<CommandSet>,
+    in_flight: bool,
 }
 
 impl Commands {
     pub(super) fn begin(context: &Arc<Context>) -> Result<Self> {
+        context.queue()?;
         let reused = context.commands.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let failed = |result| context.error("starting to record", result);
         let set = match reused {
             Some(set) => set,
             None => CommandSet::new(context).map_err(failed)?,
         };
-        let this = Self { context: context.clone(), set: Some(set) };
+        let this = Self { context: context.clone(), set: Some(set), in_flight: false };
         this.set().begin(context.device()).map_err(failed)?;
         this.record_entry_barrier();
         Ok(this)
@@ -100,35 +107,56 @@ impl Commands {
         self.set.as_ref().expect("taken only by drop")
     }
 
-    /// Submits what was recorded and waits; `doing` is for the error.
-    pub(super) fn submit_and_wait(&mut self, doing: &str) -> Result<()> {
+    /// Submits what was recorded; `doing` is for the error.
+    pub(super) fn submit(&mut self, doing: &str) -> Result<()> {
         self.record_exit_barrier();
-        let device = self.context.device();
-        let set = self.set();
+        let set = self.set.as_ref().expect("taken only by drop");
         let failed = |result| self.context.error(doing, result);
         let commands = [set.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
         // SAFETY: the buffer is recording, outside a rendering scope; the queue is locked.
         unsafe {
+            let device = self.context.device();
             device.end_command_buffer(set.commands).map_err(failed)?;
-            let queue = self.context.queue.lock().unwrap_or_else(PoisonError::into_inner);
+            let queue = self.context.queue()?.lock().unwrap_or_else(PoisonError::into_inner);
             device.queue_submit(*queue, &submit, set.fence).map_err(failed)?;
         }
-        // SAFETY: the fence was just submitted.
-        let waited = unsafe { device.wait_for_fences(&[set.fence], true, TIMEOUT_S * 1_000_000_000) };
-        match waited {
+        self.in_flight = true;
+        Ok(())
+    }
+
+    /// Whether the device is done with what was submitted.
+    pub(super) fn poll(&self, doing: &str) -> Result<bool> {
+        // SAFETY: the fence is alive.
+        let status = unsafe { self.context.device().get_fence_status(self.set().fence) };
+        status.map_err(|result| self.context.error(doing, result))
+    }
+
+    /// Waits for what was submitted.
+    pub(super) fn wait(&mut self, doing: &str) -> Result<()> {
+        let (device, fence) = (self.context.device(), self.set().fence);
+        let failed = |result| self.context.error(doing, result);
+        // SAFETY: the fence was submitted.
+        match unsafe { device.wait_for_fences(&[fence], true, TIMEOUT_S * 1_000_000_000) } {
             Ok(()) => {}
             Err(vk::Result::TIMEOUT) => {
                 self.context.stuck.store(true, Ordering::Relaxed);
                 return Err(Error::Device(format!(
-                    "{} did not finish {doing} within {TIMEOUT_S} s: try fewer voxels, fewer cones or a smaller image",
+                    "{} did not finish {doing} within {TIMEOUT_S} s: ask for less at once, such as a smaller image",
                     self.context.name
                 )));
             }
             Err(result) => return Err(failed(result)),
         }
         // SAFETY: signalled, so not in use.
-        unsafe { device.reset_fences(&[set.fence]) }.map_err(failed)
+        unsafe { device.reset_fences(&[fence]) }.map_err(failed)?;
+        self.in_flight = false;
+        Ok(())
+    }
+
+    pub(super) fn submit_and_wait(&mut self, doing: &str) -> Result<()> {
+        self.submit(doing)?;
+        self.wait(doing)
     }
 
     /// Starts over after [`Self::submit_and_wait`].
@@ -151,28 +179,41 @@ impl Commands {
         self.record_barrier((S::ALL_COMMANDS, A::MEMORY_WRITE), (S::HOST, A::HOST_READ));
     }
 
-    pub(super) fn record_barrier(
-        &self,
-        (from_stage, from_access): (vk::PipelineStageFlags2, vk::AccessFlags2),
-        (to_stage, to_access): (vk::PipelineStageFlags2, vk::AccessFlags2),
-    ) {
-        let barrier = [vk::MemoryBarrier2::default()
-            .src_stage_mask(from_stage)
-            .src_access_mask(from_access)
-            .dst_stage_mask(to_stage)
-            .dst_access_mask(to_access)];
-        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
-        // SAFETY: the buffer is recording, outside a rendering scope.
-        unsafe { self.context.cmd_pipeline_barrier2(self.set().commands, &info) };
+    fn record_barrier(&self, from: Scope, to: Scope) {
+        record_barrier(&self.context, self.set().commands, from, to);
     }
+}
+
+/// Stages, and what they do.
+pub(super) type Scope = (vk::PipelineStageFlags2, vk::AccessFlags2);
+
+/// Everything before that matches `from` happens before everything after that matches `to`. Outside a rendering scope.
+pub(super) fn record_barrier(context: &Context, commands: vk::CommandBuffer, from: Scope, to: Scope) {
+    let barrier = [vk::MemoryBarrier2::default()
+        .src_stage_mask(from.0)
+        .src_access_mask(from.1)
+        .dst_stage_mask(to.0)
+        .dst_access_mask(to.1)];
+    let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+    // SAFETY: the buffer is recording, outside a rendering scope.
+    unsafe { context.cmd_pipeline_barrier2(commands, &info) };
 }
 
 impl Drop for Commands {
     fn drop(&mut self) {
-        // After a time-out the set may still be in flight: it must not be reused.
-        if let Some(set) = self.set.take()
-            && self.context.device_to_destroy_with().is_some()
+        if self.in_flight
+            && !self.context.stuck.load(Ordering::Relaxed)
+            && let Err(error) = self.wait("rendering")
         {
+            tracing::warn!("{error}");
+        }
+        // After a time-out the set may still be in flight, so it is left alone.
+        let Some(device) = self.context.device_to_destroy_with() else { return };
+        let Some(set) = self.set.take() else { return };
+        if self.in_flight {
+            // SAFETY: the device was lost, so nothing runs any more. Its fence would not serve again.
+            unsafe { set.destroy(device) };
+        } else {
             self.context.commands.lock().unwrap_or_else(PoisonError::into_inner).push(set);
         }
     }

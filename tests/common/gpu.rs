@@ -57,6 +57,7 @@ pub fn render_layers(
     let options = RenderOptions { aovs, ..RenderOptions::new((size, size), scene.bounds(None)) };
     let mut renderer =
         Renderer::new(context, scene.clone(), &pose, settings.clone(), options).expect("the scene fits the device");
+    renderer.keep_log();
     renderer.render(&pose, &view).expect("a frame");
     assert_eq!(context.take_validation_messages(), Vec::<String>::new());
     renderer

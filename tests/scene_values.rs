@@ -1,12 +1,12 @@
-//! Scenes as data: textures, surfaces, cameras, bounds and the analytic scenes, against values worked out by hand.
+//! Scenes as data: textures, surfaces, cameras and bounds, against values worked out by hand.
 
 use glam::{Affine2, DAffine3, DQuat, DVec3, Mat2, Vec2, Vec3, Vec4};
-use twobounce::scene::analytic::{self, Lamp};
+use twobounce::scene::analytic;
 use twobounce::scene::surface::{self, SurfacePoint, WorldFrame};
 use twobounce::scene::texture::{ColorSpace, MipChain, Textures, linear_from_srgb, srgb_from_linear};
 use twobounce::scene::{
-    Alpha, Animation, Bounds, Channel, Image, Interpolation, LightKind, Material, Mesh, Mip, Projection, Scene,
-    Texture, TextureRef, Transform, Values, View, Wrap,
+    Alpha, Animation, Bounds, Channel, Image, Interpolation, Material, Mesh, Mip, Projection, Scene, Texture,
+    TextureRef, Transform, Values, View, Wrap,
 };
 
 const TRILINEAR: Texture =
@@ -138,8 +138,6 @@ fn reflectance_follows_ior_specular_and_metallic() {
     close(params(Material { ior: 0.0, ..plastic.clone() }).f0, Vec3::ONE);
     let half = params(Material { metallic: 0.5, ..plastic });
     close(half.f0, Vec3::new(0.27, 0.145, 0.52));
-    close(half.fresnel(1.0), half.f0);
-    close(half.fresnel(0.0), Vec3::ONE);
 }
 
 #[test]
@@ -288,15 +286,10 @@ fn volume(mesh: &Mesh) -> f64 {
 }
 
 #[test]
-fn shapes_are_closed_and_their_normals_follow_their_winding() {
+fn boxes_are_closed_and_their_normals_follow_their_winding() {
     let cube = |inward| Mesh::cuboid("cube", 0, Vec3::splat(-1.0), Vec3::new(1.0, 2.0, 3.0), inward);
     assert_eq!([volume(&cube(false)), volume(&cube(true))], [24.0, -24.0]);
-    let sphere = Mesh::sphere("sphere", 0, 2.0, 4, false);
-    assert_eq!(sphere.indices.len(), 3 * 20 * 256);
-    // Flat facets of 5120 triangles enclose 0.4 % less.
-    let ball = 4.0 / 3.0 * std::f64::consts::PI * 8.0;
-    assert!((0.995..1.0).contains(&(volume(&sphere) / ball)));
-    for mesh in [cube(false), cube(true), sphere, Mesh::sphere("sphere", 0, 2.0, 2, true)] {
+    for mesh in [cube(false), cube(true)] {
         for t in mesh.indices.chunks(3) {
             let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[t[i] as usize]);
             assert!(t.iter().all(|&i| mesh.normals[i as usize].dot((b - a).cross(c - a)) > 0.0));
@@ -305,46 +298,10 @@ fn shapes_are_closed_and_their_normals_follow_their_winding() {
 }
 
 #[test]
-fn form_factors_agree_with_their_integrals() {
-    // Midpoint rule over both squares: n⁴ pairs; its error falls with n², and the shared edge converges as 1/n.
-    let integral = |n: usize, kernel: &dyn Fn([f64; 4]) -> f64| {
-        let at = |i: usize| (i as f64 + 0.5) / n as f64;
-        let pairs = (0..n.pow(4)).map(|i| kernel([i % n, i / n % n, i / n.pow(2) % n, i / n.pow(3)].map(at)));
-        pairs.sum::<f64>() / n.pow(4) as f64
-    };
-    let parallel = integral(16, &|[a, b, c, d]| {
-        let r2 = (a - c).powi(2) + (b - d).powi(2) + 1.0;
-        1.0 / (std::f64::consts::PI * r2 * r2)
-    });
-    assert!((parallel / analytic::parallel_form_factor(1.0) - 1.0).abs() < 2e-3, "{parallel}");
-    let perpendicular = integral(48, &|[a, y, c, z]| {
-        let r2 = (a - c).powi(2) + y * y + z * z;
-        y * z / (std::f64::consts::PI * r2 * r2)
-    });
-    assert!((perpendicular / analytic::PERPENDICULAR_FORM_FACTOR - 1.0).abs() < 0.02, "{perpendicular}");
-}
-
-#[test]
-fn analytic_scenes_have_the_size_and_parts_that_their_docs_say() {
-    let sizes = [
-        (analytic::furnace(0.5, 1.0, true), DVec3::splat(2.0), 24),
-        (analytic::cornell(Lamp::Point), DVec3::splat(2.0), 34),
-        (analytic::cornell(Lamp::Area), DVec3::splat(2.0), 42),
-        (analytic::parallel_squares(0.5, 0.5), DVec3::new(1.0, 0.5, 1.0), 4),
-        (analytic::perpendicular_squares(0.5), DVec3::ONE, 4),
-        (analytic::lit_floor(LightKind::Point, 0.5), DVec3::new(4.0, 0.0, 4.0), 2),
-    ];
-    for (scene, size, triangles) in sizes {
-        assert_eq!((scene.bounds(None).size(), scene.triangle_count()), (size, triangles), "{}", scene.name);
-        assert_eq!(scene.degenerate_triangles(&scene.pose(None, 0.0)), 0, "{}", scene.name);
-    }
-    let down = analytic::lit_floor(LightKind::Directional, 0.5);
-    assert!((down.pose(None, 0.0).lights[0].direction - DVec3::NEG_Y).length() < 1e-15);
-    let slivers = analytic::slivers(999, 7);
-    assert_eq!(slivers.meshes[0].positions, analytic::slivers(999, 7).meshes[0].positions);
-    assert_ne!(slivers.meshes[0].positions, analytic::slivers(999, 8).meshes[0].positions);
-    let bounds = slivers.bounds(None);
-    assert!(bounds.min.cmpge(DVec3::ZERO).all() && bounds.max.cmple(DVec3::ONE).all());
+fn a_furnace_has_the_size_and_parts_that_its_docs_say() {
+    let scene = analytic::furnace(0.5, 1.0, true);
+    assert_eq!((scene.bounds(None).size(), scene.triangle_count()), (DVec3::splat(2.0), 24));
+    assert_eq!(scene.degenerate_triangles(&scene.pose(None, 0.0)), 0);
 }
 
 #[test]

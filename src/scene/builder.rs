@@ -1,8 +1,6 @@
 //! Scenes made in code: shapes as meshes, and a scene's parts added one by one.
 
-use std::collections::HashMap;
-
-use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine3, DMat3, Vec2, Vec3, Vec4};
 
 use super::{Camera, Instance, Light, LightKind, Material, Mesh, Node, Scene, Transform, View};
 
@@ -82,33 +80,6 @@ impl Mesh {
         mesh
     }
 
-    /// A sphere around the origin with smooth normals: an icosahedron whose edges are halved `subdivisions` times, with
-    /// 20 · 4ⁿ triangles and its vertices on the sphere.
-    pub fn sphere(name: &str, material: usize, radius: f32, subdivisions: u32, inward: bool) -> Self {
-        let (mut directions, mut triangles) = icosahedron();
-        for _ in 0..subdivisions {
-            let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
-            let mut middle = |a: u32, b: u32| {
-                *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
-                    directions.push((directions[a as usize] + directions[b as usize]).normalize());
-                    directions.len() as u32 - 1
-                })
-            };
-            let quarter = |[a, b, c]: [u32; 3]| {
-                let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
-                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-            };
-            triangles = triangles.into_iter().flat_map(quarter).collect();
-        }
-        let mut mesh = Self { name: name.into(), material, ..Self::default() };
-        for direction in directions.iter().map(|d| d.as_vec3()) {
-            mesh.push_vertex(direction * radius, if inward { -direction } else { direction }, Vec2::ZERO);
-        }
-        let wind = |[a, b, c]: [u32; 3]| if inward { [a, c, b] } else { [a, b, c] };
-        mesh.indices = triangles.into_iter().flat_map(wind).collect();
-        mesh
-    }
-
     /// Triangles with flat normals and no uvs; degenerate ones are kept.
     pub fn triangles(name: &str, material: usize, triangles: &[[Vec3; 3]]) -> Self {
         let mut mesh = Self { name: name.into(), material, ..Self::default() };
@@ -138,31 +109,4 @@ impl Mesh {
         self.uvs.iter_mut().for_each(|uvs| uvs.push(uv));
         self.colors.push(Vec4::ONE);
     }
-}
-
-/// Unit vertices and outward triangles, in f64 so that subdivision does not drift.
-fn icosahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let golden = 0.5 * (1.0 + 5f64.sqrt());
-    let corners = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)];
-    let around = |turn: fn(f64, f64) -> DVec3| corners.into_iter().map(move |(a, b)| turn(a, b).normalize());
-    let vertices = around(|a, b| DVec3::new(a, b, 0.0))
-        .chain(around(|a, b| DVec3::new(0.0, a, b)))
-        .chain(around(|a, b| DVec3::new(b, 0.0, a)))
-        .collect::<Vec<_>>();
-    // Faces are the triples of neighbours: the shortest distance between vertices is that of an edge.
-    let edge = vertices.iter().skip(1).map(|v| v.distance(vertices[0])).fold(f64::INFINITY, f64::min) * 1.01;
-    let near = |a: usize, b: usize| vertices[a].distance(vertices[b]) < edge;
-    let mut faces = Vec::new();
-    for a in 0..12 {
-        for b in a + 1..12 {
-            for c in b + 1..12 {
-                if near(a, b) && near(b, c) && near(c, a) {
-                    let [p, q, r] = [a, b, c].map(|i| vertices[i]);
-                    let outward = (q - p).cross(r - p).dot(p) > 0.0;
-                    faces.push(if outward { [a, b, c] } else { [a, c, b] }.map(|i| i as u32));
-                }
-            }
-        }
-    }
-    (vertices, faces)
 }

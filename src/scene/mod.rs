@@ -8,7 +8,6 @@ mod animation;
 mod bounds;
 mod builder;
 mod camera;
-pub mod gloss;
 mod gltf;
 mod lights;
 pub mod surface;

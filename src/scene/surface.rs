@@ -8,7 +8,7 @@ use super::texture::{ColorSpace, Sampling};
 use super::{Alpha, Material, Scene};
 
 /// Below this GGX is a mirror for every purpose: α = 10⁻⁴ keeps its peak within f32.
-pub const ROUGHNESS_MIN: f32 = 0.01;
+const ROUGHNESS_MIN: f32 = 0.01;
 
 /// Where on a surface: interpolated attributes and how wide one looks.
 #[derive(Clone, Copy, Debug)]
@@ -129,11 +129,6 @@ impl SurfaceParams {
         if self.unlit { 0.0 } else { 1.0 - self.metallic - self.transmission }
     }
 
-    /// Schlick's reflectance at the cosine between view and half vector.
-    pub fn fresnel(&self, cos: f32) -> Vec3 {
-        self.f0 + (Vec3::splat(self.f90) - self.f0) * (1.0 - cos).clamp(0.0, 1.0).powi(5)
-    }
-
     /// What is left of light after `distance` metres inside (Beer's law).
     pub fn transmittance(&self, distance: f32) -> Vec3 {
         (-self.absorption * distance).exp()
@@ -141,7 +136,7 @@ impl SurfaceParams {
 }
 
 /// KHR_materials_ior: reflectance along the normal against air. Index 0 means 1 (reflects everything).
-pub fn dielectric_f0(ior: f32) -> f32 {
+fn dielectric_f0(ior: f32) -> f32 {
     ((ior - 1.0) / (ior + 1.0)).powi(2)
 }
 

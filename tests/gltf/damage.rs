@@ -154,7 +154,7 @@ fn unknown_chunks_are_ignored_and_odd_lengths_refused() {
 #[test]
 fn paths_that_are_not_beside_the_scene_are_refused() {
     for (uri, expected) in [
-        ("none.bin", "does not exist beside the scene"),
+        ("none.bin", "does not exist in the folder of the scene"),
         ("/etc/passwd", "is not a relative path"),
         ("https://example.com/a.bin", "is not a relative path"),
         ("data:application/octet-stream;base64,@", "not valid base64"),
@@ -188,7 +188,7 @@ fn wrong_values_are_refused_by_name() {
         ("/accessors/1/count", json!(3), "4 vertices but 3 values of NORMAL"),
         ("/accessors/0/sparse/count", json!(1u64 << 40), "accessor 0 (sparse) needs"),
         ("/accessors/0/sparse/indices/componentType", json!(F32), "sparse indices"),
-        ("/bufferViews/0/byteLength", huge.clone(), "buffer view 0 ends behind buffer 0"),
+        ("/bufferViews/0/byteLength", huge.clone(), "buffer view 0 ends after the end of buffer 0"),
         ("/bufferViews/0/byteStride", json!(4), "stride of 4"),
         ("/bufferViews/0/byteStride", json!(252), "accessor 0 needs"),
         ("/bufferViews/0/buffer", json!(1), "buffer 1 is used but does not exist"),

@@ -16,7 +16,7 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
-use twobounce::reference::{Depth, Options, Stop, render};
+use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{Scene, View};
 use twobounce::settings::Settings;
 
@@ -48,7 +48,8 @@ fn truth(scene: &Scene, depth: Depth) -> Layers {
         Cache::of_user().and_then(|cache| cache.render(of, &options, &|_| {}, &never)).expect("a reference")
     } else {
         let mut film = Film::new(SIZE, SIZE);
-        render(of, &options, &mut film, &|_| {}, &mut |_| Ok(()), &never).expect("nothing interrupts");
+        render(of, &options, &mut film, Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never })
+            .expect("nothing interrupts");
         film
     };
     assert_eq!(film.rejected(), 0, "samples that are not finite");

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use twobounce::layers::{Aov, Layers};
 use twobounce::reference::film::Film;
-use twobounce::reference::{Depth, Options, Stop, render};
+use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{
     Alpha, Bounds, Instance, Light, LightKind, Material, Mesh, Node, Projection, Scene, Transform, View,
 };
@@ -64,8 +64,13 @@ impl Built {
         let options = Options { width: size, height: size, depth, stop, seed: 0, occlusion: true };
         let mut film = Film::new(size, size);
         let never = AtomicBool::new(false);
-        render((&self.0, &pose, view), &options, &mut film, &|_| {}, &mut |_| Ok(()), &never)
-            .expect("nothing interrupts");
+        render(
+            (&self.0, &pose, view),
+            &options,
+            &mut film,
+            Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
+        )
+        .expect("nothing interrupts");
         assert_eq!(film.rejected(), 0, "samples that are not finite");
         film.layers(&[Aov::Direct, Aov::Ao, Aov::Depth])
     }

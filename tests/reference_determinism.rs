@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use twobounce::Error;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
-use twobounce::reference::{Depth, Options, Stop, render};
+use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{LoadOptions, Pose, Scene, View};
 
 const SIZE: u32 = 24;
@@ -26,8 +26,13 @@ fn uninterrupted(stop: Stop) -> Film {
     let (scene, pose, view) = cornell();
     let mut film = Film::new(SIZE, SIZE);
     let never = AtomicBool::new(false);
-    render((&scene, &pose, &view), &options(stop), &mut film, &|_| {}, &mut |_| Ok(()), &never)
-        .expect("nothing interrupts");
+    render(
+        (&scene, &pose, &view),
+        &options(stop),
+        &mut film,
+        Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
+    )
+    .expect("nothing interrupts");
     film
 }
 
@@ -48,8 +53,13 @@ fn seeds_matter() {
         let mut film = Film::new(SIZE, SIZE);
         let never = AtomicBool::new(false);
         let options = Options { seed, ..options(stop) };
-        render((&scene, &pose, &view), &options, &mut film, &|_| {}, &mut |_| Ok(()), &never)
-            .expect("nothing interrupts");
+        render(
+            (&scene, &pose, &view),
+            &options,
+            &mut film,
+            Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
+        )
+        .expect("nothing interrupts");
         film
     };
     assert!(with(0) != with(1) && with(0) != with(1 << 40), "a seed changes nothing");

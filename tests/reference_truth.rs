@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::compare;
 use twobounce::reference::film::Film;
-use twobounce::reference::{Depth, Options, Stop, render};
+use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{LoadOptions, Scene};
 
 const SIZE: u32 = 64;
@@ -26,7 +26,13 @@ fn film(scene: &str, depth: Depth, samples: u32) -> Film {
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: false };
     let mut film = Film::new(SIZE, SIZE);
     let never = AtomicBool::new(false);
-    render((&scene, &pose, &view), &options, &mut film, &|_| {}, &mut |_| Ok(()), &never).expect("nothing interrupts");
+    render(
+        (&scene, &pose, &view),
+        &options,
+        &mut film,
+        Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
+    )
+    .expect("nothing interrupts");
     assert_eq!(film.rejected(), 0, "samples that are not finite");
     film
 }

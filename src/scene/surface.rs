@@ -58,7 +58,7 @@ impl Material {
     /// The material at `point`.
     #[inline]
     pub fn evaluate(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> SurfaceParams {
-        let sample = |slot: &Option<_>, space| textures.sample(scene, slot.as_ref(), space, point.uvs, point.footprint);
+        let sample = |slot: &Option<_>, space| textures.sample(scene, slot.as_ref(), space, point);
         let base = self.base_color * sample(&self.base_color_texture, ColorSpace::Srgb) * point.color;
         let metallic_roughness = sample(&self.metallic_roughness_texture, ColorSpace::Linear);
         let metallic = self.metallic * metallic_roughness.z;
@@ -92,7 +92,7 @@ impl Material {
             return 1.0;
         }
         let slot = self.base_color_texture.as_ref();
-        let texel = textures.sample(scene, slot, ColorSpace::Srgb, point.uvs, point.footprint);
+        let texel = textures.sample(scene, slot, ColorSpace::Srgb, point);
         self.alpha.opacity(self.base_color.w * texel.w * point.color.w)
     }
 

@@ -1,11 +1,11 @@
-//! Scenes made in code: shapes as meshes, and a scene's parts added one by one.
+//! Scenes made in code: meshes of simple shapes, and methods that add the parts of a scene.
 
 use glam::{DAffine3, DMat3, Vec2, Vec3, Vec4};
 
 use super::{Camera, Instance, Light, LightKind, Material, Mesh, Node, Scene, Transform, View};
 
 impl Scene {
-    /// A scene with nothing but glTF's default material.
+    /// A scene that has only glTF's default material.
     pub fn empty(name: &str) -> Self {
         Self { name: name.into(), materials: vec![Material::default()], ..Self::default() }
     }
@@ -16,7 +16,7 @@ impl Scene {
         self.materials.len() - 1
     }
 
-    /// Hangs `mesh` on a node of its own. Returns the instance's index.
+    /// Adds `mesh` at a new node. Returns the instance's index.
     pub fn add_mesh(&mut self, mesh: Mesh, world_from_mesh: DAffine3) -> usize {
         let node = self.add_node(&mesh.name.clone(), world_from_mesh);
         self.meshes.push(mesh);
@@ -24,14 +24,14 @@ impl Scene {
         self.instances.len() - 1
     }
 
-    /// A light at the origin of `world_from_light`, shining along its −Z; `intensity` as in [`Light`].
+    /// Adds a light at the origin of `world_from_light` that shines along its −Z; `intensity` as in [`Light`]. Returns its index.
     pub fn add_light(&mut self, kind: LightKind, intensity: Vec3, world_from_light: DAffine3) -> usize {
         let node = self.add_node("light", world_from_light);
         self.lights.push(Light { name: "light".into(), node, kind, intensity, range: f32::INFINITY, radius: 0.0 });
         self.lights.len() - 1
     }
 
-    /// A camera that sees `view`.
+    /// Adds a camera with this view. Returns its index.
     pub fn add_camera(&mut self, view: &View) -> usize {
         let axes = DMat3::from_cols(view.right(), view.up, -view.forward);
         let node = self.add_node("camera", DAffine3::from_mat3_translation(axes, view.eye));
@@ -46,13 +46,13 @@ impl Scene {
 }
 
 impl Material {
-    /// Albedo/π and nothing else.
+    /// A diffuse BRDF of albedo/π.
     pub fn lambert(name: &str, albedo: Vec3) -> Self {
         let base_color = albedo.extend(1.0);
         Self { name: name.into(), base_color, metallic: 0.0, specular: 0.0, ..Self::default() }
     }
 
-    /// Sends `radiance` from its front and reflects nothing.
+    /// Emits `radiance` from its front and reflects nothing.
     pub fn lamp(name: &str, radiance: Vec3) -> Self {
         Self { emissive: radiance, ..Self::lambert(name, Vec3::ZERO) }
     }
@@ -66,7 +66,7 @@ impl Mesh {
         mesh
     }
 
-    /// An axis-aligned box with normals outward, or inward.
+    /// An axis-aligned box; its normals point outward, or inward if `inward`.
     pub fn cuboid(name: &str, material: usize, min: Vec3, max: Vec3, inward: bool) -> Self {
         let mut mesh = Self { name: name.into(), material, ..Self::default() };
         let size = max - min;
@@ -80,7 +80,7 @@ impl Mesh {
         mesh
     }
 
-    /// Triangles with flat normals and no uvs; degenerate ones are kept.
+    /// Triangles with flat normals and zero uvs. Degenerate triangles are kept.
     pub fn triangles(name: &str, material: usize, triangles: &[[Vec3; 3]]) -> Self {
         let mut mesh = Self { name: name.into(), material, ..Self::default() };
         for &[a, b, c] in triangles {

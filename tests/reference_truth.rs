@@ -11,7 +11,7 @@ use twobounce::scene::{LoadOptions, Scene};
 
 const SIZE: u32 = 64;
 
-/// Of the truth at this size (its README).
+/// Noise of the truth images at this size (see their README).
 const TRUTH_NOISE: f64 = 0.003;
 
 fn path(scene: &str, file: &str) -> std::path::PathBuf {
@@ -44,9 +44,9 @@ fn agrees(scene: &str, file: &str, depth: Depth) {
     let noise = film.noise() + TRUTH_NOISE;
     let told = format!("{scene} {file}: {metrics:?}, noise {noise:.4}");
     println!("{told}");
-    // Half a percent pays for the noise of both images' means.
+    // The tolerance covers the noise of both means.
     assert!((metrics.energy - 1.0).abs() < 0.005, "{told}");
-    // `rel` is smaller than the root mean square; 2 % on top pay for the truth's smoothing, which rounds edges off.
+    // `rel` is smaller than the root mean square error. The additional 2 % cover the truth's smoothing at edges.
     assert!(metrics.rel < 0.02 + noise, "{told}");
 }
 
@@ -90,7 +90,7 @@ fn full_light_of_a_point() {
     agrees("cornell-point", "total.exr", Depth::Full);
 }
 
-/// Albedo ½ and emission 1: n bounces see Σ ½ᵏ for k to n + 1, full light 2.
+/// Albedo ½ and emission 1: n bounces give Σ ½ᵏ, k = 0…n + 1, unlimited bounces 2.
 #[test]
 fn furnace() {
     for (depth, expected) in

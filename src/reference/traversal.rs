@@ -259,7 +259,7 @@ mod tests {
     use super::*;
     use crate::reference::sampler::Sampler;
 
-    /// Numbers in [−1, 1), three by three.
+    /// Vectors with components in [−1, 1).
     fn vectors(count: u32) -> Vec<Vec3> {
         let vector = |i| {
             let [x, y, z, _] = Sampler::new(1, i, 0, 2).set(0);
@@ -282,8 +282,8 @@ mod tests {
         (triangles.collect(), rays.collect())
     }
 
-    /// Every triangle that the ray meets, without a tree.
-    fn met(triangles: &[[Vec3; 3]], ray: &Ray) -> Vec<f32> {
+    /// The distances of all triangles that the ray hits, without a tree.
+    fn all_hits(triangles: &[[Vec3; 3]], ray: &Ray) -> Vec<f32> {
         let mut hits = Vec::new();
         for t in triangles {
             let [a, b, c] = t.map(|p| splat::<Lanes>(p.into()));
@@ -296,13 +296,13 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_finds_what_is_there_with_and_without_avx() {
+    fn the_tree_gives_the_hits_of_a_linear_search_with_and_without_avx() {
         let (triangles, rays) = scene();
         let fast = Bvh::new(&triangles);
         let plain = Bvh { avx: false, ..Bvh::new(&triangles) };
         let mut found = 0;
         for ray in &rays {
-            let hits = met(&triangles, ray);
+            let hits = all_hits(&triangles, ray);
             let expected = hits.iter().copied().min_by(f32::total_cmp).map(f32::to_bits);
             for bvh in [&fast, &plain] {
                 assert_eq!(bvh.nearest(ray, |_| true).map(|hit| hit.t.to_bits()), expected, "{ray:?}");
@@ -312,7 +312,7 @@ mod tests {
                     all += 1;
                     false
                 }));
-                assert_eq!(all, hits.len(), "every triangle is met once: {ray:?}");
+                assert_eq!(all, hits.len(), "every triangle is hit once: {ray:?}");
             }
             found += usize::from(expected.is_some());
         }
@@ -320,13 +320,13 @@ mod tests {
     }
 
     #[test]
-    fn eight_rays_together_are_eight_rays() {
+    fn eight_rays_at_a_time_give_the_hits_of_single_rays() {
         let (triangles, rays) = scene();
         let bvh = Bvh::new(&triangles);
         let plain = Bvh { avx: false, ..Bvh::new(&triangles) };
         let (mut blocked, mut mixed) = (0, 0);
         for (i, ray) in rays.iter().enumerate() {
-            // From around one point to around another: of one octant mostly, and of several.
+            // Rays between the neighbourhoods of two points: mostly of one octant, sometimes of several.
             let near = |k: usize| {
                 let origin = ray.origin + vectors(8)[k] * [0.1, 10.0][i % 2];
                 let way = ray.origin + ray.direction * 50.0 - origin;
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_met_in_nothing() {
+    fn an_empty_tree_has_no_hits() {
         let bvh = Bvh::new(&[]);
         let ray = Ray { direction: Vec3::X, far: f32::INFINITY, ..Ray::default() };
         assert!(bvh.nearest(&ray, |_| true).is_none() && !bvh.any(&ray, |_| true) && bvh.any_of(&[ray], |_| true) == 0);

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds a static libshaderc_combined.a that links, from the packages of Debian and Ubuntu. The library in the package, like its
-# libshaderc.so, has undefined symbols of glslang and SPIRV-Tools. If the result does not link, the script fails and writes nothing.
+# libshaderc.so, has undefined symbols of glslang and SPIRV-Tools. If the result does not link, the script fails and
+# writes nothing.
 # Usage: merge-shaderc.sh OUTPUT_DIR
 set -euo pipefail
 out=$1

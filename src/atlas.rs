@@ -1,9 +1,9 @@
 //! Packs all textures at full size into one 2D array: the weakest supported device has no dynamic indexing of samplers and few
 //! bindings.
 //!
-//! Each mip chain occupies one rectangle of one layer: level 0, and below it the other levels side by side. GLSL filters in shader
-//! code (`glsl/common/texture.glsl`). Layers have the size of the largest rectangle or a small multiple of it, whichever wastes
-//! least.
+//! Each mip chain occupies one rectangle of one layer: level 0, and below it the other levels side by side. GLSL filters in
+//! shader code (`glsl/common/texture.glsl`). Layers have the size of the largest rectangle or a small multiple of it,
+//! whichever wastes least.
 
 use crate::layout::TextureLevel;
 

@@ -11,14 +11,14 @@ pub enum Aov {
     Indirect,
     /// Ambient occlusion: 1 is unoccluded, 0 is fully occluded; three equal channels.
     Ao,
-    /// Shading normal in world space, unit length; zero on the sky.
+    /// Shading normal in world space, unit length on surfaces.
     Normal,
     /// Distance along the view's forward axis in metres, +∞ on the sky; three equal channels.
     Depth,
     /// The surface's base colour.
     Albedo,
-    /// Share of the surface that is neither metallic nor transmitting, 0 to 1: (1 − metallic) · (1 − transmission). 0 on the sky
-    /// and on unlit surfaces; three equal channels.
+    /// Share of the surface that is neither metallic nor transmitting, 0 to 1: (1 − metallic) · (1 − transmission). 0 on
+    /// the sky and on unlit surfaces; three equal channels.
     Diffuse,
 }
 

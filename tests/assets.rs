@@ -39,8 +39,8 @@ fn an_error_names_the_folder_that_cannot_be_created() {
     assert!(error.contains(file.to_str().unwrap()), "{error}");
 }
 
-/// All meshes except double-sided sheets and single-sided lamps are closed: every edge occurs once in each direction. Vertices with
-/// equal bits of their positions are the same.
+/// All meshes except double-sided sheets and single-sided lamps are closed: every edge occurs once in each direction.
+/// Vertices with equal bits of their positions are the same.
 #[test]
 fn solids_are_closed() {
     for (name, _) in scenes() {

@@ -165,7 +165,8 @@ fn form_factor_of_perpendicular_squares() {
     assert!((mean / (0.6 * factor) - 1.0).abs() < 0.003, "{mean}, expected {}", 0.6 * factor);
 }
 
-/// The share of uniform light that GGX with Fresnel 1 reflects, by quadrature over microfacet normals: ∫ F D G (v·h) / (n·v)(n·h).
+/// The share of uniform light that GGX with Fresnel 1 reflects, by quadrature over microfacet normals: ∫ F D G (v·h) /
+/// (n·v)(n·h).
 fn directional_albedo(roughness: f64, cos: f64) -> f64 {
     let alpha2 = roughness.powi(4);
     let g1 = |c: f64| 2.0 * c / (c + (alpha2 + (1.0 - alpha2) * c * c).sqrt());
@@ -348,7 +349,8 @@ fn ambient_occlusion_of_a_wall() {
     assert!((mean(&layers, Aov::Depth) - 10.0).abs() < 1e-3, "{}", mean(&layers, Aov::Depth));
 }
 
-/// Scale and translation do not change the image: the bits are equal for powers of two at the origin, equal within noise far away.
+/// Scale and translation do not change the image: the bits are equal for powers of two at the origin, equal within noise
+/// far away.
 #[test]
 fn scale_and_place_do_not_matter() {
     let room = |scale: f64, offset: DVec3| {

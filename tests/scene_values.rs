@@ -148,8 +148,6 @@ fn textures_multiply_their_factors_channel_by_channel() {
         base_color_texture: Some(t[0]),
         metallic_roughness_texture: Some(t[1]),
         normal_texture: Some(t[2]),
-        occlusion_texture: Some(t[3]),
-        occlusion_strength: 0.5,
         transmission: 0.5,
         transmission_texture: Some(t[3]),
         emissive: Vec3::splat(10.0),
@@ -169,7 +167,6 @@ fn textures_multiply_their_factors_channel_by_channel() {
     close(params.opacity, 0.5 * 0.2 * 0.5);
     close(params.roughness, 0.4);
     close(params.metallic, 0.2);
-    close(params.occlusion, 1.0 + 0.5 * (0.2 - 1.0));
     close(params.transmission, 0.5 * 0.2 * 0.8);
     // Half of the attenuation distance gives the square root of the colour.
     assert!((params.transmittance(1.0) - Vec3::new(1.0, 0.5f32.sqrt(), 0.5)).abs().max_element() < 1e-6);

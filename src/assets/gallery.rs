@@ -1,9 +1,10 @@
-//! The gallery: one room that shows all supported features.
+//! The gallery: one room with an example of every main feature.
 //!
-//! A closed room of 3.4 × 2.5 × 4.25 m, red on the left and teal on the right, so that coloured light reaches the white back wall.
-//! Five golden spheres from polished to rough are on a bench. A ring on the wall and a ball on the floor are emissive. A spot light
-//! shines through a brass lattice (an alpha mask) onto the tiled floor; a point light of 6 cm radius casts softer shadows. A knot of
-//! coloured clay (vertex colours) rotates on a plinth behind a pane of rose glass; a ball of clear glass refracts.
+//! A closed room of 3.4 × 2.5 × 4.25 m, red on the left and teal on the right, so that coloured light reaches the white
+//! back wall. Five golden spheres from polished to rough are on a bench. A ring on the wall and a ball on the floor are
+//! emissive. A spot light shines through a brass lattice (an alpha mask) onto the tiled floor; a point light of 6 cm radius
+//! casts softer shadows. A knot of coloured clay (vertex colours) rotates on a plinth behind a pane of rose glass; a ball
+//! of clear glass refracts.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,5 @@
-//! Shapes as triangles, counter-clockwise seen from outside. Closed shapes are watertight: each edge has its reverse, by position.
+//! Shapes as triangles, counter-clockwise seen from outside. Closed shapes are watertight: each edge has its reverse, by
+//! position.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +17,8 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A parallelogram with normal `u` × `v`. Its uv goes from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) at the opposite corner.
+    /// A parallelogram with normal `u` × `v`. Its uv goes from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) at the
+    /// opposite corner.
     pub fn quad(corner: DVec3, u: DVec3, v: DVec3, repeat: DVec2) -> Self {
         Self {
             positions: vec![corner, corner + u, corner + u + v, corner + v],

@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 /// The process and thread of all slices: one track.
 const TRACK: u32 = 1;
 
-/// The trace of consecutive frames on `device`. Times are microseconds of device time; each frame starts after the wall-clock time
-/// of the frame before.
+/// The trace of consecutive frames on `device`. Times are microseconds of device time; each frame starts after the
+/// wall-clock time of the frame before.
 pub fn chrome_trace(device: &str, frames: &[ZoneTimings]) -> Value {
     let mut events = vec![
         json!({ "ph": "M", "name": "process_name", "pid": TRACK, "args": { "name": "twobounce" } }),

@@ -58,8 +58,8 @@ pub fn encode(image: &Layers, metadata: &Metadata) -> exr::error::Result<Vec<u8>
     Ok(bytes)
 }
 
-/// Sorts the header's attributes by name: the exr crate keeps them in a hash map with random order. The header's length does not
-/// change, so the offsets after it stay valid.
+/// Sorts the header's attributes by name: the exr crate keeps them in a hash map with random order. The header's length
+/// does not change, so the offsets after it stay valid.
 ///
 /// Layout: 8 bytes of magic and version, then `name\0 type\0 size:i32 value[size]` each, then `\0`.
 fn sort_attributes(bytes: &mut [u8]) {

@@ -3,8 +3,8 @@
 //! Exposure: radiance is multiplied by 2^EV. With automatic exposure the 95th percentile of the luminance without sky becomes
 //! 0.8. EV is rounded to 0.01, so that the printed number gives the same bytes.
 //!
-//! Tone curve: "Khronos PBR Neutral" (Khronos Group, *PBR Neutral Tone Mapper*, 2024), made for glTF: colours below 0.8 are kept
-//! (minus the 4 % that dielectrics reflect at normal incidence), brighter ones are compressed towards white.
+//! Tone curve: "Khronos PBR Neutral" (Khronos Group, *PBR Neutral Tone Mapper*, 2024), made for glTF: colours below 0.8 are
+//! kept (minus the 4 % that dielectrics reflect at normal incidence), brighter ones are compressed towards white.
 //!
 //! Encoding: IEC 61966-2-1, rounded to nearest, no dithering.
 
@@ -20,8 +20,8 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
     0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
-/// The automatic exposure of an image in EV, a multiple of 0.01. Pixels equal to the radiance `sky`, black pixels and non-finite
-/// ones are ignored; 0 if none is left.
+/// The automatic exposure of an image in EV, a multiple of 0.01. Pixels equal to the radiance `sky`, black pixels and
+/// non-finite ones are ignored; 0 if none is left.
 pub fn automatic_exposure(beauty: &[[f32; 3]], sky: [f32; 3]) -> f32 {
     const PERCENTILE: f64 = 0.95;
     const TARGET: f32 = 0.8;
@@ -67,7 +67,7 @@ pub fn srgb_code(linear: f32) -> u8 {
     (srgb_from_linear(linear.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
-/// The bytes of a PNG file: 8-bit RGB without a colour space chunk, which means sRGB.
+/// The bytes of a PNG file: 8-bit RGB without a colour space chunk, so viewers assume sRGB.
 pub fn encode(image: &Layers, exposure_ev: f32) -> std::result::Result<Vec<u8>, String> {
     let gain = exposure_ev.exp2();
     let shown = |p: &[f32; 3]| tone_curve(p.map(|c| c * gain)).map(srgb_code);

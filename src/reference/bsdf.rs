@@ -1,8 +1,9 @@
-//! The BSDF of glTF 2.0 (appendix B, with KHR_materials_specular, _ior, _transmission and _volume): evaluation, sampling, density.
+//! The BSDF of glTF 2.0 (appendix B, with KHR_materials_specular, _ior, _transmission and _volume): evaluation, sampling,
+//! density.
 //!
 //! Three lobes: diffuse ρ/π, GGX reflection, GGX transmission (unrefracted through thin walls, refracted at volumes). Below
-//! [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths and shadow rays pass it without a bounce,
-//! see [`Bsdf::unscattered`].
+//! [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths and shadow rays pass it without a
+//! bounce, see [`Bsdf::unscattered`].
 
 use glam::{Mat3, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};

@@ -127,8 +127,8 @@ impl Film {
         self.rows.iter().map(|r| r.rejected).sum()
     }
 
-    /// The expected relative error of the image against a converged one, as root mean square over pixels. The error is estimated
-    /// as half the difference of the images of even and odd samples. Relative as in `relmse`: per pixel
+    /// The expected relative error of the image against a converged one, as root mean square over pixels. The error is
+    /// estimated as half the difference of the images of even and odd samples. Relative as in `relmse`: per pixel
     /// √(Σ error² / (Σ value² + 3ε)), ε = 0.01 · mean(image)².
     pub fn noise(&self) -> f64 {
         let samples = self.done() as f64;

@@ -16,8 +16,9 @@ use super::traversal::{Hit, Ray};
 use super::{Depth, Options};
 use crate::scene::{Pose, Scene};
 
-/// Set 0 of the random numbers: the place in the pixel and the light at vertex 0. Vertex k then uses set 2k + 1 for its direction
-/// and for the light at vertex k + 1, and set 2k + 2 for its choices: of the lobe, of roulette, of the punctual light.
+/// Set 0 of the random numbers: the place in the pixel and the light at vertex 0. Vertex k then uses set 2k + 1 for its
+/// direction and for the light at vertex k + 1, and set 2k + 2 for its choices: of the lobe, of roulette, of the punctual
+/// light.
 pub const PIXEL_AND_LIGHT: u32 = 0;
 const OCCLUSION: u32 = u32::MAX;
 
@@ -135,12 +136,12 @@ impl<'a> Integrator<'a> {
         flags.double_sided || flags.volume
     }
 
-    /// Follows the path's ray to the next surface that it does not pass unscattered. At the sky the result is `None`, and the sky's
-    /// radiance is added.
+    /// Follows the path's ray to the next surface that it does not pass unscattered. At the sky the result is `None`, and
+    /// the sky's radiance is added.
     pub(super) fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
         let (mut travelled, mut clear) = (0.0, true);
-        // The share of the pixel whose `Sample::diffuse` is still open.
-        let mut open = if path.scattered == 0 { 1.0 } else { 0.0 };
+        // The share of the sample that shows surfaces further along the ray, for `Sample::diffuse`.
+        let mut remaining = if path.scattered == 0 { 1.0 } else { 0.0 };
         loop {
             let Some(hit) = self.hit(&path.ray, path.scattered == 0) else {
                 path.add(self.lights.sky);
@@ -157,8 +158,8 @@ impl<'a> Integrator<'a> {
                 if sampler.event() < pass {
                     // A blended surface is not the first surface where it passes light; thin glass is.
                     let blended = ((1.0 - vertex.surface.params.opacity) / pass).min(1.0);
-                    path.sample.diffuse += open * (1.0 - blended) * vertex.surface.params.diffuse_share();
-                    open *= blended;
+                    path.sample.diffuse += remaining * (1.0 - blended) * vertex.surface.params.diffuse_share();
+                    remaining *= blended;
                     path.throughput *= vertex.unscattered / pass;
                     path.ray.origin = self.offset_origin(&vertex, path.ray.direction);
                     path.ray.near = 0.0;
@@ -169,7 +170,7 @@ impl<'a> Integrator<'a> {
             }
             vertex.hit.t = travelled;
             vertex.clear = clear;
-            path.sample.diffuse += open * vertex.surface.params.diffuse_share();
+            path.sample.diffuse += remaining * vertex.surface.params.diffuse_share();
             if path.scattered == 0 {
                 self.record_first_hit(path, &vertex, sampler);
             }
@@ -205,7 +206,8 @@ impl<'a> Integrator<'a> {
         Vertex { hit, point, surface, bsdf, geometric, unscattered, clear: true }
     }
 
-    /// The origin of a ray that leaves a vertex in `direction`: slightly off the surface, so that the ray does not hit it again.
+    /// The origin of a ray that leaves a vertex in `direction`: slightly off the surface, so that the ray does not hit it
+    /// again.
     pub(super) fn offset_origin(&self, vertex: &Vertex, direction: Vec3) -> Vec3 {
         let p = vertex.point.position;
         // A few times the spacing of f32 at the position; 16 units account for cancellation near the centre.
@@ -309,8 +311,8 @@ impl<'a> Integrator<'a> {
         self.bvh.any_of(rays, |hit| self.is_opaque(self.flags(hit.at), hit))
     }
 
-    /// Samples the next ray of the path. The result is the survival probability of Russian roulette, by which the throughput has been
-    /// divided; `None` if the path ends.
+    /// Samples the next ray of the path. The result is the survival probability of Russian roulette, by which the
+    /// throughput has been divided; `None` if the path ends.
     pub(super) fn scatter(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) -> Option<f32> {
         let k = path.scattered;
         if k >= self.bounces && !self.lights.can_be_hit() {

@@ -112,8 +112,8 @@ impl Lights {
         })
     }
 
-    /// The density per steradian with which [`Self::emitter_at`] samples a point on `triangle` at `distance`; `cos` is between the
-    /// direction and the triangle's normal.
+    /// The density per steradian with which [`Self::emitter_at`] samples a point on `triangle` at `distance`; `cos` is
+    /// between the direction and the triangle's normal.
     pub fn emitter_density(&self, triangle: u32, distance: f32, cos: f32) -> f32 {
         match self.emitters.density.get(triangle as usize) {
             Some(&d) if cos != 0.0 => d * distance * distance / cos.abs(),

@@ -1,7 +1,7 @@
 //! The reference: an unbiased path tracer on the CPU. It shares only the scene and its materials with the renderer.
 //!
-//! [`render`] adds samples to a [`Film`] until [`Options::stop`]; [`cache::Cache`] keeps films between runs. One kind of light is
-//! missing, because such paths cannot be sampled from the camera: caustics of point lights without extent.
+//! [`render`] adds samples to a [`Film`] until [`Options::stop`]; [`cache::Cache`] keeps films between runs. One kind of
+//! light is missing, because such paths cannot be sampled from the camera: caustics of point lights without extent.
 
 mod bsdf;
 mod bvh;

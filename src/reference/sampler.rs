@@ -1,8 +1,8 @@
 //! Random numbers for paths: Sobol points in sets of four dimensions, Owen-scrambled with hashes (Burley 2020,
 //! "Practical Hash-based Owen Scrambling").
 //!
-//! A number depends only on (seed, pixel, sample, dimension), not on threads or the order of work. Even and odd samples come from
-//! two independently scrambled sequences, so half the difference of their means estimates the noise.
+//! A number depends only on (seed, pixel, sample, dimension), not on threads or the order of work. Even and odd samples
+//! come from two independently scrambled sequences, so half the difference of their means estimates the noise.
 
 /// Dimensions per jointly stratified set.
 const SET: usize = 4;
@@ -78,7 +78,8 @@ fn combine(a: u32, b: u32) -> u32 {
     hash(a ^ b.wrapping_mul(0x9e37_79b9).wrapping_add(0x85eb_ca6b))
 }
 
-/// Owen scrambling: each bit is flipped depending on a hash of the bits above it (Laine and Karras' hash with Vegdahl's constants).
+/// Owen scrambling: each bit is flipped depending on a hash of the bits above it (Laine and Karras' hash with Vegdahl's
+/// constants).
 #[inline]
 fn owen(x: u32, seed: u32) -> u32 {
     let mut x = x.reverse_bits();

@@ -21,7 +21,7 @@ pub const SIDE: usize = 4;
 /// A pixel's first vertex.
 struct FirstVertex {
     vertex: Vertex,
-    /// Of the path up to this vertex.
+    /// Throughput of the path up to this vertex.
     throughput: Vec3,
 }
 
@@ -30,7 +30,7 @@ struct SharedVertex {
     /// The pixel of the path that found it, as an index in the tile.
     pixel: usize,
     vertex: Vertex,
-    /// Sampled lights, with their occlusion.
+    /// The sampled lights; their radiance includes occlusion.
     lights: [Option<LightSample>; 2],
     scattered: Option<ScatteredLight>,
 }

@@ -1,5 +1,5 @@
-//! Traversal of the tree of `src/reference/bvh.rs`: one ray against eight boxes or triangles at a time, or eight rays at a time.
-//! On x86 it is compiled with and without AVX; the choice is made at run time.
+//! Traversal of the tree of `src/reference/bvh.rs`: one ray against eight boxes or triangles at a time, or eight rays at a
+//! time. On x86 it is compiled with and without AVX; the choice is made at run time.
 
 use glam::Vec3;
 use std::cell::Cell;

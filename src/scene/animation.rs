@@ -6,8 +6,8 @@ use super::{Channel, Interpolation, Pose, PosedLight, Scene, Transform, Values};
 use crate::{Error, Result};
 
 impl Scene {
-    /// The pose at `time_s` seconds of `animation`; with the file's own transforms if `animation` is `None`. Before its first key
-    /// and after its last one a channel is constant.
+    /// The pose at `time_s` seconds of `animation`; with the file's own transforms if `animation` is `None`. Before its
+    /// first key and after its last one a channel is constant.
     pub fn pose(&self, animation: Option<usize>, time_s: f32) -> Pose {
         let mut locals: Vec<Transform> = self.nodes.iter().map(|n| n.local).collect();
         if let Some(animation) = animation.and_then(|a| self.animations.get(a)) {

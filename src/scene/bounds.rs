@@ -42,9 +42,9 @@ impl Bounds {
 }
 
 impl Scene {
-    /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion between these
-    /// times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at 4096 uniform times, and
-    /// very large meshes are replaced by their boxes. Empty for a scene without meshes.
+    /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion
+    /// between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at
+    /// 4096 uniform times, and very large meshes are replaced by their boxes. Empty for a scene without meshes.
     pub fn bounds(&self, animation: Option<usize>) -> Bounds {
         let times = self.sample_times(animation);
         let points: Vec<Cow<[Vec3]>> = self.meshes.iter().map(|m| hull_points(&m.positions, times.len())).collect();

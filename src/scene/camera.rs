@@ -19,7 +19,8 @@ impl View {
         Self::from_axes(eye, target - eye, up, projection)
     }
 
-    /// A view from the front, slightly from above and the right, that shows all of `bounds` in an image at least as wide as high.
+    /// A view from the front, slightly from above and the right, that shows all of `bounds` in an image at least as wide as
+    /// high.
     pub fn framing(bounds: Bounds) -> Self {
         let fov = DEFAULT_FOV_DEGREES.to_radians();
         let radius = 0.5 * bounds.size().length();

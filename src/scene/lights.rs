@@ -19,8 +19,8 @@ impl Scene {
         self.instances.iter().any(|i| emits(i.mesh))
     }
 
-    /// Adds one directional light from the upper left behind the viewer. Returns a sentence about it. Existing poses do not include
-    /// the light.
+    /// Adds one directional light from the upper left behind the viewer. Returns a sentence about it. Existing poses do not
+    /// include the light.
     pub fn add_default_light(&mut self, view: &View) -> String {
         let direction = (view.forward + 0.5 * view.right() - view.up).normalize();
         let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, direction);

@@ -227,8 +227,8 @@ pub struct Light {
     pub intensity: Vec3,
     /// Metres; infinite if the file gives none. The intensity is multiplied by glTF's window max(min(1 − (d/range)⁴, 1), 0).
     pub range: f32,
-    /// Radius of the light for soft shadows, metres (`extras.radius`); 0 gives hard shadows. Directional lights: the tangent of the
-    /// light's half angle.
+    /// Radius of the light for soft shadows, metres (`extras.radius`); 0 gives hard shadows. Directional lights: the
+    /// tangent of the light's half angle.
     pub radius: f32,
 }
 

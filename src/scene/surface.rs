@@ -41,16 +41,12 @@ pub struct SurfaceParams {
     pub f90: f32,
     /// Share of the diffuse part that is transmitted instead: transmission × (1 − metallic).
     pub transmission: f32,
-    /// Metres in object space; 0 is thin-walled.
-    pub thickness: f32,
     /// For refraction, at least 1. The material's special value 0, "reflects everything", becomes 1.
     pub ior: f32,
     /// Absorption coefficient per metre: see [`SurfaceParams::transmittance`].
     pub absorption: Vec3,
     /// The normal map's normal, unit, in the tangent frame; (0, 0, 1) without a map.
     pub normal_tangent: Vec3,
-    /// The occlusion texture; 1 is unoccluded.
-    pub occlusion: f32,
     pub unlit: bool,
 }
 
@@ -66,7 +62,6 @@ impl Material {
         let specular_color = self.specular_color * sample(&self.specular_color_texture, ColorSpace::Srgb).truncate();
         let transmission = self.transmission * sample(&self.transmission_texture, ColorSpace::Linear).x;
         let dielectric_f0 = (dielectric_f0(self.ior) * specular_color).min(Vec3::ONE) * specular;
-        let occlusion = sample(&self.occlusion_texture, ColorSpace::Linear).x;
         SurfaceParams {
             base_color: base.truncate(),
             opacity: self.alpha.opacity(base.w),
@@ -77,11 +72,9 @@ impl Material {
             f0: dielectric_f0.lerp(base.truncate(), metallic),
             f90: specular + (1.0 - specular) * metallic,
             transmission: transmission * (1.0 - metallic),
-            thickness: self.thickness * sample(&self.thickness_texture, ColorSpace::Linear).y,
             ior: self.ior.max(1.0),
             absorption: absorption(self.attenuation_color, self.attenuation_distance),
             normal_tangent: self.normal_map(sample(&self.normal_texture, ColorSpace::Linear)),
-            occlusion: 1.0 + self.occlusion_strength * (occlusion - 1.0),
             unlit: self.unlit,
         }
     }
@@ -145,8 +138,8 @@ fn absorption(color: Vec3, distance: f32) -> Vec3 {
     if distance.is_infinite() { Vec3::ZERO } else { -color.max(Vec3::splat(1e-10)).map(f32::ln) / distance }
 }
 
-/// Transforms an instance's normals and tangents to world space. Normals of mirrored instances (negative determinant) still point
-/// outward; the winding and the sign of the tangents are reversed.
+/// Transforms an instance's normals and tangents to world space. Normals of mirrored instances (negative determinant) still
+/// point outward; the winding and the sign of the tangents are reversed.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldFrame {
     linear: DMat3,
@@ -179,8 +172,8 @@ impl WorldFrame {
     }
 }
 
-/// The front side's normal with the normal map's `normal_tangent`, in the space of the interpolated unit `normal` and `tangent`.
-/// For the back it must be negated.
+/// The front side's normal with the normal map's `normal_tangent`, in the space of the interpolated unit `normal` and
+/// `tangent`. For the back it must be negated.
 #[inline]
 pub fn shading_normal(normal: Vec3, tangent: Vec4, normal_tangent: Vec3) -> Vec3 {
     let bitangent = normal.cross(tangent.truncate()) * tangent.w;

@@ -1,7 +1,7 @@
 //! Mip chains and their sampling on the CPU. The GPU gets the same bytes.
 //!
-//! Levels are filtered in linear light: sRGB colours are decoded, box-filtered in f32 and encoded again; alpha is always linear.
-//! Each level is computed from the values of the level above before their rounding to 8 bits.
+//! Levels are filtered in linear light: sRGB colours are decoded, box-filtered in f32 and encoded again; alpha is always
+//! linear. Each level is computed from the values of the level above before their rounding to 8 bits.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
@@ -244,8 +244,8 @@ impl Sampling for Textures {
 }
 
 impl TextureRef {
-    /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide in the geometric mean of
-    /// both axes. Not clamped; −∞ for a footprint of 0.
+    /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide in the geometric
+    /// mean of both axes. Not clamped; −∞ for a footprint of 0.
     pub fn level(&self, image: &Image, footprint: f32) -> f32 {
         let texels = image.width as f32 * image.height as f32 * self.transform.matrix2.determinant().abs();
         (footprint * texels.sqrt()).log2()

@@ -18,7 +18,8 @@ pub struct Rest<'a> {
     pub weights: &'a [f32],
 }
 
-/// [`Rest::joints`] of node `index`. glTF ignores the transform of a skinned node; instances apply it, so it is divided out here.
+/// [`Rest::joints`] of node `index`. glTF ignores the transform of a skinned node; instances apply it, so it is divided out
+/// here.
 pub fn joint_matrices(
     data: &Data,
     tree: &Tree,

@@ -28,7 +28,7 @@ pub struct SurfaceParams {
     /// 0 to 1: see [`Alpha::opacity`].
     pub opacity: f32,
     pub metallic: f32,
-    /// Perceptual; GGX's α is its square. At least [`ROUGHNESS_MIN`].
+    /// Perceptual; GGX's α is its square. At least `ROUGHNESS_MIN`.
     pub roughness: f32,
     /// Radiance on the front, and on the back of double-sided materials.
     pub emissive: Vec3,

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders every .gltf and .glb under a folder, small, and writes out/corpus/tally.md (what became of each, and why) and a
-# contact sheet. Fails if a file makes twobounce crash, hang, or end without a sentence.
+# Renders small images of all .gltf and .glb files under a folder. Writes out/corpus/tally.md, with the result for each file and
+# its reason, and a contact sheet. Fails if twobounce crashes, hangs or gives no one-sentence message for a file.
 # Usage: corpus.sh DIR [further flags for twobounce render]
 set -euo pipefail
 if [ $# -lt 1 ] || [ ! -d "$1" ]; then
@@ -30,10 +30,10 @@ while IFS= read -r -d '' file; do
   case $status in
     0) result=rendered ;;
     2) result=refused ;;
-    124 | 137) result=failed said="no end after $seconds s" ;;
+    124 | 137) result=failed said="not finished after $seconds s" ;;
     *) result=failed ;;
   esac
-  # A refusal is one sentence, and a refusal leaves no image.
+  # A refusal prints one sentence and writes no image.
   if [ $result = refused ] && { [ "$(wc -l <<<"$said")" -ne 1 ] || [ -z "$said" ] || [ -e "$image" ]; }; then result=failed; fi
   cell=
   if [ $result = rendered ]; then
@@ -49,9 +49,9 @@ done < <(find "$models" \( -iname '*.gltf' -o -iname '*.glb' \) -print0 | sort -
 {
   echo "# ${#rows[@]} files: ${count[rendered]} rendered, ${count[refused]} refused, ${count[failed]} failed"
   echo
-  echo "Cells are rows and columns of the contact sheet."
+  echo "A cell is a row and a column of the contact sheet."
   echo
-  echo "| file | result | seconds | cell | what was said |"
+  echo "| file | result | seconds | cell | message |"
   echo "|---|---|---|---|---|"
   printf '%s\n' "${rows[@]}"
 } >"$out/tally.md"
@@ -59,7 +59,7 @@ head -n 1 "$out/tally.md"
 echo "The tally: $out/tally.md"
 
 if ! command -v montage >/dev/null; then
-  echo "No contact sheet: it is made by ImageMagick (apt-get install imagemagick)"
+  echo "No contact sheet: it needs ImageMagick (apt-get install imagemagick)"
 elif [ ${#images[@]} -gt 0 ]; then
   montage "${images[@]}" -tile "${columns}x" -geometry 96x96+2+2 -background '#202020' "$out/sheet.png"
   echo "The contact sheet: $out/sheet.png"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Runs a command under a time limit and ends all of its processes when the limit or Ctrl-C comes: a driver that hangs must
-# not hang the run. Usage: guard.sh SECONDS COMMAND...
+# Runs a command with a time limit. The limit or Ctrl-C ends all of its processes, so that a driver that hangs does not block
+# the run. Usage: guard.sh SECONDS COMMAND...
 set -euo pipefail
-# `timeout` leads a process group of its own, which the terminal's Ctrl-C does not reach; hence the traps.
+# `timeout` starts its own process group, which does not get the terminal's Ctrl-C; therefore the traps.
 timeout --kill-after=10 "$@" &
 job=$!
 trap 'kill -TERM $job 2>/dev/null; wait $job || true; exit 130' INT TERM

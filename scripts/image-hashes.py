@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Hashes of the pixels of some two dozen images: every preset, three scenes, two sizes, further layers, a sequence.
+"""Prints hashes of the pixels of some two dozen images: all presets, three scenes, two sizes, further layers, sequences.
 
-A change that means to change no picture leaves them as they are, on one device:
-    scripts/image-hashes.py PROGRAM [SCENE...] > before.txt     (then build, and again)
+A change without effect on images gives the same hashes on the same device:
+    scripts/image-hashes.py PROGRAM [SCENE...] > before.txt
+    (build the changed program, then repeat with > after.txt)
     diff before.txt after.txt
-SCENEs are rendered too, such as a textured model of your own. Only pixels count, not what a file says of itself.
+SCENEs are further scenes to render, such as a textured model. The hashes cover pixels only, not the headers of files.
 """
 
 import hashlib
@@ -41,7 +42,7 @@ def cases(extra):
 
 
 def pixels(exr):
-    """The bytes of an OpenEXR file after its header and its table of offsets, which moves with the header."""
+    """The bytes of an OpenEXR file after its header and its table of offsets, which depends on the header's size."""
     data = exr.read_bytes()
     at = 8  # magic number, version
     while data[at] != 0:

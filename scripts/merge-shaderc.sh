@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Makes a static libshaderc_combined.a that links, from the packages of Debian and Ubuntu: theirs leave the symbols of
-# glslang and SPIRV-Tools undefined, and so does their libshaderc.so. Writes nothing, and fails, where the result does not link.
+# Builds a static libshaderc_combined.a that links, from the packages of Debian and Ubuntu. The library in the package, like its
+# libshaderc.so, has undefined symbols of glslang and SPIRV-Tools. If the result does not link, the script fails and
+# writes nothing.
 # Usage: merge-shaderc.sh OUTPUT_DIR
 set -euo pipefail
 out=$1
@@ -8,7 +9,7 @@ lib=/usr/lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH 2>/dev/null || gcc -print-
 trial=$(mktemp -d)
 trap 'rm -rf "$trial"' EXIT
 
-# Which of these exist depends on the version; from glslang 14 on some are empty.
+# The set of existing libraries depends on the version; from glslang 14 on some are empty.
 parts=(shaderc_combined glslang glslang-default-resource-limits MachineIndependent GenericCodeGen
   OSDependent OGLCompiler HLSL SPIRV SPVRemapper SPIRV-Tools-opt SPIRV-Tools)
 {
@@ -20,7 +21,7 @@ parts=(shaderc_combined glslang glslang-default-resource-limits MachineIndepende
   echo end
 } | ar -M
 
-# Compiles one shader: uses the front end, the code generator and the optimiser.
+# The test compiles one shader with the front end, the code generator and the optimiser.
 cat >"$trial/probe.c" <<'END'
 #include <shaderc/shaderc.h>
 #include <string.h>

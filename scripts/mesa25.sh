@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Runs a command on Mesa 25's software driver, which is unpacked beside the system's (Debian 12, from its backports).
-# Nothing is installed. Usage: mesa25.sh COMMAND...
+# Runs a command with Mesa 25's software driver. The driver is unpacked from Debian 12's backports into .cache; the system's own
+# driver does not change. Usage: mesa25.sh COMMAND...
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)/.cache/mesa25
 
 if [ ! -f "$root/driver.json" ]; then
   if ! grep -q '^VERSION_CODENAME=bookworm' /etc/os-release || ! command -v apt-get >/dev/null; then
-    echo "mesa25: the packages are for Debian 12 (bookworm) and would not fit here" >&2
+    echo "mesa25: the packages are for Debian 12 (bookworm), and this is another system" >&2
     exit 2
   fi
   echo "mesa25: fetching Mesa from bookworm-backports into $root" >&2
@@ -15,11 +15,11 @@ if [ ! -f "$root/driver.json" ]; then
   # From the mirror that this system uses.
   mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | head -n 1)
   if [ -z "$mirror" ]; then
-    echo "mesa25: apt knows no mirror of bookworm here; run apt-get update first" >&2
+    echo "mesa25: apt has no mirror of bookworm; run apt-get update first" >&2
     exit 2
   fi
   echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] $mirror bookworm-backports main" >"$root/apt/sources.list"
-  # Lists and cache of our own: the system's stay as they are.
+  # Separate lists and cache, so that the system's do not change.
   private=(-q -o "Dir::Etc::sourcelist=$root/apt/sources.list" -o Dir::Etc::sourceparts=/dev/null
     -o "Dir::State::lists=$root/apt/lists" -o "Dir::Cache=$root/apt/cache" -o APT::Sandbox::User=)
   apt-get "${private[@]}" update >/dev/null
@@ -33,7 +33,7 @@ if [ ! -f "$root/driver.json" ]; then
 fi
 
 export VK_DRIVER_FILES=$root/driver.json
-# The same for loaders older than 1.3.207.
+# For loaders older than 1.3.207.
 export VK_ICD_FILENAMES=$VK_DRIVER_FILES
 libraries=$(dirname "$(find "$root/tree" -name libvulkan_lvp.so)")
 export LD_LIBRARY_PATH=$libraries${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders the gallery with every preset, beside the path-traced truth of all light, into docs/presets.png: the README's
-# picture. Needs ImageMagick. Usage: presets.sh
+# Renders the gallery with every preset and by path tracing with unlimited bounces, into docs/presets.png, the README's picture.
+# Needs ImageMagick. Usage: presets.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v montage >/dev/null || { echo "presets.sh needs ImageMagick (apt-get install imagemagick)" >&2; exit 2; }
@@ -12,7 +12,7 @@ twobounce=target/release/twobounce
 tiles=()
 for preset in printed corrected cones fast balanced accurate; do
   "$twobounce" render assets/gallery.glb -o "$out/$preset.exr" --size "${size}x$size" --preset "$preset" --set voxels=64
-  # The picture's first square is the image, the second the truth, both exposed as the truth is.
+  # The first panel of compare.png is the image, the second the truth, both with the exposure of the truth.
   "$twobounce" compare "$out/$preset.exr" "$out/truth.exr" --out "$out/$preset"
   convert "$out/$preset/compare.png" -crop "${size}x$size+0+0" +repage "$out/$preset.png"
   tiles+=(-label "$preset" "$out/$preset.png")

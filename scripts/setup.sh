@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Brings what twobounce needs and is not here yet: says what and why, asks for root only then.
+# Installs missing packages that twobounce needs, and prints each with its purpose. Root is needed only if one is missing.
 # Usage: setup.sh demo|test|web   (test adds Vulkan's validation layers, web a browser)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -8,15 +8,15 @@ purpose=${1:-demo}
 export PATH="$PATH:${CARGO_HOME:-${HOME:-}/.cargo}/bin"
 have() { command -v "$1" >/dev/null 2>&1; }
 
-# name of the package: what it is for
+# package name: purpose
 wanted=(
   "gcc: links the program"
   "libc6-dev: links the program"
   "libvulkan1: the Vulkan loader"
-  "mesa-vulkan-drivers: Vulkan on Mesa's GPUs, and on the CPU where there is none"
+  "mesa-vulkan-drivers: Vulkan drivers for GPUs, and for the CPU"
 )
 if [ "$purpose" = test ]; then
-  wanted+=("vulkan-validationlayers: any of their messages fails a test")
+  wanted+=("vulkan-validationlayers: checks every Vulkan call of the tests")
 fi
 if [ "$purpose" = web ]; then
   wanted+=(
@@ -25,13 +25,13 @@ if [ "$purpose" = web ]; then
     "python3: runs the page's tests"
   )
 fi
-# Debian and Ubuntu from 24.04 on carry shaderc; elsewhere the shaderc crate builds its own.
+# Debian and Ubuntu 24.04 and later have shaderc packages; elsewhere the shaderc crate builds shaderc.
 packaged_shaderc=(
   "libshaderc-dev: compiles the shaders while building"
   "glslang-dev: a part of shaderc"
   "spirv-tools: a part of shaderc"
   "g++: shaderc is written in C++"
-  "binutils: joins the parts"
+  "binutils: merges the libraries"
 )
 bundled_shaderc=(
   "g++: builds shaderc, which compiles the shaders while building"
@@ -43,17 +43,17 @@ bundled_shaderc=(
 
 list_for_other_systems() {
   cat <<'END'
-This is neither Debian nor Ubuntu, so nothing is installed. twobounce needs:
+This is neither Debian nor Ubuntu, so this script installs nothing. twobounce needs:
   - Rust 1.87 or newer: https://rustup.rs
   - a C compiler, for linking
-  - the Vulkan loader (libvulkan.so.1) and a driver; Mesa's lavapipe will do where there is no GPU
+  - the Vulkan loader (libvulkan.so.1) and a driver; without a GPU, Mesa's lavapipe
   - for the tests: the Vulkan validation layers
   - for make test-web: chromium, chromedriver, python3
   - for building shaderc once (about 8 minutes): cmake, git, python3, a C++ compiler; ninja helps
 END
 }
 
-# Installs the packages among "name: reason" that are missing.
+# Installs the missing ones of the packages, given as "name: purpose".
 install_missing() {
   local entry name missing=()
   for entry in "$@"; do
@@ -70,7 +70,7 @@ install_missing() {
   fi
   echo "setup: installing ${missing[*]}"
   local install=(apt-get install -y -q --no-install-recommends "${missing[@]}")
-  # Stale package lists name files that are gone: fetch the lists and try once more.
+  # Outdated package lists name files that no longer exist: on failure, update the lists and try once more.
   as_root "${install[@]}" >/dev/null 2>&1 || { as_root apt-get update -q >/dev/null && as_root "${install[@]}" >/dev/null; }
 }
 
@@ -94,7 +94,7 @@ if have apt-get && have dpkg-query; then
       scripts/merge-shaderc.sh .cache/shaderc || true
     fi
     if [ ! -s .cache/shaderc/libshaderc_combined.a ]; then
-      echo "setup: no libshaderc from packages links here; the build makes its own, once, in about 8 minutes"
+      echo "setup: the packaged libshaderc does not link here; the build compiles shaderc once, in about 8 minutes"
       install_missing "${bundled_shaderc[@]}"
     fi
   fi

@@ -1,4 +1,4 @@
-//! The scenes in `assets/` are what the code makes, valid glTF, closed where they should be, and show what they promise.
+//! The scenes in `assets/`: equal to the output of the code, valid glTF, closed solids, all promised features.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -31,7 +31,7 @@ fn committed_files_are_current() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_named() {
+fn an_error_names_the_folder_that_cannot_be_created() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("file");
     std::fs::write(&file, "").unwrap();
@@ -39,8 +39,8 @@ fn a_folder_that_cannot_be_made_is_named() {
     assert!(error.contains(file.to_str().unwrap()), "{error}");
 }
 
-/// What is not a sheet seen from both sides, or a lamp that shines one way, is closed: every edge of a triangle is walked
-/// once in each direction. Vertices count as one where their positions agree to the bit.
+/// All meshes except double-sided sheets and single-sided lamps are closed: every edge occurs once in each direction.
+/// Vertices with equal bits of their positions are the same.
 #[test]
 fn solids_are_closed() {
     for (name, _) in scenes() {
@@ -72,7 +72,7 @@ fn solids_are_closed() {
     }
 }
 
-/// Faces look the way their normals do, and normals have unit length.
+/// Normals are on the front of their faces and have unit length.
 #[test]
 fn normals_agree_with_winding() {
     for (name, _) in scenes() {
@@ -88,7 +88,7 @@ fn normals_agree_with_winding() {
             for triangle in indices.chunks(3) {
                 let [a, b, c] = [0, 1, 2].map(|k| positions[triangle[k]]);
                 let face = (b - a).cross(c - a);
-                assert!(triangle.iter().all(|&k| face.dot(normals[k]) > 0.0), "{name}: {triangle:?} is inside out");
+                assert!(triangle.iter().all(|&k| face.dot(normals[k]) > 0.0), "{name}: {triangle:?} is reversed");
             }
         }
     }
@@ -105,7 +105,7 @@ fn the_cornell_boxes_differ_by_their_lamp() {
 }
 
 #[test]
-fn the_gallery_shows_everything() {
+fn the_gallery_has_all_promised_features() {
     let gltf = parse("gallery.glb");
     assert!((5_000..30_000).contains(&triangles(&gltf)), "{}", triangles(&gltf));
     let materials: Vec<_> = gltf.materials().collect();
@@ -130,7 +130,7 @@ fn the_gallery_shows_everything() {
     assert_eq!(gltf.cameras().filter_map(|camera| camera.name()).collect::<Vec<_>>(), ["gallery", "spheres"]);
 }
 
-/// The loader takes every scene without a warning, and the gallery comes out as it was meant.
+/// The loader accepts every scene without a warning, and the gallery has the intended bounds and animation.
 #[test]
 fn the_loader_reads_them() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
@@ -140,13 +140,13 @@ fn the_loader_reads_them() {
     }
     let gallery = load("gallery.glb");
     assert_eq!(gallery.lights.iter().map(|light| light.radius).fold(0.0, f32::max), 0.06);
-    // The knot turns inside the room, so the room's corners are the bounds at all times.
+    // The knot rotates inside the room, so the room's corners are the bounds at all times.
     let bounds = gallery.bounds(Some(0));
     assert!((bounds.min - glam::dvec3(-1.7, 0.0, -2.1)).length() < 1e-5, "{bounds:?}");
     assert!((bounds.max - glam::dvec3(1.7, 2.5, 2.15)).length() < 1e-5, "{bounds:?}");
     let turned = |time: f32| gallery.pose(Some(0), time).world_from_instance;
     let moved = turned(0.0).iter().zip(turned(0.5)).filter(|(a, b)| !a.abs_diff_eq(*b, 1e-9)).count();
-    assert_eq!(moved, 1, "one part moves");
-    // One turn in the two seconds of the loop.
+    assert_eq!(moved, 1, "one object moves");
+    // One rotation in the two seconds of the loop.
     assert!(turned(0.0).iter().zip(turned(2.0)).all(|(a, b)| a.abs_diff_eq(b, 1e-5)));
 }

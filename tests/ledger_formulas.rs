@@ -5,10 +5,10 @@ use glam::{Mat3, Vec3, Vec4};
 use proptest::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI, SQRT_2};
 
+use twobounce::gi::cones::choices::Form::{self, Printed, Right};
 use twobounce::gi::cones::choices::{ConeSet, RoughnessFit, Weights};
 use twobounce::gi::cones::ledger::{self, Effect};
 use twobounce::gi::cones::{Ledger, Settings, Start};
-use twobounce::settings::Form::{self, Printed, Right};
 use twobounce::twins::cone::*;
 use twobounce::twins::directions::*;
 use twobounce::twins::mips::*;
@@ -151,7 +151,7 @@ fn d12_short_steps_do_not_count_as_whole_ones() {
         let settings = with(|s| {
             s.ledger.d12 = d12;
             s.ledger.d18 = Printed;
-            s.shadow.step = step;
+            s.shadow_step = step;
             (s.start.shadow_normal, s.start.shadow_along, s.start.shadow_end) = (0.0, 0.0, 0.0);
         });
         // Half a step short of the third voxel, so that exactly three voxels' worth of steps are taken.
@@ -172,7 +172,7 @@ fn d13_a_cone_one_voxel_wide_reads_level_0() {
     let left = |d13| {
         let settings = with(|s| {
             (s.ledger.d12, s.ledger.d13, s.ledger.d15) = (Printed, d13, Printed);
-            s.shadow.step = 1.0;
+            s.shadow_step = 1.0;
             s.start.shadow_along = 8.5 - 1.6 - 2.0;
         });
         shadow_of_slab(1.0, &settings)
@@ -269,7 +269,7 @@ fn d20_a_wall_two_voxels_away_hides_what_is_behind_it() {
     });
     // The narrowest set: wider cones blur the wall back into view from their blind start.
     let share_behind = |start: Start| {
-        let settings = with(|s| (s.start, s.cones) = (start, ConeSet::Sixteen));
+        let settings = with(|s| (s.start, s.set) = (start, ConeSet::Sixteen));
         let seen = gather_diffuse(&room, Vec3::new(6.0 / 64.0, 0.5, 0.5), Vec3::X, Vec3::ZERO, &settings).radiance;
         seen.z / seen.element_sum()
     };
@@ -284,7 +284,7 @@ fn d21_the_sky_fills_what_the_cones_leave() {
     let empty = volume(16, |_| Vec4::ZERO);
     for set in ConeSet::ALL {
         let lit = |d21| {
-            let settings = with(|s| (s.cones, s.ledger.d21) = (*set, d21));
+            let settings = with(|s| (s.set, s.ledger.d21) = (*set, d21));
             gather_diffuse(&empty, Vec3::splat(0.5), Vec3::Y, Vec3::splat(3.0), &settings).radiance.x
         };
         assert_eq!(lit(Printed), 0.0);

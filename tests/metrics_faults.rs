@@ -1,4 +1,4 @@
-//! The metrics against NumPy, and seen to fail: faults planted into an image must show.
+//! The metrics against NumPy, and their response to deliberate faults in an image.
 
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Comparison, compare};
@@ -71,7 +71,7 @@ fn ten_values_agree_with_numpy() {
 fn an_image_equals_itself() {
     let c = compared(&picture(), &picture());
     assert_eq!((c.total.energy, c.total.rel, c.total.relmse, c.total.p95, c.flip), (1.0, 0.0, 0.0, 0.0, 0.0));
-    assert!(c.indirect.is_none(), "there is no direct layer to take off");
+    assert!(c.indirect.is_none(), "there is no direct layer to subtract");
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn a_dropped_pi_shows_in_energy() {
 #[test]
 fn swapped_axes_show_though_energy_stays() {
     let reference = picture();
-    // Mirrored left to right, and red for blue: what swapped axes do to positions and to normals shown as colours.
+    // Mirrored left to right, and red swapped with blue: the effects of swapped axes on positions and on normals as colours.
     let mirrored = changed(&reference, |l, x, y| at(l, WIDTH - 1 - x, y));
     let swapped = changed(&reference, |l, x, y| {
         let [r, g, b] = at(l, x, y);
@@ -121,15 +121,15 @@ fn one_wrong_row_shows_in_the_mean_but_not_in_p95() {
 }
 
 #[test]
-fn each_image_loses_its_own_direct_part() {
+fn each_image_subtracts_its_own_direct_layer() {
     let [reference, image] = pair();
     let mut faulty = image.clone();
     faulty.layers[1].1 = reference.layers[1].1.clone();
     let (own, others) = (compared(&image, &reference).indirect, compared(&faulty, &reference).indirect);
-    assert!(own.is_some() && own != others, "the direct part of the wrong image was taken off");
+    assert!(own.is_some() && own != others, "the direct layer of the wrong image was subtracted");
 }
 
-/// Left of the middle metal, right of it wholly diffuse, and a column of edge pixels between.
+/// Metal in the left half, wholly diffuse in the right half, with a column of edge pixels between.
 fn half_metal() -> Layers {
     let mut layers = picture();
     let direct = layers.beauty().iter().map(|p| p.map(|v| v / 4.0)).collect();
@@ -145,7 +145,7 @@ fn only_faults_on_diffuse_surfaces_show_in_their_metrics() {
     let with_fault = |column: u32| {
         let mut faulty = reference.clone();
         faulty.layers[0].1[(20 * WIDTH + column) as usize] = [9.0; 3];
-        // The pixels are the reference's to choose.
+        // The reference's diffuse layer selects the pixels.
         faulty.layers.retain(|(aov, _)| *aov != Aov::Diffuse);
         let c = compared(&faulty, &reference);
         (c.indirect.expect("both have direct layers"), c.indirect_diffuse.expect("the reference has a diffuse layer"))
@@ -161,18 +161,18 @@ fn only_faults_on_diffuse_surfaces_show_in_their_metrics() {
 }
 
 #[test]
-fn without_a_diffuse_surface_there_is_no_error_of_them() {
+fn without_diffuse_surfaces_their_metrics_are_absent() {
     let mut reference = half_metal();
     reference.layers[2].1.fill([0.99; 3]);
     assert!(compared(&reference, &reference).indirect_diffuse.is_none(), "no pixel is wholly diffuse");
     reference.layers[2].1.fill([1.0; 3]);
     assert_eq!(compared(&reference, &reference).indirect_diffuse, compared(&reference, &reference).indirect);
     reference.layers.remove(1);
-    assert!(compared(&reference, &reference).indirect_diffuse.is_none(), "there is no direct layer to take off");
+    assert!(compared(&reference, &reference).indirect_diffuse.is_none(), "there is no direct layer to subtract");
 }
 
 #[test]
-fn values_that_are_no_numbers_are_counted_and_left_out() {
+fn non_finite_values_are_counted_and_excluded() {
     let reference = picture();
     let faulty = changed(&reference, |l, x, y| match (x, y) {
         (3, 4) => [f32::NAN, 1.0, f32::NAN],
@@ -194,5 +194,5 @@ fn what_cannot_be_compared_is_refused() {
     assert_eq!(refused(&nowhere, &reference), "the image has no finite pixel; render it again");
     assert_eq!(refused(&reference, &nowhere), "the reference has no finite pixel; render it again");
     let black = changed(&reference, |_, _, _| [0.0; 3]);
-    assert_eq!(refused(&reference, &black), "the reference is black: nothing can be compared with it");
+    assert_eq!(refused(&reference, &black), "the reference is black, so relative errors are undefined");
 }

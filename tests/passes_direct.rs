@@ -13,7 +13,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::metrics;
 use twobounce::reference::film::Film;
-use twobounce::reference::{self, Depth, Options, Stop};
+use twobounce::reference::{self, Control, Depth, Options, Stop};
 use twobounce::scene::{
     Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
 };
@@ -277,7 +277,13 @@ fn traced(scene: &Scene, view: &View, size: u32, samples: u32, aovs: &[Aov]) -> 
     let options = Options { width: size, height: size, depth, stop, seed: 0, occlusion: false };
     let mut film = Film::new(size, size);
     let of = (scene, &scene.pose(None, 0.0), view);
-    reference::render(of, &options, &mut film, &|_| {}, &mut |_| Ok(()), &AtomicBool::new(false)).expect("a film");
+    reference::render(
+        of,
+        &options,
+        &mut film,
+        Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) },
+    )
+    .expect("a film");
     film.layers(aovs)
 }
 

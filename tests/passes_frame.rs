@@ -6,7 +6,7 @@ mod gpu;
 
 use std::path::Path;
 
-use twobounce::scene::analytic::{self, Lamp};
+use twobounce::scene::{LoadOptions, Scene};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{CallLog, DrawLog, FrameLog, Stage, ZoneLog};
 
@@ -55,7 +55,9 @@ const TALK: [Pass; 10] = [
 ];
 
 fn frame(settings: &Settings) -> FrameLog {
-    gpu::render(&gpu::context(), &analytic::cornell(Lamp::Point), settings, 32).log().expect("the log is kept").clone()
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cornell-point.glb");
+    let scene = Scene::load(&path, &LoadOptions::default()).expect("the Cornell box");
+    gpu::render(&gpu::context(), &scene, settings, 32).log().expect("the log is kept").clone()
 }
 
 fn printed() -> Settings {

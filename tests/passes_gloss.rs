@@ -1,7 +1,9 @@
 //! Reflections, glass, penumbrae and ambient occlusion against the path tracer, on scenes made for them
-//! (`src/scene/gloss.rs`), and the page that says how close they come: `docs/specular.md`. Where an image changed for the
+//! (`tests/common/gloss.rs`), and the page that says how close they come: `docs/specular.md`. Where an image changed for the
 //! better, TWOBOUNCE_WRITE_DOCS=1 writes the page anew.
 
+#[path = "common/gloss.rs"]
+mod gloss;
 #[path = "common/gpu.rs"]
 mod gpu;
 
@@ -14,8 +16,8 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
-use twobounce::reference::{Depth, Options, Stop, render};
-use twobounce::scene::{Scene, View, gloss};
+use twobounce::reference::{Control, Depth, Options, Stop, render};
+use twobounce::scene::{Scene, View};
 use twobounce::settings::Settings;
 
 const SIZE: u32 = 64;
@@ -46,7 +48,8 @@ fn truth(scene: &Scene, depth: Depth) -> Layers {
         Cache::of_user().and_then(|cache| cache.render(of, &options, &|_| {}, &never)).expect("a reference")
     } else {
         let mut film = Film::new(SIZE, SIZE);
-        render(of, &options, &mut film, &|_| {}, &mut |_| Ok(()), &never).expect("nothing interrupts");
+        render(of, &options, &mut film, Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never })
+            .expect("nothing interrupts");
         film
     };
     assert_eq!(film.rejected(), 0, "samples that are not finite");
@@ -130,7 +133,7 @@ fn subjects() -> Vec<Subject> {
     let full = |name, scene, parts, tries| Subject { name, scene, depth: Depth::Full, parts, tries };
     // Two bounces of the room: what is seen in a mirror has as many as what is seen directly.
     let row =
-        |name, metal, tries| Subject { depth: Depth::Bounces(2), ..full(name, gloss::row(metal), SPHERES, tries) };
+        |name, metal, tries| Subject { depth: Depth::Bounces(2), ..full(name, gloss::spheres(metal), SPHERES, tries) };
     vec![
         // The rest: squares of the room are 10 voxels and in the mirrors a pixel or less; the volume blurs their edges. One ray
         // stands for a whole lobe, as a cone does.
@@ -182,7 +185,7 @@ fn subjects() -> Vec<Subject> {
 const HEAD: &str = "# Mirrors, glass, penumbrae and occlusion against the truth
 
 Written by `tests/passes_gloss.rs` (`TWOBOUNCE_WRITE_DOCS=1 cargo test --release --test passes_gloss`), which also checks it.
-The scenes are those of `src/scene/gloss.rs`: six metal or black lacquered spheres of roughness 0, 0.2, 0.4, 0.6, 0.8 and 1 in
+The scenes are those of `tests/common/gloss.rs`: six metal or black lacquered spheres of roughness 0, 0.2, 0.4, 0.6, 0.8 and 1 in
 a checkered room with a lamp; a glass ball and a thin pane before a checkered wall; a block over a floor, lit by a light of that
 radius; a block in a corner under an even sky. 64×64 pixels, 64³ voxels, preset `cones` and what the row
 names. `rel` is mean |error| over mean reference, of the part of the image that the row is about, sphere by sphere for the rows;

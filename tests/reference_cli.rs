@@ -1,4 +1,4 @@
-//! `twobounce reference` and `twobounce compare` as commands: files, sentences, exit codes.
+//! The commands `twobounce reference` and `twobounce compare`: files, messages, exit codes.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -22,7 +22,7 @@ impl Folder {
         command.output().expect("the program runs")
     }
 
-    /// Runs and gives the exit code and what was said on either stream.
+    /// Runs the program; returns the exit code and the output of both streams.
     fn said(&self, args: &[&str]) -> (Option<i32>, String) {
         let output = self.run(args);
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -41,7 +41,7 @@ impl Folder {
 }
 
 #[test]
-fn a_reference_holds_its_layers_and_says_its_noise() {
+fn a_reference_has_its_layers_and_states_its_noise() {
     let folder = Folder::new();
     let layers = ["--spp", "8", "--aov", "direct,indirect,ao,normal,depth,albedo,diffuse"];
     let (code, said) = folder.reference("a.exr", &layers);
@@ -54,7 +54,7 @@ fn a_reference_holds_its_layers_and_says_its_noise() {
     let (code, said) = folder.reference("b.exr", &layers);
     assert!(code == Some(0) && said.contains("taken from the cache"), "{said}");
     let read = |name| std::fs::read(folder.path(name)).expect("it can be read");
-    assert!(read("a.exr") == read("b.exr"), "the same command gives other bytes");
+    assert!(read("a.exr") == read("b.exr"), "the same command gives different bytes");
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn compare_prints_writes_and_judges() {
 }
 
 #[test]
-fn what_makes_no_sense_is_one_sentence() {
+fn invalid_arguments_give_one_sentence() {
     let folder = Folder::new();
     folder.reference("a.exr", &["--spp", "2"]);
     folder.sized("small.exr", "8x8", &["--spp", "2"]);

@@ -1,11 +1,11 @@
-//! The same bits whatever the threads and however often a render is interrupted.
+//! The number of threads and interruptions do not change a bit of a film.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use twobounce::Error;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
-use twobounce::reference::{Depth, Options, Stop, render};
+use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{LoadOptions, Pose, Scene, View};
 
 const SIZE: u32 = 24;
@@ -26,8 +26,13 @@ fn uninterrupted(stop: Stop) -> Film {
     let (scene, pose, view) = cornell();
     let mut film = Film::new(SIZE, SIZE);
     let never = AtomicBool::new(false);
-    render((&scene, &pose, &view), &options(stop), &mut film, &|_| {}, &mut |_| Ok(()), &never)
-        .expect("nothing interrupts");
+    render(
+        (&scene, &pose, &view),
+        &options(stop),
+        &mut film,
+        Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
+    )
+    .expect("nothing interrupts");
     film
 }
 
@@ -48,14 +53,19 @@ fn seeds_matter() {
         let mut film = Film::new(SIZE, SIZE);
         let never = AtomicBool::new(false);
         let options = Options { seed, ..options(stop) };
-        render((&scene, &pose, &view), &options, &mut film, &|_| {}, &mut |_| Ok(()), &never)
-            .expect("nothing interrupts");
+        render(
+            (&scene, &pose, &view),
+            &options,
+            &mut film,
+            Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
+        )
+        .expect("nothing interrupts");
         film
     };
     assert!(with(0) != with(1) && with(0) != with(1 << 40), "a seed changes nothing");
 }
 
-/// Interrupted after every few rows, each time in the middle of an image, and gone on from the cache.
+/// The render is interrupted after every few rows and continued from the cache.
 #[test]
 fn a_resumed_image_is_the_uninterrupted_one() {
     let (scene, pose, view) = cornell();
@@ -77,7 +87,7 @@ fn a_resumed_image_is_the_uninterrupted_one() {
             }
         };
         assert!(interruptions > 0, "it was never interrupted");
-        assert!(film == uninterrupted(stop), "{stop:?}: the resumed image is another one");
+        assert!(film == uninterrupted(stop), "{stop:?}: the resumed image differs");
     }
 }
 
@@ -98,13 +108,13 @@ fn a_finished_image_comes_from_the_cache() {
     let (worked, first) = traced(&scene, 16);
     assert!(worked);
     let (worked, again) = traced(&scene, 16);
-    assert!(!worked && again == first, "the second call takes the first one's film");
-    assert!(traced(&scene, 18).0, "more samples go on from there");
+    assert!(!worked && again == first, "the second call returns the first one's film");
+    assert!(traced(&scene, 18).0, "more samples are added to it");
     let (worked, fewer) = traced(&scene, 16);
-    assert!(worked && fewer == first, "fewer samples than the film has are rendered anew, to the same image");
+    assert!(worked && fewer == first, "for fewer samples than the film has, the same image is rendered again");
     let mut other = scene.clone();
     other.materials[1].roughness *= 0.5;
-    assert!(traced(&other, 16).0, "another scene is another image");
+    assert!(traced(&other, 16).0, "another scene has another film");
     for file in std::fs::read_dir(folder.path()).expect("the folder is there") {
         let path = file.expect("an entry").path();
         let mut bytes = std::fs::read(&path).expect("a film");
@@ -113,5 +123,5 @@ fn a_finished_image_comes_from_the_cache() {
         std::fs::write(&path, bytes).expect("a damaged film");
     }
     let (worked, mended) = traced(&scene, 16);
-    assert!(worked && mended == first, "a damaged film is rendered anew");
+    assert!(worked && mended == first, "a damaged film is rendered again");
 }

@@ -6,12 +6,12 @@ use std::sync::atomic::AtomicBool;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::compare;
 use twobounce::reference::film::Film;
-use twobounce::reference::{Depth, Options, Stop, render};
+use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{LoadOptions, Scene};
 
 const SIZE: u32 = 64;
 
-/// Of the truth at this size (its README).
+/// Noise of the truth images at this size (see their README).
 const TRUTH_NOISE: f64 = 0.003;
 
 fn path(scene: &str, file: &str) -> std::path::PathBuf {
@@ -26,7 +26,13 @@ fn film(scene: &str, depth: Depth, samples: u32) -> Film {
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: false };
     let mut film = Film::new(SIZE, SIZE);
     let never = AtomicBool::new(false);
-    render((&scene, &pose, &view), &options, &mut film, &|_| {}, &mut |_| Ok(()), &never).expect("nothing interrupts");
+    render(
+        (&scene, &pose, &view),
+        &options,
+        &mut film,
+        Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
+    )
+    .expect("nothing interrupts");
     assert_eq!(film.rejected(), 0, "samples that are not finite");
     film
 }
@@ -38,9 +44,9 @@ fn agrees(scene: &str, file: &str, depth: Depth) {
     let noise = film.noise() + TRUTH_NOISE;
     let told = format!("{scene} {file}: {metrics:?}, noise {noise:.4}");
     println!("{told}");
-    // Half a percent pays for the noise of both images' means.
+    // The tolerance covers the noise of both means.
     assert!((metrics.energy - 1.0).abs() < 0.005, "{told}");
-    // `rel` is smaller than the root mean square; 2 % on top pay for the truth's smoothing, which rounds edges off.
+    // `rel` is smaller than the root mean square error. The additional 2 % cover the truth's smoothing at edges.
     assert!(metrics.rel < 0.02 + noise, "{told}");
 }
 
@@ -84,7 +90,7 @@ fn full_light_of_a_point() {
     agrees("cornell-point", "total.exr", Depth::Full);
 }
 
-/// Albedo ½ and emission 1: n bounces see Σ ½ᵏ for k to n + 1, full light 2.
+/// Albedo ½ and emission 1: n bounces give Σ ½ᵏ, k = 0…n + 1, unlimited bounces 2.
 #[test]
 fn furnace() {
     for (depth, expected) in

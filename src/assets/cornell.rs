@@ -1,6 +1,6 @@
-//! Two Cornell boxes: a room of 2 m in the classic layout, lit by a square lamp or by a point.
+//! Two Cornell boxes: a room of 2 m in the classic layout, lit by a square lamp or by a point light.
 //!
-//! Walls are sheets seen from both sides and everything is matte, so that the light is all there is to get right.
+//! The walls are double-sided sheets, and all materials are diffuse, so that the images test only the light.
 
 use glam::{DVec2, DVec3, dvec3};
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ use super::shapes::Shape;
 
 const CC0: &str = "CC0 1.0: dedicated to the public domain";
 
-/// Lit by an emissive square of 0.5 m just under the ceiling.
+/// The box with an emissive square of 0.5 m just below the ceiling.
 pub fn area() -> Vec<u8> {
     let mut glb = room();
     let mut lamp = matte("lamp", [0.0; 3]);
@@ -23,16 +23,16 @@ pub fn area() -> Vec<u8> {
     glb.finish("cornell-area", CC0)
 }
 
-/// Lit by one point of intensity 1.25, white.
+/// The box with a white point light of intensity 1.25.
 pub fn point() -> Vec<u8> {
     let mut glb = room();
     let light = json!({ "type": "point", "color": [1.0, 1.0, 1.0], "intensity": 1.25, "extras": { "radius": 0.05 } });
     let eye = dvec3(0.0, 0.7, 0.0);
-    glb.light("lamp", light, eye, eye - DVec3::Y);
+    glb.light("lamp", light, [eye, eye - DVec3::Y]);
     glb.finish("cornell-point", CC0)
 }
 
-/// The box without its lamp: open to +Z, a red wall on the left, a green one on the right, two blocks.
+/// The box without a light: open to +Z, a red wall on the left, a green one on the right, two blocks.
 fn room() -> Glb {
     let mut glb = Glb::default();
     let white = glb.material(matte("white", [0.73; 3]));
@@ -53,11 +53,11 @@ fn room() -> Glb {
     glb.object("tall block", &tall.moved(0.3, dvec3(-0.35, 0.0, -0.3)), white, json!({}));
     let short = Shape::cuboid(dvec3(-0.3, -1.0, -0.3), dvec3(0.3, -0.4, 0.3));
     glb.object("short block", &short.moved(-0.29, dvec3(0.33, 0.0, 0.35)), white, json!({}));
-    glb.camera("front", dvec3(0.0, 0.0, 3.9), DVec3::ZERO, 39.0);
+    glb.camera("front", [dvec3(0.0, 0.0, 3.9), DVec3::ZERO], 39.0);
     glb
 }
 
-/// A diffuse material and nothing else: no dielectric reflection, both sides seen.
+/// A double-sided diffuse material without dielectric reflection.
 fn matte(name: &str, color: [f64; 3]) -> Value {
     let [r, g, b] = color;
     json!({

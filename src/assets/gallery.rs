@@ -1,9 +1,10 @@
-//! The gallery: one room that shows everything at once.
+//! The gallery: one room with an example of every main feature.
 //!
-//! A closed room of 3.4 × 2.5 × 4.25 m, red on the left and teal on the right, so that light bleeds onto the white back.
-//! On a bench stand five golden spheres, from polished to rough. A ring on the wall and a ball on the floor glow. A spot
-//! shines through a brass lattice (an alpha mask) onto the tiled floor; a point light of 6 cm radius casts softer shadows.
-//! A knot of coloured clay (vertex colours) turns on its plinth behind a pane of rose glass; a clear ball bends it all.
+//! A closed room of 3.4 × 2.5 × 4.25 m, red on the left and teal on the right, so that coloured light reaches the white
+//! back wall. Five golden spheres from polished to rough are on a bench. A ring on the wall and a ball on the floor are
+//! emissive. A spot light shines through a brass lattice (an alpha mask) onto the tiled floor; a point light of 6 cm radius
+//! casts softer shadows. A knot of coloured clay (vertex colours) rotates on a plinth behind a pane of rose glass; a ball
+//! of clear glass refracts.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +19,7 @@ use crate::Result;
 /// The room's corners in metres.
 const LOW: DVec3 = dvec3(-1.7, 0.0, -2.1);
 const HIGH: DVec3 = dvec3(1.7, 2.5, 2.15);
-/// Seconds for one turn of the knot.
+/// Seconds per rotation of the knot.
 const LOOP_S: f64 = 2.0;
 /// Edge of the floor's texture in metres: four tiles.
 const TEXTURE_M: f64 = 1.7;
@@ -32,12 +33,12 @@ pub fn gallery() -> Result<Vec<u8>> {
     screen(&mut glb)?;
     emitters(&mut glb);
     lights(&mut glb);
-    glb.camera("gallery", dvec3(0.0, 1.35, 2.0), dvec3(0.0, 0.95, -0.6), 58.0);
-    glb.camera("spheres", dvec3(0.9, 1.0, 0.2), dvec3(-0.15, 0.6, -1.4), 45.0);
+    glb.camera("gallery", [dvec3(0.0, 1.35, 2.0), dvec3(0.0, 0.95, -0.6)], 58.0);
+    glb.camera("spheres", [dvec3(0.9, 1.0, 0.2), dvec3(-0.15, 0.6, -1.4)], 45.0);
     Ok(glb.finish("gallery", "CC0 1.0: dedicated to the public domain"))
 }
 
-/// Six sheets, seen from both sides; the floor is polished stone.
+/// Six double-sided sheets; the floor is polished stone.
 fn room(glb: &mut Glb) -> Result<()> {
     let size = HIGH - LOW;
     let (x, y, z) = (DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z);
@@ -68,7 +69,7 @@ fn room(glb: &mut Glb) -> Result<()> {
     Ok(())
 }
 
-/// A stone bench along the back with five golden spheres of rising roughness: one geometry, five materials.
+/// A stone bench along the back with five golden spheres of increasing roughness: one geometry, five materials.
 fn bench(glb: &mut Glb) {
     let stone = glb.material(matte("pale stone", [0.66, 0.64, 0.6]));
     let bench = Shape::cuboid(dvec3(-1.1, 0.0, -1.65), dvec3(1.1, 0.45, -1.2));
@@ -87,7 +88,7 @@ fn bench(glb: &mut Glb) {
     }
 }
 
-/// A trefoil knot in all colours, turning on a plinth.
+/// A trefoil knot in all colours that rotates on a plinth.
 fn knot(glb: &mut Glb) {
     let stone = glb.material(matte("dark stone", [0.22, 0.21, 0.2]));
     let plinth = Shape::cuboid(dvec3(-0.19, 0.0, -0.19), dvec3(0.19, 0.6, 0.19));
@@ -107,13 +108,13 @@ fn knot(glb: &mut Glb) {
     let knot = Shape::tube(trefoil, 0.055, 128, 14).colored(hue);
     let node = glb.object("knot", &knot, clay, json!({ "translation": [-0.99, 0.98, -0.35] }));
     let key = |quarter: u32| {
-        let turned = DQuat::from_rotation_y(TAU / 4.0 * f64::from(quarter));
-        (LOOP_S / 4.0 * f64::from(quarter), turned.to_array().to_vec())
+        let rotation = DQuat::from_rotation_y(TAU / 4.0 * f64::from(quarter));
+        (LOOP_S / 4.0 * f64::from(quarter), rotation.to_array())
     };
-    glb.animate("turn", node, "rotation", &[0, 1, 2, 3, 4].map(key));
+    glb.rotate("turn", node, &[0, 1, 2, 3, 4].map(key));
 }
 
-/// A ball of clear glass, refracting and faintly green, and a thin pane of rose glass that blends.
+/// A ball of clear, slightly green glass that refracts, and a thin pane of rose glass with alpha blending.
 fn glasses(glb: &mut Glb) {
     let clear = glb.material(json!({
         "name": "clear glass",
@@ -141,7 +142,7 @@ fn glasses(glb: &mut Glb) {
     glb.object("rose pane", &pane, rose, placement);
 }
 
-/// A framed brass lattice before the right wall; the spot shines through it.
+/// A framed brass lattice in front of the right wall; the spot light shines through it.
 fn screen(glb: &mut Glb) -> Result<()> {
     let lattice = glb.texture("lattice", &texels::lattice()?);
     let brass = glb.material(sheet(json!({
@@ -176,7 +177,7 @@ fn screen(glb: &mut Glb) -> Result<()> {
     Ok(())
 }
 
-/// What glows: a ring on the back wall, a ball on the floor, a panel in the ceiling (which shines down only).
+/// The emissive objects: a ring on the back wall, a ball on the floor, a panel in the ceiling (single-sided, facing down).
 fn emitters(glb: &mut Glb) {
     let ring = glb.material(glowing("warm neon", [1.0, 0.5, 0.2], 4.0));
     let circle = |t: f64| dvec3((t * TAU).cos(), (t * TAU).sin(), 0.0) * 0.42;
@@ -189,19 +190,19 @@ fn emitters(glb: &mut Glb) {
     glb.object("panel", &Shape::quad(corner, DVec3::X, DVec3::Z * 0.8, DVec2::ONE), panel, json!({}));
 }
 
-/// A point light whose radius softens cone-traced shadows, and a hard spot behind the screen.
+/// A point light with a radius, for soft shadows, and a spot light without one behind the lattice.
 fn lights(glb: &mut Glb) {
     let lamp = json!({ "type": "point", "color": [1.0, 0.9, 0.78], "intensity": 1.6, "extras": { "radius": 0.06 } });
     let eye = dvec3(-0.6, 2.1, 0.9);
-    glb.light("lamp", lamp, eye, eye - DVec3::Y);
+    glb.light("lamp", lamp, [eye, eye - DVec3::Y]);
     let spot = json!({
         "type": "spot", "color": [1.0, 0.84, 0.62], "intensity": 14.0, "range": 8.0,
         "spot": { "innerConeAngle": 0.4, "outerConeAngle": 0.62 },
     });
-    glb.light("spot", spot, dvec3(1.5, 2.35, -1.75), dvec3(0.3, 0.0, 0.2));
+    glb.light("spot", spot, [dvec3(1.5, 2.35, -1.75), dvec3(0.3, 0.0, 0.2)]);
 }
 
-/// Diffuse and nothing else: no dielectric reflection.
+/// A diffuse material without dielectric reflection.
 fn matte(name: &str, [r, g, b]: [f64; 3]) -> Value {
     json!({
         "name": name,
@@ -210,7 +211,7 @@ fn matte(name: &str, [r, g, b]: [f64; 3]) -> Value {
     })
 }
 
-/// Sends radiance `color` × `strength` and reflects nothing.
+/// Emits the radiance `color` × `strength` and reflects nothing.
 fn glowing(name: &str, color: [f64; 3], strength: f64) -> Value {
     let mut material = matte(name, [0.0; 3]);
     material["emissiveFactor"] = json!(color);
@@ -218,7 +219,7 @@ fn glowing(name: &str, color: [f64; 3], strength: f64) -> Value {
     material
 }
 
-/// The material for a sheet: both sides are seen.
+/// Makes a material double-sided.
 fn sheet(mut material: Value) -> Value {
     material["doubleSided"] = json!(true);
     material

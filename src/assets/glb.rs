@@ -1,8 +1,8 @@
-//! A writer of glTF 2.0 binaries: just what the scenes here need. Errors cannot happen; every index is handed out here.
+//! A writer of glTF 2.0 binaries with the features that the scenes here need. It cannot fail: it creates all indices itself.
 
 use std::collections::BTreeSet;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::shapes::Shape;
@@ -12,7 +12,7 @@ const UNSIGNED_SHORT: u32 = 5123;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// A glTF asset under construction. What is added gets its index back.
+/// A glTF asset under construction. Methods that add an object return its index.
 #[derive(Default)]
 pub struct Glb {
     bin: Vec<u8>,
@@ -27,7 +27,7 @@ pub struct Glb {
     animations: Vec<Value>,
 }
 
-/// A shape's accessors, to be shared by meshes of different materials.
+/// The accessors of a shape, which meshes of different materials can share.
 #[derive(Clone)]
 pub struct Geometry {
     attributes: Value,
@@ -35,7 +35,7 @@ pub struct Geometry {
 }
 
 impl Glb {
-    /// An embedded PNG and the texture that shows it, repeated, with mip levels.
+    /// An embedded PNG and its texture, repeated, with mip levels.
     pub fn texture(&mut self, name: &str, png: &[u8]) -> usize {
         let view = self.view(png, None);
         self.images.push(json!({ "name": name, "mimeType": "image/png", "bufferView": view }));
@@ -48,20 +48,24 @@ impl Glb {
 
     pub fn geometry(&mut self, shape: &Shape) -> Geometry {
         assert!(shape.positions.len() <= usize::from(u16::MAX), "indices are 16 bits wide");
-        let positions = self.vec3s(&shape.positions);
+        let positions = self.vectors(shape.positions.iter().map(|p| p.to_array()), Some(ARRAY_BUFFER));
         let (min, max) = bounds(&shape.positions);
         self.accessors[positions]["min"] = json!(snapped(min));
         self.accessors[positions]["max"] = json!(snapped(max));
-        let mut attributes = json!({ "POSITION": positions, "NORMAL": self.vec3s(&shape.normals) });
+        let normals = self.vectors(shape.normals.iter().map(|n| n.to_array()), Some(ARRAY_BUFFER));
+        let mut attributes = json!({ "POSITION": positions, "NORMAL": normals });
         if !shape.uvs.is_empty() {
-            attributes["TEXCOORD_0"] = json!(self.vec2s(&shape.uvs));
+            let uvs = self.vectors(shape.uvs.iter().map(|uv| uv.to_array()), Some(ARRAY_BUFFER));
+            attributes["TEXCOORD_0"] = json!(uvs);
         }
         if !shape.colors.is_empty() {
-            attributes["COLOR_0"] = json!(self.vec3s(&shape.colors));
+            let colors = self.vectors(shape.colors.iter().map(|c| c.to_array()), Some(ARRAY_BUFFER));
+            attributes["COLOR_0"] = json!(colors);
         }
         let bytes: Vec<u8> = shape.indices.iter().flat_map(|&i| (i as u16).to_le_bytes()).collect();
         let view = self.view(&bytes, Some(ELEMENT_ARRAY_BUFFER));
-        let indices = self.accessor(view, UNSIGNED_SHORT, shape.indices.len(), "SCALAR");
+        let indices = accessor(view, UNSIGNED_SHORT, shape.indices.len(), "SCALAR");
+        let indices = push(&mut self.accessors, indices);
         Geometry { attributes, indices }
     }
 
@@ -74,22 +78,22 @@ impl Glb {
         push(&mut self.nodes, node)
     }
 
-    /// A mesh of its own on a node of its own, placed by `placement` (`translation`, `rotation`, …).
+    /// A new mesh at a new node with the transform `placement` (`translation`, `rotation`, …).
     pub fn object(&mut self, name: &str, shape: &Shape, material: usize, placement: Value) -> usize {
         let geometry = self.geometry(shape);
         let mesh = self.mesh(name, &geometry, material);
         self.place(name, mesh, placement)
     }
 
-    /// Hangs `mesh` on a node of its own.
+    /// A new node with `mesh` and the transform `placement`.
     pub fn place(&mut self, name: &str, mesh: usize, mut placement: Value) -> usize {
         placement["name"] = json!(name);
         placement["mesh"] = json!(mesh);
         self.node(placement)
     }
 
-    /// A KHR_lights_punctual light at `eye`, shining towards `target`.
-    pub fn light(&mut self, name: &str, mut light: Value, eye: DVec3, target: DVec3) -> usize {
+    /// A KHR_lights_punctual light at `eye` that shines towards `target`.
+    pub fn light(&mut self, name: &str, mut light: Value, [eye, target]: [DVec3; 2]) -> usize {
         light["name"] = json!(name);
         let light = push(&mut self.lights, light);
         let mut node = looking(eye, target);
@@ -98,8 +102,8 @@ impl Glb {
         self.node(node)
     }
 
-    /// A perspective camera at `eye` looking at `target`; `fov` is vertical, in degrees.
-    pub fn camera(&mut self, name: &str, eye: DVec3, target: DVec3, fov: f64) -> usize {
+    /// A perspective camera at `eye` that looks at `target`; `fov` is vertical, in degrees.
+    pub fn camera(&mut self, name: &str, [eye, target]: [DVec3; 2], fov: f64) -> usize {
         let perspective = json!({ "yfov": snap(fov.to_radians()), "znear": 0.01, "zfar": 100.0 });
         let camera =
             push(&mut self.cameras, json!({ "name": name, "type": "perspective", "perspective": perspective }));
@@ -109,25 +113,20 @@ impl Glb {
         self.node(node)
     }
 
-    /// A looped, linear animation of one node's `path`: keys of (seconds, components).
-    pub fn animate(&mut self, name: &str, node: usize, path: &str, keys: &[(f64, Vec<f64>)]) {
-        let times: Vec<f64> = keys.iter().map(|(time, _)| *time).collect();
-        let (first, last) = (times[0], times[times.len() - 1]);
-        let view = self.view(&floats(times), None);
-        let input = self.accessor(view, FLOAT, keys.len(), "SCALAR");
-        self.accessors[input]["min"] = json!([first]);
-        self.accessors[input]["max"] = json!([last]);
-        let kind = if path == "rotation" { "VEC4" } else { "VEC3" };
-        let view = self.view(&floats(keys.iter().flat_map(|(_, value)| value.clone())), None);
-        let output = self.accessor(view, FLOAT, keys.len(), kind);
+    /// A linear animation of the rotation of `node`: keys of (seconds, quaternion).
+    pub fn rotate(&mut self, name: &str, node: usize, keys: &[(f64, [f64; 4])]) {
+        let input = self.vectors(keys.iter().map(|(time, _)| [*time]), None);
+        self.accessors[input]["min"] = json!([keys[0].0]);
+        self.accessors[input]["max"] = json!([keys[keys.len() - 1].0]);
+        let output = self.vectors(keys.iter().map(|(_, rotation)| *rotation), None);
         self.animations.push(json!({
             "name": name,
             "samplers": [{ "input": input, "output": output, "interpolation": "LINEAR" }],
-            "channels": [{ "sampler": 0, "target": { "node": node, "path": path } }],
+            "channels": [{ "sampler": 0, "target": { "node": node, "path": "rotation" } }],
         }));
     }
 
-    /// The whole file. Nodes that no other node holds become the scene's roots.
+    /// The bytes of the file. Nodes without a parent become the roots of the scene.
     pub fn finish(mut self, name: &str, copyright: &str) -> Vec<u8> {
         pad(&mut self.bin, 0);
         let children: BTreeSet<u64> = self
@@ -171,14 +170,17 @@ impl Glb {
         container(&root, &self.bin)
     }
 
-    fn vec3s(&mut self, values: &[DVec3]) -> usize {
-        let view = self.view(&floats(values.iter().flat_map(|v| v.to_array())), Some(ARRAY_BUFFER));
-        self.accessor(view, FLOAT, values.len(), "VEC3")
-    }
-
-    fn vec2s(&mut self, values: &[DVec2]) -> usize {
-        let view = self.view(&floats(values.iter().flat_map(|v| v.to_array())), Some(ARRAY_BUFFER));
-        self.accessor(view, FLOAT, values.len(), "VEC2")
+    /// An accessor of vectors of `N` floats in a buffer view of its own.
+    fn vectors<const N: usize>(
+        &mut self,
+        values: impl ExactSizeIterator<Item = [f64; N]>,
+        target: Option<u32>,
+    ) -> usize {
+        let count = values.len();
+        let bytes: Vec<u8> = values.flatten().flat_map(|v| snap(v).to_le_bytes()).collect();
+        let view = self.view(&bytes, target);
+        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
+        push(&mut self.accessors, accessor(view, FLOAT, count, kind))
     }
 
     fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
@@ -190,19 +192,18 @@ impl Glb {
         self.bin.extend_from_slice(bytes);
         push(&mut self.buffer_views, view)
     }
-
-    fn accessor(&mut self, view: usize, component: u32, count: usize, kind: &str) -> usize {
-        let accessor = json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
-        push(&mut self.accessors, accessor)
-    }
 }
 
-/// Rounds to 2⁻²⁰, so that the last bits of a machine's sine and cosine do not show in the files.
+fn accessor(view: usize, component: u32, count: usize, kind: &str) -> Value {
+    json!({ "bufferView": view, "componentType": component, "count": count, "type": kind })
+}
+
+/// Rounds to 2⁻²⁰, so that rounding differences of sine and cosine between machines do not change the files.
 pub fn snap(x: f64) -> f32 {
     ((x * f64::from(1 << 20)).round() / f64::from(1 << 20)) as f32
 }
 
-/// A quaternion as glTF writes it: x, y, z, w.
+/// A quaternion in glTF's order: x, y, z, w.
 pub fn rotation(quat: glam::DQuat) -> Value {
     json!(quat.to_array().map(snap))
 }
@@ -211,7 +212,7 @@ fn snapped(v: DVec3) -> [f32; 3] {
     v.to_array().map(snap)
 }
 
-/// A node at `eye` whose −Z looks at `target`, +Y up as far as that goes.
+/// A node at `eye` with −Z towards `target` and +Y as close to up as possible.
 fn looking(eye: DVec3, target: DVec3) -> Value {
     let back = (eye - target).normalize();
     let up = if back.y.abs() > 0.999 { DVec3::Z } else { DVec3::Y };
@@ -225,16 +226,12 @@ fn push(list: &mut Vec<Value>, value: Value) -> usize {
     list.len() - 1
 }
 
-fn floats(values: impl IntoIterator<Item = f64>) -> Vec<u8> {
-    values.into_iter().flat_map(|v| snap(v).to_le_bytes()).collect()
-}
-
 fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     points.iter().fold(empty, |(min, max), &p| (min.min(p), max.max(p)))
 }
 
-/// The names of every extension in use, wherever it stands.
+/// Adds the names of all extensions in `value` and its descendants to `used`.
 fn extensions(value: &Value, used: &mut BTreeSet<String>) {
     match value {
         Value::Object(map) => {

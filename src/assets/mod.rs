@@ -1,6 +1,6 @@
-//! The scenes in `assets/`, made from code: the same bytes every time.
+//! Generates the scenes in `assets/`, with the same bytes every time.
 //!
-//! Metres, +Y up. Light follows the project's units: glTF's photometric numbers are taken as radiometric ones.
+//! Metres, +Y up. As everywhere in the project, glTF's photometric numbers are taken as radiometric ones.
 
 mod cornell;
 mod gallery;
@@ -22,9 +22,9 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
     ])
 }
 
-/// Writes every scene into the folder `dir`, which is made where it is missing. Returns the names of the files.
+/// Writes every scene into the folder `dir`, which is created if missing. Returns the names of the files.
 pub fn write(dir: &Path) -> Result<Vec<&'static str>> {
-    std::fs::create_dir_all(dir).map_err(|e| Error::file(dir, format!("cannot make this folder: {e}")))?;
+    std::fs::create_dir_all(dir).map_err(|e| Error::file(dir, format!("cannot be created: {e}")))?;
     let scenes = all()?;
     for (name, bytes) in &scenes {
         file::write(&dir.join(name), bytes)?;

@@ -1,4 +1,5 @@
-//! Shapes as triangles, counter-clockwise seen from outside. Closed ones are watertight: edges pair up by position.
+//! Shapes as triangles, counter-clockwise seen from outside. Closed shapes are watertight: each edge has its reverse, by
+//! position.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +17,8 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A parallelogram facing `u` × `v`; `uv` runs from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) opposite.
+    /// A parallelogram with normal `u` × `v`. Its uv goes from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) at the
+    /// opposite corner.
     pub fn quad(corner: DVec3, u: DVec3, v: DVec3, repeat: DVec2) -> Self {
         Self {
             positions: vec![corner, corner + u, corner + u + v, corner + v],
@@ -43,7 +45,7 @@ impl Shape {
         shape
     }
 
-    /// A closed sphere around the origin: `rings` from pole to pole, `segments` around.
+    /// A closed sphere around the origin with `rings` of latitude and `segments` of longitude.
     pub fn sphere(radius: f64, rings: u32, segments: u32) -> Self {
         let mut normals = vec![DVec3::Y];
         for ring in 1..rings {
@@ -69,11 +71,11 @@ impl Shape {
         Self { positions, normals, indices, ..Self::default() }
     }
 
-    /// A closed tube of `radius` around the closed curve `curve` (parameter 0 to 1); `along` by `around` quads.
+    /// A closed tube of `radius` around the closed curve `curve` (parameter 0 to 1), with `along` × `around` quads.
     ///
-    /// The cross-sections follow the curve's Frenet frame, so the curve must not be straight anywhere.
+    /// The cross-sections follow the curve's Frenet frame, so its curvature must not be 0 anywhere.
     pub fn tube(curve: impl Fn(f64) -> DVec3, radius: f64, along: u32, around: u32) -> Self {
-        // Central differences: their error, near 1e-6, turns the cross-sections a little and leaves the tube closed.
+        // Central differences: their error of about 1e-6 rotates the cross-sections slightly; the tube stays closed.
         const H: f64 = 1e-3;
         let mut shape = Self::default();
         for i in 0..along {
@@ -96,13 +98,13 @@ impl Shape {
         shape
     }
 
-    /// Colours every vertex by its position.
+    /// Sets every vertex colour from the position.
     pub fn colored(mut self, color: impl Fn(DVec3) -> DVec3) -> Self {
         self.colors = self.positions.iter().map(|&p| color(p)).collect();
         self
     }
 
-    /// Turns the shape by `angle` radians about +Y through the origin, then moves it.
+    /// Rotates the shape by `angle` radians around the Y axis, then translates it.
     pub fn moved(mut self, angle: f64, by: DVec3) -> Self {
         let turn = glam::DQuat::from_rotation_y(angle);
         self.positions.iter_mut().for_each(|p| *p = turn * *p + by);
@@ -110,7 +112,7 @@ impl Shape {
         self
     }
 
-    /// Adds another shape with the same attributes.
+    /// Appends another shape with the same attributes.
     pub fn append(&mut self, other: &Self) {
         let base = self.positions.len() as u32;
         self.positions.extend(&other.positions);

@@ -12,13 +12,13 @@ const EDGE: u32 = 256;
 /// Floor tiles along the edge of the texture.
 const TILES: u32 = 4;
 
-/// What stands at a texel of the floor.
+/// The floor at a texel.
 struct Stone {
-    /// 0 in the joint, 1 on the flat of a tile; the rim between is rounded.
+    /// 0 in a joint, 1 on the flat part of a tile; the rim between is rounded.
     height: f64,
-    /// The tile's own tone, 0 to 1.
+    /// The brightness of the tile, 0 to 1.
     tone: f64,
-    /// A speckle, 0 to 1.
+    /// The brightness of a speckle, 0 to 1.
     grain: f64,
 }
 
@@ -84,7 +84,7 @@ fn hash(seed: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-/// Encodes `channels` (3 or 4) of the values that `texel(x, y)` gives in 0 to 255; rows from the top.
+/// Encodes the first `channels` (3 or 4) of the values 0 to 255 that `texel(x, y)` returns; rows from the top.
 fn png(channels: usize, texel: impl Fn(u32, u32) -> [f64; 4]) -> Result<Vec<u8>> {
     let texel = &texel;
     let bytes: Vec<u8> = (0..EDGE)

@@ -1,11 +1,13 @@
-//! All textures in one 2D array, whole and unshrunk: the floor device can neither index samplers nor bind without limit.
+//! Packs all textures at full size into one 2D array: the weakest supported device has no dynamic indexing of samplers and few
+//! bindings.
 //!
-//! Each mip chain lies in one rectangle of one layer: level 0, and below it the others side by side. GLSL filters by hand
-//! (`glsl/ground/texture.glsl`). Layers are as large as the largest rectangle needs, or twice that, whichever wastes less.
+//! Each mip chain occupies one rectangle of one layer: level 0, and below it the other levels side by side. GLSL filters in
+//! shader code (`glsl/ground/texture.glsl`). Layers have the size of the largest rectangle or a small multiple of it,
+//! whichever wastes least.
 
 use super::layout::TextureLevel;
 
-/// One mip chain's place.
+/// The position of one mip chain.
 #[derive(Clone, Debug)]
 pub struct Place {
     pub layer: u32,
@@ -14,16 +16,16 @@ pub struct Place {
 
 #[derive(Clone, Debug)]
 pub struct Atlas {
-    /// Texels.
+    /// In texels.
     pub width: u32,
     pub height: u32,
     pub layers: u32,
-    /// In the order of the chains packed.
+    /// In the order of the packed chains.
     pub places: Vec<Place>,
 }
 
 impl Atlas {
-    /// Packs chains given as their levels' sizes (texels, from the largest). Never empty: with no chains, one texel.
+    /// Packs chains, given as the sizes of their levels in texels from the largest on. Without chains the atlas has one texel.
     pub fn pack(chains: &[Vec<(u32, u32)>]) -> Self {
         let rects: Vec<(u32, u32)> = chains.iter().map(|levels| chain_rect(levels)).collect();
         let widest = rects.iter().map(|r| r.0).max().unwrap_or(1);
@@ -34,7 +36,7 @@ impl Atlas {
             .filter(|&(w, h)| w.max(h) <= 4096 || (w, h) == (widest, tallest))
             .map(|(w, h)| (w, h, shelves(&rects, w, h)))
             .min_by_key(|(w, h, corners)| u64::from(*w) * u64::from(*h) * u64::from(layer_count(corners)))
-            .expect("the first candidate always stands");
+            .expect("the first candidate is never filtered out");
         let places = chains
             .iter()
             .zip(&corners)
@@ -43,7 +45,7 @@ impl Atlas {
         Self { width, height, layers: layer_count(&corners), places }
     }
 
-    /// Bytes of the array, 4 per texel.
+    /// The size of the array in bytes, 4 per texel.
     pub fn bytes(&self) -> u64 {
         4 * u64::from(self.width) * u64::from(self.height) * u64::from(self.layers)
     }
@@ -75,7 +77,7 @@ fn place_levels(levels: &[(u32, u32)], x: u32, y: u32) -> Vec<TextureLevel> {
         .collect()
 }
 
-/// Shelf packing, tallest first; (x, y, layer) per rectangle.
+/// Shelf packing, tallest first: (x, y, layer) of each rectangle.
 fn shelves(rects: &[(u32, u32)], width: u32, height: u32) -> Vec<(u32, u32, u32)> {
     let mut order: Vec<usize> = (0..rects.len()).collect();
     order.sort_by_key(|&i| (std::cmp::Reverse(rects[i].1), std::cmp::Reverse(rects[i].0), i));

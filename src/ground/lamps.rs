@@ -215,13 +215,7 @@ impl Lamp<'_> {
         let color = |k: usize| self.mesh.colors[self.triangle[k] as usize];
         let color = color(0) * w.x + color(1) * w.y + color(2) * w.z;
         let point = SurfacePoint { uvs: [self.uv(0, w), self.uv(1, w)], color, footprint };
-        let texel = self.textures.sample(
-            self.scene,
-            material.emissive_texture.as_ref(),
-            ColorSpace::Srgb,
-            point.uvs,
-            point.footprint,
-        );
+        let texel = self.textures.sample(self.scene, material.emissive_texture.as_ref(), ColorSpace::Srgb, &point);
         material.emissive * texel.truncate() * material.opacity(self.scene, self.textures, &point)
     }
 }

@@ -1,26 +1,26 @@
-//! How far an image is from its reference: `energy rel relmse p95 flip` of the whole, all but `flip` of the indirect part and
-//! of that part where surfaces are diffuse.
+//! Error metrics of an image against its reference: `energy rel relmse p95 flip` of the whole image; all but `flip` also of the
+//! indirect light, and of the indirect light on diffuse surfaces.
 //!
-//! Pixels that are not finite in either image are counted and left out of every metric.
+//! Pixels that are not finite in one of the images are counted and excluded from every metric.
 
 use serde::{Deserialize, Serialize};
 
 use crate::layers::{Aov, Layers};
 use crate::{Error, Result};
 
-/// What darker pixels are compared against at least, as a share of the reference's mean.
+/// The least denominator of a relative error, as a share of the reference's mean: for dark pixels.
 const FLOOR: f64 = 0.01;
 
-/// [`Aov::Diffuse`] from which on a pixel is wholly diffuse: rounding apart, no part of it shows metal, glass or the sky.
+/// The least [`Aov::Diffuse`] of a wholly diffuse pixel: 1 up to rounding.
 const WHOLLY_DIFFUSE: f32 = 0.999;
 
-/// Luminance that the reference's 95th percentile gets before FLIP.
+/// The luminance to which the reference's 95th percentile is exposed for FLIP.
 const FLIP_WHITE: f32 = 0.8;
 
-/// Numbers for one pair of images. Means run over pixels and channels.
+/// The metrics of one pair of images. Means are over pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
-    /// mean(image) / mean(reference); 1 is right.
+    /// mean(image) / mean(reference); ideally 1.
     pub energy: f64,
     /// mean |image − reference| / mean(reference).
     pub rel: f64,
@@ -30,26 +30,26 @@ pub struct Metrics {
     pub p95: f64,
 }
 
-/// Values that are not numbers.
+/// Counts of non-finite values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct NonFinite {
     pub nan: usize,
     pub inf: usize,
 }
 
-/// Everything about an image against its reference.
+/// The comparison of an image with its reference.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     pub total: Metrics,
-    /// Of total − direct, each image less its own direct layer, where both have one.
+    /// Of total − direct, if both images have a direct layer. Each image's own direct layer is subtracted.
     pub indirect: Option<Metrics>,
-    /// The same over the pixels of [`wholly_diffuse`], where the reference has any that indirect light reaches.
+    /// The same over the pixels of [`wholly_diffuse`]; `None` if the reference's indirect light is black there.
     pub indirect_diffuse: Option<Metrics>,
     /// Mean of [`Self::flip_map`].
     pub flip: f64,
     /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree; see [`exposed`].
     pub flip_map: Vec<f32>,
-    /// What both images were multiplied by for FLIP.
+    /// The factor on both images for FLIP.
     pub exposure: f32,
     pub image: NonFinite,
     pub reference: NonFinite,
@@ -66,7 +66,10 @@ impl NonFinite {
     }
 }
 
-/// Compares two images of the same size. [`Error::Usage`] where that makes no sense.
+/// Compares two images of the same size.
+///
+/// # Errors
+/// [`Error::Usage`] for different sizes, an image without finite pixels and a black reference.
 pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
     let (size, other) = ((image.width, image.height), (reference.width, reference.height));
     if size != other {
@@ -84,9 +87,9 @@ pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
     let total = metrics(image.beauty(), reference.beauty(), "reference")?;
     let (mut of_indirect, mut of_diffuse) = (None, None);
     if let (Some(a), Some(b)) = (indirect(image), indirect(reference)) {
-        // A reference without indirect light has no such part to be wrong about.
+        // Without indirect light in the reference there is no relative error.
         of_indirect = metrics(&a, &b, "reference's indirect part").ok();
-        of_diffuse = wholly_diffuse(reference).and_then(|counts| metrics_where(&counts, &a, &b));
+        of_diffuse = wholly_diffuse(reference).and_then(|mask| metrics_where(&mask, &a, &b));
     }
     let exposure = exposure(reference.beauty());
     let flip_map = flip(image, reference, exposure);
@@ -104,22 +107,22 @@ pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
     })
 }
 
-/// Total − direct, if the direct layer is there.
+/// Total − direct; `None` without a direct layer.
 pub fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
     let direct = layers.get(Aov::Direct)?;
     let minus = |(t, d): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| t[c] - d[c]);
     Some(layers.beauty().iter().zip(direct).map(minus).collect())
 }
 
-/// Which pixels show nothing but surfaces that are neither metal nor transmit, if the diffuse layer is there.
+/// Marks the pixels that show only diffuse surfaces, neither metallic nor transmitting; `None` without a diffuse layer.
 pub fn wholly_diffuse(layers: &Layers) -> Option<Vec<bool>> {
     Some(layers.get(Aov::Diffuse)?.iter().map(|p| p[0] >= WHOLLY_DIFFUSE).collect())
 }
 
-/// [`metrics`] over the pixels that count; `None` where none does, or the reference is black in all that do.
-pub fn metrics_where(counts: &[bool], image: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<Metrics> {
+/// [`metrics`] over the pixels in `mask`; `None` if the mask is empty or the reference is black in it.
+pub fn metrics_where(mask: &[bool], image: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<Metrics> {
     let pick = |pixels: &[[f32; 3]]| -> Vec<_> {
-        pixels.iter().zip(counts).filter(|(_, counts)| **counts).map(|(p, _)| *p).collect()
+        pixels.iter().zip(mask).filter(|(_, inside)| **inside).map(|(p, _)| *p).collect()
     };
     metrics(&pick(image), &pick(reference), "reference").ok()
 }
@@ -128,17 +131,17 @@ fn finite(pixel: &[f32; 3]) -> bool {
     pixel.iter().all(|v| v.is_finite())
 }
 
-/// A pixel of the image and of the reference.
+/// The same pixel of the image and of the reference.
 type Pair = ([f64; 3], [f64; 3]);
 
-/// The metrics of pixels against as many others; `what` names the reference where it is black.
+/// The metrics of `image` against `reference`, pixel by pixel; `what` names the reference in the error for a black one.
 pub fn metrics(image: &[[f32; 3]], reference: &[[f32; 3]], what: &str) -> Result<Metrics> {
     let pairs = image.iter().zip(reference).filter(|(a, b)| finite(a) && finite(b));
     let pairs: Vec<Pair> = pairs.map(|(a, b)| (a.map(f64::from), b.map(f64::from))).collect();
     let values = 3.0 * pairs.len() as f64;
     let mean = pairs.iter().flat_map(|(_, b)| b).sum::<f64>() / values;
     if mean.is_nan() || mean <= 0.0 {
-        return Err(Error::Usage(format!("the {what} is black: nothing can be compared with it")));
+        return Err(Error::Usage(format!("the {what} is black, so relative errors are undefined")));
     }
     let differences = |(a, b): &Pair, power: i32| (0..3).map(|c| (a[c] - b[c]).abs().powi(power)).sum::<f64>();
     let squared = |pair: &Pair| {
@@ -154,7 +157,7 @@ pub fn metrics(image: &[[f32; 3]], reference: &[[f32; 3]], what: &str) -> Result
     })
 }
 
-/// Linear between ranks (Hyndman and Fan's type 7, NumPy's default). 0 of nothing.
+/// The percentile by linear interpolation between ranks (Hyndman and Fan's type 7, NumPy's default); 0 without values.
 fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let Some(last) = values.len().checked_sub(1) else { return 0.0 };
@@ -163,7 +166,7 @@ fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
     values[below] + (values[(below + 1).min(last)] - values[below]) * part
 }
 
-/// The factor that brings the 95th percentile of the reference's luminance to 0.8; 1 where that is black.
+/// The factor by which the 95th percentile of the reference's luminance becomes 0.8; 1 for a black reference.
 pub fn exposure(reference: &[[f32; 3]]) -> f32 {
     let luminance =
         reference.iter().filter(|p| finite(p)).map(|p| f64::from(crate::output::png::luminance(*p))).collect();
@@ -171,13 +174,13 @@ pub fn exposure(reference: &[[f32; 3]]) -> f32 {
     if white > 0.0 { FLIP_WHITE / white } else { 1.0 }
 }
 
-/// 8-bit sRGB after the factor `exposure`, clamped; black where not finite.
+/// 8-bit sRGB after multiplication by `exposure`, clamped; non-finite pixels are black.
 pub fn exposed(pixels: &[[f32; 3]], exposure: f32) -> Vec<u8> {
     let code = |v: f32| crate::output::png::srgb_code((v * exposure).clamp(0.0, 1.0));
     pixels.iter().flat_map(|p| if finite(p) { p.map(code) } else { [0; 3] }).collect()
 }
 
-/// NVIDIA's FLIP (nv-flip, the authors' C++ code) of both images, per pixel.
+/// NVIDIA's FLIP per pixel (nv-flip, the authors' C++ code).
 fn flip(image: &Layers, reference: &Layers, exposure: f32) -> Vec<f32> {
     let ldr = |l: &Layers| nv_flip::FlipImageRgb8::with_data(l.width, l.height, &exposed(l.beauty(), exposure));
     nv_flip::flip(ldr(reference), ldr(image), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec()

@@ -1,4 +1,4 @@
-//! Measuring: images against references, and what each pass costs.
+//! Measurement: image error against a reference, and the time of each pass.
 
 pub mod metrics;
 pub mod picture;

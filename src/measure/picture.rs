@@ -1,14 +1,14 @@
-//! Comparisons to look at.
+//! Comparison pictures.
 
 use super::metrics::{Comparison, exposed};
 use crate::layers::Layers;
 use crate::{Error, Result};
 
-/// Relative difference that gets full colour.
+/// The relative difference shown in full colour.
 const FULL_COLOR: f32 = 0.25;
 
-/// The bytes of a PNG: image, reference, signed difference (red: too bright, blue: too dark)
-/// and FLIP in magma, side by side. The images are shown at the comparison's exposure.
+/// A PNG with four panels side by side: image, reference, signed difference (red: too bright, blue: too dark), and FLIP in the
+/// colours of magma. The images have the comparison's exposure.
 pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison) -> Result<Vec<u8>> {
     let (width, height) = (image.width as usize, image.height as usize);
     let panels = [
@@ -31,7 +31,7 @@ pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison)
     Ok(bytes.into_inner())
 }
 
-/// Per pixel: white where equal, towards red where the image is brighter, towards blue where it is darker.
+/// RGB per pixel: white where the images are equal, red where the image is brighter, blue where it is darker.
 pub fn signed_difference(image: &[[f32; 3]], reference: &[[f32; 3]]) -> Vec<u8> {
     let sum = |p: &[f32; 3]| p.iter().filter(|v| v.is_finite()).sum::<f32>();
     let floor = 0.01 * reference.iter().map(sum).sum::<f32>() / reference.len() as f32;

@@ -1,14 +1,14 @@
-//! What each pass costs: the times of many frames, as a table and as JSON.
+//! The times of passes over many frames, as a table and as JSON.
 
 use crate::vk::{Context, ZoneKind, ZoneTimings};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The version of the JSON form; it grows when a key changes its name, its unit or its meaning.
+/// The version of the JSON form. It must grow when a key changes its name, unit or meaning.
 pub const VERSION: u32 = 1;
 
-/// Median, least and greatest of one quantity over the frames.
+/// Median, minimum and maximum of one quantity over the frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     pub median: f64,
@@ -17,7 +17,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// All zero for no values.
+    /// All zero without values.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
@@ -27,41 +27,40 @@ impl Spread {
     }
 }
 
-/// One pass over all frames. A pass that a frame runs twice (the two volumes' passes have names of their own) adds up.
+/// One pass over all frames. If a frame runs a pass several times, the times are added.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassTiming {
     /// The zone's name: also its debug label and its name in the trace.
     pub name: &'static str,
     /// `raster`, `compute` or `transfer`.
     pub kind: ZoneKind,
-    /// Milliseconds of device time, between timestamps at the pass's ends.
+    /// Milliseconds of device time between the timestamps at the start and the end of the pass.
     pub gpu_ms: Spread,
     /// The median's share of the sum of all passes' medians, 0 to 1.
     pub share: f64,
-    /// Milliseconds of processor time over all threads of the process; null unless each pass was submitted by itself.
+    /// Milliseconds of processor time of all threads of the process; null unless each pass was submitted separately.
     pub cpu_ms: Option<Spread>,
-    /// Milliseconds from before the submission to after the wait; null unless each pass was submitted by itself.
+    /// Milliseconds from before the submission to after the wait; null unless each pass was submitted separately.
     pub wall_ms: Option<Spread>,
-    /// Bytes that one frame's pass writes, as the pass estimates it.
+    /// Bytes that the pass writes in one frame, by its own estimate.
     pub bytes: u64,
 }
 
-/// One planned resource.
+/// The planned size of one resource.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ResourceBytes {
     pub name: String,
-    /// Bytes planned for it.
     pub bytes: u64,
 }
 
-/// Device memory, planned and taken.
+/// Device memory, planned and allocated.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct MemoryReport {
-    /// Bytes planned, all resources together.
+    /// Bytes planned for all resources together.
     pub planned_bytes: u64,
-    /// Bytes taken from the driver after the last frame.
+    /// Bytes allocated from the driver after the last frame.
     pub allocated_bytes: u64,
-    /// Bytes that the device had left before.
+    /// Free bytes of the device before the allocation.
     pub budget_bytes: u64,
     pub resources: Vec<ResourceBytes>,
 }
@@ -73,22 +72,22 @@ pub struct TimingReport {
     pub version: u32,
     /// The device's name.
     pub device: String,
-    /// The driver's name and its own description of its version.
+    /// The driver's name and version, as the driver describes it.
     pub driver: String,
     /// Vulkan version of the device, `major.minor.patch`.
     pub api_version: String,
     /// Pixels of the image.
     pub width: u32,
     pub height: u32,
-    /// Frames that the times are taken over.
+    /// Measured frames.
     pub frames: usize,
-    /// Frames before them that were not counted.
+    /// Frames before the measured ones.
     pub warm_up_frames: usize,
     /// Milliseconds of device time from a frame's first timestamp to its last.
     pub frame_gpu_ms: Spread,
     /// Milliseconds from the start of recording to the end of the wait.
     pub frame_wall_ms: Spread,
-    /// Milliseconds of device time of a frame's passes together; it agrees with `frame_gpu_ms`.
+    /// Milliseconds of device time, summed over a frame's passes; about `frame_gpu_ms`.
     pub passes_gpu_ms: Spread,
     /// In the order of the frame.
     pub passes: Vec<PassTiming>,
@@ -97,7 +96,7 @@ pub struct TimingReport {
     pub memory: Option<MemoryReport>,
 }
 
-/// The times of a run's frames, the first ones left out.
+/// The times of a run's frames without the warm-up frames.
 #[derive(Clone, Debug, Default)]
 pub struct Timings {
     warm_up: usize,
@@ -118,7 +117,7 @@ impl Timings {
         }
     }
 
-    /// The frames that count.
+    /// The measured frames.
     pub fn frames(&self) -> &[ZoneTimings] {
         &self.frames
     }
@@ -157,7 +156,7 @@ impl Timings {
         }
     }
 
-    /// Everything about the run, for `--json`.
+    /// The report of the run, for `--json`.
     pub fn report(
         &self,
         context: &Context,

@@ -1,13 +1,13 @@
-//! Frames as a Chrome trace, which Perfetto and `chrome://tracing` open: one slice per pass inside one per frame.
+//! Frames as a Chrome trace, for Perfetto and `chrome://tracing`: one slice per frame, and one per pass inside it.
 
 use crate::vk::ZoneTimings;
 use serde_json::{Value, json};
 
-/// The process and thread that the slices belong to: one track.
+/// The process and thread of all slices: one track.
 const TRACK: u32 = 1;
 
-/// The trace of consecutive frames on `device`; times in microseconds of device time, the frames laid end to end by
-/// their wall-clock time.
+/// The trace of consecutive frames on `device`. Times are microseconds of device time; each frame starts after the
+/// wall-clock time of the frame before.
 pub fn chrome_trace(device: &str, frames: &[ZoneTimings]) -> Value {
     let mut events = vec![
         json!({ "ph": "M", "name": "process_name", "pid": TRACK, "args": { "name": "twobounce" } }),
@@ -15,20 +15,20 @@ pub fn chrome_trace(device: &str, frames: &[ZoneTimings]) -> Value {
     ];
     let mut start_ms = 0.0;
     for (index, frame) in frames.iter().enumerate() {
-        events.push(slice(&format!("frame {index}"), "frame", start_ms, frame.gpu_ms, json!({})));
+        events.push(slice(&format!("frame {index}"), "frame", [start_ms, frame.gpu_ms], json!({})));
         for zone in &frame.zones {
             let details = json!({ "bytes": zone.bytes, "cpu_ms": zone.cpu_ms, "wall_ms": zone.wall_ms });
             let kind = format!("{:?}", zone.kind).to_lowercase();
-            events.push(slice(zone.name, &kind, start_ms + zone.start_ms, zone.gpu_ms, details));
+            events.push(slice(zone.name, &kind, [start_ms + zone.start_ms, zone.gpu_ms], details));
         }
-        // The next frame starts when this one was waited for; device and wall clock may run apart by rounding.
+        // The next frame starts after the wait for this one. By rounding, device time may exceed wall-clock time.
         start_ms += frame.wall_ms.max(frame.gpu_ms);
     }
     json!({ "displayTimeUnit": "ms", "traceEvents": events })
 }
 
-/// A complete event.
-fn slice(name: &str, category: &str, start_ms: f64, length_ms: f64, details: Value) -> Value {
+/// A complete event, with its start and length.
+fn slice(name: &str, category: &str, [start_ms, length_ms]: [f64; 2], details: Value) -> Value {
     json!({
         "ph": "X",
         "name": name,

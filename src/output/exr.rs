@@ -1,4 +1,4 @@
-//! OpenEXR: linear float32, channels `R G B` for the image and `direct.R` … for further layers, text in the header.
+//! OpenEXR files: linear float32, channels `R G B` for the image and `direct.R` … for further layers, text in the header.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -12,17 +12,17 @@ use exr::prelude::{
 use crate::layers::{Aov, Layers};
 use crate::{Error, Result};
 
-/// Header entries by name. Names are at most 31 bytes; values are UTF-8.
+/// Header entries by name. Names have at most 31 bytes; values are UTF-8.
 pub type Metadata = BTreeMap<String, String>;
 
 impl Layers {
-    /// Writes the layers to `path`, whole or not at all. The same content gives the same bytes.
+    /// Writes the layers to `path`.
     pub fn write_exr(&self, path: &Path, metadata: &Metadata) -> Result<()> {
         let bytes = encode(self, metadata).map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
         crate::output::file::write(path, &bytes)
     }
 
-    /// Reads an OpenEXR file's R G B and whatever layers of [`Aov`] it has, and the text in its header.
+    /// Reads R G B, all layers of [`Aov`] in the file, and the text in its header.
     pub fn read_exr(path: &Path) -> Result<(Self, Metadata)> {
         if path.is_dir() {
             return Err(Error::file(path, "is a folder, not an OpenEXR image"));
@@ -58,8 +58,8 @@ pub fn encode(image: &Layers, metadata: &Metadata) -> exr::error::Result<Vec<u8>
     Ok(bytes)
 }
 
-/// Puts the header's attributes in order of their names: the exr crate keeps them in a hash map, whose order changes
-/// from run to run. The header's length stays, so the offsets behind it hold.
+/// Sorts the header's attributes by name: the exr crate keeps them in a hash map with random order. The header's length
+/// does not change, so the offsets after it stay valid.
 ///
 /// Layout: 8 bytes of magic and version, then `name\0 type\0 size:i32 value[size]` each, then `\0`.
 fn sort_attributes(bytes: &mut [u8]) {
@@ -78,7 +78,7 @@ fn sort_attributes(bytes: &mut [u8]) {
     bytes[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// The layers and header text in an OpenEXR file's bytes; the error is the rest of a sentence that opens with its path.
+/// The layers and header text in an OpenEXR file's bytes. The error is a sentence without its subject, the path.
 pub fn decode(bytes: &[u8]) -> std::result::Result<(Layers, Metadata), String> {
     let image = exr::prelude::read()
         .no_deep_data()

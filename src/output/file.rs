@@ -1,4 +1,4 @@
-//! Whole files or none: written under another name beside the target, flushed to disk, then renamed.
+//! Atomic writing of files: to a temporary file in the target's folder, which is flushed to disk, then renamed.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -6,48 +6,48 @@ use std::path::{Path, PathBuf};
 
 use crate::{Error, Result};
 
-/// Writes `bytes` to `path`. On failure what stood at `path` before is untouched and nothing is left beside it.
+/// Writes `bytes` to `path`. A failure leaves an existing file unchanged and no temporary file.
 ///
-/// A link is followed. Something that is no regular file (a pipe, `/dev/stdout`) is written into directly.
+/// Links are followed. If `path` is not a regular file (a pipe, `/dev/stdout`), the bytes are written to it directly.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let target = resolve(path)?;
     if target.exists() && !target.is_file() {
         let written = OpenOptions::new().write(true).open(&target).and_then(|mut f| f.write_all(bytes));
         return written.map_err(|e| failed(path, &e));
     }
-    let beside = Beside::create(path, &target)?;
-    beside.fill(bytes).and_then(|()| fs::rename(&beside.name, &target)).map_err(|e| failed(path, &e))
+    let temporary = Temporary::create(path, &target)?;
+    temporary.fill(bytes).and_then(|()| fs::rename(&temporary.name, &target)).map_err(|e| failed(path, &e))
 }
 
-/// Whether [`write()`] to `path` could work: its folder exists and takes a new file. Leaves nothing behind.
+/// Fails if [`write()`] to `path` would: its folder must exist and accept a new file. Leaves no file.
 pub fn check_writable(path: &Path) -> Result<()> {
     let target = resolve(path)?;
     if target.exists() && !target.is_file() {
         return OpenOptions::new().write(true).open(&target).map(drop).map_err(|e| failed(path, &e));
     }
-    Beside::create(path, &target).map(drop)
+    Temporary::create(path, &target).map(drop)
 }
 
-/// Whether two names lead to one file, which one of them may spell another way or link to.
+/// Whether two paths name the same file, also by another spelling or a link.
 pub fn is_same(a: &Path, b: &Path) -> bool {
-    a == b || whole(a).is_some_and(|a| whole(b).is_some_and(|b| a == b))
+    a == b || canonical(a).is_some_and(|a| canonical(b).is_some_and(|b| a == b))
 }
 
-/// The one spelling of a name; of a file that is not there yet, in the one of its folder. `None` where that is not there.
-fn whole(path: &Path) -> Option<PathBuf> {
+/// The canonical path of a file, which need not exist yet; `None` if its folder does not exist.
+fn canonical(path: &Path) -> Option<PathBuf> {
     path.canonicalize().ok().or_else(|| {
         let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
         Some(folder.canonicalize().ok()?.join(path.file_name()?))
     })
 }
 
-/// A file beside the target that goes away with this value.
-struct Beside {
+/// A temporary file in the target's folder, deleted when dropped.
+struct Temporary {
     name: PathBuf,
     file: File,
 }
 
-impl Beside {
+impl Temporary {
     fn create(path: &Path, target: &Path) -> Result<Self> {
         let stem = target.file_name().unwrap_or_default().to_string_lossy();
         let name = target.with_file_name(format!(".{stem}.{}.part", std::process::id()));
@@ -61,14 +61,14 @@ impl Beside {
     }
 }
 
-impl Drop for Beside {
+impl Drop for Temporary {
     fn drop(&mut self) {
-        // After a rename there is nothing to remove, and a failure to remove has no better remedy.
+        // After a rename there is no file to remove. Other failures are ignored.
         let _ = fs::remove_file(&self.name);
     }
 }
 
-/// Follows links and refuses what cannot be a target.
+/// Follows links and refuses folders and read-only files.
 fn resolve(path: &Path) -> Result<PathBuf> {
     if path.is_dir() {
         return Err(Error::file(path, "is a folder; name a file in it"));
@@ -80,7 +80,7 @@ fn resolve(path: &Path) -> Result<PathBuf> {
     Ok(target)
 }
 
-/// The sentence for an error of the operating system while writing `path`.
+/// The message for an error of the operating system while writing `path`.
 fn failed(path: &Path, error: &std::io::Error) -> Error {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let problem = match error.kind() {

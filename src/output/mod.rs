@@ -1,4 +1,4 @@
-//! Files that twobounce writes: whole or not at all, and the same bytes for the same content.
+//! Output files. They are written whole or not at all, and the same content gives the same bytes.
 
 pub mod exr;
 pub mod file;

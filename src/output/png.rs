@@ -1,17 +1,18 @@
-//! PNG: the image exposed, through one tone curve, as 8-bit sRGB.
+//! PNG files: exposure, tone curve, 8-bit sRGB.
 //!
-//! Exposure: radiance is multiplied by 2^EV. Automatic: the 95th percentile of the luminance of what is not sky becomes
-//! 0.8, rounded to 0.01 EV, so that the printed number gives the same bytes.
+//! Exposure: radiance is multiplied by 2^EV. With automatic exposure the 95th percentile of the luminance without sky becomes
+//! 0.8. EV is rounded to 0.01, so that the printed number gives the same bytes.
 //!
-//! Tone curve: "Khronos PBR Neutral" (Khronos Group, *PBR Neutral Tone Mapper*, 2024), made for glTF: what is darker than
-//! 0.8 keeps its colour (less the 4 % that dielectrics reflect at least), what is brighter is compressed towards white.
+//! Tone curve: "Khronos PBR Neutral" (Khronos Group, *PBR Neutral Tone Mapper*, 2024), made for glTF: colours below 0.8 are
+//! kept (minus the 4 % that dielectrics reflect at normal incidence), brighter ones are compressed towards white.
 //!
-//! Coding: IEC 61966-2-1, rounded to nearest, no dithering.
+//! Encoding: IEC 61966-2-1, rounded to nearest, no dithering.
 
 use std::io::Cursor;
 use std::path::Path;
 
 use crate::layers::Layers;
+use crate::scene::texture::srgb_from_linear;
 use crate::{Error, Result};
 
 /// Rec. 709 luminance of linear radiance.
@@ -19,12 +20,12 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
     0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
-/// The automatic exposure of an image in EV, a multiple of 0.01. Pixels equal to `sky` (radiance), black ones and those
-/// that are not finite do not count; 0 if none is left.
+/// The automatic exposure of an image in EV, a multiple of 0.01. Pixels equal to the radiance `sky`, black pixels and
+/// non-finite ones are ignored; 0 if none is left.
 pub fn automatic_exposure(beauty: &[[f32; 3]], sky: [f32; 3]) -> f32 {
     const PERCENTILE: f64 = 0.95;
-    const BECOMES: f32 = 0.8;
-    // Half floats keep 11 bits: the sky that was asked for and the sky in the image differ by this much.
+    const TARGET: f32 = 0.8;
+    // The image stores the sky in half floats, with 11 significant bits.
     const HALF_FLOAT: f32 = 1.0 / 1024.0;
     let is_sky = |p: &[f32; 3]| p.iter().zip(&sky).all(|(a, b)| (a - b).abs() <= HALF_FLOAT * b);
     let mut seen: Vec<f32> =
@@ -34,11 +35,11 @@ pub fn automatic_exposure(beauty: &[[f32; 3]], sky: [f32; 3]) -> f32 {
     }
     let rank = ((seen.len() - 1) as f64 * PERCENTILE).round() as usize;
     let (_, bright, _) = seen.select_nth_unstable_by(rank, f32::total_cmp);
-    let ev = (BECOMES / *bright).log2();
+    let ev = (TARGET / *bright).log2();
     (ev * 100.0).round() / 100.0
 }
 
-/// The display-linear colour in [0, 1]³ of an exposed radiance; NaN shows as black.
+/// The display-linear colour in [0, 1]³ of an exposed radiance; NaN becomes 0.
 pub fn tone_curve(rgb: [f32; 3]) -> [f32; 3] {
     const LEAST_REFLECTED: f32 = 0.04;
     const COMPRESS_FROM: f32 = 0.8 - LEAST_REFLECTED;
@@ -63,12 +64,10 @@ pub fn tone_curve(rgb: [f32; 3]) -> [f32; 3] {
 
 /// The 8-bit sRGB code of a display-linear value in [0, 1].
 pub fn srgb_code(linear: f32) -> u8 {
-    let x = linear.clamp(0.0, 1.0);
-    let coded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-    (coded * 255.0).round() as u8
+    (srgb_from_linear(linear.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
-/// The bytes of a PNG file: 8-bit RGB, marked as sRGB by absence of any other claim.
+/// The bytes of a PNG file: 8-bit RGB without a colour space chunk, so viewers assume sRGB.
 pub fn encode(image: &Layers, exposure_ev: f32) -> std::result::Result<Vec<u8>, String> {
     let gain = exposure_ev.exp2();
     let shown = |p: &[f32; 3]| tone_curve(p.map(|c| c * gain)).map(srgb_code);
@@ -80,7 +79,7 @@ pub fn encode(image: &Layers, exposure_ev: f32) -> std::result::Result<Vec<u8>, 
 }
 
 impl Layers {
-    /// Writes the image to `path` as a PNG, whole or not at all.
+    /// Writes the image to `path` as a PNG.
     pub fn write_png(&self, path: &Path, exposure_ev: f32) -> Result<()> {
         let bytes = encode(self, exposure_ev).map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
         super::file::write(path, &bytes)

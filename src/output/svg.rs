@@ -1,19 +1,19 @@
-//! What the pictures drawn as SVG share: text, colours and logarithmic axes.
+//! Text, colours and logarithmic axes for SVG pictures.
 
-/// Okabe and Ito's colours, which most people with colour vision deficiencies tell apart, and a grey; the yellow is darkened
-/// to be seen on light and on dark pages.
+/// Okabe and Ito's colours, which people with most colour vision deficiencies can distinguish, and a grey. The yellow is
+/// darker than theirs, for contrast on light and dark pages.
 pub const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#7f7f7f"];
 
-/// The same for white alone, with its own yellow, a darker one and two greys.
+/// The same for white pages only: with the original yellow, a darker one and two greys.
 pub const COLORS_ON_WHITE: &[&str] =
     &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c7a00", "#777777", "#222222"];
 
-/// Text as it stands in an element or a quoted attribute, of SVG and of HTML.
+/// Text, escaped for an element or a quoted attribute of SVG or HTML.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A logarithmic axis: from a value to a place.
+/// A logarithmic axis: maps values to positions.
 pub struct LogAxis {
     low: f64,
     high: f64,
@@ -22,7 +22,7 @@ pub struct LogAxis {
 }
 
 impl LogAxis {
-    /// From `low`, above 0 and below `high`, at `start` to `high` at `end`.
+    /// Maps `low` to `start` and `high` to `end`; 0 < `low` < `high`.
     pub fn new((low, high): (f64, f64), start: f64, end: f64) -> Self {
         Self { low, high, start, end }
     }
@@ -31,7 +31,7 @@ impl LogAxis {
         self.start + (self.end - self.start) * (value / self.low).ln() / (self.high / self.low).ln()
     }
 
-    /// These numbers and their tenfolds, as far as the axis goes.
+    /// These numbers, multiplied by all powers of ten, within the axis.
     pub fn ticks(&self, of_a_decade: &[f64]) -> Vec<f64> {
         let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
         let all = decades.flat_map(|e| of_a_decade.iter().map(move |m| m * 10f64.powi(e)));

@@ -1,9 +1,9 @@
-//! The glTF 2.0 material model (appendix B, with KHR_materials_specular, _ior, _transmission and _volume) as a path tracer
-//! needs it: evaluate, sample, density.
+//! The BSDF of glTF 2.0 (appendix B, with KHR_materials_specular, _ior, _transmission and _volume): evaluation, sampling,
+//! density.
 //!
-//! Three lobes: diffuse ρ/π, GGX reflection, GGX transmission (straight through thin walls, refracted where there is a
-//! volume). Below [`SMOOTH`] the GGX lobes are mirrors; smooth thin transmission is not a lobe at all but
-//! [`Bsdf::straight`], which paths and shadow rays pass without a bounce.
+//! Three lobes: diffuse ρ/π, GGX reflection, GGX transmission (unrefracted through thin walls, refracted at volumes). Below
+//! [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths and shadow rays pass it without a
+//! bounce, see [`Bsdf::unscattered`].
 
 use glam::{Mat3, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -11,7 +11,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 use super::microfacet as ggx;
 use crate::scene::surface::SurfaceParams;
 
-/// α = roughness² below which a lobe is taken for a perfect mirror: ±0.06°.
+/// The α = roughness² below which a lobe is a perfect mirror: ±0.06°.
 pub const SMOOTH: f32 = 1e-3;
 
 /// A direction chosen by [`Bsdf::sample`].
@@ -21,14 +21,14 @@ pub struct Scatter {
     pub direction: Vec3,
     /// f · |cos| / density.
     pub weight: Vec3,
-    /// Per steradian; for mirrors meaningless.
+    /// Per steradian; undefined for mirrors.
     pub density: f32,
     pub mirror: bool,
-    /// Square of the ratio of refractive indices by which radiance was scaled; 1 for reflection.
+    /// The factor on radiance by refraction, the squared ratio of refractive indices; 1 for reflection.
     pub compression: f32,
 }
 
-/// Schlick's reflectance, from head on to grazing.
+/// Schlick's reflectance: at normal incidence and at grazing angles.
 #[derive(Clone, Copy, Debug)]
 struct Reflectance {
     f0: Vec3,
@@ -41,28 +41,38 @@ impl Reflectance {
     }
 }
 
-/// The scattering function at one point, for one viewing direction.
+/// The BSDF at one point, for one viewing direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf {
-    /// Columns tangent, bitangent, normal: world from local.
+    /// World from local: columns tangent, bitangent, normal.
     frame: Mat3,
     /// Towards the viewer, local; z > 0.
     wo: Vec3,
     alpha: f32,
     reflected: Reflectance,
-    /// Reflectance of the dielectric alone: what it leaves reaches the diffuse and transmitted parts.
+    /// Reflectance of the dielectric alone. The rest of the light reaches the diffuse and transmission lobes.
     coat: Reflectance,
-    /// Colours before Fresnel.
+    /// Albedo of the diffuse and of the transmission lobe, before Fresnel.
     diffuse: Vec3,
-    through: Vec3,
+    transmitted: Vec3,
     volume: bool,
-    /// Index of refraction beyond the surface over that on the viewer's side.
+    /// Index of refraction on the far side over that on the viewer's side.
     eta: f32,
-    /// Probabilities of choosing diffuse, reflection, transmission.
+    /// Sampling probabilities of diffuse, reflection, transmission.
     choose: [f32; 3],
 }
 
-/// A tangent frame about unit `n` (Duff et al. 2017); its one singular direction is −z.
+/// The side from which a BSDF is seen. `normal` and `wo` are unit and have a positive dot product.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewing {
+    pub normal: Vec3,
+    /// Towards the viewer.
+    pub wo: Vec3,
+    /// Whether the viewer is inside the volume that the surface bounds.
+    pub inside: bool,
+}
+
+/// A tangent frame around unit `n` (Duff et al. 2017); singular only at −z.
 #[inline]
 pub fn frame(n: Vec3) -> Mat3 {
     let sign = 1f32.copysign(n.z);
@@ -75,7 +85,7 @@ pub fn frame(n: Vec3) -> Mat3 {
     )
 }
 
-/// A direction about +z with density cos/π.
+/// A direction around +z with density cos/π.
 pub fn sample_cosine(u: [f32; 2]) -> Vec3 {
     let (sin, cos) = (TAU * u[0]).sin_cos();
     let r = u[1].sqrt();
@@ -83,10 +93,10 @@ pub fn sample_cosine(u: [f32; 2]) -> Vec3 {
 }
 
 impl Bsdf {
-    /// `normal` and `wo` (towards the viewer) are unit, with a positive dot product; `volume` says that transmission refracts,
-    /// `inside` that the viewer is in the volume that the surface bounds.
+    /// `volume` means that transmission refracts.
     #[inline]
-    pub fn new(p: &SurfaceParams, volume: bool, normal: Vec3, wo: Vec3, inside: bool) -> Self {
+    pub fn new(p: &SurfaceParams, volume: bool, viewing: Viewing) -> Self {
+        let Viewing { normal, wo, inside } = viewing;
         let frame = frame(normal);
         let nonmetal = 1.0 - p.metallic;
         let coat = if nonmetal > 0.0 {
@@ -95,26 +105,27 @@ impl Bsdf {
         } else {
             Reflectance { f0: Vec3::ZERO, f90: 0.0 }
         };
-        let through = p.base_color * p.transmission;
+        let transmitted = p.base_color * p.transmission;
         let mut bsdf = Self {
             frame,
             wo: (frame.transpose() * wo).with_z(normal.dot(wo).max(1e-6)),
             alpha: p.roughness * p.roughness,
             reflected: Reflectance { f0: p.f0, f90: p.f90 },
             coat,
-            diffuse: p.diffuse - through,
-            through,
+            diffuse: p.diffuse - transmitted,
+            transmitted,
             volume,
             eta: if inside { 1.0 / p.ior } else { p.ior },
             choose: [0.0; 3],
         };
         let (reflected, rest) = bsdf.fresnel(bsdf.wo.z);
-        let through = if bsdf.volume || bsdf.alpha >= SMOOTH { bsdf.through.max_element() * rest } else { 0.0 };
-        let mut lobes = [bsdf.diffuse.max_element() * rest, reflected.max_element(), through];
+        let transmission =
+            if bsdf.volume || bsdf.alpha >= SMOOTH { bsdf.transmitted.max_element() * rest } else { 0.0 };
+        let mut lobes = [bsdf.diffuse.max_element() * rest, reflected.max_element(), transmission];
         if bsdf.alpha >= SMOOTH && (p.f90 > 0.0 || volume) {
-            // A rough surface's microfacets may reflect or transmit where the plane itself would not.
+            // Microfacets of a rough surface may reflect or transmit in directions in which a smooth surface would not.
             lobes[1] = lobes[1].max(0.05);
-            lobes[2] = lobes[2].max(if volume { 0.1 * bsdf.through.max_element() } else { 0.0 });
+            lobes[2] = lobes[2].max(if volume { 0.1 * bsdf.transmitted.max_element() } else { 0.0 });
         }
         let total: f32 = lobes.iter().sum();
         if total > 0.0 {
@@ -128,13 +139,13 @@ impl Bsdf {
         self.frame.z_axis
     }
 
-    /// At the cosine between a direction and the half vector: the reflected share of light, and the share (one number) that
-    /// is left for what lies below.
+    /// At the cosine between a direction and the half vector: the reflectance, and the remaining share of light for the other
+    /// lobes.
     #[inline]
     fn fresnel(&self, cos: f32) -> (Vec3, f32) {
         let mut cos_outside = cos;
         if self.volume && self.eta < 1.0 {
-            // From the dense side Schlick's formula wants the angle on the other one.
+            // Schlick's formula takes the angle on the side with the lower index.
             let sin2 = (1.0 - cos * cos) / (self.eta * self.eta);
             if sin2.is_nan() || sin2 >= 1.0 {
                 return (Vec3::ONE, 0.0);
@@ -144,17 +155,17 @@ impl Bsdf {
         (self.reflected.at(cos_outside), 1.0 - self.coat.at(cos_outside).max_element())
     }
 
-    /// Whether light from beyond the surface is scattered to the viewer.
+    /// Whether light from the far side is scattered to the viewer.
     pub fn transmits(&self) -> bool {
         self.choose[2] > 0.0
     }
 
-    /// The share of light that goes straight through a smooth thin wall.
-    pub fn straight(&self) -> Vec3 {
-        if self.volume || self.alpha >= SMOOTH { Vec3::ZERO } else { self.through * self.fresnel(self.wo.z).1 }
+    /// The share of light that passes a smooth thin wall unscattered.
+    pub fn unscattered(&self) -> Vec3 {
+        if self.volume || self.alpha >= SMOOTH { Vec3::ZERO } else { self.transmitted * self.fresnel(self.wo.z).1 }
     }
 
-    /// f · |cos| and the density of [`Self::sample`], mirrors left out, for unit `wi` (world, away from the surface).
+    /// f · |cos| and the density of [`Self::sample`] without mirrors, for unit `wi` (world space, away from the surface).
     #[inline]
     pub fn eval(&self, wi: Vec3) -> (Vec3, f32) {
         let wi = self.frame.transpose() * wi;
@@ -167,7 +178,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether this is Lambert's law alone, which looks the same from everywhere.
+    /// Whether only the diffuse lobe is present, which does not depend on the viewing direction.
     #[inline]
     pub fn is_lambertian(&self) -> bool {
         self.reflected.f90 == 0.0 && self.choose[0] == 1.0
@@ -190,16 +201,16 @@ impl Bsdf {
         (f, density)
     }
 
-    /// A rough thin wall: the reflected lobe mirrored to the other side.
+    /// A rough thin wall: the reflection lobe, mirrored to the far side.
     fn eval_thin(&self, wi: Vec3) -> (Vec3, f32) {
         let wi = wi.with_z(-wi.z);
         let h = (self.wo + wi).normalize();
         let rest = self.fresnel(self.wo.dot(h).min(1.0)).1;
         let visible = ggx::d(self.alpha, h) * ggx::g1(self.alpha, self.wo.z) / (4.0 * self.wo.z);
-        (self.through * (rest * visible * ggx::g1(self.alpha, wi.z)), self.choose[2] * visible)
+        (self.transmitted * (rest * visible * ggx::g1(self.alpha, wi.z)), self.choose[2] * visible)
     }
 
-    /// Walter et al. 2007, for radiance.
+    /// Refraction of radiance (Walter et al. 2007).
     fn eval_refraction(&self, wi: Vec3) -> (Vec3, f32) {
         let h = (self.wo + wi * self.eta).normalize_or_zero();
         let h = if h.z < 0.0 { -h } else { h };
@@ -211,11 +222,11 @@ impl Bsdf {
         let scale = cos_i + cos_o / self.eta;
         let visible = ggx::d(self.alpha, h) * ggx::g1(self.alpha, self.wo.z) * cos_o / self.wo.z;
         let density = visible * -cos_i / (scale * scale);
-        let f = self.through * (rest * density * ggx::g1(self.alpha, -wi.z) / (self.eta * self.eta));
+        let f = self.transmitted * (rest * density * ggx::g1(self.alpha, -wi.z) / (self.eta * self.eta));
         (f, self.choose[2] * density)
     }
 
-    /// Chooses a direction: the lobe by `lobe`, the direction in it by `u`. `None` where nothing is scattered.
+    /// Samples a lobe by `lobe` and a direction in it by `u`. `None` if nothing is scattered.
     pub fn sample(&self, lobe: f32, u: [f32; 2]) -> Option<Scatter> {
         let [diffuse, reflection, transmission] = self.choose;
         if lobe < diffuse {
@@ -241,7 +252,8 @@ impl Bsdf {
         }
         let (reflected, rest) = self.fresnel(cos);
         let compression = if reflect { 1.0 } else { 1.0 / (self.eta * self.eta) };
-        let weight = if reflect { reflected / reflection } else { self.through * (rest * compression / transmission) };
+        let weight =
+            if reflect { reflected / reflection } else { self.transmitted * (rest * compression / transmission) };
         Some(Scatter { direction: self.frame * wi, weight, density: 0.0, mirror: true, compression })
     }
 

@@ -1,12 +1,12 @@
-//! Rays against triangles: an eight-wide tree collapsed from obvhs' binary one, and packets of eight triangles. Built here,
-//! walked in `src/reference/traversal.rs`.
+//! The bounding volume hierarchy: an eight-wide tree, collapsed from obvhs' binary tree, with packets of eight triangles as
+//! leaves. Built here, traversed in `src/reference/traversal.rs`.
 //!
-//! Tried on an atrium of 235,248 triangles, processor time for the same image against the step before: this tree instead
-//! of obvhs' own compressed eight-wide one 0.82; joined rays eight at a time 0.9 to 1; textures in blocks, on large pages
-//! as the tree is, 0.86; joins that keep only what they need 0.96. Packets of four triangles instead of eight, and larger
-//! or smaller leaves: nothing beyond the noise of 4 %. Children and textures announced to the processor before they are
-//! read 0.92; small functions made ready for inlining across the compiler's units 0.95. Bit for bit the same image. Lanes
-//! left to the compiler's own vectorising were no faster than one ray at a time.
+//! Measured on an atrium of 235,248 triangles: the processor time of each step for the same image, relative to the step
+//! before. This tree instead of obvhs' compressed eight-wide tree: 0.82. Connection rays eight at a time: 0.9 to 1.
+//! Textures in blocks, textures and tree on huge pages: 0.86. Smaller records of connections: 0.96. Prefetching children
+//! and textures: 0.92. Small functions marked for inlining across codegen units: 0.95. No effect beyond the noise of 4 %:
+//! packets of four triangles, larger or smaller leaves. Automatic vectorisation of eight lanes was no faster than single
+//! rays. The image has the same bits in all.
 
 use glam::Vec3;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};
@@ -14,28 +14,28 @@ use obvhs::{BvhBuildParams, triangle::Triangle};
 use std::time::Duration;
 
 use super::lanes::{self, Lanes};
-use super::large;
+use super::memory;
 
-/// Boxes, or rays, at a time.
+/// Lanes: children per node, triangles per packet, rays per bundle.
 pub const WIDTH: usize = 8;
 
-/// Eight children.
+/// A node with up to eight children.
 #[derive(Clone, Copy)]
 pub struct Node {
-    /// Least x y z, greatest x y z. An empty child's are swapped: nothing meets it.
+    /// Minimum x y z, then maximum x y z of each child's box. For an empty lane minimum > maximum: no ray hits it.
     pub planes: [Lanes; 6],
-    /// A node, or [`LEAF`] and a packet.
+    /// The index of a node, or [`LEAF`] | the index of a packet.
     pub children: [u32; WIDTH],
 }
 
 pub const LEAF: u32 = 1 << 31;
-/// Where a packet has no triangle.
+/// The triangle index of an empty lane.
 pub const NONE: u32 = u32::MAX;
 
 /// Up to eight triangles.
 #[derive(Clone, Copy)]
 pub struct Packet {
-    /// Per corner, per coordinate. Where there is no triangle: NaN, which nothing meets.
+    /// By corner, then coordinate. NaN in empty lanes: no ray hits them.
     pub corners: [[Lanes; 3]; 3],
     pub triangles: [u32; WIDTH],
 }
@@ -52,32 +52,43 @@ impl Bvh {
     pub fn new(triangles: &[[Vec3; 3]]) -> Self {
         let soup: Vec<_> =
             triangles.iter().map(|t| Triangle { v0: t[0].into(), v1: t[1].into(), v2: t[2].into() }).collect();
-        // Without splits every triangle is met at most once, which transparent shadows rely on.
+        // Without splits every triangle is tested once per ray, as transparent shadows require.
         let params =
             BvhBuildParams { pre_split: false, max_prims_per_leaf: WIDTH as u32, ..BvhBuildParams::slow_build() };
-        let mut bvh = Self { nodes: Vec::new(), packets: Vec::new(), avx: lanes::avx() };
+        let mut collapse = Collapse { triangles, ..Collapse::default() };
         if !soup.is_empty() {
-            let binary = build_bvh2_from_tris(&soup, params, &mut Duration::default());
-            bvh.nodes.push(Node::EMPTY);
-            bvh.fill(0, &binary, 0, triangles);
-            (bvh.nodes, bvh.packets) = (large::copy(&bvh.nodes), large::copy(&bvh.packets));
+            collapse.binary = build_bvh2_from_tris(&soup, params, &mut Duration::default());
+            collapse.nodes.push(Node::EMPTY);
+            collapse.fill(0, 0);
         }
-        bvh
+        let (nodes, packets) = (memory::huge_page_copy(&collapse.nodes), memory::huge_page_copy(&collapse.packets));
+        Self { nodes, packets, avx: lanes::avx() }
     }
+}
 
-    /// Makes node `at` of the binary tree's node `from`.
-    fn fill(&mut self, at: usize, binary: &Bvh2, from: usize, triangles: &[[Vec3; 3]]) {
-        let mut children = vec![from];
-        // The largest child is opened until there are eight.
+/// The conversion of a binary tree to an eight-wide one.
+#[derive(Default)]
+struct Collapse<'a> {
+    triangles: &'a [[Vec3; 3]],
+    binary: Bvh2,
+    nodes: Vec<Node>,
+    packets: Vec<Packet>,
+}
+
+impl Collapse<'_> {
+    /// Fills node `at` with the subtree of the binary node `root`.
+    fn fill(&mut self, at: usize, root: usize) {
+        let mut children = vec![root];
+        // Replace the largest inner child by its two children until there are eight.
         while children.len() < WIDTH {
-            let area = |&i: &usize| binary.nodes[i].aabb().half_area();
-            let inner = (0..children.len()).filter(|&i| !binary.nodes[children[i]].is_leaf());
+            let area = |&i: &usize| self.binary.nodes[i].aabb().half_area();
+            let inner = (0..children.len()).filter(|&i| !self.binary.nodes[children[i]].is_leaf());
             let Some(largest) = inner.max_by(|&a, &b| area(&children[a]).total_cmp(&area(&children[b]))) else { break };
-            let first = binary.nodes[children[largest]].first_index as usize;
+            let first = self.binary.nodes[children[largest]].first_index as usize;
             children.splice(largest..=largest, [first, first + 1]);
         }
         for (lane, child) in children.into_iter().enumerate() {
-            let node = &binary.nodes[child];
+            let node = &self.binary.nodes[child];
             let (min, max) = (node.aabb().min, node.aabb().max);
             for axis in 0..3 {
                 self.nodes[at].planes[axis].0[lane] = min[axis];
@@ -85,13 +96,13 @@ impl Bvh {
             }
             self.nodes[at].children[lane] = if node.is_leaf() {
                 let first = node.first_index as usize;
-                let list = &binary.primitive_indices[first..first + node.prim_count as usize];
-                self.packets.push(Packet::new(list, triangles));
+                let list = &self.binary.primitive_indices[first..first + node.prim_count as usize];
+                self.packets.push(Packet::new(list, self.triangles));
                 LEAF | (self.packets.len() - 1) as u32
             } else {
                 self.nodes.push(Node::EMPTY);
                 let inner = self.nodes.len() - 1;
-                self.fill(inner, binary, child, triangles);
+                self.fill(inner, child);
                 inner as u32
             };
         }

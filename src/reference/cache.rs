@@ -1,4 +1,4 @@
-//! References kept between runs, so that nobody waits twice: films under a hash of everything that shapes them.
+//! A cache of references between runs: films, stored under a hash of everything that determines their samples.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,15 +7,15 @@ use std::time::{Duration, Instant};
 use bytemuck::{cast_slice, cast_slice_mut};
 
 use super::film::{Film, Pixel, Row};
-use super::{Depth, Options, Progress, VERSION, render};
+use super::{Control, Depth, Options, Progress, VERSION, render};
 use crate::output::file;
 use crate::scene::{Pose, Scene, View};
 use crate::{Error, Result};
 
-/// Marks a film's file; its last digit is the version of the layout.
+/// The first bytes of a film's file; the last one is the version of the format.
 const MAGIC: [u8; 8] = *b"2bfilm\0\x02";
 
-/// How long work may be lost to a crash.
+/// A crash loses at most this much work.
 const SAVE_EVERY: Duration = Duration::from_secs(30);
 
 /// A folder of films.
@@ -25,14 +25,14 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// In `TWOBOUNCE_CACHE`, else `twobounce` in `XDG_CACHE_HOME`, else in `~/.cache`.
+    /// The folder `TWOBOUNCE_CACHE`, else `twobounce` in `XDG_CACHE_HOME`, else `twobounce` in `~/.cache`.
     pub fn of_user() -> Result<Self> {
         let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
         let folder = set("TWOBOUNCE_CACHE")
             .or_else(|| set("XDG_CACHE_HOME").map(|d| d.join("twobounce")))
             .or_else(|| set("HOME").map(|d| d.join(".cache/twobounce")));
         folder.map(Self::at).ok_or_else(|| {
-            Error::Usage("there is no folder to keep references in; set TWOBOUNCE_CACHE to one".to_owned())
+            Error::Usage("there is no folder for the cache of references; set TWOBOUNCE_CACHE to a folder".to_owned())
         })
     }
 
@@ -40,8 +40,8 @@ impl Cache {
         Self { folder: folder.into() }
     }
 
-    /// The finished film for `options`: from the cache, or rendered on from what the cache has. What is finished when
-    /// `cancel` is set stays there ([`Error::Interrupted`]).
+    /// The finished film for `options`: from the cache, or rendered from the state in the cache on. After `cancel` is set, the
+    /// finished part is saved and the result is [`Error::Interrupted`].
     pub fn render(
         &self,
         of: (&Scene, &Pose, &View),
@@ -50,7 +50,7 @@ impl Cache {
         cancel: &AtomicBool,
     ) -> Result<Film> {
         std::fs::create_dir_all(&self.folder).map_err(|e| {
-            Error::file(&self.folder, format!("cannot be created: {e}; set TWOBOUNCE_CACHE to a folder that can"))
+            Error::file(&self.folder, format!("cannot be created: {e}; set TWOBOUNCE_CACHE to another folder"))
         })?;
         let key = key(of, options);
         let path = self.folder.join(format!("{}.film", key.to_hex()));
@@ -59,25 +59,25 @@ impl Cache {
             _ => Film::new(options.width, options.height),
         };
         let mut saved = Instant::now();
-        let mut pause = |film: &Film| {
+        let mut save = |film: &Film| {
             let finished = options.stop.reached(film);
             if !(finished || cancel.load(Ordering::Relaxed) || saved.elapsed() > SAVE_EVERY) {
                 return Ok(());
             }
             saved = Instant::now();
             match file::write(&path, &encode(film, &key)) {
-                // The image itself is there; only the next call will have to wait again.
-                Err(error) if finished => tracing::warn!("the reference is not kept for next time: {error}"),
+                // The film is finished: a failure to save it only costs time in the next run.
+                Err(error) if finished => tracing::warn!("the reference could not be saved in the cache: {error}"),
                 other => other?,
             }
             Ok(())
         };
-        render(of, options, &mut film, progress, &mut pause, cancel)?;
+        render(of, options, &mut film, Control { progress, save: &mut save, cancel })?;
         Ok(film)
     }
 }
 
-/// Hash over all that shapes the samples: not when to stop, since every sample up to there is the same.
+/// A hash of everything that determines the samples. [`Options::stop`] is left out: it does not change a sample.
 pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     let mut add = |bytes: &[u8]| {
@@ -90,7 +90,7 @@ pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> bl
     };
     let Options { width, height, seed, occlusion, .. } = options;
     add(format!("twobounce reference {VERSION}: {width}x{height} depth {depth} seed {seed} ao {occlusion}").as_bytes());
-    // Debug prints floats with all the digits that tell them apart.
+    // Debug prints floats with enough digits to distinguish them.
     add(format!("{view:?} {pose:?} {:?} {:?} {:?}", scene.sky, scene.instances, scene.textures).as_bytes());
     add(format!("{:?} {:?}", scene.materials, scene.lights).as_bytes());
     for mesh in &scene.meshes {
@@ -109,7 +109,7 @@ pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> bl
     hasher.finalize()
 }
 
-/// Little-endian: magic, key, size, history, rows, then the hash of all that.
+/// Little-endian: magic, key, size, history, rows, then a hash of all these bytes.
 fn encode(film: &Film, key: &blake3::Hash) -> Vec<u8> {
     let mut bytes = Vec::new();
     bytes.extend(MAGIC);
@@ -130,7 +130,7 @@ fn encode(film: &Film, key: &blake3::Hash) -> Vec<u8> {
     bytes
 }
 
-/// The film in a file; `None` if there is none, or it is damaged, or of something else: then it is rendered anew.
+/// The film in a file; `None` if the file is missing, damaged or of another key.
 fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
     let bytes = std::fs::read(path).ok()?;
     let (content, hash) = bytes.split_last_chunk::<32>()?;

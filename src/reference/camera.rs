@@ -1,4 +1,4 @@
-//! Rays through the pixels of a view.
+//! Camera rays.
 
 use glam::Vec3;
 
@@ -6,19 +6,18 @@ use super::geometry::Units;
 use super::traversal::Ray;
 use crate::scene::{Projection, View};
 
-/// A view of a given size, in units.
+/// A view with a size in pixels, in units.
 pub struct Camera {
     eye: Vec3,
     forward: Vec3,
-    /// From the centre of the image to the middle of its right and upper edges, at distance 1 (perspective) or anywhere.
+    /// Vectors from the centre of the image plane to its right and upper edges; for a perspective, at distance 1.
     right: Vec3,
     up: Vec3,
     orthographic: bool,
     near: f32,
     far: f32,
     size: [f32; 2],
-    /// Metres per unit.
-    unit: f64,
+    metres_per_unit: f64,
 }
 
 impl Camera {
@@ -37,7 +36,7 @@ impl Camera {
             near: units.length(near),
             far: units.length(far),
             size,
-            unit: units.size,
+            metres_per_unit: units.size,
         }
     }
 
@@ -54,6 +53,6 @@ impl Camera {
 
     /// Distance along the forward axis, in metres, of a point at `distance` units along a ray.
     pub fn depth(&self, ray: &Ray, distance: f32) -> f64 {
-        (distance * ray.direction.dot(self.forward)) as f64 * self.unit
+        (distance * ray.direction.dot(self.forward)) as f64 * self.metres_per_unit
     }
 }

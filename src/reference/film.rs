@@ -1,4 +1,4 @@
-//! Sums of samples per pixel, in f64 and in a fixed order: the same bits whatever the threads and interruptions.
+//! Sums of samples per pixel, in f64 and in a fixed order: threads and interruptions do not change a bit.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -10,39 +10,39 @@ use crate::layers::{Aov, Layers};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Pixel {
-    /// Radiance of even and of odd samples, which are independent of each other.
+    /// Radiance of the even and of the odd samples, two independent sets.
     halves: [[f64; 3]; 2],
     direct: [f64; 3],
     normal: [f64; 3],
     albedo: [f64; 3],
-    /// Metres, over the samples that hit something.
+    /// Metres, summed over the samples that hit a surface.
     depth: f64,
     hits: f64,
     ao: f64,
     diffuse: f64,
 }
 
-/// A row of pixels and how far it got.
+/// A row of pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// Samples per pixel so far.
     pub done: u32,
-    /// Samples that were not finite and count as black.
+    /// Non-finite samples, which count as black.
     pub rejected: u64,
     pub pixels: Vec<Pixel>,
 }
 
-/// The state of a reference image in the making.
+/// The state of an unfinished or finished reference image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     pub width: u32,
     /// From the top.
     pub rows: Vec<Row>,
-    /// (samples per pixel, noise) at each of [`next_check`]'s counts that all rows reached.
+    /// (samples per pixel, noise) at each count of [`next_check`] that all rows reached.
     pub history: Vec<(u32, f64)>,
 }
 
-/// The first count of samples after `done` at which noise is estimated: multiples of an eighth of a power of two.
+/// The next count of samples after `done` at which noise is estimated. From 16 on, counts between 2ⁿ and 2ⁿ⁺¹ are 2ⁿ⁻³ apart.
 pub fn next_check(done: u32) -> u32 {
     const FIRST: u32 = 16;
     if done < FIRST {
@@ -102,17 +102,17 @@ impl Film {
         Self { width, rows: vec![row; height as usize], history: Vec::new() }
     }
 
-    /// Memory for a film and, while it is saved, its copy.
+    /// Bytes of memory for a film and its copy while it is saved.
     pub fn bytes(width: u32, height: u32) -> u64 {
         2 * width as u64 * height as u64 * size_of::<Pixel>() as u64
     }
 
-    /// Samples per pixel that every row has.
+    /// Samples per pixel of the row with the fewest.
     pub fn done(&self) -> u32 {
         self.rows.iter().map(|r| r.done).min().unwrap_or(0)
     }
 
-    /// Samples per pixel that some row has.
+    /// Samples per pixel of the row with the most.
     pub fn started(&self) -> u32 {
         self.rows.iter().map(|r| r.done).max().unwrap_or(0)
     }
@@ -122,13 +122,13 @@ impl Film {
         self.rows.iter().map(|r| r.done as u64 * self.width as u64).sum()
     }
 
-    /// Samples that were not finite and count as black.
+    /// Non-finite samples, which count as black.
     pub fn rejected(&self) -> u64 {
         self.rows.iter().map(|r| r.rejected).sum()
     }
 
-    /// Root mean square over pixels of the relative error expected of the image against a converged one: that of half the
-    /// difference of the two half-sample images. Relative as in `relmse`: per pixel
+    /// The expected relative error of the image against a converged one, as root mean square over pixels. The error is
+    /// estimated as half the difference of the images of even and odd samples. Relative as in `relmse`: per pixel
     /// √(Σ error² / (Σ value² + 3ε)), ε = 0.01 · mean(image)².
     pub fn noise(&self) -> f64 {
         let samples = self.done() as f64;

@@ -1,7 +1,8 @@
-//! The posed scene as one soup of world-space triangles, in coordinates that suit f32.
+//! The triangles of the posed scene in world space, in coordinates that suit f32.
 //!
-//! A *unit* is a power of two of metres, chosen so that the scene spans about a thousand of them around its own centre:
-//! a scene scaled by a power of two, or moved, gives the same numbers. (A thousand, because obvhs skips boxes within 10⁻⁴.)
+//! A *unit* of length is a power of two in metres, chosen so that the scene is about a thousand units wide; the scene's
+//! centre is the origin. A translated scene, or one scaled by a power of two, gives the same numbers. (A thousand, because
+//! obvhs ignores boxes smaller than 10⁻⁴.)
 
 use glam::{DVec3, Vec3, Vec4};
 
@@ -11,7 +12,7 @@ use crate::scene::{Alpha, Mesh, Pose, Scene};
 /// Units across the scene.
 const SPAN: f64 = 1024.0;
 
-/// From metres in the world to units and back.
+/// Conversion between world space in metres and units.
 #[derive(Clone, Copy, Debug)]
 pub struct Units {
     pub center: DVec3,
@@ -31,44 +32,52 @@ impl Units {
     }
 }
 
-/// What rays need to know of a material before it is evaluated.
+/// What rays test before they evaluate a material.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Traits {
-    /// A hit counts only where the alpha mask says so.
+pub struct MaterialFlags {
+    /// A hit counts only where the alpha mask is opaque.
     pub masked: bool,
-    /// Some light may go straight through: alpha blend, or a smooth thin wall.
-    pub sheer: bool,
+    /// Some light may pass unscattered: alpha blend, or a smooth thin wall.
+    pub transparent: bool,
     pub double_sided: bool,
-    /// Transmission refracts: both sides of the triangle matter.
+    /// The surface bounds a volume: transmission refracts, and both sides of the triangle count.
     pub volume: bool,
 }
 
-/// Where a triangle comes from.
+/// The origin of a triangle in the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Source {
     pub instance: u32,
-    /// In the instance's mesh.
+    /// Index in the instance's mesh.
     pub triangle: u32,
-    /// Into the scene's; of the mesh, but needed at every hit.
+    /// The mesh's material, copied here because every hit reads it.
     pub material: u32,
 }
 
-/// A point on a triangle, interpolated.
+/// A place on a triangle: barycentric coordinates (1−u−v, u, v).
+#[derive(Clone, Copy, Debug)]
+pub struct Location {
+    pub triangle: u32,
+    pub u: f32,
+    pub v: f32,
+}
+
+/// The interpolated attributes at a [`Location`].
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     pub position: Vec3,
-    /// Of the triangle's front, unit.
+    /// The triangle's normal on its front, unit.
     pub geometric: Vec3,
-    /// Interpolated, on the front's side, unit.
+    /// The interpolated normal on the front, unit.
     pub normal: Vec3,
-    /// World, unit; w is the bitangent's sign.
+    /// In world space, unit; w is the bitangent's sign.
     pub tangent: Vec4,
     pub texturing: SurfacePoint,
-    /// Into the scene's materials.
+    /// Index into the scene's materials.
     pub material: usize,
 }
 
-/// Triangles in units. See the module's docs.
+/// The posed scene's triangles, in units.
 pub struct Geometry<'a> {
     pub scene: &'a Scene,
     pub units: Units,
@@ -76,13 +85,13 @@ pub struct Geometry<'a> {
     pub triangles: Vec<[Vec3; 3]>,
     pub sources: Vec<Source>,
     /// Per material.
-    pub traits: Vec<Traits>,
+    pub flags: Vec<MaterialFlags>,
     /// Per instance.
     frames: Vec<WorldFrame>,
 }
 
 impl<'a> Geometry<'a> {
-    /// Triangles without area, or with positions that are not finite, are left out.
+    /// Leaves out triangles without area or with non-finite positions.
     pub fn new(scene: &'a Scene, pose: &Pose) -> Self {
         let world = world_triangles(scene, pose);
         let (min, max) = world
@@ -104,7 +113,14 @@ impl<'a> Geometry<'a> {
             }
         }
         let frames = pose.world_from_instance.iter().map(WorldFrame::new).collect();
-        Self { scene, units, triangles, sources, traits: scene.materials.iter().map(Traits::of).collect(), frames }
+        Self {
+            scene,
+            units,
+            triangles,
+            sources,
+            flags: scene.materials.iter().map(MaterialFlags::of).collect(),
+            frames,
+        }
     }
 
     #[inline]
@@ -115,24 +131,26 @@ impl<'a> Geometry<'a> {
         (mesh, frame, corners(mesh, source.triangle, frame.winding < 0.0))
     }
 
-    /// The material of a triangle, into the scene's.
+    /// Index of a triangle's material.
     #[inline]
     pub fn material(&self, triangle: u32) -> usize {
         self.sources[triangle as usize].material as usize
     }
 
-    /// What textures need to know at barycentric (1−u−v, u, v), with the material's index.
+    /// The texture coordinates and colour at a location, and the index of the material.
     #[inline]
-    pub fn texturing(&self, triangle: u32, u: f32, v: f32) -> (SurfacePoint, usize) {
-        let (mesh, _, [a, b, c]) = self.mesh(triangle);
+    pub fn texturing(&self, at: Location) -> (SurfacePoint, usize) {
+        let (mesh, _, [a, b, c]) = self.mesh(at.triangle);
+        let Location { u, v, .. } = at;
         let w = 1.0 - u - v;
         let uvs = [0, 1].map(|set| mesh.uvs[set][a] * w + mesh.uvs[set][b] * u + mesh.uvs[set][c] * v);
         let color = mesh.colors[a] * w + mesh.colors[b] * u + mesh.colors[c] * v;
         (SurfacePoint { uvs, color, footprint: [0.0; 2] }, mesh.material)
     }
 
-    /// Everything about the point at barycentric (1−u−v, u, v), `texturing` being what [`Self::texturing`] says of it.
-    pub fn point(&self, triangle: u32, u: f32, v: f32, texturing: SurfacePoint) -> Point {
+    /// The point at a location, for which [`Self::texturing`] gave `texturing`.
+    pub fn point(&self, at: Location, texturing: SurfacePoint) -> Point {
+        let Location { triangle, u, v } = at;
         let (mesh, frame, [a, b, c]) = self.mesh(triangle);
         let w = 1.0 - u - v;
         let [p0, p1, p2] = self.triangles[triangle as usize];
@@ -150,19 +168,19 @@ impl<'a> Geometry<'a> {
     }
 }
 
-impl Traits {
+impl MaterialFlags {
     fn of(m: &crate::scene::Material) -> Self {
         let volume = m.transmission > 0.0 && m.thickness > 0.0;
         Self {
             masked: matches!(m.alpha, Alpha::Mask(_)),
-            sheer: m.alpha == Alpha::Blend || (m.transmission > 0.0 && !volume),
+            transparent: m.alpha == Alpha::Blend || (m.transmission > 0.0 && !volume),
             double_sided: m.double_sided,
             volume,
         }
     }
 }
 
-/// Vertex indices, counter-clockwise seen from the front: a mirrored instance turns its triangles round.
+/// Vertex indices, counter-clockwise seen from the front. A mirrored instance reverses the order.
 fn corners(mesh: &Mesh, triangle: u32, mirrored: bool) -> [usize; 3] {
     let i = 3 * triangle as usize;
     let [a, b, c] = [0, 1, 2].map(|k| mesh.indices[i + k] as usize);

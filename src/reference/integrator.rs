@@ -1,45 +1,48 @@
-//! One path: from the camera, with light sampled at every vertex and scattered rays weighed against it.
+//! Path tracing from the camera, with light sampling at every vertex and multiple importance sampling.
 //!
-//! What counts as a bounce: reflection and refraction, smooth or rough, do. Going straight on does not: through an alpha
-//! blended or masked surface, or a smooth thin wall. Light seen directly or scattered once is *direct*; light scattered
-//! n + 1 times has made n indirect bounces.
+//! Reflection and refraction, smooth or rough, count as bounces. Passing unscattered through an alpha-blended or masked surface
+//! or a smooth thin wall does not. Light seen directly or scattered once is *direct*; light scattered n + 1 times has made n
+//! indirect bounces.
 
 use glam::Vec3;
 
-use super::bsdf::{self, Bsdf};
+use super::bsdf::{self, Bsdf, Viewing};
 use super::bvh::Bvh;
-use super::geometry::{Geometry, Point};
-use super::lights::{Arrival, Lights};
+use super::geometry::{Geometry, Location, MaterialFlags, Point};
+use super::lights::{LightSample, Lights};
 use super::material::{Materials, Surface};
 use super::sampler::Sampler;
 use super::traversal::{Hit, Ray};
+use super::{Depth, Options};
 use crate::scene::{Pose, Scene};
 
-/// Random numbers of vertex k: `LIGHT` of vertex 0 shares set 0 with the pixel; then two sets per vertex.
+/// Set 0 of the random numbers: the place in the pixel and the light at vertex 0. Vertex k then uses set 2k + 1 for its
+/// direction and for the light at vertex k + 1, and set 2k + 2 for its choices: of the lobe, of roulette, of the punctual
+/// light.
 pub const PIXEL_AND_LIGHT: u32 = 0;
 const OCCLUSION: u32 = u32::MAX;
 
-/// Vertices after which paths may end at random as they darken, and after which even undiminished ones do: a path may be
-/// held by clear glass for ever.
+/// Russian roulette starts after this many vertices. After `ROULETTE_ALWAYS` vertices it also ends paths of undiminished
+/// throughput, because total reflection in clear glass could continue for ever.
 const ROULETTE_START: u32 = 1;
 const ROULETTE_ALWAYS: u32 = 64;
 
-/// What one path found.
+/// The result of one path.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
     pub beauty: Vec3,
     pub direct: Vec3,
-    /// The surface first seen; `None` is the sky.
-    pub first: Option<First>,
-    /// Share of the cosine-weighted hemisphere that is open; 1 on the sky. 0 unless asked for.
+    /// The first visible surface; `None` is the sky.
+    pub first: Option<FirstHit>,
+    /// Unoccluded share of the cosine-weighted hemisphere; 1 on the sky and if occlusion is not traced.
     pub ao: f32,
     /// See [`crate::layers::Aov::Diffuse`].
     pub diffuse: f32,
 }
 
-/// The surface first seen.
+/// The first visible surface.
 #[derive(Clone, Copy, Debug)]
-pub struct First {
+pub struct FirstHit {
     pub normal: Vec3,
     pub albedo: Vec3,
     /// Units along the ray.
@@ -48,17 +51,16 @@ pub struct First {
 
 /// A posed scene, ready to trace.
 pub struct Integrator<'a> {
-    pub geometry: Geometry<'a>,
     materials: Materials<'a>,
     bvh: Bvh,
     pub(super) lights: Lights,
-    /// Indirect bounces.
+    /// The number of indirect bounces; `u32::MAX` is unlimited.
     pub(super) bounces: u32,
     /// Whether to trace ambient occlusion.
     occlusion: bool,
 }
 
-/// A hit with everything about it.
+/// A vertex of a path: a hit and the material there.
 pub(super) struct Vertex {
     pub hit: Hit,
     pub point: Point,
@@ -66,19 +68,19 @@ pub(super) struct Vertex {
     pub bsdf: Bsdf,
     /// The triangle's normal on the viewer's side.
     pub geometric: Vec3,
-    /// Share of light that goes straight on.
-    straight: Vec3,
-    /// Whether the ray met nothing before that lets light straight through, nor does the vertex.
+    /// Share of light that passes the surface unscattered.
+    unscattered: Vec3,
+    /// Whether neither the vertex nor a surface on the way to it lets light pass unscattered.
     pub clear: bool,
 }
 
-/// What a path carries along.
+/// The state of a path.
 pub(super) struct Path {
     pub ray: Ray,
     pub throughput: Vec3,
-    /// Vertices that scattered so far.
+    /// The number of vertices that scattered so far.
     pub scattered: u32,
-    /// Density of the ray's direction; `None` if light sampling could not have chosen it.
+    /// Density of the ray's direction; `None` for the camera ray and after mirrors, where light sampling does not apply.
     pub density: Option<f32>,
     /// Product of [`bsdf::Scatter::compression`].
     pub compression: f32,
@@ -86,43 +88,60 @@ pub(super) struct Path {
 }
 
 impl<'a> Integrator<'a> {
-    /// `bounces` counts indirect ones; `u32::MAX` is full light.
-    pub fn new(scene: &'a Scene, pose: &Pose, bounces: u32, occlusion: bool) -> Self {
-        let geometry = Geometry::new(scene, pose);
-        let materials = Materials::new(scene);
-        let lights = Lights::new(&geometry, &materials, pose);
-        Self { bvh: Bvh::new(&geometry.triangles), geometry, materials, lights, bounces, occlusion }
+    pub fn new(scene: &'a Scene, pose: &Pose, options: &Options) -> Self {
+        let materials = Materials::new(scene, pose);
+        let bounces = match options.depth {
+            Depth::Full => u32::MAX,
+            Depth::Bounces(n) => n,
+        };
+        Self {
+            bvh: Bvh::new(&materials.geometry.triangles),
+            lights: Lights::new(&materials, pose),
+            materials,
+            bounces,
+            occlusion: options.occlusion,
+        }
     }
 
-    /// Follows a path from where its ray hits until it ends.
+    pub fn geometry(&self) -> &Geometry<'a> {
+        &self.materials.geometry
+    }
+
+    /// The flags of the material at a hit.
+    fn flags(&self, at: Location) -> MaterialFlags {
+        self.geometry().flags[self.geometry().material(at.triangle)]
+    }
+
+    /// Traces a path until it ends.
     pub(super) fn follow(&self, path: &mut Path, sampler: &mut Sampler) {
         while let Some(vertex) = self.advance(path, sampler) {
-            self.emitted(path, &vertex);
+            self.add_emission(path, &vertex);
             if !self.continues(path, &vertex) {
                 break;
             }
-            self.lit(path, &vertex, sampler);
+            self.add_sampled_light(path, &vertex, sampler);
             if self.scatter(path, &vertex, sampler).is_none() {
                 break;
             }
         }
     }
 
-    /// Whether a vertex scatters light that still counts.
+    /// Whether the path continues at a vertex.
     pub(super) fn continues(&self, path: &Path, vertex: &Vertex) -> bool {
         !vertex.surface.params.unlit && path.scattered <= self.bounces && (!vertex.hit.back || self.two_sided(vertex))
     }
 
     fn two_sided(&self, vertex: &Vertex) -> bool {
-        let t = self.geometry.traits[vertex.point.material];
-        t.double_sided || t.volume
+        let flags = self.geometry().flags[vertex.point.material];
+        flags.double_sided || flags.volume
     }
 
-    /// Follows the path's ray to the next surface that does not let it straight through. `None`: the sky, whose light it adds.
+    /// Follows the path's ray to the next surface that it does not pass unscattered. At the sky the result is `None`, and
+    /// the sky's radiance is added.
     pub(super) fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
         let (mut travelled, mut clear) = (0.0, true);
-        // What of `Sample::diffuse` is still to be seen.
-        let mut unseen = if path.scattered == 0 { 1.0 } else { 0.0 };
+        // The share of the sample that shows surfaces further along the ray, for `Sample::diffuse`.
+        let mut remaining = if path.scattered == 0 { 1.0 } else { 0.0 };
         loop {
             let Some(hit) = self.hit(&path.ray, path.scattered == 0) else {
                 path.add(self.lights.sky);
@@ -130,19 +149,19 @@ impl<'a> Integrator<'a> {
             };
             travelled += hit.t;
             let mut vertex = self.vertex(&path.ray, hit);
-            if hit.back && self.geometry.traits[vertex.point.material].volume {
-                path.throughput *= vertex.surface.params.transmittance(hit.t * self.geometry.units.size as f32);
+            if hit.back && self.geometry().flags[vertex.point.material].volume {
+                path.throughput *= vertex.surface.params.transmittance(hit.t * self.geometry().units.size as f32);
             }
-            let pass = vertex.straight.max_element();
+            let pass = vertex.unscattered.max_element();
             if pass > 0.0 {
                 clear = false;
                 if sampler.event() < pass {
-                    // Blending shows what lies behind as the first surface; thin glass is one itself.
+                    // A blended surface is not the first surface where it passes light; thin glass is.
                     let blended = ((1.0 - vertex.surface.params.opacity) / pass).min(1.0);
-                    path.sample.diffuse += unseen * (1.0 - blended) * vertex.surface.params.diffuse_share();
-                    unseen *= blended;
-                    path.throughput *= vertex.straight / pass;
-                    path.ray.origin = self.leave(&vertex, path.ray.direction);
+                    path.sample.diffuse += remaining * (1.0 - blended) * vertex.surface.params.diffuse_share();
+                    remaining *= blended;
+                    path.throughput *= vertex.unscattered / pass;
+                    path.ray.origin = self.offset_origin(&vertex, path.ray.direction);
                     path.ray.near = 0.0;
                     path.ray.far -= hit.t;
                     continue;
@@ -151,48 +170,54 @@ impl<'a> Integrator<'a> {
             }
             vertex.hit.t = travelled;
             vertex.clear = clear;
-            path.sample.diffuse += unseen * vertex.surface.params.diffuse_share();
+            path.sample.diffuse += remaining * vertex.surface.params.diffuse_share();
             if path.scattered == 0 {
-                self.first_seen(path, &vertex, sampler);
+                self.record_first_hit(path, &vertex, sampler);
             }
             return Some(vertex);
         }
     }
 
-    /// The nearest hit that counts. From the camera, the back of a single-sided surface is not there.
+    /// The nearest hit that counts. For camera rays the back of a single-sided surface does not.
     fn hit(&self, ray: &Ray, camera: bool) -> Option<Hit> {
-        let geometry = &self.geometry;
         self.bvh.nearest(ray, |hit| {
-            let t = geometry.traits[geometry.material(hit.triangle)];
-            (!camera || !hit.back || t.double_sided || t.volume)
-                && (!t.masked || self.materials.opacity(geometry, hit.triangle, hit.u, hit.v) > 0.0)
+            let flags = self.flags(hit.at);
+            (!camera || !hit.back || flags.double_sided || flags.volume) && self.is_opaque(flags, hit)
         })
     }
 
+    /// Whether the alpha mask is opaque at a hit.
+    #[inline]
+    fn is_opaque(&self, flags: MaterialFlags, hit: &Hit) -> bool {
+        !flags.masked || self.materials.opacity(hit.at) > 0.0
+    }
+
     fn vertex(&self, ray: &Ray, hit: Hit) -> Vertex {
-        let (texturing, material) = self.geometry.texturing(hit.triangle, hit.u, hit.v);
-        self.materials.announce(&texturing, material);
-        let point = self.geometry.point(hit.triangle, hit.u, hit.v, texturing);
+        let (texturing, material) = self.geometry().texturing(hit.at);
+        self.materials.prefetch(&texturing, material);
+        let point = self.geometry().point(hit.at, texturing);
         let surface = self.materials.surface(&point, hit.back);
         let side = if hit.back { -1.0 } else { 1.0 };
         let (geometric, wo) = (point.geometric * side, -ray.direction);
-        let normal = facing(surface.normal * side, geometric, wo);
-        let bsdf = Bsdf::new(&surface.params, self.geometry.traits[point.material].volume, normal, wo, hit.back);
-        let straight = bsdf.straight() * surface.params.opacity + (1.0 - surface.params.opacity);
-        Vertex { hit, point, surface, bsdf, geometric, straight, clear: true }
+        let normal = bent_towards(surface.normal * side, geometric, wo);
+        let volume = self.geometry().flags[point.material].volume;
+        let bsdf = Bsdf::new(&surface.params, volume, Viewing { normal, wo, inside: hit.back });
+        let unscattered = bsdf.unscattered() * surface.params.opacity + (1.0 - surface.params.opacity);
+        Vertex { hit, point, surface, bsdf, geometric, unscattered, clear: true }
     }
 
-    /// Where a ray in `direction` leaves a vertex: a little off the surface, so that it does not meet it again.
-    pub(super) fn leave(&self, vertex: &Vertex, direction: Vec3) -> Vec3 {
+    /// The origin of a ray that leaves a vertex in `direction`: slightly off the surface, so that the ray does not hit it
+    /// again.
+    pub(super) fn offset_origin(&self, vertex: &Vertex, direction: Vec3) -> Vec3 {
         let p = vertex.point.position;
-        // A few times the spacing of f32 at the position; 16 units stand for the sizes that cancel near the centre.
+        // A few times the spacing of f32 at the position; 16 units account for cancellation near the centre.
         let offset = 2e-6 * (p.abs().max_element() + 16.0);
         p + vertex.geometric * offset.copysign(vertex.geometric.dot(direction))
     }
 
-    fn first_seen(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
+    fn record_first_hit(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
         let side = if vertex.hit.back { -1.0 } else { 1.0 };
-        path.sample.first = Some(First {
+        path.sample.first = Some(FirstHit {
             normal: vertex.surface.normal * side,
             albedo: vertex.surface.params.base_color,
             distance: vertex.hit.t,
@@ -205,8 +230,8 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// Emission at a vertex, weighed against having been found by light sampling.
-    pub(super) fn emitted(&self, path: &mut Path, vertex: &Vertex) {
+    /// Adds the emission at a vertex, weighted against light sampling.
+    pub(super) fn add_emission(&self, path: &mut Path, vertex: &Vertex) {
         if vertex.surface.params.unlit {
             if path.scattered == 0 {
                 path.add(vertex.surface.params.base_color);
@@ -218,40 +243,40 @@ impl<'a> Integrator<'a> {
         }
         let weight = path.density.map_or(1.0, |density| {
             let cos = vertex.point.geometric.dot(path.ray.direction);
-            weight(density, self.lights.emitter_density(vertex.hit.triangle, vertex.hit.t, cos))
+            weight(density, self.lights.emitter_density(vertex.hit.at.triangle, vertex.hit.t, cos))
         });
         path.add(vertex.surface.emission * weight);
     }
 
-    /// Light sampled at a vertex.
-    pub(super) fn lit(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
+    /// Adds the sampled lights at a vertex.
+    pub(super) fn add_sampled_light(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
         let k = path.scattered;
-        let mut light = Vec3::ZERO;
-        for arrival in self.arrivals(vertex.point.position, k, sampler) {
-            let (f, density) = vertex.evaluate(arrival.direction);
-            let arriving = f * arrival.weighted(density);
-            if arriving != Vec3::ZERO {
-                light += arriving * self.transmittance(vertex, arrival.direction, arrival.end);
+        let mut sum = Vec3::ZERO;
+        for light in self.light_samples(vertex.point.position, k, sampler) {
+            let (f, density) = vertex.evaluate(light.direction);
+            let unoccluded = f * light.weighted_radiance(density);
+            if unoccluded != Vec3::ZERO {
+                sum += unoccluded * self.transmittance(vertex, light.direction, light.end);
             }
         }
-        let light = path.throughput * light;
-        path.sample.beauty += light;
+        let added = path.throughput * sum;
+        path.sample.beauty += added;
         if k == 0 {
-            path.sample.direct += light;
+            path.sample.direct += added;
         }
     }
 
-    /// Light that could arrive at vertex `k` of a path: one choice among the lamps, one among the emitters.
-    pub(super) fn arrivals(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = Arrival> {
+    /// The light samples at vertex `k` of a path: at most one punctual light and one emitter.
+    pub(super) fn light_samples(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = LightSample> {
         let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
-        let lamp = self.lights.lamp_at(p, || sampler.set(2 * k + 2)[2], [u, v]);
-        let emitter = self.lights.emitter_at(&self.geometry, &self.materials, p, [u, v]);
-        lamp.into_iter().chain(emitter)
+        let punctual = self.lights.punctual_at(p, || sampler.set(2 * k + 2)[2], [u, v]);
+        let emitter = self.lights.emitter_at(&self.materials, p, [u, v]);
+        punctual.into_iter().chain(emitter)
     }
 
-    /// The share of light that reaches a vertex from `end`, or along `direction` from infinity.
+    /// The share of light that reaches a vertex from `end`, or from infinity along `direction`.
     pub(super) fn transmittance(&self, vertex: &Vertex, direction: Vec3, end: Option<Vec3>) -> Vec3 {
-        let origin = self.leave(vertex, direction);
+        let origin = self.offset_origin(vertex, direction);
         let ray = match end {
             None => Ray { origin, direction, near: 0.0, far: f32::INFINITY },
             Some(end) => {
@@ -261,36 +286,33 @@ impl<'a> Integrator<'a> {
             }
         };
         let mut share = Vec3::ONE;
-        let geometry = &self.geometry;
         let blocked = self.bvh.any(&ray, |hit| {
-            let t = geometry.traits[geometry.material(hit.triangle)];
-            if t.sheer {
-                share *= self.vertex(&ray, *hit).straight;
+            let flags = self.flags(hit.at);
+            if flags.transparent {
+                share *= self.vertex(&ray, *hit).unscattered;
                 share == Vec3::ZERO
             } else {
-                !t.masked || self.materials.opacity(geometry, hit.triangle, hit.u, hit.v) > 0.0
+                self.is_opaque(flags, hit)
             }
         });
         if blocked { Vec3::ZERO } else { share }
     }
 
-    /// The ray between two vertices, `direction` being the way from the first to the second.
-    pub(super) fn between(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> Ray {
-        let origin = self.leave(from, direction);
-        let way = self.leave(to, -direction) - origin;
-        let far = way.length();
-        Ray { origin, direction: way / far.max(f32::MIN_POSITIVE), near: 0.0, far }
+    /// The ray between two vertices; `direction` points from the first to the second.
+    pub(super) fn ray_between(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> Ray {
+        let origin = self.offset_origin(from, direction);
+        let to = self.offset_origin(to, -direction) - origin;
+        let far = to.length();
+        Ray { origin, direction: to / far.max(f32::MIN_POSITIVE), near: 0.0, far }
     }
 
-    /// On which of up to eight rays something stands, bit by bit: whatever it lets through.
+    /// The bits of those of up to eight rays that hit a surface, transparent or not.
     pub(super) fn blocked(&self, rays: &[Ray]) -> u32 {
-        self.bvh.any_of(rays, |hit| {
-            let masked = self.geometry.traits[self.geometry.material(hit.triangle)].masked;
-            !masked || self.materials.opacity(&self.geometry, hit.triangle, hit.u, hit.v) > 0.0
-        })
+        self.bvh.any_of(rays, |hit| self.is_opaque(self.flags(hit.at), hit))
     }
 
-    /// Sends the path on, and says with what probability roulette let it live, which is in its throughput. `None`: it ends.
+    /// Samples the next ray of the path. The result is the survival probability of Russian roulette, by which the
+    /// throughput has been divided; `None` if the path ends.
     pub(super) fn scatter(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) -> Option<f32> {
         let k = path.scattered;
         if k >= self.bounces && !self.lights.can_be_hit() {
@@ -316,7 +338,7 @@ impl<'a> Integrator<'a> {
         path.scattered += 1;
         path.density = (!scatter.mirror).then_some(scatter.density);
         path.ray = Ray {
-            origin: self.leave(vertex, scatter.direction),
+            origin: self.offset_origin(vertex, scatter.direction),
             direction: scatter.direction,
             near: 0.0,
             far: f32::INFINITY,
@@ -325,9 +347,9 @@ impl<'a> Integrator<'a> {
     }
 }
 
-impl Arrival {
-    /// Radiance over density, weighed against scattering that would have chosen the direction with density `scattered`.
-    pub(super) fn weighted(&self, scattered: f32) -> Vec3 {
+impl LightSample {
+    /// Radiance over density, weighted against scattering with density `scattered`.
+    pub(super) fn weighted_radiance(&self, scattered: f32) -> Vec3 {
         self.radiance * self.density.map_or(1.0, |density| weight(density, scattered))
     }
 }
@@ -338,7 +360,7 @@ impl Path {
         Self { ray, throughput: Vec3::ONE, scattered: 0, density: None, compression: 1.0, sample }
     }
 
-    /// Light that the path's ray found.
+    /// Adds radiance that arrives along the path's ray.
     fn add(&mut self, radiance: Vec3) {
         let light = self.throughput * radiance;
         self.sample.beauty += light;
@@ -353,24 +375,19 @@ impl Vertex {
         evaluate(&self.bsdf, self.geometric, wi)
     }
 
-    /// Whether a direction lies on the same side of the triangle as of the shading normal: else light would leak through.
+    /// Whether a direction is on the same side of the triangle and of the plane of the shading normal; else light would leak.
     fn consistent(&self, wi: Vec3) -> bool {
         consistent(&self.bsdf, self.geometric, wi)
     }
 
-    /// How the surface scatters light to another viewer on the same side, in unit direction `wo`.
+    /// The BSDF for another viewer on the same side, in unit direction `wo`.
     pub(super) fn seen_from(&self, wo: Vec3) -> Bsdf {
         if self.bsdf.is_lambertian() && self.bsdf.normal().dot(wo) > 0.0 {
             return self.bsdf;
         }
         let side = if self.hit.back { -1.0 } else { 1.0 };
-        Bsdf::new(
-            &self.surface.params,
-            false,
-            facing(self.surface.normal * side, self.geometric, wo),
-            wo,
-            self.hit.back,
-        )
+        let normal = bent_towards(self.surface.normal * side, self.geometric, wo);
+        Bsdf::new(&self.surface.params, false, Viewing { normal, wo, inside: self.hit.back })
     }
 }
 
@@ -378,19 +395,19 @@ fn consistent(bsdf: &Bsdf, geometric: Vec3, wi: Vec3) -> bool {
     (geometric.dot(wi) > 0.0) == (bsdf.normal().dot(wi) > 0.0)
 }
 
-/// f · |cos| and density, where [`Vertex::consistent`].
+/// f · |cos| and density; zero unless [`Vertex::consistent`].
 pub(super) fn evaluate(bsdf: &Bsdf, geometric: Vec3, wi: Vec3) -> (Vec3, f32) {
     if consistent(bsdf, geometric, wi) { bsdf.eval(wi) } else { (Vec3::ZERO, 0.0) }
 }
 
-/// Veach's power heuristic, for the strategy whose density is `a`.
-pub(super) fn weight(a: f32, b: f32) -> f32 {
-    let ratio = b / a;
+/// Veach's power heuristic for a strategy with density `own`, against one with density `other`.
+pub(super) fn weight(own: f32, other: f32) -> f32 {
+    let ratio = other / own;
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// The shading normal, bent towards the viewer where he would see it from behind.
-fn facing(normal: Vec3, geometric: Vec3, wo: Vec3) -> Vec3 {
+/// The shading normal, bent towards the viewer if it points away.
+fn bent_towards(normal: Vec3, geometric: Vec3, wo: Vec3) -> Vec3 {
     const LEAST: f32 = 1e-3;
     let cos = normal.dot(wo);
     if cos >= LEAST {

@@ -1,7 +1,7 @@
-//! Eight numbers at a time: in AVX registers where the processor has them, in plain arrays everywhere. Both round every
-//! operation the same way, so both give the same bits.
+//! Arithmetic on eight numbers at a time: in AVX registers if the processor has them, else in plain arrays. Both round every
+//! operation in the same way, so both give the same bits.
 
-/// Numbers in memory, as [`Eight::load`] wants them.
+/// Eight numbers in memory, aligned for [`Eight::load`].
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
 pub struct Lanes(pub [f32; 8]);
@@ -15,7 +15,7 @@ pub trait Eight: Copy {
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
     fn div(self, other: Self) -> Self;
-    /// `other` where one is NaN, as the processor has it.
+    /// `other` where one of the two is NaN, as the processor's instruction does.
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
     fn less(self, other: Self) -> u32;
@@ -91,7 +91,7 @@ impl Eight for Lanes {
     }
 }
 
-/// Only to be used where [`avx`] says so.
+/// To be used only where [`avx`] is true.
 #[cfg(target_arch = "x86_64")]
 pub use std::arch::x86_64::__m256 as Avx;
 

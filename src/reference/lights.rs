@@ -1,99 +1,100 @@
-//! What lights the scene: lamps without extent (or with a small radius), and emissive triangles chosen by power.
-//! The constant sky is found by scattered rays alone: for a diffuse surface they already follow its irradiance.
+//! Light sampling: punctual lights (with or without a radius), and emissive triangles chosen by power. The constant sky is not
+//! sampled: only scattered rays find it, and on a diffuse surface these are already distributed by its irradiance.
 
 use glam::Vec3;
 
 use super::bsdf::frame;
-use super::geometry::Geometry;
+use super::geometry::{Geometry, Location};
 use super::material::Materials;
 use crate::scene::surface::{range_window, spot_falloff};
 use crate::scene::{LightKind, Pose, Scene};
 
-/// Light that would arrive at a point if nothing stood in between.
+/// A sampled light at a point, without occlusion.
 #[derive(Clone, Copy, Debug)]
-pub struct Arrival {
+pub struct LightSample {
     /// Towards the light, unit.
     pub direction: Vec3,
-    /// Where the shadow ray ends; `None`: at infinity.
+    /// The end of the shadow ray; `None` is infinity.
     pub end: Option<Vec3>,
-    /// Radiance over the density of this choice, per steradian.
+    /// Radiance over the density of this sample per steradian.
     pub radiance: Vec3,
-    /// The density, for weighing against scattered rays; `None` where those cannot find the light.
+    /// The density, for multiple importance sampling; `None` if scattered rays cannot hit the light.
     pub density: Option<f32>,
 }
 
-/// A lamp, in units.
-struct Lamp {
+/// A light of KHR_lights_punctual, in units.
+struct PunctualLight {
     kind: LightKind,
     position: Vec3,
     direction: Vec3,
-    /// Irradiance × units², or irradiance.
+    /// Irradiance × units²; for directional lights irradiance.
     intensity: Vec3,
     range: f32,
-    /// Units; for directional lamps the tangent of the half angle.
+    /// Units; for directional lights the tangent of the half angle.
     radius: f32,
 }
 
-/// Every light of a posed scene.
+/// All lights of a posed scene.
 pub struct Lights {
-    lamps: Vec<Lamp>,
+    punctual: Vec<PunctualLight>,
     emitters: Emitters,
     pub sky: Vec3,
 }
 
-/// Emissive triangles and the running sum of their share of the power.
+/// Emissive triangles and the cumulative distribution of their power.
 #[derive(Default)]
 struct Emitters {
     triangles: Vec<u32>,
     cumulative: Vec<f32>,
-    /// Per triangle of the scene: the density of its points, per units². Empty without emitters.
+    /// Per triangle of the scene: the density of sampled points, per units². Empty without emitters.
     density: Vec<f32>,
 }
 
 impl Lights {
-    pub fn new(geometry: &Geometry, materials: &Materials, pose: &Pose) -> Self {
+    pub fn new(materials: &Materials, pose: &Pose) -> Self {
+        let geometry = &materials.geometry;
         let scene = geometry.scene;
-        let lamps = (0..scene.lights.len()).map(|i| Lamp::new(scene, pose, geometry, i)).collect();
-        Self { lamps, emitters: Emitters::new(geometry, materials), sky: scene.sky }
+        let punctual = (0..scene.lights.len()).map(|i| PunctualLight::new(scene, pose, geometry, i)).collect();
+        Self { punctual, emitters: Emitters::new(materials), sky: scene.sky }
     }
 
-    /// Whether scattered rays can find light at all.
+    /// Whether scattered rays can hit any light.
     pub fn can_be_hit(&self) -> bool {
         !self.emitters.triangles.is_empty() || self.sky != Vec3::ZERO
     }
 
-    /// Light at `p` from one lamp, chosen by `choice` among those that reach `p`, by how much they could give.
-    pub fn lamp_at(&self, p: Vec3, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<Arrival> {
-        match self.lamps.as_slice() {
+    /// Samples one punctual light at `p`. `choice` selects it with probability proportional to its unoccluded irradiance.
+    pub fn punctual_at(&self, p: Vec3, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<LightSample> {
+        match self.punctual.as_slice() {
             [] => None,
-            [lamp] => lamp.arrival(p, u),
-            lamps => {
-                let total: f32 = lamps.iter().map(|l| l.irradiance(p).max_element()).sum();
+            [light] => light.sample(p, u),
+            lights => {
+                let total: f32 = lights.iter().map(|l| l.irradiance(p).max_element()).sum();
                 let mut rest = choice() * total;
                 let mut last = None;
-                for lamp in lamps {
-                    let share = lamp.irradiance(p).max_element();
+                for light in lights {
+                    let share = light.irradiance(p).max_element();
                     if share > 0.0 {
-                        last = Some((lamp, share / total));
+                        last = Some((light, share / total));
                         if rest < share {
                             break;
                         }
                         rest -= share;
                     }
                 }
-                let (lamp, probability) = last?;
-                lamp.arrival(p, u).map(|a| Arrival { radiance: a.radiance / probability, ..a })
+                let (light, probability) = last?;
+                light.sample(p, u).map(|s| LightSample { radiance: s.radiance / probability, ..s })
             }
         }
     }
 
-    /// Light at `p` from a point on the emissive triangles.
-    pub fn emitter_at(&self, geometry: &Geometry, materials: &Materials, p: Vec3, u: [f32; 2]) -> Option<Arrival> {
+    /// Samples a point on the emissive triangles, seen from `p`.
+    pub fn emitter_at(&self, materials: &Materials, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let (triangle, u) = self.emitters.choose(u)?;
-        // The square's far half folds onto the near one.
-        let (b, c) = if u[0] + u[1] > 1.0 { (1.0 - u[0], 1.0 - u[1]) } else { (u[0], u[1]) };
-        let [p0, p1, p2] = geometry.triangles[triangle as usize];
-        let end = p0 * (1.0 - b - c) + p1 * b + p2 * c;
+        // Fold one half of the unit square onto the other.
+        let (v, w) = if u[0] + u[1] > 1.0 { (1.0 - u[0], 1.0 - u[1]) } else { (u[0], u[1]) };
+        let [p0, p1, p2] = materials.geometry.triangles[triangle as usize];
+        let end = p0 * (1.0 - v - w) + p1 * v + p2 * w;
         let to = end - p;
         let distance2 = to.length_squared();
         let direction = to / distance2.sqrt();
@@ -101,9 +102,9 @@ impl Lights {
         if !(cos != 0.0 && distance2 > 0.0) {
             return None;
         }
-        let emission = materials.emission(geometry, triangle, b, c, cos < 0.0);
+        let emission = materials.emission(Location { triangle, u: v, v: w }, cos < 0.0);
         let density = self.emitters.density[triangle as usize] * distance2 / cos.abs();
-        (emission != Vec3::ZERO && density.is_finite()).then(|| Arrival {
+        (emission != Vec3::ZERO && density.is_finite()).then(|| LightSample {
             direction,
             end: Some(end + direction * (-SHORT * distance2.sqrt())),
             radiance: emission / density,
@@ -111,8 +112,8 @@ impl Lights {
         })
     }
 
-    /// Density per steradian with which [`Self::emitter_at`] finds a point on `triangle`, seen at `distance` under
-    /// `cos` to the triangle's normal.
+    /// The density per steradian with which [`Self::emitter_at`] samples a point on `triangle` at `distance`; `cos` is
+    /// between the direction and the triangle's normal.
     pub fn emitter_density(&self, triangle: u32, distance: f32, cos: f32) -> f32 {
         match self.emitters.density.get(triangle as usize) {
             Some(&d) if cos != 0.0 => d * distance * distance / cos.abs(),
@@ -121,10 +122,10 @@ impl Lights {
     }
 }
 
-/// Shadow rays stop this share of their length before an emitter's surface.
+/// Shadow rays end before an emitter's surface by this share of their length.
 const SHORT: f32 = 1e-5;
 
-impl Lamp {
+impl PunctualLight {
     fn new(scene: &Scene, pose: &Pose, geometry: &Geometry, index: usize) -> Self {
         let (light, placed, units) = (&scene.lights[index], &pose.lights[index], &geometry.units);
         let local = light.kind != LightKind::Directional;
@@ -138,7 +139,7 @@ impl Lamp {
         }
     }
 
-    /// Irradiance at `p` on a surface that faces the lamp.
+    /// Unoccluded irradiance at `p` on a surface that faces the light.
     fn irradiance(&self, p: Vec3) -> Vec3 {
         if self.kind == LightKind::Directional {
             return self.intensity;
@@ -156,8 +157,9 @@ impl Lamp {
         self.intensity * (falloff * range_window(distance, self.range) / distance2)
     }
 
-    /// A lamp with a radius is an evenly bright ball (or, far away, disc) that sends the same light in total.
-    fn arrival(&self, p: Vec3, u: [f32; 2]) -> Option<Arrival> {
+    /// Samples the light as seen from `p`. A light with a radius is a uniformly bright ball (a distant one a disc) of the same
+    /// irradiance.
+    fn sample(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let irradiance = self.irradiance(p);
         if irradiance == Vec3::ZERO {
             return None;
@@ -171,28 +173,29 @@ impl Lamp {
             _ => (self.radius / distance).powi(2).min(1.0),
         };
         let cos_max = (1.0 - sin2).sqrt();
-        // 1 − cos, without the cancellation.
-        let lift = u[1] * sin2 / (1.0 + cos_max);
-        let sin = (lift * (2.0 - lift)).max(0.0).sqrt();
+        // 1 − cos, without cancellation.
+        let versine = u[1] * sin2 / (1.0 + cos_max);
+        let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
         let (s, c) = (std::f32::consts::TAU * u[0]).sin_cos();
-        let direction = (frame(to) * Vec3::new(sin * c, sin * s, 1.0 - lift)).normalize();
-        // Irradiance E from a cone of even radiance L: E = L π sin². Its solid angle: 2π sin² / (1 + cos).
+        let direction = (frame(to) * Vec3::new(sin * c, sin * s, 1.0 - versine)).normalize();
+        // A cone of uniform radiance L gives the irradiance E = L π sin². Its solid angle is 2π sin² / (1 + cos).
         let radiance = irradiance * (2.0 / (1.0 + cos_max));
         let along = (self.radius * self.radius - distance * distance * (sin * sin)).max(0.0).sqrt();
-        let reach = distance * (1.0 - lift) - along;
+        let reach = distance * (1.0 - versine) - along;
         let end = distance.is_finite().then(|| p + direction * reach.max(0.0));
-        Some(Arrival { direction, end, radiance, density: None })
+        Some(LightSample { direction, end, radiance, density: None })
     }
 }
 
 impl Emitters {
-    fn new(geometry: &Geometry, materials: &Materials) -> Self {
+    fn new(materials: &Materials) -> Self {
+        let geometry = &materials.geometry;
         let mut power = Vec::new();
         for triangle in 0..geometry.triangles.len() as u32 {
             if materials.is_emissive(geometry.material(triangle)) {
                 let [a, b, c] = geometry.triangles[triangle as usize];
                 let area = (b - a).cross(c - a).length() as f64 / 2.0;
-                power.push((triangle, area, area * materials.mean_emission(geometry, triangle) as f64));
+                power.push((triangle, area, area * materials.mean_emission(triangle) as f64));
             }
         }
         let total: f64 = power.iter().map(|p| p.2).sum();
@@ -210,7 +213,7 @@ impl Emitters {
         emitters
     }
 
-    /// A triangle, and the random numbers made even again.
+    /// Chooses a triangle by `u[0]` and rescales that number to [0, 1].
     fn choose(&self, u: [f32; 2]) -> Option<(u32, [f32; 2])> {
         let last = self.triangles.len().checked_sub(1)?;
         let i = self.cumulative.partition_point(|&c| c <= u[0]).min(last);

@@ -1,10 +1,10 @@
-//! The GGX microfacet distribution of glTF 2.0's appendix B, with separable Smith masking. Vectors are in the local frame,
-//! z along the shading normal; all functions want cosines > 0.
+//! The GGX microfacet distribution of glTF 2.0, appendix B, with separable Smith masking. Vectors are in the local frame with z
+//! along the shading normal. All cosines must be > 0.
 
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// Density of normals D(h), 1/sr. Written in tan² so that small `alpha` loses no digits.
+/// The normal distribution D(h), 1/sr. In terms of tan², so that small `alpha` keeps its precision.
 #[inline]
 pub fn d(alpha: f32, h: Vec3) -> f32 {
     let (sin2, cos2) = (h.x * h.x + h.y * h.y, h.z * h.z);
@@ -13,14 +13,14 @@ pub fn d(alpha: f32, h: Vec3) -> f32 {
     1.0 / (PI * a2 * e * e)
 }
 
-/// Smith's masking G1 of one direction whose cosine to the normal is `cos`.
+/// Smith's masking G1 for a direction at cosine `cos` to the normal.
 #[inline]
 pub fn g1(alpha: f32, cos: f32) -> f32 {
     let a2 = alpha * alpha;
     2.0 * cos / (cos + (a2 + (1.0 - a2) * cos * cos).sqrt())
 }
 
-/// A normal among those that `v` sees, with density G1(v) · D(h) · (v·h) / v.z (Dupuy and Benyoub 2023).
+/// Samples a normal visible from `v`, with density G1(v) · D(h) · (v·h) / v.z (Dupuy and Benyoub 2023).
 pub fn sample_visible(alpha: f32, v: Vec3, u: [f32; 2]) -> Vec3 {
     let stretched = Vec3::new(alpha * v.x, alpha * v.y, v.z).normalize();
     let (sin_phi, cos_phi) = (TAU * u[0]).sin_cos();

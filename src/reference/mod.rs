@@ -1,7 +1,7 @@
-//! The reference: an unbiased path tracer on the CPU. It shares the scene and its materials with the renderer, nothing else.
+//! The reference: an unbiased path tracer on the CPU. It shares only the scene and its materials with the renderer.
 //!
-//! [`render`] brings a [`Film`] to where [`Options`] want it; [`cache::Cache`] keeps films between runs. Known to be missing,
-//! because no path of this kind finds it: light of lamps without extent that refraction or mirrors focus (caustics).
+//! [`render`] adds samples to a [`Film`] until [`Options::stop`]; [`cache::Cache`] keeps films between runs. One kind of
+//! light is missing, because such paths cannot be sampled from the camera: caustics of point lights without extent.
 
 mod bsdf;
 mod bvh;
@@ -11,11 +11,11 @@ pub mod film;
 mod geometry;
 mod integrator;
 mod lanes;
-mod large;
 mod lights;
 mod material;
+mod memory;
 mod microfacet;
-mod points;
+mod point_textures;
 mod sampler;
 mod tile;
 mod traversal;
@@ -32,28 +32,28 @@ use film::{Film, Row, next_check};
 use integrator::Integrator;
 use sampler::Sampler;
 
-/// Changes whenever the same options could give another image: cached references of other versions are not used.
+/// Must change whenever the same options could give another image: cached references of other versions are ignored.
 pub const VERSION: u32 = 2;
 
-/// How much indirect light.
+/// The number of bounces of indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// All of it.
+    /// Unlimited.
     Full,
-    /// Emission and direct light, then exactly so many indirect bounces.
+    /// Emission, direct light and this number of indirect bounces.
     Bounces(u32),
 }
 
-/// When to stop.
+/// The condition at which a render is finished.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stop {
-    /// At so many samples per pixel.
+    /// This number of samples per pixel.
     Samples(u32),
-    /// At the first of [`film::next_check`]'s counts at which [`Film::noise`] is at most this.
+    /// The first count of [`film::next_check`] at which [`Film::noise`] is at most this.
     Noise(f64),
 }
 
-/// What to render.
+/// The parameters of a render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     pub width: u32,
@@ -61,28 +61,38 @@ pub struct Options {
     pub depth: Depth,
     pub stop: Stop,
     pub seed: u64,
-    /// Whether to trace the `ao` layer too.
+    /// Whether to trace the `ao` layer.
     pub occlusion: bool,
 }
 
-/// How far a render got.
+/// The progress of a render.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Paths done: when this call began, by now, and expected in the end.
+    /// Paths in the film when the call began, now, and expected at the end.
     pub before: u64,
     pub paths: u64,
     pub expected: u64,
-    /// As last estimated.
+    /// The last estimate.
     pub noise: Option<f64>,
 }
 
+/// The caller's part in a render under way.
+pub struct Control<'a> {
+    /// Called before the first path, then now and then from any thread.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+    /// Called every few seconds, when all rows of the film have the same number of samples or `cancel` is set.
+    pub save: &'a mut dyn FnMut(&Film) -> Result<()>,
+    /// Ends the render soon after it is set.
+    pub cancel: &'a AtomicBool,
+}
+
 impl Stop {
-    /// Whether a film holds exactly what is asked for.
+    /// Whether a film is finished.
     pub fn reached(self, film: &Film) -> bool {
         film.done() == film.started() && self.end(film) == Some(film.done())
     }
 
-    /// Whether a film has gone too far to still stop here.
+    /// Whether a film has more samples than a finished one.
     pub fn passed(self, film: &Film) -> bool {
         match self {
             Self::Samples(n) => film.started() > n,
@@ -90,7 +100,7 @@ impl Stop {
         }
     }
 
-    /// The count at which to stop, once known.
+    /// The final count of samples, once known.
     fn end(self, film: &Film) -> Option<u32> {
         match self {
             Self::Samples(n) => Some(n),
@@ -98,7 +108,7 @@ impl Stop {
         }
     }
 
-    /// The count at which to stop, as far as can be told from the noise so far, which falls with its square root.
+    /// The expected final count of samples: noise falls with the square root of the count.
     fn expected(self, film: &Film) -> u32 {
         match (self, film.history.last()) {
             (Self::Samples(n), _) => n,
@@ -108,38 +118,32 @@ impl Stop {
     }
 }
 
-/// Brings `film` to where `options` want it, on all threads. `progress` is called before the
-/// first path and then now and then from any of them; `pause`
-/// after some seconds of work, with the film in a state to keep. [`Error::Interrupted`] soon after `cancel` is set.
+/// Adds samples to `film` until `options.stop`, on all threads. [`Error::Interrupted`] if `control.cancel` is set before.
 pub fn render(
     (scene, pose, view): (&Scene, &Pose, &View),
     options: &Options,
     film: &mut Film,
-    progress: &(dyn Fn(Progress) + Sync),
-    pause: &mut dyn FnMut(&Film) -> Result<()>,
-    cancel: &AtomicBool,
+    control: Control,
 ) -> Result<()> {
-    let bounces = match options.depth {
-        Depth::Full => u32::MAX,
-        Depth::Bounces(n) => n,
-    };
-    let integrator = Integrator::new(scene, pose, bounces, options.occlusion);
-    let camera = Camera::new(view, &integrator.geometry.units, options.width, options.height);
+    let Control { progress, save, cancel } = control;
+    let integrator = Integrator::new(scene, pose, options);
+    let camera = Camera::new(view, &integrator.geometry().units, options.width, options.height);
     let before = film.paths();
     let progress = |paths, expected, noise| progress(Progress { before, paths, expected, noise });
+    let job = Job { integrator, camera, options, progress: &progress, cancel };
     if !options.stop.reached(film) {
         progress(before, before.max(1), None);
     }
     while !options.stop.reached(film) {
         let check = next_check(film.done());
         let end = options.stop.end(film).map_or(check, |n| check.min(n));
-        // A pass of about two million paths lasts some seconds.
+        // A pass of about two million paths takes some seconds.
         let target = end.min(film.done() + (2_000_000 / (options.width * options.height)).max(1));
-        pass(&integrator, &camera, options, film, target, &progress, cancel);
+        job.pass(film, target);
         if film.done() == check {
             film.history.push((check, film.noise()));
         }
-        pause(film)?;
+        save(film)?;
         if cancel.load(Ordering::Relaxed) && !options.stop.reached(film) {
             return Err(Error::Interrupted);
         }
@@ -147,56 +151,60 @@ pub fn render(
     Ok(())
 }
 
-/// Brings every row to `target` samples, or stops between rows of tiles.
-fn pass(
-    integrator: &Integrator,
-    camera: &Camera,
-    options: &Options,
-    film: &mut Film,
-    target: u32,
-    progress: &(dyn Fn(u64, u64, Option<f64>) + Sync),
-    cancel: &AtomicBool,
-) {
-    let pixels = options.width as u64 * options.height as u64;
-    let noise = film.history.last().map(|(_, noise)| *noise);
-    let expected = pixels * options.stop.expected(film).max(target) as u64;
-    let paths = AtomicU64::new(film.paths());
-    film.rows.par_chunks_mut(tile::SIDE).enumerate().for_each(|(i, rows)| {
-        let done = rows[0].done;
-        if cancel.load(Ordering::Relaxed) || done >= target {
-            return;
-        }
-        for x in (0..options.width as usize).step_by(tile::SIDE) {
-            for index in done..target {
-                trace_tile(integrator, camera, options.seed, rows, [x, i * tile::SIDE], index);
-            }
-        }
-        rows.iter_mut().for_each(|row| row.done = target);
-        let added = (target - done) as u64 * options.width as u64 * rows.len() as u64;
-        let paths = paths.fetch_add(added, Ordering::Relaxed) + added;
-        progress(paths, expected, noise);
-    });
+/// A render under way.
+struct Job<'a> {
+    integrator: Integrator<'a>,
+    camera: Camera,
+    options: &'a Options,
+    /// Takes the paths so far, the expected paths and the noise.
+    progress: &'a (dyn Fn(u64, u64, Option<f64>) + Sync),
+    cancel: &'a AtomicBool,
 }
 
-/// Adds sample number `index` to the pixels of a tile whose upper left corner is `corner`; `rows` are the tile's.
-fn trace_tile(integrator: &Integrator, camera: &Camera, seed: u64, rows: &mut [Row], corner: [usize; 2], index: u32) {
-    let columns = tile::SIDE.min(rows[0].pixels.len() - corner[0]);
-    let pixels: Vec<_> = (0..rows.len()).flat_map(|y| (0..columns).map(move |x| (corner[0] + x, y))).collect();
-    let (mut rays, mut samplers) = (Vec::with_capacity(pixels.len()), Vec::with_capacity(pixels.len()));
-    for &(x, row) in &pixels {
-        let y = corner[1] + row;
-        let sampler = Sampler::new(seed, x as u32, y as u32, index);
-        let [u, v, ..] = sampler.set(integrator::PIXEL_AND_LIGHT);
-        rays.push(camera.ray(x as f32 + u, y as f32 + v));
-        samplers.push(sampler);
+impl Job<'_> {
+    /// Renders every row up to `target` samples per pixel; after `cancel` is set, only the rows of tiles that have begun.
+    fn pass(&self, film: &mut Film, target: u32) {
+        let Options { width, height, stop, .. } = *self.options;
+        let noise = film.history.last().map(|(_, noise)| *noise);
+        let expected = u64::from(width) * u64::from(height) * u64::from(stop.expected(film).max(target));
+        let paths = AtomicU64::new(film.paths());
+        film.rows.par_chunks_mut(tile::SIDE).enumerate().for_each(|(i, rows)| {
+            let done = rows[0].done;
+            if self.cancel.load(Ordering::Relaxed) || done >= target {
+                return;
+            }
+            for x in (0..width as usize).step_by(tile::SIDE) {
+                for index in done..target {
+                    self.trace_tile(rows, [x, i * tile::SIDE], index);
+                }
+            }
+            rows.iter_mut().for_each(|row| row.done = target);
+            let added = u64::from(target - done) * u64::from(width) * rows.len() as u64;
+            let paths = paths.fetch_add(added, Ordering::Relaxed) + added;
+            (self.progress)(paths, expected, noise);
+        });
     }
-    let samples = integrator.trace(&rays, &mut samplers);
-    for ((&(x, y), ray), mut sample) in pixels.iter().zip(&rays).zip(samples) {
-        if !(sample.beauty.is_finite() && sample.direct.is_finite()) {
-            rows[y].rejected += 1;
-            (sample.beauty, sample.direct) = Default::default();
+
+    /// Adds sample number `index` to the pixels of the tile in `rows` that has its upper left corner at `corner`.
+    fn trace_tile(&self, rows: &mut [Row], corner: [usize; 2], index: u32) {
+        let columns = tile::SIDE.min(rows[0].pixels.len() - corner[0]);
+        let pixels: Vec<_> = (0..rows.len()).flat_map(|y| (0..columns).map(move |x| (corner[0] + x, y))).collect();
+        let (mut rays, mut samplers) = (Vec::with_capacity(pixels.len()), Vec::with_capacity(pixels.len()));
+        for &(x, row) in &pixels {
+            let y = corner[1] + row;
+            let sampler = Sampler::new(self.options.seed, x as u32, y as u32, index);
+            let [u, v, ..] = sampler.set(integrator::PIXEL_AND_LIGHT);
+            rays.push(self.camera.ray(x as f32 + u, y as f32 + v));
+            samplers.push(sampler);
         }
-        let depth = sample.first.map_or(0.0, |first| camera.depth(ray, first.distance));
-        rows[y].pixels[x].add(&sample, index, depth);
+        let samples = self.integrator.trace(&rays, &mut samplers);
+        for ((&(x, y), ray), mut sample) in pixels.iter().zip(&rays).zip(samples) {
+            if !(sample.beauty.is_finite() && sample.direct.is_finite()) {
+                rows[y].rejected += 1;
+                (sample.beauty, sample.direct) = Default::default();
+            }
+            let depth = sample.first.map_or(0.0, |first| self.camera.depth(ray, first.distance));
+            rows[y].pixels[x].add(&sample, index, depth);
+        }
     }
 }

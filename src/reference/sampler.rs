@@ -1,17 +1,17 @@
 //! Random numbers for paths: Sobol points in sets of four dimensions, Owen-scrambled with hashes (Burley 2020,
 //! "Practical Hash-based Owen Scrambling").
 //!
-//! A number depends on (seed, pixel, sample, dimension) alone: not on threads, nor on the order of the work. Even and odd
-//! samples come from two independently scrambled sequences, so that half their difference is an honest estimate of noise.
+//! A number depends only on (seed, pixel, sample, dimension), not on threads or the order of work. Even and odd samples
+//! come from two independently scrambled sequences, so half the difference of their means estimates the noise.
 
-/// Dimensions that are stratified jointly.
+/// Dimensions per jointly stratified set.
 const SET: usize = 4;
 
-/// Direction numbers of the first four Sobol dimensions (Joe and Kuo 2008), bit by bit.
+/// Direction numbers of the first four Sobol dimensions (Joe and Kuo 2008), by bit of the index.
 const DIRECTIONS: [[u32; 32]; SET] =
     [directions(0, 0, [0; 3]), directions(1, 0, [1, 0, 0]), directions(2, 1, [1, 3, 0]), directions(3, 1, [1, 3, 1])];
 
-/// `TABLE[dimension][byte of the index][value]`: the matrix product, a byte at a time.
+/// `TABLE[dimension][byte][value]`: the product of the generator matrix and one byte of the index.
 static TABLE: [[[u32; 256]; 4]; SET] = table();
 
 /// `degree` and `polynomial` are Joe and Kuo's s and a; `m` their initial values.
@@ -78,7 +78,8 @@ fn combine(a: u32, b: u32) -> u32 {
     hash(a ^ b.wrapping_mul(0x9e37_79b9).wrapping_add(0x85eb_ca6b))
 }
 
-/// Owen scrambling: every bit is flipped by a hash of the bits above it (Vegdahl's constants for Laine and Karras' hash).
+/// Owen scrambling: each bit is flipped depending on a hash of the bits above it (Laine and Karras' hash with Vegdahl's
+/// constants).
 #[inline]
 fn owen(x: u32, seed: u32) -> u32 {
     let mut x = x.reverse_bits();
@@ -90,12 +91,12 @@ fn owen(x: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// In [0, 1).
+/// A number in [0, 1) from the upper 24 bits.
 fn unit(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / (1 << 24) as f32)
 }
 
-/// The numbers of one path.
+/// The random numbers of one path.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     stream: u32,
@@ -104,13 +105,13 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Numbers for sample number `sample` of a pixel.
+    /// The numbers of one sample of a pixel.
     pub fn new(seed: u64, x: u32, y: u32, sample: u32) -> Self {
         let stream = combine(combine(combine(combine(seed as u32, (seed >> 32) as u32), x), y), sample & 1);
         Self { stream, index: sample >> 1, events: 0 }
     }
 
-    /// Four numbers that are stratified together over the samples of the pixel. Each `set` is independent of the others.
+    /// Four numbers that are jointly stratified over the samples of the pixel. Different sets are independent.
     #[inline]
     pub fn set(&self, set: u32) -> [f32; SET] {
         let seed = combine(self.stream, set);
@@ -122,7 +123,7 @@ impl Sampler {
         })
     }
 
-    /// One more plain random number, for events whose count is not known beforehand.
+    /// The next unstratified random number, for a number of decisions that is not known in advance.
     pub fn event(&mut self) -> f32 {
         self.events += 1;
         unit(combine(combine(self.stream ^ 0x5bd1_e995, self.index), self.events))

@@ -1,140 +1,139 @@
-//! Paths of neighbouring pixels, which share their second vertices (Bekaert, Sbert and Halton 2002).
+//! Paths of neighbouring pixels that reuse each other's second vertices (Bekaert, Sbert and Halton 2002).
 //!
-//! What a surface sends towards one pixel's first vertex it sends, with another value of its BSDF, towards those of the
-//! pixels around too. So after every pixel of a tile has traced its own path x → y → …, each first vertex x is joined to
-//! each second vertex y that it sees. The balance heuristic over all the pixels that could have found y keeps the
-//! estimate unbiased. A join costs a shadow ray and saves a path.
+//! Every pixel of a tile traces its own path x → y → …. Then each first vertex x is connected to each visible second vertex y:
+//! the radiance that y sends to another x differs only by the BSDF at y. The balance heuristic over all pixels that could have
+//! sampled y keeps the estimate unbiased. A connection costs a shadow ray and replaces a path.
 //!
-//! Not joined: mirrors at x, and whatever lies beyond or on surfaces that light goes straight through or that bound a volume.
+//! Not connected: mirrors at x, surfaces that pass light unscattered, all that lies behind those, and surfaces of volumes.
 
 use glam::Vec3;
 
 use super::bvh;
 use super::integrator::{Integrator, Path, Sample, Vertex, evaluate, weight};
-use super::lights::Arrival;
+use super::lights::LightSample;
 use super::sampler::Sampler;
 use super::traversal::Ray;
 
-/// Pixels along each side of a tile. Image quality per second (1 / noise² / time) against paths that share nothing, on a
-/// Cornell box and an atrium: 2 gives 2.8 and 2.1 times as much, 3 gives 4.5 and 2.8, 4 gives 5.3 and 2.8, 6 the same.
+/// Pixels along each side of a tile. Efficiency (1 / noise² / time) relative to independent paths, for a Cornell box and an
+/// atrium: side 2 gives 2.8 and 2.1, side 3 4.5 and 2.8, side 4 5.3 and 2.8, side 6 the same as 4.
 pub const SIDE: usize = 4;
 
 /// A pixel's first vertex.
-struct Origin {
+struct FirstVertex {
     vertex: Vertex,
-    /// Of the path that arrives there.
+    /// Throughput of the path up to this vertex.
     throughput: Vec3,
 }
 
-/// A second vertex that others may join, and the light that reaches it.
-struct Joint {
-    /// Of the pixel whose path found it, in the tile.
+/// A second vertex that all pixels of the tile may use, and the light that reaches it.
+struct SharedVertex {
+    /// The pixel of the path that found it, as an index in the tile.
     pixel: usize,
     vertex: Vertex,
-    /// Sampled lights, what stands in between taken off.
-    arrivals: [Option<Arrival>; 2],
-    /// What a scattered ray found.
-    next: Option<Next>,
+    /// The sampled lights; their radiance includes occlusion.
+    lights: [Option<LightSample>; 2],
+    scattered: Option<ScatteredLight>,
 }
 
-/// What arrives at a joint along a scattered ray.
-struct Next {
+/// The light that reaches a shared vertex along its scattered ray.
+struct ScatteredLight {
     direction: Vec3,
-    /// Emitted there, or by the sky; light sampling would have found it with `density`.
+    /// Radiance emitted by the next surface or by the sky; light sampling would have found it with `density`.
     emission: Vec3,
     density: f32,
-    /// Everything else.
+    /// The radiance of all other light.
     rest: Vec3,
 }
 
-/// A first vertex that may see a joint.
-struct View<'a> {
+/// A first vertex and a shared vertex that face each other.
+struct Connection<'a> {
     pixel: usize,
-    origin: &'a Origin,
-    /// From the first vertex to the joint, unit.
+    first: &'a FirstVertex,
+    /// From the first vertex to the shared one, unit.
     direction: Vec3,
-    /// f · |cos| at the first vertex, and the density of the joint's point, both per area of the joint.
+    /// f · |cos| at the first vertex, and the density of its sampling the shared vertex; both per area of the shared vertex.
     f: Vec3,
     density: f32,
 }
 
-/// What a joint sends to one first vertex that sees it.
-struct Join {
+/// The light that a shared vertex sends along a connection.
+struct Contribution {
     pixel: usize,
-    /// What of it the pixel gets: the path's throughput times the view's `f`.
-    share: Vec3,
+    /// Throughput of the path up to the first vertex, times the connection's `f`.
+    throughput: Vec3,
     density: f32,
-    /// Of each sampled light, scattered to the first vertex.
-    lit: [Vec3; 2],
-    /// Of the joint's scattered ray: f · |cos| and density per steradian.
-    next: (Vec3, f32),
+    /// Radiance of each sampled light, scattered towards the first vertex.
+    lights: [Vec3; 2],
+    /// For the scattered ray: f · |cos|, and the density per steradian.
+    scattered: (Vec3, f32),
 }
 
 impl Integrator<'_> {
-    /// One sample for each pixel of a tile: of `rays[i]`, with the numbers of `samplers[i]`.
+    /// One sample for each pixel of a tile, from `rays[i]` and the random numbers `samplers[i]`.
     pub fn trace(&self, rays: &[Ray], samplers: &mut [Sampler]) -> Vec<Sample> {
         let mut samples = Vec::with_capacity(rays.len());
-        let mut origins = Vec::with_capacity(rays.len());
-        let mut joints = Vec::new();
+        let mut firsts = Vec::with_capacity(rays.len());
+        let mut shared = Vec::new();
         for (pixel, (ray, sampler)) in rays.iter().zip(samplers).enumerate() {
             let mut path = Path::new(*ray);
-            origins.push(self.first(&mut path, sampler, &mut joints, pixel));
+            let first = self.trace_first(&mut path, sampler);
+            if first.as_ref().is_some_and(|first| self.scatter(&mut path, &first.vertex, sampler).is_some()) {
+                shared.extend(self.trace_second(&mut path, sampler, pixel));
+            }
+            firsts.push(first);
             samples.push(path.sample);
         }
-        for joint in &joints {
-            self.join(joint, &origins, &mut samples);
+        for vertex in &shared {
+            self.distribute(vertex, &firsts, &mut samples);
         }
         samples
     }
 
-    /// Traces one path up to where others may join it, or to its end if they may not.
-    fn first(&self, path: &mut Path, sampler: &mut Sampler, joints: &mut Vec<Joint>, pixel: usize) -> Option<Origin> {
+    /// Traces a path to its first vertex; `None` if it ends there.
+    fn trace_first(&self, path: &mut Path, sampler: &mut Sampler) -> Option<FirstVertex> {
         let vertex = self.advance(path, sampler)?;
-        self.emitted(path, &vertex);
+        self.add_emission(path, &vertex);
         if !self.continues(path, &vertex) {
             return None;
         }
-        self.lit(path, &vertex, sampler);
-        let origin = Origin { throughput: path.throughput, vertex };
-        if self.scatter(path, &origin.vertex, sampler).is_some() {
-            self.second(path, sampler, joints, pixel);
-        }
-        Some(origin)
+        self.add_sampled_light(path, &vertex, sampler);
+        Some(FirstVertex { throughput: path.throughput, vertex })
     }
 
-    fn second(&self, path: &mut Path, sampler: &mut Sampler, joints: &mut Vec<Joint>, pixel: usize) {
-        let Some(vertex) = self.advance(path, sampler) else { return };
-        self.emitted(path, &vertex);
+    /// Traces a path to its second vertex. If that cannot be shared, the path is traced to its end.
+    fn trace_second(&self, path: &mut Path, sampler: &mut Sampler, pixel: usize) -> Option<SharedVertex> {
+        let vertex = self.advance(path, sampler)?;
+        self.add_emission(path, &vertex);
         if !self.continues(path, &vertex) {
-            return;
+            return None;
         }
-        let shared = path.density.is_some() && vertex.clear && !self.geometry.traits[vertex.point.material].volume;
+        let shared = path.density.is_some() && vertex.clear && !self.geometry().flags[vertex.point.material].volume;
         if !shared {
-            self.lit(path, &vertex, sampler);
+            self.add_sampled_light(path, &vertex, sampler);
             if self.scatter(path, &vertex, sampler).is_some() {
                 self.follow(path, sampler);
             }
-            return;
+            return None;
         }
-        let arrivals = self.reaching(&vertex, sampler);
-        let next = self.scattered(path, &vertex, sampler);
-        joints.push(Joint { pixel, vertex, arrivals, next });
+        let lights = self.visible_lights(&vertex, sampler);
+        let scattered = self.scattered_light(path, &vertex, sampler);
+        Some(SharedVertex { pixel, vertex, lights, scattered })
     }
 
-    /// Sampled lights at a joint that are not hidden.
-    fn reaching(&self, vertex: &Vertex, sampler: &Sampler) -> [Option<Arrival>; 2] {
-        let mut reaching = [None; 2];
-        for (slot, arrival) in reaching.iter_mut().zip(self.arrivals(vertex.point.position, 1, sampler)) {
-            if vertex.geometric.dot(arrival.direction) > 0.0 || vertex.bsdf.transmits() {
-                let share = self.transmittance(vertex, arrival.direction, arrival.end);
-                *slot = (share != Vec3::ZERO).then(|| Arrival { radiance: arrival.radiance * share, ..arrival });
+    /// The unoccluded light samples at a shared vertex.
+    fn visible_lights(&self, vertex: &Vertex, sampler: &Sampler) -> [Option<LightSample>; 2] {
+        let mut visible = [None; 2];
+        for (slot, light) in visible.iter_mut().zip(self.light_samples(vertex.point.position, 1, sampler)) {
+            if vertex.geometric.dot(light.direction) > 0.0 || vertex.bsdf.transmits() {
+                let share = self.transmittance(vertex, light.direction, light.end);
+                *slot = (share != Vec3::ZERO).then(|| LightSample { radiance: light.radiance * share, ..light });
             }
         }
-        reaching
+        visible
     }
 
-    /// Light along a ray scattered at a joint. A mirror's goes to the path's own pixel alone.
-    fn scattered(&self, path: &mut Path, vertex: &Vertex, sampler: &mut Sampler) -> Option<Next> {
+    /// The light along the scattered ray of a shared vertex. A mirror's is added to the path's own pixel instead.
+    fn scattered_light(&self, path: &mut Path, vertex: &Vertex, sampler: &mut Sampler) -> Option<ScatteredLight> {
         let throughput = std::mem::replace(&mut path.throughput, Vec3::ONE);
         let survive = self.scatter(path, vertex, sampler)?;
         if path.density.is_none() {
@@ -142,94 +141,101 @@ impl Integrator<'_> {
             self.follow(path, sampler);
             return None;
         }
-        // The joins bring the joint's own f / density; only roulette's share is the path's.
+        // Connections multiply by f / density at the shared vertex, so the tail only carries the factor of roulette.
         let mut tail = Path { throughput: Vec3::splat(1.0 / survive), ..Path::new(path.ray) };
         tail.scattered = path.scattered;
         let direction = tail.ray.direction;
         let Some(next) = self.advance(&mut tail, sampler) else {
-            return Some(Next { direction, emission: tail.sample.beauty, density: 0.0, rest: Vec3::ZERO });
+            return Some(ScatteredLight { direction, emission: tail.sample.beauty, density: 0.0, rest: Vec3::ZERO });
         };
         let emission = tail.throughput * next.surface.emission;
         let cos = next.point.geometric.dot(direction);
-        let density = self.lights.emitter_density(next.hit.triangle, next.hit.t, cos);
+        let density = self.lights.emitter_density(next.hit.at.triangle, next.hit.t, cos);
         if self.continues(&tail, &next) {
-            self.lit(&mut tail, &next, sampler);
+            self.add_sampled_light(&mut tail, &next, sampler);
             if self.scatter(&mut tail, &next, sampler).is_some() {
                 self.follow(&mut tail, sampler);
             }
         }
-        Some(Next { direction, emission, density, rest: tail.sample.beauty })
+        Some(ScatteredLight { direction, emission, density, rest: tail.sample.beauty })
     }
 
-    /// Gives every first vertex that sees the joint its share.
-    fn join(&self, joint: &Joint, origins: &[Option<Origin>], samples: &mut [Sample]) {
-        let mut joins = Vec::with_capacity(origins.len());
-        let (mut density, mut next_density) = (0.0, 0.0);
-        for view in self.views(joint, origins) {
-            let join = view.join(joint);
-            density += join.density;
-            next_density += join.density * join.next.1;
-            joins.push(join);
+    /// Adds the light of a shared vertex to all pixels whose first vertex sees it.
+    fn distribute(&self, shared: &SharedVertex, firsts: &[Option<FirstVertex>], samples: &mut [Sample]) {
+        let mut contributions = Vec::with_capacity(firsts.len());
+        let (mut density, mut scattered_density) = (0.0, 0.0);
+        for connection in self.connections(shared, firsts) {
+            let contribution = connection.contribution(shared);
+            density += contribution.density;
+            scattered_density += contribution.density * contribution.scattered.1;
+            contributions.push(contribution);
         }
-        for join in &joins {
-            let mut light = Vec3::ZERO;
-            for lit in join.lit {
-                light += lit / density;
+        for contribution in &contributions {
+            let mut radiance = Vec3::ZERO;
+            for light in contribution.lights {
+                radiance += light / density;
             }
-            if let Some(next) = joint.next.as_ref().filter(|_| join.next.1 > 0.0) {
-                let arriving = next.emission * weight(join.next.1, next.density) + next.rest;
-                light += join.next.0 * arriving / next_density;
+            let (f, own_density) = contribution.scattered;
+            if let Some(scattered) = shared.scattered.as_ref().filter(|_| own_density > 0.0) {
+                let arriving = scattered.emission * weight(own_density, scattered.density) + scattered.rest;
+                radiance += f * arriving / scattered_density;
             }
-            samples[join.pixel].beauty += join.share * light;
+            samples[contribution.pixel].beauty += contribution.throughput * radiance;
         }
     }
 
-    /// The first vertices that see the joint.
-    fn views<'a>(&self, joint: &Joint, origins: &'a [Option<Origin>]) -> impl Iterator<Item = View<'a>> {
-        let mut views = Vec::with_capacity(origins.len());
-        for (pixel, origin) in origins.iter().enumerate() {
-            views.extend(origin.as_ref().and_then(|origin| View::new(joint, origin, pixel)));
+    /// The unoccluded connections of a shared vertex.
+    fn connections<'a>(
+        &self,
+        shared: &SharedVertex,
+        firsts: &'a [Option<FirstVertex>],
+    ) -> impl Iterator<Item = Connection<'a>> {
+        let mut connections = Vec::with_capacity(firsts.len());
+        for (pixel, first) in firsts.iter().enumerate() {
+            connections.extend(first.as_ref().and_then(|first| Connection::new(shared, first, pixel)));
         }
-        // The joint's own pixel found it: nothing stands between.
+        // The own pixel's path has found the vertex, so this connection is unoccluded.
         let (mut others, mut rays, mut count) = ([0; SIDE * SIDE], [Ray::default(); SIDE * SIDE], 0);
-        for (i, view) in views.iter().enumerate().filter(|(_, view)| view.pixel != joint.pixel) {
-            (others[count], rays[count]) = (i, self.between(&view.origin.vertex, &joint.vertex, view.direction));
+        for (i, connection) in connections.iter().enumerate().filter(|(_, c)| c.pixel != shared.pixel) {
+            let ray = self.ray_between(&connection.first.vertex, &shared.vertex, connection.direction);
+            (others[count], rays[count]) = (i, ray);
             count += 1;
         }
-        let mut hidden = [false; SIDE * SIDE];
+        let mut occluded = [false; SIDE * SIDE];
         for (others, rays) in others[..count].chunks(bvh::WIDTH).zip(rays[..count].chunks(bvh::WIDTH)) {
             let blocked = self.blocked(rays);
-            others.iter().enumerate().for_each(|(bit, &i)| hidden[i] = blocked >> bit & 1 == 1);
+            others.iter().enumerate().for_each(|(bit, &i)| occluded[i] = blocked >> bit & 1 == 1);
         }
-        views.into_iter().zip(hidden).filter_map(|(view, hidden)| (!hidden).then_some(view))
+        connections.into_iter().zip(occluded).filter_map(|(connection, occluded)| (!occluded).then_some(connection))
     }
 }
 
-impl<'a> View<'a> {
-    /// A first vertex as the joint sees it if nothing stands between; `None` if it turns away.
-    fn new(joint: &Joint, origin: &'a Origin, pixel: usize) -> Option<Self> {
-        let to = joint.vertex.point.position - origin.vertex.point.position;
+impl<'a> Connection<'a> {
+    /// `None` if one of the vertices faces away from the other.
+    fn new(shared: &SharedVertex, first: &'a FirstVertex, pixel: usize) -> Option<Self> {
+        let to = shared.vertex.point.position - first.vertex.point.position;
         let distance2 = to.length_squared();
         let direction = to / distance2.sqrt();
-        let cos = -joint.vertex.geometric.dot(direction);
+        let cos = -shared.vertex.geometric.dot(direction);
         if !(cos > 0.0 && distance2 > 0.0) {
             return None;
         }
-        let (f, density) = origin.vertex.evaluate(direction);
+        let (f, density) = first.vertex.evaluate(direction);
         let per_area = cos / distance2;
-        (density > 0.0).then(|| Self { pixel, origin, direction, f: f * per_area, density: density * per_area })
+        (density > 0.0).then(|| Self { pixel, first, direction, f: f * per_area, density: density * per_area })
     }
 
-    fn join(self, joint: &Joint) -> Join {
-        let bsdf = joint.vertex.seen_from(-self.direction);
-        let evaluate = |direction| evaluate(&bsdf, joint.vertex.geometric, direction);
-        let lit = joint.arrivals.map(|arrival| {
-            arrival.map_or(Vec3::ZERO, |arrival| {
-                let (f, scattered) = evaluate(arrival.direction);
-                f * arrival.weighted(scattered)
+    fn contribution(self, shared: &SharedVertex) -> Contribution {
+        let bsdf = shared.vertex.seen_from(-self.direction);
+        let evaluate = |direction| evaluate(&bsdf, shared.vertex.geometric, direction);
+        let lights = shared.lights.map(|light| {
+            light.map_or(Vec3::ZERO, |light| {
+                let (f, scattered) = evaluate(light.direction);
+                f * light.weighted_radiance(scattered)
             })
         });
-        let next = joint.next.as_ref().map_or((Vec3::ZERO, 0.0), |next| evaluate(next.direction));
-        Join { pixel: self.pixel, share: self.origin.throughput * self.f, density: self.density, lit, next }
+        let scattered = shared.scattered.as_ref().map_or((Vec3::ZERO, 0.0), |light| evaluate(light.direction));
+        let throughput = self.first.throughput * self.f;
+        Contribution { pixel: self.pixel, throughput, density: self.density, lights, scattered }
     }
 }

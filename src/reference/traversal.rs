@@ -1,15 +1,16 @@
-//! Rays through the tree of `src/reference/bvh.rs`: boxes and triangles eight at a time for one ray, or eight rays at a time.
-//! Compiled twice on x86, with AVX and without, and chosen when the program runs.
+//! Traversal of the tree of `src/reference/bvh.rs`: one ray against eight boxes or triangles at a time, or eight rays at a
+//! time. On x86 it is compiled with and without AVX; the choice is made at run time.
 
 use glam::Vec3;
 use std::cell::Cell;
 
 use super::bvh::{Bvh, LEAF, NONE, WIDTH};
+use super::geometry::Location;
 use super::lanes::{self, Eight, Lanes};
-use super::large;
+use super::memory;
 use super::watertight::{Test, load, splat};
 
-/// A piece of a straight line, in units.
+/// A ray segment, in units.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Ray {
     pub origin: Vec3,
@@ -19,21 +20,20 @@ pub struct Ray {
     pub far: f32,
 }
 
-/// A point where a ray meets a triangle: barycentric (1−u−v, u, v).
+/// The intersection of a ray and a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
+    /// Distance along the ray.
     pub t: f32,
-    pub u: f32,
-    pub v: f32,
-    pub triangle: u32,
-    /// The ray comes from behind.
+    pub at: Location,
+    /// The ray hits the back.
     pub back: bool,
 }
 
-/// Pays for the roundings of where a ray enters and leaves a box: three each.
+/// Bounds the rounding errors of the distances at which a ray enters and leaves a box: three roundings each.
 const SLACK: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// A child to be visited, and where the ray enters its box.
+/// A child to visit, and the distance at which the ray enters its box.
 #[derive(Clone, Copy)]
 struct Entry {
     child: u32,
@@ -41,13 +41,13 @@ struct Entry {
 }
 
 thread_local! {
-    /// Kept from ray to ray; taken out while in use.
+    /// Stacks, reused for every ray; taken out while in use.
     static STACK: Cell<Vec<Entry>> = const { Cell::new(Vec::new()) };
     static PACKETS: Cell<Vec<(u32, u32)>> = const { Cell::new(Vec::new()) };
 }
 
 impl Bvh {
-    /// The nearest hit that `accept` takes.
+    /// The nearest hit for which `accept` is true.
     pub fn nearest(&self, ray: &Ray, accept: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut nearest = None;
         self.walk::<true>(ray, |hit, far| {
@@ -60,7 +60,7 @@ impl Bvh {
         nearest
     }
 
-    /// Calls `stop` with hits in no particular order, until it returns true; says whether it did.
+    /// Calls `stop` with hits in no particular order until it returns true. The result is whether it did.
     pub fn any(&self, ray: &Ray, mut stop: impl FnMut(&Hit) -> bool) -> bool {
         let mut stopped = false;
         self.walk::<false>(ray, |hit, far| {
@@ -70,8 +70,7 @@ impl Bvh {
         stopped
     }
 
-    /// Of up to eight rays that keep close together, bit by bit, those for which `stop` returns true for some hit: as
-    /// [`Self::any`], much quicker.
+    /// [`Self::any`] for up to eight neighbouring rays, one bit per ray, much faster.
     pub fn any_of(&self, rays: &[Ray], mut stop: impl FnMut(&Hit) -> bool) -> u32 {
         if rays.windows(2).any(|pair| planes(&pair[0]) != planes(&pair[1])) {
             return (0..).zip(rays).map(|(bit, ray)| u32::from(self.any(ray, &mut stop)) << bit).sum();
@@ -90,7 +89,7 @@ impl Bvh {
         self.any_of_lanes::<lanes::Avx>(rays, stop)
     }
 
-    /// Lanes are rays here.
+    /// Here each lane is a ray.
     #[inline(always)]
     fn any_of_lanes<L: Eight>(&self, rays: &[Ray], mut stop: impl FnMut(&Hit) -> bool) -> u32 {
         if self.nodes.is_empty() || rays.is_empty() {
@@ -120,7 +119,7 @@ impl Bvh {
                 for (lane, &triangle) in packet.triangles.iter().enumerate().take_while(|(_, t)| **t != NONE) {
                     let [a, b, c] = packet.corners.each_ref().map(|corner| corner.each_ref().map(|axis| axis.0[lane]));
                     let test = Test::new(origin, direction, [splat(a), splat(b), splat(c)]);
-                    let mut hits = test.meets(near, far) & met & !stopped;
+                    let mut hits = test.hits(near, far) & met & !stopped;
                     while hits != 0 {
                         let bit = hits.trailing_zeros();
                         hits &= hits - 1;
@@ -137,14 +136,14 @@ impl Bvh {
                 let (mut enter, mut leave) = (near, far);
                 for axis in 0..3 {
                     let (t0, t1) = (node.planes[first[axis]].0[lane], node.planes[last[axis]].0[lane]);
-                    // A ray along the plane and in it is NaN, which changes nothing.
+                    // A ray inside the plane gives NaN, which `max` and `min` ignore.
                     enter = L::splat(t0).sub(origin[axis]).mul(inverse[axis]).max(enter);
                     leave = L::splat(t1).sub(origin[axis]).mul(inverse[axis]).min(leave);
                 }
                 let through = enter.less_or_equal(leave.mul(slack)) & met;
                 if through != 0 {
                     stack.push((child, through));
-                    self.announce(child);
+                    self.prefetch(child);
                 }
             }
         }
@@ -152,17 +151,18 @@ impl Bvh {
         stopped
     }
 
-    /// Announces what a child will be read from.
+    /// Prefetches a child.
     #[inline(always)]
-    fn announce(&self, child: u32) {
+    fn prefetch(&self, child: u32) {
         if child & LEAF != 0 {
-            large::announce(&self.packets[(child & !LEAF) as usize]);
+            memory::prefetch(&self.packets[(child & !LEAF) as usize]);
         } else {
-            large::announce(&self.nodes[child as usize]);
+            memory::prefetch(&self.nodes[child as usize]);
         }
     }
 
-    /// Calls `found` with hits and how far the ray goes; it returns how far from then on.
+    /// Calls `found` with each hit and the ray's end, and continues up to the end that it returns. `ORDERED` visits near boxes
+    /// first.
     fn walk<const ORDERED: bool>(&self, ray: &Ray, found: impl FnMut(&Hit, f32) -> f32) {
         #[cfg(target_arch = "x86_64")]
         if self.avx {
@@ -178,7 +178,7 @@ impl Bvh {
         self.walk_lanes::<lanes::Avx, ORDERED>(ray, found);
     }
 
-    /// Lanes are boxes or triangles here.
+    /// Here each lane is a box or a triangle.
     #[inline(always)]
     fn walk_lanes<L: Eight, const ORDERED: bool>(&self, ray: &Ray, mut found: impl FnMut(&Hit, f32) -> f32) {
         if self.nodes.is_empty() {
@@ -200,7 +200,7 @@ impl Bvh {
                 let packet = &self.packets[(entry.child & !LEAF) as usize];
                 let [a, b, c] = &packet.corners;
                 let test = Test::new(origin, direction, [load(a), load(b), load(c)]);
-                let mut met = test.meets(near, L::splat(far));
+                let mut met = test.hits(near, L::splat(far));
                 while met != 0 {
                     let lane = met.trailing_zeros() as usize;
                     met &= met - 1;
@@ -218,7 +218,7 @@ impl Bvh {
             let (mut enter, mut leave) = (near, L::splat(far));
             for axis in 0..3 {
                 let (t0, t1) = (L::load(&node.planes[first[axis]]), L::load(&node.planes[last[axis]]));
-                // A ray along the plane and in it is NaN, which changes nothing.
+                // A ray inside the plane gives NaN, which `max` and `min` ignore.
                 enter = t0.sub(origin[axis]).mul(inverse[axis]).max(enter);
                 leave = t1.sub(origin[axis]).mul(inverse[axis]).min(leave);
             }
@@ -230,9 +230,9 @@ impl Bvh {
                 met &= met - 1;
                 let entry = Entry { child: node.children[lane], near: enter.0[lane] };
                 stack.push(entry);
-                self.announce(entry.child);
+                self.prefetch(entry.child);
                 if ORDERED {
-                    // The nearest on top.
+                    // Keep the nearest on top.
                     let mut at = stack.len() - 1;
                     while at > start && stack[at - 1].near < entry.near {
                         stack[at] = stack[at - 1];
@@ -246,10 +246,10 @@ impl Bvh {
     }
 }
 
-/// Which of a box's planes a ray meets first, and which last, axis by axis.
+/// Per axis, the indices of the box planes that the ray meets first and last.
 #[inline(always)]
 fn planes(ray: &Ray) -> ([usize; 3], [usize; 3]) {
-    // The inverse tells -0 from 0, as the distances to the planes do.
+    // The inverse distinguishes −0 from 0, as the distances to the planes do.
     let first = std::array::from_fn(|axis| if 1.0 / ray.direction[axis] < 0.0 { axis + 3 } else { axis });
     (first, first.map(|plane| (plane + 3) % 6))
 }
@@ -259,7 +259,7 @@ mod tests {
     use super::*;
     use crate::reference::sampler::Sampler;
 
-    /// Numbers in [−1, 1), three by three.
+    /// Vectors with components in [−1, 1).
     fn vectors(count: u32) -> Vec<Vec3> {
         let vector = |i| {
             let [x, y, z, _] = Sampler::new(1, i, 0, 2).set(0);
@@ -282,13 +282,13 @@ mod tests {
         (triangles.collect(), rays.collect())
     }
 
-    /// Every triangle that the ray meets, without a tree.
-    fn met(triangles: &[[Vec3; 3]], ray: &Ray) -> Vec<f32> {
+    /// The distances of all triangles that the ray hits, without a tree.
+    fn all_hits(triangles: &[[Vec3; 3]], ray: &Ray) -> Vec<f32> {
         let mut hits = Vec::new();
         for t in triangles {
             let [a, b, c] = t.map(|p| splat::<Lanes>(p.into()));
             let test = Test::new(splat(ray.origin.into()), splat(ray.direction.into()), [a, b, c]);
-            if test.meets(Lanes::splat(ray.near), Lanes::splat(ray.far)) & 1 == 1 {
+            if test.hits(Lanes::splat(ray.near), Lanes::splat(ray.far)) & 1 == 1 {
                 hits.push(test.hit(0, 0).t);
             }
         }
@@ -296,13 +296,13 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_finds_what_is_there_with_and_without_avx() {
+    fn the_tree_gives_the_hits_of_a_linear_search_with_and_without_avx() {
         let (triangles, rays) = scene();
         let fast = Bvh::new(&triangles);
         let plain = Bvh { avx: false, ..Bvh::new(&triangles) };
         let mut found = 0;
         for ray in &rays {
-            let hits = met(&triangles, ray);
+            let hits = all_hits(&triangles, ray);
             let expected = hits.iter().copied().min_by(f32::total_cmp).map(f32::to_bits);
             for bvh in [&fast, &plain] {
                 assert_eq!(bvh.nearest(ray, |_| true).map(|hit| hit.t.to_bits()), expected, "{ray:?}");
@@ -312,7 +312,7 @@ mod tests {
                     all += 1;
                     false
                 }));
-                assert_eq!(all, hits.len(), "every triangle is met once: {ray:?}");
+                assert_eq!(all, hits.len(), "every triangle is hit once: {ray:?}");
             }
             found += usize::from(expected.is_some());
         }
@@ -320,13 +320,13 @@ mod tests {
     }
 
     #[test]
-    fn eight_rays_together_are_eight_rays() {
+    fn eight_rays_at_a_time_give_the_hits_of_single_rays() {
         let (triangles, rays) = scene();
         let bvh = Bvh::new(&triangles);
         let plain = Bvh { avx: false, ..Bvh::new(&triangles) };
         let (mut blocked, mut mixed) = (0, 0);
         for (i, ray) in rays.iter().enumerate() {
-            // From around one point to around another: of one octant mostly, and of several.
+            // Rays between the neighbourhoods of two points: mostly of one octant, sometimes of several.
             let near = |k: usize| {
                 let origin = ray.origin + vectors(8)[k] * [0.1, 10.0][i % 2];
                 let way = ray.origin + ray.direction * 50.0 - origin;
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_met_in_nothing() {
+    fn an_empty_tree_has_no_hits() {
         let bvh = Bvh::new(&[]);
         let ray = Ray { direction: Vec3::X, far: f32::INFINITY, ..Ray::default() };
         assert!(bvh.nearest(&ray, |_| true).is_none() && !bvh.any(&ray, |_| true) && bvh.any_of(&[ray], |_| true) == 0);

@@ -1,12 +1,13 @@
-//! The watertight test of eight lines against eight triangles.
+//! The watertight intersection test of eight lines with eight triangles.
 
 use super::bvh::WIDTH;
+use super::geometry::Location;
 use super::lanes::{Eight, Lanes};
 use super::traversal::Hit;
 
-/// Lines against triangles, lane by lane.
+/// The intersection of one line and one triangle per lane.
 ///
-/// Edge tests of triangles that share an edge use the same products: no ray slips between them.
+/// Two triangles with a common edge compute the edge test from the same products, so no ray passes between them.
 #[derive(Clone, Copy)]
 pub struct Test<L> {
     u: L,
@@ -32,9 +33,9 @@ impl<L: Eight> Test<L> {
         }
     }
 
-    /// Which lines meet their triangle between `near` and `far`.
+    /// The lanes whose line hits its triangle between `near` and `far`.
     #[inline(always)]
-    pub fn meets(&self, near: L, far: L) -> u32 {
+    pub fn hits(&self, near: L, far: L) -> u32 {
         let zero = L::splat(0.0);
         let least = self.u.min(self.v.min(self.w));
         let greatest = self.u.max(self.v.max(self.w));
@@ -48,11 +49,11 @@ impl<L: Eight> Test<L> {
         let lane = lane % WIDTH;
         let (u, v, w) = (self.u.store().0[lane], self.v.store().0[lane], self.w.store().0[lane]);
         let (t, along, sum) = (self.t.store().0[lane], self.along.store().0[lane], u + v + w);
-        Hit { t, u: u / sum, v: v / sum, triangle, back: along < 0.0 }
+        Hit { t, at: Location { triangle, u: u / sum, v: v / sum }, back: along < 0.0 }
     }
 }
 
-// What follows knows no closures: they would be compiled apart, without the processor's own instructions.
+// The functions below have no closures: those would be compiled separately, without AVX.
 
 #[inline(always)]
 pub fn splat<L: Eight>(v: [f32; 3]) -> [L; 3] {

@@ -1,4 +1,4 @@
-//! The scene at a time: keyed channels, then the node tree in f64.
+//! The pose of a scene at a time: evaluates keyed channels, then the node tree in f64.
 
 use glam::{DAffine3, DQuat, DVec3, Quat, Vec3};
 
@@ -6,8 +6,8 @@ use super::{Channel, Interpolation, Pose, PosedLight, Scene, Transform, Values};
 use crate::{Error, Result};
 
 impl Scene {
-    /// The scene as `animation` has it at `time_s` seconds; at the file's own transforms where `animation` is `None`.
-    /// Before a channel's first key and after its last, these keys hold.
+    /// The pose at `time_s` seconds of `animation`; with the file's own transforms if `animation` is `None`. Before its
+    /// first key and after its last one a channel is constant.
     pub fn pose(&self, animation: Option<usize>, time_s: f32) -> Pose {
         let mut locals: Vec<Transform> = self.nodes.iter().map(|n| n.local).collect();
         if let Some(animation) = animation.and_then(|a| self.animations.get(a)) {
@@ -25,7 +25,7 @@ impl Scene {
         }
     }
 
-    /// Every node's place in the world without animation.
+    /// The transform of every node without animation.
     pub(super) fn world_from_nodes(&self) -> Vec<DAffine3> {
         self.compose(&self.nodes.iter().map(|n| n.local).collect::<Vec<_>>())
     }
@@ -39,18 +39,18 @@ impl Scene {
         world
     }
 
-    /// The animation called `name`, or number `name`.
+    /// The index of the animation with the name or number `name`.
     ///
     /// # Errors
-    /// [`Error::Usage`] that lists what there is.
+    /// [`Error::Usage`] with a list of the animations.
     pub fn animation_named(&self, name: &str) -> Result<usize> {
         named("animation", name, self.animations.iter().map(|a| a.name.as_str()))
     }
 
-    /// The camera called `name`, or number `name`.
+    /// The index of the camera with the name or number `name`.
     ///
     /// # Errors
-    /// [`Error::Usage`] that lists what there is.
+    /// [`Error::Usage`] with a list of the cameras.
     pub fn camera_named(&self, name: &str) -> Result<usize> {
         named("camera", name, self.cameras.iter().map(|c| c.name.as_str()))
     }
@@ -70,7 +70,7 @@ fn named<'a>(kind: &str, name: &str, names: impl Iterator<Item = &'a str>) -> Re
 }
 
 impl Transform {
-    /// Parent's space from this node's.
+    /// The parent's space from the node's space.
     pub fn matrix(&self) -> DAffine3 {
         match *self {
             Self::Matrix(matrix) => matrix,
@@ -82,7 +82,7 @@ impl Transform {
 }
 
 impl Values {
-    /// How many values there are; not the number of keys for cubic splines.
+    /// The number of values: of keys, or three times as many for cubic splines.
     pub(super) fn count(&self) -> usize {
         match self {
             Self::Translation(v) | Self::Scale(v) => v.len(),
@@ -103,7 +103,7 @@ impl Channel {
         }
     }
 
-    /// The key before `time_s`, the part of the way to the next, and that way's length in seconds.
+    /// The key before `time_s`, the position between it and the next key (0 to 1), and the seconds between the two.
     fn span(&self, time_s: f32) -> (usize, f64, f64) {
         let after = self.times.partition_point(|t| *t <= time_s);
         if after == 0 || after == self.times.len() {

@@ -1,4 +1,4 @@
-//! Axis-aligned boxes, a scene's extent over a whole animation, and counts of triangles.
+//! Axis-aligned boxes, the bounds of a scene over an animation, and triangle counts.
 
 use std::borrow::Cow;
 
@@ -7,10 +7,10 @@ use rayon::prelude::*;
 
 use super::{Bounds, Pose, Scene};
 
-/// Uniform times at which [`Scene::bounds`] looks at an animation, beside every key.
+/// Uniform times at which [`Scene::bounds`] samples an animation, in addition to every key.
 const UNIFORM_TIMES: usize = 64;
 const TIMES_MAX: usize = 4096;
-/// Vertices times samples up to which every vertex is looked at: about a second.
+/// Up to this number of vertices × times every vertex is transformed, which takes about a second.
 const VERTEX_SAMPLES_MAX: usize = 1 << 28;
 
 impl Bounds {
@@ -20,12 +20,12 @@ impl Bounds {
         self.min.cmpgt(self.max).any()
     }
 
-    /// The smallest box that holds both.
-    pub fn union(self, other: Self) -> Self {
+    /// The smallest box that contains both.
+    fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// The smallest box that also holds `point`.
+    /// The smallest box that also contains `point`.
     pub fn include(self, point: DVec3) -> Self {
         self.union(Self { min: point, max: point })
     }
@@ -42,12 +42,12 @@ impl Bounds {
 }
 
 impl Scene {
-    /// The box around all vertices over the whole of `animation`, in metres: at its keys and at 64 uniform times. Motion
-    /// between these (the arc of a fast rotation) can stick out by a little. Very long animations are looked at in 4096
-    /// uniform times, of very large meshes by the boxes around them. Empty for a scene without meshes.
+    /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion
+    /// between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at
+    /// 4096 uniform times, and very large meshes are replaced by their boxes. Empty for a scene without meshes.
     pub fn bounds(&self, animation: Option<usize>) -> Bounds {
         let times = self.sample_times(animation);
-        let points: Vec<Cow<[Vec3]>> = self.meshes.iter().map(|m| outline(&m.positions, times.len())).collect();
+        let points: Vec<Cow<[Vec3]>> = self.meshes.iter().map(|m| hull_points(&m.positions, times.len())).collect();
         let over = |times: &[f32]| {
             let (mut bounds, mut last) = (Bounds::EMPTY, Vec::new());
             for &time in times {
@@ -77,12 +77,12 @@ impl Scene {
         if times.len() > TIMES_MAX { uniform(TIMES_MAX).collect() } else { times }
     }
 
-    /// Triangles over all instances.
+    /// The number of triangles of all instances.
     pub fn triangle_count(&self) -> usize {
         self.instances.iter().map(|i| self.meshes[i.mesh].indices.len() / 3).sum()
     }
 
-    /// Triangles over all instances that have no area in the world at `pose`. They stay in the meshes.
+    /// The number of triangles of all instances without area in world space at `pose`.
     pub fn degenerate_triangles(&self, pose: &Pose) -> usize {
         let count = |(instance, world): (&super::Instance, &DAffine3)| {
             let mesh = &self.meshes[instance.mesh];
@@ -97,8 +97,8 @@ impl Scene {
     }
 }
 
-/// Points whose bounds hold those of `positions` under any transform: themselves, or their box's corners.
-fn outline(positions: &[Vec3], samples: usize) -> Cow<'_, [Vec3]> {
+/// Points whose bounds contain those of `positions` under any transform: the positions themselves, or their box's corners.
+fn hull_points(positions: &[Vec3], samples: usize) -> Cow<'_, [Vec3]> {
     if positions.len().saturating_mul(samples) <= VERTEX_SAMPLES_MAX {
         return Cow::Borrowed(positions);
     }

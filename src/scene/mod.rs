@@ -1,14 +1,13 @@
 //! A scene as plain data in SI units: metres, right-handed, +Y up, linear Rec. 709 (glTF's conventions).
 //!
-//! [`Scene`] holds what does not move; [`Scene::pose`] places it at a time. Renderer and reference both take a
-//! `(&Scene, &Pose)` and nothing else. Positions in the world are f64, so that a scene 10⁷ m away loses nothing.
+//! [`Scene`] is independent of time; [`Scene::pose`] gives the transforms at a time. The renderer and the reference take both.
+//! World positions are f64, so that a scene 10⁷ m from the origin keeps its precision.
 
 pub mod analytic;
 mod animation;
 mod bounds;
 mod builder;
 mod camera;
-pub mod gloss;
 mod gltf;
 mod lights;
 pub mod surface;
@@ -18,12 +17,12 @@ pub use gltf::LoadOptions;
 
 use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 
-/// Everything loaded from one file. See the module's docs.
+/// The content of one file.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// The file's stem, or a name of its own.
+    /// The name of the file without its extension, or a name given in code.
     pub name: String,
-    /// One per glTF primitive; triangles in object space.
+    /// One per glTF primitive.
     pub meshes: Vec<Mesh>,
     /// Index 0 is always glTF's default material.
     pub materials: Vec<Material>,
@@ -32,37 +31,37 @@ pub struct Scene {
     /// The node tree, parents before children.
     pub nodes: Vec<Node>,
     pub animations: Vec<Animation>,
-    /// Meshes, lights and cameras as they hang on nodes.
+    /// Meshes, lights and cameras refer to nodes.
     pub instances: Vec<Instance>,
     pub lights: Vec<Light>,
     pub cameras: Vec<Camera>,
-    /// Constant radiance of everything beyond the scene, seen and lighting.
+    /// Constant radiance from all directions beyond the scene. It is visible and it lights the scene.
     pub sky: Vec3,
-    /// Hash over every byte of the file, its buffers and its images (hex).
+    /// Hash of all bytes of the file, its buffers and its images, in hexadecimal.
     pub hash: String,
-    /// One sentence per thing that was ignored or simplified while loading.
+    /// One sentence for everything that the loader ignored or simplified.
     pub warnings: Vec<String>,
 }
 
-/// Triangles of one material, in object space. All vertex arrays have equal length.
+/// Triangles of one material, in object space. All vertex arrays have the same length.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     pub name: String,
     pub positions: Vec<Vec3>,
-    /// Unit length; flat normals are made where the file has none.
+    /// Unit length; flat normals if the file has none.
     pub normals: Vec<Vec3>,
-    /// Unit length, w = ±1: the sign of the bitangent. (1,0,0,1) where no normal map needs it.
+    /// Unit length, w = ±1: the sign of the bitangent. (1,0,0,1) without a normal map.
     pub tangents: Vec<Vec4>,
-    /// Two sets; zeros where absent.
+    /// Two sets; zeros if absent.
     pub uvs: [Vec<Vec2>; 2],
-    /// Linear; (1,1,1,1) where absent.
+    /// Linear; (1,1,1,1) if absent.
     pub colors: Vec<Vec4>,
     /// 3 per triangle.
     pub indices: Vec<u32>,
     pub material: usize,
 }
 
-/// glTF 2.0 metallic-roughness, with the KHR extensions that twobounce knows. Factors are linear.
+/// glTF 2.0 metallic-roughness with the supported KHR extensions. Factors are linear.
 #[derive(Clone, Debug)]
 pub struct Material {
     pub name: String,
@@ -82,9 +81,9 @@ pub struct Material {
     /// sRGB.
     pub emissive_texture: Option<TextureRef>,
     pub alpha: Alpha,
-    /// A doubleSided triangle is two surfaces, each lit for its own side.
+    /// A double-sided triangle is two surfaces, each lit from its own side.
     pub double_sided: bool,
-    /// KHR_materials_unlit: shows base colour, neither lit nor lighting.
+    /// KHR_materials_unlit: shows the base colour, is not lit and emits no light onto others.
     pub unlit: bool,
     pub ior: f32,
     pub specular: f32,
@@ -96,19 +95,19 @@ pub struct Material {
     pub transmission: f32,
     /// Linear: R.
     pub transmission_texture: Option<TextureRef>,
-    /// Metres in object space; 0 is thin-walled: transmission goes straight through.
+    /// Metres in object space; 0 is thin-walled: transmission is not refracted.
     pub thickness: f32,
     /// Linear: G.
     pub thickness_texture: Option<TextureRef>,
     pub attenuation_color: Vec3,
-    /// Metres; infinite where there is no attenuation.
+    /// Metres; infinite without attenuation.
     pub attenuation_distance: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Alpha {
     Opaque,
-    /// Texels below the cutoff are holes.
+    /// Alpha below the cutoff is a hole.
     Mask(f32),
     Blend,
 }
@@ -147,26 +146,26 @@ impl Default for Material {
     }
 }
 
-/// A texture as a material uses it.
+/// A texture slot of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureRef {
-    /// Into [`Scene::textures`].
+    /// Index into [`Scene::textures`].
     pub texture: usize,
-    /// 0 or 1, KHR_texture_transform's override applied.
+    /// 0 or 1, with the override of KHR_texture_transform.
     pub uv_set: usize,
-    /// KHR_texture_transform; the identity where absent.
+    /// KHR_texture_transform; the identity if absent.
     pub transform: Affine2,
 }
 
-/// An image and how it is sampled.
+/// An image and its sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
-    /// Into [`Scene::images`].
+    /// Index into [`Scene::images`].
     pub image: usize,
     pub wrap: [Wrap; 2],
-    /// Bilinear between texels when magnified.
+    /// Bilinear filter for magnification, else nearest texel.
     pub mag_linear: bool,
-    /// Bilinear between texels when minified.
+    /// Bilinear filter for minification, else nearest texel.
     pub min_linear: bool,
     pub mip: Mip,
 }
@@ -178,7 +177,7 @@ pub enum Wrap {
     Clamp,
 }
 
-/// What the minification filter does with mip levels.
+/// The use of mip levels in minification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mip {
     /// Level 0 only.
@@ -187,7 +186,7 @@ pub enum Mip {
     Linear,
 }
 
-/// 8-bit RGBA, rows from the top, as stored (sRGB or linear is the material slot's to say).
+/// 8-bit RGBA, rows from the top, as stored. The material slot decides between sRGB and linear.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
     pub name: String,
@@ -200,19 +199,19 @@ pub struct Image {
 #[derive(Clone, Debug)]
 pub struct Node {
     pub name: String,
-    /// Into [`Scene::nodes`], less than this node's own index.
+    /// Index into [`Scene::nodes`], less than the node's own index.
     pub parent: Option<usize>,
     pub local: Transform,
 }
 
-/// A node's own transform; `matrix` where the file gives one (such nodes are never animated).
+/// A node's own transform; `Matrix` only for nodes that are not animated.
 #[derive(Clone, Copy, Debug)]
 pub enum Transform {
     Matrix(DAffine3),
     Trs { translation: DVec3, rotation: glam::DQuat, scale: DVec3 },
 }
 
-/// A mesh hung on a node.
+/// A mesh at a node.
 #[derive(Clone, Copy, Debug)]
 pub struct Instance {
     pub mesh: usize,
@@ -226,10 +225,10 @@ pub struct Light {
     pub kind: LightKind,
     /// Colour × intensity. Point and spot: irradiance × m² (I/d²); directional: irradiance.
     pub intensity: Vec3,
-    /// Metres; infinite where the file gives none. glTF's window: max(min(1 − (d/range)⁴, 1), 0).
+    /// Metres; infinite if the file gives none. The intensity is multiplied by glTF's window max(min(1 − (d/range)⁴, 1), 0).
     pub range: f32,
-    /// Radius of the emitter for soft cone shadows, metres (`extras.radius`); 0 is hard. Directional lights: the tangent
-    /// of the half angle under which the light is seen.
+    /// Radius of the light for soft shadows, metres (`extras.radius`); 0 gives hard shadows. Directional lights: the
+    /// tangent of the light's half angle.
     pub radius: f32,
 }
 
@@ -255,7 +254,7 @@ pub struct Camera {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// `fov` vertical, radians. The image's own aspect ratio is used. `far` may be infinite.
+    /// `fov` is vertical, in radians. The aspect ratio is the image's. `far` may be infinite.
     Perspective { fov: f32, near: f32, far: f32 },
     /// `half_height` in metres.
     Orthographic { half_height: f32, near: f32, far: f32 },
@@ -272,13 +271,13 @@ pub struct Animation {
 #[derive(Clone, Debug)]
 pub struct Channel {
     pub node: usize,
-    /// Seconds, never decreasing.
+    /// Seconds, in ascending order.
     pub times: Vec<f32>,
     pub values: Values,
     pub interpolation: Interpolation,
 }
 
-/// One per key; three per key (in-tangent, value, out-tangent) for cubic splines.
+/// One value per key; for cubic splines three: in-tangent, value, out-tangent.
 #[derive(Clone, Debug)]
 pub enum Values {
     Translation(Vec<Vec3>),
@@ -293,7 +292,7 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// The scene at one time, in world space. Arrays run parallel to the scene's.
+/// World-space transforms at one time, in the order of the scene's instances, lights and cameras.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
     pub world_from_instance: Vec<DAffine3>,
@@ -304,11 +303,11 @@ pub struct Pose {
 #[derive(Clone, Copy, Debug)]
 pub struct PosedLight {
     pub position: DVec3,
-    /// Unit; the way the light shines (its node's −Z).
+    /// The direction in which the light shines (its node's −Z), unit.
     pub direction: DVec3,
 }
 
-/// A camera placed in the world, ready to render with. Axes are unit and orthogonal.
+/// A camera in world space. The axes are unit and orthogonal.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     pub eye: DVec3,

@@ -1,22 +1,22 @@
-//! What renderer and reference must agree on at a point of a surface: which sides exist, and what the material is there.
+//! Surface evaluation for the renderer and the reference: visible sides, material parameters, normals, falloff of lights.
 //!
-//! Formulas: glTF 2.0 appendix B and the KHR_materials extensions. Nothing here knows about light.
+//! Formulas: glTF 2.0 appendix B and the KHR_materials extensions.
 
 use glam::{DAffine3, DMat3, Vec2, Vec3, Vec4};
 
 use super::texture::{ColorSpace, Sampling};
 use super::{Alpha, Material, Scene};
 
-/// Below this GGX is a mirror for every purpose: α = 10⁻⁴ keeps its peak within f32.
-pub const ROUGHNESS_MIN: f32 = 0.01;
+/// The least roughness, practically a mirror: α = 10⁻⁴ keeps the peak of GGX within f32.
+const ROUGHNESS_MIN: f32 = 0.01;
 
-/// Where on a surface: interpolated attributes and how wide one looks.
+/// Interpolated attributes at a point of a surface, and the filter footprint there.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
     pub uvs: [Vec2; 2],
     /// The vertex colour.
     pub color: Vec4,
-    /// Side of the square over which textures are filtered, in units of each uv set; 0 for a point.
+    /// Side of the square over which textures are filtered, in the units of each uv set; 0 for a point.
     pub footprint: [f32; 2],
 }
 
@@ -25,32 +25,28 @@ pub struct SurfacePoint {
 pub struct SurfaceParams {
     /// Factor × texture × vertex colour.
     pub base_color: Vec3,
-    /// 0 to 1 as the alpha mode has it: see [`Alpha::opacity`].
+    /// 0 to 1: see [`Alpha::opacity`].
     pub opacity: f32,
     pub metallic: f32,
-    /// Perceptual; GGX's α is its square. At least [`ROUGHNESS_MIN`].
+    /// Perceptual; GGX's α is its square. At least `ROUGHNESS_MIN`.
     pub roughness: f32,
-    /// Radiance, on the front, and on the back where the material is double-sided.
+    /// Radiance on the front, and on the back of double-sided materials.
     pub emissive: Vec3,
-    /// Albedo of the diffuse part before Fresnel: base colour × (1 − metallic). Transmission takes its share of this.
+    /// Albedo of the diffuse part before Fresnel: base colour × (1 − metallic). Includes the share that is transmitted instead.
     pub diffuse: Vec3,
-    /// Reflectance along the normal: min(((ior−1)/(ior+1))² · specular colour, 1) · specular, mixed with the base colour
+    /// Reflectance at normal incidence: min(((ior−1)/(ior+1))² · specular colour, 1) · specular, mixed with the base colour
     /// by metallic.
     pub f0: Vec3,
     /// Reflectance at grazing angles: specular, mixed with 1 by metallic.
     pub f90: f32,
-    /// Share of the diffuse part that goes through instead: transmission × (1 − metallic).
+    /// Share of the diffuse part that is transmitted instead: transmission × (1 − metallic).
     pub transmission: f32,
-    /// Metres in object space; 0 is thin-walled.
-    pub thickness: f32,
-    /// For refraction: at least 1, also where the material's 0 means "reflects everything".
+    /// For refraction, at least 1. The material's special value 0, "reflects everything", becomes 1.
     pub ior: f32,
-    /// Absorption per metre by Beer's law: see [`SurfaceParams::transmittance`].
+    /// Absorption coefficient per metre: see [`SurfaceParams::transmittance`].
     pub absorption: Vec3,
-    /// The normal map's normal, unit, in the tangent frame; (0, 0, 1) where there is none.
+    /// The normal map's normal, unit, in the tangent frame; (0, 0, 1) without a map.
     pub normal_tangent: Vec3,
-    /// 1 is open. For images without traced occlusion only.
-    pub occlusion: f32,
     pub unlit: bool,
 }
 
@@ -58,7 +54,7 @@ impl Material {
     /// The material at `point`.
     #[inline]
     pub fn evaluate(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> SurfaceParams {
-        let sample = |slot: &Option<_>, space| textures.sample(scene, slot.as_ref(), space, point.uvs, point.footprint);
+        let sample = |slot: &Option<_>, space| textures.sample(scene, slot.as_ref(), space, point);
         let base = self.base_color * sample(&self.base_color_texture, ColorSpace::Srgb) * point.color;
         let metallic_roughness = sample(&self.metallic_roughness_texture, ColorSpace::Linear);
         let metallic = self.metallic * metallic_roughness.z;
@@ -66,7 +62,6 @@ impl Material {
         let specular_color = self.specular_color * sample(&self.specular_color_texture, ColorSpace::Srgb).truncate();
         let transmission = self.transmission * sample(&self.transmission_texture, ColorSpace::Linear).x;
         let dielectric_f0 = (dielectric_f0(self.ior) * specular_color).min(Vec3::ONE) * specular;
-        let occlusion = sample(&self.occlusion_texture, ColorSpace::Linear).x;
         SurfaceParams {
             base_color: base.truncate(),
             opacity: self.alpha.opacity(base.w),
@@ -77,31 +72,29 @@ impl Material {
             f0: dielectric_f0.lerp(base.truncate(), metallic),
             f90: specular + (1.0 - specular) * metallic,
             transmission: transmission * (1.0 - metallic),
-            thickness: self.thickness * sample(&self.thickness_texture, ColorSpace::Linear).y,
             ior: self.ior.max(1.0),
             absorption: absorption(self.attenuation_color, self.attenuation_distance),
             normal_tangent: self.normal_map(sample(&self.normal_texture, ColorSpace::Linear)),
-            occlusion: 1.0 + self.occlusion_strength * (occlusion - 1.0),
             unlit: self.unlit,
         }
     }
 
-    /// Only what a ray needs to know to pass: [`SurfaceParams::opacity`] without the rest.
+    /// Only [`SurfaceParams::opacity`], for rays that pass the surface.
     pub fn opacity(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> f32 {
         if self.alpha == Alpha::Opaque {
             return 1.0;
         }
         let slot = self.base_color_texture.as_ref();
-        let texel = textures.sample(scene, slot, ColorSpace::Srgb, point.uvs, point.footprint);
+        let texel = textures.sample(scene, slot, ColorSpace::Srgb, point);
         self.alpha.opacity(self.base_color.w * texel.w * point.color.w)
     }
 
-    /// Whether this side of a triangle is drawn, lit, stored and emits. A side that is not still blocks light.
+    /// Whether this side of a triangle is visible, is lit and emits. The other side still blocks light.
     pub fn shows(&self, front: bool) -> bool {
         front || self.double_sided
     }
 
-    /// glTF 2.0, 3.9.3: texel to [−1, 1], x and y scaled, normalised.
+    /// glTF 2.0, 3.9.3: maps the texel to [−1, 1], scales x and y, normalises.
     fn normal_map(&self, texel: Vec4) -> Vec3 {
         if self.normal_texture.is_none() {
             return Vec3::Z;
@@ -112,7 +105,7 @@ impl Material {
 }
 
 impl Alpha {
-    /// How much of what lies behind is hidden, for the product `alpha` of factor, texture and vertex colour.
+    /// The share of light from behind that is blocked, for the product `alpha` of factor, texture and vertex colour.
     pub fn opacity(self, alpha: f32) -> f32 {
         match self {
             Self::Opaque => 1.0,
@@ -124,24 +117,19 @@ impl Alpha {
 }
 
 impl SurfaceParams {
-    /// Share of the surface that is neither metal nor transmits, 0 to 1; 0 where it is unlit.
+    /// Share of the surface that is neither metallic nor transmitting, 0 to 1; 0 if unlit.
     pub fn diffuse_share(&self) -> f32 {
         if self.unlit { 0.0 } else { 1.0 - self.metallic - self.transmission }
     }
 
-    /// Schlick's reflectance at the cosine between view and half vector.
-    pub fn fresnel(&self, cos: f32) -> Vec3 {
-        self.f0 + (Vec3::splat(self.f90) - self.f0) * (1.0 - cos).clamp(0.0, 1.0).powi(5)
-    }
-
-    /// What is left of light after `distance` metres inside (Beer's law).
+    /// Transmittance of `distance` metres inside the volume (Beer's law).
     pub fn transmittance(&self, distance: f32) -> Vec3 {
         (-self.absorption * distance).exp()
     }
 }
 
-/// KHR_materials_ior: reflectance along the normal against air. Index 0 means 1 (reflects everything).
-pub fn dielectric_f0(ior: f32) -> f32 {
+/// KHR_materials_ior: reflectance at normal incidence from air. Index 0 gives 1 (reflects everything).
+fn dielectric_f0(ior: f32) -> f32 {
     ((ior - 1.0) / (ior + 1.0)).powi(2)
 }
 
@@ -150,12 +138,12 @@ fn absorption(color: Vec3, distance: f32) -> Vec3 {
     if distance.is_infinite() { Vec3::ZERO } else { -color.max(Vec3::splat(1e-10)).map(f32::ln) / distance }
 }
 
-/// Takes an instance's normals and tangents to world space. Mirrored instances (negative determinant) keep outward
-/// normals; their winding and their tangents' sign turn over.
+/// Transforms an instance's normals and tangents to world space. Normals of mirrored instances (negative determinant) still
+/// point outward; the winding and the sign of the tangents are reversed.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldFrame {
     linear: DMat3,
-    /// Inverse transpose up to a positive factor; exists for flattened instances too.
+    /// The inverse transpose up to a positive factor; exists for singular transforms too.
     normal: DMat3,
     /// −1 for a mirrored instance, else 1.
     pub winding: f32,
@@ -170,13 +158,13 @@ impl WorldFrame {
         Self { linear, normal, winding: winding as f32 }
     }
 
-    /// A unit normal in the world.
+    /// A unit normal in world space.
     #[inline]
     pub fn normal(&self, normal: Vec3) -> Vec3 {
         (self.normal * normal.as_dvec3()).try_normalize().map_or(normal, |n| n.as_vec3())
     }
 
-    /// A unit tangent in the world; w keeps the bitangent on its side: it is cross(normal, tangent) · w.
+    /// A unit tangent in world space; the bitangent is cross(normal, tangent) · w.
     #[inline]
     pub fn tangent(&self, tangent: Vec4) -> Vec4 {
         let direction = (self.linear * tangent.truncate().as_dvec3()).try_normalize();
@@ -184,8 +172,8 @@ impl WorldFrame {
     }
 }
 
-/// The normal that a normal map makes of the interpolated unit `normal` and `tangent`, in their space, for the front side.
-/// Seen from behind it is to be negated.
+/// The front side's normal with the normal map's `normal_tangent`, in the space of the interpolated unit `normal` and
+/// `tangent`. For the back it must be negated.
 #[inline]
 pub fn shading_normal(normal: Vec3, tangent: Vec4, normal_tangent: Vec3) -> Vec3 {
     let bitangent = normal.cross(tangent.truncate()) * tangent.w;
@@ -193,12 +181,12 @@ pub fn shading_normal(normal: Vec3, tangent: Vec4, normal_tangent: Vec3) -> Vec3
     mapped.try_normalize().unwrap_or(normal)
 }
 
-/// KHR_lights_punctual: the window that ends a light at its `range`; 1 where that is infinite.
+/// KHR_lights_punctual: the window that limits a light to its `range`; 1 for an infinite range.
 pub fn range_window(distance: f32, range: f32) -> f32 {
     if range.is_infinite() { 1.0 } else { (1.0 - (distance / range).powi(4)).clamp(0.0, 1.0) }
 }
 
-/// KHR_lights_punctual: the cone's falloff at the cosine between the light's axis and the way to the point.
+/// KHR_lights_punctual: the spot's falloff at the cosine between its axis and the direction to the point.
 pub fn spot_falloff(cos: f32, inner: f32, outer: f32) -> f32 {
     let (cos_inner, cos_outer) = (inner.cos(), outer.cos());
     let scale = 1.0 / (cos_inner - cos_outer).max(1e-3);

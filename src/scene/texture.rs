@@ -1,7 +1,7 @@
-//! Mip chains and their sampling on the CPU. The GPU uploads the same bytes, so that both see the same texels.
+//! Mip chains and their sampling on the CPU. The GPU gets the same bytes.
 //!
-//! Levels are made in linear light: sRGB slots are decoded, box-filtered in f32 and encoded again; alpha is always linear.
-//! Each level is made from the one above before its rounding to 8 bits.
+//! Levels are filtered in linear light: sRGB colours are decoded, box-filtered in f32 and encoded again; alpha is always
+//! linear. Each level is computed from the values of the level above before their rounding to 8 bits.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
@@ -9,9 +9,10 @@ use std::sync::LazyLock;
 use glam::{Vec2, Vec4};
 use rayon::prelude::*;
 
+use super::surface::SurfacePoint;
 use super::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
 
-/// What a slot takes its texels for. One image can be used as both.
+/// The encoding of a slot's texels. Different slots may use one image in both ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ColorSpace {
     /// Red, green and blue are sRGB-encoded; alpha is linear.
@@ -33,7 +34,7 @@ static SRGB_BYTES: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|
 static LINEAR_BYTES: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|b| b as f32 / 255.0));
 
 impl ColorSpace {
-    /// Linear value of every byte in a colour channel.
+    /// The linear value of each byte of a colour channel.
     pub fn table(self) -> &'static [f32; 256] {
         match self {
             Self::Srgb => &SRGB_BYTES,
@@ -48,7 +49,7 @@ impl ColorSpace {
     }
 }
 
-/// One level: 8-bit RGBA, rows from the top, encoded as the image is.
+/// One level: 8-bit RGBA, rows from the top, in the encoding of the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
     pub width: u32,
@@ -57,7 +58,7 @@ pub struct Level {
     pub rgba: Vec<u8>,
 }
 
-/// An image and all its levels down to 1×1, each half the size of the one above, rounded down (Vulkan's rule).
+/// An image and all its levels down to 1×1. Each has half the size of the level above, rounded down (Vulkan's rule).
 #[derive(Clone, Debug)]
 pub struct MipChain {
     pub space: ColorSpace,
@@ -78,64 +79,70 @@ impl MipChain {
         Self { space, levels }
     }
 
-    /// Linear colour and alpha at `uv`, filtered as `texture` says. `level` is log₂ of the footprint in texels of level 0:
-    /// at 0 and below the texture is magnified (Vulkan's rule).
+    /// Linear colour and alpha at `uv` with the filters of `texture`. `level` is log₂ of the footprint in texels of level 0;
+    /// the magnification filter applies at 0 and below (Vulkan's rule).
     pub fn sample(&self, texture: &Texture, uv: Vec2, level: f32) -> Vec4 {
         let last = (self.levels.len() - 1) as f32;
+        let sample = |level: usize, linear: bool| self.sample_level(level, Lookup { texture, uv, linear });
         if level <= 0.0 {
-            return self.sample_level(texture, uv, 0, texture.mag_linear);
+            return sample(0, texture.mag_linear);
         }
         let level = level.min(last);
         match texture.mip {
-            Mip::None => self.sample_level(texture, uv, 0, texture.min_linear),
-            Mip::Nearest => self.sample_level(texture, uv, (level + 0.5).ceil() as usize - 1, texture.min_linear),
+            Mip::None => sample(0, texture.min_linear),
+            Mip::Nearest => sample((level + 0.5).ceil() as usize - 1, texture.min_linear),
             Mip::Linear => {
-                let fine = self.sample_level(texture, uv, level as usize, texture.min_linear);
+                let fine = sample(level as usize, texture.min_linear);
                 if level.fract() == 0.0 {
                     return fine;
                 }
-                fine.lerp(self.sample_level(texture, uv, level as usize + 1, texture.min_linear), level.fract())
+                fine.lerp(sample(level as usize + 1, texture.min_linear), level.fract())
             }
         }
     }
 
-    fn sample_level(&self, texture: &Texture, uv: Vec2, level: usize, linear: bool) -> Vec4 {
+    fn sample_level(&self, level: usize, lookup: Lookup) -> Vec4 {
         let level = &self.levels[level];
-        filtered(texture, uv, [level.width, level.height], linear, |column, row| {
+        lookup.filtered([level.width, level.height], |column, row| {
             let at = 4 * (row * level.width as usize + column);
             decode(self.space, &level.rgba[at..at + 4])
         })
     }
 }
 
-/// An image of `size` texels at `uv`, wrapped as `texture` says: the nearest `texel` of column and row, or `linear` between
-/// the four around.
-#[inline]
-pub fn filtered(
-    texture: &Texture,
-    uv: Vec2,
-    size: [u32; 2],
-    linear: bool,
-    texel: impl Fn(usize, usize) -> Vec4,
-) -> Vec4 {
-    // Whole turns change nothing and cost precision far from 0.
-    let turn = |wrap: Wrap, x: f32| match wrap {
-        Wrap::Repeat => x - x.floor(),
-        Wrap::Mirror => x - 2.0 * (0.5 * x).floor(),
-        Wrap::Clamp => x.clamp(-1.0, 2.0),
-    };
-    let turned = Vec2::new(turn(texture.wrap[0], uv.x), turn(texture.wrap[1], uv.y));
-    let at = turned * Vec2::new(size[0] as f32, size[1] as f32);
-    let column = |x: f32| wrap(texture.wrap[0], x, size[0]);
-    let row = |y: f32| wrap(texture.wrap[1], y, size[1]);
-    if !linear {
-        return texel(column(at.x.floor()), row(at.y.floor()));
+/// One lookup in one level of a texture.
+#[derive(Clone, Copy)]
+pub struct Lookup<'a> {
+    pub texture: &'a Texture,
+    pub uv: Vec2,
+    /// Bilinear between four texels, else the nearest texel.
+    pub linear: bool,
+}
+
+impl Lookup<'_> {
+    /// The filtered value in an image of `size` texels, of which `texel` gives each by column and row.
+    #[inline]
+    pub fn filtered(self, size: [u32; 2], texel: impl Fn(usize, usize) -> Vec4) -> Vec4 {
+        let Self { texture, uv, linear } = self;
+        // Whole periods do not change the result and cost precision far from 0.
+        let reduce = |wrap: Wrap, x: f32| match wrap {
+            Wrap::Repeat => x - x.floor(),
+            Wrap::Mirror => x - 2.0 * (0.5 * x).floor(),
+            Wrap::Clamp => x.clamp(-1.0, 2.0),
+        };
+        let reduced = Vec2::new(reduce(texture.wrap[0], uv.x), reduce(texture.wrap[1], uv.y));
+        let at = reduced * Vec2::new(size[0] as f32, size[1] as f32);
+        let column = |x: f32| wrap(texture.wrap[0], x, size[0]);
+        let row = |y: f32| wrap(texture.wrap[1], y, size[1]);
+        if !linear {
+            return texel(column(at.x.floor()), row(at.y.floor()));
+        }
+        let corner = (at - 0.5).floor();
+        let part = at - 0.5 - corner;
+        let (columns, rows) = ([corner.x, corner.x + 1.0].map(column), [corner.y, corner.y + 1.0].map(row));
+        let mixed = |row: usize| texel(columns[0], row).lerp(texel(columns[1], row), part.x);
+        mixed(rows[0]).lerp(mixed(rows[1]), part.y)
     }
-    let corner = (at - 0.5).floor();
-    let part = at - 0.5 - corner;
-    let (columns, rows) = ([corner.x, corner.x + 1.0].map(column), [corner.y, corner.y + 1.0].map(row));
-    let mixed = |row: usize| texel(columns[0], row).lerp(texel(columns[1], row), part.x);
-    mixed(rows[0]).lerp(mixed(rows[1]), part.y)
 }
 
 #[inline]
@@ -145,12 +152,12 @@ fn decode(space: ColorSpace, texel: &[u8]) -> Vec4 {
     Vec4::new(r, g, b, LINEAR_BYTES[texel[3] as usize])
 }
 
-/// The texel that coordinate `x` falls on in a row of `size`: a whole number, within one texel of what `turn` leaves, so that
-/// no division is needed.
+/// The texel at coordinate `x` in a row of `size` texels. `x` is a whole number at most one texel outside the reduced range of
+/// [`Lookup::filtered`], so no division is needed.
 #[inline]
 fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
     let (x, size) = (x as i32, size as i32);
-    let into = |x: i32, size: i32| {
+    let wrap_once = |x: i32, size: i32| {
         if x < 0 {
             x + size
         } else if x >= size {
@@ -160,9 +167,9 @@ fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
         }
     };
     let texel = match wrap {
-        Wrap::Repeat => into(x, size),
+        Wrap::Repeat => wrap_once(x, size),
         Wrap::Mirror => {
-            let x = into(x, 2 * size);
+            let x = wrap_once(x, 2 * size);
             x.min(2 * size - 1 - x)
         }
         Wrap::Clamp => x.clamp(0, size - 1),
@@ -170,15 +177,15 @@ fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
     texel as usize
 }
 
-/// A level in linear light, by texel number.
+/// A level in linear light: its size, and its texels by number.
 struct Texels<F: Fn(usize) -> Vec4> {
     size: [usize; 2],
     texel: F,
 }
 
 impl<F: Fn(usize) -> Vec4> Texels<F> {
-    /// Size and texels of the next level: each averages what it covers of this one, by area. For odd sizes that takes in
-    /// parts of texels, so that no row or column is lost and nothing shifts.
+    /// Size and texels of the next level: each texel is the mean over the area that it covers in this level. For odd sizes that
+    /// includes parts of texels, so that no row or column is lost and the image does not shift.
     fn halved(&self) -> ([usize; 2], Vec<Vec4>) {
         let size = self.size.map(|n| (n / 2).max(1));
         let taps = |axis: usize| (0..size[axis]).map(|i| coverage(i, self.size[axis], size[axis])).collect::<Vec<_>>();
@@ -191,21 +198,21 @@ impl<F: Fn(usize) -> Vec4> Texels<F> {
     }
 }
 
-/// Old texels under new texel `i` and their share of it. In whole numbers: an old texel is `to` long, a new one `from`.
+/// The old texels that new texel `i` covers, and their weights. In integers: an old texel is `to` wide, a new one `from`.
 fn coverage(i: usize, from: usize, to: usize) -> Vec<(usize, f32)> {
     let (start, end) = (i * from, (i + 1) * from);
     let covered = |x: usize| ((x + 1) * to).min(end) - (x * to).max(start);
     (start / to..end.div_ceil(to)).map(|x| (x, covered(x) as f32 / from as f32)).collect()
 }
 
-/// The mip chains of every image in every colour space that a scene's materials use it in.
+/// The mip chains of a scene: one for each image and colour space that materials use.
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     chains: BTreeMap<(usize, ColorSpace), MipChain>,
 }
 
 impl Textures {
-    /// Made in parallel.
+    /// Computes the chains in parallel.
     pub fn new(scene: &Scene) -> Self {
         let slots = scene.materials.iter().flat_map(Material::texture_slots);
         let used: BTreeSet<_> = slots.map(|(slot, space)| (scene.textures[slot.texture].image, space)).collect();
@@ -213,46 +220,32 @@ impl Textures {
         Self { chains: used.into_par_iter().map(make).collect() }
     }
 
-    /// The chain of image `image` as used in `space`; `None` where no material uses it so.
-    pub fn chain(&self, image: usize, space: ColorSpace) -> Option<&MipChain> {
+    /// The chain of image `image` in `space`; `None` if no material uses it.
+    fn chain(&self, image: usize, space: ColorSpace) -> Option<&MipChain> {
         self.chains.get(&(image, space))
     }
 }
 
-/// What materials are evaluated with.
+/// Texture sampling, by which materials are evaluated.
 pub trait Sampling {
-    /// What `slot` shows at `uv` (before its transform), filtered over a square of `footprint` uv units. White where there
-    /// is no texture, so that factors stand alone.
-    fn sample(
-        &self,
-        scene: &Scene,
-        slot: Option<&TextureRef>,
-        space: ColorSpace,
-        uvs: [Vec2; 2],
-        footprint: [f32; 2],
-    ) -> Vec4;
+    /// The texture of `slot` at the point's uv, filtered over its footprint. White without a texture, so that the factor alone
+    /// remains.
+    fn sample(&self, scene: &Scene, slot: Option<&TextureRef>, space: ColorSpace, point: &SurfacePoint) -> Vec4;
 }
 
 impl Sampling for Textures {
-    fn sample(
-        &self,
-        scene: &Scene,
-        slot: Option<&TextureRef>,
-        space: ColorSpace,
-        uvs: [Vec2; 2],
-        footprint: [f32; 2],
-    ) -> Vec4 {
+    fn sample(&self, scene: &Scene, slot: Option<&TextureRef>, space: ColorSpace, point: &SurfacePoint) -> Vec4 {
         let Some(slot) = slot else { return Vec4::ONE };
         let texture = &scene.textures[slot.texture];
         let Some(chain) = self.chain(texture.image, space) else { return Vec4::ONE };
-        let uv = slot.transform.transform_point2(uvs[slot.uv_set]);
-        chain.sample(texture, uv, slot.level(&scene.images[texture.image], footprint[slot.uv_set]))
+        let uv = slot.transform.transform_point2(point.uvs[slot.uv_set]);
+        chain.sample(texture, uv, slot.level(&scene.images[texture.image], point.footprint[slot.uv_set]))
     }
 }
 
 impl TextureRef {
-    /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide, taking the mean of
-    /// both axes. Not clamped; −∞ for 0.
+    /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide in the geometric
+    /// mean of both axes. Not clamped; −∞ for a footprint of 0.
     pub fn level(&self, image: &Image, footprint: f32) -> f32 {
         let texels = image.width as f32 * image.height as f32 * self.transform.matrix2.determinant().abs();
         (footprint * texels.sqrt()).log2()
@@ -260,7 +253,7 @@ impl TextureRef {
 }
 
 impl Material {
-    /// Every texture in use and the colour space of its slot.
+    /// Every used texture and the colour space of its slot.
     pub fn texture_slots(&self) -> impl Iterator<Item = (TextureRef, ColorSpace)> {
         let srgb = [self.base_color_texture, self.emissive_texture, self.specular_color_texture];
         let linear = [

@@ -1,4 +1,4 @@
-//! Damaged and hostile files: one sentence that names the file, never a panic, never a long wait or a large allocation.
+//! Damaged and malicious files: a message of one sentence with the file's name, no panic, no long run, no large allocation.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use twobounce::scene::texture::Textures;
 use twobounce::scene::{LoadOptions, Scene, View};
 
-/// Everything that the loader reads, in one file.
+/// A file with every object that the loader reads.
 fn everything() -> File {
     let mut file = File::quad();
     let texture = file.texture(&png(2, 2, &[9; 16]));
@@ -51,7 +51,7 @@ fn everything() -> File {
     file
 }
 
-/// What must hold of any outcome: a clear sentence, or a scene that everything else can rely on.
+/// Checks any outcome: a message of one sentence, or a valid scene.
 fn check(outcome: Result<Scene, String>) {
     match outcome {
         Err(sentence) => {
@@ -107,7 +107,7 @@ fn the_file_with_everything_loads() {
 }
 
 #[test]
-fn what_is_no_scene_is_refused_in_one_sentence() {
+fn files_of_other_formats_are_refused_in_one_sentence() {
     let load = |path: &Path| Scene::load(path, &LoadOptions::default()).unwrap_err().to_string();
     let folder = tempfile::tempdir().unwrap();
     assert!(load(folder.path()).contains("is a directory"));
@@ -134,7 +134,7 @@ fn what_is_no_scene_is_refused_in_one_sentence() {
     }
 }
 
-/// What follows the JSON chunk is the binary chunk or of no interest; header lengths below the header's own are damage.
+/// Chunks after the JSON chunk other than the binary one are ignored; a length smaller than the header is damage.
 #[test]
 fn unknown_chunks_are_ignored_and_odd_lengths_refused() {
     let glb = File::empty().glb();
@@ -152,9 +152,9 @@ fn unknown_chunks_are_ignored_and_odd_lengths_refused() {
 }
 
 #[test]
-fn paths_that_are_not_beside_the_scene_are_refused() {
+fn paths_outside_the_folder_of_the_scene_are_refused() {
     for (uri, expected) in [
-        ("none.bin", "does not exist beside the scene"),
+        ("none.bin", "does not exist in the folder of the scene"),
         ("/etc/passwd", "is not a relative path"),
         ("https://example.com/a.bin", "is not a relative path"),
         ("data:application/octet-stream;base64,@", "not valid base64"),
@@ -173,7 +173,7 @@ fn paths_that_are_not_beside_the_scene_are_refused() {
     assert!(sentence.contains("holds 35 of its 36 bytes"), "{sentence}");
 }
 
-/// The value at `pointer` of the file with everything, replaced, must be refused with these words.
+/// Replaces the value at a JSON pointer; the file must be refused with these words.
 #[test]
 fn wrong_values_are_refused_by_name() {
     let huge = json!(u64::MAX);
@@ -188,7 +188,7 @@ fn wrong_values_are_refused_by_name() {
         ("/accessors/1/count", json!(3), "4 vertices but 3 values of NORMAL"),
         ("/accessors/0/sparse/count", json!(1u64 << 40), "accessor 0 (sparse) needs"),
         ("/accessors/0/sparse/indices/componentType", json!(F32), "sparse indices"),
-        ("/bufferViews/0/byteLength", huge.clone(), "buffer view 0 ends behind buffer 0"),
+        ("/bufferViews/0/byteLength", huge.clone(), "buffer view 0 ends after the end of buffer 0"),
         ("/bufferViews/0/byteStride", json!(4), "stride of 4"),
         ("/bufferViews/0/byteStride", json!(252), "accessor 0 needs"),
         ("/bufferViews/0/buffer", json!(1), "buffer 1 is used but does not exist"),
@@ -294,10 +294,10 @@ fn every_truncation_is_survived() {
     }
 }
 
-/// Numbers that loaders trip over.
+/// Numbers that often break loaders.
 const EXTREMES: [f64; 10] = [-1.0, 0.0, 0.5, 1.0, 255.0, 65536.0, 4294967295.0, 1.8446744073709552e19, 1e-300, 1e300];
 
-/// Every number of the document in turn becomes every extreme.
+/// Replaces every number of the document in turn by every extreme.
 #[test]
 fn every_number_of_the_document_may_be_anything() {
     fn numbers(value: &Value, path: String, out: &mut Vec<String>) {
@@ -334,7 +334,7 @@ proptest! {
         }
         let start = Instant::now();
         check(load_bytes("scene.glb", &glb));
-        // The intact file takes a millisecond; this tells a hang from a slow machine, not fast from slow.
+        // The intact file takes a millisecond. The limit detects hangs, even on a slow machine.
         prop_assert!(start.elapsed() < Duration::from_secs(20));
     }
 }

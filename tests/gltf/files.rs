@@ -1,4 +1,4 @@
-//! glTF files made in code, for the tests of the loader.
+//! glTF files made in code.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use twobounce::scene::{LoadOptions, Scene};
 
-/// A document with one binary buffer, to be changed at will before it is written.
+/// A document with one binary buffer, which tests modify before they write it.
 pub struct File {
     pub json: Value,
     pub binary: Vec<u8>,
@@ -37,7 +37,7 @@ impl File {
         file
     }
 
-    /// The triangle as a quad (0,0)…(1,1) with indices, normals and uvs whose v runs down.
+    /// A quad (0,0)…(1,1) with indices, normals and uvs; v increases downwards.
     pub fn quad() -> Self {
         let mut file = Self::empty();
         let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
@@ -49,7 +49,7 @@ impl File {
         file
     }
 
-    /// Appends to the list at `key`, which is made where absent; returns the index.
+    /// Appends to the list at `key`, which is created if absent; returns the index.
     pub fn push(&mut self, key: &str, value: Value) -> usize {
         let list = self.json.as_object_mut().unwrap().entry(key).or_insert_with(|| json!([]));
         let list = list.as_array_mut().unwrap();
@@ -124,13 +124,13 @@ impl File {
         load_bytes("scene.glb", &self.glb())
     }
 
-    /// Where the file must load.
+    /// Loads a valid file.
     pub fn scene(&self) -> Scene {
         self.load().unwrap_or_else(|e| panic!("{e}"))
     }
 }
 
-/// A folder that holds `bytes` as `name`.
+/// A temporary folder with a file `name` of these bytes, and the file's path.
 pub fn write(name: &str, bytes: &[u8]) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -138,7 +138,7 @@ pub fn write(name: &str, bytes: &[u8]) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Loads a file of these bytes; the error as the user reads it.
+/// Loads a file of these bytes; the error is the message for the user.
 pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, String> {
     let (_folder, path) = write(name, bytes);
     Scene::load(&path, &LoadOptions::default()).map_err(|e| e.to_string())

@@ -1,4 +1,4 @@
-//! What of glTF 2.0 becomes what: one small file in code per feature, checked against values worked out by hand.
+//! Features of glTF 2.0: one small file made in code per feature, checked against values computed by hand.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -39,7 +39,7 @@ fn parents_come_before_children_whatever_the_file_order() {
     file.json["scenes"][0]["nodes"] = json!([1]);
     let scene = file.scene();
     assert!(scene.nodes.iter().enumerate().all(|(i, n)| n.parent.is_none_or(|p| p < i)));
-    // x = 1 becomes −2 by the mirrored scale, and the quarter turn about z takes it to y = −2.
+    // The mirrored scale maps x = 1 to −2; the quarter rotation around z maps that to y = −2.
     assert_near(corners(&scene)[1], DVec3::new(0.0, -2.0, 2.0), 1e-12);
     assert!(scene.pose(None, 0.0).world_from_instance[0].matrix3.determinant() < 0.0);
 }
@@ -133,7 +133,7 @@ fn interleaved_and_normalised_attributes_are_read() {
     file.mesh(json!({"attributes": attributes}));
     file.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     let mesh = &file.scene().meshes[0];
-    // −32768 / 32767 clamps at −1.
+    // −32768 / 32767 is clamped at −1.
     assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::NEG_Y]);
     assert_eq!(mesh.uvs[0], [Vec2::ZERO, Vec2::X, Vec2::new(0.0, 0.2)]);
     assert_eq!(mesh.normals, [Vec3::Z; 3]);
@@ -205,7 +205,7 @@ fn lights_come_with_units_range_radius_and_cone() {
     assert_eq!((spot.range, sun.name.as_str()), (f32::INFINITY, "sun"));
     let posed = scene.pose(None, 0.0).lights[1];
     assert_eq!(posed.position, DVec3::Y);
-    // Half a turn about x takes −z to +z.
+    // Half a rotation around x maps −z to +z.
     assert_near(posed.direction, DVec3::Z, 1e-15);
 }
 
@@ -332,14 +332,14 @@ fn missing_normals_become_flat_ones() {
 }
 
 #[test]
-fn tangents_are_made_so_that_the_bitangent_runs_up_the_image() {
+fn generated_bitangents_point_up_the_image() {
     let mut file = File::quad();
     let texture = file.texture(&png(1, 1, &[128, 128, 255, 255]));
     file.material(json!({"normalTexture": {"index": texture}}));
-    // u runs along +x and v down: glTF's green channel points up, so n × t · w must be +y.
+    // u increases along +x and v along −y. glTF's green channel points up, so n × t · w must be +y.
     assert_eq!(file.scene().meshes[0].tangents, [Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
 
-    // Mirrored in u, the tangent turns over and the bitangent stays.
+    // Mirroring u reverses the tangent but not the bitangent.
     let uvs = file.floats("VEC2", &[1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
     file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
     assert_eq!(file.scene().meshes[0].tangents, [Vec4::new(-1.0, 0.0, 0.0, -1.0); 4]);
@@ -364,13 +364,13 @@ fn skins_take_the_pose_of_their_joints_and_morphs_their_weights() {
     file.node(json!({"translation": [10, 0, 0]}));
     file.node(json!({"translation": [0, 20, 0]}));
     file.push("skins", json!({"joints": [1, 2]}));
-    // The node's own transform must not matter to a skinned mesh.
+    // The node's own transform must not affect a skinned mesh.
     file.json["nodes"][0]["translation"] = json!([100, 100, 100]);
     file.json["nodes"][0]["skin"] = json!(0);
     let scene = file.scene();
     let expected = [[10.0, 0.0, 1.0], [6.0, 10.0, 1.0], [0.0, 21.0, 1.0]];
     for (corner, expected) in corners(&scene).into_iter().zip(expected) {
-        // Vertices are f32 around −100: 2⁻¹⁷ is one step.
+        // Vertices are f32 near −100, where one step is 2⁻¹⁷.
         assert_near(corner, DVec3::from(expected), 2e-5);
     }
     assert_eq!(scene.warnings.len(), 2);
@@ -399,12 +399,12 @@ fn animations_interpolate_as_the_specification_says() {
     };
     assert_eq!([0.0, 1.0, 1.5, 3.0, 9.0].map(|t| place("linear", t)), [0.0, 0.0, 1.0, 4.0, 4.0]);
     assert_eq!([0.0, 2.9, 3.0].map(|t| place("step", t)), [0.0, 0.0, 4.0]);
-    // Half way: ½·0 + ⅛·2·1 + ½·2 − ⅛·2·(−1) = 1.5.
+    // In the middle: ½·0 + ⅛·2·1 + ½·2 − ⅛·2·(−1) = 1.5.
     assert_eq!([1.0, 2.0, 3.0].map(|t| place("cubic", t)), [0.0, 1.5, 2.0]);
     let quarter = scene.pose(Some(3), 2.0).world_from_instance[0].transform_vector3(DVec3::X);
     assert_near(quarter, DVec3::Y, 1e-15);
     assert_eq!(scene.animations[0].duration, 3.0);
-    // Over the whole animation the triangle reaches from 0 to 4 + 1.
+    // Over the whole animation the triangle covers 0 to 4 + 1.
     assert_eq!(scene.bounds(Some(0)).max.x, 5.0);
     assert!(scene.animation_named("walk").unwrap_err().to_string().contains("0 \"linear\""));
 }

@@ -1,4 +1,4 @@
-//! The glTF loader: what it makes of good files and how it refuses bad ones.
+//! The glTF loader: results for valid files, messages for damaged ones.
 
 mod damage;
 mod files;

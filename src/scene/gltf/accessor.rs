@@ -1,4 +1,4 @@
-//! Typed, bounds-checked reading of accessors: strides, sparse substitution, normalised integers.
+//! Typed reading of accessors with bounds checks: strides, sparse substitution, normalised integers.
 
 use gltf::json::accessor::ComponentType;
 use gltf::json::buffer::View;
@@ -7,20 +7,20 @@ use gltf::json::{Accessor, Index};
 
 use super::document::{Document, size};
 
-/// Elements without any bytes behind them (no buffer view) that an accessor may declare. Everything else is bounded by
-/// the file's own size, so that no damaged file makes the loader allocate much more than it holds.
+/// Elements that an accessor without a buffer view may declare. All other sizes are limited by the size of the file, so a
+/// damaged file cannot make the loader allocate much more memory than the file has bytes.
 const UNBACKED_ELEMENTS_MAX: usize = 1 << 22;
 
-/// What is wrong, without the file's name.
+/// What is wrong with a file, as a sentence without the file's name.
 pub type Problem = String;
 
-/// A document and its buffers' bytes.
+/// A document and the bytes of its buffers.
 pub struct Data<'a> {
     pub document: &'a Document,
     pub buffers: &'a [Option<Vec<u8>>],
 }
 
-/// One component as a float. glTF 2.0, 3.6.2.2 and 3.11: normalised signed integers clamp at −1.
+/// One component as a float. glTF 2.0, 3.6.2.2 and 3.11: normalised signed integers are clamped at −1.
 fn read_f32(component: ComponentType, b: &[u8], normalized: bool) -> f32 {
     let (value, max) = match component {
         ComponentType::I8 => (f32::from(b[0] as i8), 127.0),
@@ -33,7 +33,7 @@ fn read_f32(component: ComponentType, b: &[u8], normalized: bool) -> f32 {
     if normalized { (value / max).max(-1.0) } else { value }
 }
 
-/// One component as it is; `None` where it is signed or a float.
+/// One component as an unsigned integer; `None` if it is signed or a float.
 fn read_u32(component: ComponentType, b: &[u8]) -> Option<u32> {
     match component {
         ComponentType::U8 => Some(u32::from(b[0])),
@@ -43,7 +43,15 @@ fn read_u32(component: ComponentType, b: &[u8]) -> Option<u32> {
     }
 }
 
-/// Where `count` elements of `size` bytes lie, `stride` apart. Proven to be inside `bytes`.
+/// `count` elements of `size` bytes each, from byte `offset` of a buffer view on.
+#[derive(Clone, Copy)]
+struct Range {
+    offset: usize,
+    size: usize,
+    count: usize,
+}
+
+/// The bytes of a [`Range`], whose elements lie `stride` bytes apart. All elements are inside `bytes`.
 struct Span<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -57,7 +65,7 @@ impl<'a> Span<'a> {
     }
 }
 
-/// What an accessor says of its elements: `count` of `width` components each.
+/// The elements that an accessor declares: `count` of `width` components each.
 struct Layout<'a> {
     accessor: &'a Accessor,
     component: ComponentType,
@@ -75,12 +83,16 @@ impl<'a> Data<'a> {
         let offset = view.byte_offset.map_or(0, size);
         let end = offset.checked_add(size(view.byte_length)).filter(|end| *end <= buffer.len());
         let end = end.ok_or_else(|| {
-            format!("buffer view {index} ends behind buffer {number} of {} bytes; export the file again", buffer.len())
+            format!(
+                "buffer view {index} ends after the end of buffer {number} of {} bytes; export the file again",
+                buffer.len()
+            )
         })?;
         Ok(&buffer[offset..end])
     }
 
-    fn span(&self, what: &str, view: usize, offset: usize, size: usize, count: usize) -> Result<Span<'a>, Problem> {
+    fn span(&self, what: &str, view: usize, range: Range) -> Result<Span<'a>, Problem> {
+        let Range { offset, size, count } = range;
         let bytes = self.view(view)?;
         let stride = self.document.buffer_views[view].byte_stride.map(|s| s.0).filter(|s| *s > 0).unwrap_or(size);
         if stride < size {
@@ -106,10 +118,10 @@ impl<'a> Data<'a> {
         let stated = |key: &str| self.document.stated(&format!("/accessors/{index}/{key}"));
         let Checked::Valid(component) = accessor.component_type else {
             let code = stated("componentType");
-            return Err(format!("accessor {index} has component type {code}, which glTF does not know"));
+            return Err(format!("accessor {index} has component type {code}, which glTF does not define"));
         };
         let Checked::Valid(kind) = accessor.type_ else {
-            return Err(format!("accessor {index} has type \"{}\", which glTF does not know", stated("type")));
+            return Err(format!("accessor {index} has type \"{}\", which glTF does not define", stated("type")));
         };
         let count = size(accessor.count);
         if accessor.buffer_view.is_none() && count > UNBACKED_ELEMENTS_MAX {
@@ -124,8 +136,8 @@ impl<'a> Data<'a> {
     fn base(&self, index: usize, layout: &Layout) -> Result<Option<Span<'a>>, Problem> {
         let Some(view) = layout.accessor.buffer_view else { return Ok(None) };
         let offset = layout.accessor.byte_offset.map_or(0, size);
-        let what = format!("accessor {index}");
-        self.span(&what, view.value(), offset, layout.component.size() * layout.width, layout.count).map(Some)
+        let range = Range { offset, size: layout.component.size() * layout.width, count: layout.count };
+        self.span(&format!("accessor {index}"), view.value(), range).map(Some)
     }
 
     /// Whether accessor `index` lies within its buffer view. Sparse parts are checked when they are read.
@@ -133,7 +145,7 @@ impl<'a> Data<'a> {
         self.base(index, &self.accessor(index)?).map(drop)
     }
 
-    /// Reads every element as `read` makes it, with sparse substitution; elements without data are `zero`.
+    /// Converts every element by `read`, with sparse substitution. Elements without data are `zero`.
     fn collect<T: Clone>(
         &self,
         index: usize,
@@ -149,11 +161,11 @@ impl<'a> Data<'a> {
         let Some(sparse) = &accessor.sparse else { return Ok(out) };
         let (indices, values) = (&sparse.indices, &sparse.values);
         let Checked::Valid(key) = indices.component_type else {
-            return Err(format!("accessor {index} has sparse indices that are no unsigned integers"));
+            return Err(format!("accessor {index} has sparse indices that are not unsigned integers"));
         };
         let what = format!("accessor {index} (sparse)");
         let part = |view: Index<View>, offset: USize64, bytes: usize| {
-            self.span(&what, view.value(), size(offset), bytes, size(sparse.count))
+            self.span(&what, view.value(), Range { offset: size(offset), size: bytes, count: size(sparse.count) })
         };
         let keys = part(indices.buffer_view, indices.byte_offset, key.0.size())?;
         let values = part(values.buffer_view, values.byte_offset, component.size() * width)?;
@@ -172,7 +184,7 @@ impl<'a> Data<'a> {
         format!("accessor {index} has type {kind}, which does not fit its use")
     }
 
-    /// Accessor `index` as vectors of `N` floats. Elements may have fewer components only where `pad` is given.
+    /// Accessor `index` as vectors of `N` floats. Only with `pad` may elements have fewer components; `pad` gives the others.
     pub fn floats<const N: usize>(&self, index: usize, pad: Option<[f32; N]>) -> Result<Vec<[f32; N]>, Problem> {
         let Layout { accessor, width, .. } = self.accessor(index)?;
         if width != N && (pad.is_none() || width > N) {
@@ -205,7 +217,7 @@ impl<'a> Data<'a> {
     }
 }
 
-/// "x 7 does not exist", for indices into the document's lists.
+/// The message for an index `index` into the document's list of `what` that is out of range.
 pub fn missing(what: &str, index: usize) -> Problem {
     format!("{what} {index} is used but does not exist; export the file again")
 }

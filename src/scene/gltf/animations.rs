@@ -1,29 +1,22 @@
-//! Animation channels that move nodes. Morph weights and pointers are left out with a warning.
+//! Animation channels of node transforms. Channels of morph weights and of other properties are left out with a warning.
 
 use glam::{DQuat, Quat, Vec3};
-use gltf::json::animation::{self, Sampler};
+use gltf::json::animation::Interpolation as Source;
 use gltf::json::validation::Checked;
 
-use super::Warnings;
 use super::accessor::{Data, Problem, missing};
 use super::container::shorten;
 use super::document;
 use super::nodes::Tree;
 use crate::scene::{Animation, Channel, Interpolation, Scene, Transform, Values};
 
-pub fn load(data: &Data, tree: &Tree, scene: &mut Scene, warnings: &mut Warnings) -> Result<(), Problem> {
+pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> {
     for (index, source) in data.document.animations.iter().enumerate() {
         let mut animation = Animation { name: source.name.clone(), duration: 0.0, channels: Vec::new() };
         for channel in &source.channels {
-            let sampler =
-                source.samplers.get(channel.sampler).ok_or_else(|| missing("animation sampler", channel.sampler))?;
-            let Some(node) = channel.target.node else { continue };
-            let node = *tree.slot.get(node).ok_or_else(|| missing("node", node))?;
-            let Some(channel) = load_channel(data, index, channel, node, sampler, warnings)? else {
-                continue;
-            };
+            let Some(channel) = load_channel(data, tree, index, channel)? else { continue };
             animation.duration = animation.duration.max(channel.times.last().copied().unwrap_or(0.0));
-            make_animatable(&mut scene.nodes[node].local);
+            make_animatable(&mut scene.nodes[channel.node].local);
             animation.channels.push(channel);
         }
         scene.animations.push(animation);
@@ -31,7 +24,7 @@ pub fn load(data: &Data, tree: &Tree, scene: &mut Scene, warnings: &mut Warnings
     Ok(())
 }
 
-/// Channels replace one of translation, rotation and scale, so that a matrix has to be taken apart.
+/// A channel replaces the translation, rotation or scale, so a matrix is decomposed into these.
 fn make_animatable(local: &mut Transform) {
     if let Transform::Matrix(matrix) = local {
         let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
@@ -40,14 +33,17 @@ fn make_animatable(local: &mut Transform) {
     }
 }
 
+/// One channel of animation number `animation`; `None` if it is left out.
 fn load_channel(
     data: &Data,
+    tree: &Tree,
     animation: usize,
     source: &document::Channel,
-    node: usize,
-    sampler: &Sampler,
-    warnings: &mut Warnings,
 ) -> Result<Option<Channel>, Problem> {
+    let samplers = &data.document.animations[animation].samplers;
+    let sampler = samplers.get(source.sampler).ok_or_else(|| missing("animation sampler", source.sampler))?;
+    let Some(node) = source.target.node else { return Ok(None) };
+    let node = *tree.slot.get(node).ok_or_else(|| missing("node", node))?;
     let what = &format!("animation {animation}");
     let output = sampler.output.value();
     let values = match source.target.path.as_str() {
@@ -55,19 +51,19 @@ fn load_channel(
         "scale" => Values::Scale(vectors(data, what, output)?),
         "rotation" => Values::Rotation(rotations(data, what, output)?),
         "weights" => {
-            warnings.once("animated morph weights are not supported; morph targets keep their default weights");
+            data.document.warn("animated morph weights are not supported; morph targets keep their default weights");
             return Ok(None);
         }
         other => {
-            warnings
-                .once(format!("animation channels of kind \"{}\" are not supported and were ignored", shorten(other)));
+            data.document
+                .warn(format!("animation channels of kind \"{}\" are not supported and were ignored", shorten(other)));
             return Ok(None);
         }
     };
     let (interpolation, per_key) = match sampler.interpolation {
-        Checked::Valid(animation::Interpolation::Step) => (Interpolation::Step, 1),
-        Checked::Valid(animation::Interpolation::Linear) => (Interpolation::Linear, 1),
-        Checked::Valid(animation::Interpolation::CubicSpline) => (Interpolation::CubicSpline, 3),
+        Checked::Valid(Source::Step) => (Interpolation::Step, 1),
+        Checked::Valid(Source::Linear) => (Interpolation::Linear, 1),
+        Checked::Valid(Source::CubicSpline) => (Interpolation::CubicSpline, 3),
         Checked::Invalid => {
             let pointer = format!("/animations/{animation}/samplers/{}/interpolation", source.sampler);
             let unknown = data.document.stated(&pointer);

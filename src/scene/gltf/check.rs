@@ -1,5 +1,5 @@
-//! Checks what nothing on screen may use: a file with a dangling index or a view past its buffer is damaged, and says so
-//! before it is half loaded.
+//! Checks the whole document before anything is loaded, including objects that the scene does not use: a file with an index
+//! out of range or a view past the end of its buffer is damaged.
 
 use gltf::json::Index;
 use gltf::json::mesh::{Primitive, Semantic};
@@ -8,7 +8,7 @@ use gltf::json::validation::Checked;
 use super::accessor::{Data, Problem, missing};
 use super::document::image_of;
 
-/// Every buffer view, accessor, primitive, texture and image of the document.
+/// Checks every buffer view, accessor, primitive, texture and image of the document.
 pub fn document(data: &Data) -> Result<(), Problem> {
     let document = data.document;
     let exists = |what: &str, index: Option<usize>, count: usize| match index {
@@ -17,7 +17,7 @@ pub fn document(data: &Data) -> Result<(), Problem> {
     };
     for (index, view) in document.buffer_views.iter().enumerate() {
         exists("buffer", Some(view.buffer.value()), data.buffers.len())?;
-        // Buffers without data belong to extensions, which may leave the views on them unused.
+        // A buffer without data belongs to an extension, and only that extension uses the views on it.
         if data.buffers[view.buffer.value()].is_some() {
             data.view(index)?;
         }
@@ -50,7 +50,7 @@ pub fn document(data: &Data) -> Result<(), Problem> {
     Ok(())
 }
 
-/// An optional compression extension without an uncompressed copy beside it leaves accessors of zeros.
+/// Refuses a compressed primitive without an uncompressed copy: its accessors would all be zeros.
 fn compressed(data: &Data, mesh: usize, primitive: &Primitive) -> Result<(), Problem> {
     const DRACO: &str = "KHR_draco_mesh_compression";
     let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions));

@@ -1,4 +1,4 @@
-//! Bytes of a glTF file and of everything that it points to: `.gltf` or `.glb`, buffers and images by relative or data URI.
+//! The bytes of a `.gltf` or `.glb` file and of the buffers and images that it names by relative path or data URI.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ const MAGIC: &[u8; 4] = b"glTF";
 /// Bytes of a `.glb` before its first chunk.
 const HEADER: usize = 12;
 
-/// Reads the file at `path`. What it is follows from its first bytes, not from its name.
+/// Reads the file at `path`. Its first bytes decide the format, not its name.
 pub fn read(path: &Path) -> Result<Container, Error> {
     let bytes = read_file(path)?;
     if bytes.starts_with(MAGIC) {
@@ -45,7 +45,7 @@ fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
 fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
     let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?)) };
     let truncated = |what: &str| Error::file(path, format!("is truncated: {what}; copy or export the file again"));
-    // The crate subtracts the header's size from its length unchecked, and says nothing of what follows that length.
+    // The crate subtracts the header's size from the length without a check and ignores bytes after that length.
     let (Some(version), Some(length)) = (word(4), word(8)) else {
         return Err(truncated("it ends within its header"));
     };
@@ -54,7 +54,7 @@ fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
         return Err(Error::file(path, format!("is {name}, only 2.0 can be read; convert it to glTF 2.0")));
     }
     if length as usize > bytes.len() {
-        return Err(truncated(&format!("its header promises {length} bytes and {} are there", bytes.len())));
+        return Err(truncated(&format!("its header states {length} bytes and the file has {}", bytes.len())));
     }
     let whole = &bytes[..length as usize];
     if whole.len() < HEADER {
@@ -65,9 +65,9 @@ fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
             Ok(Container { json: glb.json.into_owned(), binary: glb.bin.map(Cow::into_owned) })
         }
         Err(gltf::Error::Binary(binary::Error::ChunkLength { .. })) => {
-            Err(truncated("a chunk ends behind the end of the file"))
+            Err(truncated("a chunk ends after the end of the file"))
         }
-        // The crate refuses a second chunk that is not binary; the specification demands that unknown ones are ignored.
+        // The crate refuses a second chunk that is not binary; the specification says that unknown chunks are ignored.
         Err(gltf::Error::Binary(_)) => {
             let first = word(HEADER).map(|size| HEADER + 8 + size as usize).filter(|end| *end < whole.len());
             let mut alone = whole[..first.ok_or_else(|| truncated("it has no JSON chunk"))?].to_vec();
@@ -79,7 +79,7 @@ fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
     }
 }
 
-/// The bytes behind `uri` of `what` ("buffer 3"): inline data, or a file relative to `folder`.
+/// The bytes that `uri` names: inline data, or a file relative to `folder`. `what` ("buffer 3") is for messages.
 pub fn resolve(folder: &Path, what: &str, uri: &str) -> Result<Vec<u8>, Problem> {
     let refuse = |problem: String| Err(format!("{what}: {problem}"));
     if let Some(data) = uri.strip_prefix("data:") {
@@ -92,36 +92,41 @@ pub fn resolve(folder: &Path, what: &str, uri: &str) -> Result<Vec<u8>, Problem>
             None => refuse("its data URI is not valid base64; export the file again".into()),
         };
     }
-    // A Windows drive letter is no scheme, but no relative path either.
+    // This also refuses Windows drive letters, which are no relative paths either.
     let scheme =
         uri.split_once(':').is_some_and(|(s, _)| s.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b)));
     if scheme || uri.starts_with('/') || uri.starts_with('\\') {
-        return refuse(format!("\"{}\" is not a relative path; only files beside the scene are read", shorten(uri)));
+        return refuse(format!(
+            "\"{}\" is not a relative path; only files in the folder of the scene are read",
+            shorten(uri)
+        ));
     }
     let Ok(relative) = String::from_utf8(decode_percent(uri)) else {
         return refuse(format!("\"{}\" is not UTF-8; rename the file", shorten(uri)));
     };
     if relative.contains('\0') {
-        return refuse("its path holds a zero byte; export the file again".into());
+        return refuse("its path contains a zero byte; export the file again".into());
     }
     let file = existing(folder, &relative, uri);
     std::fs::read(&file).or_else(|e| {
         let name = shorten(&relative);
         match e.kind() {
-            std::io::ErrorKind::NotFound => refuse(format!("\"{name}\" does not exist beside the scene; put it there")),
+            std::io::ErrorKind::NotFound => {
+                refuse(format!("\"{name}\" does not exist in the folder of the scene; put it there"))
+            }
             _ => refuse(format!("\"{name}\" cannot be read ({e}); check the file")),
         }
     })
 }
 
-/// Some exporters forget to percent-encode; a file of that very name then wins.
+/// Some exporters do not percent-encode: if only a file with the raw name exists, that file is meant.
 fn existing(folder: &Path, decoded: &str, raw: &str) -> PathBuf {
     let file = folder.join(decoded);
     let verbatim = folder.join(raw);
     if !file.exists() && verbatim.exists() { verbatim } else { file }
 }
 
-/// Error texts stay one readable sentence, whatever a file holds.
+/// At most 80 characters of a text from a file, without control characters, for messages.
 pub fn shorten(text: &str) -> String {
     let clean: String = text.chars().take(80).map(|c| if c.is_control() { '?' } else { c }).collect();
     if text.chars().count() > 80 { clean + "…" } else { clean }

@@ -1,40 +1,39 @@
-//! Skins and morph targets, applied once: at the file's own node transforms and default weights.
+//! Applies skins and morph targets once, with the file's own node transforms and default weights.
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3, Vec4};
-use gltf::json::mesh::{Primitive, Semantic};
-use gltf::json::validation::Checked;
+use gltf::json::mesh::Semantic;
 use gltf::json::{Accessor, Index};
 
+use super::WorldFromNodes;
 use super::accessor::{Data, Problem, missing};
+use super::mesh::Source;
 use super::nodes::Tree;
-use super::{Warnings, WorldFromNodes};
 use crate::scene::Mesh;
 
-/// What a node does to its mesh's vertices.
+/// The deformation that a node applies to its mesh.
 pub struct Rest<'a> {
-    /// Skinned position in the node's space from bind pose, one per joint.
+    /// Per joint: the transform from the bind pose to the node's space.
     pub joints: Option<&'a [DAffine3]>,
     /// One per morph target; missing ones are 0.
     pub weights: &'a [f32],
 }
 
-/// The joints of node `index`'s skin, relative to that node, so that the instance can hang on it like any other: glTF
-/// leaves the node's own transform out, so it is divided out here.
+/// [`Rest::joints`] of node `index`. glTF ignores the transform of a skinned node; instances apply it, so it is divided out
+/// here.
 pub fn joint_matrices(
     data: &Data,
     tree: &Tree,
     world: &WorldFromNodes,
     index: usize,
-    warnings: &mut Warnings,
 ) -> Result<Option<Vec<DAffine3>>, Problem> {
     let Some(skin_index) = data.document.nodes[index].skin else { return Ok(None) };
     let skin = data.document.skins.get(skin_index).ok_or_else(|| missing("skin", skin_index))?;
     let node_from_world = world[tree.slot[index]].inverse();
     if !node_from_world.is_finite() {
-        warnings.once(format!("node {index} has a skin and a scale of 0; the skin was ignored"));
+        data.document.warn(format!("node {index} has a skin and a scale of 0; the skin was ignored"));
         return Ok(None);
     }
-    warnings.once("skins are not animated; skinned meshes keep the pose of the file's nodes");
+    data.document.warn("skins are not animated; skinned meshes keep the pose of the file's nodes");
     let bind = match skin.inverse_bind_matrices {
         Some(accessor) => data.floats::<16>(accessor.value(), None)?,
         None => vec![glam::Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
@@ -54,60 +53,53 @@ pub fn joint_matrices(
     skin.joints.iter().map(|j| j.value()).zip(&bind).map(matrix).collect::<Result<_, _>>().map(Some)
 }
 
-/// Moves positions, normals and tangents of `mesh`, morph targets first.
-pub fn apply(
-    data: &Data,
-    what: &str,
-    primitive: &Primitive,
-    rest: &Rest,
-    mesh: &mut Mesh,
-    warnings: &mut Warnings,
-) -> Result<(), Problem> {
-    let targets = primitive.targets.as_deref().unwrap_or_default();
+/// Deforms positions, normals and tangents of `mesh`, morph targets first.
+pub fn apply(source: &Source, rest: &Rest, mesh: &mut Mesh) -> Result<(), Problem> {
+    let targets = source.primitive.targets.as_deref().unwrap_or_default();
     if !targets.is_empty() {
-        warnings.once("morph targets are not animated; they keep the file's default weights");
+        source.data.document.warn("morph targets are not animated; they keep the file's default weights");
     }
     for (target, &weight) in targets.iter().zip(rest.weights).filter(|(_, w)| **w != 0.0) {
-        let offsets = |accessor: &Index<Accessor>| data.floats::<3>(accessor.value(), None);
+        let add = |name: &str, accessor: &Index<Accessor>, values: &mut [Vec3]| {
+            let offsets = source.data.floats::<3>(accessor.value(), None)?;
+            if values.len() != offsets.len() {
+                let (what, have, want) = (&source.what, offsets.len(), values.len());
+                return Err(format!(
+                    "{what} has a morph target with {have} values of {name} for {want} vertices; export the file again"
+                ));
+            }
+            values.iter_mut().zip(offsets).for_each(|(value, offset)| *value += weight * Vec3::from(offset));
+            Ok(())
+        };
         if let Some(accessor) = &target.positions {
-            add(what, "POSITION", &mut mesh.positions, &offsets(accessor)?, weight)?;
+            add("POSITION", accessor, &mut mesh.positions)?;
         }
         if let Some(accessor) = target.normals.as_ref().filter(|_| !mesh.normals.is_empty()) {
-            add(what, "NORMAL", &mut mesh.normals, &offsets(accessor)?, weight)?;
+            add("NORMAL", accessor, &mut mesh.normals)?;
         }
         if let Some(accessor) = target.tangents.as_ref().filter(|_| !mesh.tangents.is_empty()) {
             let mut directions: Vec<Vec3> = mesh.tangents.iter().map(|t| t.truncate()).collect();
-            add(what, "TANGENT", &mut directions, &offsets(accessor)?, weight)?;
+            add("TANGENT", accessor, &mut directions)?;
             mesh.tangents.iter_mut().zip(directions).for_each(|(t, d)| *t = d.extend(t.w));
         }
     }
     match rest.joints {
-        Some(joints) => skin(data, what, primitive, joints, mesh),
+        Some(joints) => skin(source, joints, mesh),
         None => Ok(()),
     }
 }
 
-fn add(what: &str, name: &str, values: &mut [Vec3], offsets: &[[f32; 3]], weight: f32) -> Result<(), Problem> {
-    if values.len() != offsets.len() {
-        let (have, want) = (offsets.len(), values.len());
-        return Err(format!(
-            "{what} has a morph target with {have} values of {name} for {want} vertices; export the file again"
-        ));
-    }
-    values.iter_mut().zip(offsets).for_each(|(value, offset)| *value += weight * Vec3::from(*offset));
-    Ok(())
-}
-
-fn skin(data: &Data, what: &str, primitive: &Primitive, joints: &[DAffine3], mesh: &mut Mesh) -> Result<(), Problem> {
+fn skin(source: &Source, joints: &[DAffine3], mesh: &mut Mesh) -> Result<(), Problem> {
+    let (data, what) = (source.data, &source.what);
     let mut blended = vec![DAffine3::ZERO; mesh.positions.len()];
     let mut sums = vec![0.0f64; mesh.positions.len()];
     for set in 0.. {
-        let find = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic));
-        let (Some(keys), Some(weights)) = (find(Semantic::Joints(set)), find(Semantic::Weights(set))) else { break };
-        let (keys, weights) = (data.integers::<4>(keys.value())?, data.floats::<4>(weights.value(), None)?);
+        let accessors = (source.accessor(Semantic::Joints(set)), source.accessor(Semantic::Weights(set)));
+        let (Some(keys), Some(weights)) = accessors else { break };
+        let (keys, weights) = (data.integers::<4>(keys)?, data.floats::<4>(weights, None)?);
         if keys.len() != blended.len() || weights.len() != blended.len() {
             return Err(format!(
-                "{what} has joints or weights for fewer or more than its vertices; export the file again"
+                "{what} has joints or weights in another number than its vertices; export the file again"
             ));
         }
         for (vertex, (keys, weights)) in keys.into_iter().zip(weights).enumerate() {
@@ -136,7 +128,7 @@ fn skin(data: &Data, what: &str, primitive: &Primitive, joints: &[DAffine3], mes
     Ok(())
 }
 
-/// Takes normals along: the inverse transpose times the determinant, which exists for flattened bodies too.
+/// The matrix that transforms normals: the inverse transpose times the determinant, which exists for singular matrices too.
 fn cofactor(m: DMat3) -> DMat3 {
     let cross = |a: DVec3, b: DVec3| a.cross(b);
     DMat3::from_cols(cross(m.y_axis, m.z_axis), cross(m.z_axis, m.x_axis), cross(m.x_axis, m.y_axis))

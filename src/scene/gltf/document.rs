@@ -1,9 +1,9 @@
-//! The glTF document: JSON types of the `gltf` crate, never validated, and own ones for what they cannot hold.
+//! The glTF document: JSON types of the `gltf` crate, without its validation, and own types where those do not fit.
 //!
-//! Its `Root` is not used: its node transforms are f32 (a node at 10 000 000.25 m would move), and it refuses files for
-//! scenes without nodes and for animation channels without a target. Its validation refuses quantised meshes.
+//! The crate's `Root` is not used: its node transforms are f32 (a node at 10 000 000.25 m would move), and it refuses scenes
+//! without nodes and animation channels without a target. Its validation refuses quantised meshes.
 
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use gltf::json::extensions::scene::khr_lights_punctual::Light;
 use gltf::json::validation::USize64;
@@ -33,12 +33,17 @@ pub struct Document {
     pub buffer_views: Vec<json::buffer::View>,
     pub buffers: Vec<json::Buffer>,
     pub extensions: json::extensions::Root,
-    /// The text that all of this was read from.
+    /// The text that this document was parsed from.
     #[serde(skip)]
     pub source: Vec<u8>,
     #[serde(skip)]
     tree: OnceLock<Value>,
+    #[serde(skip)]
+    warnings: Mutex<Vec<String>>,
 }
+
+/// Distinct warnings that are kept: a file with more has one cause for most of them.
+const WARNINGS_MAX: usize = 50;
 
 impl Document {
     pub fn parse(source: Vec<u8>) -> Result<Self, serde_json::Error> {
@@ -50,7 +55,22 @@ impl Document {
         self.extensions.khr_lights_punctual.as_ref().map_or(&[], |l| &l.lights)
     }
 
-    /// The value at a JSON pointer, for messages: of an unknown value the crate's types keep only that it is invalid.
+    /// Adds one sentence about something that is ignored or simplified. A repeated sentence is kept once.
+    pub fn warn(&self, sentence: impl Into<String>) {
+        let sentence = sentence.into();
+        let mut warnings = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
+        if warnings.len() > WARNINGS_MAX || warnings.contains(&sentence) {
+            return;
+        }
+        let full = warnings.len() == WARNINGS_MAX;
+        warnings.push(if full { "further warnings were left out".into() } else { sentence });
+    }
+
+    pub fn into_warnings(self) -> Vec<String> {
+        self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The value at a JSON pointer, for messages: for an unknown value the crate's types only say that it is invalid.
     pub fn stated(&self, pointer: &str) -> String {
         let tree = self.tree.get_or_init(|| serde_json::from_slice(&self.source).unwrap_or_default());
         match tree.pointer(pointer) {
@@ -111,12 +131,12 @@ pub struct Target {
     pub path: String,
 }
 
-/// The image of a texture; the crate has an index that no file can hold where there is none.
+/// The image of a texture. The crate marks a missing image by the index `u32::MAX`.
 pub fn image_of(texture: &json::Texture) -> Option<usize> {
     (texture.source != Index::new(u32::MAX)).then(|| texture.source.value())
 }
 
-/// A size or an offset. What does not fit into memory is larger than any file, and is found so.
+/// A size or an offset. A value that does not fit becomes the maximum, which fails every later bounds check.
 pub fn size(size: USize64) -> usize {
     usize::try_from(size.0).unwrap_or(usize::MAX)
 }

@@ -1,4 +1,4 @@
-//! Textures and images, as far as materials use them; decoded in parallel.
+//! The textures and images that materials use. Images are decoded in parallel.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -11,36 +11,32 @@ use rayon::prelude::*;
 use super::accessor::{Data, Problem, missing};
 use super::container::{resolve, shorten};
 use super::document::{Document, image_of};
-use super::{Warnings, hash_part};
+use super::hash_part;
 use crate::scene::{Image, Mip, Texture, Wrap};
 
-/// Longest side and bytes of an image: beyond what a device can bind, and a bound on what a damaged header can claim.
+/// Limits of an image: its longest side in texels and its size in bytes. They bound what a damaged header can allocate.
 const SIDE_MAX: u32 = 16384;
 const BYTES_MAX: u64 = 1 << 30;
 
-/// Textures and images in the order of their first use; maps go from the document's indices to the scene's.
+/// Textures and images in the order of their first use. The maps go from indices of the document to indices of the scene.
 #[derive(Default)]
 pub struct Used {
     textures: HashMap<usize, usize>,
-    image_places: HashMap<usize, usize>,
+    image_indices: HashMap<usize, usize>,
+    /// Indices of the document.
     images: Vec<usize>,
     made: Vec<Texture>,
 }
 
 impl Used {
-    /// The scene's index for texture `index`; `None` where only an ignored extension could give its image.
-    pub fn texture(
-        &mut self,
-        document: &Document,
-        index: usize,
-        warnings: &mut Warnings,
-    ) -> Result<Option<usize>, Problem> {
+    /// The scene's index of texture `index` of the document; `None` if the texture has no image of a supported format.
+    pub fn texture(&mut self, document: &Document, index: usize) -> Result<Option<usize>, Problem> {
         if let Some(&at) = self.textures.get(&index) {
             return Ok(Some(at));
         }
         let source = document.textures.get(index).ok_or_else(|| missing("texture", index))?;
         let Some(image) = image_of(source) else {
-            warnings.once(format!("texture {index} has no PNG or JPEG image and was left out"));
+            document.warn(format!("texture {index} has no PNG or JPEG image and was left out"));
             return Ok(None);
         };
         document.images.get(image).ok_or_else(|| missing("image", image))?;
@@ -49,17 +45,17 @@ impl Used {
             Some(sampler) => document.samplers.get(sampler).ok_or_else(|| missing("sampler", sampler))?,
             None => &default,
         };
-        let place = *self.image_places.entry(image).or_insert_with(|| {
+        let at = *self.image_indices.entry(image).or_insert_with(|| {
             self.images.push(image);
             self.images.len() - 1
         });
         self.textures.insert(index, self.made.len());
-        self.made.push(texture(place, sampler));
+        self.made.push(texture(at, sampler));
         Ok(Some(self.made.len() - 1))
     }
 }
 
-/// Absent and unknown values: repeat, linear, trilinear.
+/// Absent and unknown values mean repeat and trilinear.
 fn texture(image: usize, sampler: &Sampler) -> Texture {
     let wrap = |mode: Checked<WrappingMode>| match mode {
         Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
@@ -79,12 +75,11 @@ fn texture(image: usize, sampler: &Sampler) -> Texture {
     Texture { image, wrap, mag_linear, min_linear, mip }
 }
 
-/// Reads and decodes all images in use; their bytes go into `hash`.
+/// Reads and decodes all used images and adds their bytes to `hash`.
 pub fn load(
     data: &Data,
     folder: &Path,
     used: Used,
-    warnings: &mut Warnings,
     hash: &mut blake3::Hasher,
 ) -> Result<(Vec<Texture>, Vec<Image>), Problem> {
     let loaded: Vec<_> = used.images.par_iter().map(|&index| load_image(data, folder, index)).collect();
@@ -92,7 +87,7 @@ pub fn load(
     for loaded in loaded {
         let (image, bytes_hash, warning) = loaded?;
         hash_part(hash, bytes_hash.as_bytes());
-        warning.into_iter().for_each(|w| warnings.once(w));
+        warning.into_iter().for_each(|w| data.document.warn(w));
         images.push(image);
     }
     Ok((used.made, images))

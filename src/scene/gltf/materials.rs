@@ -1,4 +1,4 @@
-//! Materials: factors checked and clamped, texture slots resolved.
+//! Materials: checks and clamps the factors, resolves the texture slots.
 
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use gltf::json;
@@ -9,21 +9,20 @@ use gltf::json::texture::Info;
 use gltf::json::validation::Checked::{Invalid, Valid};
 use serde_json::{Map, Value};
 
-use super::Warnings;
 use super::accessor::Problem;
 use super::container::shorten;
 use super::document::Document;
 use super::images::Used;
 use crate::scene::{Alpha, Material, TextureRef};
 
-/// Uv sets that meshes carry.
+/// Uv sets of a mesh.
 const UV_SETS: usize = 2;
 
-/// All materials of the document, behind glTF's default material at index 0.
-pub fn load(document: &Document, used: &mut Used, warnings: &mut Warnings) -> Result<Vec<Material>, Problem> {
+/// glTF's default material, then all materials of the document.
+pub fn load(document: &Document, used: &mut Used) -> Result<Vec<Material>, Problem> {
     let mut materials = vec![Material::default()];
     for (index, source) in document.materials.iter().enumerate() {
-        let mut loader = Loader { index, what: format!("material {index}"), document, used, warnings };
+        let mut loader = Loader { index, what: format!("material {index}"), document, used };
         materials.push(loader.material(source)?);
     }
     Ok(materials)
@@ -34,7 +33,6 @@ struct Loader<'a> {
     what: String,
     document: &'a Document,
     used: &'a mut Used,
-    warnings: &'a mut Warnings,
 }
 
 impl Loader<'_> {
@@ -83,7 +81,7 @@ impl Loader<'_> {
             m.emissive = m.emissive.min(Vec3::MAX);
         }
         if let Some(e) = &extensions.ior {
-            // 0 is KHR_materials_ior's way to say "reflects everything"; other values below 1 have no meaning.
+            // In KHR_materials_ior 0 means "reflects everything"; other values below 1 have no meaning.
             m.ior = if e.ior.0 == 0.0 { 0.0 } else { self.clamp(e.ior.0, 1.0, "index of refraction") };
         }
         if let Some(e) = &extensions.specular {
@@ -100,7 +98,7 @@ impl Loader<'_> {
             m.thickness = self.clamp(e.thickness_factor.0, 0.0, "thickness");
             m.thickness_texture = self.slot(e.thickness_texture.as_ref())?;
             m.attenuation_color = Vec3::from(e.attenuation_color.0.map(|x| self.unit(x, "attenuation colour")));
-            // Zero would absorb everything over no distance at all; the schema excludes it.
+            // The schema excludes 0, which would absorb all light at once.
             let distance = e.attenuation_distance.0;
             m.attenuation_distance = if distance > 0.0 { distance } else { f32::INFINITY };
         }
@@ -116,7 +114,7 @@ impl Loader<'_> {
             Valid(AlphaMode::Blend) => Alpha::Blend,
             Invalid => {
                 let mode = self.document.stated(&format!("/materials/{}/alphaMode", self.index));
-                self.warnings.once(format!("{} has the unknown alpha mode \"{mode}\"; it is opaque", self.what));
+                self.document.warn(format!("{} has the unknown alpha mode \"{mode}\"; it is opaque", self.what));
                 Alpha::Opaque
             }
         }
@@ -124,7 +122,7 @@ impl Loader<'_> {
 
     fn unit(&mut self, value: f32, name: &str) -> f32 {
         if value > 1.0 {
-            self.warnings.once(format!("{} has a {name} above 1; it was lowered to 1", self.what));
+            self.document.warn(format!("{} has a {name} above 1; it was lowered to 1", self.what));
         }
         self.clamp(value, 0.0, name).min(1.0)
     }
@@ -133,15 +131,15 @@ impl Loader<'_> {
         Vec3::from(value.map(|x| self.clamp(x, 0.0, name)))
     }
 
-    /// JSON knows neither NaN nor infinity, but a number too large for f32 is read as infinite.
+    /// Clamps to at least `min` and to finite values: JSON has no infinity, but a number too large for f32 becomes infinite.
     fn clamp(&mut self, value: f32, min: f32, name: &str) -> f32 {
         if value < min {
-            self.warnings.once(format!("{} has a {name} below {min}; it was raised to {min}", self.what));
+            self.document.warn(format!("{} has a {name} below {min}; it was raised to {min}", self.what));
         }
         value.max(min).clamp(f32::MIN, f32::MAX)
     }
 
-    /// A normal or occlusion slot, of whose extensions the crate leaves KHR_texture_transform unread.
+    /// A normal or occlusion slot. The crate does not parse KHR_texture_transform there, so this does.
     fn plain_slot(
         &mut self,
         index: Index<json::Texture>,
@@ -157,13 +155,13 @@ impl Loader<'_> {
 
     fn slot(&mut self, info: Option<&Info>) -> Result<Option<TextureRef>, Problem> {
         let Some(info) = info else { return Ok(None) };
-        let Some(texture) = self.used.texture(self.document, info.index.value(), self.warnings)? else {
+        let Some(texture) = self.used.texture(self.document, info.index.value())? else {
             return Ok(None);
         };
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
         let mut uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord) as usize;
         if uv_set >= UV_SETS {
-            self.warnings.once(format!("{} uses uv set {uv_set}; only 0 and 1 are kept, so 0 is used", self.what));
+            self.document.warn(format!("{} uses uv set {uv_set}; only 0 and 1 are kept, so 0 is used", self.what));
             uv_set = 0;
         }
         let transform = transform.map_or(Affine2::IDENTITY, uv_transform);
@@ -174,8 +172,8 @@ impl Loader<'_> {
     }
 }
 
-/// KHR_texture_transform: translation · rotation · scale. Counter-clockwise as seen on the image, whose v points down:
-/// a negative angle for matrices. (The extension's example, the lower left quadrant turned, fixes the sign.)
+/// KHR_texture_transform: translation · rotation · scale. The rotation is counter-clockwise on the image, where v points down,
+/// so the matrix has the negative angle. (The extension's example, a rotated lower left quadrant, determines the sign.)
 fn uv_transform(t: &TextureTransform) -> Affine2 {
     let linear = Mat2::from_angle(-t.rotation.0) * Mat2::from_diagonal(Vec2::from(t.scale.0));
     Affine2 { matrix2: linear, translation: Vec2::from(t.offset.0) }

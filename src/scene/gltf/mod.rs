@@ -1,8 +1,8 @@
-//! glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
+//! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
-//! What every glTF object becomes is said in its file: `container` (bytes), `document` (JSON), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`.
-//! Nothing here panics on a damaged file: every index and every offset is checked where it is used.
+//! One file per kind of object: `container` (bytes), `document` (JSON), `accessor` (numbers), `nodes` (tree, cameras, lights),
+//! `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
+//! index and every offset is checked before use.
 
 mod accessor;
 mod animations;
@@ -26,14 +26,14 @@ use self::document::Document;
 use super::{Instance, Scene};
 use crate::Error;
 
-/// What to load of a file.
+/// Which part of a file to load.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// The scene's name or index; the file's default scene where absent.
+    /// The name or index of a scene; `None` is the file's default scene.
     pub scene: Option<String>,
 }
 
-/// Extensions that are read; all others are refused where required and warned about where not.
+/// The supported extensions. A file that requires another one is refused; one that only uses it causes a warning.
 const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -46,65 +46,47 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// Metres, and factors of scale: areas and squared distances still fit into f32.
+/// Limit of coordinates in metres and of scale factors: areas and squared distances still fit into f32.
 const COORDINATE_MAX: f64 = 1e15;
 
-/// Distinct warnings that are kept; a file with more has one cause for most of them.
-const WARNINGS_MAX: usize = 50;
-
-/// One sentence per thing that was ignored or simplified, each said once.
-#[derive(Default)]
-struct Warnings(Vec<String>);
-
-impl Warnings {
-    fn once(&mut self, sentence: impl Into<String>) {
-        let sentence = sentence.into();
-        if self.0.len() > WARNINGS_MAX || self.0.contains(&sentence) {
-            return;
-        }
-        let last = self.0.len() == WARNINGS_MAX;
-        self.0.push(if last { "further warnings were left out".into() } else { sentence });
-    }
-}
-
 impl Scene {
-    /// Loads the glTF 2.0 file at `path`, whole: buffers, images, the chosen scene, every animation.
+    /// Loads the glTF 2.0 file at `path`: buffers, images, the chosen scene, every animation.
     ///
-    /// Supported are the extensions that the README lists. Skins and morph targets are applied once, at the file's own
-    /// node transforms and default weights. Points and lines are left out. Each simplification is one of
-    /// [`Scene::warnings`].
+    /// The README lists the supported extensions. Skins and morph targets are applied once, with the file's own node
+    /// transforms and default weights. Points and lines are left out. Each simplification adds one of [`Scene::warnings`].
     ///
     /// # Errors
-    /// [`Error::File`] in one sentence: missing or damaged files, glTF 1.0, required extensions that are not known.
+    /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0 and unsupported required extensions.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         let file = container::read(path)?;
         let document = parse(path, file.json)?;
         let mut hash = blake3::Hasher::new();
         hash_part(&mut hash, &document.source);
         let load = || -> Result<Self, Problem> {
-            let mut warnings = Warnings::default();
-            check_extensions(&document, &mut warnings)?;
+            check_extensions(&document)?;
             let folder = path.parent().unwrap_or(Path::new(""));
             let buffers = load_buffers(&document, folder, file.binary)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let data = Data { document: &document, buffers: &buffers };
             check::document(&data)?;
-            let mut scene = assemble(&data, folder, options, &mut warnings, &mut hash)?;
-            scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            scene.hash = hash.finalize().to_hex().to_string();
-            scene.warnings = warnings.0;
-            Ok(scene)
+            assemble(&data, folder, options, &mut hash)
         };
-        load().map_err(|problem| Error::file(path, problem))
+        let scene = load().map_err(|problem| Error::file(path, problem))?;
+        Ok(Self {
+            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            hash: hash.finalize().to_hex().to_string(),
+            warnings: document.into_warnings(),
+            ..scene
+        })
     }
 }
 
-/// Lengths keep parts from running into each other.
+/// Adds a part and its length, so that the boundary between two parts counts too.
 fn hash_part(hash: &mut blake3::Hasher, bytes: &[u8]) {
     hash.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
 }
 
-/// Checks the version first: a glTF 1.0 document does not have the shape of a 2.0 one.
+/// Checks the version first, because a glTF 1.0 document has another structure.
 fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     #[derive(serde::Deserialize)]
     struct Head {
@@ -129,19 +111,19 @@ fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     }
 }
 
-fn check_extensions(document: &Document, warnings: &mut Warnings) -> Result<(), Problem> {
+fn check_extensions(document: &Document) -> Result<(), Problem> {
     let unknown = |name: &&String| !KNOWN_EXTENSIONS.contains(&name.as_str());
     if let Some(name) = document.extensions_required.iter().find(unknown) {
         let name = container::shorten(name);
         return Err(format!("requires the extension {name}, which is not supported; export the scene without it"));
     }
     for name in document.extensions_used.iter().filter(unknown) {
-        warnings.once(format!("the extension {} is not supported and was ignored", container::shorten(name)));
+        document.warn(format!("the extension {} is not supported and was ignored", container::shorten(name)));
     }
     Ok(())
 }
 
-/// `None` for a buffer without a URI: extensions that are ignored may own it.
+/// `None` for a buffer without a URI: it may belong to an ignored extension.
 fn load_buffers(
     document: &Document,
     folder: &Path,
@@ -166,35 +148,23 @@ fn load_buffers(
     document.buffers.iter().enumerate().map(load).collect()
 }
 
-fn assemble(
-    data: &Data,
-    folder: &Path,
-    options: &LoadOptions,
-    warnings: &mut Warnings,
-    hash: &mut blake3::Hasher,
-) -> Result<Scene, Problem> {
+fn assemble(data: &Data, folder: &Path, options: &LoadOptions, hash: &mut blake3::Hasher) -> Result<Scene, Problem> {
     let document = data.document;
     let tree = nodes::Tree::new(document)?;
-    let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref(), warnings)?)?;
-    let mut scene = Scene { nodes: tree.nodes(document, warnings)?, ..Scene::default() };
+    let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref())?)?;
+    let mut scene = Scene { nodes: tree.nodes(document)?, ..Scene::default() };
     let mut used = images::Used::default();
-    scene.materials = materials::load(document, &mut used, warnings)?;
+    scene.materials = materials::load(document, &mut used)?;
     nodes::load_cameras(document, &tree, &shown, &mut scene)?;
-    nodes::load_lights(document, &tree, &shown, &mut scene, warnings)?;
-    load_meshes(data, &tree, &shown, &mut scene, warnings)?;
-    animations::load(data, &tree, &mut scene, warnings)?;
-    (scene.textures, scene.images) = images::load(data, folder, used, warnings, hash)?;
+    nodes::load_lights(document, &tree, &shown, &mut scene)?;
+    load_meshes(data, &tree, &shown, &mut scene)?;
+    animations::load(data, &tree, &mut scene)?;
+    (scene.textures, scene.images) = images::load(data, folder, used, hash)?;
     Ok(scene)
 }
 
-/// One mesh per primitive, shared by all nodes that show it undeformed.
-fn load_meshes(
-    data: &Data,
-    tree: &nodes::Tree,
-    shown: &[usize],
-    scene: &mut Scene,
-    warnings: &mut Warnings,
-) -> Result<(), Problem> {
+/// One mesh per primitive, shared by all nodes that use it without deformation.
+fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let document = data.document;
     let world = scene.world_from_nodes();
     let mut shared: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -202,42 +172,36 @@ fn load_meshes(
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
         let place = world[tree.slot[index]].to_cols_array();
-        // NaN, from infinite scales that met, fails the comparison too.
+        // NaN, the product of 0 and an infinite scale, fails this comparison too.
         if !place.iter().all(|x| x.abs() <= COORDINATE_MAX) {
-            return Err(format!("node {index} is moved or scaled beyond 10¹⁵; scale the scene down"));
+            return Err(format!("node {index} is translated or scaled beyond 10¹⁵; scale the scene down"));
         }
         let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
-        let own = node.skin.is_some() || node.weights.is_some();
-        let made = match shared.get(&mesh_index).filter(|_| !own) {
-            Some(made) => made.clone(),
+        let deformed = node.skin.is_some() || node.weights.is_some();
+        let meshes = match shared.get(&mesh_index).filter(|_| !deformed) {
+            Some(meshes) => meshes.clone(),
             None => {
-                let skin = deform::joint_matrices(data, tree, &world, index, warnings)?;
+                let skin = deform::joint_matrices(data, tree, &world, index)?;
                 let weights = node.weights.as_ref().or(mesh.weights.as_ref());
-                let pose = deform::Rest { joints: skin.as_deref(), weights: weights.map_or(&[], Vec::as_slice) };
-                load_primitives(data, mesh_index, &pose, scene, warnings)?
+                let rest = deform::Rest { joints: skin.as_deref(), weights: weights.map_or(&[], Vec::as_slice) };
+                load_primitives(data, mesh_index, &rest, scene)?
             }
         };
-        scene.instances.extend(made.iter().map(|&mesh| Instance { mesh, node: tree.slot[index] }));
-        if !own {
-            shared.insert(mesh_index, made);
+        scene.instances.extend(meshes.iter().map(|&mesh| Instance { mesh, node: tree.slot[index] }));
+        if !deformed {
+            shared.insert(mesh_index, meshes);
         }
     }
     Ok(())
 }
 
-fn load_primitives(
-    data: &Data,
-    mesh: usize,
-    pose: &deform::Rest,
-    scene: &mut Scene,
-    warnings: &mut Warnings,
-) -> Result<Vec<usize>, Problem> {
+fn load_primitives(data: &Data, mesh: usize, rest: &deform::Rest, scene: &mut Scene) -> Result<Vec<usize>, Problem> {
     let first = scene.meshes.len();
     let source = &data.document.meshes[mesh];
     let name = source.name.as_deref().unwrap_or_default();
     for number in 0..source.primitives.len() {
-        let made = mesh::load(data, [mesh, number], pose, &scene.materials, warnings)?;
-        scene.meshes.extend(made.map(|made| super::Mesh { name: name.into(), ..made }));
+        let made = mesh::load(data, [mesh, number], rest, &scene.materials)?;
+        scene.meshes.extend(made.map(|mesh| super::Mesh { name: name.into(), ..mesh }));
     }
     Ok((first..scene.meshes.len()).collect())
 }

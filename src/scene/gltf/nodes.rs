@@ -1,4 +1,4 @@
-//! The node tree in parents-first order, the chosen scene's roots, and what hangs on nodes: cameras and lights.
+//! The node tree with parents before children, the roots of the chosen scene, and the cameras and lights of nodes.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -7,13 +7,12 @@ use gltf::json;
 use gltf::json::extensions::scene::khr_lights_punctual::{self, Type};
 use gltf::json::validation::Checked::{Invalid, Valid};
 
-use super::Warnings;
 use super::accessor::{Problem, missing};
 use super::container::shorten;
-use super::document::{self, Document};
+use super::document::Document;
 use crate::scene::{Camera, Light, LightKind, Node, Projection, Scene, Transform};
 
-/// Where each of the document's nodes went.
+/// The order of the document's nodes in the scene.
 pub struct Tree {
     /// Document indices, parents before children.
     order: Vec<usize>,
@@ -48,7 +47,7 @@ impl Tree {
         Ok(Self { order, parent, slot })
     }
 
-    /// Document indices of `roots` and everything below them, in the document's order.
+    /// Document indices of `roots` and all their descendants, in the document's order.
     pub fn reachable(&self, document: &Document, roots: &[usize]) -> Result<Vec<usize>, Problem> {
         let mut shown = vec![false; document.nodes.len()];
         for &root in roots {
@@ -60,23 +59,24 @@ impl Tree {
         Ok((0..shown.len()).filter(|&n| shown[n]).collect())
     }
 
-    pub fn nodes(&self, document: &Document, warnings: &mut Warnings) -> Result<Vec<Node>, Problem> {
+    pub fn nodes(&self, document: &Document) -> Result<Vec<Node>, Problem> {
         let make = |&index: &usize| {
             let node = &document.nodes[index];
             let parent = self.parent[index].map(|p| self.slot[p]);
-            Ok(Node { name: node.name.clone(), parent, local: local_transform(index, node, warnings)? })
+            Ok(Node { name: node.name.clone(), parent, local: local_transform(document, index)? })
         };
         self.order.iter().map(make).collect()
     }
 }
 
-fn local_transform(index: usize, node: &document::Node, warnings: &mut Warnings) -> Result<Transform, Problem> {
+fn local_transform(document: &Document, index: usize) -> Result<Transform, Problem> {
+    let node = &document.nodes[index];
     let finite = |ok: bool| if ok { Ok(()) } else { Err(format!("node {index} has a transform that is not finite")) };
     if let Some(m) = &node.matrix {
         let matrix = DMat4::from_cols_array(m);
         finite(matrix.is_finite())?;
         if matrix.row(3) != glam::DVec4::W {
-            warnings.once(format!("node {index} has a projective matrix; its last row was ignored"));
+            document.warn(format!("node {index} has a projective matrix; the last row was ignored"));
         }
         return Ok(Transform::Matrix(DAffine3::from_mat4(matrix)));
     }
@@ -88,8 +88,9 @@ fn local_transform(index: usize, node: &document::Node, warnings: &mut Warnings)
     Ok(Transform::Trs { translation, rotation, scale })
 }
 
-/// Root nodes of the scene that `wanted` names (or numbers), of the default one, of the first, or of the whole file.
-pub fn choose_roots(document: &Document, wanted: Option<&str>, warnings: &mut Warnings) -> Result<Vec<usize>, Problem> {
+/// The root nodes of the scene with the name or index `wanted`; without it, of the default scene, else of the first scene,
+/// else all nodes.
+pub fn choose_roots(document: &Document, wanted: Option<&str>) -> Result<Vec<usize>, Problem> {
     let scenes = &document.scenes;
     let index = match wanted {
         Some(wanted) => {
@@ -106,7 +107,7 @@ pub fn choose_roots(document: &Document, wanted: Option<&str>, warnings: &mut Wa
     match index {
         Some(index) => Ok(scenes.get(index).ok_or_else(|| missing("scene", index))?.nodes.clone()),
         None => {
-            warnings.once("the file holds no scene; all of its nodes are shown");
+            document.warn("the file has no scene; all of its nodes are shown");
             Ok((0..document.nodes.len()).collect())
         }
     }
@@ -139,18 +140,12 @@ fn projection(camera: &json::Camera) -> Option<Projection> {
     valid.then_some(Projection::Orthographic { half_height, near: o.znear, far: o.zfar })
 }
 
-pub fn load_lights(
-    document: &Document,
-    tree: &Tree,
-    shown: &[usize],
-    scene: &mut Scene,
-    warnings: &mut Warnings,
-) -> Result<(), Problem> {
+pub fn load_lights(document: &Document, tree: &Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     for &index in shown {
         let node = &document.nodes[index];
         let Some(number) = node.extensions.khr_lights_punctual.as_ref().map(|l| l.light.value()) else { continue };
         let source = document.lights().get(number).ok_or_else(|| missing("light", number))?;
-        let mut light = light(document, number, source, warnings)?;
+        let mut light = light(document, number, source)?;
         light.node = tree.slot[index];
         if light.name.is_empty() {
             light.name = node.name.clone();
@@ -160,12 +155,7 @@ pub fn load_lights(
     Ok(())
 }
 
-fn light(
-    document: &Document,
-    number: usize,
-    source: &khr_lights_punctual::Light,
-    warnings: &mut Warnings,
-) -> Result<Light, Problem> {
+fn light(document: &Document, number: usize, source: &khr_lights_punctual::Light) -> Result<Light, Problem> {
     let kind = match source.type_ {
         Valid(Type::Point) => LightKind::Point,
         Valid(Type::Directional) => LightKind::Directional,
@@ -185,10 +175,10 @@ fn light(
         return Err(format!("light {number} has an intensity that is not finite; correct it"));
     }
     if intensity.min_element() < 0.0 {
-        warnings.once(format!("light {number} has a negative intensity; it was raised to 0"));
+        document.warn(format!("light {number} has a negative intensity; it was raised to 0"));
     }
     if source.range.is_some_and(|r| r <= 0.0) {
-        warnings.once(format!("light {number} has a range of 0 or less; it reaches everywhere"));
+        document.warn(format!("light {number} has a range of 0 or less; it reaches everywhere"));
     }
     let extras: Option<serde_json::Value> = source.extras.as_ref().and_then(|e| serde_json::from_str(e.get()).ok());
     let radius = extras.and_then(|e| e.get("radius")?.as_f64()).unwrap_or(0.0);

@@ -1,33 +1,32 @@
-//! Tangents for normal maps: the file's, or MikkTSpace's as glTF demands.
+//! Tangents for normal maps: the file's, else MikkTSpace's, as glTF demands.
 
 use std::collections::HashMap;
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec3, Vec4};
 
-use super::Warnings;
 use crate::scene::{Mesh, TextureRef};
 
-/// Fills `mesh.tangents`. A mesh of which one tangent is no direction gets all of them anew.
-pub fn complete(what: &str, mesh: &mut Mesh, slot: &TextureRef, warnings: &mut Warnings) {
+/// Fills `mesh.tangents`. If one of the file's tangents has no direction, all are generated and the result is
+/// false.
+pub fn complete(mesh: &mut Mesh, slot: &TextureRef) -> bool {
     let usable = |t: &Vec4| t.truncate().as_dvec3().try_normalize().is_some() && t.w.is_finite();
-    if !mesh.tangents.is_empty() {
-        if mesh.tangents.iter().all(usable) {
-            for t in &mut mesh.tangents {
-                *t = t.truncate().as_dvec3().normalize().as_vec3().extend(if t.w < 0.0 { -1.0 } else { 1.0 });
-            }
-            return;
-        }
-        warnings.once(format!("{what} has tangents without a direction; they were made anew"));
+    let valid = mesh.tangents.iter().all(usable);
+    if mesh.tangents.is_empty() || !valid {
+        generate(mesh, slot);
+        return valid;
     }
-    generate(mesh, slot);
+    for t in &mut mesh.tangents {
+        *t = t.truncate().as_dvec3().normalize().as_vec3().extend(if t.w < 0.0 { -1.0 } else { 1.0 });
+    }
+    true
 }
 
-/// MikkTSpace over the uvs as the normal texture sees them, so that a rotated texture turns its tangents too. Vertices
-/// whose faces disagree are split.
+/// MikkTSpace over the transformed uvs of the normal texture, so that a rotated texture rotates the tangents too. Vertices
+/// that need several tangents are split.
 fn generate(mesh: &mut Mesh, slot: &TextureRef) {
     let mut corners = Corners { mesh, slot, tangents: vec![None; mesh.indices.len()] };
-    // The error type has no values; corners that nothing was set for are filled below.
+    // The error type has no values; corners without a tangent get one below.
     let _ = generate_tangents(&mut corners);
     let tangents = corners.tangents;
     mesh.tangents = vec![Vec4::ZERO; mesh.positions.len()];
@@ -56,7 +55,7 @@ fn generate(mesh: &mut Mesh, slot: &TextureRef) {
     }
 }
 
-/// Where uvs give no direction (degenerate or constant), any unit vector across the normal serves.
+/// Any unit vector orthogonal to the normal, for degenerate or constant uvs.
 fn any_tangent(normal: Vec3) -> Vec4 {
     normal.any_orthonormal_vector().extend(1.0)
 }
@@ -90,7 +89,7 @@ impl Geometry for Corners<'_> {
         self.mesh.normals[self.vertex(face, corner)].to_array()
     }
 
-    /// glTF's normal maps point up where v is small: the bitangent runs against v.
+    /// In glTF's normal maps +Y points towards smaller v, so the bitangent points against v.
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         let uv = self.slot.transform.transform_point2(self.mesh.uvs[self.slot.uv_set][self.vertex(face, corner)]);
         [uv.x, 1.0 - uv.y]

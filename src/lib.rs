@@ -15,7 +15,6 @@ pub mod renderer;
 pub mod requirements;
 pub mod scene;
 pub mod settings;
-pub mod twins;
 pub mod vk;
 
 pub use error::{Error, Result};

@@ -4,13 +4,16 @@
 #[path = "common/scenes.rs"]
 mod scenes;
 
+#[path = "twins/mod.rs"]
+mod twins;
+
 use glam::{Mat3, UVec3, Vec3, Vec4};
 use scenes::Random;
+use twins::cone::{Cone, trace_cone};
+use twins::mips::mip_chain;
+use twins::volume::{ISOTROPIC, Level, TRAVEL, Volume, texel_index};
 use twobounce::gi::cones::Settings;
 use twobounce::gi::cones::choices::{ConeSet, Form};
-use twobounce::twins::cone::{Cone, trace_cone};
-use twobounce::twins::mips::mip_chain;
-use twobounce::twins::volume::{ISOTROPIC, Level, TRAVEL, Volume, texel_index};
 
 const EDGE: u32 = 16;
 

@@ -9,10 +9,10 @@ mod scenes;
 
 use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
 use glam::{Vec3, Vec4};
+use gpu::twins::cone::{self, Cone};
+use gpu::twins::directions::roughness_to_aperture;
 use twobounce::gi::cones::choices::{ConeSet, Form, RoughnessFit, Weights};
 use twobounce::settings::Settings;
-use twobounce::twins::cone::{self, Cone};
-use twobounce::twins::directions::roughness_to_aperture;
 
 /// Every choice that changes how a cone is traced, one at a time.
 fn variants() -> Vec<Settings> {

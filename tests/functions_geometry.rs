@@ -9,12 +9,12 @@ mod scenes;
 
 use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
 use glam::{DVec3, IVec3, Mat3, Vec2, Vec3, Vec4};
+use gpu::twins::directions::*;
+use gpu::twins::voxelise::Polygon;
+use gpu::twins::{cone, lamps};
 use scenes::Random;
 use twobounce::gi::cones::choices::{ConeSet, Form, Weights};
 use twobounce::settings::Settings;
-use twobounce::twins::directions::*;
-use twobounce::twins::voxelise::Polygon;
-use twobounce::twins::{cone, lamps};
 
 #[test]
 fn directions_are_their_twins() {

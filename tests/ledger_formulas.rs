@@ -1,18 +1,21 @@
 //! The ledger's rows with a formula: each test states a property, shows by how much the printed form breaks it, and that
 //! the right form keeps it.
 
+#[path = "twins/mod.rs"]
+mod twins;
+
 use glam::{Mat3, Vec3, Vec4};
 use proptest::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI, SQRT_2};
 
+use twins::cone::*;
+use twins::directions::*;
+use twins::mips::*;
+use twins::volume::{ISOTROPIC, Level, TARGETS, TRAVEL, Volume};
 use twobounce::gi::cones::choices::Form::{self, Printed, Right};
 use twobounce::gi::cones::choices::{ConeSet, RoughnessFit, Weights};
 use twobounce::gi::cones::ledger::{self, Effect};
 use twobounce::gi::cones::{Ledger, Settings, Start};
-use twobounce::twins::cone::*;
-use twobounce::twins::directions::*;
-use twobounce::twins::mips::*;
-use twobounce::twins::volume::{ISOTROPIC, Level, TARGETS, TRAVEL, Volume};
 
 /// Equal faces at level 0 from a function of the voxel, in a whole chain of right mips.
 fn volume(edge: u32, texel: impl Fn(Vec3) -> Vec4) -> Volume {

@@ -11,6 +11,9 @@ mod studio;
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DAffine3, DVec3, IVec3, Vec3};
+use gpu::twins::alike::{Listed, groups};
+use gpu::twins::cells::parents;
+use gpu::twins::voxelise::Polygon;
 use half::f16;
 use scenes::{Random, add, triangle};
 use studio::{Studio, pose, room};
@@ -18,9 +21,6 @@ use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemPart, ListItem, Triangle};
 use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};
 use twobounce::settings::{Bounces, Settings};
-use twobounce::twins::alike::{Listed, groups};
-use twobounce::twins::cells::parents;
-use twobounce::twins::voxelise::Polygon;
 use twobounce::vk::download;
 
 const EDGE: u32 = 16;

@@ -7,10 +7,10 @@ mod gpu;
 mod scenes;
 
 use glam::{DVec3, Vec3};
+use gpu::twins::cells::clearance_codes;
 use scenes::{Random, add, triangle};
 use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Bounces, Settings};
-use twobounce::twins::cells::clearance_codes;
 use twobounce::vk::download;
 
 /// Which of a clearance's codes occur in a scene of crumbs about `centers`, after the device's were held against the twin's.

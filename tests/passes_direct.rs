@@ -10,6 +10,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
+use gpu::twins::lamps::triangle_irradiance;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::metrics;
 use twobounce::reference::film::Film;
@@ -18,7 +19,6 @@ use twobounce::scene::{
     Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
 };
 use twobounce::settings::{Bounces, Settings};
-use twobounce::twins::lamps::triangle_irradiance;
 
 const SIZE: u32 = 96;
 /// Of the image, metres.

@@ -202,6 +202,6 @@ fn a_pass_goes_by_one_name_everywhere() {
         }
     }
     for twin in ["record", "voxelise", "shade", "mips", "cone"] {
-        exists(format!("src/twins/{twin}.rs"));
+        exists(format!("tests/twins/{twin}.rs"));
     }
 }

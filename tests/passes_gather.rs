@@ -6,6 +6,7 @@ mod gpu;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
+use gpu::twins::closed_forms;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
 use twobounce::renderer::{MOST_SETTLING, RenderOptions, Renderer};
@@ -13,7 +14,6 @@ use twobounce::scene::{
     Image, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
 };
 use twobounce::settings::{Bounces, Settings};
-use twobounce::twins::closed_forms;
 
 /// Rays, few per place, shared among neighbours.
 fn rays() -> Settings {

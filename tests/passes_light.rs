@@ -4,10 +4,10 @@
 mod gpu;
 
 use glam::{DAffine3, DVec3, Vec3};
+use gpu::twins::closed_forms;
 use twobounce::layers::Aov;
 use twobounce::scene::{Material, Mesh, Projection, Scene, View, analytic};
 use twobounce::settings::Settings;
-use twobounce::twins::closed_forms;
 
 /// Mean and largest pixel over Σρᵏ after two bounces.
 fn furnace_ratio(albedo: f32, block: bool, settings: &Settings) -> (f64, f64) {

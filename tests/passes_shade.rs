@@ -6,15 +6,15 @@ mod gpu;
 mod scenes;
 
 use glam::{DVec3, IVec3, Vec3};
+use gpu::twins::mips::mip_level;
+use gpu::twins::shade::{Shaded, fill};
+use gpu::twins::volume::round_to_half;
+use gpu::twins::voxelise::{Polygon, voxelise};
 use scenes::{Random, add, triangle};
 use std::collections::{BTreeMap, BTreeSet};
 use twobounce::gi::cones::choices::{Fill, Form};
 use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Bounces, Settings};
-use twobounce::twins::mips::mip_level;
-use twobounce::twins::shade::{Shaded, fill};
-use twobounce::twins::volume::round_to_half;
-use twobounce::twins::voxelise::{Polygon, voxelise};
 
 const EDGE: u32 = 16;
 

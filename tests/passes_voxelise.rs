@@ -8,11 +8,11 @@ mod scenes;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
+use gpu::twins::record::{in_voxels, record};
+use gpu::twins::voxelise::{Comparison, compare_sets, voxelise};
 use scenes::{Random, add, triangle};
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
 use twobounce::settings::{Bounces, Settings};
-use twobounce::twins::record::{in_voxels, record};
-use twobounce::twins::voxelise::{Comparison, compare_sets, voxelise};
 
 /// The talk's shading by cells, one bounce.
 fn cells(edge: u32) -> Settings {

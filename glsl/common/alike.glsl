@@ -1,5 +1,5 @@
 // Which triangles face alike: cells of a cube's faces, a third of an edge each way. Within one, normals are at most 51° apart,
-// 16° on average. CPU twin: src/twins/alike.rs.
+// 16° on average. CPU twin: tests/twins/alike.rs.
 
 const uint CELLS_PER_EDGE = 3u;
 const uint FACING_CELLS = 6u * CELLS_PER_EDGE * CELLS_PER_EDGE;

@@ -1,4 +1,4 @@
-// Directions about a normal: a frame, and cosine-distributed sets of any number. CPU twin: src/twins/directions.rs.
+// Directions about a normal: a frame, and cosine-distributed sets of any number. CPU twin: tests/twins/directions.rs.
 
 #include "common/numbers.glsl"
 

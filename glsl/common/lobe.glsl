@@ -1,4 +1,4 @@
-// GGX's lobe. CPU twin: src/twins/directions.rs.
+// GGX's lobe. CPU twin: tests/twins/directions.rs.
 
 #include "common/numbers.glsl"
 
@@ -19,7 +19,7 @@ float lobe_masking(float alpha, float c) {
     return 2.0 * c / max(c + sqrt(a2 + (1.0 - a2) * c * c), 1e-6);
 }
 
-// Tangent of the half angle of a cone as wide as half of the lobe, from roughness in [0, 1]; src/twins/directions.rs derives it.
+// Tangent of the half angle of a cone as wide as half of the lobe, from roughness in [0, 1]; tests/twins/directions.rs derives it.
 float ggx_aperture(float roughness) {
     float alpha = roughness * roughness;
     return 1.70 * alpha / (1.0 + 0.76 * alpha * alpha);

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Alike: of a voxel's triangles that have one material and face alike, the one with the largest part in it is lit for
-// all. A thread per occupied voxel; no outcome depends on a list's order. CPU twin: src/twins/alike.rs.
+// all. A thread per occupied voxel; no outcome depends on a list's order. CPU twin: tests/twins/alike.rs.
 
 #include "ground/constants.glsl"
 #include "common/triangle_box.glsl"

@@ -1,4 +1,4 @@
-// Emissive triangles as area lights (lights.lamps = sampled). CPU twin: src/twins/lamps.rs.
+// Emissive triangles as area lights (lights.lamps = sampled). CPU twin: tests/twins/lamps.rs.
 
 #include "common/count.glsl"
 #include "common/color.glsl"

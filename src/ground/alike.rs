@@ -1,5 +1,5 @@
 //! Alike: of a voxel's triangles that have one material and face alike, the largest is lit for all.
-//! Reads: lists, triangles, materials. Writes: item parts, lit items and their count. Twin: `src/twins/alike.rs`.
+//! Reads: lists, triangles, materials. Writes: item parts, lit items and their count. Twin: `tests/twins/alike.rs`.
 
 use std::sync::Arc;
 

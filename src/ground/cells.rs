@@ -1,5 +1,5 @@
 //! Lists of the occupied cells of every level of a grid, so that passes go through these alone.
-//! Reads: voxel cells, counters. Writes: cell counts, parents. Twin: `src/twins/cells.rs`.
+//! Reads: voxel cells, counters. Writes: cell counts, parents. Twin: `tests/twins/cells.rs`.
 
 use std::sync::Arc;
 

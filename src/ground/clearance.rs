@@ -1,5 +1,5 @@
 //! Clearance: how far around every voxel nothing is listed, which rays then pass at once.
-//! Reads: voxels (heads). Writes: clearance. Twin: `src/twins/cells.rs`.
+//! Reads: voxels (heads). Writes: clearance. Twin: `tests/twins/cells.rs`.
 
 use std::sync::Arc;
 

@@ -142,7 +142,7 @@ impl EmptyFaces {
 
 /// Lights the lists' items, then fills the occupied voxels. Reads: lists, triangles, materials, lights, lamps, kept direct
 /// light, and what a look-up binds. Writes: item lights, kept direct light, level 0 of a volume.
-/// Twin of the fill: `src/twins/shade.rs`.
+/// Twin of the fill: `tests/twins/shade.rs`.
 pub struct FillFaces {
     light: Compute,
     fill: Compute,
@@ -184,7 +184,7 @@ impl FillFaces {
     }
 }
 
-/// Mips, level by level, of the parents of occupied cells. Reads: level k − 1. Writes: level k. Twin: `src/twins/mips.rs`.
+/// Mips, level by level, of the parents of occupied cells. Reads: level k − 1. Writes: level k. Twin: `tests/twins/mips.rs`.
 pub struct MipFaces {
     mips: Compute,
 }

@@ -1,5 +1,5 @@
 //! Voxelise: geometry-shader conservative rasterisation with an exact triangle/voxel test, into the lists of any grid.
-//! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `src/twins/voxelise.rs`.
+//! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
 
 use std::sync::Arc;
 

@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use crate::gpu::twins::mips::mip_chain;
+use crate::gpu::twins::volume::{Level, Volume, round_to_half};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use half::f16;
@@ -15,8 +17,6 @@ use twobounce::ground::constants::{Features, constants, with};
 use twobounce::ground::layout;
 use twobounce::profile::counts::Counts;
 use twobounce::settings::Settings;
-use twobounce::twins::mips::mip_chain;
-use twobounce::twins::volume::{Level, Volume, round_to_half};
 use twobounce::vk::*;
 
 use crate::gpu;

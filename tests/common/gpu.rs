@@ -1,18 +1,21 @@
 //! One frame under validation, and what it left on the device. Every test file uses a part of this.
 #![allow(dead_code)]
 
+#[path = "../twins/mod.rs"]
+pub mod twins;
+
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use half::f16;
+use twins::volume::Volume;
+use twins::voxelise::Pair;
 use twobounce::ground::faces::FaceVolume;
 use twobounce::ground::layout::{Globals, ListItem, Triangle};
 use twobounce::layers::Aov;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Scene, View};
 use twobounce::settings::Settings;
-use twobounce::twins::volume::Volume;
-use twobounce::twins::voxelise::Pair;
 use twobounce::vk::{Context, ContextOptions, download, download_image};
 
 use glam::Vec4;

@@ -1,5 +1,5 @@
 // Cones through the volume. Positions and lengths in voxels; what comes back is stored radiance (× frame.scale),
-// premultiplied, and alpha. CPU twin: src/twins/cone.rs.
+// premultiplied, and alpha. CPU twin: tests/twins/cone.rs.
 
 #include "common/count.glsl"
 #include "ground/faces/look_up.glsl"

@@ -1,5 +1,5 @@
 // A voxel from what its list's items send: premultiplied stored radiance and alpha for travellers along +x +y +z −x −y −z, and
-// on average. CPU twin: src/twins/shade.rs.
+// on average. CPU twin: tests/twins/shade.rs.
 
 #include "common/color.glsl"
 #include "common/fixed_sum.glsl"

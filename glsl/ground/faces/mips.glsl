@@ -1,4 +1,4 @@
-// Mips: six directional preintegrations and one plain average. CPU twin: src/twins/mips.rs.
+// Mips: six directional preintegrations and one plain average. CPU twin: tests/twins/mips.rs.
 
 #include "common/count.glsl"
 

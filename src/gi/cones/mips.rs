@@ -1,6 +1,6 @@
 //! Passes 2c and 4c, mips: level by level, six directional preintegrations and one plain average. Layered: all cells of a level,
 //! one triangle over the screen per slice. Cells: `src/ground/faces.rs`, the parents of occupied cells.
-//! Reads: level k − 1. Writes: level k. Twin: `src/twins/mips.rs`.
+//! Reads: level k − 1. Writes: level k. Twin: `tests/twins/mips.rs`.
 
 use std::sync::Arc;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::ground::clearance::BRICK;
+use twobounce::ground::clearance::BRICK;
 
 /// Column, row and slice of a cell: as in `glsl/ground/heads.glsl`.
 fn cell_at(cell: u32, edge: u32) -> [u32; 3] {

@@ -3,7 +3,7 @@
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
-use crate::gi::cones::choices::{ConeSet, Form, RoughnessFit};
+use twobounce::gi::cones::choices::{ConeSet, Form, RoughnessFit};
 
 /// One cone of a diffuse set, in the frame whose z is the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]

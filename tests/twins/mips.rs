@@ -3,7 +3,7 @@
 use glam::{UVec3, Vec4};
 
 use super::volume::{ISOTROPIC, Level, TARGETS, Volume, round_to_half, texel_index};
-use crate::gi::cones::choices::Form;
+use twobounce::gi::cones::choices::Form;
 
 /// The eight children of a voxel: index 4z + 2y + x (D3: the talk's `voxelIndex` macro, with its brackets balanced).
 pub type Block = [Vec4; 8];

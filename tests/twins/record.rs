@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Pose, Scene};
+use twobounce::scene::{Pose, Scene};
 
 /// One recorded triangle in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]

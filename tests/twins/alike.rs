@@ -48,19 +48,3 @@ pub fn groups(list: &[Listed]) -> Vec<Vec<usize>> {
     }
     groups
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_wall_is_one_group_and_a_corner_three() {
-        let wall = |normal, material| Listed { normal, material, shares: true };
-        let tilted = DVec3::new(1.0, 0.2, -0.2);
-        assert_eq!(groups(&[wall(DVec3::X, 0), wall(tilted, 0), wall(DVec3::X * 9.0, 0)]), [vec![0, 1, 2]]);
-        assert_eq!(groups(&[wall(DVec3::X, 0), wall(DVec3::Y, 0), wall(-DVec3::X, 0)]).len(), 3);
-        assert_eq!(groups(&[wall(DVec3::X, 1), wall(DVec3::X, 0), wall(DVec3::X, 1)]), [vec![1], vec![0], vec![2]]);
-        let masked = Listed { shares: false, ..wall(DVec3::X, 0) };
-        assert_eq!(groups(&[masked, wall(DVec3::X, 1), wall(DVec3::X, 1)]), [vec![1, 2], vec![0]]);
-    }
-}

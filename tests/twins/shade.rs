@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use super::volume::{TARGETS, TRAVEL};
-use crate::gi::cones::choices::Fill;
+use twobounce::gi::cones::choices::Fill;
 
 /// One listed triangle, already shaded.
 #[derive(Clone, Copy, Debug)]
@@ -81,45 +81,4 @@ fn blend(parts: impl Iterator<Item = (f32, Vec3)>) -> Vec4 {
     }
     let alpha = f32::min(1.0, weight);
     (sum * (alpha / weight)).extend(alpha)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const RED: Vec3 = Vec3::new(2.0, 0.0, 0.0);
-    const BLUE: Vec3 = Vec3::new(0.0, 0.0, 1.0);
-    const WALL: Shaded = Shaded { normal: Vec3::X, front: RED, back: None, opacity: 1.0, area: 0.5 };
-
-    #[test]
-    fn a_surface_that_faces_x_shows_to_travellers_along_minus_x() {
-        let facing = fill(&[WALL], Fill::Facing);
-        assert_eq!(facing[3], RED.extend(1.0));
-        // From behind it is black and blocks; along its plane it is neither seen nor in the way.
-        assert_eq!((facing[0], facing[1]), (Vec4::W, Vec4::ZERO));
-        assert_eq!(fill(&[WALL], Fill::Coverage)[3], (0.5 * RED).extend(0.5));
-        assert_eq!(fill(&[WALL], Fill::Uniform), [RED.extend(1.0); 7]);
-    }
-
-    #[test]
-    fn two_sides_keep_their_own_light() {
-        let leaf = Shaded { back: Some(BLUE), opacity: 0.5, ..WALL };
-        let uniform = fill(&[leaf], Fill::Uniform);
-        assert_eq!((uniform[3], uniform[0]), ((0.5 * RED).extend(0.5), (0.5 * BLUE).extend(0.5)));
-        assert_eq!(uniform[6], (0.25 * (RED + BLUE)).extend(0.5));
-        assert_eq!(fill(&[leaf], Fill::Coverage)[0], (0.25 * BLUE).extend(0.25));
-    }
-
-    #[test]
-    fn no_order_and_no_number_of_triangles_makes_more_than_opaque() {
-        let tilted = Shaded { normal: Vec3::ONE.normalize(), front: BLUE, back: Some(RED), opacity: 0.7, area: 1.3 };
-        for how in Fill::ALL {
-            let (a, b) = (fill(&[WALL, tilted, WALL], *how), fill(&[WALL, WALL, tilted], *how));
-            for (a, b) in a.iter().zip(&b) {
-                // f32 sums in two orders.
-                assert!((*a - *b).abs().max_element() < 1e-6);
-                assert!(a.w <= 1.0 && a.truncate().max_element() <= 2.0 * a.w + 1e-6);
-            }
-        }
-    }
 }

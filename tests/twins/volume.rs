@@ -3,7 +3,7 @@
 use glam::{IVec3, UVec3, Vec3, Vec4};
 use half::f16;
 
-use crate::gi::cones::choices::Form;
+use twobounce::gi::cones::choices::Form;
 
 /// Targets of a volume: what a cone travelling along +x +y +z −x −y −z sees, and the isotropic one.
 pub const TARGETS: usize = 7;
@@ -90,43 +90,4 @@ impl Volume {
 /// Where texel (x, y, z) lies in a grid of `edge`³.
 pub fn texel_index(texel: UVec3, edge: u32) -> usize {
     ((texel.z * edge + texel.y) * edge + texel.x) as usize
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A 2³ chain whose level-0 target 0 is x, and whose level 1 is 5.
-    fn ramp() -> Volume {
-        let zero = |n: usize| std::array::from_fn(|_| vec![Vec4::ZERO; n]);
-        let (mut fine, mut coarse): (Level, Level) = (zero(8), zero(1));
-        for (i, v) in fine[0].iter_mut().enumerate() {
-            *v = Vec4::splat((i & 1) as f32);
-        }
-        coarse[0][0] = Vec4::splat(5.0);
-        Volume::new(vec![fine, coarse])
-    }
-
-    #[test]
-    fn sampling_is_linear_in_space_and_in_level() {
-        let v = ramp();
-        let at = |x, level| v.sample(0, Vec3::new(x, 0.5, 0.5), level, Form::Printed).x;
-        assert_eq!([at(0.25, 0.0), at(0.5, 0.0), at(0.75, 0.0)], [0.0, 0.5, 1.0]);
-        assert_eq!([at(0.5, 0.5), at(0.5, 1.0), at(0.5, 9.0)], [2.75, 5.0, 5.0]);
-    }
-
-    #[test]
-    fn beyond_the_border_is_the_edge_or_nothing() {
-        let v = ramp();
-        let at = |x, border| v.sample(0, Vec3::new(x, 0.5, 0.5), 0.0, border).x;
-        assert_eq!([at(1.0, Form::Printed), at(1.0, Form::Right)], [1.0, 0.5]);
-        assert_eq!([at(3.0, Form::Printed), at(3.0, Form::Right)], [1.0, 0.0]);
-    }
-
-    #[test]
-    fn a_half_keeps_eleven_bits() {
-        assert_eq!(round_to_half(Vec4::new(1.0 + 1.0 / 4096.0, 2049.0, 65504.0, 6e-8)), {
-            Vec4::new(1.0, 2048.0, 65504.0, 5.9604645e-8)
-        });
-    }
 }

@@ -4,8 +4,8 @@ use glam::{Vec3, Vec4};
 
 use super::directions::{cone_set, tangent_frame};
 use super::volume::{ISOTROPIC, Volume};
-use crate::gi::cones::choices::{Blend, Form, Weights};
-use crate::gi::cones::{Ledger, Settings};
+use twobounce::gi::cones::choices::{Blend, Form, Weights};
+use twobounce::gi::cones::{Ledger, Settings};
 
 /// Alpha at which a cone ends (D18): what is left cannot change an 8-bit image.
 pub const OPAQUE: f32 = 0.995;

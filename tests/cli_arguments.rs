@@ -37,13 +37,13 @@ fn effective(folder: &Path, args: &[&str]) -> String {
 fn settings_win_in_the_stated_order() {
     let folder = folder();
     let printed = effective(folder.path(), &["--preset", "printed"]);
-    assert!(printed.contains("voxels = 128\n") && printed.contains("ledger.d1 = \"printed\"\n"));
+    assert!(printed.contains("voxels = 128\n") && printed.contains("cones.ledger.d1 = \"printed\"\n"));
     for order in [
         ["--preset", "printed", "--config", "other.toml", "--set", "voxels=16", "--set", "voxels=64"],
         ["--set", "voxels=16", "--set", "voxels=64", "--config", "other.toml", "--preset", "printed"],
     ] {
         let all = effective(folder.path(), &order);
-        assert_eq!(all, printed.replace("voxels = 128\n", "voxels = 64\n").replace("cones = \"5\"", "cones = \"16\""));
+        assert_eq!(all, printed.replace("voxels = 128\n", "voxels = 64\n").replace("cones.set = \"5\"", "cones.set = \"16\""));
     }
     fs::write(folder.path().join("again.toml"), &printed).unwrap();
     assert_eq!(effective(folder.path(), &["--config", "again.toml"]), printed);
@@ -60,8 +60,8 @@ fn what_was_mistyped_is_named_with_the_nearest() {
     refused(&["render", "scene.gltf", "-o", "a.png", "--set", "voxel=64"], &["--set", "\"voxel\"", "\"voxels\""]);
     refused(&["render", "scene.gltf", "-o", "a.png", "--preset", "printd"], &["--preset", "\"printed\""]);
     refused(&["render", "scene.gltf", "-o", "a.png", "--config", "none.toml"], &["none.toml", "cannot be read"]);
-    fs::write(folder.path().join("bad.toml"), "voxels = 64\nfil = \"facing\"\n").unwrap();
-    refused(&["render", "scene.gltf", "-o", "a.png", "--config", "bad.toml"], &["bad.toml", "\"fil\"", "\"fill\""]);
+    fs::write(folder.path().join("bad.toml"), "voxels = 64\ncones.fil = \"facing\"\n").unwrap();
+    refused(&["render", "scene.gltf", "-o", "a.png", "--config", "bad.toml"], &["bad.toml", "\"cones.fil\"", "\"cones.fill\""]);
     refused(&["render", "scene.gltf"], &["--output"]);
     refused(&["render", "-o", "a.png"], &["SCENE"]);
 }

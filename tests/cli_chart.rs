@@ -175,7 +175,7 @@ fn rows_pages_and_failures() {
 #[test]
 fn killed_or_interrupted_it_goes_on() {
     let folder = Folder::new();
-    let args = [SCENE, "--presets", "fast,printed", "--sweep", "cones=16,g32"];
+    let args = [SCENE, "--presets", "fast,printed", "--sweep", "voxels=32,64"];
     let mut child = folder.started("killed", &args);
     child.kill().unwrap();
     child.wait().unwrap();
@@ -209,7 +209,7 @@ fn a_budget_ends_it_between_rows() {
     assert!(output.status.code() == Some(2) && said.contains("too small for one run"), "{said}");
     assert!(!folder.path("out").exists(), "a folder was left behind");
     folder.charted(&args);
-    let said = folder.charted(&[&args[..], &["--sweep", "cones=5,16", "--budget-minutes", "1e-9"]].concat());
+    let said = folder.charted(&[&args[..], &["--sweep", "rays.diffuse=2,3", "--budget-minutes", "1e-9"]].concat());
     assert!(said.contains("the budget is spent after 1 of 3 rows"), "{said}");
 }
 

@@ -93,7 +93,7 @@ fn a_sequence_is_numbered_and_reports_are_whole() {
         serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap()
     };
     let report = json("t.json");
-    assert_eq!((&report["frames"], &report["warm_up_frames"], &report["width"]), (&3.into(), &1.into(), &24.into()));
+    assert_eq!((&report["frames"], &report["warm_up_frames"], &report["width"]), (&3.into(), &2.into(), &24.into()));
     assert_eq!(report["counters"]["triangles"], 1);
     let passes = report["passes"].as_array().unwrap();
     for pass in passes {

@@ -90,10 +90,11 @@ mod tests {
 
     #[test]
     fn one_axis_at_a_time_and_nothing_twice() {
-        let axes = ["voxels=64,128", "cones=g6,5"].map(|text| Axis::parse(text).unwrap());
+        let axes = ["voxels=64,128", "bounces=2,all"].map(|text| Axis::parse(text).unwrap());
         let names: Vec<String> = trials(&bases(), &axes).unwrap().iter().map(Trial::name).collect();
-        // voxels = 128 and fast's g6, printed's 5 are the presets themselves.
-        let expected = ["fast", "printed", "fast voxels=64", "printed voxels=64", "printed cones=g6", "fast cones=5"];
+        // 128 voxels and two bounces are the presets themselves.
+        let expected =
+            ["fast", "printed", "fast voxels=64", "printed voxels=64", "fast bounces=all", "printed bounces=all"];
         assert_eq!(names, expected);
     }
 
@@ -103,6 +104,10 @@ mod tests {
         let changes: Vec<_> = trials[3].changes().into_iter().map(|(key, value)| (key.name, value)).collect();
         assert_eq!(changes, [("voxels", "64".to_owned())]);
         assert!(trials[0].changes().is_empty());
+        // What only cones would heed is no change of rays: nothing runs twice for it.
+        let axes = [Axis::parse("cones.step=2").unwrap()];
+        let names: Vec<String> = super::trials(&bases(), &axes).unwrap().iter().map(Trial::name).collect();
+        assert_eq!(names, ["fast", "printed", "printed cones.step=2"]);
     }
 
     #[test]
@@ -112,7 +117,7 @@ mod tests {
             Err(error) => error.to_string(),
         };
         assert!(refused("voxels").contains("key=value,value"));
-        assert!(refused("volume.center=0,0,0").contains("volume.center is a point"));
+        assert!(refused("grid.center=0,0,0").contains("grid.center is a point"));
         assert!(refused("voxel=64").contains("did you mean \"voxels\""));
         assert!(refused("voxels=64,63").contains("power of two"));
         assert!(refused("voxels=").contains("power of two"));

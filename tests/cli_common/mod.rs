@@ -22,7 +22,7 @@ pub fn write_scene(path: &Path) {
 pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     write_scene(&folder.path().join("scene.gltf"));
-    fs::write(folder.path().join("other.toml"), "voxels = 32\ncones = 16\n").unwrap();
+    fs::write(folder.path().join("other.toml"), "voxels = 32\ncones.set = 16\n").unwrap();
     folder
 }
 

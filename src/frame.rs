@@ -1,7 +1,8 @@
 //! The frame: everything that turns a scene into an image, for one size and one set of settings.
 //!
-//! [`Frame::record`] records it into a given recorder: uploads, lists, the method's light, the image. It allocates, submits and
-//! waits for nothing. Buffers that turned out too small are told by [`Frame::poll`] once the commands are done.
+//! [`Frame::record`] records it into a given recorder, a host's command buffer too: uploads, lists, the method's light, the image.
+//! It makes, submits and waits for nothing, and the image stays on the device. Buffers that turned out too small are told by
+//! [`Frame::poll`] once the commands are done. Several frames may be in flight, each in a slot of its own.
 
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ use crate::ground::image::{ImageFrame, ImagePass, gather};
 use crate::ground::lamps::Lamps;
 use crate::ground::layout::{self, Globals};
 use crate::ground::memory_plan::MemoryRow;
-use crate::ground::scene_on_gpu::{BlendedTriangle, ScenePacked};
+use crate::ground::scene_on_gpu::SceneOnGpu;
 use crate::ground::uniforms::{self, FrameUniforms};
 use crate::ground::{self, Counts, Ground};
 use crate::scene::{Bounds, Pose, Scene, View};
@@ -24,9 +25,9 @@ use crate::vk::{Buffer, BufferKind, BufferUsageFlags, Context, Recorder};
 use crate::{Error, Result};
 
 /// What a frame is made for.
+#[derive(Clone, Copy)]
 pub struct FrameDesc<'a> {
     pub scene: &'a Scene,
-    pub packed: &'a ScenePacked,
     pub settings: &'a Settings,
     /// Pixels.
     pub size: (u32, u32),
@@ -44,9 +45,9 @@ pub struct Frame {
     pub target: ImageTarget,
     image: ImagePass,
     settings: Settings,
+    features: Features,
     wants: Wants,
     counts: Counts,
-    blended: Vec<BlendedTriangle>,
     lamps: Lamps,
     /// Pieces of lamps, and whether they are chosen through the tree.
     placed_lamps: (u32, bool),
@@ -66,8 +67,7 @@ pub struct Frame {
 /// Everything that changes from frame to frame and shows in lists or light: no camera does.
 struct MadeOf {
     instances: Vec<DAffine3>,
-    /// As the device has them.
-    lights: Vec<u8>,
+    lights: Vec<layout::Light>,
     sky: Vec3,
 }
 
@@ -92,11 +92,11 @@ pub struct Counters {
 }
 
 impl Frame {
-    /// Compiles the passes and makes what they work on. `check`: refuses plans that are too large, told bytes by grid edge.
+    /// Compiles the passes and makes what they work on.
     ///
     /// # Errors
     /// Settings that make no sense, too little memory, a lost device.
-    pub fn new(context: &Arc<Context>, desc: FrameDesc, check: Check) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, desc: &FrameDesc, scene_on_gpu: &Arc<SceneOnGpu>) -> Result<Self> {
         let settings = desc.settings;
         let grid = Grid::place(desc.bounds, settings)?;
         let wants = wants(settings);
@@ -106,26 +106,14 @@ impl Frame {
                 settings.method
             )));
         }
-        let sampled = settings.lights.lamps == LampLight::Sampled;
-        let lamps = if sampled { Lamps::new(desc.scene) } else { Lamps::default() };
-        let counts = Counts::new(
-            desc.scene.triangle_count() as u32,
-            desc.packed.blended.len() as u32,
-            desc.scene.lights.len() as u32,
-            lamps.count(settings.lights.lamp_points),
-            wants.grids.len(),
-        );
-        check(&|voxels| plan(settings, desc.size, desc.outputs, (voxels, &counts)))?;
+        let lamps = lamps(desc.scene, settings);
+        let counts = first_counts(desc, &lamps);
         let features = Features::of(desc.scene, settings);
         let base = constants(settings, features);
-        let scene_on_gpu = Arc::new(desc.packed.upload(context)?);
-        let ground = Ground::new(context, scene_on_gpu, grid, (wants.clone(), &counts), &base)?;
+        let ground = Ground::new(context, scene_on_gpu.clone(), grid, (wants.clone(), &counts), &base)?;
         let method = settings.method.make(&Maker { context, settings, features, counts: &counts })?;
         let target = ImageTarget::new(context, desc.size, settings.image.samples, desc.outputs)?;
-        let apart = wants.diffuse && settings.image.gathers_apart();
-        let constants = with(base, method.constants());
-        let asked = (settings.method.name(), &constants[..]);
-        let image = ImagePass::new(context, (&settings.image, apart), features, asked, &target)?;
+        let image = image_pass(context, desc, &*method, &target)?;
         let counter = |_| {
             let bytes = size_of::<Globals>() as u64;
             Buffer::new(context, "counters, readback", bytes, BufferKind::Readback, BufferUsageFlags::empty())
@@ -135,7 +123,7 @@ impl Frame {
             counters: (0..desc.slots).map(counters).collect::<Result<_>>()?,
             scale: radiance_scale(desc.scene, ground.grid.voxel_m, settings.bounces),
             settings: settings.clone(),
-            blended: desc.packed.blended.clone(),
+            features,
             placed_lamps: (0, false),
             frame_index: 0,
             history: false,
@@ -153,37 +141,34 @@ impl Frame {
 
     /// Records a frame. `slot`: one of those in flight that is free again.
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
-        let lights = uniforms::lights(seen.scene, seen.pose, &self.ground.grid);
         let now = MadeOf {
             instances: seen.pose.world_from_instance.clone(),
-            lights: bytemuck::cast_slice(&lights).to_vec(),
+            lights: uniforms::lights(seen.scene, seen.pose, &self.ground.grid),
             sky: seen.scene.sky,
         };
         let before = self.made_of.take();
-        let stale = std::mem::take(&mut self.stale);
-        let lists = stale || before.as_ref().is_none_or(|before| before.instances != now.instances);
-        let same = |before: &MadeOf| before.lights == now.lights && before.sky == now.sky;
+        let lists = std::mem::take(&mut self.stale) || before.as_ref().is_none_or(|b| b.instances != now.instances);
+        let same = |before: &MadeOf| {
+            let bytes = |made: &MadeOf| bytemuck::cast_slice::<_, u8>(&made.lights).to_vec();
+            bytes(before) == bytes(&now) && before.sky == now.sky
+        };
         // With feedback or jitter a frame's light differs from the last one's though nothing changes.
         let unsteady = self.settings.bounces == Bounces::All || self.wants.unsteady;
         let light = lists || unsteady || !before.as_ref().is_some_and(same);
-        self.upload(r, seen, &lights, lists);
+        self.upload(r, seen, &now.lights, lists);
         if lists {
-            self.ground.base_mut().swap_cell_lists();
             // What stands where: triangles, and the voxels that they touch.
+            self.ground.base_mut().swap_cell_lists();
             self.ground.record_lists(r, seen.pose);
         }
         if light {
-            // The light that the method keeps of it.
+            // The light that the method makes of it.
             self.method.update(r, &self.ground, &Update { lists, history: self.history, known: before.is_some() });
         }
         if seen.image {
             // The recorded triangles become the image, with what the method looks up.
-            let frame = ImageFrame {
-                ground: &self.ground,
-                target: &self.target,
-                blended: self.counts.blended,
-                sky: seen.scene.sky.into(),
-            };
+            let (ground, target) = (&self.ground, &self.target);
+            let frame = ImageFrame { ground, target, blended: self.counts.blended, sky: seen.scene.sky.into() };
             self.image.record(r, &frame, &self.method.binds());
         }
         r.full_barrier(); // the counters were written
@@ -196,6 +181,7 @@ impl Frame {
 
     /// What shaders read of this frame.
     fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lists: bool) {
+        r.full_barrier(); // the frame before read the same buffers
         if lists {
             let placed = self.lamps.place(seen.pose, &self.ground.grid, self.settings.lights.lamp_points);
             self.placed_lamps = (placed.pieces.len() as u32, !placed.nodes.is_empty());
@@ -214,7 +200,22 @@ impl Frame {
         };
         r.update_all(&self.ground.frame, &[uniforms.layout()]);
         r.update_all(&self.ground.lights, lights);
-        r.update_all(&self.ground.order, &back_to_front(&self.blended, seen));
+        r.update_all(&self.ground.order, &self.back_to_front(seen));
+    }
+
+    /// Sources of the blended triangles, the farthest centroid first; equal depths in the scene's order.
+    fn back_to_front(&self, seen: &Seen) -> Vec<u32> {
+        let mut order: Vec<(f64, u32)> = Vec::new();
+        for t in &self.ground.scene.blended {
+            let mesh = &seen.scene.meshes[t.mesh];
+            let place = &seen.pose.world_from_instance[t.instance];
+            let corners = &mesh.indices[t.first_index..t.first_index + 3];
+            let sum: DVec3 =
+                corners.iter().map(|&i| place.transform_point3(mesh.positions[i as usize].as_dvec3())).sum();
+            order.push(((sum / 3.0 - seen.view.eye).dot(seen.view.forward), t.source));
+        }
+        order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        order.into_iter().map(|(_, source)| source).collect()
     }
 
     /// Counters of a frame that is done, and what must grow before the next, if anything overflowed.
@@ -239,14 +240,49 @@ impl Frame {
         tracing::info!("buffers grow: {:?} to {:?}", self.counts, counts);
         self.ground.grow(context, &counts)?;
         self.counts = counts;
-        self.forget();
+        (self.made_of, self.history) = (None, false);
         Ok(())
     }
 
-    /// The next frame is made from nothing.
-    fn forget(&mut self) {
-        self.made_of = None;
-        self.history = false;
+    /// Goes over to the settings, the size and the lights of `desc`, of the same scene, and makes anew only what depends on what
+    /// changed; no frame may be in flight.
+    ///
+    /// # Errors
+    /// As for [`Frame::new`]; the frame then is as before.
+    pub fn change(&mut self, context: &Arc<Context>, desc: &FrameDesc) -> Result<()> {
+        let (old, new) = (&self.settings, desc.settings);
+        let of_light = |settings: &Settings| {
+            let (samples, gather_resolution) = (1, crate::settings::GatherResolution::Full);
+            let image = crate::settings::ImageSettings { samples, gather_resolution, ..settings.image.clone() };
+            Settings { image, ..settings.clone() }
+        };
+        let more_lights = desc.scene.lights.len() as u32 > self.counts.lights;
+        let other_features = Features::of(desc.scene, old) != self.features;
+        if more_lights || other_features || !of_light(old).means_same(&of_light(new)) {
+            let made = Self::new(context, desc, &self.ground.scene.clone())?;
+            *self = made;
+            return Ok(());
+        }
+        let resized = desc.size != (self.target.width, self.target.height) || desc.outputs != self.target.outputs();
+        let resampled = !old.means_same(new);
+        if resized || resampled {
+            let target = ImageTarget::new(context, desc.size, new.image.samples, desc.outputs)?;
+            if resampled || desc.outputs != self.target.outputs() {
+                self.image = image_pass(context, desc, &*self.method, &target)?;
+            } else {
+                self.image.resize(context, &new.image, &target)?;
+            }
+            self.target = target;
+        }
+        self.settings = new.clone();
+        Ok(())
+    }
+
+    /// The vertices or materials of `scene` changed on the device ([`SceneOnGpu::update_mesh`]): the next frame heeds them.
+    pub fn scene_changed(&mut self, scene: &Scene) {
+        self.lamps = lamps(scene, &self.settings);
+        self.scale = radiance_scale(scene, self.ground.grid.voxel_m, self.settings.bounces);
+        self.stale = true;
     }
 
     /// The next frame makes lists and light anew though nothing changed: what a frame costs in which something moves.
@@ -263,19 +299,48 @@ impl Frame {
         self.history
     }
 
-    /// What is allocated now, for buffers as large as `counts` and a grid of edge `voxels`.
+    pub fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// What is allocated for buffers as large as `counts` and a grid of edge `voxels`.
     pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
         let target = &self.target;
         plan(&self.settings, (target.width, target.height), target.outputs(), (voxels, counts))
     }
-
-    pub fn counts(&self) -> &Counts {
-        &self.counts
-    }
 }
 
-/// Refuses plans that are too large; told the plan by the grid's edge.
-pub type Check<'a> = &'a dyn Fn(&dyn Fn(u32) -> Vec<MemoryRow>) -> Result<()>;
+/// What [`Frame::new`] allocates on a grid of edge `voxels`, before any buffer grows.
+pub fn first_plan(desc: &FrameDesc, voxels: u32) -> Vec<MemoryRow> {
+    let counts = first_counts(desc, &lamps(desc.scene, desc.settings));
+    plan(desc.settings, desc.size, desc.outputs, (voxels, &counts))
+}
+
+fn first_counts(desc: &FrameDesc, lamps: &Lamps) -> Counts {
+    let scene = desc.scene;
+    let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == crate::scene::Alpha::Blend;
+    let blended = scene.instances.iter().filter(|i| is_blended(i.mesh)).map(|i| scene.meshes[i.mesh].indices.len() / 3);
+    Counts::new(
+        scene.triangle_count() as u32,
+        blended.sum::<usize>() as u32,
+        scene.lights.len() as u32,
+        lamps.count(desc.settings.lights.lamp_points),
+        wants(desc.settings).grids.len(),
+    )
+}
+
+fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
+    if settings.lights.lamps == LampLight::Sampled { Lamps::new(scene) } else { Lamps::default() }
+}
+
+fn image_pass(context: &Arc<Context>, desc: &FrameDesc, method: &dyn Gi, target: &ImageTarget) -> Result<ImagePass> {
+    let settings = desc.settings;
+    let features = Features::of(desc.scene, settings);
+    let constants = with(constants(settings, features), method.constants());
+    let apart = wants(settings).diffuse && settings.image.gathers_apart();
+    let asked = (settings.method.name(), &constants[..]);
+    ImagePass::new(context, (&settings.image, apart), features, asked, target)
+}
 
 /// What settings ask of the ground: what the method asks, and what direct light does.
 fn wants(settings: &Settings) -> Wants {
@@ -286,8 +351,7 @@ fn wants(settings: &Settings) -> Wants {
     wants
 }
 
-/// Bytes of every resource that [`Frame::new`] makes for such settings, with buffers as large as `counts` on a grid of edge
-/// `voxels`.
+/// Bytes of every resource of a frame with such settings, with buffers as large as `counts` on a grid of edge `voxels`.
 fn plan(settings: &Settings, size: (u32, u32), outputs: usize, (voxels, counts): (u32, &Counts)) -> Vec<MemoryRow> {
     let settings = Settings { voxels, ..settings.clone() };
     let wants = wants(&settings);
@@ -299,18 +363,4 @@ fn plan(settings: &Settings, size: (u32, u32), outputs: usize, (voxels, counts):
         rows.push(gather::plan(&settings.image, size, band_rows));
     }
     rows
-}
-
-/// Sources of the blended triangles, the farthest centroid first; equal depths in the scene's order.
-fn back_to_front(blended: &[BlendedTriangle], seen: &Seen) -> Vec<u32> {
-    let depth = |t: &BlendedTriangle| {
-        let mesh = &seen.scene.meshes[t.mesh];
-        let corners = &mesh.indices[t.first_index..t.first_index + 3];
-        let place = &seen.pose.world_from_instance[t.instance];
-        let sum: DVec3 = corners.iter().map(|&i| place.transform_point3(mesh.positions[i as usize].as_dvec3())).sum();
-        (sum / 3.0 - seen.view.eye).dot(seen.view.forward)
-    };
-    let mut order: Vec<(f64, u32)> = blended.iter().map(|t| (depth(t), t.source)).collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    order.into_iter().map(|(_, source)| source).collect()
 }

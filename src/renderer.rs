@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::Result;
-use crate::frame::{Counters, Frame, FrameDesc, Seen};
+use crate::frame::{Counters, Frame, FrameDesc, Seen, first_plan};
 use crate::ground::Ground;
 use crate::ground::image::target::{self, Readback};
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
@@ -24,6 +24,7 @@ pub enum Submit {
     PerPass,
 }
 
+#[derive(Clone)]
 pub struct RenderOptions {
     /// Pixels.
     pub size: (u32, u32),
@@ -87,29 +88,56 @@ impl Renderer {
         options: RenderOptions,
     ) -> Result<Self> {
         let packed = ScenePacked::new(&scene, pose);
-        let outputs = target::outputs(&options.aovs);
+        let desc = desc(&scene, &settings, &options);
         let mut fixed_plan = packed.plan();
-        fixed_plan.push(target::readback_plan(options.size, outputs));
+        fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
         let budget = context.memory_budget();
         let memory_limit = match options.memory_limit {
             Some(bytes) if bytes < budget => (bytes, "the --memory-limit".to_owned()),
             _ => (budget, format!("the budget of {}", context.name)),
         };
-        let check =
-            |plan: &dyn Fn(u32) -> Vec<MemoryRow>| check_memory(&memory_limit, settings.voxels, &fixed_plan, plan);
-        let desc = FrameDesc {
-            scene: &scene,
-            packed: &packed,
-            settings: &settings,
-            size: options.size,
-            outputs,
-            bounds: options.bounds,
-            slots: 1,
-        };
-        let frame = Frame::new(context, desc, &check)?;
+        // Before anything is uploaded: what is too large is refused at once.
+        check_memory(&memory_limit, settings.voxels, &fixed_plan, &|voxels| first_plan(&desc, voxels))?;
+        let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let log = None;
         Ok(Self { context: context.clone(), scene, settings, options, frame, readback, fixed_plan, memory_limit, log })
+    }
+
+    /// Goes over to other settings and another size; only what depends on them is made anew.
+    ///
+    /// # Errors
+    /// As for [`Renderer::new`]; the renderer then is as before.
+    pub fn change(&mut self, settings: Settings, size: (u32, u32)) -> Result<()> {
+        let options = RenderOptions { size, ..self.options.clone() };
+        let desc = desc(&self.scene, &settings, &options);
+        let mut fixed_plan = self.fixed_plan.clone();
+        fixed_plan.pop();
+        fixed_plan.push(target::readback_plan(size, desc.outputs));
+        check_memory(&self.memory_limit, settings.voxels, &fixed_plan, &|voxels| first_plan(&desc, voxels))?;
+        self.frame.change(&self.context, &desc)?;
+        if size != self.options.size {
+            self.readback = Readback::new(&self.context, &self.frame.target)?;
+        }
+        (self.settings, self.options, self.fixed_plan) = (settings, options, fixed_plan);
+        Ok(())
+    }
+
+    /// The scene with lights, sky, materials (but for which textures they use) and vertices of the meshes `moved` (as many as
+    /// before) changed: what else it holds stays.
+    ///
+    /// # Errors
+    /// The device is lost, or has no room for more lights.
+    pub fn change_scene(&mut self, scene: Scene, pose: &Pose, moved: &[usize]) -> Result<()> {
+        let mut recorder = Recorder::new(&self.context, RecorderOptions::default())?;
+        let on_gpu = self.frame.ground.scene.clone();
+        on_gpu.update_materials(&mut recorder, &scene, pose);
+        moved.iter().for_each(|&mesh| on_gpu.update_mesh(&mut recorder, mesh, &scene.meshes[mesh]));
+        recorder.finish()?;
+        self.scene = scene;
+        self.frame.change(&self.context, &desc(&self.scene, &self.settings, &self.options))?;
+        self.frame.scene_changed(&self.scene);
+        Ok(())
     }
 
     /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated. With
@@ -211,6 +239,12 @@ impl Renderer {
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
+}
+
+/// One frame in flight.
+fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -> FrameDesc<'a> {
+    let outputs = target::outputs(&options.aovs);
+    FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1 }
 }
 
 /// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit (bytes, what it is called).

@@ -43,7 +43,10 @@ fn settings_win_in_the_stated_order() {
         ["--set", "voxels=16", "--set", "voxels=64", "--config", "other.toml", "--preset", "printed"],
     ] {
         let all = effective(folder.path(), &order);
-        assert_eq!(all, printed.replace("voxels = 128\n", "voxels = 64\n").replace("cones.set = \"5\"", "cones.set = \"16\""));
+        assert_eq!(
+            all,
+            printed.replace("voxels = 128\n", "voxels = 64\n").replace("cones.set = \"5\"", "cones.set = \"16\"")
+        );
     }
     fs::write(folder.path().join("again.toml"), &printed).unwrap();
     assert_eq!(effective(folder.path(), &["--config", "again.toml"]), printed);
@@ -61,7 +64,10 @@ fn what_was_mistyped_is_named_with_the_nearest() {
     refused(&["render", "scene.gltf", "-o", "a.png", "--preset", "printd"], &["--preset", "\"printed\""]);
     refused(&["render", "scene.gltf", "-o", "a.png", "--config", "none.toml"], &["none.toml", "cannot be read"]);
     fs::write(folder.path().join("bad.toml"), "voxels = 64\ncones.fil = \"facing\"\n").unwrap();
-    refused(&["render", "scene.gltf", "-o", "a.png", "--config", "bad.toml"], &["bad.toml", "\"cones.fil\"", "\"cones.fill\""]);
+    refused(
+        &["render", "scene.gltf", "-o", "a.png", "--config", "bad.toml"],
+        &["bad.toml", "\"cones.fil\"", "\"cones.fill\""],
+    );
     refused(&["render", "scene.gltf"], &["--output"]);
     refused(&["render", "-o", "a.png"], &["SCENE"]);
 }

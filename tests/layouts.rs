@@ -47,6 +47,7 @@ fn structs_agree_with_the_shaders() {
     check("TextureEntry", TextureEntry::FIELDS, size_of::<TextureEntry>());
     check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
     check("Frame", Frame::FIELDS, size_of::<Frame>());
+    check("GridPush", GridPush::FIELDS, size_of::<GridPush>());
     check("Push", RecordPush::FIELDS, size_of::<RecordPush>());
 }
 

@@ -17,7 +17,7 @@ use twobounce::settings::{Bounces, Settings};
 
 /// Rays, few per place, shared among neighbours.
 fn rays() -> Settings {
-    gpu::with(Settings::default(), &["voxels=32", "rays.diffuse=16", "rays.voxels=8"])
+    gpu::with(Settings::default(), &["voxels=32", "rays.diffuse=16", "rays.bounce=8"])
 }
 
 fn truth(scene: &str, image: &str) -> (Scene, Layers) {

@@ -69,7 +69,7 @@ fn old_names_are_told_the_new_ones() {
     for (text, parts) in [
         ("emitters = \"sampled\"", ["\"emitters\"", "lights.lamps"]),
         ("cones = 16", ["\"cones\"", "cones.set"]),
-        ("[shade]\ncones = \"g2\"", ["\"shade.cones\"", "rays.voxels"]),
+        ("[shade]\ncones = \"g2\"", ["\"shade.cones\"", "rays.bounce"]),
         ("[volume]\nside = 3", ["\"volume.side\"", "grid.side"]),
         ("ledger.d1 = \"printed\"", ["\"ledger.d1\"", "cones.ledger.d1"]),
         ("start.shadow_end = 1", ["\"start.shadow_end\"", "cones.start.shadow_end"]),

@@ -37,7 +37,7 @@ pub const AXES: &[StudyAxis] = &[
     axis("all bounces", "balanced", &["bounces=all", "bounces=1"]),
     axis("all bounces, accurate", "accurate", &["bounces=all"]),
     axis("rays of the image", "balanced", &["rays.diffuse=4", "rays.diffuse=16", "rays.diffuse=64"]),
-    axis("rays of the voxels", "balanced", &["rays.voxels=1", "rays.voxels=8"]),
+    axis("rays of the voxels", "balanced", &["rays.bounce=1", "rays.bounce=8"]),
     axis("lamps of the voxels", "balanced", &["lights.voxel_lamp_points=1", "lights.voxel_lamp_points=16"]),
     axis("shared directions", "balanced", &["image.interleave=1"]),
     axis("gathered pixels", "balanced", &["image.gather_resolution=full", "image.gather_resolution=quarter"]),

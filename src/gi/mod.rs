@@ -97,7 +97,7 @@ pub trait Gi: Send {
     /// Records the passes from this frame's lists to its light.
     fn update(&self, recorder: &mut Recorder, ground: &Ground, update: &Update);
 
-    /// What its look-up is compiled with.
+    /// What its look-up is compiled with, beside the ground's.
     fn constants(&self) -> &[(u32, u32)];
 
     /// What its look-up binds.
@@ -115,7 +115,7 @@ pub trait Gi: Send {
 }
 
 /// What a method asks of the ground. The ground makes nothing that is not asked for.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wants {
     /// The lists of the base grid.
     pub lists: bool,

@@ -9,8 +9,10 @@ use super::atlas::Atlas;
 use super::layout::{self, material_flags};
 use crate::Result;
 use crate::scene::texture::{ColorSpace, MipChain};
-use crate::scene::{Alpha, Material, Mip, Pose, Scene, Texture, TextureRef, Wrap};
-use crate::vk::{self, Buffer, Context, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Sampler};
+use crate::scene::{Alpha, Material, Mesh, Mip, Pose, Scene, Texture, TextureRef, Wrap};
+use crate::vk::{
+    self, Buffer, Context, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Recorder, Sampler,
+};
 
 /// One instance of a mesh: a draw of the recording pass.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +41,38 @@ pub struct SceneOnGpu {
     /// Texels are fetched, never filtered: its filter does not matter.
     pub texel_sampler: Sampler,
     pub draws: Vec<SceneDraw>,
+    /// Triangles of blended materials.
+    pub blended: Vec<BlendedTriangle>,
+    /// First vertex of every mesh.
+    first_vertex: Vec<i32>,
+}
+
+impl SceneOnGpu {
+    /// Records that the vertices of mesh `index` are those of `mesh` from now on: as many as before.
+    pub fn update_mesh(&self, r: &mut Recorder, index: usize, mesh: &Mesh) {
+        r.full_barrier(); // the frame before read them
+        let first = self.first_vertex[index] as u64 * size_of::<layout::SceneVertex>() as u64;
+        r.update_from(&self.vertices, first, &vertices_of(mesh));
+        r.full_barrier();
+    }
+
+    /// Records that every material is as `scene` has it from now on; which textures it uses stays.
+    pub fn update_materials(&self, r: &mut Recorder, scene: &Scene, pose: &Pose) {
+        r.full_barrier(); // the frame before read them
+        r.update_from(&self.materials, 0, &ScenePacked::new(scene, pose).materials);
+        r.full_barrier();
+    }
+}
+
+fn vertices_of(mesh: &Mesh) -> Vec<layout::SceneVertex> {
+    let vertex = |i: usize| layout::SceneVertex {
+        position: mesh.positions[i].into(),
+        normal: mesh.normals[i].into(),
+        tangent: mesh.tangents[i].into(),
+        uv: [mesh.uvs[0][i].x, mesh.uvs[0][i].y, mesh.uvs[1][i].x, mesh.uvs[1][i].y],
+        color: half4(mesh.colors[i]),
+    };
+    (0..mesh.positions.len()).map(vertex).collect()
 }
 
 /// A scene turned into what the GPU holds, still on the CPU: its sizes are known before anything is allocated.
@@ -51,6 +85,7 @@ pub struct ScenePacked {
     chains: Vec<MipChain>,
     atlas: Atlas,
     draws: Vec<SceneDraw>,
+    first_vertex: Vec<i32>,
     /// Triangles over all instances.
     pub triangles: u32,
     /// Of them, those of blended materials.
@@ -77,13 +112,7 @@ impl ScenePacked {
         for mesh in &scene.meshes {
             mesh_start.push((indices.len() as u32, vertices.len() as i32));
             indices.extend_from_slice(&mesh.indices);
-            vertices.extend((0..mesh.positions.len()).map(|i| layout::SceneVertex {
-                position: mesh.positions[i].into(),
-                normal: mesh.normals[i].into(),
-                tangent: mesh.tangents[i].into(),
-                uv: [mesh.uvs[0][i].x, mesh.uvs[0][i].y, mesh.uvs[1][i].x, mesh.uvs[1][i].y],
-                color: half4(mesh.colors[i]),
-            }));
+            vertices.extend(vertices_of(mesh));
         }
         let mut draws = Vec::new();
         let mut blended = Vec::new();
@@ -131,6 +160,7 @@ impl ScenePacked {
             chains: textures.chains,
             atlas,
             draws,
+            first_vertex: mesh_start.iter().map(|start| start.1).collect(),
             triangles,
             blended,
         }
@@ -170,6 +200,8 @@ impl ScenePacked {
                 vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
             )?,
             draws: self.draws.clone(),
+            blended: self.blended.clone(),
+            first_vertex: self.first_vertex.clone(),
         })
     }
 }

@@ -110,7 +110,9 @@ fn flatten(prefix: &str, table: &Table, leaves: &mut Vec<(&'static Key, Value)>)
     for (name, value) in table {
         let name = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
         match value {
-            Value::Table(inner) if keys().iter().any(|k| k.name.starts_with(&format!("{name}."))) => {
+            Value::Table(inner)
+                if keys().iter().any(|k| k.name.starts_with(&format!("{name}."))) || renamed::was_table(&name) =>
+            {
                 flatten(&name, inner, leaves)?;
             }
             _ => leaves.push((known(&name)?, value.clone())),

@@ -44,7 +44,7 @@ impl Settings {
                 gather_resolution: GatherResolution::Quarter,
                 ..ImageSettings::default()
             },
-            of: Tables { rays: rays::Settings { diffuse: 6, voxels: 1, glossy: 2 }, ..Tables::default() },
+            of: Tables { rays: rays::Settings { diffuse: 6, bounce: 1, glossy: 2 }, ..Tables::default() },
             ..Self::default()
         }
     }
@@ -58,7 +58,7 @@ impl Settings {
                 gather_resolution: GatherResolution::Full,
                 ..ImageSettings::default()
             },
-            of: Tables { rays: rays::Settings { diffuse: 32, voxels: 4, glossy: 16 }, ..Tables::default() },
+            of: Tables { rays: rays::Settings { diffuse: 32, bounce: 4, glossy: 16 }, ..Tables::default() },
             ..Self::default()
         }
     }

@@ -24,7 +24,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("emitter_samples", "lights.lamp_points"),
     ("specular_rays", "rays.glossy"),
     ("shade.gather", "nothing: voxels gather as the method does"),
-    ("shade.cones", "rays.voxels"),
+    ("shade.cones", "rays.bounce"),
     ("shade.emitter_samples", "lights.voxel_lamp_points"),
     ("shade.direct", "nothing: direct light is always kept where both bounces have the same"),
     ("shade.items", "nothing: the method rays always lights alike triangles as one"),
@@ -35,6 +35,11 @@ const RENAMED: &[(&str, &str)] = &[
     ("shadow.half_angle", "cones.shadow_half_angle"),
     ("ledger.d24", "nothing: no image shows the row's difference"),
 ];
+
+/// Whether settings once stood in a table called `name`.
+pub fn was_table(name: &str) -> bool {
+    ["shade", "shadow", "start", "volume", "ledger"].contains(&name)
+}
 
 /// The sentence about the setting that was once called `name`.
 pub fn sentence(name: &str) -> Option<String> {

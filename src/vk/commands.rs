@@ -52,9 +52,14 @@ impl Recorder {
 
     /// Writes `data` to the start of `buffer`, in order with the commands: small data that changes from frame to frame.
     pub fn update_all<T: Pod>(&mut self, buffer: &Buffer, data: &[T]) {
+        self.update_from(buffer, 0, data);
+    }
+
+    /// The same from byte `first` on.
+    pub fn update_from<T: Pod>(&mut self, buffer: &Buffer, first: u64, data: &[T]) {
         const MOST: usize = 65536;
         for (index, part) in bytemuck::cast_slice(data).chunks(MOST).enumerate() {
-            self.update(buffer, (index * MOST) as u64, part);
+            self.update(buffer, first + (index * MOST) as u64, part);
         }
     }
 

@@ -41,7 +41,7 @@ pub struct Lighting {
     sampler: Sampler,
     /// The uniform block.
     block: Buffer,
-    constants: Vec<(u32, u32)>,
+    constants: [(u32, u32); 8],
 }
 
 impl Gi for Lighting {
@@ -69,8 +69,9 @@ impl Gi for Lighting {
     fn new(maker: &Maker) -> Result<Self> {
         let Maker { context, settings, features, .. } = *maker;
         let own = &settings.of.cones;
-        let image = with(crate::ground::constants::constants(settings, features), &constants::constants(own));
-        let voxels = with(image.clone(), &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
+        let constants = constants::constants(own);
+        let voxels = with(crate::ground::constants::constants(settings, features), &constants);
+        let voxels = with(voxels, &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
         // The talk's first bounce has no shadows.
         let unshadowed = with(voxels.clone(), &[(SHADOWS, SHADOWS_NONE)]);
         let plain = if own.first_bounce_shadows { &voxels } else { &unshadowed };
@@ -102,7 +103,7 @@ impl Gi for Lighting {
                 vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
             )?,
             block: vk::upload(context, "cones", &[constants::Cones::new(own)])?,
-            constants: image,
+            constants,
         })
     }
 

@@ -32,7 +32,7 @@ pub struct Lighting {
     /// One per bounce.
     volumes: Vec<FaceVolume>,
     sampler: Sampler,
-    constants: Vec<(u32, u32)>,
+    constants: [(u32, u32); 2],
 }
 
 impl Gi for Lighting {
@@ -56,9 +56,8 @@ impl Gi for Lighting {
     fn new(maker: &Maker) -> Result<Self> {
         let Maker { context, settings, features, .. } = *maker;
         let own = &settings.of.rays;
-        let image = with(constants(settings, features), &[(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)]);
-        let voxels = [(DIFFUSE_RAYS, own.voxels), (LAMP_POINTS, settings.lights.voxel_lamp_points), (LIT, 1)];
-        let voxels = with(image.clone(), &voxels);
+        let voxels = [(DIFFUSE_RAYS, own.bounce), (LAMP_POINTS, settings.lights.voxel_lamp_points), (LIT, 1)];
+        let voxels = with(constants(settings, features), &voxels);
         let fill = |label, look_up, direct| FillFaces::new(context, label, ("rays", look_up), &voxels, direct);
         let two = settings.bounces.volumes() > 1;
         let direct = if two { DIRECT_KEPT } else { DIRECT_FOUND };
@@ -80,7 +79,7 @@ impl Gi for Lighting {
                 vk::SamplerAddressMode::CLAMP_TO_BORDER, // there is nothing outside of the grid
                 vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
             )?,
-            constants: image,
+            constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)],
         })
     }
 

@@ -9,8 +9,8 @@ use crate::settings::{Key, Range, key};
 pub struct Settings {
     /// Rays for diffuse light per gathered pixel,
     pub diffuse: u32,
-    /// and per voxel side.
-    pub voxels: u32,
+    /// and per voxel side in the second bounce.
+    pub bounce: u32,
     /// Rays for a rough lobe that sends on all that it meets; a fainter one gets its share of them.
     pub glossy: u32,
 }
@@ -18,7 +18,7 @@ pub struct Settings {
 impl Default for Settings {
     /// The preset `balanced`.
     fn default() -> Self {
-        Self { diffuse: 8, voxels: 2, glossy: 4 }
+        Self { diffuse: 8, bounce: 2, glossy: 4 }
     }
 }
 
@@ -31,7 +31,7 @@ pub const KEYS: &[&[Key]] = &[&[
         "rays for diffuse light per gathered pixel, cosine-distributed",
         "a ray each: the image's time grows with them",
     ),
-    key("rays.voxels", "rays", Range::Whole(1, 128), "the same per voxel side in the second bounce", "a ray each"),
+    key("rays.bounce", "rays", Range::Whole(1, 128), "the same per voxel side, of the second bounce", "a ray each"),
     key(
         "rays.glossy",
         "rays",

@@ -67,15 +67,45 @@ pub fn plan(settings: &ImageSettings, size: (u32, u32), band_rows: u32) -> Memor
 }
 
 pub struct Gather {
+    images: GatherImages,
+    depth_pass: Raster,
+    gather: Raster,
+    share: Compute,
+}
+
+/// What depends on the image's size.
+struct GatherImages {
     extent: Extent,
     surfaces: Image,
     lights: [Image; LIGHTS],
     depth: Image,
     /// What neighbours share; the image reads this.
     shared: [Image; LIGHTS],
-    depth_pass: Raster,
-    gather: Raster,
-    share: Compute,
+}
+
+impl GatherImages {
+    fn new(context: &Arc<Context>, settings: &ImageSettings, target: &ImageTarget) -> Result<Self> {
+        let extent = Extent::new(settings, (target.width, target.height));
+        let image = |label: &str, format, usage| {
+            let height = extent.most_rows(target.band_rows());
+            let (dim, width) = (ImageDim::D2, extent.width);
+            Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
+        };
+        let lights = |stage: &str, usage| -> Result<[Image; LIGHTS]> {
+            let names = ["light", "lamps", "lamps, specular"];
+            let images = names.iter().map(|name| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage));
+            let images: Vec<Image> = images.collect::<Result<_>>()?;
+            Ok(images.try_into().unwrap_or_else(|_| unreachable!("as many as there are names")))
+        };
+        let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
+        Ok(Self {
+            extent,
+            surfaces: image("gathered surfaces", SURFACE_FORMAT, drawn)?,
+            lights: lights("gathered", drawn)?,
+            depth: image("gathered depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
+            shared: lights("shared", ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
+        })
+    }
 }
 
 impl Gather {
@@ -87,21 +117,6 @@ impl Gather {
         (method, constants): (&str, &[(u32, u32)]),
         target: &ImageTarget,
     ) -> Result<Self> {
-        let extent = Extent::new(settings, (target.width, target.height));
-        let image = |label: &str, format, usage| {
-            let height = extent.most_rows(target.band_rows());
-            let (dim, width) = (ImageDim::D2, extent.width);
-            Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
-        };
-        let lights = |stage: &str, usage| -> Result<[Image; LIGHTS]> {
-            let names = ["light", "lamps", "lamps, specular"];
-            let images: Vec<Image> = names
-                .iter()
-                .map(|name| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage))
-                .collect::<Result<_>>()?;
-            Ok(images.try_into().unwrap_or_else(|_| unreachable!("as many as there are names")))
-        };
-        let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
         let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
         let fragment = format!("ground/image/gather.frag {method}");
         let raster = RasterDesc {
@@ -122,11 +137,7 @@ impl Gather {
             ..raster
         };
         Ok(Self {
-            extent,
-            surfaces: image("gathered surfaces", SURFACE_FORMAT, drawn)?,
-            lights: lights("gathered", drawn)?,
-            depth: image("gathered depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
-            shared: lights("shared", ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
+            images: GatherImages::new(context, settings, target)?,
             depth_pass: Raster::new(context, &depth_pass)?,
             gather: Raster::new(context, &raster)?,
             share: Compute::new(
@@ -136,50 +147,66 @@ impl Gather {
         })
     }
 
+    /// For images of another size.
+    pub fn resize(&mut self, context: &Arc<Context>, settings: &ImageSettings, target: &ImageTarget) -> Result<()> {
+        self.images = GatherImages::new(context, settings, target)?;
+        Ok(())
+    }
+
     /// Gathers for one band of the image. `look_up`: what the method's look-up binds.
     pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], band: &Band) {
-        let (first_row, rows) = self.extent.rows(band);
+        let (first_row, rows) = self.images.extent.rows(band);
         r.full_barrier(); // the method wrote its light; the band before read the same targets
-        let [light, lamps, specular] = &self.lights;
-        let colors = [(&self.surfaces, -1.0), (light, 0.0), (lamps, 0.0), (specular, 0.0)].map(|(image, empty)| {
-            let load = Load::Clear([0.0, 0.0, 0.0, empty]);
-            ColorTarget { view: image.attachment_view(0), resolve: None, load, store: true }
-        });
+        let [light, lamps, specular] = &self.images.lights;
+        let colors =
+            [(&self.images.surfaces, -1.0), (light, 0.0), (lamps, 0.0), (specular, 0.0)].map(|(image, empty)| {
+                let load = Load::Clear([0.0, 0.0, 0.0, empty]);
+                ColorTarget { view: image.attachment_view(0), resolve: None, load, store: true }
+            });
         let target = RenderTarget {
             colors: &colors,
-            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false }),
-            width: self.extent.width,
+            depth: Some(DepthTarget {
+                view: self.images.depth.attachment_view(0),
+                load: Load::Clear(0.0),
+                store: false,
+            }),
+            width: self.images.extent.width,
             height: rows,
-            viewport: Some(Rect { x: 0, y: -(first_row as i32), width: self.extent.width, height: self.extent.height }),
+            viewport: Some(Rect {
+                x: 0,
+                y: -(first_row as i32),
+                width: self.images.extent.width,
+                height: self.images.extent.height,
+            }),
             ..Default::default()
         };
         r.raster(&target, |pass| {
             let mut binds = ground.image_binds();
             binds.extend_from_slice(look_up);
-            pass.draw(&self.depth_pass, &self.depth_pass.select(&binds), &(), ground.recorded());
+            pass.draw(&self.depth_pass, &self.depth_pass.select(&binds), &BandPush { first_row }, ground.recorded());
             pass.draw(&self.gather, &self.gather.select(&binds), &BandPush { first_row }, ground.recorded());
         });
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;
         let binds = [
-            Bind::image("surfaces", self.surfaces.view(), texels),
+            Bind::image("surfaces", self.images.surfaces.view(), texels),
             Bind::image("light", light.view(), texels),
             Bind::image("lamps", lamps.view(), texels),
             Bind::image("lamps_specular", specular.view(), texels),
-            Bind::storage_image("shared_light", self.shared[0].view()),
-            Bind::storage_image("shared_lamps", self.shared[1].view()),
-            Bind::storage_image("shared_lamps_specular", self.shared[2].view()),
+            Bind::storage_image("shared_light", self.images.shared[0].view()),
+            Bind::storage_image("shared_lamps", self.images.shared[1].view()),
+            Bind::storage_image("shared_lamps_specular", self.images.shared[2].view()),
         ];
-        let groups = [self.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
+        let groups = [self.images.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
         r.dispatch(&self.share, &binds, &SharePush { rows }, groups);
     }
 
     /// What the image reads.
     pub fn binds<'a>(&'a self, ground: &'a Ground) -> [Bind<'a>; LIGHTS + 1] {
         let texels = &ground.scene.texel_sampler;
-        let [light, lamps, specular] = &self.shared;
+        let [light, lamps, specular] = &self.images.shared;
         [
-            Bind::image("surfaces", self.surfaces.view(), texels),
+            Bind::image("surfaces", self.images.surfaces.view(), texels),
             Bind::image("shared_light", light.view(), texels),
             Bind::image("shared_lamps", lamps.view(), texels),
             Bind::image("shared_lamps_specular", specular.view(), texels),
@@ -188,6 +215,6 @@ impl Gather {
 
     /// Bytes that a band writes.
     pub fn bytes(&self, band: &Band) -> u64 {
-        u64::from(self.extent.rows(band).1) * u64::from(self.extent.width) * PIXEL_BYTES
+        u64::from(self.images.extent.rows(band).1) * u64::from(self.images.extent.width) * PIXEL_BYTES
     }
 }

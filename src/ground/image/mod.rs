@@ -21,8 +21,6 @@ use target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
 const MOST_TIMED_BANDS: usize = 100;
 
 pub struct ImagePass {
-    /// Whether something may be discarded.
-    masked: bool,
     depth: Raster,
     opaque: Raster,
     blended: Option<Raster>,
@@ -76,12 +74,16 @@ impl ImagePass {
         };
         let method = (method, constants);
         Ok(Self {
-            masked,
             depth: Raster::new(context, &depth_pass)?,
             opaque: Raster::new(context, &opaque)?,
             blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
             gather: apart.then(|| Gather::new(context, settings, features, method, target)).transpose()?,
         })
+    }
+
+    /// For images of another size.
+    pub fn resize(&mut self, context: &Arc<Context>, settings: &ImageSettings, target: &ImageTarget) -> Result<()> {
+        self.gather.as_mut().map_or(Ok(()), |gather| gather.resize(context, settings, target))
     }
 
     /// `look_up`: what the method's look-up binds.
@@ -119,11 +121,7 @@ impl ImagePass {
                 binds.extend(gather.binds(ground));
             }
             let push = BandPush { first_row: band.first_row };
-            if self.masked {
-                pass.draw(&self.depth, &self.depth.select(&binds), &push, ground.recorded());
-            } else {
-                pass.draw(&self.depth, &self.depth.select(&binds), &(), ground.recorded());
-            }
+            pass.draw(&self.depth, &self.depth.select(&binds), &push, ground.recorded());
             pass.draw(&self.opaque, &self.opaque.select(&binds), &push, ground.recorded());
             if let Some(pipeline) = &self.blended {
                 let call = DrawCall::Direct { vertices: 3 * blended, instances: 1 };

@@ -1,0 +1,66 @@
+//! A method to be thrown away: the same light from everywhere. `tests/new_method.rs` adds it to a copy of the house.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Gi, Maker, PassUnit, Update, Wants};
+use crate::Result;
+use crate::ground::Ground;
+use crate::ground::grid::GridPlace;
+use crate::ground::memory_plan::MemoryRow;
+use crate::settings::{self, Key, Range, key};
+use crate::vk::{Bind, Buffer, BufferKind, BufferUsageFlags, Recorder, ZoneKind};
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    pub radiance: f32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { radiance: 0.5 }
+    }
+}
+
+pub const KEYS: &[&[Key]] =
+    &[&[key("constant.radiance", "radiance", Range::Number(0.0, 10.0), "what comes from everywhere", "nothing")]];
+pub const PASS_UNITS: &[(&str, PassUnit)] = &[("constant", PassUnit::Voxels)];
+
+/// A pass of its own writes the light into a buffer of its own.
+pub struct Lighting {
+    light: Buffer,
+    radiance: f32,
+}
+
+impl Gi for Lighting {
+    fn wants(settings: &settings::Settings) -> Wants {
+        // Coarser lists of its own, over the same cube.
+        let voxel = settings.voxels as f32 / 8.0;
+        Wants { grids: vec![GridPlace { edge: 8, corner: [0.0; 3], voxel }], diffuse: true, ..Wants::default() }
+    }
+
+    fn plan(_: &settings::Settings) -> Vec<MemoryRow> {
+        vec![("constant light", 16)]
+    }
+
+    fn new(maker: &Maker) -> Result<Self> {
+        let light = Buffer::new(maker.context, "constant light", 16, BufferKind::Device, BufferUsageFlags::empty())?;
+        Ok(Self { light, radiance: maker.settings.of.constant.radiance })
+    }
+
+    fn update(&self, recorder: &mut Recorder, ground: &Ground, _: &Update) {
+        assert_eq!(ground.lists[1].place.edge, 8);
+        recorder.zone("constant", ZoneKind::Transfer, 16, |r| {
+            r.full_barrier(); // the frame before read the light
+            r.fill(&self.light, 0, 16, self.radiance.to_bits());
+        });
+    }
+
+    fn constants(&self) -> &[(u32, u32)] {
+        &[]
+    }
+
+    fn binds(&self) -> Vec<Bind<'_>> {
+        vec![Bind::buffer("constant_light", &self.light)]
+    }
+}

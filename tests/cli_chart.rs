@@ -170,7 +170,7 @@ fn rows_pages_and_failures() {
     assert!(said.contains("rows kept from earlier calls: 2 of 4") && !said.contains("could not run"), "{said}");
 }
 
-/// What the program was killed with is there the next time, and gives the same chart as one that nobody disturbed.
+/// What the program was killed with is there the next time, and gives the same chart as an undisturbed one.
 #[cfg(unix)]
 #[test]
 fn killed_or_interrupted_it_goes_on() {

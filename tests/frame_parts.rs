@@ -145,8 +145,8 @@ fn what_changes_is_as_if_made_new() {
     let edits: [(&str, fn(&mut Scene), &[usize]); 5] = [
         ("light", |s| s.lights[0].intensity *= 2.0, &[]),
         ("sky", |s| s.sky = Vec3::splat(0.5), &[]),
-        ("material", |s| s.materials[1].base_color.y = 0.8, &[]),
-        ("lamp", |s| s.materials[2].emissive *= 3.0, &[]),
+        ("material", |s| s.materials[2].base_color.y = 0.8, &[]),
+        ("lamp", |s| s.materials[3].emissive *= 3.0, &[]),
         ("vertices", |s| s.meshes[1].positions.iter_mut().for_each(|p| p.y *= 1.4), &[1]),
     ];
     let mut shown = image(&mut kept, &pose, &view);

@@ -44,7 +44,7 @@ struct Lobes {
     float diffuse; // and for the diffuse one: less, since rough microfacets mask much of what Fresnel takes from it
 };
 
-// Towards a viewer who sees the surface under the cosine nv.
+// Towards a viewer that sees the surface under the cosine nv.
 Lobes lobes_at(Surface s, float nv) {
     vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, nv);
     float coat = specular_albedo(vec3(s.coat_f0), s.coat_f90, s.roughness, nv).x;

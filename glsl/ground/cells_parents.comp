@@ -21,7 +21,7 @@ void main() {
             uint parent = (cell.z * edge + cell.y) * edge + cell.x;
             uint bit = 1u << ((first + parent) & 31u);
             if ((atomicOr(listed[(first + parent) >> 5u], bit) & bit) != 0u) {
-                break; // and whoever listed it goes on to its parents
+                break; // the thread that listed it goes on to its parents
             }
             parents[first + take_place(level)] = parent;
             first += edge * edge * edge;

@@ -167,7 +167,7 @@ Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool bac
         s.coat_f0 = 0.0;
         s.coat_f90 = 0.0;
     } else if (s.thickness_m > 0.0) {
-        // The thickness that the material states: nobody follows the way.
+        // The thickness that the material states stands for the way through it.
         s.transmitted *= attenuation(m, s.thickness_m);
     }
     return s;

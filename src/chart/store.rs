@@ -62,7 +62,7 @@ impl Store {
         let made = !folder.exists();
         fs::create_dir_all(folder).map_err(|e| failed("cannot be created", e))?;
         let store = Self { folder: folder.to_owned(), made, program: program()?, any_build };
-        // What a killed program left half written is nobody's.
+        // What a killed program left half written does not count.
         let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
         let mut entries = fs::read_dir(folder).map_err(|e| failed("cannot be read", e))?.flatten();
         if !store.is_marked() && entries.any(|entry| !is_part(entry)) {

@@ -41,7 +41,7 @@ impl Counter {
             }
             None => row.failure.clone().unwrap_or_default(),
         };
-        // Into a log, too, where nobody sees the bar. Made before: a suspended bar cannot be asked.
+        // Into a log too, which shows no bar. Made before: a suspended bar cannot be asked.
         let progress = self.progress();
         self.bar.suspend(|| say!("{} {}: {told} ({progress})", row.scene, row.name));
     }

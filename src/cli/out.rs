@@ -12,7 +12,7 @@ macro_rules! say {
     ($($arg:tt)*) => { $crate::cli::out::write(&format!("{}\n", format_args!($($arg)*))) };
 }
 
-/// Writes text to standard output. A closed pipe is no error: nobody reads any more, the work goes on.
+/// Writes text to standard output. A closed pipe is no error: the work goes on.
 pub fn write(text: &str) {
     let mut stdout = std::io::stdout().lock();
     let Err(error) = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) else { return };
@@ -23,7 +23,7 @@ pub fn write(text: &str) {
     }
 }
 
-/// Prints a line on standard error, which may be closed: then nobody is told.
+/// Prints a line on standard error, unless it is closed.
 pub fn complain(line: &str) {
     let _ = writeln!(std::io::stderr(), "twobounce: {line}");
 }

@@ -220,7 +220,7 @@ impl<'a> Studio<'a> {
     }
 }
 
-/// A pixel that is no number is a fault that nobody should have to find by eye.
+/// Pixels that are no numbers are a fault of the program, and hard to see.
 fn warn_of_non_finite(image: &Layers) {
     let broken = image.beauty().iter().filter(|p| !p.iter().all(|c| c.is_finite())).count();
     if broken > 0 {

@@ -7,7 +7,7 @@ use ash::vk;
 use bytemuck::Pod;
 use std::sync::Arc;
 
-/// Who touches a buffer's bytes.
+/// Which side reads and writes a buffer's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferKind {
     /// Only the device.

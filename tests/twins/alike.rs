@@ -32,7 +32,7 @@ fn facing_cell(normal: DVec3) -> (i32, [i32; 2]) {
 }
 
 /// The list in groups of which one is lit for all, as places in it: of each cell of directions the triangles with the lowest
-/// material are a group, whoever else is there stays alone.
+/// material are a group, all others stay alone.
 pub fn groups(list: &[Listed]) -> Vec<Vec<usize>> {
     let mut cells: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for (place, listed) in list.iter().enumerate() {

@@ -21,7 +21,7 @@ use crate::ground::uniforms::{self, FrameUniforms};
 use crate::ground::{self, Counts, Ground};
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, LampLight, Settings, Shadows};
-use crate::vk::{Buffer, BufferKind, BufferUsageFlags, Context, Recorder};
+use crate::vk::{Buffer, BufferKind, Context, Recorder};
 use crate::{Error, Result};
 
 /// What a frame is made for.
@@ -116,7 +116,7 @@ impl Frame {
         let image = image_pass(context, desc, &*method, &target)?;
         let counter = |_| {
             let bytes = size_of::<Globals>() as u64;
-            Buffer::new(context, "counters, readback", bytes, BufferKind::Readback, BufferUsageFlags::empty())
+            Buffer::new(context, "counters, readback", bytes, BufferKind::Readback)
         };
         let counters = |_| (0..ground.lists.len()).map(counter).collect::<Result<Vec<_>>>();
         Ok(Self {
@@ -158,7 +158,7 @@ impl Frame {
         self.upload(r, seen, &now.lights, lists);
         if lists {
             // What stands where: triangles, and the voxels that they touch.
-            self.ground.base_mut().swap_cell_lists();
+            self.ground.swap_cell_lists();
             self.ground.record_lists(r, seen.pose);
         }
         if light {

@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use common::{assert_clean, gpu, new_gpu};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use twobounce::vk::{
-    self, AccessFlags2, Bind, Binding, BindingKind, Buffer, BufferKind, BufferUsageFlags, CommandLog, Compute,
-    ComputeDesc, PipelineStageFlags2, Recorder, RecorderOptions, Stage, ZoneKind,
+    self, AccessFlags2, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc,
+    PipelineStageFlags2, Recorder, RecorderOptions, Stage, ZoneKind,
 };
 
 /// Keeps a log.
@@ -100,10 +100,9 @@ fn reflection_gives_names_kinds_stages_and_layouts() {
 
 #[test]
 fn fills_updates_and_copies_are_ordered_and_logged() {
-    let none = BufferUsageFlags::empty();
-    let first = Buffer::new(&gpu(), "first", 64, BufferKind::Device, none).unwrap();
-    let second = Buffer::new(&gpu(), "second", 64, BufferKind::Device, none).unwrap();
-    let readback = Buffer::new(&gpu(), "readback", 64, BufferKind::Readback, none).unwrap();
+    let first = Buffer::new(&gpu(), "first", 64, BufferKind::Device).unwrap();
+    let second = Buffer::new(&gpu(), "second", 64, BufferKind::Device).unwrap();
+    let readback = Buffer::new(&gpu(), "readback", 64, BufferKind::Readback).unwrap();
     let mut recorder = Recorder::new(&gpu(), LOGGED).unwrap();
     recorder.zone("reset", ZoneKind::Transfer, 64, |r| {
         r.fill(&first, 0, 64, 5);
@@ -187,9 +186,8 @@ fn a_wrong_binding_panics_naming_pass_and_binding() {
 fn the_account_of_memory_is_the_sum_of_the_resources() {
     let context = new_gpu();
     assert_eq!(context.allocated_bytes(), 0);
-    let none = BufferUsageFlags::empty();
-    let large = Buffer::new(&context, "large", 10 << 20, BufferKind::Device, none).unwrap();
-    let small = Buffer::new(&context, "small", 100, BufferKind::Upload, none).unwrap();
+    let large = Buffer::new(&context, "large", 10 << 20, BufferKind::Device).unwrap();
+    let small = Buffer::new(&context, "small", 100, BufferKind::Upload).unwrap();
     assert_eq!(context.allocated_bytes(), large.allocated_bytes() + small.allocated_bytes());
     // Alignment alone: a driver rounds a buffer up to at most 64 KiB.
     assert!(context.allocated_bytes() - (10 << 20) - 100 <= 2 << 16);
@@ -203,8 +201,7 @@ fn the_account_of_memory_is_the_sum_of_the_resources() {
 #[test]
 fn too_large_a_buffer_is_refused_in_one_sentence() {
     let bytes = u64::from(gpu().limits.max_storage_buffer_range) + 4;
-    let none = BufferUsageFlags::empty();
-    let Err(error) = Buffer::new(&gpu(), "triangles", bytes, BufferKind::Device, none) else { panic!("accepted") };
+    let Err(error) = Buffer::new(&gpu(), "triangles", bytes, BufferKind::Device) else { panic!("accepted") };
     let message = error.to_string();
     assert!(matches!(error, twobounce::Error::Memory(_)), "{message}");
     assert!(message.contains("triangles") && message.contains("MiB") && !message.contains('\n'), "{message}");

@@ -41,7 +41,7 @@ fn two_in_flight_run_one_after_the_other() {
 #[test]
 fn what_is_in_flight_is_kept_and_waited_for_when_dropped() {
     let values = vk::upload(&gpu(), "values", &[0_u32; 64]).unwrap();
-    let copy = vk::Buffer::new(&gpu(), "copy", 256, vk::BufferKind::Readback, vk::BufferUsageFlags::empty()).unwrap();
+    let copy = vk::Buffer::new(&gpu(), "copy", 256, vk::BufferKind::Readback).unwrap();
     let pass = Compute::new(&gpu(), &DESC).unwrap();
     let mut recorder = Recorder::new(&gpu(), RecorderOptions::default()).unwrap();
     recorder.dispatch(&pass, &[Bind::buffer("values", &values)], &(), [1, 1, 1]);

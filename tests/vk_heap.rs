@@ -5,8 +5,8 @@ mod vk_common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use twobounce::vk::{
-    Bind, Buffer, BufferKind, BufferUsageFlags, ColorTarget, Compute, ComputeDesc, DrawCall, Format, Image, ImageDesc,
-    ImageUsageFlags, Load, Raster, RasterDesc, Recorder, RenderTarget, Slot, SlotOptions, ZoneKind,
+    Bind, Buffer, BufferKind, ColorTarget, Compute, ComputeDesc, DrawCall, Format, Image, ImageDesc, ImageUsageFlags,
+    Load, Raster, RasterDesc, Recorder, RenderTarget, Slot, SlotOptions, ZoneKind,
 };
 use vk_common::{Frame, Host};
 
@@ -57,9 +57,7 @@ fn recording_over_a_warm_slot_takes_nothing_from_the_heap() {
         let desc = ImageDesc { label: "image", format, width: 8, height: 8, usage, ..Default::default() };
         Image::new(&context, &desc).unwrap()
     });
-    let [a, b] = ["a", "b"].map(|label| {
-        Buffer::new(&context, label, 4096, BufferKind::Device, BufferUsageFlags::empty()).expect("a buffer")
-    });
+    let [a, b] = ["a", "b"].map(|label| Buffer::new(&context, label, 4096, BufferKind::Device).expect("a buffer"));
     let record = |r: &mut Recorder| {
         r.zone("words", ZoneKind::Transfer, 0, |r| {
             r.fill(&a, 0, 64, 1);

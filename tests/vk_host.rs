@@ -7,9 +7,9 @@ use std::sync::Arc;
 use twobounce::Error;
 use twobounce::vk::ash::vk as raw;
 use twobounce::vk::{
-    self, Bind, Buffer, BufferKind, BufferUsageFlags, ColorTarget, Compute, ComputeDesc, Context, DrawCall, Format,
-    Image, ImageDesc, ImageRegion, ImageUsageFlags, Load, Raster, RasterDesc, Recorder, RecorderOptions, RenderTarget,
-    Slot, SlotOptions, ZoneKind,
+    self, Bind, Buffer, BufferKind, ColorTarget, Compute, ComputeDesc, Context, DrawCall, Format, Image, ImageDesc,
+    ImageRegion, ImageUsageFlags, Load, Raster, RasterDesc, Recorder, RecorderOptions, RenderTarget, Slot, SlotOptions,
+    ZoneKind,
 };
 use vk_common::{Frame, Host};
 
@@ -36,9 +36,7 @@ struct Passes {
 
 impl Passes {
     fn new(context: &Arc<Context>) -> Self {
-        let buffer = |label, bytes| {
-            Buffer::new(context, label, bytes, BufferKind::Device, BufferUsageFlags::empty()).expect("a buffer")
-        };
+        let buffer = |label, bytes| Buffer::new(context, label, bytes, BufferKind::Device).expect("a buffer");
         let formats = [Format::R32G32B32A32_SFLOAT, Format::R16G16B16A16_SFLOAT];
         let image = |format| {
             let usage = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::TRANSFER_SRC;
@@ -93,9 +91,7 @@ struct InFlight {
 
 impl InFlight {
     fn new(host: &Host, context: &Arc<Context>) -> Self {
-        let readback = |bytes| {
-            Buffer::new(context, "readback", bytes, BufferKind::Readback, BufferUsageFlags::empty()).expect("a buffer")
-        };
+        let readback = |bytes| Buffer::new(context, "readback", bytes, BufferKind::Readback).expect("a buffer");
         let slot = Slot::new(context, SlotOptions { timestamps: true, log: false }).expect("a slot");
         let (numbers, texels) = (readback(u64::from(ITEMS) * 4), readback(u64::from(EDGE * EDGE) * 16));
         Self { frame: Frame::new(host), slot, numbers, texels }
@@ -184,7 +180,7 @@ fn a_host_with_vulkan_1_2_does_as_well() {
 fn a_slot_measures_and_logs_only_on_demand() {
     let host = Host::new();
     let context = host.adopt(|_| ()).unwrap();
-    let values = Buffer::new(&context, "values", 64, BufferKind::Device, BufferUsageFlags::empty()).unwrap();
+    let values = Buffer::new(&context, "values", 64, BufferKind::Device).unwrap();
     for (timestamps, log) in [(false, true), (true, false)] {
         let frame = Frame::new(&host);
         let mut slot = Slot::new(&context, SlotOptions { timestamps, log }).unwrap();

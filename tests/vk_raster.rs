@@ -5,10 +5,9 @@ mod common;
 use bytemuck::{Pod, Zeroable};
 use common::{assert_clean, gpu};
 use twobounce::vk::{
-    self, Bind, BorderColor, Buffer, BufferKind, BufferUsageFlags, CallLog, ColorTarget, CompareOp, Compute,
-    ComputeDesc, DepthDesc, DepthTarget, DrawCall, Filter, Format, Image, ImageDesc, ImageDim, ImageRegion,
-    ImageUsageFlags, Load, Raster, RasterDesc, Recorder, RecorderOptions, Rect, RenderTarget, Sampler,
-    SamplerAddressMode, SamplerMipmapMode, Stage, VertexInput, ZoneKind,
+    self, Bind, Buffer, BufferKind, CallLog, ColorTarget, CompareOp, Compute, ComputeDesc, DepthDesc, DepthTarget,
+    DrawCall, Filter, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Load, Raster, RasterDesc,
+    Recorder, RecorderOptions, Rect, RenderTarget, Sampler, SamplerAddressMode, Stage, VertexInput, ZoneKind,
 };
 
 /// Keeps a log.
@@ -130,14 +129,7 @@ fn images_are_sampled_stored_and_viewed_in_another_format() {
         },
     )
     .unwrap();
-    let sampler = Sampler::new(
-        &gpu(),
-        Filter::LINEAR,
-        SamplerMipmapMode::LINEAR,
-        SamplerAddressMode::CLAMP_TO_BORDER,
-        BorderColor::FLOAT_TRANSPARENT_BLACK,
-    )
-    .unwrap();
+    let sampler = Sampler::new(&gpu(), Filter::LINEAR, SamplerAddressMode::CLAMP_TO_BORDER).unwrap();
     let result = vk::upload(&gpu(), "result", &[[0_f32; 4]; 4]).unwrap();
     let pass =
         Compute::new(&gpu(), &ComputeDesc { label: "sample", shader: "test/sample.comp", constants: &[] }).unwrap();
@@ -253,7 +245,7 @@ fn masked_and_indirect_draws_and_rows() {
     let format = Format::R32G32B32A32_SFLOAT;
     let images = [attachment("drawn", format, 1, usage), attachment("masked", format, 1, usage)];
     let counts = vk::upload(&gpu(), "counts", &[0_u32, 3, 1, 0, 0]).unwrap();
-    let rows = Buffer::new(&gpu(), "rows", 8 * 2 * 16, BufferKind::Readback, BufferUsageFlags::empty()).unwrap();
+    let rows = Buffer::new(&gpu(), "rows", 8 * 2 * 16, BufferKind::Readback).unwrap();
     for (image, color_write) in images.iter().zip([true, false]) {
         let pass = Raster::new(
             &gpu(),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::layout::{CellCount, LevelPush};
 use super::lists::Lists;
 use crate::Result;
-use crate::vk::{Bind, Buffer, BufferKind, BufferUsageFlags, Compute, ComputeDesc, Context, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorder, ZoneKind};
 
 /// Where the count of the items that are lit stands among those of the levels; as in `glsl/ground/constants.glsl`.
 pub const LIT_COUNTS: u32 = 15;
@@ -23,8 +23,7 @@ pub struct CellLists {
 
 impl CellLists {
     pub fn new(context: &Arc<Context>, cells: Buffer, edge: u32) -> Result<Self> {
-        let buffer =
-            |label: &str, bytes: u64| Buffer::new(context, label, bytes, BufferKind::Device, BufferUsageFlags::empty());
+        let buffer = |label: &str, bytes: u64| Buffer::new(context, label, bytes, BufferKind::Device);
         Ok(Self {
             cells,
             parents: buffer("parent cells", parents_bytes(edge))?,

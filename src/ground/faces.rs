@@ -7,6 +7,7 @@ use super::Ground;
 use super::constants::{DIRECT, with};
 use super::memory_plan::MemoryRow;
 use crate::Result;
+use crate::settings::Settings;
 use crate::vk::{
     Bind, ColorTarget, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Load,
     Recorder, Sampler, ZoneKind,
@@ -57,16 +58,27 @@ impl FaceVolume {
         Ok(Self { faces, edge, levels })
     }
 
+    /// One for each bounce that is stored.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn per_bounce(context: &Arc<Context>, settings: &Settings) -> Result<Vec<Self>> {
+        let names = ["first bounce", "second bounce"];
+        let count = settings.bounces.volumes() as usize;
+        names[..count].iter().map(|name| Self::new(context, name, settings.voxels)).collect()
+    }
+
     /// Bytes of a volume of `edge`³ with all its mips.
     pub fn bytes(edge: u32) -> u64 {
         let texels: u64 = (0..=edge.ilog2()).map(|level| u64::from(edge >> level).pow(3)).sum();
         FACES as u64 * 8 * texels
     }
 
-    /// A row per volume of `count`, two at most.
-    pub fn plan(count: u32, edge: u32) -> Vec<MemoryRow> {
+    /// Bytes of [`FaceVolume::per_bounce`].
+    pub fn plan(settings: &Settings) -> Vec<MemoryRow> {
         let names = ["first bounce's volume", "second bounce's volume"];
-        names[..count as usize].iter().map(|name| (*name, Self::bytes(edge))).collect()
+        let count = settings.bounces.volumes() as usize;
+        names[..count].iter().map(|name| (*name, Self::bytes(settings.voxels))).collect()
     }
 
     /// To be looked up (`glsl/ground/faces/look_up.glsl`).

@@ -9,7 +9,7 @@ use super::layout;
 use super::memory_plan::MemoryRow;
 use crate::Result;
 use crate::gi::Wants;
-use crate::vk::{Buffer, BufferKind, BufferUsageFlags, Context};
+use crate::vk::{Buffer, BufferKind, Context};
 
 /// How many list items and occupied voxels the buffers of a grid hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,9 +50,7 @@ impl Lists {
     /// Too little memory.
     pub fn new(context: &Arc<Context>, place: GridPlace, wants: &Wants, capacity: ListCapacity) -> Result<Self> {
         let plan = plan(place.edge, wants, capacity);
-        let buffer = |name: &str| {
-            Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device, BufferUsageFlags::empty())
-        };
+        let buffer = |name: &str| Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device);
         let edge = if wants.cells { place.edge } else { 1 };
         Ok(Self {
             place,
@@ -83,7 +81,7 @@ impl Lists {
             let bytes = bytes_of(&plan, buffer.label());
             if bytes > buffer.bytes() {
                 let label = buffer.label().to_owned();
-                *buffer = Buffer::new(context, &label, bytes, BufferKind::Device, BufferUsageFlags::empty())?;
+                *buffer = Buffer::new(context, &label, bytes, BufferKind::Device)?;
             }
         }
         Ok(())

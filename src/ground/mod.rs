@@ -24,9 +24,7 @@ use std::sync::Arc;
 use crate::Result;
 use crate::gi::Wants;
 use crate::scene::Pose;
-use crate::vk::{
-    Bind, Buffer, BufferKind, BufferUsageFlags, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder,
-};
+use crate::vk::{Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder};
 use alike::Alike;
 use cells::Cells;
 use clearance::Clearance;
@@ -125,7 +123,7 @@ impl Ground {
         let plan = shared_plan(counts);
         let buffer = |name: &str| {
             let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
-            Buffer::new(context, name, bytes, BufferKind::Device, BufferUsageFlags::empty())
+            Buffer::new(context, name, bytes, BufferKind::Device)
         };
         let places = || std::iter::once(GridPlace::base(grid.edge)).chain(wants.grids.iter().copied());
         let mut lists = Vec::new();
@@ -175,8 +173,11 @@ impl Ground {
         &self.lists[0]
     }
 
-    pub fn base_mut(&mut self) -> &mut Lists {
-        &mut self.lists[0]
+    /// A new frame: its lists of cells take the place of those of the frame before the last.
+    pub fn swap_cell_lists(&mut self) {
+        if self.wants.cells {
+            self.lists.iter_mut().for_each(Lists::swap_cell_lists);
+        }
     }
 
     /// Records the scene in a pose and makes all lists.
@@ -220,7 +221,7 @@ impl Ground {
     pub fn grow(&mut self, context: &Arc<Context>, counts: &Counts) -> Result<()> {
         let bytes = u64::from(counts.triangle_capacity) * size_of::<layout::Triangle>() as u64;
         if bytes > self.triangles.bytes() {
-            self.triangles = Buffer::new(context, "triangles", bytes, BufferKind::Device, BufferUsageFlags::empty())?;
+            self.triangles = Buffer::new(context, "triangles", bytes, BufferKind::Device)?;
         }
         for (index, (lists, capacity)) in self.lists.iter_mut().zip(&counts.lists).enumerate() {
             lists.grow(context, &wants_of_grid(&self.wants, index), *capacity)?;

@@ -7,9 +7,7 @@ use serde::Serialize;
 use super::counts::Counts;
 use crate::Result;
 use crate::measure::timing::Spread;
-use crate::vk::{
-    Bind, Buffer, BufferKind, BufferUsageFlags, Compute, ComputeDesc, Context, Recorder, RecorderOptions, ZoneKind,
-};
+use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorder, RecorderOptions, ZoneKind};
 
 /// Bytes that are copied: beyond the caches of most devices.
 pub const BYTES: u64 = 64 << 20;
@@ -45,7 +43,7 @@ pub struct Copy {
 impl Copy {
     /// `bytes`: a multiple of 16.
     pub fn new(context: &Arc<Context>, bytes: u64) -> Result<Self> {
-        let buffer = |label| Buffer::new(context, label, bytes, BufferKind::Device, BufferUsageFlags::empty());
+        let buffer = |label| Buffer::new(context, label, bytes, BufferKind::Device);
         let desc = ComputeDesc { label: "copy", shader: "profile/copy.comp", ..Default::default() };
         let pipeline = Compute::new(context, &desc)?;
         Ok(Self { context: context.clone(), pipeline, from: buffer("copied from")?, to: buffer("copied to")?, bytes })

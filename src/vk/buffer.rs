@@ -43,16 +43,10 @@ pub struct Buffer {
 
 impl Buffer {
     /// A buffer of `bytes` bytes (at least 16 are made, so that empty data can be bound), usable as storage, uniform,
-    /// indirect, index, vertex and transfer buffer. `extra` adds usages.
+    /// indirect, index, vertex and transfer buffer.
     ///
     /// `Error::Memory` when it is larger than `maxStorageBufferRange` or than what the device has left.
-    pub fn new(
-        context: &Arc<Context>,
-        label: &str,
-        bytes: u64,
-        kind: BufferKind,
-        extra: vk::BufferUsageFlags,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, label: &str, bytes: u64, kind: BufferKind) -> Result<Self> {
         let limit = u64::from(context.limits.max_storage_buffer_range);
         if kind == BufferKind::Device && bytes > limit {
             return Err(Error::Memory(format!(
@@ -70,8 +64,7 @@ impl Buffer {
             | U::INDEX_BUFFER
             | U::VERTEX_BUFFER
             | U::TRANSFER_SRC
-            | U::TRANSFER_DST
-            | extra;
+            | U::TRANSFER_DST;
         let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: the info is complete.
         let handle = unsafe { context.device().create_buffer(&info, None) }

@@ -7,7 +7,6 @@ use super::pipeline::RawPipeline;
 use super::recorder::Recorder;
 use super::submit::MAX_TIMESTAMPS;
 use crate::Result;
-use ash::vk::BufferUsageFlags;
 use std::sync::Arc;
 
 /// Kinds of things that are counted, at most.
@@ -25,13 +24,7 @@ pub(super) struct Counting {
 impl Counting {
     pub(super) fn new(context: &Arc<Context>) -> Result<Self> {
         let buffer = |label: &str, zones: u64, kind| {
-            Ok::<_, crate::Error>(Arc::new(Buffer::new(
-                context,
-                label,
-                BYTES * zones,
-                kind,
-                BufferUsageFlags::empty(),
-            )?))
+            Ok::<_, crate::Error>(Arc::new(Buffer::new(context, label, BYTES * zones, kind)?))
         };
         let zones = u64::from(MAX_TIMESTAMPS / 2);
         Ok(Self {

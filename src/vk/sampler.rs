@@ -25,22 +25,17 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// `filter` serves magnification and minification, `address` all three axes; every level may be read.
-    pub fn new(
-        context: &Arc<Context>,
-        filter: vk::Filter,
-        mip_filter: vk::SamplerMipmapMode,
-        address: vk::SamplerAddressMode,
-        border: vk::BorderColor,
-    ) -> Result<Self> {
+    /// `filter` serves texels and levels, `address` all three axes. A border is transparent black; every level may be read.
+    pub fn new(context: &Arc<Context>, filter: vk::Filter, address: vk::SamplerAddressMode) -> Result<Self> {
+        let linear = filter == vk::Filter::LINEAR;
         let info = vk::SamplerCreateInfo::default()
             .mag_filter(filter)
             .min_filter(filter)
-            .mipmap_mode(mip_filter)
+            .mipmap_mode(if linear { vk::SamplerMipmapMode::LINEAR } else { vk::SamplerMipmapMode::NEAREST })
             .address_mode_u(address)
             .address_mode_v(address)
             .address_mode_w(address)
-            .border_color(border)
+            .border_color(vk::BorderColor::FLOAT_TRANSPARENT_BLACK)
             .max_lod(vk::LOD_CLAMP_NONE);
         // SAFETY: the info is complete.
         let handle = unsafe { context.device().create_sampler(&info, None) }

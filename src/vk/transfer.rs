@@ -5,14 +5,13 @@ use super::context::Context;
 use super::image::{Image, ImageRegion};
 use super::recorder::{Recorder, RecorderOptions};
 use crate::Result;
-use ash::vk;
 use bytemuck::Pod;
 use std::sync::Arc;
 
 /// A new device-local buffer that holds `data`.
 pub fn upload<T: Pod>(context: &Arc<Context>, label: &str, data: &[T]) -> Result<Buffer> {
     let bytes = size_of_val(data) as u64;
-    let target = Buffer::new(context, label, bytes, BufferKind::Device, vk::BufferUsageFlags::empty())?;
+    let target = Buffer::new(context, label, bytes, BufferKind::Device)?;
     upload_into(context, &target, data)?;
     Ok(target)
 }
@@ -23,7 +22,7 @@ pub fn upload_into<T: Pod>(context: &Arc<Context>, target: &Buffer, data: &[T]) 
     if bytes == 0 {
         return Ok(());
     }
-    let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload, vk::BufferUsageFlags::empty())?;
+    let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload)?;
     staging.write(0, data);
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
     recorder.copy_range(&staging, 0, target, 0, bytes);
@@ -33,8 +32,7 @@ pub fn upload_into<T: Pod>(context: &Arc<Context>, target: &Buffer, data: &[T]) 
 
 /// All of `buffer` as elements of `T`; a rest too short for one is left out.
 pub fn download<T: Pod>(context: &Arc<Context>, buffer: &Buffer) -> Result<Vec<T>> {
-    let staging =
-        Buffer::new(context, "readback", buffer.bytes(), BufferKind::Readback, vk::BufferUsageFlags::empty())?;
+    let staging = Buffer::new(context, "readback", buffer.bytes(), BufferKind::Readback)?;
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
     recorder.copy(buffer, &staging);
     recorder.finish()?;
@@ -44,7 +42,7 @@ pub fn download<T: Pod>(context: &Arc<Context>, buffer: &Buffer) -> Result<Vec<T
 /// Writes `texels` (layer by layer, slice by slice, row by row) into a region of `image`.
 pub fn upload_image<T: Pod>(context: &Arc<Context>, image: &Image, region: ImageRegion, texels: &[T]) -> Result<()> {
     let bytes = size_of_val(texels) as u64;
-    let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload, vk::BufferUsageFlags::empty())?;
+    let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload)?;
     staging.write(0, texels);
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
     recorder.copy_buffer_to_image(&staging, 0, image, region);
@@ -57,7 +55,7 @@ pub fn download_image<T: Pod>(context: &Arc<Context>, image: &Image, level: u32)
     let region = ImageRegion::level(image, level);
     let texels = region.extent.iter().product::<u32>() as usize * region.layers as usize;
     let bytes = (texels * size_of::<T>()) as u64;
-    let staging = Buffer::new(context, "readback", bytes, BufferKind::Readback, vk::BufferUsageFlags::empty())?;
+    let staging = Buffer::new(context, "readback", bytes, BufferKind::Readback)?;
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
     recorder.copy_image_to_buffer(image, region, &staging, 0);
     recorder.finish()?;

@@ -131,8 +131,7 @@ impl Gpu {
             Form::Printed => SamplerAddressMode::CLAMP_TO_EDGE,
             Form::Right => SamplerAddressMode::CLAMP_TO_BORDER,
         };
-        let border = BorderColor::FLOAT_TRANSPARENT_BLACK;
-        let sampler = Sampler::new(c, Filter::LINEAR, SamplerMipmapMode::LINEAR, address, border).expect("a sampler");
+        let sampler = Sampler::new(c, Filter::LINEAR, address).expect("a sampler");
         let names = ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];
         let mut binds: Vec<Bind> =
             names.iter().zip(&self.faces).map(|(name, face)| Bind::image(name, face.view(), &sampler)).collect();

@@ -8,7 +8,7 @@ use crate::ground::Ground;
 use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{self, Key, Range, key};
-use crate::vk::{Bind, Buffer, BufferKind, BufferUsageFlags, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, BufferKind, Recorder, ZoneKind};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -44,7 +44,7 @@ impl Gi for Lighting {
     }
 
     fn new(maker: &Maker) -> Result<Self> {
-        let light = Buffer::new(maker.context, "constant light", 16, BufferKind::Device, BufferUsageFlags::empty())?;
+        let light = Buffer::new(maker.context, "constant light", 16, BufferKind::Device)?;
         Ok(Self { light, radiance: maker.settings.of.constant.radiance })
     }
 

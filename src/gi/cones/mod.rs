@@ -62,7 +62,7 @@ impl Gi for Lighting {
 
     fn plan(settings: &AllSettings) -> Vec<MemoryRow> {
         let mut rows = vec![("cones", size_of::<constants::Cones>() as u64)];
-        rows.extend(FaceVolume::plan(settings.bounces.volumes(), settings.voxels));
+        rows.extend(FaceVolume::plan(settings));
         rows
     }
 
@@ -81,8 +81,11 @@ impl Gi for Lighting {
             Shade::new(context, own.passes, (label, gathers), constants, direct)
         };
         let two = settings.bounces.volumes() > 1;
-        let names = ["first bounce", "second bounce"];
-        let border = own.ledger.d11 == Form::Right;
+        // D11: outside the grid there is nothing; printed, its edge voxels go on for ever.
+        let address = match own.ledger.d11 {
+            Form::Right => vk::SamplerAddressMode::CLAMP_TO_BORDER,
+            Form::Printed => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+        };
         Ok(Self {
             first: shade("shade 1", false, plain, kept)?,
             again: (settings.bounces == Bounces::All).then(|| shade("shade 1", true, &voxels, kept)).transpose()?,
@@ -90,18 +93,8 @@ impl Gi for Lighting {
             empty: (own.passes == Passes::Cells).then(|| EmptyFaces::new(context, &voxels)).transpose()?,
             mips: Mips::new(context, own.passes, &voxels)?,
             relists: own.passes == Passes::Layered,
-            volumes: names[..settings.bounces.volumes() as usize]
-                .iter()
-                .map(|name| FaceVolume::new(context, name, settings.voxels))
-                .collect::<Result<_>>()?,
-            // D11: outside the grid there is nothing; printed, its edge voxels go on for ever.
-            sampler: Sampler::new(
-                context,
-                vk::Filter::LINEAR,
-                vk::SamplerMipmapMode::LINEAR,
-                if border { vk::SamplerAddressMode::CLAMP_TO_BORDER } else { vk::SamplerAddressMode::CLAMP_TO_EDGE },
-                vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
-            )?,
+            volumes: FaceVolume::per_bounce(context, settings)?,
+            sampler: Sampler::new(context, vk::Filter::LINEAR, address)?,
             block: vk::upload(context, "cones", &[constants::Cones::new(own)])?,
             constants,
         })

@@ -50,7 +50,7 @@ impl Gi for Lighting {
     }
 
     fn plan(settings: &AllSettings) -> Vec<MemoryRow> {
-        FaceVolume::plan(settings.bounces.volumes(), settings.voxels)
+        FaceVolume::plan(settings)
     }
 
     fn new(maker: &Maker) -> Result<Self> {
@@ -61,24 +61,15 @@ impl Gi for Lighting {
         let fill = |label, look_up, direct| FillFaces::new(context, label, ("rays", look_up), &voxels, direct);
         let two = settings.bounces.volumes() > 1;
         let direct = if two { DIRECT_KEPT } else { DIRECT_FOUND };
-        let names = ["first bounce", "second bounce"];
         Ok(Self {
             first: fill("shade 1", false, direct)?,
             again: (settings.bounces == Bounces::All).then(|| fill("shade 1", true, direct)).transpose()?,
             second: two.then(|| fill("shade 2", true, DIRECT_READ)).transpose()?,
             empty: EmptyFaces::new(context, &voxels)?,
             mips: MipFaces::new(context, "rays", &voxels)?,
-            volumes: names[..settings.bounces.volumes() as usize]
-                .iter()
-                .map(|name| FaceVolume::new(context, name, settings.voxels))
-                .collect::<Result<_>>()?,
-            sampler: Sampler::new(
-                context,
-                vk::Filter::LINEAR,
-                vk::SamplerMipmapMode::LINEAR,
-                vk::SamplerAddressMode::CLAMP_TO_BORDER, // there is nothing outside of the grid
-                vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
-            )?,
+            volumes: FaceVolume::per_bounce(context, settings)?,
+            // There is nothing outside of the grid.
+            sampler: Sampler::new(context, vk::Filter::LINEAR, vk::SamplerAddressMode::CLAMP_TO_BORDER)?,
             constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)],
         })
     }

@@ -8,8 +8,8 @@ use crate::Result;
 use crate::ground::memory_plan::MemoryRow;
 use crate::layers::{Aov, Layers};
 use crate::vk::{
-    Buffer, BufferKind, BufferUsageFlags, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim,
-    ImageRegion, ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
+    Buffer, BufferKind, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim, ImageRegion,
+    ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
 };
 
 pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
@@ -201,7 +201,7 @@ impl Readback {
         let bytes = target.bytes() / target.outputs.len() as u64;
         let buffer = |output: &OutputTarget| {
             let label = format!("{}, readback", output.image.label());
-            Buffer::new(context, &label, bytes, BufferKind::Readback, BufferUsageFlags::empty())
+            Buffer::new(context, &label, bytes, BufferKind::Readback)
         };
         let buffers = target.outputs.iter().map(buffer).collect::<Result<_>>()?;
         Ok(Self { width: target.width, height: target.height, buffers })

@@ -80,6 +80,12 @@ def first_failure(test):
     return f"{binary}::{failed[0]}" if failed else test if name else f"{binary} ({'hangs' if code is None else 'breaks off'})"
 
 
+def compiled_shaders():
+    """What build.rs made, by path: put back with a fault's text, so that what includes it is not compiled again."""
+    made = (SCRATCH / "target/release/build").glob("twobounce-*/out/*")
+    return {path: path.read_bytes() for path in made if path.suffix in (".spv", ".text")}
+
+
 def binaries():
     folder = TREE / "tests"
     names = {path.stem for path in folder.glob("*.rs")} | {path.parent.name for path in folder.glob("*/main.rs")}
@@ -87,8 +93,8 @@ def binaries():
     return ["lib"] + sorted(names - NOT_RUN, key=lambda name: (not name.startswith("passes"), name))
 
 
-def plant(fault, first_only):
-    """The first test that fails with the fault in its place."""
+def plant(fault, shaders, first_only):
+    """The first test that fails with the fault in its place; `shaders`: compiled without it."""
     path = TREE / fault["file"]
     text = path.read_text()
     if text.count(fault["find"]) != 1:
@@ -103,6 +109,9 @@ def plant(fault, first_only):
         return NOT_CAUGHT
     finally:
         path.write_text(text)
+        for made, data in shaders.items():
+            if made.read_bytes() != data:
+                made.write_bytes(data)
 
 
 def driver():
@@ -156,9 +165,10 @@ def main():
 
     copy_tree()
     device = driver()
+    shaders = compiled_shaders()
     caught = read_page() if options.only else {}
     for fault in chosen:
-        caught[fault["name"]] = plant(fault, options.first_only)
+        caught[fault["name"]] = plant(fault, shaders, options.first_only)
         print(f"{fault['name']}: {caught[fault['name']]}", flush=True)
         if not options.first_only:
             write_page(faults, caught, device)

@@ -9,7 +9,7 @@ TEST_SECONDS ?= 1500
 DEMO_SECONDS ?= 300
 WEB_SECONDS ?= 400
 
-.PHONY: demo test test-web test-mesa25 corpus assets docs clean
+.PHONY: demo test test-web test-mesa25 faults corpus assets docs clean
 
 demo:  ## build, render the gallery, print what each pass took
 	scripts/setup.sh demo
@@ -38,6 +38,10 @@ test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and
 	scripts/guard.sh $(TEST_SECONDS) scripts/mesa25.sh cargo test --release --locked
 	cargo build --release --locked
 	scripts/compare-drivers.sh
+
+faults:  ## plants faults, one at a time, and writes into docs/faults.md which test catches which: an hour
+	scripts/setup.sh test
+	scripts/planted-faults.py
 
 corpus:  ## render every model in DIR: make corpus DIR=models
 	cargo build --release --locked

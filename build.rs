@@ -179,10 +179,19 @@ fn compile(compiler: &Compiler, path: &Path, form: &Form, out: &Path) -> Result<
         Ok(ResolvedInclude { resolved_name: file.to_string_lossy().into_owned(), content })
     });
     let shader_kind = kind(path).expect("only shaders are collected");
-    let artifact = compiler
-        .compile_into_spirv(&source, shader_kind, &path.to_string_lossy(), "main", Some(&options))
-        .map_err(|e| e.to_string())?;
-    fs::write(out, artifact.as_binary_u8()).map_err(|e| e.to_string())?;
+    let file = path.to_string_lossy();
+    // What was compiled before of the same text, by the same script, is there already: a change costs what it changes.
+    let text = compiler.preprocess(&source, &file, "main", Some(&options)).map_err(|e| e.to_string())?.as_text();
+    let text = [include_str!("build.rs"), &text].concat();
+    let made_of = out.with_extension("text");
+    if !out.exists() || fs::read_to_string(&made_of).ok() != Some(text.clone()) {
+        included.borrow_mut().clear();
+        let artifact = compiler
+            .compile_into_spirv(&source, shader_kind, &file, "main", Some(&options))
+            .map_err(|e| e.to_string())?;
+        fs::write(out, artifact.as_binary_u8()).map_err(|e| e.to_string())?;
+        fs::write(made_of, text).map_err(|e| e.to_string())?;
+    }
     drop(options);
     Ok(included.into_inner())
 }

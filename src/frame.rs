@@ -148,10 +148,8 @@ impl Frame {
         };
         let before = self.made_of.take();
         let lists = std::mem::take(&mut self.stale) || before.as_ref().is_none_or(|b| b.instances != now.instances);
-        let same = |before: &MadeOf| {
-            let bytes = |made: &MadeOf| bytemuck::cast_slice::<_, u8>(&made.lights).to_vec();
-            bytes(before) == bytes(&now) && before.sky == now.sky
-        };
+        let bytes = bytemuck::cast_slice::<layout::Light, u8>;
+        let same = |before: &MadeOf| bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky;
         // With feedback or jitter a frame's light differs from the last one's though nothing changes.
         let unsteady = self.settings.bounces == Bounces::All || self.wants.unsteady;
         let light = lists || unsteady || !before.as_ref().is_some_and(same);

@@ -194,6 +194,46 @@ fn the_cornell_box_has_the_path_traced_direct_light() {
     assert!((found.energy - 1.0).abs() < 0.003 && found.rel < 0.01, "energy {}, rel {}", found.energy, found.rel);
 }
 
+#[test]
+fn what_hangs_right_below_a_light_casts_its_shadow() {
+    let mut scene = Scene::empty("a leaf below a light");
+    let grey = scene.add_material(Material::lambert("grey", Vec3::splat(ALBEDO as f32)));
+    let floor = Mesh::quad("floor", grey, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    scene.add_mesh(floor, DAffine3::IDENTITY);
+    // A voxel is 0.15 m: the leaf lies half of one below the light.
+    let leaf = scene.add_material(Material { double_sided: true, ..Material::lambert("leaf", Vec3::ONE) });
+    let corner = Vec3::new(-0.5, 1.93, -0.5);
+    scene.add_mesh(Mesh::quad("leaf", leaf, corner, Vec3::X, Vec3::Z), DAffine3::IDENTITY);
+    scene.add_light(LightKind::Point, Vec3::splat(3.0), DAffine3::from_translation(DVec3::Y * 2.0));
+    let projection = Projection::Orthographic { half_height: HALF as f32, near: 0.01, far: 10.0 };
+    let view = View { eye: DVec3::Y * 0.5, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
+    let settings = Settings { voxels: 32, bounces: Bounces::One, ..Settings::corrected() };
+    let image = gpu::render_layers(&gpu::context(), &scene, &settings, 16, view, vec![Aov::Direct]).read();
+    assert!(image.get(Aov::Direct).expect("asked for").iter().all(|p| *p == [0.0; 3]));
+}
+
+#[test]
+fn veils_hide_what_lies_behind_them_in_any_order() {
+    // Red, green and blue, each half of what lies behind it, from the back to the front.
+    let colors = [Vec3::X, Vec3::Y, Vec3::Z];
+    let expected = colors.iter().fold(Vec3::ZERO, |behind, color| 0.5 * behind + 0.5 * color);
+    let projection = Projection::Orthographic { half_height: 0.5, near: 0.01, far: 10.0 };
+    let view = View { eye: DVec3::Z * 5.0, forward: DVec3::NEG_Z, up: DVec3::Y, projection };
+    let settings = Settings { voxels: 16, bounces: Bounces::One, ..Settings::corrected() };
+    for order in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
+        let mut scene = Scene::empty("veils");
+        for k in order {
+            let veil = Material { unlit: true, alpha: Alpha::Blend, ..Material::lambert("veil", colors[k]) };
+            let veil = scene.add_material(Material { base_color: colors[k].extend(0.5), ..veil });
+            let corner = Vec3::new(-1.0, -1.0, k as f32);
+            scene.add_mesh(Mesh::quad("veil", veil, corner, 2.0 * Vec3::X, 2.0 * Vec3::Y), DAffine3::IDENTITY);
+        }
+        let image = gpu::render_from(&gpu::context(), &scene, &settings, 8, view).read();
+        let right = image.beauty().iter().all(|p| (Vec3::from(*p) - expected).abs().max_element() < 1e-3);
+        assert!(right, "{order:?}: {:?} is not {expected}", image.beauty()[36]);
+    }
+}
+
 /// Of the lamps over a floor: squares in a grid, metres.
 const TILES: i32 = 12;
 const TILE: f32 = 0.1;

@@ -85,6 +85,56 @@ fn half_the_gathers_change_little() {
     assert!((found.energy - 1.0).abs() < 0.06 && found.rel < 0.15, "{found:?}");
 }
 
+#[test]
+fn no_light_is_shared_across_a_step() {
+    // A slot in a floor that is open to the sky: what lies in it sees a quarter of the sky, the floor about it sees all.
+    let (width, depth) = (0.11_f32, 0.22_f32);
+    let mut scene = Scene::empty("a slot in a floor");
+    let grey = scene.add_material(Material { double_sided: true, ..Material::lambert("grey", Vec3::splat(0.5)) });
+    for (x, y, across) in [(-2.0, 0.0, 2.0 - width / 2.0), (width / 2.0, 0.0, 2.0 - width / 2.0), (-2.0, -depth, 4.0)] {
+        let floor = Mesh::quad("floor", grey, Vec3::new(x, y, -2.0), Vec3::Z * 4.0, Vec3::X * across);
+        scene.add_mesh(floor, DAffine3::IDENTITY);
+    }
+    scene.sky = Vec3::ONE;
+    let projection = Projection::Orthographic { half_height: 0.2, near: 0.01, far: 10.0 };
+    let down = View { eye: DVec3::Y, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
+    for resolution in ["image.gather_resolution=full", "image.gather_resolution=half"] {
+        let settings = gpu::with(rays(), &[resolution]);
+        let layers = vec![Aov::Ao, Aov::Depth];
+        let image = gpu::render_layers(&gpu::context(), &scene, &settings, 32, down, layers).read();
+        let layer = |aov| image.get(aov).expect("asked for").iter().map(|p| p[0]);
+        let (mut above, mut below) = (Vec::new(), Vec::new());
+        for (open, depth) in layer(Aov::Ao).zip(layer(Aov::Depth)) {
+            // Pixels that show both are the mean of both.
+            if depth < 1.001 {
+                above.push(open);
+            } else if depth > 1.219 {
+                below.push(open);
+            }
+        }
+        assert!(above.len() > 500 && below.len() > 200, "{} above, {} below", above.len(), below.len());
+        assert!(above.iter().all(|open| *open > 0.99), "{resolution}: the slot darkens the floor about it");
+        let mean = below.iter().sum::<f32>() / below.len() as f32;
+        assert!(mean < 0.35, "{resolution}: the floor brightens its slot, {mean}");
+    }
+}
+
+#[test]
+fn an_open_floor_sends_what_the_sky_gives() {
+    let mut scene = Scene::empty("open floor");
+    let grey = scene.add_material(Material { specular: 0.0, ..Material::lambert("grey", Vec3::splat(0.5)) });
+    let floor = Mesh::quad("floor", grey, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    scene.add_mesh(floor, DAffine3::IDENTITY);
+    scene.sky = Vec3::new(0.5, 1.0, 2.0);
+    let projection = Projection::Orthographic { half_height: 1.0, near: 0.01, far: 10.0 };
+    let down = View { eye: DVec3::Y, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
+    let image = gpu::render_from(&gpu::context(), &scene, &rays(), 16, down).read();
+    for pixel in image.beauty() {
+        let off = Vec3::from(*pixel) / (0.5 * scene.sky) - 1.0;
+        assert!(off.abs().max_element() < 0.002, "{pixel:?}");
+    }
+}
+
 /// A floor under a lamp two metres above it; the lamp a square cut into `cells`² squares, with a texture of which the left
 /// half shines, or without.
 fn floor_and_lamp(cells: u32, textured: bool) -> Scene {

@@ -11,8 +11,10 @@ use glam::{DAffine3, DVec3, Vec3};
 use gpu::twins::record::{in_voxels, record};
 use gpu::twins::voxelise::{Comparison, compare_sets, voxelise};
 use scenes::{Random, add, triangle};
+use twobounce::ground::layout::Triangle;
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
 use twobounce::settings::{Bounces, Settings};
+use twobounce::vk::download;
 
 /// The talk's shading by cells, one bounce.
 fn cells(edge: u32) -> Settings {
@@ -116,4 +118,22 @@ fn walls_in_voxel_faces_touch_both_sides_and_break_nothing() {
     let cuboid = Mesh::cuboid("box", material, Vec3::splat(4.0), Vec3::splat(12.0), false);
     scene.add_mesh(cuboid, DAffine3::IDENTITY);
     assert!(is_exact(&scene, &metre_grid(16)).touching > 0.5);
+}
+
+#[test]
+fn a_mirrored_instance_keeps_its_front() {
+    let mut scene = Scene::empty("a box and its mirror image");
+    let material = scene.add_material(Material::default());
+    let mesh = Mesh::cuboid("box", material, Vec3::ONE, Vec3::new(2.0, 3.0, 4.0), false);
+    scene.add_mesh(mesh.clone(), DAffine3::IDENTITY);
+    scene.add_mesh(mesh, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)));
+    let context = gpu::context();
+    let renderer = gpu::render(&context, &scene, &cells(16), 16);
+    let triangles: Vec<Triangle> = download(&context, &renderer.ground().triangles).expect("triangles");
+    assert_eq!(triangles.len(), 24);
+    for t in triangles {
+        let [a, b, c] = t.vertices.map(|v| Vec3::from(v.position));
+        let facing = (b - a).cross(c - a).normalize().dot(Vec3::from(t.vertices[0].normal));
+        assert!((facing - 1.0).abs() < 1e-4, "triangle {}: its winding and its normal are {facing}", t.source);
+    }
 }

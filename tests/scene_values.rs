@@ -1,6 +1,7 @@
 //! Textures, surfaces, cameras and bounds against values computed by hand.
 
 use glam::{Affine2, DAffine3, DQuat, DVec3, Mat2, Vec2, Vec3, Vec4};
+use twobounce::ground::grid::Grid;
 use twobounce::scene::analytic;
 use twobounce::scene::surface::{self, SurfacePoint, WorldFrame};
 use twobounce::scene::texture::{ColorSpace, MipChain, Textures, linear_from_srgb, srgb_from_linear};
@@ -8,6 +9,7 @@ use twobounce::scene::{
     Alpha, Animation, Bounds, Channel, Image, Interpolation, Material, Mesh, Mip, Projection, Scene, Texture,
     TextureRef, Transform, Values, View, Wrap,
 };
+use twobounce::settings::Settings;
 
 const TRILINEAR: Texture =
     Texture { image: 0, wrap: [Wrap::Repeat; 2], mag_linear: true, min_linear: true, mip: Mip::Linear };
@@ -292,6 +294,19 @@ fn boxes_are_closed_and_their_normals_follow_their_winding() {
             assert!(t.iter().all(|&i| mesh.normals[i as usize].dot((b - a).cross(c - a)) > 0.0));
         }
     }
+}
+
+#[test]
+fn the_grid_leaves_its_margin_about_the_longest_side() {
+    let bounds = Bounds { min: DVec3::new(1.0, 2.0, 3.0), max: DVec3::new(3.0, 13.0, 6.0) };
+    let mut settings = Settings { voxels: 16, ..Settings::default() };
+    settings.grid.margin = 2.5;
+    let grid = Grid::place(bounds, &settings).expect("a grid");
+    // Eleven metres are eleven voxels of sixteen.
+    assert!((grid.voxel_m - 1.0).abs() < 1e-12, "{}", grid.voxel_m);
+    assert!((grid.corner - DVec3::new(-6.0, -0.5, -3.5)).length() < 1e-12, "{}", grid.corner);
+    settings.grid.side = Some(8.0);
+    assert_eq!(Grid::place(bounds, &settings).expect("a grid").voxel_m, 0.5);
 }
 
 #[test]

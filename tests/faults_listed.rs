@@ -1,0 +1,67 @@
+//! The planted faults (`tests/faults/faults.toml`, `make faults`): each can still be planted, and its page says which test caught
+//! it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use toml::Value;
+
+fn read(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+    fs::read_to_string(path).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn text<'a>(fault: &'a Value, key: &str) -> &'a str {
+    fault.get(key).and_then(Value::as_str).unwrap_or_else(|| panic!("a fault without {key}: {fault}"))
+}
+
+fn faults() -> Vec<Value> {
+    let list: toml::Table = read("tests/faults/faults.toml").parse().expect("TOML");
+    list["fault"].as_array().expect("a list").clone()
+}
+
+/// Whether `test` names a test binary, or one of its tests as `binary::test`.
+fn exists(test: &str) -> bool {
+    let (binary, function) = test.split_once("::").unwrap_or((test, ""));
+    let at = |path: String| Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    let single = at(format!("tests/{binary}.rs"));
+    // Of a binary of several files, and of the library, the files are not searched.
+    if !single.exists() {
+        return binary == "lib" || at(format!("tests/{binary}/main.rs")).exists();
+    }
+    fs::read_to_string(single).expect("a test file").contains(&format!("fn {function}"))
+}
+
+#[test]
+fn every_fault_can_be_planted() {
+    let mut names = BTreeSet::new();
+    for fault in faults() {
+        let (name, file, find) = (text(&fault, "name"), text(&fault, "file"), text(&fault, "find"));
+        assert!(names.insert(name.to_owned()), "two faults are called {name}");
+        assert_eq!(read(file).matches(find).count(), 1, "{name}: how often its text stands in {file}");
+        assert_ne!(find, text(&fault, "replace"), "{name} changes nothing");
+        let wrong = text(&fault, "wrong");
+        assert!(wrong.ends_with('.') && !wrong.contains('|'), "{name}: one sentence that fits a table");
+        for test in fault["first"].as_array().expect("a list of tests") {
+            let test = test.as_str().expect("a test's name");
+            assert!(exists(test), "{name}: there is no test {test}");
+        }
+    }
+    assert!(names.len() >= 12, "{names:?}");
+}
+
+#[test]
+fn the_page_says_which_test_caught_every_fault() {
+    let page = read("docs/faults.md");
+    let rows: Vec<&str> = page.lines().filter(|line| line.starts_with("| `")).collect();
+    let faults = faults();
+    for fault in &faults {
+        let head = format!("| `{}` | {} | `{}` | `", text(fault, "name"), text(fault, "wrong"), text(fault, "file"));
+        let caught = rows.iter().find_map(|row| row.strip_prefix(&head));
+        let caught = caught.unwrap_or_else(|| panic!("docs/faults.md does not have {head}: run `make faults`"));
+        let test = caught.trim_end_matches("` |");
+        assert!(exists(test.split(' ').next().expect("a word")), "{head}: caught by {test}, which is no test");
+    }
+    assert_eq!(rows.len(), faults.len(), "docs/faults.md lists faults that are no more");
+}

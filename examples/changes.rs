@@ -44,7 +44,7 @@ fn main() -> Result<()> {
         "the camera, exposure",
         &mut renderer,
         |_, _| Ok(()),
-        |i| (pose.clone(), if i % 2 == 0 { moved } else { view }),
+        |i| (pose.clone(), if i.is_multiple_of(2) { moved } else { view }),
     )?;
     let mut lit = pose.clone();
     lit.lights.iter_mut().for_each(|light| light.position.y += 0.01);
@@ -52,11 +52,11 @@ fn main() -> Result<()> {
         "a light moves",
         &mut renderer,
         |_, _| Ok(()),
-        |i| (if i % 2 == 0 { lit.clone() } else { pose.clone() }, view),
+        |i| (if i.is_multiple_of(2) { lit.clone() } else { pose.clone() }, view),
     )?;
     let mut elsewhere = pose.clone();
     elsewhere.world_from_instance[0].translation.y += 1e-4;
-    let turns = |i: usize| (if i % 2 == 0 { elsewhere.clone() } else { pose.clone() }, view);
+    let turns = |i: usize| (if i.is_multiple_of(2) { elsewhere.clone() } else { pose.clone() }, view);
     row("an instance moves", &mut renderer, |_, _| Ok(()), turns)?;
     let still = |_: usize| (pose.clone(), view);
     let edit = |what: fn(&mut Scene, f32), moved: &'static [usize]| {

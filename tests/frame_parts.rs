@@ -142,7 +142,8 @@ fn what_changes_is_as_if_made_new() {
     kept.change(settings(), SIZE).expect("it fits");
     let mut scene = room();
     // The room is closed: its sky does not show.
-    let edits: [(&str, fn(&mut Scene), &[usize]); 5] = [
+    type Edit = (&'static str, fn(&mut Scene), &'static [usize]);
+    let edits: [Edit; 5] = [
         ("light", |s| s.lights[0].intensity *= 2.0, &[]),
         ("sky", |s| s.sky = Vec3::splat(0.5), &[]),
         ("material", |s| s.materials[2].base_color.y = 0.8, &[]),

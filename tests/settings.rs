@@ -167,8 +167,7 @@ proptest! {
     /// Every f32 and f64 comes back bit for bit, and no text makes it panic.
     #[test]
     fn numbers_survive_toml(start in 0.0_f32..64.0, side in 1e-6_f64..1e9, center in -1e9_f64..1e9) {
-        let mut settings = Settings::default();
-        settings.method = twobounce::gi::Method::Cones;
+        let mut settings = Settings { method: twobounce::gi::Method::Cones, ..Settings::default() };
         settings.of.cones.start.shadow_end = start;
         settings.grid.side = Some(side);
         settings.grid.center = Some([center, -center, 0.1]);

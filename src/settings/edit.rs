@@ -44,7 +44,7 @@ impl Settings {
         self.replace(&[(key, parse(key, text.trim()))])
     }
 
-    /// Every key that has an effect and its value as TOML, in the order of [`keys`]: `merge_toml` of it gives settings that
+    /// Every key that has an effect and its value as TOML, in the order of [`keys()`]: `merge_toml` of it gives settings that
     /// mean the same.
     pub fn to_toml(&self) -> String {
         self.values().iter().map(|(key, value)| format!("{} = {}\n", key.name, write(value))).collect()

@@ -20,7 +20,7 @@ use crate::ground::scene_on_gpu::SceneOnGpu;
 use crate::ground::uniforms::{self, FrameUniforms};
 use crate::ground::{self, Counts, Ground};
 use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::{Bounces, LampLight, Settings, Shadows};
+use crate::settings::{Bounces, GatherResolution, ImageSettings, LampLight, Settings, Shadows};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
 use crate::{Error, Result};
 
@@ -60,8 +60,10 @@ pub struct Frame {
     history: bool,
     /// What lists and light on the device were made of; `None` where they cannot be gone on from.
     made_of: Option<MadeOf>,
-    /// The next frame keeps nothing, though nothing changed.
+    /// The next frame makes lists and light anew, though nothing moved.
     stale: bool,
+    /// The method holds no light yet.
+    unlit: bool,
 }
 
 /// Everything that changes from frame to frame and shows in lists or light: no camera does.
@@ -99,18 +101,11 @@ impl Frame {
     pub fn new(context: &Arc<Context>, desc: &FrameDesc, scene_on_gpu: &Arc<SceneOnGpu>) -> Result<Self> {
         let settings = desc.settings;
         let grid = Grid::place(desc.bounds, settings)?;
-        let wants = wants(settings);
-        if settings.lights.shadows == Shadows::Method && !wants.shadows {
-            return Err(Error::Usage(format!(
-                "lights.shadows = method: the method {} has no shadows of its own; set lights.shadows to rays or none",
-                settings.method
-            )));
-        }
+        let wants = checked_wants(settings)?;
         let lamps = lamps(desc.scene, settings);
         let counts = first_counts(desc, &lamps);
         let features = Features::of(desc.scene, settings);
-        let base = constants(settings, features);
-        let ground = Ground::new(context, scene_on_gpu.clone(), grid, (wants.clone(), &counts), &base)?;
+        let ground = Ground::new(context, scene_on_gpu.clone(), grid, (wants.clone(), &counts), features)?;
         let method = settings.method.make(&Maker { context, settings, features, counts: &counts })?;
         let target = ImageTarget::new(context, desc.size, settings.image.samples, desc.outputs)?;
         let image = image_pass(context, desc, &*method, &target)?;
@@ -129,6 +124,7 @@ impl Frame {
             history: false,
             made_of: None,
             stale: false,
+            unlit: true,
             ground,
             method,
             target,
@@ -147,13 +143,14 @@ impl Frame {
             sky: seen.scene.sky,
         };
         let before = self.made_of.take();
+        let unlit = std::mem::take(&mut self.unlit);
         let lists = std::mem::take(&mut self.stale) || before.as_ref().is_none_or(|b| b.instances != now.instances);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
         let same = |before: &MadeOf| bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky;
         // With feedback or jitter a frame's light differs from the last one's though nothing changes.
         let unsteady = self.settings.bounces == Bounces::All || self.wants.unsteady;
-        let light = lists || unsteady || !before.as_ref().is_some_and(same);
-        self.upload(r, seen, &now.lights, lists);
+        let light = lists || unlit || unsteady || !before.as_ref().is_some_and(same);
+        self.upload(r, seen, &now.lights, lists || unlit);
         if lists {
             // What stands where: triangles, and the voxels that they touch.
             self.ground.swap_cell_lists();
@@ -161,7 +158,8 @@ impl Frame {
         }
         if light {
             // The light that the method makes of it.
-            self.method.update(r, &self.ground, &Update { lists, history: self.history, known: before.is_some() });
+            let update = Update { lists: lists || unlit, history: self.history, known: !unlit };
+            self.method.update(r, &self.ground, &update);
         }
         if seen.image {
             // The recorded triangles become the image, with what the method looks up.
@@ -178,9 +176,9 @@ impl Frame {
     }
 
     /// What shaders read of this frame.
-    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lists: bool) {
+    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lamps: bool) {
         r.full_barrier(); // the frame before read the same buffers
-        if lists {
+        if lamps {
             let placed = self.lamps.place(seen.pose, &self.ground.grid, self.settings.lights.lamp_points);
             self.placed_lamps = (placed.pieces.len() as u32, !placed.nodes.is_empty());
             r.update_all(&self.ground.lamps, &placed.pieces);
@@ -238,39 +236,43 @@ impl Frame {
         tracing::info!("buffers grow: {:?} to {:?}", self.counts, counts);
         self.ground.grow(context, &counts)?;
         self.counts = counts;
-        (self.made_of, self.history) = (None, false);
+        (self.made_of, self.history, self.unlit) = (None, false, true);
         Ok(())
     }
 
     /// Goes over to the settings, the size and the lights of `desc`, of the same scene, and makes anew only what depends on what
-    /// changed; no frame may be in flight.
+    /// changed: the lists stay where the grid and what is asked of it do, the light where its settings do, and a pipeline
+    /// where its shaders' constants do. No frame may be in flight.
     ///
     /// # Errors
     /// As for [`Frame::new`]; the frame then is as before.
     pub fn change(&mut self, context: &Arc<Context>, desc: &FrameDesc) -> Result<()> {
         let (old, new) = (&self.settings, desc.settings);
-        let of_light = |settings: &Settings| {
-            let (samples, gather_resolution) = (1, crate::settings::GatherResolution::Full);
-            let image = crate::settings::ImageSettings { samples, gather_resolution, ..settings.image.clone() };
-            Settings { image, ..settings.clone() }
-        };
-        let more_lights = desc.scene.lights.len() as u32 > self.counts.lights;
-        let other_features = Features::of(desc.scene, old) != self.features;
-        if more_lights || other_features || !of_light(old).means_same(&of_light(new)) {
-            let made = Self::new(context, desc, &self.ground.scene.clone())?;
-            *self = made;
+        let relit = !of_light(old).means_same(&of_light(new));
+        let lamps = relit.then(|| lamps(desc.scene, new));
+        let lamp_count = lamps.as_ref().unwrap_or(&self.lamps).count(new.lights.lamp_points);
+        let fits = desc.scene.lights.len() as u32 <= self.counts.lights && lamp_count <= self.counts.lamps;
+        let features = Features::of(desc.scene, new);
+        let grid = Grid::place(desc.bounds, new)?;
+        if !fits || grid != self.ground.grid || checked_wants(new)? != self.wants || features != self.features {
+            *self = Self::new(context, desc, &self.ground.scene.clone())?;
             return Ok(());
         }
-        let resized = desc.size != (self.target.width, self.target.height) || desc.outputs != self.target.outputs();
-        let resampled = !old.means_same(new);
-        if resized || resampled {
+        let maker = Maker { context, settings: new, features, counts: &self.counts };
+        let method = relit.then(|| new.method.make(&maker)).transpose()?;
+        if relit
+            || !old.means_same(new)
+            || desc.size != (self.target.width, self.target.height)
+            || desc.outputs != self.target.outputs()
+        {
             let target = ImageTarget::new(context, desc.size, new.image.samples, desc.outputs)?;
-            if resampled || desc.outputs != self.target.outputs() {
-                self.image = image_pass(context, desc, &*self.method, &target)?;
-            } else {
-                self.image.resize(context, &new.image, &target)?;
-            }
+            self.image = image_pass(context, desc, &**method.as_ref().unwrap_or(&self.method), &target)?;
             self.target = target;
+        }
+        if let (Some(method), Some(lamps)) = (method, lamps) {
+            (self.method, self.lamps) = (method, lamps);
+            self.scale = radiance_scale(desc.scene, grid.voxel_m, new.bounces);
+            (self.history, self.unlit) = (false, true);
         }
         self.settings = new.clone();
         Ok(())
@@ -347,6 +349,25 @@ fn wants(settings: &Settings) -> Wants {
     wants.rays |= direct;
     wants.lists |= direct;
     wants
+}
+
+/// The same, of settings that make sense.
+fn checked_wants(settings: &Settings) -> Result<Wants> {
+    let wants = wants(settings);
+    if settings.lights.shadows == Shadows::Method && !wants.shadows {
+        return Err(Error::Usage(format!(
+            "lights.shadows = method: the method {} has no shadows of its own; set lights.shadows to rays or none",
+            settings.method
+        )));
+    }
+    Ok(wants)
+}
+
+/// The same settings with those parts of `image` at their defaults that neither lists nor light depend on.
+fn of_light(settings: &Settings) -> Settings {
+    let (samples, gather_resolution) = (1, GatherResolution::Full);
+    let image = ImageSettings { samples, gather_resolution, ..settings.image.clone() };
+    Settings { image, ..settings.clone() }
 }
 
 /// Bytes of every resource of a frame with such settings, with buffers as large as `counts` on a grid of edge `voxels`.

@@ -19,6 +19,13 @@ use vk_common::Host;
 
 const SIZE: (u32, u32) = (24, 16);
 
+/// Whether the next frame makes (lists, light) anew.
+fn made_anew(renderer: &mut Renderer, pose: &Pose, view: &View) -> (bool, bool) {
+    let zones = renderer.render(pose, view).expect("a frame").timings.zones;
+    let has = |name: &str| zones.iter().any(|zone| zone.name.starts_with(name));
+    (has("record"), has("shade"))
+}
+
 /// A room with a box, a lamp and a light.
 fn room() -> Scene {
     let mut scene = Scene::empty("room");
@@ -112,6 +119,31 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
 }
 
 #[test]
+fn a_change_keeps_what_does_not_depend_on_it() {
+    let context = gpu::context();
+    let scene = room();
+    let pose = scene.pose(None, 0.0);
+    let view = from(DVec3::new(3.5, 2.0, 3.4));
+    let mut kept = renderer(&context, &scene, &settings(), SIZE);
+    assert_eq!(made_anew(&mut kept, &pose, &view), (true, true), "the first frame");
+    assert_eq!(made_anew(&mut kept, &pose, &view), (false, false), "nothing changed");
+    let cases = [
+        ("image.samples=4", (false, false)),
+        ("rays.diffuse=3", (false, true)),
+        ("lights.shadow_rays=3", (false, true)),
+        ("voxels=32", (true, true)),
+        ("method=none", (true, false)),
+    ];
+    for (set, expected) in cases {
+        kept.change(gpu::with(settings(), &[set]), SIZE).expect("it fits");
+        assert_eq!(made_anew(&mut kept, &pose, &view), expected, "{set}");
+        kept.change(settings(), SIZE).expect("it fits");
+        kept.render(&pose, &view).expect("a frame");
+    }
+    assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+}
+
+#[test]
 fn what_changes_is_as_if_made_new() {
     let context = gpu::context();
     let scene = room();
@@ -121,10 +153,12 @@ fn what_changes_is_as_if_made_new() {
     let mut shown = image(&mut kept, &pose, &view);
     // Settings and sizes.
     let mut changes: Vec<(Vec<&str>, (u32, u32))> = vec![(vec![], (40, 24))];
-    let sets: [&[&str]; 6] = [
+    let sets: [&[&str]; 8] = [
         &["image.samples=4"],
         &["image.gather_resolution=full"],
         &["rays.diffuse=3"],
+        &["rays.diffuse=3", "bounces=all"],
+        &["lights.lamp_points=2", "bounces=all"],
         &["method=cones", "image.interleave=1"],
         &["voxels=32"],
         &["bounces=1", "method=none"],

@@ -5,7 +5,7 @@ use crate::settings::{DirectLight, LampLight, Settings, Shadows};
 
 pub const EDGE: u32 = 0;
 pub const SHADOWS: u32 = 1;
-const FEATURES: u32 = 2;
+pub const FEATURES: u32 = 2;
 const LAMPS: u32 = 3;
 pub const LAMP_POINTS: u32 = 4;
 const GATHER_SCALE: u32 = 5;

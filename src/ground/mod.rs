@@ -28,7 +28,7 @@ use crate::vk::{Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, Ima
 use alike::Alike;
 use cells::Cells;
 use clearance::Clearance;
-use constants::{EDGE, LIT, with};
+use constants::{EDGE, FEATURES, Features, LIT};
 use grid::{Grid, GridPlace};
 use lists::{ListCapacity, Lists};
 use memory_plan::MemoryRow;
@@ -109,8 +109,6 @@ struct ListMakers {
 }
 
 impl Ground {
-    /// `base`: the ground's constants.
-    ///
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(
@@ -118,8 +116,10 @@ impl Ground {
         scene: Arc<SceneOnGpu>,
         grid: Grid,
         (wants, counts): (Wants, &Counts),
-        base: &[(u32, u32)],
+        features: Features,
     ) -> Result<Self> {
+        let constants_of = |edge, alike| [(FEATURES, features.0), (EDGE, edge), (LIT, u32::from(alike))];
+        let base = constants_of(grid.edge, wants.alike);
         let plan = shared_plan(counts);
         let buffer = |name: &str| {
             let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
@@ -130,10 +130,10 @@ impl Ground {
         let mut makers = Vec::new();
         for (index, (place, capacity)) in places().zip(&counts.lists).enumerate() {
             let wants = wants_of_grid(&wants, index);
-            let constants = with(base.to_vec(), &[(EDGE, place.edge), (LIT, u32::from(wants.alike))]);
+            let constants = constants_of(place.edge, wants.alike);
             lists.push(Lists::new(context, place, &wants, *capacity)?);
             makers.push(ListMakers {
-                voxelise: wants.lists.then(|| Voxelise::new(context, &constants, place.edge)).transpose()?,
+                voxelise: wants.lists.then(|| Voxelise::new(context, &constants)).transpose()?,
                 clearance: wants.rays.then(|| Clearance::new(context, &constants)).transpose()?,
                 cells: wants.cells.then(|| Cells::new(context, &constants)).transpose()?,
             });
@@ -158,8 +158,8 @@ impl Ground {
                     ..Default::default()
                 },
             )?,
-            record: Record::new(context, base)?,
-            alike: wants.alike.then(|| Alike::new(context, base)).transpose()?,
+            record: Record::new(context, &base)?,
+            alike: wants.alike.then(|| Alike::new(context, &base)).transpose()?,
             grid,
             scene,
             lists,

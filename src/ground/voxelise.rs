@@ -4,7 +4,6 @@
 use std::sync::Arc;
 
 use super::Ground;
-use super::constants::{EDGE, with};
 use super::layout::GridPush;
 use super::lists::Lists;
 use crate::Result;
@@ -15,14 +14,13 @@ pub struct Voxelise {
 }
 
 impl Voxelise {
-    /// For grids of `edge` voxels a side.
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], edge: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)]) -> Result<Self> {
         let desc = RasterDesc {
             label: "voxelise",
             vertex: "ground/voxelise.vert",
             geometry: Some("ground/voxelise.geom"),
             fragment: Some("ground/voxelise.frag"),
-            constants: &with(constants.to_vec(), &[(EDGE, edge)]),
+            constants,
             ..Default::default()
         };
         Ok(Self { pipeline: Raster::new(context, &desc)? })

@@ -6,11 +6,13 @@ use super::image::RawImage;
 use super::instance::{DeviceKind, Instance, heap_budgets};
 use super::label::Labels;
 use super::needs::Capabilities;
+use super::pipeline::RawPipeline;
 use super::pipeline_cache::PipelineCache;
 use super::submit::{self, CommandSet};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::collections::HashMap;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -49,6 +51,8 @@ pub struct Context {
     /// Without a queue: images that the next recording brings into their layout.
     untransitioned: Mutex<Vec<Weak<RawImage>>>,
     pub(super) pipeline_cache: PipelineCache,
+    /// Those in use, by what they were made of.
+    pub(super) pipelines: Mutex<HashMap<String, Weak<RawPipeline>>>,
     pub(super) functions: Functions,
     pub(super) labels: Labels,
     capabilities: Capabilities,
@@ -140,6 +144,7 @@ impl Context {
             queue_family: parts.queue_family,
             commands: Mutex::default(),
             pipeline_cache: parts.pipeline_cache,
+            pipelines: Mutex::default(),
             functions: Functions::load(&instance, &device, capabilities.is_1_3(), debug_utils),
             labels: Labels::default(),
             name,

@@ -7,7 +7,7 @@ use super::reflect::{self, Binding, BindingKind, StageInfo};
 use super::shader;
 use crate::{Error, Result};
 use ash::vk;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, Weak};
 
 /// What every Vulkan device offers for push constants.
 const MAX_PUSH_BYTES: u32 = 128;
@@ -159,51 +159,85 @@ reflection!(Raster);
 reflection!(Compute);
 
 impl Compute {
-    /// Compiles the pipeline. Panics when the shader uses what pipelines here do not offer.
+    /// Compiles the pipeline, or takes the one that is alive already. Panics when the shader uses what pipelines here do not
+    /// offer.
     pub fn new(context: &Arc<Context>, desc: &ComputeDesc<'_>) -> Result<Self> {
         let shader = form(context, desc.shader);
-        let mut raw = RawPipeline::new(context, desc.label, &[shader], desc.constants)?;
-        let modules = Modules::new(context, &[shader])?;
-        let data = Specialization::new(desc.constants);
-        let specialization = data.info();
-        let info = [vk::ComputePipelineCreateInfo::default()
-            .stage(modules.stage(0, vk::ShaderStageFlags::COMPUTE, &specialization))
-            .layout(raw.layout)];
-        // SAFETY: the info is complete and refers to live objects.
-        let made = unsafe { context.device().create_compute_pipelines(context.pipeline_cache.handle, &info, None) };
-        raw.finish(made)?;
-        Ok(Self { raw: Arc::new(raw) })
+        let constants = used(&[shader], desc.constants);
+        let desc = ComputeDesc { shader, constants: &constants, ..*desc };
+        let raw = alive_or(context, format!("{desc:?}"), || {
+            let mut raw = RawPipeline::new(context, desc.label, &[shader], &constants)?;
+            let modules = Modules::new(context, &[shader])?;
+            let data = Specialization::new(&constants);
+            let specialization = data.info();
+            let info = [vk::ComputePipelineCreateInfo::default()
+                .stage(modules.stage(0, vk::ShaderStageFlags::COMPUTE, &specialization))
+                .layout(raw.layout)];
+            // SAFETY: the info is complete and refers to live objects.
+            let made = unsafe { context.device().create_compute_pipelines(context.pipeline_cache.handle, &info, None) };
+            raw.finish(made)?;
+            Ok(raw)
+        })?;
+        Ok(Self { raw })
     }
 }
 
 impl Raster {
-    /// Compiles the pipeline. Panics when the shaders disagree or use what pipelines here do not offer.
+    /// Compiles the pipeline, or takes the one that is alive already. Panics when the shaders disagree or use what pipelines
+    /// here do not offer.
     pub fn new(context: &Arc<Context>, desc: &RasterDesc<'_>) -> Result<Self> {
         let shaders = [Some(desc.vertex), desc.geometry, desc.fragment].into_iter().flatten();
         let shaders: Vec<_> = shaders.map(|name| form(context, name)).collect();
-        let mut raw = RawPipeline::new(context, desc.label, &shaders, desc.constants)?;
-        raw.color_formats = desc.color_formats.to_vec();
-        raw.depth = desc.depth;
-        raw.samples = desc.samples;
-        raw.color_write = desc.color_write;
-        let modules = Modules::new(context, &shaders)?;
-        let data = Specialization::new(desc.constants);
-        let specialization = data.info();
-        let stages: Vec<_> = raw
-            .stages
-            .iter()
-            .enumerate()
-            .map(|(index, info)| modules.stage(index, info.stage.flag(), &specialization))
-            .collect();
-        let made = create_raster(context, desc, raw.layout, &stages);
-        raw.finish(made)?;
-        Ok(Self { raw: Arc::new(raw) })
+        let constants = used(&shaders, desc.constants);
+        let desc = RasterDesc { constants: &constants, ..*desc };
+        let raw = alive_or(context, format!("{desc:?}"), || {
+            let mut raw = RawPipeline::new(context, desc.label, &shaders, &constants)?;
+            raw.color_formats = desc.color_formats.to_vec();
+            raw.depth = desc.depth;
+            raw.samples = desc.samples;
+            raw.color_write = desc.color_write;
+            let modules = Modules::new(context, &shaders)?;
+            let data = Specialization::new(&constants);
+            let specialization = data.info();
+            let stages = raw.stages.iter().enumerate();
+            let stages: Vec<_> =
+                stages.map(|(index, info)| modules.stage(index, info.stage.flag(), &specialization)).collect();
+            let made = create_raster(context, &desc, raw.layout, &stages);
+            raw.finish(made)?;
+            Ok(raw)
+        })?;
+        Ok(Self { raw })
     }
 }
 
 /// The shader as it is, or as it counts.
 fn form<'a>(context: &Context, shader: &'a str) -> &'a str {
     if context.counting { shader::counted(shader) } else { shader }
+}
+
+/// Those of `constants` that the shaders depend on.
+fn used(shaders: &[&str], constants: &[(u32, u32)]) -> Vec<(u32, u32)> {
+    let known: Vec<u32> = shaders.iter().flat_map(|name| reflect::constant_ids(shader::spirv(name))).collect();
+    constants.iter().copied().filter(|(id, _)| known.contains(id)).collect()
+}
+
+/// The pipeline that was made of the same and is still in use, or a new one: a changed setting compiles only what depends
+/// on it.
+fn alive_or(
+    context: &Context,
+    made_of: String,
+    make: impl FnOnce() -> Result<RawPipeline>,
+) -> Result<Arc<RawPipeline>> {
+    let pipelines = || context.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(alive) = pipelines().get(&made_of).and_then(Weak::upgrade) {
+        return Ok(alive);
+    }
+    // Not under the lock: other threads compile theirs meanwhile.
+    let made = Arc::new(make()?);
+    let mut pipelines = pipelines();
+    pipelines.retain(|_, pipeline| pipeline.strong_count() > 0);
+    pipelines.insert(made_of, Arc::downgrade(&made));
+    Ok(made)
 }
 
 type Created = std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>;

@@ -127,31 +127,51 @@ pub(super) fn module((name, words): Shader, constants: &[(u32, u32)]) -> Module 
     Module { info: StageInfo { stage, shader: name, outputs }, bindings, push_bytes }
 }
 
+const HEADER_WORDS: usize = 5;
+
+/// The instructions of a module: an opcode, and its operands.
+fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
+    let mut rest = &words[HEADER_WORDS..];
+    std::iter::from_fn(move || {
+        let first = *rest.first()?;
+        let (instruction, after) = rest.split_at(((first >> 16) as usize).max(1));
+        rest = after;
+        Some((first & 0xffff, &instruction[1..]))
+    })
+}
+
+/// The specialisation constants that the module depends on: the optimiser left no other.
+pub(super) fn constant_ids(words: &[u32]) -> impl Iterator<Item = u32> {
+    const DECORATE: u32 = 71;
+    const SPEC_ID: u32 = 1;
+    instructions(words).filter_map(|(opcode, operands)| match operands {
+        [_, SPEC_ID, id] if opcode == DECORATE => Some(*id),
+        _ => None,
+    })
+}
+
 /// The module with every expression of specialisation constants replaced by a constant of its type: spirq evaluates them
 /// all, knows few operators and fails on the rest, and no layout here depends on one.
 fn without_constant_expressions(words: &[u32]) -> Vec<u32> {
-    const HEADER_WORDS: usize = 5;
     const TYPE_BOOL: u32 = 20;
-    const CONSTANT_TRUE: u32 = 3 << 16 | 41;
-    const CONSTANT: u32 = 4 << 16 | 43;
+    const CONSTANT_TRUE: u32 = 41;
+    const CONSTANT: u32 = 43;
     const SPEC_CONSTANT_OP: u32 = 52;
     let mut simple = words[..HEADER_WORDS].to_vec();
+    let mut write = |opcode: u32, operands: &[u32]| {
+        simple.push((operands.len() as u32 + 1) << 16 | opcode);
+        simple.extend(operands);
+    };
     let mut bools = Vec::new();
-    let mut at = HEADER_WORDS;
-    while at < words.len() {
-        let (count, opcode) = (((words[at] >> 16) as usize).max(1), words[at] & 0xffff);
+    for (opcode, operands) in instructions(words) {
+        match (opcode, operands) {
+            (SPEC_CONSTANT_OP, [ty, id, ..]) if bools.contains(ty) => write(CONSTANT_TRUE, &[*ty, *id]),
+            (SPEC_CONSTANT_OP, [ty, id, ..]) => write(CONSTANT, &[*ty, *id, 1]),
+            _ => write(opcode, operands),
+        }
         if opcode == TYPE_BOOL {
-            bools.push(words[at + 1]);
+            bools.push(operands[0]);
         }
-        if opcode == SPEC_CONSTANT_OP {
-            let [ty, id] = [words[at + 1], words[at + 2]];
-            let is_bool = bools.contains(&ty);
-            simple.extend([if is_bool { CONSTANT_TRUE } else { CONSTANT }, ty, id]);
-            simple.extend((!is_bool).then_some(1));
-        } else {
-            simple.extend(&words[at..at + count]);
-        }
-        at += count;
     }
     simple
 }

@@ -147,12 +147,6 @@ impl Gather {
         })
     }
 
-    /// For images of another size.
-    pub fn resize(&mut self, context: &Arc<Context>, settings: &ImageSettings, target: &ImageTarget) -> Result<()> {
-        self.images = GatherImages::new(context, settings, target)?;
-        Ok(())
-    }
-
     /// Gathers for one band of the image. `look_up`: what the method's look-up binds.
     pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], band: &Band) {
         let (first_row, rows) = self.images.extent.rows(band);

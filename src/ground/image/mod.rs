@@ -81,11 +81,6 @@ impl ImagePass {
         })
     }
 
-    /// For images of another size.
-    pub fn resize(&mut self, context: &Arc<Context>, settings: &ImageSettings, target: &ImageTarget) -> Result<()> {
-        self.gather.as_mut().map_or(Ok(()), |gather| gather.resize(context, settings, target))
-    }
-
     /// `look_up`: what the method's look-up binds.
     pub fn record(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>]) {
         let target = frame.target;

@@ -12,13 +12,13 @@ use crate::gi::{Gi, Maker, Update, Wants};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::grid::{Grid, radiance_scale};
 use crate::ground::image::target::{self, ImageTarget};
-use crate::ground::image::{ImageFrame, ImagePass, gather};
+use crate::ground::image::{ImageFrame, ImagePass, ImagePassDesc, gather};
 use crate::ground::lamps::Lamps;
 use crate::ground::layout::{self, Globals};
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::SceneOnGpu;
 use crate::ground::uniforms::{self, FrameUniforms};
-use crate::ground::{self, Counts, Ground};
+use crate::ground::{self, Counts, Ground, GroundDesc};
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, GatherResolution, ImageSettings, LampLight, Settings, Shadows};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
@@ -45,9 +45,6 @@ pub struct Frame {
     pub target: ImageTarget,
     image: ImagePass,
     settings: Settings,
-    features: Features,
-    wants: Wants,
-    counts: Counts,
     lamps: Lamps,
     /// Pieces of lamps, and whether they are chosen through the tree.
     placed_lamps: (u32, bool),
@@ -100,13 +97,9 @@ impl Frame {
     /// Settings that make no sense, too little memory, a lost device.
     pub fn new(context: &Arc<Context>, desc: &FrameDesc, scene_on_gpu: &Arc<SceneOnGpu>) -> Result<Self> {
         let settings = desc.settings;
-        let grid = Grid::place(desc.bounds, settings)?;
-        let wants = checked_wants(settings)?;
         let lamps = lamps(desc.scene, settings);
-        let counts = first_counts(desc, &lamps);
-        let features = Features::of(desc.scene, settings);
-        let ground = Ground::new(context, scene_on_gpu.clone(), grid, (wants.clone(), &counts), features)?;
-        let method = settings.method.make(&Maker { context, settings, features, counts: &counts })?;
+        let ground = Ground::new(context, scene_on_gpu.clone(), ground_desc(desc, &lamps)?)?;
+        let method = settings.method.make(&maker(context, settings, &ground))?;
         let target = ImageTarget::new(context, desc.size, settings.image.samples, desc.outputs)?;
         let image = image_pass(context, desc, &*method, &target)?;
         let counter = |_| {
@@ -116,9 +109,8 @@ impl Frame {
         let counters = |_| (0..ground.lists.len()).map(counter).collect::<Result<Vec<_>>>();
         Ok(Self {
             counters: (0..desc.slots).map(counters).collect::<Result<_>>()?,
-            scale: radiance_scale(desc.scene, ground.grid.voxel_m, settings.bounces),
+            scale: radiance_scale(desc.scene, ground.desc.grid.voxel_m, settings.bounces),
             settings: settings.clone(),
-            features,
             placed_lamps: (0, false),
             frame_index: 0,
             history: false,
@@ -129,8 +121,6 @@ impl Frame {
             method,
             target,
             image,
-            wants,
-            counts,
             lamps,
         })
     }
@@ -139,7 +129,7 @@ impl Frame {
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         let now = MadeOf {
             instances: seen.pose.world_from_instance.clone(),
-            lights: uniforms::lights(seen.scene, seen.pose, &self.ground.grid),
+            lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
             sky: seen.scene.sky,
         };
         let before = self.made_of.take();
@@ -148,7 +138,7 @@ impl Frame {
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
         let same = |before: &MadeOf| bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky;
         // With feedback or jitter a frame's light differs from the last one's though nothing changes.
-        let unsteady = self.settings.bounces == Bounces::All || self.wants.unsteady;
+        let unsteady = self.settings.bounces == Bounces::All || self.ground.desc.wants.unsteady;
         let light = lists || unlit || unsteady || !before.as_ref().is_some_and(same);
         self.upload(r, seen, &now.lights, lists || unlit);
         if lists {
@@ -164,7 +154,7 @@ impl Frame {
         if seen.image {
             // The recorded triangles become the image, with what the method looks up.
             let (ground, target) = (&self.ground, &self.target);
-            let frame = ImageFrame { ground, target, blended: self.counts.blended, sky: seen.scene.sky.into() };
+            let frame = ImageFrame { ground, target, blended: self.counts().blended, sky: seen.scene.sky.into() };
             self.image.record(r, &frame, &self.method.binds());
         }
         r.full_barrier(); // the counters were written
@@ -179,24 +169,24 @@ impl Frame {
     fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lamps: bool) {
         r.full_barrier(); // the frame before read the same buffers
         if lamps {
-            let placed = self.lamps.place(seen.pose, &self.ground.grid, self.settings.lights.lamp_points);
+            let placed = self.lamps.place(seen.pose, &self.ground.desc.grid, self.settings.lights.lamp_points);
             self.placed_lamps = (placed.pieces.len() as u32, !placed.nodes.is_empty());
-            r.update_all(&self.ground.lamps, &placed.pieces);
-            r.update_all(&self.ground.lamp_nodes, &placed.nodes);
+            r.update(&self.ground.lamps, 0, &placed.pieces);
+            r.update(&self.ground.lamp_nodes, 0, &placed.nodes);
         }
         let uniforms = FrameUniforms {
             scene: seen.scene,
             view: seen.view,
-            grid: &self.ground.grid,
+            grid: &self.ground.desc.grid,
             scale: self.scale,
             size: (self.target.width, self.target.height),
             samples: self.settings.image.samples,
             frame_index: self.frame_index,
             lamps: self.placed_lamps,
         };
-        r.update_all(&self.ground.frame, &[uniforms.layout()]);
-        r.update_all(&self.ground.lights, lights);
-        r.update_all(&self.ground.order, &self.back_to_front(seen));
+        r.update(&self.ground.frame, 0, &[uniforms.layout()]);
+        r.update(&self.ground.lights, 0, lights);
+        r.update(&self.ground.order, 0, &self.back_to_front(seen));
     }
 
     /// Sources of the blended triangles, the farthest centroid first; equal depths in the scene's order.
@@ -224,8 +214,8 @@ impl Frame {
             list_items: base.item_count,
             occupied_voxels: base.cell_count,
         };
-        let grown = self.counts.grown(&found);
-        (counters, (grown != self.counts).then_some(grown))
+        let grown = self.counts().grown(&found);
+        (counters, (grown != *self.counts()).then_some(grown))
     }
 
     /// Makes the buffers anew that are too small for `counts`; no frame may be in flight. The next frame is made from nothing.
@@ -233,9 +223,8 @@ impl Frame {
     /// # Errors
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
-        tracing::info!("buffers grow: {:?} to {:?}", self.counts, counts);
-        self.ground.grow(context, &counts)?;
-        self.counts = counts;
+        tracing::info!("buffers grow: {:?} to {:?}", self.counts(), counts);
+        self.ground.grow(context, counts)?;
         (self.made_of, self.history, self.unlit) = (None, false, true);
         Ok(())
     }
@@ -250,16 +239,14 @@ impl Frame {
         let (old, new) = (&self.settings, desc.settings);
         let relit = !of_light(old).means_same(&of_light(new));
         let lamps = relit.then(|| lamps(desc.scene, new));
-        let lamp_count = lamps.as_ref().unwrap_or(&self.lamps).count(new.lights.lamp_points);
-        let fits = desc.scene.lights.len() as u32 <= self.counts.lights && lamp_count <= self.counts.lamps;
-        let features = Features::of(desc.scene, new);
-        let grid = Grid::place(desc.bounds, new)?;
-        if !fits || grid != self.ground.grid || checked_wants(new)? != self.wants || features != self.features {
+        let ground = ground_desc(desc, lamps.as_ref().unwrap_or(&self.lamps))?;
+        let (had, needed) = (self.counts(), &ground.counts);
+        let fits = needed.lights <= had.lights && needed.lamps <= had.lamps && needed.blended == had.blended;
+        if !fits || ground != (GroundDesc { counts: needed.clone(), ..self.ground.desc.clone() }) {
             *self = Self::new(context, desc, &self.ground.scene.clone())?;
             return Ok(());
         }
-        let maker = Maker { context, settings: new, features, counts: &self.counts };
-        let method = relit.then(|| new.method.make(&maker)).transpose()?;
+        let method = relit.then(|| new.method.make(&maker(context, new, &self.ground))).transpose()?;
         if relit
             || !old.means_same(new)
             || desc.size != (self.target.width, self.target.height)
@@ -271,7 +258,7 @@ impl Frame {
         }
         if let (Some(method), Some(lamps)) = (method, lamps) {
             (self.method, self.lamps) = (method, lamps);
-            self.scale = radiance_scale(desc.scene, grid.voxel_m, new.bounces);
+            self.scale = radiance_scale(desc.scene, ground.grid.voxel_m, new.bounces);
             (self.history, self.unlit) = (false, true);
         }
         self.settings = new.clone();
@@ -281,7 +268,7 @@ impl Frame {
     /// The vertices or materials of `scene` changed on the device ([`SceneOnGpu::update_mesh`]): the next frame heeds them.
     pub fn scene_changed(&mut self, scene: &Scene) {
         self.lamps = lamps(scene, &self.settings);
-        self.scale = radiance_scale(scene, self.ground.grid.voxel_m, self.settings.bounces);
+        self.scale = radiance_scale(scene, self.ground.desc.grid.voxel_m, self.settings.bounces);
         self.stale = true;
     }
 
@@ -300,7 +287,7 @@ impl Frame {
     }
 
     pub fn counts(&self) -> &Counts {
-        &self.counts
+        &self.ground.desc.counts
     }
 
     /// What is allocated for buffers as large as `counts` and a grid of edge `voxels`.
@@ -317,16 +304,22 @@ pub fn first_plan(desc: &FrameDesc, voxels: u32) -> Vec<MemoryRow> {
 }
 
 fn first_counts(desc: &FrameDesc, lamps: &Lamps) -> Counts {
-    let scene = desc.scene;
-    let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == crate::scene::Alpha::Blend;
-    let blended = scene.instances.iter().filter(|i| is_blended(i.mesh)).map(|i| scene.meshes[i.mesh].indices.len() / 3);
-    Counts::new(
-        scene.triangle_count() as u32,
-        blended.sum::<usize>() as u32,
-        scene.lights.len() as u32,
-        lamps.count(desc.settings.lights.lamp_points),
-        wants(desc.settings).grids.len(),
-    )
+    let settings = desc.settings;
+    Counts::of(desc.scene, lamps.count(settings.lights.lamp_points), wants(settings).grids.len())
+}
+
+fn ground_desc(desc: &FrameDesc, lamps: &Lamps) -> Result<GroundDesc> {
+    let (scene, settings) = (desc.scene, desc.settings);
+    Ok(GroundDesc {
+        grid: Grid::place(desc.bounds, settings)?,
+        wants: checked_wants(settings)?,
+        features: Features::of(scene, settings),
+        counts: first_counts(desc, lamps),
+    })
+}
+
+fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Ground) -> Maker<'a> {
+    Maker { context, settings, features: ground.desc.features, counts: &ground.desc.counts }
 }
 
 fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
@@ -336,10 +329,14 @@ fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
 fn image_pass(context: &Arc<Context>, desc: &FrameDesc, method: &dyn Gi, target: &ImageTarget) -> Result<ImagePass> {
     let settings = desc.settings;
     let features = Features::of(desc.scene, settings);
-    let constants = with(constants(settings, features), method.constants());
-    let apart = wants(settings).diffuse && settings.image.gathers_apart();
-    let asked = (settings.method.name(), &constants[..]);
-    ImagePass::new(context, (&settings.image, apart), features, asked, target)
+    let pass = ImagePassDesc {
+        settings: &settings.image,
+        features,
+        method: settings.method.name(),
+        apart: wants(settings).diffuse && settings.image.gathers_apart(),
+        constants: &with(constants(settings, features), method.constants()),
+    };
+    ImagePass::new(context, &pass, target)
 }
 
 /// What settings ask of the ground: what the method asks, and what direct light does.

@@ -135,9 +135,8 @@ impl Renderer {
         moved.iter().for_each(|&mesh| on_gpu.update_mesh(&mut recorder, mesh, &scene.meshes[mesh]));
         recorder.finish()?;
         self.scene = scene;
-        self.frame.change(&self.context, &desc(&self.scene, &self.settings, &self.options))?;
         self.frame.scene_changed(&self.scene);
-        Ok(())
+        self.frame.change(&self.context, &desc(&self.scene, &self.settings, &self.options))
     }
 
     /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated. With

@@ -177,11 +177,12 @@ fn what_changes_is_as_if_made_new() {
     let mut scene = room();
     // The room is closed: its sky does not show.
     type Edit = (&'static str, fn(&mut Scene), &'static [usize]);
-    let edits: [Edit; 5] = [
+    let edits: [Edit; 6] = [
         ("light", |s| s.lights[0].intensity *= 2.0, &[]),
         ("sky", |s| s.sky = Vec3::splat(0.5), &[]),
         ("material", |s| s.materials[2].base_color.y = 0.8, &[]),
         ("lamp", |s| s.materials[3].emissive *= 3.0, &[]),
+        ("one more lamp", |s| s.materials[2].emissive = Vec3::new(0.0, 0.4, 0.1), &[]),
         ("vertices", |s| s.meshes[1].positions.iter_mut().for_each(|p| p.y *= 1.4), &[1]),
     ];
     let mut shown = image(&mut kept, &pose, &view);

@@ -101,9 +101,9 @@ fn pass_differences(pass: &Pass, zone: &ZoneLog) -> Vec<String> {
         Writes::Buffers { screen } => {
             check(!draws.is_empty(), "draws");
             for draw in &draws {
-                check((draw.width, draw.height) == (*screen, *screen), "has a screen of its size");
-                check(draw.colors.is_empty() || !draw.color_write, "masks all colour writes");
-                check(draw.depth.is_none(), "has no depth");
+                check((draw.target.width, draw.target.height) == (*screen, *screen), "has a screen of its size");
+                check(draw.target.colors.is_empty() || !draw.color_write, "masks all colour writes");
+                check(draw.target.depth.is_none(), "has no depth");
                 check(bound(draw, "triangles").is_some() && bound(draw, "globals").is_some(), "uses the triangles");
             }
         }
@@ -137,15 +137,15 @@ fn pass_differences(pass: &Pass, zone: &ZoneLog) -> Vec<String> {
 
 fn volume_differences(draw: &DrawLog, name: &str, level: u32, check: &mut impl FnMut(bool, &str)) {
     let edge = EDGE >> level;
-    let faces: Vec<&str> = draw.colors.iter().map(|c| c.image.as_str()).collect();
+    let faces: Vec<&str> = draw.target.colors.iter().map(|c| c.image.as_str()).collect();
     let wanted = ["+x", "+y", "+z", "-x", "-y", "-z", "isotropic"].map(|face| format!("{name} {face}"));
     check(faces == wanted, &format!("writes {faces:?}"));
     check(
-        draw.colors.iter().all(|c| c.format == "R16G16B16A16_SFLOAT" && c.level == level),
+        draw.target.colors.iter().all(|c| c.format == "R16G16B16A16_SFLOAT" && c.level == level),
         "has its formats and level",
     );
     check(draw.color_write, "writes colour");
-    check((draw.width, draw.height, draw.layers) == (edge, edge, edge), "has a layer per slice");
+    check((draw.target.width, draw.target.height, draw.target.layers) == (edge, edge, edge), "has a layer per slice");
     check(draw.call == CallLog::Direct { vertices: 3, instances: edge }, "draws one full-screen triangle per slice");
 }
 

@@ -34,7 +34,7 @@ fn metre_grid(edge: u32) -> Settings {
 fn compare(scene: &Scene, settings: &Settings) -> Comparison {
     let context = gpu::context();
     let renderer = gpu::render(&context, scene, settings, 16);
-    let grid = &renderer.ground().grid;
+    let grid = &renderer.ground().desc.grid;
     let recorded = record(scene, &scene.pose(None, 0.0));
     let triangles = in_voxels(&recorded, grid.corner, grid.voxel_m);
     compare_sets(&gpu::listed_pairs(&context, &renderer), &voxelise(&triangles, settings.voxels))

@@ -218,7 +218,7 @@ impl Oracle {
         assert_eq!(count + globals.degenerate_count as usize, recorded.len(), "{}", scene.name);
         let facet = |t: &layout::Triangle| Facet::new(t, recorded[t.source as usize].material);
         let facets: Vec<Facet> = triangles[..count].iter().map(facet).collect();
-        let edge = f64::from(renderer.ground().grid.edge);
+        let edge = f64::from(renderer.ground().desc.grid.edge);
         let within = |p: DVec3| p.min_element() > 0.0 && p.max_element() < edge;
         assert!(facets.iter().all(|f| [DVec2::ZERO, DVec2::X, DVec2::Y].iter().all(|&uv| within(f.at(uv)))));
         Self { textures: Textures::new(&scene), scene, facets }

@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use common::{assert_clean, gpu, new_gpu};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use twobounce::vk::{
-    self, AccessFlags2, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc,
-    PipelineStageFlags2, Recorder, RecorderOptions, Stage, ZoneKind,
+    self, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc, Recorder, RecorderOptions,
+    Stage, ZoneKind,
 };
 
 /// Keeps a log.
@@ -107,14 +107,13 @@ fn fills_updates_and_copies_are_ordered_and_logged() {
     recorder.zone("reset", ZoneKind::Transfer, 64, |r| {
         r.fill(&first, 0, 64, 5);
         r.full_barrier();
-        r.update(&first, 8, &[1, 0, 0, 0]);
+        r.update(&first, 8, &[1_u8, 0, 0, 0]);
     });
     recorder.zone("copies", ZoneKind::Transfer, 128, |r| {
-        let (stage, write) = (PipelineStageFlags2::ALL_TRANSFER, AccessFlags2::TRANSFER_WRITE);
-        r.barrier(stage, write, stage, AccessFlags2::TRANSFER_READ);
+        r.full_barrier();
         r.copy(&first, &second);
-        r.barrier(stage, write, stage, AccessFlags2::TRANSFER_READ);
-        r.copy_range(&second, 8, &readback, 0, 8);
+        r.full_barrier();
+        r.copy_range((&second, 8), (&readback, 0), 8);
     });
     recorder.zone("nothing", ZoneKind::Compute, 0, |_| {});
     let log = recorder.frame_log().clone();
@@ -138,7 +137,7 @@ fn an_indirect_dispatch_takes_its_groups_from_a_buffer() {
     let values = vk::upload(&gpu(), "values", &[0_u32; 192]).unwrap();
     let groups = vk::upload(&gpu(), "groups", &[0_u32, 2, 1, 1]).unwrap();
     let mut recorder = Recorder::new(&gpu(), LOGGED).unwrap();
-    recorder.dispatch_indirect(&pass, &[Bind::buffer("values", &values)], &(), &groups, 4);
+    recorder.dispatch_indirect(&pass, &[Bind::buffer("values", &values)], &(), (&groups, 4));
     let log = recorder.frame_log().clone();
     recorder.finish().unwrap();
     let result = vk::download::<u32>(&gpu(), &values).unwrap();

@@ -62,7 +62,7 @@ fn recording_over_a_warm_slot_takes_nothing_from_the_heap() {
         r.zone("words", ZoneKind::Transfer, 0, |r| {
             r.fill(&a, 0, 64, 1);
             r.full_barrier();
-            r.update(&a, 0, &[0; 16]);
+            r.update(&a, 0, &[0_u8; 16]);
             r.clear(&images[0]);
             r.full_barrier();
             r.copy(&a, &b);
@@ -82,7 +82,7 @@ fn recording_over_a_warm_slot_takes_nothing_from_the_heap() {
                     store: true,
                 });
                 let target = RenderTarget { colors: &colors, width: 8, height: 8, ..Default::default() };
-                r.draw(&draw, &target, &[], &(), DrawCall::Direct { vertices: 3, instances: 1 });
+                r.raster(&target, |pass| pass.draw(&draw, &[], &(), DrawCall::Direct { vertices: 3, instances: 1 }));
                 r.full_barrier();
             });
         }

@@ -70,7 +70,7 @@ impl Passes {
                 store: true,
             });
             let target = RenderTarget { colors: &colors, width: EDGE, height: EDGE, ..Default::default() };
-            r.draw(&self.raster, &target, &[], &(), DrawCall::Direct { vertices: 3, instances: 1 });
+            r.raster(&target, |pass| pass.draw(&self.raster, &[], &(), DrawCall::Direct { vertices: 3, instances: 1 }));
         });
         r.full_barrier();
         r.copy_image_to_buffer(&self.images[0], ImageRegion::level(&self.images[0], 0), texels, 0);

@@ -64,7 +64,7 @@ fn a_layered_draw_writes_every_slice() {
                 let (width, height, layers) = (edge, edge, edge);
                 let target = RenderTarget { colors: &colors, width, height, layers, ..Default::default() };
                 let instances = edge - 1; // the last slice keeps the clear value
-                r.draw(&pass, &target, &[], &(), DrawCall::Direct { vertices: 3, instances });
+                r.raster(&target, |scope| scope.draw(&pass, &[], &(), DrawCall::Direct { vertices: 3, instances }));
             });
             let log = recorder.frame_log().clone();
             recorder.finish().unwrap();
@@ -84,9 +84,9 @@ fn a_layered_draw_writes_every_slice() {
             assert_eq!(draw.stages.len(), if geometry.is_some() { 3 } else { 2 });
             assert_eq!(draw.shader(Stage::Geometry), geometry);
             assert_eq!(draw.stages.last().unwrap().outputs, 2);
-            assert_eq!((draw.width, draw.height, draw.layers), (edge, edge, edge));
+            assert_eq!((draw.target.width, draw.target.height, draw.target.layers), (edge, edge, edge));
             assert_eq!(draw.call, CallLog::Direct { vertices: 3, instances: edge - 1 });
-            let color = &draw.colors[1];
+            let color = &draw.target.colors[1];
             assert_eq!((color.image.as_str(), color.format.as_str()), ("constant", "R16G16B16A16_SFLOAT"));
             assert_eq!((color.level, color.width, color.layers), (level, edge, edge));
         }
@@ -209,16 +209,8 @@ fn four_samples_are_averaged_and_depth_decides() {
         r.raster(&target, |draws| {
             for vertex_offset in [0, 4] {
                 let (vertices, indices) = (&vertices, &indices);
-                let (index_count, first_index, instances, first_instance) = (6, 1, 1, 0);
-                let call = DrawCall::Indexed {
-                    vertices,
-                    indices,
-                    index_count,
-                    first_index,
-                    vertex_offset,
-                    instances,
-                    first_instance,
-                };
+                let (index_count, first_index) = (6, 1);
+                let call = DrawCall::Indexed { vertices, indices, index_count, first_index, vertex_offset };
                 draws.draw(&pass, &[], &(), call);
             }
         });
@@ -232,8 +224,8 @@ fn four_samples_are_averaged_and_depth_decides() {
     assert_eq!(pixel(6, 3), [0.0, 4.0, 0.0, 1.0], "far");
     assert_eq!(pixel(1, 7), [0.0; 4], "outside of the scissor");
     let draw = log.zones[0].draws().next().unwrap();
-    assert_eq!(draw.colors[0].resolve.as_deref(), Some("resolved"));
-    assert_eq!((draw.colors[0].samples, draw.depth.as_ref().unwrap().samples), (4, 4));
+    assert_eq!(draw.target.colors[0].resolve.as_deref(), Some("resolved"));
+    assert_eq!((draw.target.colors[0].samples, draw.target.depth.as_ref().unwrap().samples), (4, 4));
     assert_eq!(log.zones[0].draws().count(), 2);
     assert_clean(&gpu());
 }
@@ -263,7 +255,8 @@ fn masked_and_indirect_draws_and_rows() {
         let mut recorder = Recorder::new(&gpu(), LOGGED).unwrap();
         let colors = [cleared(image.attachment_view(0)), cleared(other.attachment_view(0))];
         let target = RenderTarget { colors: &colors, width: 8, height: 8, ..Default::default() };
-        recorder.draw(&pass, &target, &[], &(), DrawCall::Indirect { buffer: &counts, offset: 4 });
+        recorder
+            .raster(&target, |scope| scope.draw(&pass, &[], &(), DrawCall::Indirect { buffer: &counts, offset: 4 }));
         recorder.full_barrier();
         recorder.copy_image_to_buffer(image, ImageRegion::rows(image, 0, 5, 2), &rows, 0);
         let log = recorder.frame_log().clone();

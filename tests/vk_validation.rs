@@ -5,10 +5,7 @@ mod common;
 
 use common::{assert_clean, gpu, new_gpu};
 use std::sync::Arc;
-use twobounce::vk::{
-    self, AccessFlags2, Bind, Compute, ComputeDesc, Context, ContextOptions, PipelineStageFlags2, Recorder,
-    RecorderOptions, ZoneKind,
-};
+use twobounce::vk::{self, Bind, Compute, ComputeDesc, Context, ContextOptions, Recorder, RecorderOptions, ZoneKind};
 
 /// One dispatch writes what the next one reads; without a barrier between them that is a hazard.
 fn write_then_read(context: &Arc<Context>, barrier: bool) {
@@ -21,8 +18,7 @@ fn write_then_read(context: &Arc<Context>, barrier: bool) {
             let binds = [Bind::buffer("source", &buffers[source]), Bind::buffer("target", &buffers[target])];
             r.dispatch(&pass, &binds, &[4_u32, 0], [1, 1, 1]);
             if barrier {
-                let (stage, write) = (PipelineStageFlags2::COMPUTE_SHADER, AccessFlags2::SHADER_STORAGE_WRITE);
-                r.barrier(stage, write, stage, AccessFlags2::SHADER_STORAGE_READ);
+                r.full_barrier();
             }
         }
     });

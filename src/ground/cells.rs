@@ -65,7 +65,7 @@ impl CellLists {
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
         let offset = u64::from(entry) * size_of::<CellCount>() as u64;
         let binds = pipeline.select(&binds);
-        recorder.dispatch_indirect(pipeline, &binds, &push, &self.counts, offset);
+        recorder.dispatch_indirect(pipeline, &binds, &push, (&self.counts, offset));
     }
 }
 

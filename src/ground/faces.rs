@@ -9,8 +9,8 @@ use super::memory_plan::MemoryRow;
 use crate::Result;
 use crate::settings::Settings;
 use crate::vk::{
-    Bind, ColorTarget, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Load,
-    Recorder, Sampler, ZoneKind,
+    Bind, ColorTarget, Compute, ComputeDesc, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags,
+    Load, Recorder, Sampler, SamplerAddressMode, ZoneKind,
 };
 
 pub const FACE_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
@@ -24,12 +24,16 @@ pub struct FaceVolume {
     pub faces: [Image; FACES],
     pub edge: u32,
     pub levels: u32,
+    sampler: Sampler,
+    /// 0 or 1.
+    bounce: usize,
 }
 
 impl FaceVolume {
     /// # Errors
     /// Too little memory.
-    pub fn new(context: &Arc<Context>, name: &str, edge: u32) -> Result<Self> {
+    fn new(context: &Arc<Context>, bounce: usize, edge: u32, outside: SamplerAddressMode) -> Result<Self> {
+        let name = ["first bounce", "second bounce"][bounce];
         let levels = edge.ilog2() + 1;
         let face = |suffix: &str| {
             Image::new(
@@ -55,17 +59,16 @@ impl FaceVolume {
         let suffixes = ["+x", "+y", "+z", "-x", "-y", "-z", "isotropic"];
         let faces: Vec<Image> = suffixes.into_iter().map(face).collect::<Result<_>>()?;
         let faces = faces.try_into().unwrap_or_else(|_| unreachable!("seven suffixes make seven faces"));
-        Ok(Self { faces, edge, levels })
+        Ok(Self { faces, edge, levels, sampler: Sampler::new(context, Filter::LINEAR, outside)?, bounce })
     }
 
-    /// One for each bounce that is stored.
+    /// One for each bounce that is stored. `outside`: what a look-up finds there.
     ///
     /// # Errors
     /// Too little memory.
-    pub fn per_bounce(context: &Arc<Context>, settings: &Settings) -> Result<Vec<Self>> {
-        let names = ["first bounce", "second bounce"];
+    pub fn per_bounce(context: &Arc<Context>, settings: &Settings, outside: SamplerAddressMode) -> Result<Vec<Self>> {
         let count = settings.bounces.volumes() as usize;
-        names[..count].iter().map(|name| Self::new(context, name, settings.voxels)).collect()
+        (0..count).map(|bounce| Self::new(context, bounce, settings.voxels, outside)).collect()
     }
 
     /// Bytes of a volume of `edge`³ with all its mips.
@@ -82,17 +85,20 @@ impl FaceVolume {
     }
 
     /// To be looked up (`glsl/ground/faces/look_up.glsl`).
-    pub fn binds<'a>(&'a self, sampler: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
+    pub fn binds(&self) -> impl Iterator<Item = Bind<'_>> {
         const NAMES: [&str; FACES] =
             ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];
-        NAMES.iter().zip(&self.faces).map(move |(name, face)| Bind::image(name, face.view(), sampler))
+        NAMES.iter().zip(&self.faces).map(|(name, face)| Bind::image(name, face.view(), &self.sampler))
     }
 
     /// The level below `level`, to be read by the mips (`glsl/ground/faces/mips.glsl`).
-    pub fn sources<'a>(&'a self, level: u32, sampler: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
+    pub fn sources(&self, level: u32) -> impl Iterator<Item = Bind<'_>> {
         const NAMES: [&str; FACES] =
             ["source_0", "source_1", "source_2", "source_3", "source_4", "source_5", "source_6"];
-        NAMES.iter().zip(&self.faces).map(move |(name, face)| Bind::image(name, face.mip_view(level - 1), sampler))
+        NAMES
+            .iter()
+            .zip(&self.faces)
+            .map(move |(name, face)| Bind::image(name, face.mip_view(level - 1), &self.sampler))
     }
 
     /// A level, to be stored to (`glsl/ground/faces/store.glsl`).
@@ -109,6 +115,11 @@ impl FaceVolume {
             load: Load::DontCare,
             store: true,
         })
+    }
+
+    /// What the pass is called that makes its mips.
+    pub fn mips_zone(&self) -> &'static str {
+        ["mips 1", "mips 2"][self.bounce]
     }
 
     /// All light that it holds, coarsely: the isotropic face's level of 8³ texels.
@@ -129,9 +140,9 @@ impl EmptyFaces {
     }
 
     /// `known`: whether the volume holds what the frame before filled and nothing else; else all of it is emptied.
-    pub fn record(&self, r: &mut Recorder, zone: &'static str, ground: &Ground, volume: &FaceVolume, known: bool) {
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &FaceVolume, known: bool) {
         let lists = ground.base();
-        r.zone(zone, ZoneKind::Compute, 0, |r| {
+        r.zone(["empty 1", "empty 2"][volume.bounce], ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the cells are listed; the volume may have been read
             if !known {
                 volume.faces.iter().for_each(|face| r.clear(face));
@@ -161,19 +172,25 @@ pub struct FillFaces {
     label: &'static str,
 }
 
+/// What shades voxels.
+#[derive(Clone, Copy)]
+pub struct FillDesc<'a> {
+    pub label: &'static str,
+    /// The method's: of `light.comp` and `fill.comp`.
+    pub folder: &'a str,
+    /// Whether there is light to be looked up.
+    pub gathers: bool,
+    /// A value of [`DIRECT`].
+    pub direct: u32,
+    pub constants: &'a [(u32, u32)],
+}
+
 impl FillFaces {
-    /// `folder`: of the method's `light.comp` and `fill.comp`. `look_up`: whether items gather. `direct`: a value of
-    /// [`DIRECT`].
-    pub fn new(
-        context: &Arc<Context>,
-        label: &'static str,
-        (folder, look_up): (&str, bool),
-        constants: &[(u32, u32)],
-        direct: u32,
-    ) -> Result<Self> {
-        let constants = with(constants.to_vec(), &[(DIRECT, direct)]);
+    pub fn new(context: &Arc<Context>, desc: &FillDesc) -> Result<Self> {
+        let FillDesc { label, folder, .. } = *desc;
+        let constants = with(desc.constants.to_vec(), &[(DIRECT, desc.direct)]);
         let compute = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
-        let gathers = if look_up { " LOOK_UP" } else { "" };
+        let gathers = if desc.gathers { " LOOK_UP" } else { "" };
         Ok(Self {
             light: compute(&format!("gi/{folder}/light.comp{gathers}"))?,
             fill: compute(&format!("gi/{folder}/fill.comp"))?,
@@ -208,18 +225,11 @@ impl MipFaces {
         Ok(Self { mips: Compute::new(context, &ComputeDesc { label: "mips", shader: &shader, constants })? })
     }
 
-    pub fn record(
-        &self,
-        recorder: &mut Recorder,
-        zone: &'static str,
-        ground: &Ground,
-        volume: &FaceVolume,
-        sampler: &Sampler,
-    ) {
-        recorder.zone(zone, ZoneKind::Compute, 0, |r| {
+    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, volume: &FaceVolume) {
+        recorder.zone(volume.mips_zone(), ZoneKind::Compute, 0, |r| {
             for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written
-                let mut binds: Vec<Bind> = volume.sources(level, sampler).collect();
+                let mut binds: Vec<Bind> = volume.sources(level).collect();
                 binds.extend(volume.targets(level));
                 ground.base().cells.dispatch(r, &self.mips, binds, (level, volume.edge));
             }

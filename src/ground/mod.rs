@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::gi::Wants;
-use crate::scene::Pose;
+use crate::scene::{Alpha, Pose, Scene};
 use crate::vk::{Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder};
 use alike::Alike;
 use cells::Cells;
@@ -50,12 +50,22 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Room for every triangle; list items and cells for a typical scene, to be grown if need be. `grids`: beside the base.
-    pub fn new(triangles: u32, blended: u32, lights: u32, lamps: u32, grids: usize) -> Self {
+    /// Room for every triangle of `scene`, and for the list items and cells of a typical one, to be grown if need be. `lamps`:
+    /// pieces. `grids`: beside the base.
+    pub fn of(scene: &Scene, lamps: u32, grids: usize) -> Self {
+        let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
+        let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
+        let triangles = scene.triangle_count() as u32;
         let triangle_capacity = triangles.max(1);
         let items = (4 * triangle_capacity).max(1 << 16);
-        let lists = vec![ListCapacity { items, cells: 1 << 15 }; 1 + grids];
-        Self { triangles, blended, lights, lamps, triangle_capacity, lists }
+        Self {
+            triangles,
+            blended: blended.map(|i| scene.meshes[i.mesh].indices.len() / 3).sum::<usize>() as u32,
+            lights: scene.lights.len() as u32,
+            lamps,
+            triangle_capacity,
+            lists: vec![ListCapacity { items, cells: 1 << 15 }; 1 + grids],
+        }
     }
 
     /// What `counters` (one per grid, as the device left them) ask for; the same where nothing overflowed.
@@ -77,9 +87,19 @@ impl Counts {
     }
 }
 
+/// What a [`Ground`] is made for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroundDesc {
+    pub grid: Grid,
+    /// What methods and direct light ask for.
+    pub wants: Wants,
+    pub features: Features,
+    pub counts: Counts,
+}
+
 /// Buffers and passes that every method stands on.
 pub struct Ground {
-    pub grid: Grid,
+    pub desc: GroundDesc,
     /// The scene as shading binds it.
     pub scene: Arc<SceneOnGpu>,
     pub frame: Buffer,
@@ -95,7 +115,6 @@ pub struct Ground {
     pub front_view: Image,
     /// Of every grid, the base grid first.
     pub lists: Vec<Lists>,
-    wants: Wants,
     record: Record,
     makers: Vec<ListMakers>,
     alike: Option<Alike>,
@@ -111,13 +130,8 @@ struct ListMakers {
 impl Ground {
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(
-        context: &Arc<Context>,
-        scene: Arc<SceneOnGpu>,
-        grid: Grid,
-        (wants, counts): (Wants, &Counts),
-        features: Features,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
+        let GroundDesc { grid, wants, features, counts } = &desc;
         let constants_of = |edge, alike| [(FEATURES, features.0), (EDGE, edge), (LIT, u32::from(alike))];
         let base = constants_of(grid.edge, wants.alike);
         let plan = shared_plan(counts);
@@ -129,7 +143,7 @@ impl Ground {
         let mut lists = Vec::new();
         let mut makers = Vec::new();
         for (index, (place, capacity)) in places().zip(&counts.lists).enumerate() {
-            let wants = wants_of_grid(&wants, index);
+            let wants = wants_of_grid(wants, index);
             let constants = constants_of(place.edge, wants.alike);
             lists.push(Lists::new(context, place, &wants, *capacity)?);
             makers.push(ListMakers {
@@ -160,10 +174,9 @@ impl Ground {
             )?,
             record: Record::new(context, &base)?,
             alike: wants.alike.then(|| Alike::new(context, &base)).transpose()?,
-            grid,
+            desc,
             scene,
             lists,
-            wants,
             makers,
         })
     }
@@ -175,7 +188,7 @@ impl Ground {
 
     /// A new frame: its lists of cells take the place of those of the frame before the last.
     pub fn swap_cell_lists(&mut self) {
-        if self.wants.cells {
+        if self.desc.wants.cells {
             self.lists.iter_mut().for_each(Lists::swap_cell_lists);
         }
     }
@@ -218,14 +231,15 @@ impl Ground {
     ///
     /// # Errors
     /// Too little memory.
-    pub fn grow(&mut self, context: &Arc<Context>, counts: &Counts) -> Result<()> {
+    pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
         let bytes = u64::from(counts.triangle_capacity) * size_of::<layout::Triangle>() as u64;
         if bytes > self.triangles.bytes() {
             self.triangles = Buffer::new(context, "triangles", bytes, BufferKind::Device)?;
         }
         for (index, (lists, capacity)) in self.lists.iter_mut().zip(&counts.lists).enumerate() {
-            lists.grow(context, &wants_of_grid(&self.wants, index), *capacity)?;
+            lists.grow(context, &wants_of_grid(&self.desc.wants, index), *capacity)?;
         }
+        self.desc.counts = counts;
         Ok(())
     }
 

@@ -63,7 +63,7 @@ impl Record {
             }];
             let (width, height) = (FRONT_VIEW_EDGE, FRONT_VIEW_EDGE);
             let target = RenderTarget { colors: &colors, width, height, ..Default::default() };
-            let grid = &ground.grid;
+            let grid = &ground.desc.grid;
             r.raster(&target, |pass| {
                 for draw in &scene.draws {
                     let voxel_from_object = grid.voxel_from_world() * pose.world_from_instance[draw.instance];
@@ -79,8 +79,6 @@ impl Record {
                         index_count: draw.index_count,
                         first_index: draw.first_index,
                         vertex_offset: draw.vertex_offset,
-                        instances: 1,
-                        first_instance: 0,
                     };
                     let binds = [
                         Bind::buffer("globals", &ground.base().globals),

@@ -52,14 +52,14 @@ impl SceneOnGpu {
     pub fn update_mesh(&self, r: &mut Recorder, index: usize, mesh: &Mesh) {
         r.full_barrier(); // the frame before read them
         let first = self.first_vertex[index] as u64 * size_of::<layout::SceneVertex>() as u64;
-        r.update_from(&self.vertices, first, &vertices_of(mesh));
+        r.update(&self.vertices, first, &vertices_of(mesh));
         r.full_barrier();
     }
 
     /// Records that every material is as `scene` has it from now on; which textures it uses stays.
     pub fn update_materials(&self, r: &mut Recorder, scene: &Scene, pose: &Pose) {
         r.full_barrier(); // the frame before read them
-        r.update_from(&self.materials, 0, &ScenePacked::new(scene, pose).materials);
+        r.update(&self.materials, 0, &ScenePacked::new(scene, pose).materials);
         r.full_barrier();
     }
 }

@@ -132,7 +132,6 @@ impl Infos {
 pub(super) fn bind_pipeline<T: Pod>(
     recorder: &mut Recorder,
     pipeline: &Arc<RawPipeline>,
-    point: vk::PipelineBindPoint,
     binds: &[Bind<'_>],
     push: &T,
 ) {
@@ -159,8 +158,8 @@ pub(super) fn bind_pipeline<T: Pod>(
     }
     let device = recorder.context().device();
     // SAFETY: the pipeline is kept below.
-    unsafe { device.cmd_bind_pipeline(recorder.handle(), point, pipeline.handle) };
-    push_descriptors(recorder, pipeline, point, &infos);
+    unsafe { device.cmd_bind_pipeline(recorder.handle(), pipeline.bind_point(), pipeline.handle) };
+    push_descriptors(recorder, pipeline, &infos);
     if !push.is_empty() {
         // SAFETY: the block has the size that the layout states.
         unsafe { device.cmd_push_constants(recorder.handle(), pipeline.layout, pipeline.push_stages, 0, push) };
@@ -171,7 +170,7 @@ pub(super) fn bind_pipeline<T: Pod>(
 }
 
 /// Writes all bindings of the pipeline, in the order of `infos`, a few at a time: so no list of writes is allocated.
-fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, point: vk::PipelineBindPoint, infos: &Infos) {
+fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) {
     const AT_ONCE: usize = 16;
     let context = recorder.context();
     let mut writes = [vk::WriteDescriptorSet::default(); AT_ONCE];
@@ -188,7 +187,7 @@ fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, point: vk::Pipe
                 }
             };
         }
-        let (commands, writes) = (recorder.handle(), &writes[..bindings.len()]);
+        let (commands, point, writes) = (recorder.handle(), pipeline.bind_point(), &writes[..bindings.len()]);
         // SAFETY: what is bound is kept, and of the kind that the layout states.
         unsafe {
             context.functions.push_descriptor.cmd_push_descriptor_set(commands, point, pipeline.layout, 0, writes)

@@ -1,10 +1,11 @@
 //! Buffers: device-local ones for the passes, mapped ones to bring data in and out.
 
 use super::context::Context;
-use super::memory::{Location, Memory, Owner, mebibytes};
+use super::memory::{Memory, Owner, mebibytes};
 use crate::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
+use gpu_allocator::MemoryLocation;
 use std::sync::Arc;
 
 /// Which side reads and writes a buffer's bytes.
@@ -72,11 +73,11 @@ impl Buffer {
         let mut raw =
             RawBuffer { context: context.clone(), handle, memory: None, label: label.to_owned(), bytes, kind };
         let location = match kind {
-            BufferKind::Device => Location::Device,
-            BufferKind::Upload => Location::Upload,
-            BufferKind::Readback => Location::Readback,
+            BufferKind::Device => MemoryLocation::GpuOnly,
+            BufferKind::Upload => MemoryLocation::CpuToGpu,
+            BufferKind::Readback => MemoryLocation::GpuToCpu,
         };
-        raw.memory = Some(Memory::bind(context, label, location, &Owner::Buffer(handle))?);
+        raw.memory = Some(Memory::bind(context, label, &Owner::Buffer(handle, location))?);
         context.set_name(handle, label);
         Ok(Self { raw: Arc::new(raw) })
     }

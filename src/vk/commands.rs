@@ -4,30 +4,19 @@ use super::bind::{Bind, bind_pipeline, labels};
 use super::buffer::Buffer;
 use super::frame_log::{CommandLog, DispatchLog};
 use super::image::{Image, ImageRegion};
-use super::pipeline::{Compute, Raster};
-use super::raster_pass::{DrawCall, RasterPass, RenderTarget};
+use super::pipeline::Compute;
+use super::raster_pass::{RasterPass, RenderTarget};
 use super::recorder::Recorder;
 use super::submit::record_barrier;
 use ash::vk;
 use bytemuck::Pod;
 
 impl Recorder {
-    /// Everything before that matches `from` happens before everything after that matches `to`.
-    pub fn barrier(
-        &mut self,
-        from_stage: vk::PipelineStageFlags2,
-        from_access: vk::AccessFlags2,
-        to_stage: vk::PipelineStageFlags2,
-        to_access: vk::AccessFlags2,
-    ) {
-        record_barrier(self.context(), self.handle(), (from_stage, from_access), (to_stage, to_access));
-    }
-
     /// Everything before happens before everything after.
     pub fn full_barrier(&mut self) {
-        use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
-        let all = A::MEMORY_READ | A::MEMORY_WRITE;
-        self.barrier(S::ALL_COMMANDS, all, S::ALL_COMMANDS, all);
+        let all =
+            (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
+        record_barrier(self.context(), self.handle(), all, all);
     }
 
     /// Sets `bytes` bytes from `offset` on (both multiples of 4) to the word `value`.
@@ -39,27 +28,18 @@ impl Recorder {
         self.log(|| CommandLog::Fill { buffer: buffer.label().to_owned(), offset, bytes, value });
     }
 
-    /// Writes at most 64 KiB into `buffer`, in order with the commands; offset and length are multiples of 4.
-    pub fn update(&mut self, buffer: &Buffer, offset: u64, data: &[u8]) {
-        check_range(buffer, offset, data.len() as u64);
-        assert!(data.len() <= 65536, "{}: an update of {} bytes", buffer.label(), data.len());
-        // SAFETY: in range; the data is copied into the command buffer; the buffer is kept.
-        unsafe { self.context().device().cmd_update_buffer(self.handle(), buffer.raw.handle, offset, data) };
-        self.keep(buffer.raw.clone());
-        let bytes = data.len() as u64;
-        self.log(|| CommandLog::Update { buffer: buffer.label().to_owned(), offset, bytes });
-    }
-
-    /// Writes `data` to the start of `buffer`, in order with the commands: small data that changes from frame to frame.
-    pub fn update_all<T: Pod>(&mut self, buffer: &Buffer, data: &[T]) {
-        self.update_from(buffer, 0, data);
-    }
-
-    /// The same from byte `first` on.
-    pub fn update_from<T: Pod>(&mut self, buffer: &Buffer, first: u64, data: &[T]) {
+    /// Writes `data` to `buffer` from byte `first` on, in order with the commands: small data that changes from frame to
+    /// frame. Offset and length are multiples of 4.
+    pub fn update<T: Pod>(&mut self, buffer: &Buffer, first: u64, data: &[T]) {
         const MOST: usize = 65536;
-        for (index, part) in bytemuck::cast_slice(data).chunks(MOST).enumerate() {
-            self.update(buffer, first + (index * MOST) as u64, part);
+        let data: &[u8] = bytemuck::cast_slice(data);
+        check_range(buffer, first, data.len() as u64);
+        self.keep(buffer.raw.clone());
+        for (index, part) in data.chunks(MOST).enumerate() {
+            let (offset, bytes) = (first + (index * MOST) as u64, part.len() as u64);
+            // SAFETY: in range; the data is copied into the command buffer; the buffer is kept.
+            unsafe { self.context().device().cmd_update_buffer(self.handle(), buffer.raw.handle, offset, part) };
+            self.log(|| CommandLog::Update { buffer: buffer.label().to_owned(), offset, bytes });
         }
     }
 
@@ -80,11 +60,11 @@ impl Recorder {
 
     /// Copies the first bytes of `from` to the start of `to`, as many as both have.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) {
-        self.copy_range(from, 0, to, 0, from.bytes().min(to.bytes()));
+        self.copy_range((from, 0), (to, 0), from.bytes().min(to.bytes()));
     }
 
-    /// Copies `bytes` bytes.
-    pub fn copy_range(&mut self, from: &Buffer, from_offset: u64, to: &Buffer, to_offset: u64, bytes: u64) {
+    /// Copies `bytes` bytes, each buffer from its byte offset on.
+    pub fn copy_range(&mut self, (from, from_offset): (&Buffer, u64), (to, to_offset): (&Buffer, u64), bytes: u64) {
         check_range(from, from_offset, bytes);
         check_range(to, to_offset, bytes);
         let region = [vk::BufferCopy { src_offset: from_offset, dst_offset: to_offset, size: bytes }];
@@ -159,41 +139,28 @@ impl Recorder {
         pass.end();
     }
 
-    /// One rendering scope with one draw.
-    pub fn draw(
-        &mut self,
-        pipeline: &Raster,
-        target: &RenderTarget<'_>,
-        binds: &[Bind<'_>],
-        push: &impl Pod,
-        call: DrawCall<'_>,
-    ) {
-        self.raster(target, |pass| pass.draw(pipeline, binds, push, call));
-    }
-
     /// Runs `groups` workgroups.
     pub fn dispatch(&mut self, pipeline: &Compute, binds: &[Bind<'_>], push: &impl Pod, groups: [u32; 3]) {
         let limit = self.context().limits.max_compute_work_group_count;
         let fits = groups.iter().zip(limit).all(|(count, most)| *count <= most);
         assert!(fits, "{}: {groups:?} workgroups, {limit:?} at most", pipeline.label());
-        bind_pipeline(self, &pipeline.raw, vk::PipelineBindPoint::COMPUTE, binds, push);
+        bind_pipeline(self, &pipeline.raw, binds, push);
         let [x, y, z] = groups;
         // SAFETY: a compute pipeline and all its bindings are set.
         unsafe { self.context().device().cmd_dispatch(self.handle(), x, y, z) };
         self.log(|| dispatch_log(pipeline, binds, Some(groups), None));
     }
 
-    /// Runs the workgroups that three words of `buffer` at byte `offset` count.
+    /// Runs the workgroups that three words of a buffer, from a byte offset on, count.
     pub fn dispatch_indirect(
         &mut self,
         pipeline: &Compute,
         binds: &[Bind<'_>],
         push: &impl Pod,
-        buffer: &Buffer,
-        offset: u64,
+        (buffer, offset): (&Buffer, u64),
     ) {
         check_range(buffer, offset, 12);
-        bind_pipeline(self, &pipeline.raw, vk::PipelineBindPoint::COMPUTE, binds, push);
+        bind_pipeline(self, &pipeline.raw, binds, push);
         // SAFETY: in range; a compute pipeline and all its bindings are set; the buffer is kept.
         unsafe { self.context().device().cmd_dispatch_indirect(self.handle(), buffer.raw.handle, offset) };
         self.keep(buffer.raw.clone());

@@ -106,20 +106,27 @@ pub struct AttachmentLog {
     pub resolve: Option<String>,
 }
 
+/// What a rendering scope draws into.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct TargetLog {
+    pub colors: Vec<AttachmentLog>,
+    pub depth: Option<AttachmentLog>,
+    /// Texels, and layers, of the rendering scope.
+    pub width: u32,
+    pub height: u32,
+    pub layers: u32,
+}
+
 /// One draw, with the pipeline's stages as reflected.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DrawLog {
     pub pipeline: String,
     pub stages: Vec<StageInfo>,
-    pub colors: Vec<AttachmentLog>,
-    pub depth: Option<AttachmentLog>,
+    #[serde(flatten)]
+    pub target: TargetLog,
     /// Whether the pipeline writes its colour attachments.
     pub color_write: bool,
     pub depth_write: bool,
-    /// Texels, and layers, of the rendering scope.
-    pub width: u32,
-    pub height: u32,
-    pub layers: u32,
     pub call: CallLog,
     /// (binding name, labels of what is bound)
     pub resources: Vec<(String, Vec<String>)>,
@@ -138,7 +145,7 @@ impl DrawLog {
 pub enum CallLog {
     Direct { vertices: u32, instances: u32 },
     Indirect { buffer: String, offset: u64 },
-    Indexed { indices: u32, instances: u32 },
+    Indexed { indices: u32 },
 }
 
 /// One dispatch, with the shader as reflected.

@@ -1,7 +1,7 @@
 //! Images in `GENERAL` layout with all their views.
 
 use super::context::Context;
-use super::memory::{Location, Memory, Owner};
+use super::memory::{Memory, Owner};
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -107,7 +107,7 @@ impl Image {
     pub fn new(context: &Arc<Context>, desc: &ImageDesc<'_>) -> Result<Self> {
         check_size(context, desc)?;
         let mut raw = create(context, desc)?;
-        raw.memory = Some(Memory::bind(context, desc.label, Location::Device, &Owner::Image(raw.handle))?);
+        raw.memory = Some(Memory::bind(context, desc.label, &Owner::Image(raw.handle))?);
         context.set_name(raw.handle, desc.label);
         raw.create_views(desc).map_err(|result| context.error(&format!("creating {}", desc.label), result))?;
         let raw = Arc::new(raw);
@@ -198,45 +198,50 @@ impl RawImage {
             ImageDim::D2Array => vk::ImageViewType::TYPE_2D_ARRAY,
             ImageDim::D3 => vk::ImageViewType::TYPE_3D,
         };
+        let all = self.range(0..desc.mips);
         let viewable = U::SAMPLED | U::STORAGE | U::COLOR_ATTACHMENT | U::DEPTH_STENCIL_ATTACHMENT;
         if desc.usage.intersects(viewable) {
-            self.view = self.create_view(own_type, desc.format, 0..desc.mips, self.layers, desc.usage)?;
+            self.view = self.create_view(own_type, desc.format, all, desc.usage)?;
         }
         for level in 0..desc.mips {
             if desc.usage.intersects(U::SAMPLED | U::STORAGE) {
                 let usage = desc.usage & (U::SAMPLED | U::STORAGE);
-                let view = self.create_view(own_type, desc.format, level..level + 1, self.layers, usage)?;
+                let view = self.create_view(own_type, desc.format, self.range(level..level + 1), usage)?;
                 self.mip_views.push(view);
             }
             let usage = desc.usage & (U::COLOR_ATTACHMENT | U::DEPTH_STENCIL_ATTACHMENT);
             if !usage.is_empty() {
                 let layers = self.attachment_layers(level);
                 let kind = if layers == 1 { vk::ImageViewType::TYPE_2D } else { vk::ImageViewType::TYPE_2D_ARRAY };
-                let view = self.create_view(kind, desc.format, level..level + 1, layers, usage)?;
+                let range = self.range(level..level + 1).layer_count(layers);
+                let view = self.create_view(kind, desc.format, range, usage)?;
                 self.attachment_views.push(view);
             }
         }
         for format in desc.view_formats {
-            let view = self.create_view(own_type, *format, 0..desc.mips, self.layers, U::SAMPLED)?;
+            let view = self.create_view(own_type, *format, all, U::SAMPLED)?;
             self.format_views.push((*format, view));
         }
         Ok(())
+    }
+
+    /// These levels, all layers.
+    fn range(&self, levels: std::ops::Range<u32>) -> vk::ImageSubresourceRange {
+        vk::ImageSubresourceRange::default()
+            .aspect_mask(self.aspect())
+            .base_mip_level(levels.start)
+            .level_count(levels.len() as u32)
+            .layer_count(self.layers)
     }
 
     fn create_view(
         &self,
         kind: vk::ImageViewType,
         format: vk::Format,
-        levels: std::ops::Range<u32>,
-        layers: u32,
+        range: vk::ImageSubresourceRange,
         usage: vk::ImageUsageFlags,
     ) -> std::result::Result<vk::ImageView, vk::Result> {
         let mut usage = vk::ImageViewUsageCreateInfo::default().usage(usage);
-        let range = vk::ImageSubresourceRange::default()
-            .aspect_mask(self.aspect())
-            .base_mip_level(levels.start)
-            .level_count(levels.len() as u32)
-            .layer_count(layers);
         let info = vk::ImageViewCreateInfo::default()
             .image(self.handle)
             .view_type(kind)
@@ -248,10 +253,6 @@ impl RawImage {
     }
 
     pub(super) fn record_first_transition(&self, commands: vk::CommandBuffer) {
-        let range = vk::ImageSubresourceRange::default()
-            .aspect_mask(self.aspect())
-            .level_count(vk::REMAINING_MIP_LEVELS)
-            .layer_count(vk::REMAINING_ARRAY_LAYERS);
         let barrier = [vk::ImageMemoryBarrier2::default()
             .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
             .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
@@ -260,7 +261,7 @@ impl RawImage {
             .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .image(self.handle)
-            .subresource_range(range)];
+            .subresource_range(self.range(0..self.mips))];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
         // SAFETY: the command buffer is recording, outside a rendering scope.
         unsafe { self.context.cmd_pipeline_barrier2(commands, &info) };

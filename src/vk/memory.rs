@@ -10,26 +10,9 @@ use gpu_allocator::{AllocationError, MemoryLocation};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-/// Where a resource lives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Location {
-    Device,
-    Upload,
-    Readback,
-}
-
-impl Location {
-    fn of_allocator(self) -> MemoryLocation {
-        match self {
-            Self::Device => MemoryLocation::GpuOnly,
-            Self::Upload => MemoryLocation::CpuToGpu,
-            Self::Readback => MemoryLocation::GpuToCpu,
-        }
-    }
-}
-
+/// What memory is for.
 pub(super) enum Owner {
-    Buffer(vk::Buffer),
+    Buffer(vk::Buffer, MemoryLocation),
     Image(vk::Image),
 }
 
@@ -42,64 +25,28 @@ pub(super) struct Memory {
 
 impl Memory {
     /// Allocates what `owner` needs and binds it. `Error::Memory` names `label` when there is too little.
-    pub(super) fn bind(context: &Arc<Context>, label: &str, location: Location, owner: &Owner) -> Result<Self> {
+    pub(super) fn bind(context: &Arc<Context>, label: &str, owner: &Owner) -> Result<Self> {
         let device = context.device();
         // SAFETY: the owner's handle is alive, it belongs to this device, and nothing was bound to it yet.
         let requirements = unsafe {
             match owner {
-                Owner::Buffer(buffer) => device.get_buffer_memory_requirements(*buffer),
+                Owner::Buffer(buffer, _) => device.get_buffer_memory_requirements(*buffer),
                 Owner::Image(image) => device.get_image_memory_requirements(*image),
             }
         };
-        let memory = Self::allocate(context, label, location, requirements, owner)?;
-        let allocation = memory.allocation.as_ref().expect("taken only when dropped");
+        let allocation = allocate(context, label, requirements, owner)?;
         // SAFETY: as above; the allocation has the size and type that the owner asked for.
-        unsafe {
+        let bound = unsafe {
+            let (memory, offset) = (allocation.memory(), allocation.offset());
             match owner {
-                Owner::Buffer(buffer) => device.bind_buffer_memory(*buffer, allocation.memory(), allocation.offset()),
-                Owner::Image(image) => device.bind_image_memory(*image, allocation.memory(), allocation.offset()),
+                Owner::Buffer(buffer, _) => device.bind_buffer_memory(*buffer, memory, offset),
+                Owner::Image(image) => device.bind_image_memory(*image, memory, offset),
             }
-        }
-        .map_err(|result| context.error(&format!("binding memory to {label}"), result))?;
-        Ok(memory)
-    }
-
-    fn allocate(
-        context: &Arc<Context>,
-        label: &str,
-        location: Location,
-        requirements: vk::MemoryRequirements,
-        owner: &Owner,
-    ) -> Result<Self> {
-        let bytes = requirements.size;
-        let too_much = || {
-            Error::Memory(format!(
-                "{label} needs {}, but {} has no more than {} left: ask for less, such as a smaller image",
-                mebibytes(bytes),
-                context.name,
-                mebibytes(context.memory_budget())
-            ))
         };
-        if bytes > context.max_allocation_bytes.min(context.memory_budget()) {
-            return Err(too_much());
-        }
-        let (linear, allocation_scheme) = match owner {
-            Owner::Buffer(buffer) => (true, AllocationScheme::DedicatedBuffer(*buffer)),
-            Owner::Image(image) => (false, AllocationScheme::DedicatedImage(*image)),
-        };
-        let desc = AllocationCreateDesc {
-            name: label,
-            requirements,
-            location: location.of_allocator(),
-            linear,
-            allocation_scheme,
-        };
-        let allocation = context.allocator().allocate(&desc).map_err(|error| match error {
-            AllocationError::OutOfMemory => too_much(),
-            other => Error::Device(format!("{} has no memory for {label}: {other}", context.name)),
-        })?;
-        context.allocated.fetch_add(bytes, Ordering::Relaxed);
-        Ok(Self { context: context.clone(), allocation: Some(allocation), bytes })
+        context.allocated.fetch_add(requirements.size, Ordering::Relaxed);
+        let this = Self { context: context.clone(), allocation: Some(allocation), bytes: requirements.size };
+        bound.map_err(|result| context.error(&format!("binding memory to {label}"), result))?;
+        Ok(this)
     }
 
     pub(super) fn bytes(&self) -> u64 {
@@ -132,6 +79,29 @@ impl Context {
     fn allocator(&self) -> std::sync::MutexGuard<'_, gpu_allocator::vulkan::Allocator> {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+fn allocate(context: &Context, label: &str, requirements: vk::MemoryRequirements, owner: &Owner) -> Result<Allocation> {
+    let too_much = || {
+        Error::Memory(format!(
+            "{label} needs {}, but {} has no more than {} left: ask for less, such as a smaller image",
+            mebibytes(requirements.size),
+            context.name,
+            mebibytes(context.memory_budget())
+        ))
+    };
+    if requirements.size > context.max_allocation_bytes.min(context.memory_budget()) {
+        return Err(too_much());
+    }
+    let (location, linear, allocation_scheme) = match *owner {
+        Owner::Buffer(buffer, location) => (location, true, AllocationScheme::DedicatedBuffer(buffer)),
+        Owner::Image(image) => (MemoryLocation::GpuOnly, false, AllocationScheme::DedicatedImage(image)),
+    };
+    let desc = AllocationCreateDesc { name: label, requirements, location, linear, allocation_scheme };
+    context.allocator().allocate(&desc).map_err(|error| match error {
+        AllocationError::OutOfMemory => too_much(),
+        other => Error::Device(format!("{} has no memory for {label}: {other}", context.name)),
+    })
 }
 
 /// `1.5 MiB`, for messages.

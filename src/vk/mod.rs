@@ -43,8 +43,7 @@ mod zone;
 pub use {ash, gpu_allocator};
 
 pub use ash::vk::{
-    AccessFlags2, BorderColor, BufferUsageFlags, CompareOp, Filter, Format, ImageUsageFlags, PipelineStageFlags2,
-    SamplerAddressMode, SamplerMipmapMode,
+    BorderColor, BufferUsageFlags, CompareOp, Filter, Format, ImageUsageFlags, SamplerAddressMode, SamplerMipmapMode,
 };
 pub use bind::Bind;
 pub use buffer::{Buffer, BufferKind};

@@ -3,7 +3,7 @@
 use super::bind::Bind;
 use super::context::Context;
 use super::modules::{Modules, Specialization};
-use super::reflect::{self, Binding, BindingKind, StageInfo};
+use super::reflect::{self, Binding, BindingKind, Stage, StageInfo};
 use super::shader;
 use crate::{Error, Result};
 use ash::vk;
@@ -355,6 +355,11 @@ impl RawPipeline {
         }
         this.create_layouts().map_err(|result| context.error(&format!("creating the pass {label}"), result))?;
         Ok(this)
+    }
+
+    pub(super) fn bind_point(&self) -> vk::PipelineBindPoint {
+        let is_compute = self.stages[0].stage == Stage::Compute;
+        if is_compute { vk::PipelineBindPoint::COMPUTE } else { vk::PipelineBindPoint::GRAPHICS }
     }
 
     fn create_layouts(&mut self) -> std::result::Result<(), vk::Result> {

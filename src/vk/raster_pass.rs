@@ -2,7 +2,7 @@
 
 use super::bind::{Bind, bind_pipeline, labels};
 use super::buffer::Buffer;
-use super::frame_log::{AttachmentLog, CallLog, CommandLog, DrawLog};
+use super::frame_log::{AttachmentLog, CallLog, CommandLog, DrawLog, TargetLog};
 use super::image::ImageView;
 use super::pipeline::Raster;
 use super::recorder::Recorder;
@@ -85,8 +85,6 @@ pub enum DrawCall<'a> {
         first_index: u32,
         /// Added to each index.
         vertex_offset: i32,
-        instances: u32,
-        first_instance: u32,
     },
 }
 
@@ -97,15 +95,8 @@ pub struct RasterPass<'r> {
     formats: ([vk::Format; MAX_COLORS], usize),
     depth_format: Option<vk::Format>,
     samples: u32,
-    extent: [u32; 3],
     /// Where a log is kept.
     log: Option<TargetLog>,
-}
-
-/// The attachments of a target.
-struct TargetLog {
-    colors: Vec<AttachmentLog>,
-    depth: Option<AttachmentLog>,
 }
 
 impl<'r> RasterPass<'r> {
@@ -162,12 +153,11 @@ impl<'r> RasterPass<'r> {
         }
         let first = target.colors.first().map(|color| color.view).or(target.depth.map(|depth| depth.view));
         Self {
-            log: recorder.logs().then(|| TargetLog::of(target)),
+            log: recorder.logs().then(|| target_log(target)),
             recorder,
             formats: (formats, count),
             depth_format: target.depth.map(|depth| depth.view.raw.format),
             samples: first.map_or(1, |view| view.raw.samples),
-            extent: [target.width, target.height, layers],
         }
     }
 
@@ -180,10 +170,18 @@ impl<'r> RasterPass<'r> {
         let depth_format = raw.depth.map(|depth| depth.format);
         assert_eq!(depth_format, self.depth_format, "pass {pass}: depth formats of pipeline and target");
         assert_eq!(raw.samples, self.samples, "pass {pass}: samples of pipeline and target");
-        bind_pipeline(self.recorder, raw, vk::PipelineBindPoint::GRAPHICS, binds, push);
+        bind_pipeline(self.recorder, raw, binds, push);
         self.record(call);
         if let Some(target) = &self.log {
-            let draw = draw_log(pipeline, target, self.extent, call, labels(raw, binds));
+            let draw = DrawLog {
+                pipeline: raw.label.clone(),
+                stages: raw.stages.clone(),
+                color_write: raw.color_write,
+                depth_write: raw.depth.is_some_and(|depth| depth.write),
+                call: call_log(call),
+                resources: labels(raw, binds),
+                target: target.clone(),
+            };
             self.recorder.log(|| CommandLog::Draw(draw));
         }
     }
@@ -201,25 +199,10 @@ impl<'r> RasterPass<'r> {
                     device.cmd_draw_indirect(commands, buffer.raw.handle, offset, 1, 0);
                     self.recorder.keep(buffer.raw.clone());
                 }
-                DrawCall::Indexed {
-                    vertices,
-                    indices,
-                    index_count,
-                    first_index,
-                    vertex_offset,
-                    instances,
-                    first_instance,
-                } => {
+                DrawCall::Indexed { vertices, indices, index_count, first_index, vertex_offset } => {
                     device.cmd_bind_vertex_buffers(commands, 0, &[vertices.raw.handle], &[0]);
                     device.cmd_bind_index_buffer(commands, indices.raw.handle, 0, vk::IndexType::UINT32);
-                    device.cmd_draw_indexed(
-                        commands,
-                        index_count,
-                        instances,
-                        first_index,
-                        vertex_offset,
-                        first_instance,
-                    );
+                    device.cmd_draw_indexed(commands, index_count, 1, first_index, vertex_offset, 0);
                     self.recorder.keep(vertices.raw.clone());
                     self.recorder.keep(indices.raw.clone());
                 }
@@ -273,39 +256,21 @@ fn attachment<'a>(view: ImageView<'a>, store: bool) -> vk::RenderingAttachmentIn
         .store_op(if store { vk::AttachmentStoreOp::STORE } else { vk::AttachmentStoreOp::DONT_CARE })
 }
 
-impl TargetLog {
-    fn of(target: &RenderTarget<'_>) -> Self {
-        Self {
-            colors: target.colors.iter().map(|color| attachment_log(color.view, color.resolve)).collect(),
-            depth: target.depth.map(|depth| attachment_log(depth.view, None)),
-        }
+fn target_log(target: &RenderTarget<'_>) -> TargetLog {
+    TargetLog {
+        colors: target.colors.iter().map(|color| attachment_log(color.view, color.resolve)).collect(),
+        depth: target.depth.map(|depth| attachment_log(depth.view, None)),
+        width: target.width,
+        height: target.height,
+        layers: target.layers.max(1),
     }
 }
 
-fn draw_log(
-    pipeline: &Raster,
-    target: &TargetLog,
-    [width, height, layers]: [u32; 3],
-    call: DrawCall<'_>,
-    resources: Vec<(String, Vec<String>)>,
-) -> DrawLog {
-    let raw = &pipeline.raw;
-    DrawLog {
-        pipeline: raw.label.clone(),
-        stages: raw.stages.clone(),
-        colors: target.colors.clone(),
-        depth: target.depth.clone(),
-        color_write: raw.color_write,
-        depth_write: raw.depth.is_some_and(|depth| depth.write),
-        width,
-        height,
-        layers,
-        call: match call {
-            DrawCall::Direct { vertices, instances } => CallLog::Direct { vertices, instances },
-            DrawCall::Indirect { buffer, offset } => CallLog::Indirect { buffer: buffer.label().to_owned(), offset },
-            DrawCall::Indexed { index_count, instances, .. } => CallLog::Indexed { indices: index_count, instances },
-        },
-        resources,
+fn call_log(call: DrawCall<'_>) -> CallLog {
+    match call {
+        DrawCall::Direct { vertices, instances } => CallLog::Direct { vertices, instances },
+        DrawCall::Indirect { buffer, offset } => CallLog::Indirect { buffer: buffer.label().to_owned(), offset },
+        DrawCall::Indexed { index_count, .. } => CallLog::Indexed { indices: index_count },
     }
 }
 

@@ -23,9 +23,9 @@ pub struct RecorderOptions {
 }
 
 /// Where commands go.
-enum Target {
+pub(super) enum Target {
     Own(Commands),
-    /// A host's; the query pool may be null.
+    /// A host's command buffer; timestamps are written where the query pool is not null.
     Host(vk::CommandBuffer, vk::QueryPool),
 }
 
@@ -50,18 +50,8 @@ impl Recorder {
         Ok(Self::start(context, Target::Own(commands), options, Recorded { counting, ..Recorded::default() }))
     }
 
-    /// Records into a host's command buffer, with timestamps where `timestamps` is not null.
-    pub(super) fn over(
-        context: &Arc<Context>,
-        commands: vk::CommandBuffer,
-        timestamps: vk::QueryPool,
-        options: RecorderOptions,
-        recorded: Recorded,
-    ) -> Self {
-        Self::start(context, Target::Host(commands, timestamps), options, recorded)
-    }
-
-    fn start(context: &Arc<Context>, target: Target, options: RecorderOptions, recorded: Recorded) -> Self {
+    /// Starts to record to `target`.
+    pub(super) fn start(context: &Arc<Context>, target: Target, options: RecorderOptions, recorded: Recorded) -> Self {
         let (context, started) = (context.clone(), Instant::now());
         let mut this = Self { context, target, options, zone: None, recorded, error: None, started };
         if this.pool() != vk::QueryPool::null() {

@@ -4,7 +4,7 @@ use super::context::Context;
 use super::counting::Counting;
 use super::frame_log::FrameLog;
 use super::recorded::Recorded;
-use super::recorder::{Recorder, RecorderOptions};
+use super::recorder::{Recorder, RecorderOptions, Target};
 use super::submit::{self, Scope, record_barrier};
 use super::zone::ZoneTimings;
 use crate::Result;
@@ -131,7 +131,7 @@ impl Recorder {
         record_barrier(context, command_buffer, WRITTEN, (S::ALL_COMMANDS, A::MEMORY_READ | A::MEMORY_WRITE));
         let options = RecorderOptions { per_pass: false, log: slot.options.log };
         let recorded = std::mem::take(&mut slot.recorded);
-        let recorder = Recorder::over(context, command_buffer, slot.timestamps, options, recorded);
+        let recorder = Recorder::start(context, Target::Host(command_buffer, slot.timestamps), options, recorded);
         HostRecorder { recorder: Some(recorder), slot }
     }
 }

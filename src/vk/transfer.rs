@@ -25,7 +25,7 @@ pub fn upload_into<T: Pod>(context: &Arc<Context>, target: &Buffer, data: &[T]) 
     let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload)?;
     staging.write(0, data);
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    recorder.copy_range(&staging, 0, target, 0, bytes);
+    recorder.copy_range((&staging, 0), (target, 0), bytes);
     recorder.finish()?;
     Ok(())
 }

@@ -9,7 +9,7 @@ use super::layered_target;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume, MipFaces};
-use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, Sampler, ZoneKind};
+use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub enum Mips {
     Layered(Raster),
@@ -34,16 +34,16 @@ impl Mips {
         })
     }
 
-    pub fn record(&self, r: &mut Recorder, zone: &'static str, ground: &Ground, volume: &FaceVolume, sampler: &Sampler) {
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &FaceVolume) {
         let pipeline = match self {
             Self::Layered(pipeline) => pipeline,
-            Self::Cells(mips) => return mips.record(r, zone, ground, volume, sampler),
+            Self::Cells(mips) => return mips.record(r, ground, volume),
         };
         let bytes = (1..volume.levels).map(|l| 8 * FACES as u64 * u64::from(volume.edge >> l).pow(3)).sum();
-        r.zone(zone, ZoneKind::Raster, bytes, |r| {
+        r.zone(volume.mips_zone(), ZoneKind::Raster, bytes, |r| {
             for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written by shade or just before
-                let binds: Vec<Bind> = volume.sources(level, sampler).collect();
+                let binds: Vec<Bind> = volume.sources(level).collect();
                 r.raster(&layered_target(&volume.colors(level), volume.edge >> level), |pass| {
                     let call = DrawCall::Direct { vertices: 3, instances: volume.edge >> level };
                     pass.draw(pipeline, &binds, &(), call);

@@ -14,10 +14,10 @@ use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, SHADOWS, SHADOWS_NONE, with};
-use crate::ground::faces::{EmptyFaces, FACES, FaceVolume};
+use crate::ground::faces::{EmptyFaces, FACES, FaceVolume, FillDesc};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, LampLight, Settings as AllSettings, Shadows};
-use crate::vk::{self, Bind, Buffer, ColorTarget, Recorder, RenderTarget, Sampler};
+use crate::vk::{self, Bind, Buffer, ColorTarget, Recorder, RenderTarget, SamplerAddressMode};
 use choices::{Form, Passes};
 use mips::Mips;
 use shade::Shade;
@@ -38,7 +38,6 @@ pub struct Lighting {
     relists: bool,
     /// One per bounce.
     volumes: Vec<FaceVolume>,
-    sampler: Sampler,
     /// The uniform block.
     block: Buffer,
     constants: [(u32, u32); 8],
@@ -78,13 +77,13 @@ impl Gi for Lighting {
         let (kept, read) =
             if keeps_direct_light(settings) { (DIRECT_KEPT, DIRECT_READ) } else { (DIRECT_FOUND, DIRECT_FOUND) };
         let shade = |label, gathers, constants: &Vec<_>, direct| {
-            Shade::new(context, own.passes, (label, gathers), constants, direct)
+            Shade::new(context, own.passes, &FillDesc { label, folder: "cones", gathers, direct, constants })
         };
         let two = settings.bounces.volumes() > 1;
         // D11: outside the grid there is nothing; printed, its edge voxels go on for ever.
-        let address = match own.ledger.d11 {
-            Form::Right => vk::SamplerAddressMode::CLAMP_TO_BORDER,
-            Form::Printed => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+        let outside = match own.ledger.d11 {
+            Form::Right => SamplerAddressMode::CLAMP_TO_BORDER,
+            Form::Printed => SamplerAddressMode::CLAMP_TO_EDGE,
         };
         Ok(Self {
             first: shade("shade 1", false, plain, kept)?,
@@ -93,8 +92,7 @@ impl Gi for Lighting {
             empty: (own.passes == Passes::Cells).then(|| EmptyFaces::new(context, &voxels)).transpose()?,
             mips: Mips::new(context, own.passes, &voxels)?,
             relists: own.passes == Passes::Layered,
-            volumes: FaceVolume::per_bounce(context, settings)?,
-            sampler: Sampler::new(context, vk::Filter::LINEAR, address)?,
+            volumes: FaceVolume::per_bounce(context, settings, outside)?,
             block: vk::upload(context, "cones", &[constants::Cones::new(own)])?,
             constants,
         })
@@ -103,11 +101,11 @@ impl Gi for Lighting {
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
         let [first, rest @ ..] = &self.volumes[..] else { return };
         // What the last lists filled and these do not is emptied.
-        let empty = |r: &mut Recorder, zone, volume| match &self.empty {
-            Some(empty) if update.lists => empty.record(r, zone, ground, volume, update.known),
+        let empty = |r: &mut Recorder, volume| match &self.empty {
+            Some(empty) if update.lists => empty.record(r, ground, volume, update.known),
             _ => (),
         };
-        empty(r, "empty 1", first);
+        empty(r, first);
         match (&self.again, rest) {
             // 2b. Every voxel shades its list with direct light and, with all bounces, what the last frame left,
             (Some(again), [second]) if update.history => again.record(r, ground, first, self.look_up(second)),
@@ -115,17 +113,17 @@ impl Gi for Lighting {
             _ => self.first.record(r, ground, first, vec![Bind::buffer("cones", &self.block)]),
         }
         // 2c. and coarser voxels sum it up, per direction of travel.
-        self.mips.record(r, "mips 1", ground, first, &self.sampler);
+        self.mips.record(r, ground, first);
         if let (Some(shade), [second]) = (&self.second, rest) {
             if self.relists && update.lists {
                 // 3, 4a. The lists are made once more; the triangles stay.
                 ground.relist(r);
             }
-            empty(r, "empty 2", second);
+            empty(r, second);
             // 4b. Every voxel shades its list with direct light and cones into the first bounce,
             shade.record(r, ground, second, self.look_up(first));
             // 4c. and coarser voxels sum it up.
-            self.mips.record(r, "mips 2", ground, second, &self.sampler);
+            self.mips.record(r, ground, second);
         }
     }
 
@@ -145,7 +143,7 @@ impl Gi for Lighting {
 impl Lighting {
     /// A volume to be looked up.
     fn look_up<'a>(&'a self, volume: &'a FaceVolume) -> Vec<Bind<'a>> {
-        let mut binds: Vec<Bind> = volume.binds(&self.sampler).collect();
+        let mut binds: Vec<Bind> = volume.binds().collect();
         binds.push(Bind::buffer("cones", &self.block));
         binds
     }

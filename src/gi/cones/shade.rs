@@ -9,7 +9,7 @@ use super::choices::Passes;
 use super::layered_target;
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume, FillFaces};
+use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume, FillDesc, FillFaces};
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub enum Shade {
@@ -18,27 +18,21 @@ pub enum Shade {
 }
 
 impl Shade {
-    /// `gathers`: whether there is a volume to gather from. `direct`: as for [`FillFaces`].
-    pub fn new(
-        context: &Arc<Context>,
-        passes: Passes,
-        (label, gathers): (&'static str, bool),
-        constants: &[(u32, u32)],
-        direct: u32,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, passes: Passes, desc: &FillDesc) -> Result<Self> {
+        let FillDesc { label, constants, .. } = *desc;
         Ok(match passes {
             Passes::Layered => {
-                let desc = RasterDesc {
+                let shade = RasterDesc {
                     label,
                     vertex: "gi/cones/layered.vert",
-                    fragment: Some(if gathers { "gi/cones/shade.frag LOOK_UP" } else { "gi/cones/shade.frag" }),
+                    fragment: Some(if desc.gathers { "gi/cones/shade.frag LOOK_UP" } else { "gi/cones/shade.frag" }),
                     constants,
                     color_formats: &[FACE_FORMAT; FACES],
                     ..Default::default()
                 };
-                Self::Layered(Raster::new(context, &desc)?, label)
+                Self::Layered(Raster::new(context, &shade)?, label)
             }
-            Passes::Cells => Self::Cells(FillFaces::new(context, label, ("cones", gathers), constants, direct)?),
+            Passes::Cells => Self::Cells(FillFaces::new(context, desc)?),
         })
     }
 

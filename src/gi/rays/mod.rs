@@ -9,10 +9,10 @@ use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, LIT, constants, with};
-use crate::ground::faces::{EmptyFaces, FaceVolume, FillFaces, MipFaces};
+use crate::ground::faces::{EmptyFaces, FaceVolume, FillDesc, FillFaces, MipFaces};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
-use crate::vk::{self, Bind, Recorder, Sampler};
+use crate::vk::{Bind, Recorder, SamplerAddressMode};
 
 pub use settings::{KEYS, Settings};
 
@@ -31,7 +31,6 @@ pub struct Lighting {
     mips: MipFaces,
     /// One per bounce.
     volumes: Vec<FaceVolume>,
-    sampler: Sampler,
     constants: [(u32, u32); 2],
 }
 
@@ -58,7 +57,9 @@ impl Gi for Lighting {
         let own = &settings.of.rays;
         let voxels = [(DIFFUSE_RAYS, own.bounce), (LAMP_POINTS, settings.lights.voxel_lamp_points), (LIT, 1)];
         let voxels = with(constants(settings, features), &voxels);
-        let fill = |label, look_up, direct| FillFaces::new(context, label, ("rays", look_up), &voxels, direct);
+        let fill = |label, gathers, direct| {
+            FillFaces::new(context, &FillDesc { label, folder: "rays", gathers, direct, constants: &voxels })
+        };
         let two = settings.bounces.volumes() > 1;
         let direct = if two { DIRECT_KEPT } else { DIRECT_FOUND };
         Ok(Self {
@@ -67,9 +68,8 @@ impl Gi for Lighting {
             second: two.then(|| fill("shade 2", true, DIRECT_READ)).transpose()?,
             empty: EmptyFaces::new(context, &voxels)?,
             mips: MipFaces::new(context, "rays", &voxels)?,
-            volumes: FaceVolume::per_bounce(context, settings)?,
             // There is nothing outside of the grid.
-            sampler: Sampler::new(context, vk::Filter::LINEAR, vk::SamplerAddressMode::CLAMP_TO_BORDER)?,
+            volumes: FaceVolume::per_bounce(context, settings, SamplerAddressMode::CLAMP_TO_BORDER)?,
             constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)],
         })
     }
@@ -78,23 +78,23 @@ impl Gi for Lighting {
         let [first, rest @ ..] = &self.volumes[..] else { return };
         // What the last lists filled and these do not is emptied.
         if update.lists {
-            self.empty.record(r, "empty 1", ground, first, update.known);
+            self.empty.record(r, ground, first, update.known);
         }
         match (&self.again, rest) {
             // Every item is lit directly and, with all bounces, by what the last frame left,
-            (Some(again), [second]) if update.history => again.record(r, ground, first, self.look_up(second)),
+            (Some(again), [second]) if update.history => again.record(r, ground, first, second.binds().collect()),
             // or directly alone; the voxels sum up what their items send,
             _ => self.first.record(r, ground, first, Vec::new()),
         }
         // and coarser voxels sum up finer ones, per direction of travel.
-        self.mips.record(r, "mips 1", ground, first, &self.sampler);
+        self.mips.record(r, ground, first);
         if let (Some(light), [second]) = (&self.second, rest) {
             if update.lists {
-                self.empty.record(r, "empty 2", ground, second, update.known);
+                self.empty.record(r, ground, second, update.known);
             }
             // Every item is lit once more, with what it gathers from the first bounce.
-            light.record(r, ground, second, self.look_up(first));
-            self.mips.record(r, "mips 2", ground, second, &self.sampler);
+            light.record(r, ground, second, first.binds().collect());
+            self.mips.record(r, ground, second);
         }
     }
 
@@ -103,17 +103,10 @@ impl Gi for Lighting {
     }
 
     fn binds(&self) -> Vec<Bind<'_>> {
-        self.volumes.last().map_or_else(Vec::new, |volume| self.look_up(volume))
+        self.volumes.last().map_or_else(Vec::new, |volume| volume.binds().collect())
     }
 
     fn volumes(&self) -> &[FaceVolume] {
         &self.volumes
-    }
-}
-
-impl Lighting {
-    /// A volume to be looked up.
-    fn look_up<'a>(&'a self, volume: &'a FaceVolume) -> Vec<Bind<'a>> {
-        volume.binds(&self.sampler).collect()
     }
 }

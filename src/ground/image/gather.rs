@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use super::ImagePassDesc;
 use super::target::{Band, DEPTH_FORMAT, ImageTarget};
 use crate::Result;
 use crate::ground::Ground;
@@ -109,14 +110,10 @@ impl GatherImages {
 }
 
 impl Gather {
-    /// `method`: whose look-up is asked, with all constants of the image's shaders.
-    pub fn new(
-        context: &Arc<Context>,
-        settings: &ImageSettings,
-        features: Features,
-        (method, constants): (&str, &[(u32, u32)]),
-        target: &ImageTarget,
-    ) -> Result<Self> {
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
+        let ImagePassDesc { settings, features, method, constants, .. } = *desc;
         let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
         let fragment = format!("ground/image/gather.frag {method}");
         let raster = RasterDesc {

@@ -27,15 +27,24 @@ pub struct ImagePass {
     gather: Option<Gather>,
 }
 
+/// What an [`ImagePass`] is made for.
+#[derive(Clone, Copy)]
+pub struct ImagePassDesc<'a> {
+    pub settings: &'a ImageSettings,
+    pub features: Features,
+    /// The method's name: its look-up is asked.
+    pub method: &'a str,
+    /// Whether its diffuse look-up is gathered apart.
+    pub apart: bool,
+    /// All constants of the shaders.
+    pub constants: &'a [(u32, u32)],
+}
+
 impl ImagePass {
-    /// `apart`: whether diffuse light is gathered apart. `method`: whose look-up is asked, with all constants of the shaders.
-    pub fn new(
-        context: &Arc<Context>,
-        (settings, apart): (&ImageSettings, bool),
-        features: Features,
-        (method, constants): (&str, &[(u32, u32)]),
-        target: &ImageTarget,
-    ) -> Result<Self> {
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
+        let ImagePassDesc { settings, features, method, apart, constants } = *desc;
         let layers = if target.outputs() > 1 { " AOVS" } else { "" };
         let by_itself = format!("ground/image/image.frag {method}{layers}");
         let gathered = format!("ground/image/image.frag {method} GATHERED{layers}");
@@ -72,12 +81,11 @@ impl ImagePass {
             blend: Some(Blend::PremultipliedOver),
             ..common
         };
-        let method = (method, constants);
         Ok(Self {
             depth: Raster::new(context, &depth_pass)?,
             opaque: Raster::new(context, &opaque)?,
             blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
-            gather: apart.then(|| Gather::new(context, settings, features, method, target)).transpose()?,
+            gather: apart.then(|| Gather::new(context, desc, target)).transpose()?,
         })
     }
 

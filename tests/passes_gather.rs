@@ -71,7 +71,7 @@ fn rays_give_the_path_traced_indirect_light() {
         let found = indirect(&scene, &Settings { bounces, ..rays() }, &direct, &two);
         // 256 directions among 16 neighbours, voxels of 1/27 of the room, and an image so small that neighbours lie a
         // voxel apart; about the lamp, which hides a part of the ceiling in its own voxels, more.
-        assert!((found.energy - 1.0).abs() < 0.06 && found.rel < most, "{name}: {found:?}");
+        assert!((found.energy - 1.0).abs() < 0.02 && found.rel < most, "{name}: {found:?}");
     }
 }
 
@@ -82,7 +82,7 @@ fn half_the_gathers_change_little() {
     let half = gpu::with(rays(), &["image.gather_resolution=half"]);
     let found = indirect(&scene, &half, &direct, &two);
     // At 64 pixels a gathered one is two voxels wide.
-    assert!((found.energy - 1.0).abs() < 0.06 && found.rel < 0.15, "{found:?}");
+    assert!((found.energy - 1.0).abs() < 0.02 && found.rel < 0.15, "{found:?}");
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn what_the_page_names_is_there() {
         if named.contains('/') {
             files += 1;
             assert!(root().join(named).exists(), "the page names {named}, which is not there");
-        } else if ["cones.", "lights."].iter().any(|table| named.starts_with(table)) {
+        } else if ["cones.", "lights.", "grid."].iter().any(|table| named.starts_with(table)) {
             let key = named.split(['=', ' ']).next().unwrap_or(named);
             assert!(Key::named(key).is_some(), "the page names {key}, which is no setting");
         }

@@ -1,7 +1,7 @@
 //! Specialisation constants of the ground: `glsl/ground/constants.glsl` is their twin. A method's own start at 32.
 
 use crate::scene::{Alpha, Scene};
-use crate::settings::{DirectLight, LampLight, Settings, Shadows};
+use crate::settings::{Conservative, DirectLight, LampLight, Settings, Shadows};
 
 pub const EDGE: u32 = 0;
 pub const SHADOWS: u32 = 1;
@@ -21,6 +21,8 @@ pub const DIRECT_READ: u32 = 2;
 pub const BLENDED: u32 = 9;
 /// Which list items are lit: each, or one for all that are alike.
 pub const LIT: u32 = 10;
+/// Of the voxeliser: 1 where the hardware rasterises conservatively.
+pub const HARDWARE: u32 = 11;
 /// Value of [`SHADOWS`] without any.
 pub const SHADOWS_NONE: u32 = 0;
 
@@ -91,6 +93,7 @@ pub fn constants(settings: &Settings, features: Features) -> Vec<(u32, u32)> {
         (GATHER_SCALE, settings.image.gather_resolution.scale()),
         (INTERLEAVE, settings.image.interleave),
         (SHADOW_RAYS, settings.lights.shadow_rays),
+        (HARDWARE, u32::from(settings.grid.conservative == Conservative::Hardware)),
     ]
 }
 

@@ -1,14 +1,15 @@
-//! Voxelise: geometry-shader conservative rasterisation with an exact triangle/voxel test, into the lists of any grid.
+//! Voxelise: conservative rasterisation, by a geometry shader or the hardware, with an exact triangle/voxel test, into the lists
+//! of any grid.
 //! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
 
 use std::sync::Arc;
 
 use super::Ground;
-use super::constants::{EDGE, with};
+use super::constants::{EDGE, HARDWARE, with};
 use super::layout::GridPush;
 use super::lists::Lists;
-use crate::Result;
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
+use crate::{Error, Result};
 
 pub struct Voxelise {
     pipeline: Raster,
@@ -16,13 +17,25 @@ pub struct Voxelise {
 
 impl Voxelise {
     /// For grids of `edge` voxels a side.
+    ///
+    /// # Errors
+    /// The hardware is to rasterise conservatively and cannot.
     pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], edge: u32) -> Result<Self> {
+        let conservative = constants.contains(&(HARDWARE, 1));
+        if conservative && !context.conservative_rasterization {
+            return Err(Error::Device(format!(
+                "grid.conservative = hardware needs VK_EXT_conservative_rasterization, which {} does not offer: set \
+                 grid.conservative to geometry-shader, or choose another device",
+                context.name
+            )));
+        }
         let desc = RasterDesc {
             label: "voxelise",
             vertex: "ground/voxelise.vert",
             geometry: Some("ground/voxelise.geom"),
             fragment: Some("ground/voxelise.frag"),
             constants: &with(constants.to_vec(), &[(EDGE, edge)]),
+            conservative,
             ..Default::default()
         };
         Ok(Self { pipeline: Raster::new(context, &desc)? })

@@ -137,7 +137,8 @@ pub const SLIDES: &[Slide] = &[
             S("the vertex shader fetches from the triangle buffer", "`glsl/ground/voxelise.vert`", &[]),
             S(
                 "conservative rasterisation for any GPU by a geometry shader, or by the hardware; not perfect, so that more tests must follow",
-                "`glsl/ground/voxelise.geom`: projected on its dominant axis and dilated by 0.51 pixels, or, for needles, the box about it",
+                "`glsl/ground/voxelise.geom`: projected on its dominant axis and dilated by 0.51 pixels, or, for needles, the box about it; with \
+                 `grid.conservative = hardware` by `VK_EXT_conservative_rasterization`, which has never been run: no device at hand has it",
                 &[],
             ),
             S(
@@ -164,7 +165,7 @@ pub const SLIDES: &[Slide] = &[
             S(
                 "a vertex shader that chooses the layer, which often balances the load better than a compute shader",
                 "`glsl/gi/cones/layered.vert`: one triangle over the screen per slice, `cones.passes = layered`. `cells` is this project's: \
-                 threads for the occupied voxels alone, the same bits",
+                 threads for the occupied voxels alone, the same bits. [Layers against dispatches](layers.md) holds the claim against equal work",
                 &[],
             ),
             S(

@@ -69,6 +69,11 @@ pub const SLIDES: &[Slide] = &[
                 &[],
             ),
             S(
+                "light spreads and mips are made in one step",
+                "the mips are that step: each level hands on, per direction of travel, what the finer one lets through (`src/gi/cones/mips.rs`)",
+                &[],
+            ),
+            S(
                 "reset, record, voxelise and shrink once without and once with the light of the bounce before, render",
                 "`src/frame.rs` up to the lists, `update` in `src/gi/cones/mod.rs` from the first volume to the second one's mips, \
                  `src/ground/image/mod.rs` for the image",
@@ -284,6 +289,11 @@ pub const SLIDES: &[Slide] = &[
     Slide {
         title: "Code: small functions, direction weights, cone",
         statements: &[
+            S(
+                "the listings are CC0, with a wish for credit",
+                "named where they are used: `src/gi/cones/mod.rs`, `glsl/gi/cones/cone_set.glsl`, the README",
+                &[],
+            ),
             S("`safeNormalize`", "lengths are guarded where they can be 0, as in `glsl/gi/cones/look_up.glsl`", &[]),
             S(
                 "`voxelJitterNoise`",

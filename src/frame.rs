@@ -312,6 +312,7 @@ fn ground_desc(desc: &FrameDesc, lamps: &Lamps) -> Result<GroundDesc> {
     let (scene, settings) = (desc.scene, desc.settings);
     Ok(GroundDesc {
         grid: Grid::place(desc.bounds, settings)?,
+        conservative: settings.grid.conservative,
         wants: checked_wants(settings)?,
         features: Features::of(scene, settings),
         counts: first_counts(desc, lamps),

@@ -88,7 +88,7 @@ fn commands_and_flags_in_the_readme_exist() {
 
 #[test]
 fn links_and_pictures_lead_somewhere() {
-    for page in ["README.md", "ARCHITECTURE.md", "assets/README.md", "docs/README.md"] {
+    for page in ["README.md", "ARCHITECTURE.md", "assets/README.md", "docs/README.md", "docs/talk.md"] {
         let folder = root().join(page).parent().unwrap().to_owned();
         for link in read(page).split("](").skip(1).map(|rest| rest.split([')', '#']).next().unwrap()) {
             let outside = link.starts_with("https://") || link.is_empty();

@@ -21,6 +21,8 @@ pub const DIRECT_READ: u32 = 2;
 pub const BLENDED: u32 = 9;
 /// Which list items are lit: each, or one for all that are alike.
 pub const LIT: u32 = 10;
+/// Of the voxeliser: 1 where the hardware rasterises conservatively.
+pub const HARDWARE: u32 = 11;
 /// Value of [`SHADOWS`] without any.
 pub const SHADOWS_NONE: u32 = 0;
 

@@ -30,9 +30,11 @@ pub struct FaceVolume {
 }
 
 impl FaceVolume {
+    /// Of bounce 0 or 1, of `edge`³ voxels. `outside`: what a look-up finds there.
+    ///
     /// # Errors
     /// Too little memory.
-    fn new(context: &Arc<Context>, bounce: usize, edge: u32, outside: SamplerAddressMode) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, bounce: usize, edge: u32, outside: SamplerAddressMode) -> Result<Self> {
         let name = ["first bounce", "second bounce"][bounce];
         let levels = edge.ilog2() + 1;
         let face = |suffix: &str| {

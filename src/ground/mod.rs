@@ -24,6 +24,7 @@ use std::sync::Arc;
 use crate::Result;
 use crate::gi::Wants;
 use crate::scene::{Alpha, Pose, Scene};
+use crate::settings::Conservative;
 use crate::vk::{Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder};
 use alike::Alike;
 use cells::Cells;
@@ -91,6 +92,7 @@ impl Counts {
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundDesc {
     pub grid: Grid,
+    pub conservative: Conservative,
     /// What methods and direct light ask for.
     pub wants: Wants,
     pub features: Features,
@@ -131,7 +133,7 @@ impl Ground {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
-        let GroundDesc { grid, wants, features, counts } = &desc;
+        let GroundDesc { grid, conservative, wants, features, counts } = &desc;
         let constants_of = |edge, alike| [(FEATURES, features.0), (EDGE, edge), (LIT, u32::from(alike))];
         let base = constants_of(grid.edge, wants.alike);
         let plan = shared_plan(counts);
@@ -147,7 +149,7 @@ impl Ground {
             let constants = constants_of(place.edge, wants.alike);
             lists.push(Lists::new(context, place, &wants, *capacity)?);
             makers.push(ListMakers {
-                voxelise: wants.lists.then(|| Voxelise::new(context, &constants)).transpose()?,
+                voxelise: wants.lists.then(|| Voxelise::new(context, &constants, *conservative)).transpose()?,
                 clearance: wants.rays.then(|| Clearance::new(context, &constants)).transpose()?,
                 cells: wants.cells.then(|| Cells::new(context, &constants)).transpose()?,
             });

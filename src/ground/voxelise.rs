@@ -1,26 +1,40 @@
-//! Voxelise: geometry-shader conservative rasterisation with an exact triangle/voxel test, into the lists of any grid.
+//! Voxelise: conservative rasterisation, by a geometry shader or the hardware, with an exact triangle/voxel test, into the lists
+//! of any grid.
 //! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
 
 use std::sync::Arc;
 
 use super::Ground;
+use super::constants::{HARDWARE, with};
 use super::layout::GridPush;
 use super::lists::Lists;
-use crate::Result;
+use crate::settings::Conservative;
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
+use crate::{Error, Result};
 
 pub struct Voxelise {
     pipeline: Raster,
 }
 
 impl Voxelise {
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)]) -> Result<Self> {
+    /// # Errors
+    /// The hardware is to rasterise conservatively and cannot.
+    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], conservative: Conservative) -> Result<Self> {
+        let hardware = conservative == Conservative::Hardware;
+        if hardware && !context.conservative_rasterization {
+            return Err(Error::Device(format!(
+                "grid.conservative = hardware needs VK_EXT_conservative_rasterization, which {} does not offer: set \
+                 grid.conservative to geometry-shader, or choose another device",
+                context.name
+            )));
+        }
         let desc = RasterDesc {
             label: "voxelise",
             vertex: "ground/voxelise.vert",
             geometry: Some("ground/voxelise.geom"),
             fragment: Some("ground/voxelise.frag"),
-            constants,
+            constants: &with(constants.to_vec(), &[(HARDWARE, u32::from(hardware))]),
+            conservative: hardware,
             ..Default::default()
         };
         Ok(Self { pipeline: Raster::new(context, &desc)? })

@@ -29,6 +29,16 @@ choices! {
 }
 
 choices! {
+    /// Who sees to it that every voxel's column that a triangle touches gets a fragment.
+    Conservative {
+        /// A geometry shader, which dilates triangles: on every device.
+        GeometryShader = "geometry-shader",
+        /// `VK_EXT_conservative_rasterization`, where a device has it.
+        Hardware = "hardware",
+    }
+}
+
+choices! {
     /// How often the light of point, spot and directional lights is looked for.
     DirectLight {
         /// At every sample: shadows' edges are anti-aliased.

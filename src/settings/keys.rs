@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use super::{Bounces, DirectLight, GatherResolution, LampLight, Shadows};
+use super::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shadows};
 use crate::gi::{self, Method};
 
 /// What `twobounce settings` says about one setting.
@@ -131,6 +131,14 @@ const SHARED: &[Key] = &[
         "nothing; larger: coarser voxels",
     ),
     rare(key("grid.margin", "voxels", Range::Number(0.0, 7.0), "empty border when the side is auto", "coarser voxels")),
+    rare(key(
+        "grid.conservative",
+        "choice",
+        names!(Conservative),
+        "how every voxel that a triangle touches is met: a geometry shader dilates it, or VK_EXT_conservative_rasterization does, \
+         where a device has it: the same lists",
+        "unknown: hardware has not been run yet",
+    )),
     key(
         "lights.shadows",
         "choice",

@@ -11,7 +11,7 @@ mod presets;
 mod renamed;
 
 pub(crate) use choices::choices;
-pub use choices::{Bounces, DirectLight, GatherResolution, LampLight, Shadows};
+pub use choices::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shadows};
 pub use docs::markdown;
 pub use keys::{Key, Range, keys};
 pub(crate) use keys::{key, names, rare};
@@ -49,6 +49,8 @@ pub struct GridSettings {
     pub side: Option<f64>,
     /// Voxels on each side. Not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
     pub margin: f64,
+    /// How triangles are rasterised into it.
+    pub conservative: Conservative,
 }
 
 /// Direct light and its shadows.
@@ -94,7 +96,7 @@ impl Default for Settings {
 
 impl Default for GridSettings {
     fn default() -> Self {
-        Self { center: None, side: None, margin: 2.5 }
+        Self { center: None, side: None, margin: 2.5, conservative: Conservative::GeometryShader }
     }
 }
 

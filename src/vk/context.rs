@@ -38,6 +38,8 @@ pub struct Context {
     /// Pipelines count what they read; see [`Context::counting`].
     pub(super) counting: bool,
     pub limits: vk::PhysicalDeviceLimits,
+    /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](super::RasterDesc) can be asked for.
+    pub conservative_rasterization: bool,
     pub(super) max_push_descriptors: u32,
     pub(super) max_allocation_bytes: u64,
     pub(super) allocated: AtomicU64,
@@ -71,6 +73,7 @@ pub(super) struct Parts {
     pub(super) physical: vk::PhysicalDevice,
     pub(super) device: ash::Device,
     pub(super) capabilities: Capabilities,
+    pub(super) conservative_rasterization: bool,
     pub(super) queue: Option<Arc<Mutex<vk::Queue>>>,
     pub(super) queue_family: u32,
     /// `None`: one is made.
@@ -110,6 +113,7 @@ impl Context {
             allocator: None,
             pipeline_cache: PipelineCache::open(&device, &capabilities),
             device,
+            conservative_rasterization: capabilities.has_extension(ash::ext::conservative_rasterization::NAME),
             capabilities,
             counting,
         })
@@ -134,6 +138,7 @@ impl Context {
             counting,
             is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
             limits: capabilities.properties.limits,
+            conservative_rasterization: parts.conservative_rasterization,
             max_push_descriptors: capabilities.max_push_descriptors,
             max_allocation_bytes: capabilities.max_allocation_bytes,
             allocated: AtomicU64::new(0),

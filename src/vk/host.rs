@@ -30,7 +30,7 @@ pub struct HostDevice<'a> {
     pub pipeline_cache: Option<vk::PipelineCache>,
     /// Those enabled. With `VK_EXT_debug_utils` among them, objects and passes have names in messages and captures.
     pub instance_extensions: &'a [&'a CStr],
-    /// Those enabled: at least [`required_extensions`].
+    /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs `VK_EXT_conservative_rasterization`.
     pub device_extensions: &'a [&'a CStr],
     /// Those enabled: at least [`required_features`].
     pub features: Features,
@@ -56,6 +56,7 @@ impl Context {
             instance: host.instance,
             physical: host.physical_device,
             device: host.device,
+            conservative_rasterization: host.device_extensions.contains(&ash::ext::conservative_rasterization::NAME),
             capabilities,
             queue: host.queue,
             queue_family: host.queue_family,

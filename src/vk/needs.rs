@@ -139,13 +139,11 @@ impl Capabilities {
         self.needs(wanted).into_iter().filter(|need| !need.present).map(|need| need.name).collect()
     }
 
-    /// Device extensions to enable: what is needed and not core, and the memory budget where there is one.
+    /// Device extensions to enable: what is needed and not core, and what is used where it is there.
     pub(super) fn enabled_extensions(&self) -> Vec<&'static CStr> {
-        let mut names = required_extensions(self.version);
-        if self.has_extension(ash::ext::memory_budget::NAME) {
-            names.push(ash::ext::memory_budget::NAME);
-        }
-        names
+        let optional = [ash::ext::memory_budget::NAME, ash::ext::conservative_rasterization::NAME];
+        let present = optional.into_iter().filter(|name| self.has_extension(name));
+        required_extensions(self.version).into_iter().chain(present).collect()
     }
 }
 

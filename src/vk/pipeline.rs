@@ -54,6 +54,8 @@ pub struct RasterDesc<'a> {
     pub blend: Option<Blend>,
     /// `false` masks every colour write.
     pub color_write: bool,
+    /// The hardware makes a fragment of every pixel that a triangle touches; only on a context that can.
+    pub conservative: bool,
 }
 
 impl Default for RasterDesc<'_> {
@@ -70,6 +72,7 @@ impl Default for RasterDesc<'_> {
             samples: 1,
             blend: None,
             color_write: true,
+            conservative: false,
         }
     }
 }
@@ -266,7 +269,14 @@ fn create_raster(
         .vertex_attribute_descriptions(&attributes);
     let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
     let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-    let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+    // Grown by no more than the device cannot help: an exact test follows.
+    let mut conservative = vk::PipelineRasterizationConservativeStateCreateInfoEXT::default()
+        .conservative_rasterization_mode(vk::ConservativeRasterizationModeEXT::OVERESTIMATE);
+    let mut raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+    if desc.conservative {
+        assert!(context.conservative_rasterization, "{}: conservative rasterisation is not enabled", desc.label);
+        raster = raster.push_next(&mut conservative);
+    }
     let samples = vk::PipelineMultisampleStateCreateInfo::default()
         .rasterization_samples(vk::SampleCountFlags::from_raw(desc.samples));
     let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();

@@ -11,6 +11,7 @@ pub mod alike;
 pub mod cells;
 pub mod closed_forms;
 pub mod cone;
+pub mod dilate;
 pub mod directions;
 pub mod lamps;
 pub mod mips;

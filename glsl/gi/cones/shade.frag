@@ -5,10 +5,7 @@
 // Shading, layered form, as in the talk: a fragment per voxel of the whole grid, a layer per slice. With LOOK_UP it gathers from
 // the volume of the bounce before; without, nothing of one is even bound.
 
-#include "gi/cones/items.glsl"
-#include "ground/item_light.glsl"
-#include "ground/heads.glsl"
-#include "ground/faces/fill.glsl"
+#include "gi/cones/shade_voxel.glsl"
 
 layout(location = 0) flat in int in_layer;
 
@@ -21,18 +18,7 @@ layout(location = 5) out vec4 out_faces_5;
 layout(location = 6) out vec4 out_faces_6;
 
 void main() {
-    uvec3 voxel = uvec3(gl_FragCoord.xy, in_layer);
-    uint item = heads[head_index(ivec3(voxel))];
-    COUNT(HEADS, 1u);
-    Filling filling = start_filling();
-    for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
-        ListItem entry = list_items[item - 1u];
-        Triangle t = triangles[entry.triangle];
-        vec3 n = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
-        fill_with(filling, light_item(item - 1u, t, voxel), n, (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
-        item = entry.next;
-    }
-    vec4 faces[7] = filled(filling);
+    vec4 faces[7] = shade_voxel(uvec3(gl_FragCoord.xy, in_layer));
     out_faces_0 = faces[0];
     out_faces_1 = faces[1];
     out_faces_2 = faces[2];

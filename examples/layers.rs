@@ -1,0 +1,248 @@
+//! Layered draws against dispatches that do the same work, per pass: writes the section of this driver into `docs/layers.md`.
+//!
+//! `cargo run --release --example layers`
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use twobounce::ground::Ground;
+use twobounce::ground::constants::{Features, SHADOWS, SHADOWS_NONE, constants, with};
+use twobounce::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
+use twobounce::output::file;
+use twobounce::renderer::{RenderOptions, Renderer};
+use twobounce::scene::{LoadOptions, Scene, View};
+use twobounce::settings::Settings;
+use twobounce::vk::{
+    Bind, Compute, ComputeDesc, Context, ContextOptions, DrawCall, Raster, RasterDesc, Recorder, RecorderOptions,
+    RenderTarget, SamplerAddressMode, ZoneKind, ZoneTiming, download_image,
+};
+use twobounce::{Error, Result};
+
+/// Times that every pass is run in every form, one form after the other; the first time does not count.
+const ROUNDS: usize = 9;
+const VOXELS: u32 = 64;
+/// Threads of a workgroup: a tile of a slice, and a cube.
+const SHAPES: [[u32; 3]; 2] = [[8, 8, 1], [4, 4, 4]];
+/// The constants that say so (`glsl/gi/cones/measured/`).
+const SHAPE: u32 = 60;
+
+pub const OPENING: &str = "# Layers against dispatches
+
+Written by `cargo run --release --example layers`, a section per driver; `tests/layers.rs` holds that both forms give the same bits.
+
+The slides say that a pass over a volume, drawn layer by layer, often balances its load better than a compute shader. Here both do the
+same work: a fragment, or a thread, for every voxel of the whole grid, with the same function (`glsl/gi/cones/shade_voxel.glsl`, `glsl/gi/cones/talk_mips.glsl`)
+and the same seven results. `cones.passes = cells` is no such comparison: it leaves the empty voxels out ([costs](costs.md)).
+
+`printed` at 64³ voxels. Each round runs the draw and both dispatches, one after the other; numbers are medians over nine rounds of one
+process, ratios medians of each round's ratio: below 1 the draw is cheaper. *8×8×1* threads to a workgroup are tiles of a slice, as the draw has
+them, *4×4×4* cubes. *CPU* is processor time over all threads, *busy* that over time: how many threads were at work in the mean, which is what
+balance means on a CPU device. Two cores that other work shared: it lowers *busy* and scatters *time*; processor time it leaves alone.
+
+What it shows on these two drivers: the draw costs 0.5 to 1.0 of the dispatches' processor time. For shading that is the cost of the work and not of its
+balance, for in the same row about as many threads are busy in each form: two threads that take tiles or workgroups from a queue have little to
+balance. Mesa 22.3's mips alone, many short passes with a barrier between them, keep more threads busy when drawn. The workgroup's shape matters as much as
+the form.
+
+What it cannot show: anything about a GPU, where the slides' claim is about how hardware hands out fragments and workgroups to thousands of threads, and
+where attachments and image stores go different ways. There the claim is untested until this command runs on one.
+";
+
+fn main() -> Result<()> {
+    let context = Context::new(&ContextOptions::default())?;
+    let mut section = format!(
+        "\n## {} ({})\n\
+         | scene | pass | CPU ms: draw | 8×8×1 | 4×4×4 | CPU: draw / 8×8×1 | draw / 4×4×4 | time: draw / 8×8×1 | draw / 4×4×4 | busy: \
+         draw, 8×8×1, 4×4×4 |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---|\n",
+        context.name, context.driver
+    );
+    for name in ["cornell-point", "gallery"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/{name}.glb"));
+        let scene = Scene::load(&path, &LoadOptions::default())?;
+        for pass in measure(&context, &scene, &Settings { voxels: VOXELS, ..Settings::printed() }, ROUNDS)? {
+            section += &pass.row(name);
+        }
+    }
+    print!("{section}");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/layers.md");
+    let before = fs::read_to_string(&page).unwrap_or_default();
+    file::write(&page, with_section(&before, &section).as_bytes())
+}
+
+/// The page `before` with one driver's section anew.
+fn with_section(before: &str, section: &str) -> String {
+    let heading = section.trim_start().lines().next();
+    let mut sections: Vec<String> = before.split("\n## ").skip(1).map(|rest| format!("\n## {rest}")).collect();
+    sections.retain(|other| other.trim_start().lines().next() != heading);
+    sections.push(section.to_owned());
+    sections.sort();
+    OPENING.to_owned() + &sections.concat()
+}
+
+/// A pass in all of its forms, round by round: the draw, then a dispatch per shape.
+pub struct Measured {
+    pass: &'static str,
+    /// What one timing counts.
+    times: u32,
+    rounds: Vec<Vec<ZoneTiming>>,
+}
+
+impl Measured {
+    fn row(&self, scene: &str) -> String {
+        let median = |number: &dyn Fn(&[ZoneTiming]) -> f64| {
+            let mut all: Vec<f64> = self.rounds.iter().map(|round| number(round)).collect();
+            all.sort_by(f64::total_cmp);
+            all[all.len() / 2]
+        };
+        let cpu = |zone: &ZoneTiming| zone.cpu_ms.unwrap_or(f64::NAN);
+        let ms = |form: usize| format!("{:.1}", median(&|r| cpu(&r[form]) / f64::from(self.times)));
+        let ratio = |form: usize| format!("{:.2}", median(&|r| r[0].gpu_ms / r[form].gpu_ms));
+        let cpu_ratio = |form: usize| format!("{:.2}", median(&|r| cpu(&r[0]) / cpu(&r[form])));
+        let busy = |form: usize| format!("{:.2}", median(&|r| cpu(&r[form]) / r[form].wall_ms.unwrap_or(f64::NAN)));
+        let cells = [
+            [ms(0), ms(1), ms(2)].join(" | "),
+            [cpu_ratio(1), cpu_ratio(2), ratio(1), ratio(2)].join(" | "),
+            [busy(0), busy(1), busy(2)].join(", "),
+        ];
+        format!("| {scene} | {} | {} |\n", self.pass, cells.join(" | "))
+    }
+}
+
+/// One pass: its shaders and constants, and the levels of a volume that it fills.
+struct Pass<'a> {
+    name: &'static str,
+    fragment: &'a str,
+    compute: &'a str,
+    constants: Vec<(u32, u32)>,
+    /// Fills levels from 1 on, each from the one below, instead of level 0.
+    mips: bool,
+}
+
+/// Runs every pass in all forms, and holds that they fill volumes with the same bits.
+///
+/// # Errors
+/// They do not, or the device is lost.
+pub fn measure(context: &Arc<Context>, scene: &Scene, settings: &Settings, rounds: usize) -> Result<Vec<Measured>> {
+    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+    let options = RenderOptions::new((16, 16), bounds);
+    let mut renderer = Renderer::new(context, scene.clone(), &pose, settings.clone(), options)?;
+    renderer.render(&pose, &View::framing(bounds))?;
+    let frame = renderer.frame();
+    let shading = with(constants(settings, Features::of(scene, settings)), frame.method.constants());
+    let unshadowed = with(shading.clone(), &[(SHADOWS, SHADOWS_NONE)]);
+    let pass = |name, fragment, compute, constants: &Vec<_>, mips| Pass {
+        name,
+        fragment,
+        compute,
+        constants: constants.clone(),
+        mips,
+    };
+    let passes = [
+        pass("shade 1", "gi/cones/shade.frag", "gi/cones/measured/shade.comp", &unshadowed, false),
+        pass("shade 2", "gi/cones/shade.frag LOOK_UP", "gi/cones/measured/shade.comp LOOK_UP", &shading, false),
+        pass("mips", "gi/cones/mips.frag", "gi/cones/measured/mips.comp", &shading, true),
+    ];
+    // One volume per form: what shade 2 leaves in them, mips sum up.
+    let volume = |_| FaceVolume::new(context, 0, settings.voxels, SamplerAddressMode::CLAMP_TO_EDGE);
+    let volumes = (0..3).map(volume).collect::<Result<Vec<_>>>()?;
+    let look_up = frame.method.binds();
+    let run = |pass: &Pass| {
+        let forms = pass.forms(context, settings)?;
+        let mut measured = Measured { pass: pass.name, times: pass.times(), rounds: Vec::new() };
+        for round in 0..=rounds {
+            let times = forms.iter().zip(&volumes).map(|(form, volume)| {
+                let mut recorder = Recorder::new(context, RecorderOptions { per_pass: true, log: false })?;
+                pass.record(&mut recorder, form, &frame.ground, volume, &look_up);
+                Ok(recorder.finish()?.zones.remove(0))
+            });
+            let times = times.collect::<Result<Vec<_>>>()?;
+            if round > 0 {
+                measured.rounds.push(times);
+            }
+        }
+        let bits = |volume: &FaceVolume| {
+            let levels = if pass.mips { 1..volume.levels } else { 0..1 };
+            let texels = levels.flat_map(|level| volume.faces.iter().map(move |face| (face, level)));
+            texels.map(|(face, level)| download_image::<[u16; 4]>(context, face, level)).collect::<Result<Vec<_>>>()
+        };
+        let drawn = bits(&volumes[0])?;
+        if bits(&volumes[1])? != drawn || bits(&volumes[2])? != drawn {
+            return Err(Error::Device(format!("{}: draw and dispatch differ", pass.name)));
+        }
+        Ok(measured)
+    };
+    passes.iter().map(run).collect()
+}
+
+enum Form {
+    Draw(Raster),
+    Dispatch(Compute, [u32; 3]),
+}
+
+impl Pass<'_> {
+    /// How often it is run at once: mips are over too soon for a clock.
+    fn times(&self) -> u32 {
+        if self.mips { 10 } else { 1 }
+    }
+
+    fn forms(&self, context: &Arc<Context>, settings: &Settings) -> Result<Vec<Form>> {
+        assert!(settings.voxels >= 8, "workgroups are up to 8 wide");
+        let desc = RasterDesc {
+            label: self.name,
+            vertex: "gi/cones/layered.vert",
+            fragment: Some(self.fragment),
+            constants: &self.constants,
+            color_formats: &[FACE_FORMAT; FACES],
+            ..Default::default()
+        };
+        let mut forms = vec![Form::Draw(Raster::new(context, &desc)?)];
+        for shape in SHAPES {
+            let sizes = [0, 1, 2].map(|axis| (SHAPE + axis, shape[axis as usize]));
+            let constants = with(self.constants.clone(), &sizes);
+            let desc = ComputeDesc { label: self.name, shader: self.compute, constants: &constants };
+            forms.push(Form::Dispatch(Compute::new(context, &desc)?, shape));
+        }
+        Ok(forms)
+    }
+
+    fn record(&self, r: &mut Recorder, form: &Form, ground: &Ground, volume: &FaceVolume, look_up: &[Bind]) {
+        let kind = if matches!(form, Form::Draw(..)) { ZoneKind::Raster } else { ZoneKind::Compute };
+        r.zone(self.name, kind, 0, |r| {
+            let levels = if self.mips { 1..volume.levels } else { 0..1 };
+            for level in (0..self.times()).flat_map(|_| levels.clone()) {
+                r.full_barrier(); // the level below, or the volume before, was written
+                let edge = volume.edge >> level;
+                let mut binds = ground.item_binds();
+                if self.mips {
+                    binds = volume.sources(level).collect();
+                } else {
+                    binds.extend_from_slice(look_up);
+                }
+                match form {
+                    Form::Draw(pipeline) => {
+                        let colors = volume.colors(level);
+                        let target = RenderTarget {
+                            colors: &colors,
+                            width: edge,
+                            height: edge,
+                            layers: edge,
+                            ..Default::default()
+                        };
+                        let call = DrawCall::Direct { vertices: 3, instances: edge };
+                        r.raster(&target, |pass| pass.draw(pipeline, &pipeline.select(&binds), &(), call));
+                    }
+                    Form::Dispatch(pipeline, shape) => {
+                        binds.extend(volume.targets(level));
+                        r.dispatch(
+                            pipeline,
+                            &pipeline.select(&binds),
+                            &(),
+                            shape.map(|threads| edge.div_ceil(threads)),
+                        );
+                    }
+                }
+            }
+        });
+    }
+}

@@ -1,0 +1,193 @@
+//! The pictures of `docs/talk.md`: a host of a frame that stops after the lists, and after the frame, to look at what is there.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use half::f16;
+use image::{ImageFormat, Rgb, RgbImage};
+use twobounce::frame::{Frame, FrameDesc, Seen};
+use twobounce::ground::faces::FaceVolume;
+use twobounce::ground::image::target::{self, Readback};
+use twobounce::ground::layout::{Globals, ListItem, Triangle};
+use twobounce::ground::scene_on_gpu::ScenePacked;
+use twobounce::layers::Aov;
+use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
+use twobounce::scene::{LoadOptions, Pose, Scene};
+use twobounce::settings::{Bounces, Settings};
+use twobounce::vk::{Context, ContextOptions, Recorder, RecorderOptions, download, download_image};
+use twobounce::{Error, Result};
+
+/// The slides' volume.
+const EDGE: u32 = 128;
+/// Pixels of an image, a side.
+const SIZE: u32 = 256;
+/// Pixels between tiles.
+const GAP: u32 = 4;
+/// The slice of the volume that is shown, from above: voxels with this y, a little over the floor.
+const SLICE: u32 = 36;
+/// How much brighter than the image slices are shown, EV: most voxels see no light at all.
+const BRIGHTER: f32 = 2.0;
+const AOVS: &[Aov] = &[Aov::Direct, Aov::Indirect];
+
+/// Every picture: its file in `docs/talk/`, and the bytes of the PNG.
+pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
+    let scene = Scene::load(&path, &LoadOptions::default())?;
+    let pose = scene.pose(None, 0.0);
+    let context = Context::new(&ContextOptions::default())?;
+    let settings = Settings { voxels: EDGE, ..Settings::printed() };
+    let one = Settings { bounces: Bounces::One, ..settings.clone() };
+    let (bounds, size, outputs) = (scene.bounds(None), (SIZE, SIZE), target::outputs(AOVS));
+    let desc = |settings| FrameDesc { scene: &scene, settings, size, outputs, bounds, slots: 1 };
+    let on_gpu = Arc::new(ScenePacked::new(&scene, &pose).upload(&context)?);
+    let mut frame = Frame::new(&context, &desc(&settings), &on_gpu)?;
+
+    make_lists(&context, &mut frame, &pose)?;
+    let mut pictures = vec![("front-view.png", front_view(&context, &frame)?), ("lists.png", lists(&context, &frame)?)];
+
+    let two_bounces = render(&context, &mut frame, &scene, &pose)?;
+    let [beauty, direct, indirect] = [Aov::Beauty, Aov::Direct, Aov::Indirect].map(|layer| two_bounces.get(layer));
+    let ev = automatic_exposure(two_bounces.beauty(), scene.sky.into());
+    let shown = |pixels: Option<&[[f32; 3]]>| {
+        let pixels = pixels.unwrap_or_default();
+        tile(|x, y| exposed(Vec3::from(pixels[(y * SIZE + x) as usize]), ev))
+    };
+    let [first, second] = frame.method.volumes() else {
+        return Err(Error::Usage("two bounces are two volumes".into()));
+    };
+    let level = |volume, level, face| slice(&context, volume, (level, face), (frame.scale, ev + BRIGHTER));
+    let faces = |volume| (0..7).map(|face| level(volume, 0, face)).collect::<Result<Vec<_>>>();
+    pictures.push(("first-bounce.png", sheet(&faces(first)?, 4)));
+    pictures.push(("second-bounce.png", sheet(&faces(second)?, 4)));
+    let shrunk = [0, 3, 6].map(|face| (1..6).map(move |k| (k, face)));
+    let mips = shrunk.into_iter().flatten().map(|(k, face)| level(first, k, face)).collect::<Result<Vec<_>>>();
+    pictures.push(("mips.png", sheet(&mips?, 5)));
+
+    frame.change(&context, &desc(&one))?;
+    make_lists(&context, &mut frame, &pose)?;
+    let one_bounce = render(&context, &mut frame, &scene, &pose)?;
+    pictures.push(("one-bounce.png", sheet(&[shown(one_bounce.get(Aov::Beauty))], 1)));
+    pictures.push(("direct.png", sheet(&[shown(direct)], 1)));
+    pictures.push(("indirect.png", sheet(&[shown(indirect)], 1)));
+    pictures.push(("image.png", sheet(&[shown(beauty)], 1)));
+    Ok(pictures)
+}
+
+/// The passes up to the lists alone, until their buffers are large enough.
+fn make_lists(context: &Arc<Context>, frame: &mut Frame, pose: &Pose) -> Result<()> {
+    loop {
+        let mut recorder = Recorder::new(context, RecorderOptions::default())?;
+        frame.ground.record_lists(&mut recorder, pose);
+        recorder.finish()?;
+        let counters: Vec<Globals> = download(context, &frame.ground.base().globals)?;
+        let counts = frame.counts().grown(&counters);
+        if counts == *frame.counts() {
+            return Ok(());
+        }
+        frame.grow(context, counts)?;
+    }
+}
+
+fn render(context: &Arc<Context>, frame: &mut Frame, scene: &Scene, pose: &Pose) -> Result<twobounce::layers::Layers> {
+    let readback = Readback::new(context, &frame.target)?;
+    let mut recorder = Recorder::new(context, RecorderOptions::default())?;
+    frame.record(&mut recorder, 0, &Seen { scene, pose, view: &scene.view(pose, 0), image: true });
+    readback.record(&mut recorder, &frame.target);
+    recorder.finish()?;
+    Ok(readback.read(AOVS))
+}
+
+/// The recorded triangles as the volume's front sees them, along −z, coloured by their normals; those that turn away are left out.
+fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
+    let triangles: Vec<Triangle> = download(context, &frame.ground.triangles)?;
+    let counters: Vec<Globals> = download(context, &frame.ground.base().globals)?;
+    let mut seen = vec![(f32::NEG_INFINITY, Vec3::splat(-0.9)); (SIZE * SIZE) as usize];
+    for t in &triangles[..counters[0].vertex_count as usize / 3] {
+        let [a, b, c] = t.vertices.map(|v| Vec3::from(v.position) * (SIZE / EDGE) as f32);
+        let area = (b - a).truncate().perp_dot((c - a).truncate());
+        if area <= 0.0 {
+            continue;
+        }
+        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
+        let pixels = |low: f32, high: f32| low.max(0.0) as u32..(high.ceil() as u32).min(SIZE);
+        for (x, y) in pixels(min.y, max.y).flat_map(|y| pixels(min.x, max.x).map(move |x| (x, y))) {
+            let p = Vec2::new(x as f32, y as f32) + 0.5;
+            let part = |q: Vec3, r: Vec3| (q.truncate() - p).perp_dot(r.truncate() - p) / area;
+            let weights = [part(b, c), part(c, a), part(a, b)];
+            let depth = a.z * weights[0] + b.z * weights[1] + c.z * weights[2];
+            let pixel = &mut seen[((SIZE - 1 - y) * SIZE + x) as usize];
+            if weights.iter().all(|w| *w >= 0.0) && depth > pixel.0 {
+                let normal = (0..3).map(|i| Vec3::from(t.vertices[i].normal) * weights[i]).sum::<Vec3>();
+                *pixel = (depth, normal);
+            }
+        }
+    }
+    let shown =
+        tile(|x, y| (seen[(y * SIZE + x) as usize].1 * 127.0 + 128.0).to_array().map(|v| v.clamp(0.0, 255.0) as u8));
+    Ok(sheet(&[shown], 1))
+}
+
+/// How many triangles the voxels of a slice list.
+fn lists(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
+    let lists = frame.ground.base();
+    let heads: Vec<u32> = download(context, &lists.heads)?;
+    let items: Vec<ListItem> = download(context, &lists.items)?;
+    let shown = tile(|x, y| {
+        let (x, z) = (x * EDGE / SIZE, y * EDGE / SIZE);
+        let next = |item: &u32| (*item != 0).then(|| items[*item as usize - 1].next);
+        let first = heads[((z * EDGE + SLICE) * EDGE + x) as usize];
+        let count = std::iter::successors(Some(first), next).filter(|item| *item != 0).count();
+        match count {
+            0 => [20, 20, 24],
+            1 => [50, 90, 200],
+            2 => [40, 170, 170],
+            3..=4 => [90, 200, 90],
+            5..=8 => [250, 220, 60],
+            _ => [255; 3],
+        }
+    });
+    Ok(sheet(&[shown], 1))
+}
+
+/// A level of one face, cut at [`SLICE`], every texel as large as it is in the world; what is empty is grey.
+fn slice(
+    context: &Arc<Context>,
+    volume: &FaceVolume,
+    (level, face): (u32, usize),
+    (scale, ev): (f32, f32),
+) -> Result<RgbImage> {
+    const EMPTY: f32 = 0.05;
+    let texels: Vec<[u16; 4]> = download_image(context, &volume.faces[face], level)?;
+    let edge = volume.edge >> level;
+    Ok(tile(|x, z| {
+        let [x, y, z] = [x * EDGE / SIZE, SLICE, z * EDGE / SIZE].map(|at| at >> level);
+        let [r, g, b, a] = texels[((z * edge + y) * edge + x) as usize].map(|bits| f16::from_bits(bits).to_f32());
+        let behind = (1.0 - a).max(0.0) * EMPTY * (-ev).exp2();
+        exposed(Vec3::new(r, g, b) / scale + behind, ev)
+    }))
+}
+
+fn exposed(radiance: Vec3, ev: f32) -> [u8; 3] {
+    tone_curve((radiance * ev.exp2()).to_array()).map(srgb_code)
+}
+
+/// A square picture, rows from the top.
+fn tile(pixel: impl Fn(u32, u32) -> [u8; 3]) -> RgbImage {
+    RgbImage::from_fn(SIZE, SIZE, |x, y| Rgb(pixel(x, y)))
+}
+
+/// Tiles in rows of `columns`, as a PNG.
+fn sheet(tiles: &[RgbImage], columns: usize) -> Vec<u8> {
+    let step = SIZE + GAP;
+    let [width, height] = [columns, tiles.len().div_ceil(columns)].map(|count| count as u32 * step - GAP);
+    let mut whole = RgbImage::from_pixel(width, height, Rgb([255; 3]));
+    for (i, tile) in tiles.iter().enumerate() {
+        let [x, y] = [i % columns, i / columns].map(|place| i64::from(step) * place as i64);
+        image::imageops::replace(&mut whole, tile, x, y);
+    }
+    let mut bytes = Cursor::new(Vec::new());
+    whole.write_to(&mut bytes, ImageFormat::Png).expect("memory takes every byte");
+    bytes.into_inner()
+}

@@ -1,0 +1,20 @@
+// A voxel's seven faces: all of its list, lit item by item.
+
+#include "gi/cones/items.glsl"
+#include "ground/item_light.glsl"
+#include "ground/heads.glsl"
+#include "ground/faces/fill.glsl"
+
+vec4[7] shade_voxel(uvec3 voxel) {
+    uint item = heads[head_index(ivec3(voxel))];
+    COUNT(HEADS, 1u);
+    Filling filling = start_filling();
+    for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
+        ListItem entry = list_items[item - 1u];
+        Triangle t = triangles[entry.triangle];
+        vec3 n = normalize(triangle_normal(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position));
+        fill_with(filling, light_item(item - 1u, t, voxel), n, (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
+        item = entry.next;
+    }
+    return filled(filling);
+}

@@ -1,0 +1,69 @@
+//! `docs/talk.md` is what its example writes: the text word by word, the pictures but for what drivers round; and what it names is there.
+
+#[path = "../examples/talk/page.rs"]
+mod page;
+#[path = "../examples/talk/pictures.rs"]
+mod pictures;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use twobounce::gi::cones::ledger::ROWS;
+use twobounce::settings::Key;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
+}
+
+const AGAIN: &str = "run `cargo run --release --example talk`";
+
+#[test]
+fn the_page_is_what_the_example_writes() {
+    let page = fs::read_to_string(root().join("docs/talk.md")).expect("the page");
+    assert!(page == page::document(), "docs/talk.md is not current: {AGAIN}");
+}
+
+#[test]
+fn what_the_page_names_is_there() {
+    let page = page::document();
+    let mut files = 0;
+    for named in page.split('`').skip(1).step_by(2) {
+        if named.contains('/') {
+            files += 1;
+            assert!(root().join(named).exists(), "the page names {named}, which is not there");
+        } else if ["cones.", "lights.", "grid."].iter().any(|table| named.starts_with(table)) {
+            let key = named.split(['=', ' ']).next().unwrap_or(named);
+            assert!(Key::named(key).is_some(), "the page names {key}, which is no setting");
+        }
+    }
+    assert!(files > 40, "{files}");
+    let named: BTreeSet<_> =
+        page::SLIDES.iter().flat_map(|slide| slide.statements).flat_map(|s| s.2).copied().collect();
+    let rows: BTreeSet<_> = ROWS.iter().map(|row| row.id).collect();
+    assert_eq!(named, rows, "each row of the ledger is about something on the slides");
+}
+
+#[test]
+fn pictures_are_current() {
+    let folder = root().join("docs/talk");
+    let pictures = pictures::all().expect("pictures");
+    let shown: BTreeSet<_> = page::SLIDES.iter().flat_map(|slide| slide.pictures).map(|picture| picture.0).collect();
+    let written: BTreeSet<_> = pictures.iter().map(|picture| picture.0).collect();
+    let there = fs::read_dir(&folder).expect("pictures").map(|file| file.expect("a file").file_name());
+    let there: BTreeSet<_> = there.map(|name| name.into_string().expect("a name")).collect();
+    assert_eq!(shown, written);
+    assert_eq!(there, written.iter().map(|name| (*name).to_owned()).collect());
+    let mut bytes = 0;
+    for (name, now) in pictures {
+        let file = fs::read(folder.join(name)).expect(name);
+        bytes += file.len();
+        let [kept, now] = [file, now].map(|png| image::load_from_memory(&png).expect(name).into_rgb8());
+        assert_eq!(kept.dimensions(), now.dimensions(), "{name}: {AGAIN}");
+        let apart: u64 = kept.iter().zip(now.iter()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+        // Drivers differ in filtering and in which pixels an edge covers.
+        let mean = apart as f64 / kept.len() as f64;
+        assert!(mean < 1.0, "{name} is {mean:.2} of 255 off in the mean: {AGAIN}");
+    }
+    assert!(bytes < 800_000, "{bytes} bytes");
+}

@@ -5,7 +5,7 @@ mod cli;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::log::init();
+    cli::out::init_log();
     let args = match cli::parse() {
         Ok(args) => args,
         Err(code) => return code,

@@ -77,10 +77,12 @@ pub struct Errors {
     pub diffuse: Option<Metrics>,
 }
 
-/// Which reference.
+/// Which reference an image is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Truth {
+pub enum Reference {
+    /// All light.
     Full,
+    /// Light of as many bounces as the method traces.
     Same,
 }
 
@@ -93,18 +95,6 @@ pub enum Part {
     Diffuse,
 }
 
-/// Which number; 0 is right for all of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Metric {
-    /// |energy − 1|
-    Energy,
-    Rel,
-    Relmse,
-    P95,
-    /// Of the total only.
-    Flip,
-}
-
 impl Row {
     /// A setting on a scene without a result yet.
     pub fn new(key: String, scene: &str, trial: &Trial) -> Self {
@@ -114,26 +104,19 @@ impl Row {
         Self { key, scene, name, preset, swept, changes, settings, measured: None, failure: None }
     }
 
-    /// The setting's error, where it was measured.
-    pub fn error(&self, truth: Truth, part: Part, metric: Metric) -> Option<f64> {
+    /// `rel`, where it was measured and the reference has this part of the light.
+    pub fn rel(&self, reference: Reference, part: Part) -> Option<f64> {
         let measured = self.measured.as_ref()?;
-        let errors = match truth {
-            Truth::Full => &measured.full,
-            Truth::Same => &measured.same,
+        let errors = match reference {
+            Reference::Full => &measured.full,
+            Reference::Same => &measured.same,
         };
         let metrics = match part {
-            Part::Total => errors.total,
-            Part::Indirect => errors.indirect?,
-            Part::Diffuse => errors.diffuse?,
+            Part::Total => Some(errors.total),
+            Part::Indirect => errors.indirect,
+            Part::Diffuse => errors.diffuse,
         };
-        Some(match metric {
-            Metric::Energy => (metrics.energy - 1.0).abs(),
-            Metric::Rel => metrics.rel,
-            Metric::Relmse => metrics.relmse,
-            Metric::P95 => metrics.p95,
-            Metric::Flip if part == Part::Total => errors.flip,
-            Metric::Flip => return None,
-        })
+        Some(metrics?.rel)
     }
 
     /// Median device time of a frame in milliseconds, where it was measured.

@@ -1,9 +1,10 @@
-//! What was typed: the command line as types. What it means is checked in [`super::job`].
+//! What was typed: the command line as types, each value within its range.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
 use glam::{DVec3, Vec3};
 use twobounce::gi::Method;
 use twobounce::layers::Aov;
@@ -64,7 +65,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "X,Y,Z", requires = "eye", default_value = "0,1,0", value_parser = point, allow_hyphen_values = true)]
     pub up: DVec3,
     /// Vertical field of view for --eye, in degrees
-    #[arg(long, value_name = "DEGREES", requires = "eye", default_value_t = 45.0)]
+    #[arg(long, value_name = "DEGREES", requires = "eye", default_value_t = 45.0, value_parser = degrees, allow_negative_numbers = true)]
     pub fov: f64,
     /// The file's scene to load; by default the one that the file names
     #[arg(long, value_name = "NAME|INDEX")]
@@ -73,7 +74,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "NAME|INDEX")]
     pub animation: Option<String>,
     /// The time within the animation, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds, allow_negative_numbers = true)]
     pub time: f64,
     /// Constant radiance of everything beyond the scene, seen and lighting
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
@@ -100,6 +101,19 @@ pub struct SettingsArgs {
     pub sets: Vec<String>,
 }
 
+/// How frames are handed to a device.
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
+    #[arg(long, default_value = "frame", value_parser = submit())]
+    pub submit: Submit,
+    /// Refuse to take more device memory than this
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub memory_limit: Option<u64>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
 /// Which device to use and how.
 #[derive(Args, Debug)]
 pub struct DeviceArgs {
@@ -124,7 +138,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
     /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
-    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f32>,
     /// Time N frames of the same image, each made anew, after warming up, and write the last
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
@@ -136,7 +150,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
     /// Frames per second for --frames
-    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0)]
+    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, value_parser = rate, allow_negative_numbers = true)]
     pub fps: f64,
     /// Print what each pass took
     #[arg(long)]
@@ -147,14 +161,8 @@ pub struct RenderArgs {
     /// Write a Chrome trace (Perfetto opens it)
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
-    #[arg(long, value_enum, default_value_t = SubmitArg::Frame)]
-    pub submit: SubmitArg,
-    /// Refuse to take more device memory than this
-    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
-    pub memory_limit: Option<u64>,
     #[command(flatten)]
-    pub device: DeviceArgs,
+    pub run: RunArgs,
 }
 
 #[derive(Args, Debug)]
@@ -201,23 +209,6 @@ pub struct InfoArgs {
     pub json: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SubmitArg {
-    /// The whole frame at once
-    Frame,
-    /// Each pass by itself
-    Pass,
-}
-
-impl From<SubmitArg> for Submit {
-    fn from(submit: SubmitArg) -> Self {
-        match submit {
-            SubmitArg::Frame => Self::Frame,
-            SubmitArg::Pass => Self::PerPass,
-        }
-    }
-}
-
 /// The largest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 16384;
 
@@ -229,22 +220,50 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 fn point(text: &str) -> Result<DVec3, String> {
-    numbers(text)
-        .map(DVec3::from_array)
-        .ok_or_else(|| "write three finite numbers separated by commas, such as 0,1.5,-3".into())
+    let values: Option<Vec<f64>> = text.split(',').map(|s| number(s.trim(), |_| true)).collect();
+    let point = values.and_then(|values| <[f64; 3]>::try_from(values).ok()).map(DVec3::from_array);
+    point.ok_or_else(|| "write three finite numbers separated by commas, such as 0,1.5,-3".into())
 }
 
 fn radiance(text: &str) -> Result<Vec3, String> {
-    numbers(text)
-        .map(|v| DVec3::from_array(v).as_vec3())
-        .filter(|v| v.is_finite() && v.min_element() >= 0.0)
-        .ok_or_else(|| "write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5".into())
+    let color = point(text).ok().map(|color| color.as_vec3()).filter(|c| c.is_finite() && c.min_element() >= 0.0);
+    color.ok_or_else(|| "write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5".into())
 }
 
-fn numbers(text: &str) -> Option<[f64; 3]> {
-    let values: Option<Vec<f64>> =
-        text.split(',').map(|s| s.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
-    values?.try_into().ok()
+/// A finite number, if it fits.
+fn number(text: &str, fits: impl Fn(f64) -> bool) -> Option<f64> {
+    text.parse().ok().filter(|n: &f64| n.is_finite() && fits(*n))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    number(text, |n| n >= 0.0).ok_or_else(|| "write seconds, finite and at least 0".into())
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    number(text, |n| n > 0.0 && n < 180.0).ok_or_else(|| "write degrees between 0 and 180".into())
+}
+
+fn stops(text: &str) -> Result<f32, String> {
+    number(text, |n| n.abs() <= 60.0).map(|n| n as f32).ok_or_else(|| "write stops between -60 and 60".into())
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    number(text, |n| n > 0.0).ok_or_else(|| "write frames per second, finite and above 0".into())
+}
+
+/// A limit on a metric.
+pub fn limit(text: &str) -> Result<f64, String> {
+    number(text, |n| n >= 0.0).ok_or_else(|| "write a number, at least 0".into())
+}
+
+/// A percentage, as a share.
+pub fn percent(text: &str) -> Result<f64, String> {
+    number(text, |n| n > 0.0).map(|n| n / 100.0).ok_or_else(|| "write a percentage above 0".into())
+}
+
+pub fn minutes(text: &str) -> Result<Duration, String> {
+    let duration = number(text, |n| n > 0.0).and_then(|n| Duration::try_from_secs_f64(60.0 * n).ok());
+    duration.filter(|d| !d.is_zero()).ok_or_else(|| "write a number of minutes above 0".into())
 }
 
 pub fn memory_size(text: &str) -> Result<u64, String> {
@@ -263,6 +282,13 @@ pub fn memory_size(text: &str) -> Result<u64, String> {
 }
 
 pub fn aov() -> impl TypedValueParser<Value = Aov> {
-    let names = Aov::ALL.iter().filter(|a| **a != Aov::Beauty).map(|a| a.name());
-    PossibleValuesParser::new(names).try_map(|name| Aov::from_name(&name).ok_or("no such layer"))
+    let further = || Aov::ALL.iter().filter(|aov| **aov != Aov::Beauty);
+    PossibleValuesParser::new(further().map(|aov| aov.name()))
+        .try_map(move |name| further().find(|aov| aov.name() == name).copied().ok_or("no such layer"))
+}
+
+fn submit() -> impl TypedValueParser<Value = Submit> {
+    let frame = PossibleValue::new("frame").help("The whole frame at once");
+    let pass = PossibleValue::new("pass").help("Each pass by itself");
+    PossibleValuesParser::new([frame, pass]).map(|name| if name == "pass" { Submit::PerPass } else { Submit::Frame })
 }

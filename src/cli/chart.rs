@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use twobounce::chart::plan::{Axis, Base, Trial, trials};
+use twobounce::chart::plan::{Base, Trial, sweep, trials};
 use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
@@ -42,26 +42,25 @@ pub struct ChartArgs {
 
 /// Measures what is missing and writes the chart anew.
 pub fn run(args: &ChartArgs) -> anyhow::Result<Outcome> {
-    let trials = args.trials()?;
-    let paths = std::iter::once(&args.scene.path).chain(&args.more).collect();
-    let bench = Bench { scene: &args.scene, paths, trials: &trials, folder: &args.output, args: &args.bench };
-    bench.run(|_| Ok(()))?;
-    Ok(Outcome::Done)
+    let paths = [&[args.scene.path.clone()], &args.more[..]].concat();
+    let bench = Bench { scene: &args.scene, paths, trials: args.trials()?, folder: &args.output, args: &args.bench };
+    bench.run(|_| Ok(()))
 }
 
 impl ChartArgs {
     fn trials(&self) -> Result<Vec<Trial>> {
-        let all = || PRESETS.iter().map(|preset| preset.name.to_owned()).collect();
-        let presets: Vec<String> = if self.presets.is_empty() { all() } else { self.presets.clone() };
+        let mut presets = self.presets.clone();
+        if presets.is_empty() {
+            presets.extend(PRESETS.iter().map(|preset| preset.name.to_owned()));
+        }
         let base = |preset: String| {
             let (config, sets) = (self.config.clone(), self.sets.clone());
-            let settings =
-                SettingsArgs { preset: preset.clone(), config, method: None, sets }.effective_with("--presets")?;
-            Ok(Base { preset, settings })
+            let args = SettingsArgs { preset: preset.clone(), config, method: None, sets };
+            Ok(Base { preset, settings: args.effective_with("--presets")? })
         };
         let bases: Vec<Base> = presets.into_iter().map(base).collect::<Result<_>>()?;
-        let swept = |e: Error| Error::Usage(format!("--sweep: {e}"));
-        let axes: Vec<Axis> = self.sweeps.iter().map(|text| Axis::parse(text)).collect::<Result<_>>().map_err(swept)?;
-        trials(&bases, &axes).map_err(swept)
+        let values = self.sweeps.iter().map(|text| sweep(text)).collect::<Result<Vec<_>>>();
+        let trials = values.and_then(|values| trials(&bases, &values.concat()));
+        trials.map_err(|e| Error::Usage(format!("--sweep: {e}")))
     }
 }

@@ -1,16 +1,18 @@
 //! `twobounce compare`: an image against its reference, as numbers, as a picture, and as an exit code.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use serde::Serialize;
 use twobounce::layers::Layers;
-use twobounce::measure::metrics::{self, Comparison, Metrics, NonFinite};
+use twobounce::measure::metrics::{self, Comparison, Metrics};
 use twobounce::measure::picture;
 use twobounce::output::file;
 use twobounce::{Error, Result};
 
 use super::Outcome;
+use super::args::limit;
 use crate::say;
 
 /// Version of the JSON report.
@@ -37,54 +39,59 @@ pub struct CompareArgs {
 }
 
 /// Above any of these the exit code is 1.
-#[derive(Args, Debug)]
+#[derive(Debug)]
 pub struct Limits {
-    /// Exit with 1 if energy is further than this from 1
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_energy: Option<f64>,
-    /// Exit with 1 if rel is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_rel: Option<f64>,
-    /// Exit with 1 if relmse is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_relmse: Option<f64>,
-    /// Exit with 1 if p95 is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_p95: Option<f64>,
-    /// Exit with 1 if flip is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_flip: Option<f64>,
-    /// Exit with 1 if the indirect part's energy is further than this from 1
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_indirect_energy: Option<f64>,
-    /// Exit with 1 if the indirect part's rel is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_indirect_rel: Option<f64>,
-    /// Exit with 1 if the indirect part's relmse is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_indirect_relmse: Option<f64>,
-    /// Exit with 1 if the indirect part's p95 is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_indirect_p95: Option<f64>,
-    /// Exit with 1 if the energy of indirect_diffuse is further than this from 1
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_indirect_diffuse_energy: Option<f64>,
-    /// Exit with 1 if the rel of indirect_diffuse is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_indirect_diffuse_rel: Option<f64>,
-    /// Exit with 1 if the relmse of indirect_diffuse is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_indirect_diffuse_relmse: Option<f64>,
-    /// Exit with 1 if the p95 of indirect_diffuse is above this
-    #[arg(long, value_name = "X", value_parser = limit)]
-    pub max_indirect_diffuse_p95: Option<f64>,
-    /// Exit with 1 if more values of the image than this are NaN or infinite [default: 0 with any other limit]
-    #[arg(long, value_name = "N")]
-    pub max_nonfinite: Option<usize>,
+    /// The limits given, by (part, metric).
+    metrics: BTreeMap<(&'static str, &'static str), f64>,
+    nonfinite: Option<usize>,
 }
 
-fn limit(text: &str) -> std::result::Result<f64, String> {
-    text.parse().ok().filter(|x: &f64| x.is_finite() && *x >= 0.0).ok_or_else(|| "write a number, at least 0".into())
+/// What can be limited: parts of the light, and their metrics.
+fn limited() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let of_part = |part| Metrics::NAMES.into_iter().map(move |metric| (part, metric));
+    of_part("total").chain([("total", "flip")]).chain(of_part("indirect")).chain(of_part("indirect_diffuse"))
+}
+
+/// A metric in words, such as `rel` or `indirect rel`.
+fn words((part, metric): (&str, &str)) -> String {
+    if part == "total" { metric.to_owned() } else { format!("{part} {metric}") }
+}
+
+fn flag(of: (&str, &str)) -> String {
+    format!("max-{}", words(of).replace([' ', '_'], "-"))
+}
+
+impl Args for Limits {
+    fn augment_args(command: Command) -> Command {
+        let arg = |of: (&str, &str)| {
+            let above = if of.1 == "energy" { "is further than this from 1" } else { "is above this" };
+            let help = format!("Exit with 1 if {} {above}", words(of));
+            Arg::new(flag(of)).long(flag(of)).value_name("X").value_parser(limit).help(help)
+        };
+        let help =
+            "Exit with 1 if more values of the image than this are NaN or infinite [default: 0 with any other limit]";
+        let nonfinite = Arg::new("max-nonfinite").long("max-nonfinite").value_name("N");
+        command.args(limited().map(arg)).arg(nonfinite.value_parser(value_parser!(usize)).help(help))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Limits {
+    fn from_arg_matches(matches: &ArgMatches) -> std::result::Result<Self, clap::Error> {
+        let given = |of| Some((of, *matches.get_one(&flag(of))?));
+        Ok(Self {
+            metrics: limited().filter_map(given).collect(),
+            nonfinite: matches.get_one("max-nonfinite").copied(),
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> std::result::Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
 }
 
 /// The JSON report. Metrics have no unit; see the docs of each.
@@ -95,18 +102,8 @@ struct Report<'a> {
     reference: &'a Path,
     width: u32,
     height: u32,
-    /// energy rel relmse p95 of the whole image.
-    total: Metrics,
-    /// Mean LDR-FLIP of the whole image.
-    flip: f64,
-    /// energy rel relmse p95 of total − direct; null unless both files carry their direct layer.
-    indirect: Option<Metrics>,
-    /// The same over pixels in which the reference shows diffuse surfaces alone; null unless its file carries its diffuse
-    /// layer too, with such pixels, and indirect light in them.
-    indirect_diffuse: Option<Metrics>,
-    /// Values that are NaN or infinite; their pixels count in no metric.
-    image_nonfinite: NonFinite,
-    reference_nonfinite: NonFinite,
+    #[serde(flatten)]
+    comparison: &'a Comparison,
     /// One sentence per exceeded limit.
     exceeded: &'a [String],
 }
@@ -123,26 +120,15 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
     let exceeded = args.limits.exceeded(&comparison)?;
     print(&comparison);
     if let Some(folder) = &args.out {
-        std::fs::create_dir_all(folder).map_err(|e| Error::file(folder, format!("cannot be created: {e}")))?;
-        let path = folder.join(PICTURE);
-        file::write(&path, &picture::side_by_side(&image, &reference, &comparison)?)?;
+        file::create_folder(folder)?;
+        file::write(&folder.join(PICTURE), &picture::side_by_side(&image, &reference, &comparison)?)?;
     }
     if let Some(path) = &args.json {
-        let report = Report {
-            version: VERSION,
-            image: &args.image,
-            reference: &args.reference,
-            width: image.width,
-            height: image.height,
-            total: comparison.total,
-            flip: comparison.flip,
-            indirect: comparison.indirect,
-            indirect_diffuse: comparison.indirect_diffuse,
-            image_nonfinite: comparison.image,
-            reference_nonfinite: comparison.reference,
-            exceeded: &exceeded,
-        };
-        file::write(path, (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+        let CompareArgs { image: image_path, reference, .. } = args;
+        let (width, height, exceeded) = (image.width, image.height, &exceeded[..]);
+        let report =
+            Report { version: VERSION, image: image_path, reference, width, height, comparison: &comparison, exceeded };
+        file::write_json(path, &report)?;
     }
     exceeded.iter().for_each(|sentence| say!("{sentence}"));
     Ok(if exceeded.is_empty() { Outcome::Done } else { Outcome::Exceeded })
@@ -177,16 +163,14 @@ fn print(comparison: &Comparison) {
         say!("{name:>16} {:>9.5} {:>9.5} {:>9.6} {:>9.5} {flip:>9}", m.energy, m.rel, m.relmse, m.p95);
     };
     row("total", &comparison.total, &format!("{:.5}", comparison.flip));
+    match &comparison.indirect {
+        Some(indirect) => row("indirect", indirect, ""),
+        None => say!("{:>16}  ({NO_DIRECT}: --aov direct)", "indirect"),
+    }
     match (&comparison.indirect, &comparison.indirect_diffuse) {
-        (Some(indirect), Some(diffuse)) => {
-            row("indirect", indirect, "");
-            row("indirect_diffuse", diffuse, "");
-        }
-        (Some(indirect), None) => {
-            row("indirect", indirect, "");
-            say!("indirect_diffuse  ({NO_DIFFUSE}: --aov diffuse)");
-        }
-        (None, _) => say!("{:>16}  ({NO_DIRECT}: --aov direct)", "indirect"),
+        (Some(_), Some(diffuse)) => row("indirect_diffuse", diffuse, ""),
+        (Some(_), None) => say!("indirect_diffuse  ({NO_DIFFUSE}: --aov diffuse)"),
+        (None, _) => {}
     }
     for (name, n) in [("image", comparison.image), ("reference", comparison.reference)] {
         if n.count() > 0 {
@@ -197,56 +181,38 @@ fn print(comparison: &Comparison) {
 
 impl Limits {
     /// One sentence per limit that does not hold.
-    fn exceeded(&self, c: &Comparison) -> Result<Vec<String>> {
-        let mut limits = vec![
-            ("energy's distance from 1".to_owned(), self.max_energy, (c.total.energy - 1.0).abs()),
-            ("rel".to_owned(), self.max_rel, c.total.rel),
-            ("relmse".to_owned(), self.max_relmse, c.total.relmse),
-            ("p95".to_owned(), self.max_p95, c.total.p95),
-            ("flip".to_owned(), self.max_flip, c.flip),
-        ];
-        let parts = [
-            (
-                "indirect",
-                c.indirect,
-                format!("{NO_DIRECT}; render them with --aov direct"),
-                [self.max_indirect_energy, self.max_indirect_rel, self.max_indirect_relmse, self.max_indirect_p95],
-            ),
-            (
-                "indirect_diffuse",
-                c.indirect_diffuse,
-                format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse"),
-                [
-                    self.max_indirect_diffuse_energy,
-                    self.max_indirect_diffuse_rel,
-                    self.max_indirect_diffuse_relmse,
-                    self.max_indirect_diffuse_p95,
-                ],
-            ),
-        ];
-        for (part, metrics, needs, [energy, rel, relmse, p95]) in parts {
-            match metrics {
-                Some(m) => limits.extend([
-                    (format!("{part} energy's distance from 1"), energy, (m.energy - 1.0).abs()),
-                    (format!("{part} rel"), rel, m.rel),
-                    (format!("{part} relmse"), relmse, m.relmse),
-                    (format!("{part} p95"), p95, m.p95),
-                ]),
-                None if [energy, rel, relmse, p95].iter().any(Option::is_some) => {
-                    return Err(Error::Usage(format!("a limit on {part} {needs}")));
-                }
-                None => {}
+    fn exceeded(&self, comparison: &Comparison) -> Result<Vec<String>> {
+        let mut sentences = Vec::new();
+        for (of, limit) in limited().filter_map(|of| Some((of, *self.metrics.get(&of)?))) {
+            let (name, value) = match of.1 {
+                "energy" => (words(of) + "'s distance from 1", (value(comparison, of)? - 1.0).abs()),
+                _ => (words(of), value(comparison, of)?),
+            };
+            if value > limit {
+                sentences.push(format!("{name} is {value:.6}, above {limit}"));
             }
         }
-        let nonfinite = self.max_nonfinite.or(limits.iter().any(|l| l.1.is_some()).then_some(0));
-        let above = limits.into_iter().filter_map(|(name, limit, value)| Some((name, limit?, value)));
-        let mut sentences: Vec<_> = above
-            .filter(|(_, limit, value)| value > limit)
-            .map(|(name, limit, value)| format!("{name} is {value:.6}, above {limit}"))
-            .collect();
-        if let Some(most) = nonfinite.filter(|n| c.image.count() > *n) {
-            sentences.push(format!("{} values of the image are not finite, more than {most}", c.image.count()));
+        let nonfinite = comparison.image.count();
+        let most = self.nonfinite.or((!self.metrics.is_empty()).then_some(0));
+        if let Some(most) = most.filter(|most| nonfinite > *most) {
+            sentences.push(format!("{nonfinite} values of the image are not finite, more than {most}"));
         }
         Ok(sentences)
     }
+}
+
+/// The metric of a part of the light.
+fn value(comparison: &Comparison, (part, metric): (&str, &str)) -> Result<f64> {
+    let needs = |what: String| Error::Usage(format!("a limit on {part} {what}"));
+    let metrics = match part {
+        "indirect" => {
+            comparison.indirect.ok_or_else(|| needs(format!("{NO_DIRECT}; render them with --aov direct")))?
+        }
+        "indirect_diffuse" => comparison
+            .indirect_diffuse
+            .ok_or_else(|| needs(format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse")))?,
+        _ => comparison.total,
+    };
+    let place = Metrics::NAMES.iter().position(|name| *name == metric);
+    Ok(place.map_or(comparison.flip, |place| metrics.values()[place]))
 }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use twobounce::chart::row::{Metric, Part, Row, Truth};
+use twobounce::chart::row::Row;
 
 use crate::say;
 
@@ -34,8 +34,7 @@ impl Counter {
         self.bar.inc(1);
         let told = match &row.measured {
             Some(measured) => {
-                let error = |truth| row.error(truth, Part::Total, Metric::Rel).unwrap_or(f64::NAN);
-                let (full, same) = (error(Truth::Full), error(Truth::Same));
+                let (full, same) = (measured.full.total.rel, measured.same.total.rel);
                 let ms = measured.frame_gpu_ms.median;
                 format!("{ms:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces")
             }

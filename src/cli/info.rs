@@ -1,7 +1,5 @@
 //! `twobounce info`: every Vulkan device, what twobounce needs of it, what is missing, and the limits that matter.
 
-use std::fmt::Write as _;
-
 use serde_json::{Value, json};
 use twobounce::measure::timing::short_bytes;
 use twobounce::vk::{self, DeviceReport};
@@ -40,34 +38,52 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         text += &format!("     {mark} {}\n", need.name);
     }
     text += "   limits:\n";
-    for (name, value) in limits(device) {
-        writeln!(text, "     {name:44} {value}").expect("writing to a string");
+    for Limit { words, text: value, .. } in limits(device) {
+        text += &format!("     {words:44} {value}\n");
     }
     text += "   memory:\n";
     for (heap, (bytes, local)) in device.heaps.iter().enumerate() {
         let budget = device.budgets.as_ref().map(|budgets| format!(", {} free", short_bytes(budgets[heap])));
         let whose = if *local { "the device's own" } else { "shared with it" };
-        writeln!(text, "     heap {heap}: {}, {whose}{}", short_bytes(*bytes), budget.unwrap_or_default())
-            .expect("writing to a string");
+        text += &format!("     heap {heap}: {}, {whose}{}\n", short_bytes(*bytes), budget.unwrap_or_default());
     }
     text
 }
 
-fn limits(device: &DeviceReport) -> Vec<(&'static str, String)> {
+/// A limit of a device: its key and value in JSON, and the same for people.
+struct Limit {
+    key: &'static str,
+    value: Value,
+    words: &'static str,
+    text: String,
+}
+
+fn limits(device: &DeviceReport) -> Vec<Limit> {
     let limits = &device.limits;
-    let counts = |samples: &[u32]| samples.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+    let bytes = |key, words, bytes: u64| Limit { key, words, value: bytes.into(), text: short_bytes(bytes) };
+    let count = |key, words, count: u32| Limit { key, words, value: count.into(), text: count.to_string() };
+    let samples = |key, words, samples: &[u32]| {
+        let text = samples.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+        Limit { key, words, value: samples.into(), text }
+    };
+    let period = limits.timestamp_period;
     vec![
-        ("storage buffer, at most", short_bytes(limits.max_storage_buffer_range.into())),
-        ("single allocation, at most", short_bytes(device.max_allocation_bytes)),
-        ("side of a 2D image, at most", limits.max_image_dimension2_d.to_string()),
-        ("side of a 3D image, at most", limits.max_image_dimension3_d.to_string()),
-        ("layers of an image, at most", limits.max_image_array_layers.to_string()),
-        ("layers of a framebuffer, at most", limits.max_framebuffer_layers.to_string()),
-        ("colour attachments, at most", limits.max_color_attachments.to_string()),
-        ("push descriptors, at most", device.max_push_descriptors.to_string()),
-        ("samples per pixel of an RGBA32F colour image", counts(&device.color_samples)),
-        ("samples per pixel of a D32F depth image", counts(&device.depth_samples)),
-        ("timestamp period", format!("{} ns", limits.timestamp_period)),
+        bytes("storage_buffer_bytes", "storage buffer, at most", limits.max_storage_buffer_range.into()),
+        bytes("allocation_bytes", "single allocation, at most", device.max_allocation_bytes),
+        count("image_side_2d", "side of a 2D image, at most", limits.max_image_dimension2_d),
+        count("image_side_3d", "side of a 3D image, at most", limits.max_image_dimension3_d),
+        count("image_layers", "layers of an image, at most", limits.max_image_array_layers),
+        count("framebuffer_layers", "layers of a framebuffer, at most", limits.max_framebuffer_layers),
+        count("color_attachments", "colour attachments, at most", limits.max_color_attachments),
+        count("push_descriptors", "push descriptors, at most", device.max_push_descriptors),
+        samples("rgba32f_samples", "samples per pixel of an RGBA32F colour image", &device.color_samples),
+        samples("d32f_samples", "samples per pixel of a D32F depth image", &device.depth_samples),
+        Limit {
+            key: "timestamp_period_ns",
+            words: "timestamp period",
+            value: json!(period),
+            text: format!("{period} ns"),
+        },
     ]
 }
 
@@ -77,8 +93,9 @@ fn json(devices: &[DeviceReport]) -> String {
 }
 
 fn device_json(index: usize, device: &DeviceReport) -> Value {
-    let limits = &device.limits;
     let (major, minor, patch) = device.api_version;
+    let limits: serde_json::Map<_, _> =
+        limits(device).into_iter().map(|limit| (limit.key.to_owned(), limit.value)).collect();
     let needs: serde_json::Map<_, _> =
         device.needs.iter().map(|need| (need.name.clone(), Value::Bool(need.present))).collect();
     let heap = |(heap, (bytes, local)): (usize, &(u64, bool))| {
@@ -93,19 +110,7 @@ fn device_json(index: usize, device: &DeviceReport) -> Value {
         "driver": device.driver,
         "usable": device.needs.iter().all(|need| need.present),
         "needs": needs,
-        "limits": {
-            "storage_buffer_bytes": limits.max_storage_buffer_range,
-            "allocation_bytes": device.max_allocation_bytes,
-            "image_side_2d": limits.max_image_dimension2_d,
-            "image_side_3d": limits.max_image_dimension3_d,
-            "image_layers": limits.max_image_array_layers,
-            "framebuffer_layers": limits.max_framebuffer_layers,
-            "color_attachments": limits.max_color_attachments,
-            "push_descriptors": device.max_push_descriptors,
-            "rgba32f_samples": device.color_samples,
-            "d32f_samples": device.depth_samples,
-            "timestamp_period_ns": limits.timestamp_period,
-        },
+        "limits": limits,
         "heaps": device.heaps.iter().enumerate().map(heap).collect::<Vec<_>>(),
     })
 }

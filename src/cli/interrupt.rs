@@ -21,5 +21,5 @@ pub fn flag() -> &'static AtomicBool {
 
 /// [`twobounce::Error::Interrupted`] once Ctrl-C was pressed.
 pub fn check() -> twobounce::Result<()> {
-    if flag().load(Ordering::Relaxed) { Err(twobounce::Error::Interrupted) } else { Ok(()) }
+    if PRESSED.load(Ordering::Relaxed) { Err(twobounce::Error::Interrupted) } else { Ok(()) }
 }

@@ -1,24 +1,24 @@
-//! The command line in layers: [`args`] is what was typed, [`job`] what it means, then one file per subcommand.
+//! The command line: [`args`] is what was typed, [`scene`] opens it, [`outputs`] checks where files go, then one file per
+//! subcommand.
 //!
 //! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
 
-pub mod args;
+mod args;
 mod bench;
 mod chart;
 mod compare;
 mod counter;
 mod info;
-pub mod interrupt;
-pub mod job;
+mod interrupt;
 mod ledger;
-pub mod log;
 mod make_assets;
 pub mod out;
+mod outputs;
 mod profile;
 mod reference;
 mod render;
 mod report;
-pub mod scene;
+mod scene;
 mod settings;
 mod study;
 

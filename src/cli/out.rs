@@ -3,6 +3,8 @@
 use std::io::{ErrorKind, Write};
 use std::sync::Mutex;
 
+use tracing_subscriber::EnvFilter;
+
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
 
@@ -21,6 +23,12 @@ pub fn write(text: &str) {
     {
         failed.get_or_insert(error);
     }
+}
+
+/// Sends the library's log to standard error: warnings, or more with `TWOBOUNCE_LOG=info` or `debug`.
+pub fn init_log() {
+    let filter = EnvFilter::try_from_env("TWOBOUNCE_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
 }
 
 /// Prints a line on standard error, unless it is closed.

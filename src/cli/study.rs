@@ -41,16 +41,14 @@ pub struct StudyArgs {
 pub fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
     let lines = lines(&args.sets)?;
     kept(&args.output)?; // before anything is measured
-    let scenes = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
-    let scene = SceneArgs::plain(scenes[0].clone(), args.size);
-    let (trials, paths) = (settings(&lines), scenes.iter().collect());
-    let bench = Bench { scene: &scene, paths, trials: &trials, folder: &args.rows, args: &args.bench };
+    let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
+    let scene = &SceneArgs::plain(&paths[0], args.size);
+    let bench = Bench { scene, paths, trials: settings(&lines), folder: &args.rows, args: &args.bench };
     bench.run(|chart| {
         write(&args.output, chart, &document(chart, &lines, &args.sets, &kept(&args.output)?))?;
         say!("wrote {}", args.output.join("README.md").display());
         Ok(())
-    })?;
-    Ok(Outcome::Done)
+    })
 }
 
 /// What stands by hand in the page that is there; a folder that holds something else is refused.
@@ -68,7 +66,7 @@ fn kept(folder: &Path) -> Result<String> {
 }
 
 fn write(folder: &Path, chart: &Chart, page: &str) -> Result<()> {
-    fs::create_dir_all(folder).map_err(|e| Error::file(folder, format!("cannot be created: {e}")))?;
+    file::create_folder(folder)?;
     for scene in &chart.scenes {
         let picture = svg::chart(&chart.panels(&scene.name), 2);
         file::write(&folder.join(format!("{}.svg", scene.name)), picture.as_bytes())?;

@@ -4,3 +4,17 @@ pub mod metrics;
 pub mod picture;
 pub mod timing;
 pub mod trace;
+
+use crate::vk::Context;
+use crate::{Error, Result};
+
+/// What a device that was used wrongly makes is no result.
+///
+/// # Errors
+/// [`Error::Device`] with the first of the validation layer's messages.
+pub fn refuse_invalid(context: &Context) -> Result<()> {
+    match context.validation_messages().first() {
+        Some(first) => Err(Error::Device(format!("the validation layer objects: {first}"))),
+        None => Ok(()),
+    }
+}

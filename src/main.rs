@@ -10,11 +10,8 @@ fn main() -> ExitCode {
         Ok(args) => args,
         Err(code) => return code,
     };
-    match cli::run(&args).and_then(|outcome| cli::out::finish().map(|()| outcome)) {
-        Ok(outcome) => outcome.into(),
-        Err(error) => {
-            cli::out::complain(&cli::sentence(&error));
-            cli::exit_code(&error)
-        }
-    }
+    cli::run(&args).and_then(|code| cli::out::finish().map(|()| code)).unwrap_or_else(|error| {
+        cli::out::complain(&cli::sentence(&error));
+        cli::exit_code(&error)
+    })
 }

@@ -141,7 +141,7 @@ fn mistakes_name_the_key_and_the_remedy() {
     for (text, part) in [
         ("voxels = 64\ncones.fil = 1", "did you mean \"cones.fill\""),
         ("[cones.start]\nshadow_ned = 1", "did you mean \"cones.start.shadow_end\""),
-        ("[starts]\nx = 1", "\"starts\""),
+        ("[starts]\nx = 1", "\"starts.x\""),
         ("voxels = 64\nvoxels 32", "line 2"),
         ("voxels = \"64\"", "power of two"),
         ("voxels = [64]", "power of two"),

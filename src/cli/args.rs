@@ -65,7 +65,8 @@ pub struct SceneArgs {
     #[arg(long, value_name = "X,Y,Z", requires = "eye", default_value = "0,1,0", value_parser = point, allow_hyphen_values = true)]
     pub up: DVec3,
     /// Vertical field of view for --eye, in degrees
-    #[arg(long, value_name = "DEGREES", requires = "eye", default_value_t = 45.0, value_parser = degrees, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", requires = "eye", default_value_t = 45.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n > 0.0 && n < 180.0, "write degrees between 0 and 180"))]
     pub fov: f64,
     /// The file's scene to load; by default the one that the file names
     #[arg(long, value_name = "NAME|INDEX")]
@@ -74,7 +75,8 @@ pub struct SceneArgs {
     #[arg(long, value_name = "NAME|INDEX")]
     pub animation: Option<String>,
     /// The time within the animation, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub time: f64,
     /// Constant radiance of everything beyond the scene, seen and lighting
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
@@ -138,8 +140,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
     /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = stops)]
-    pub exposure: Option<f32>,
+    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
+    pub exposure: Option<f64>,
     /// Time N frames of the same image, each made anew, after warming up, and write the last
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
@@ -150,7 +153,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
     /// Frames per second for --frames
-    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, value_parser = rate, allow_negative_numbers = true)]
+    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n > 0.0, "write frames per second, finite and above 0"))]
     pub fps: f64,
     /// Print what each pass took
     #[arg(long)]
@@ -219,51 +223,34 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
         .ok_or_else(|| format!("write WIDTHxHEIGHT, each from 1 to {MAX_SIDE}, such as 1280x720"))
 }
 
-fn point(text: &str) -> Result<DVec3, String> {
-    let values: Option<Vec<f64>> = text.split(',').map(|s| number(s.trim(), |_| true)).collect();
-    let point = values.and_then(|values| <[f64; 3]>::try_from(values).ok()).map(DVec3::from_array);
-    point.ok_or_else(|| "write three finite numbers separated by commas, such as 0,1.5,-3".into())
+fn point(text: &str) -> Result<DVec3, &'static str> {
+    let write = "write three finite numbers separated by commas, such as 0,1.5,-3";
+    let values = text.split(',').map(|s| number(|_| true, write)(s.trim())).collect::<Result<Vec<_>, _>>()?;
+    values.try_into().map(DVec3::from_array).map_err(|_| write)
 }
 
-fn radiance(text: &str) -> Result<Vec3, String> {
+fn radiance(text: &str) -> Result<Vec3, &'static str> {
     let color = point(text).ok().map(|color| color.as_vec3()).filter(|c| c.is_finite() && c.min_element() >= 0.0);
-    color.ok_or_else(|| "write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5".into())
+    color.ok_or("write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5")
 }
 
-/// A finite number, if it fits.
-fn number(text: &str, fits: impl Fn(f64) -> bool) -> Option<f64> {
-    text.parse().ok().filter(|n: &f64| n.is_finite() && fits(*n))
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    number(text, |n| n >= 0.0).ok_or_else(|| "write seconds, finite and at least 0".into())
-}
-
-fn degrees(text: &str) -> Result<f64, String> {
-    number(text, |n| n > 0.0 && n < 180.0).ok_or_else(|| "write degrees between 0 and 180".into())
-}
-
-fn stops(text: &str) -> Result<f32, String> {
-    number(text, |n| n.abs() <= 60.0).map(|n| n as f32).ok_or_else(|| "write stops between -60 and 60".into())
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    number(text, |n| n > 0.0).ok_or_else(|| "write frames per second, finite and above 0".into())
-}
-
-/// A limit on a metric.
-pub fn limit(text: &str) -> Result<f64, String> {
-    number(text, |n| n >= 0.0).ok_or_else(|| "write a number, at least 0".into())
+/// Reads a finite number that fits; `write` says what else to write.
+pub fn number(
+    fits: fn(f64) -> bool,
+    write: &'static str,
+) -> impl Fn(&str) -> Result<f64, &'static str> + Clone + Send + Sync {
+    move |text| text.parse().ok().filter(|n: &f64| n.is_finite() && fits(*n)).ok_or(write)
 }
 
 /// A percentage, as a share.
-pub fn percent(text: &str) -> Result<f64, String> {
-    number(text, |n| n > 0.0).map(|n| n / 100.0).ok_or_else(|| "write a percentage above 0".into())
+pub fn percent(text: &str) -> Result<f64, &'static str> {
+    number(|n| n > 0.0, "write a percentage above 0")(text).map(|n| n / 100.0)
 }
 
-pub fn minutes(text: &str) -> Result<Duration, String> {
-    let duration = number(text, |n| n > 0.0).and_then(|n| Duration::try_from_secs_f64(60.0 * n).ok());
-    duration.filter(|d| !d.is_zero()).ok_or_else(|| "write a number of minutes above 0".into())
+pub fn minutes(text: &str) -> Result<Duration, &'static str> {
+    let write = "write a number of minutes above 0";
+    let duration = Duration::try_from_secs_f64(60.0 * number(|n| n > 0.0, write)(text)?).ok();
+    duration.filter(|d| !d.is_zero()).ok_or(write)
 }
 
 pub fn memory_size(text: &str) -> Result<u64, String> {

@@ -1,6 +1,7 @@
 //! What `chart` and `study` share: scenes are opened, references made, missing rows measured and kept, and a folder written.
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -20,7 +21,7 @@ use twobounce::{Error, Result};
 use super::args::{DeviceArgs, SceneArgs, memory_size, minutes, percent};
 use super::counter::Counter;
 use super::reference::{check_memory, traced};
-use super::{Outcome, interrupt, out};
+use super::{interrupt, out};
 use crate::say;
 
 /// How rows are made, whichever they are.
@@ -64,7 +65,7 @@ struct PlannedRow<'a> {
 impl Bench<'_> {
     /// Measures what is missing, writes the folder's files anew, has `write` do what else is to be done with a chart that
     /// has any row, and says what is missing.
-    pub fn run(&self, write: impl FnOnce(&Chart) -> Result<()>) -> anyhow::Result<Outcome> {
+    pub fn run(&self, write: impl FnOnce(&Chart) -> Result<()>) -> anyhow::Result<ExitCode> {
         self.scene.check()?;
         check_memory(self.scene.size)?;
         let store = Store::open(self.folder, self.args.any_build)?;
@@ -113,7 +114,7 @@ impl Bench<'_> {
         interrupt::check().inspect_err(|_| {
             out::complain(&format!("{there} of {planned} rows are kept; the same command goes on from there"));
         })?;
-        Ok(Outcome::Done)
+        Ok(ExitCode::SUCCESS)
     }
 
     /// Opens the scenes, without references yet.

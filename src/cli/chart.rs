@@ -1,13 +1,13 @@
 //! `twobounce chart`: many settings on some scenes, and the page, the SVG and the rows that show what each is worth.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::plan::{Base, Trial, sweep, trials};
 use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
-use super::Outcome;
 use super::args::{SceneArgs, SettingsArgs};
 use super::bench::{Bench, BenchArgs};
 
@@ -41,7 +41,7 @@ pub struct ChartArgs {
 }
 
 /// Measures what is missing and writes the chart anew.
-pub fn run(args: &ChartArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [&[args.scene.path.clone()], &args.more[..]].concat();
     let bench = Bench { scene: &args.scene, paths, trials: args.trials()?, folder: &args.output, args: &args.bench };
     bench.run(|_| Ok(()))

@@ -1,18 +1,18 @@
 //! `twobounce compare`: an image against its reference, as numbers, as a picture, and as an exit code.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use serde::Serialize;
 use twobounce::layers::Layers;
 use twobounce::measure::metrics::{self, Comparison, Metrics};
-use twobounce::measure::picture;
+use twobounce::measure::picture::side_by_side;
 use twobounce::output::file;
 use twobounce::{Error, Result};
 
-use super::Outcome;
-use super::args::limit;
+use super::args::number;
+use super::outputs;
 use crate::say;
 
 /// Version of the JSON report.
@@ -41,37 +41,62 @@ pub struct CompareArgs {
 /// Above any of these the exit code is 1.
 #[derive(Debug)]
 pub struct Limits {
-    /// The limits given, by (part, metric).
-    metrics: BTreeMap<(&'static str, &'static str), f64>,
+    /// Metrics and their limits.
+    metrics: Vec<(Metric, f64)>,
     nonfinite: Option<usize>,
 }
 
-/// What can be limited: parts of the light, and their metrics.
-fn limited() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let of_part = |part| Metrics::NAMES.into_iter().map(move |metric| (part, metric));
-    of_part("total").chain([("total", "flip")]).chain(of_part("indirect")).chain(of_part("indirect_diffuse"))
+/// A metric of a part of the light.
+#[derive(Clone, Copy, Debug)]
+struct Metric {
+    part: &'static str,
+    name: &'static str,
 }
 
-/// A metric in words, such as `rel` or `indirect rel`.
-fn words((part, metric): (&str, &str)) -> String {
-    if part == "total" { metric.to_owned() } else { format!("{part} {metric}") }
-}
+impl Metric {
+    /// Every metric that can be limited.
+    fn all() -> impl Iterator<Item = Self> {
+        let of = |part| Metrics::NAMES.into_iter().map(move |name| Self { part, name });
+        of("total").chain([Self { part: "total", name: "flip" }]).chain(of("indirect")).chain(of("indirect_diffuse"))
+    }
 
-fn flag(of: (&str, &str)) -> String {
-    format!("max-{}", words(of).replace([' ', '_'], "-"))
+    /// Such as `rel` or `indirect rel`.
+    fn words(self) -> String {
+        if self.part == "total" { self.name.to_owned() } else { format!("{} {}", self.part, self.name) }
+    }
+
+    fn flag(self) -> String {
+        format!("max-{}", self.words().replace([' ', '_'], "-"))
+    }
+
+    /// The number that is limited.
+    fn of(self, comparison: &Comparison) -> Result<f64> {
+        let metrics = match self.part {
+            "indirect" => comparison.indirect.ok_or(format!("{NO_DIRECT}; render them with --aov direct")),
+            "indirect_diffuse" => comparison
+                .indirect_diffuse
+                .ok_or(format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse")),
+            _ => Ok(comparison.total),
+        };
+        let metrics = metrics.map_err(|needs| Error::Usage(format!("a limit on {} {needs}", self.part)))?;
+        let place = Metrics::NAMES.iter().position(|name| *name == self.name);
+        let value = place.map_or(comparison.flip, |place| metrics.values()[place]);
+        Ok(if self.name == "energy" { (value - 1.0).abs() } else { value })
+    }
 }
 
 impl Args for Limits {
     fn augment_args(command: Command) -> Command {
-        let arg = |of: (&str, &str)| {
-            let above = if of.1 == "energy" { "is further than this from 1" } else { "is above this" };
-            let help = format!("Exit with 1 if {} {above}", words(of));
-            Arg::new(flag(of)).long(flag(of)).value_name("X").value_parser(limit).help(help)
+        let limit = number(|x| x >= 0.0, "write a number, at least 0");
+        let arg = |metric: Metric| {
+            let above = if metric.name == "energy" { "is further than this from 1" } else { "is above this" };
+            let help = format!("Exit with 1 if {} {above}", metric.words());
+            Arg::new(metric.flag()).long(metric.flag()).value_name("X").value_parser(limit.clone()).help(help)
         };
         let help =
             "Exit with 1 if more values of the image than this are NaN or infinite [default: 0 with any other limit]";
         let nonfinite = Arg::new("max-nonfinite").long("max-nonfinite").value_name("N");
-        command.args(limited().map(arg)).arg(nonfinite.value_parser(value_parser!(usize)).help(help))
+        command.args(Metric::all().map(arg)).arg(nonfinite.value_parser(value_parser!(usize)).help(help))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -81,11 +106,9 @@ impl Args for Limits {
 
 impl FromArgMatches for Limits {
     fn from_arg_matches(matches: &ArgMatches) -> std::result::Result<Self, clap::Error> {
-        let given = |of| Some((of, *matches.get_one(&flag(of))?));
-        Ok(Self {
-            metrics: limited().filter_map(given).collect(),
-            nonfinite: matches.get_one("max-nonfinite").copied(),
-        })
+        let given = |metric: Metric| Some((metric, *matches.get_one(&metric.flag())?));
+        let nonfinite = matches.get_one("max-nonfinite").copied();
+        Ok(Self { metrics: Metric::all().filter_map(given).collect(), nonfinite })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> std::result::Result<(), clap::Error> {
@@ -109,8 +132,12 @@ struct Report<'a> {
 }
 
 /// Compares, prints, writes what is asked for.
-pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
-    check_targets(args)?;
+pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
+    let picture = args.out.as_ref().map(|folder| folder.join(PICTURE));
+    outputs::check(&[Some(&args.image), Some(&args.reference), picture.as_ref()], &[args.json.as_ref()])?;
+    if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
+        return Err(Error::file(folder, "is a file; --out takes a folder").into());
+    }
     let (image, _) = Layers::read_exr(&args.image)?;
     let (reference, _) = Layers::read_exr(&args.reference)?;
     let comparison = metrics::compare(&image, &reference).map_err(|error| match error {
@@ -119,9 +146,9 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
     })?;
     let exceeded = args.limits.exceeded(&comparison)?;
     print(&comparison);
-    if let Some(folder) = &args.out {
+    if let Some((folder, path)) = args.out.as_ref().zip(picture) {
         file::create_folder(folder)?;
-        file::write(&folder.join(PICTURE), &picture::side_by_side(&image, &reference, &comparison)?)?;
+        file::write(&path, &side_by_side(&image, &reference, &comparison)?)?;
     }
     if let Some(path) = &args.json {
         let CompareArgs { image: image_path, reference, .. } = args;
@@ -131,7 +158,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
         file::write_json(path, &report)?;
     }
     exceeded.iter().for_each(|sentence| say!("{sentence}"));
-    Ok(if exceeded.is_empty() { Outcome::Done } else { Outcome::Exceeded })
+    Ok(ExitCode::from(u8::from(!exceeded.is_empty())))
 }
 
 /// What the parts of the light need of the files.
@@ -140,22 +167,6 @@ const NO_DIFFUSE: &str = "needs the diffuse layer in the reference, and lit pixe
 
 /// What --out holds.
 const PICTURE: &str = "compare.png";
-
-fn check_targets(args: &CompareArgs) -> Result<()> {
-    if let Some(folder) = args.out.as_ref().filter(|f| f.exists() && !f.is_dir()) {
-        return Err(Error::file(folder, "is a file; --out takes a folder"));
-    }
-    match &args.json {
-        Some(path) if [&args.image, &args.reference].iter().any(|input| file::is_same(path, input)) => {
-            Err(Error::file(path, "is read and written by the same command; name another file for --json"))
-        }
-        Some(path) if args.out.as_ref().is_some_and(|out| file::is_same(path, &out.join(PICTURE))) => {
-            Err(Error::file(path, "is the picture of --out; name another file for --json"))
-        }
-        Some(path) => file::check_writable(path),
-        None => Ok(()),
-    }
-}
 
 fn print(comparison: &Comparison) {
     say!("{:>16} {:>9} {:>9} {:>9} {:>9} {:>9}", "", "energy", "rel", "relmse", "p95", "flip");
@@ -183,13 +194,11 @@ impl Limits {
     /// One sentence per limit that does not hold.
     fn exceeded(&self, comparison: &Comparison) -> Result<Vec<String>> {
         let mut sentences = Vec::new();
-        for (of, limit) in limited().filter_map(|of| Some((of, *self.metrics.get(&of)?))) {
-            let (name, value) = match of.1 {
-                "energy" => (words(of) + "'s distance from 1", (value(comparison, of)? - 1.0).abs()),
-                _ => (words(of), value(comparison, of)?),
-            };
-            if value > limit {
-                sentences.push(format!("{name} is {value:.6}, above {limit}"));
+        for (metric, limit) in &self.metrics {
+            let value = metric.of(comparison)?;
+            if value > *limit {
+                let distance = if metric.name == "energy" { "'s distance from 1" } else { "" };
+                sentences.push(format!("{}{distance} is {value:.6}, above {limit}", metric.words()));
             }
         }
         let nonfinite = comparison.image.count();
@@ -199,20 +208,4 @@ impl Limits {
         }
         Ok(sentences)
     }
-}
-
-/// The metric of a part of the light.
-fn value(comparison: &Comparison, (part, metric): (&str, &str)) -> Result<f64> {
-    let needs = |what: String| Error::Usage(format!("a limit on {part} {what}"));
-    let metrics = match part {
-        "indirect" => {
-            comparison.indirect.ok_or_else(|| needs(format!("{NO_DIRECT}; render them with --aov direct")))?
-        }
-        "indirect_diffuse" => comparison
-            .indirect_diffuse
-            .ok_or_else(|| needs(format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse")))?,
-        _ => comparison.total,
-    };
-    let place = Metrics::NAMES.iter().position(|name| *name == metric);
-    Ok(place.map_or(comparison.flip, |place| metrics.values()[place]))
 }

@@ -1,18 +1,19 @@
 //! `twobounce info`: every Vulkan device, what twobounce needs of it, what is missing, and the limits that matter.
 
+use std::process::ExitCode;
+
 use serde_json::{Value, json};
 use twobounce::measure::timing::short_bytes;
 use twobounce::vk::{self, DeviceReport};
 
-use super::Outcome;
 use super::args::InfoArgs;
 
 /// Prints the list; fails when there is no loader or no device.
-pub fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let devices = vk::devices()?;
     let text = if args.json { json(&devices) } else { text(&devices) };
     super::out::write(&text);
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 fn text(devices: &[DeviceReport]) -> String {
@@ -38,7 +39,13 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         text += &format!("     {mark} {}\n", need.name);
     }
     text += "   limits:\n";
-    for Limit { words, text: value, .. } in limits(device) {
+    for (key, words, value) in limits(device) {
+        let value = match &value {
+            Value::Array(counts) => counts.iter().map(Value::to_string).collect::<Vec<_>>().join(", "),
+            bytes if key.ends_with("_bytes") => short_bytes(bytes.as_u64().unwrap_or(0)),
+            _ if key.ends_with("_ns") => format!("{} ns", device.limits.timestamp_period),
+            count => count.to_string(),
+        };
         text += &format!("     {words:44} {value}\n");
     }
     text += "   memory:\n";
@@ -50,40 +57,21 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
     text
 }
 
-/// A limit of a device: its key and value in JSON, and the same for people.
-struct Limit {
-    key: &'static str,
-    value: Value,
-    words: &'static str,
-    text: String,
-}
-
-fn limits(device: &DeviceReport) -> Vec<Limit> {
+/// The limits that matter: key, words, and value in the unit that ends the key.
+fn limits(device: &DeviceReport) -> [(&'static str, &'static str, Value); 11] {
     let limits = &device.limits;
-    let bytes = |key, words, bytes: u64| Limit { key, words, value: bytes.into(), text: short_bytes(bytes) };
-    let count = |key, words, count: u32| Limit { key, words, value: count.into(), text: count.to_string() };
-    let samples = |key, words, samples: &[u32]| {
-        let text = samples.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
-        Limit { key, words, value: samples.into(), text }
-    };
-    let period = limits.timestamp_period;
-    vec![
-        bytes("storage_buffer_bytes", "storage buffer, at most", limits.max_storage_buffer_range.into()),
-        bytes("allocation_bytes", "single allocation, at most", device.max_allocation_bytes),
-        count("image_side_2d", "side of a 2D image, at most", limits.max_image_dimension2_d),
-        count("image_side_3d", "side of a 3D image, at most", limits.max_image_dimension3_d),
-        count("image_layers", "layers of an image, at most", limits.max_image_array_layers),
-        count("framebuffer_layers", "layers of a framebuffer, at most", limits.max_framebuffer_layers),
-        count("color_attachments", "colour attachments, at most", limits.max_color_attachments),
-        count("push_descriptors", "push descriptors, at most", device.max_push_descriptors),
-        samples("rgba32f_samples", "samples per pixel of an RGBA32F colour image", &device.color_samples),
-        samples("d32f_samples", "samples per pixel of a D32F depth image", &device.depth_samples),
-        Limit {
-            key: "timestamp_period_ns",
-            words: "timestamp period",
-            value: json!(period),
-            text: format!("{period} ns"),
-        },
+    [
+        ("storage_buffer_bytes", "storage buffer, at most", limits.max_storage_buffer_range.into()),
+        ("allocation_bytes", "single allocation, at most", device.max_allocation_bytes.into()),
+        ("image_side_2d", "side of a 2D image, at most", limits.max_image_dimension2_d.into()),
+        ("image_side_3d", "side of a 3D image, at most", limits.max_image_dimension3_d.into()),
+        ("image_layers", "layers of an image, at most", limits.max_image_array_layers.into()),
+        ("framebuffer_layers", "layers of a framebuffer, at most", limits.max_framebuffer_layers.into()),
+        ("color_attachments", "colour attachments, at most", limits.max_color_attachments.into()),
+        ("push_descriptors", "push descriptors, at most", device.max_push_descriptors.into()),
+        ("rgba32f_samples", "samples per pixel of an RGBA32F colour image", device.color_samples.clone().into()),
+        ("d32f_samples", "samples per pixel of a D32F depth image", device.depth_samples.clone().into()),
+        ("timestamp_period_ns", "timestamp period", limits.timestamp_period.into()),
     ]
 }
 
@@ -95,7 +83,7 @@ fn json(devices: &[DeviceReport]) -> String {
 fn device_json(index: usize, device: &DeviceReport) -> Value {
     let (major, minor, patch) = device.api_version;
     let limits: serde_json::Map<_, _> =
-        limits(device).into_iter().map(|limit| (limit.key.to_owned(), limit.value)).collect();
+        limits(device).into_iter().map(|(key, _, value)| (key.to_owned(), value)).collect();
     let needs: serde_json::Map<_, _> =
         device.needs.iter().map(|need| (need.name.clone(), Value::Bool(need.present))).collect();
     let heap = |(heap, (bytes, local)): (usize, &(u64, bool))| {

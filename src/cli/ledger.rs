@@ -1,6 +1,7 @@
 //! `twobounce ledger`: measures every row of the ledger and writes `docs/ledger.md`.
 
 use std::collections::BTreeMap;
+use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -17,12 +18,12 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::LedgerArgs;
-use super::{Outcome, interrupt, out};
+use super::{interrupt, out};
 
 /// Pixels a side of a furnace's image: every pixel should be the same.
 const FURNACE_PIXELS: u32 = 48;
 
-pub fn run(args: &LedgerArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     interrupt::install()?;
     file::check_writable(&args.output)?;
     let context = args.device.open(args.size)?;
@@ -52,7 +53,7 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<Outcome> {
         }
     }
     file::write(&args.output, document(&measured).as_bytes())?;
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 type Pixels = Vec<[f32; 3]>;

@@ -30,22 +30,6 @@ use clap::error::ErrorKind;
 
 use args::{Cli, Command};
 
-/// How a command that did not fail ended.
-pub enum Outcome {
-    Done,
-    /// A threshold was exceeded: exit code 1.
-    Exceeded,
-}
-
-impl From<Outcome> for ExitCode {
-    fn from(outcome: Outcome) -> Self {
-        match outcome {
-            Outcome::Done => Self::SUCCESS,
-            Outcome::Exceeded => Self::from(1),
-        }
-    }
-}
-
 /// The typed arguments, or the exit code after help, version or a mistake was reported.
 pub fn parse() -> Result<Cli, ExitCode> {
     Cli::try_parse().map_err(|error| match error.kind() {
@@ -64,8 +48,8 @@ pub fn parse() -> Result<Cli, ExitCode> {
     })
 }
 
-/// Runs one subcommand.
-pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
+/// Runs one subcommand; the exit code of a command that did not fail.
+pub fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     match &cli.command {
         Command::Ledger(args) => ledger::run(args),
         Command::MakeAssets(args) => make_assets::run(args),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use twobounce::output::file;
 use twobounce::{Error, Result};
 
-use super::args::{RenderArgs, SceneArgs, SettingsArgs};
+use super::args::RenderArgs;
 
 /// Where the images of a render go.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,24 +24,18 @@ struct Number {
     after: String,
 }
 
-/// Every file to be written can be, is no input, and is written once.
-pub fn check<'a>(
-    outputs: impl IntoIterator<Item = &'a PathBuf>,
-    scene: &SceneArgs,
-    settings: &SettingsArgs,
-) -> Result<()> {
-    let mut others: Vec<&Path> = Vec::new();
-    for output in outputs {
-        let mut inputs = [Some(&scene.path), settings.config.as_ref()].into_iter().flatten();
-        if inputs.any(|input| file::is_same(output, input)) {
+/// Every file to be written, where one is named, can be, is no input, and is written once.
+pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Result<()> {
+    for (i, output) in outputs.iter().enumerate().filter_map(|(i, output)| Some((i, (*output)?))) {
+        let is_among = |files: &[Option<&PathBuf>]| files.iter().flatten().any(|file| file::is_same(output, file));
+        if is_among(inputs) {
             return Err(Error::file(output, "is read and written by the same command; name another output"));
         }
         // A pipe or a device takes several.
-        if others.iter().any(|other| file::is_same(output, other)) && (output.is_file() || !output.exists()) {
+        if is_among(&outputs[..i]) && (output.is_file() || !output.exists()) {
             return Err(Error::file(output, "is named as two outputs; name them apart"));
         }
         file::check_writable(output)?;
-        others.push(output);
     }
     Ok(())
 }

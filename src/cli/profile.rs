@@ -1,6 +1,7 @@
 //! `twobounce profile`: what a frame costs, per pass and per thing, and how it grows.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::Args;
 use serde::Serialize;
@@ -13,7 +14,7 @@ use twobounce::profile::{Subject, plot};
 
 use super::args::{RunArgs, SceneArgs, SettingsArgs};
 use super::report::{self, RenderReport};
-use super::{Outcome, interrupt, out, outputs};
+use super::{interrupt, out, outputs};
 use crate::say;
 
 /// Version of the JSON form; it grows when a key changes its name, its unit or its meaning.
@@ -56,10 +57,11 @@ struct ProfileReport {
 }
 
 /// Profiles what the arguments ask for.
-pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
-    outputs::check([&args.json, &args.plot].into_iter().flatten(), &args.scene, &args.settings)?;
+    let inputs = [Some(&args.scene.path), args.settings.config.as_ref()];
+    outputs::check(&inputs, &[args.json.as_ref(), args.plot.as_ref()])?;
     interrupt::install()?;
     let (opened, context) = args.scene.open_on(&args.run.device)?;
     let (scene, size, (pose, view)) = (&opened.scene, opened.size, opened.at_time());
@@ -100,7 +102,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
         file::write_json(path, &ProfileReport { version: VERSION, render, copy, costs, growth })?;
         say!("wrote {}", path.display());
     }
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! `twobounce reference`: a path-traced image to measure others against.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::Mutex;
 use std::time::Instant;
 
@@ -15,7 +16,7 @@ use twobounce::scene::{Pose, Scene, View};
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
-use super::{Outcome, interrupt, out};
+use super::{interrupt, out};
 use crate::say;
 
 #[derive(Args, Debug)]
@@ -51,7 +52,7 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
 }
 
 /// Renders, or takes what earlier calls finished, and writes the image.
-pub fn run(args: &ReferenceArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     args.scene.check()?;
     if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         let text = "is no .exr; a reference holds linear radiance, name it something.exr";
@@ -84,7 +85,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Outcome> {
     ]);
     film.layers(&args.aov).write_exr(&args.output, &header)?;
     report(args, &film, &traced);
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Refuses a film that does not fit into memory.

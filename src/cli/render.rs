@@ -1,5 +1,6 @@
 //! `twobounce render`: from a checked command line to images and reports.
 
+use std::process::ExitCode;
 use std::sync::Arc;
 
 use twobounce::Result;
@@ -19,17 +20,17 @@ use super::args::RenderArgs;
 use super::outputs::{self, Images};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
-use super::{Outcome, interrupt, out};
+use super::{interrupt, out};
 use crate::say;
 
 /// Renders what the arguments ask for.
-pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
     let images = Images::of(args)?;
     let image = images.path(0);
-    let files = [Some(&image), args.json.as_ref(), args.trace.as_ref()];
-    outputs::check(files.into_iter().flatten(), &args.scene, &args.settings)?;
+    let inputs = [Some(&args.scene.path), args.settings.config.as_ref()];
+    outputs::check(&inputs, &[Some(&image), args.json.as_ref(), args.trace.as_ref()])?;
     interrupt::install()?;
     let (opened, context) = args.scene.open_on(&args.run.device)?;
     let header = opened.header([
@@ -40,7 +41,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         ("driver", context.driver.clone()),
     ]);
     let mut report = RenderReport::new(&opened, &settings, &context);
-    report.exposure_ev = args.exposure;
+    report.exposure_ev = args.exposure.map(|ev| ev as f32);
     let aovs = Aov::ALL.iter().filter(|aov| args.aov.contains(aov)).copied().collect();
     let options = RenderOptions { aovs, ..opened.run_options(&args.run) };
     let (pose, _) = opened.at_time();
@@ -63,7 +64,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         }
     }
     studio.finish()?;
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Everything that stands ready while frames are made.

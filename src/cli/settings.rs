@@ -1,9 +1,10 @@
 //! `twobounce settings`: every key, or the sum of `--preset`, `--config` and `--set`.
 
+use std::process::ExitCode;
+
 use twobounce::settings::{PRESETS, Settings, markdown};
 use twobounce::{Error, Result};
 
-use super::Outcome;
 use super::args::{SettingsArgs, SettingsCommandArgs};
 use crate::say;
 
@@ -32,7 +33,7 @@ impl SettingsArgs {
 }
 
 /// Prints the list in the form asked for.
-pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     if args.markdown {
         super::out::write(&markdown());
@@ -41,7 +42,7 @@ pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<Outcome> {
     } else {
         list(&settings, args.all);
     }
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 fn list(settings: &Settings, all: bool) {

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::export::Chart;
@@ -10,7 +11,6 @@ use twobounce::chart::svg;
 use twobounce::output::file;
 use twobounce::{Error, Result};
 
-use super::Outcome;
 use super::args::{SceneArgs, size};
 use super::bench::{Bench, BenchArgs};
 use crate::say;
@@ -38,7 +38,7 @@ pub struct StudyArgs {
     pub bench: BenchArgs,
 }
 
-pub fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let lines = lines(&args.sets)?;
     kept(&args.output)?; // before anything is measured
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };

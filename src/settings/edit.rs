@@ -1,5 +1,7 @@
 //! Presets, files and single keys, merged and checked key by key, so that every message names the key at fault.
 
+use std::collections::BTreeMap;
+
 use toml::{Table, Value};
 
 use super::{Key, PRESETS, Range, Settings, keys, renamed};
@@ -27,9 +29,8 @@ impl Settings {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             usage(format!("line {line} is not valid TOML: {}", e.message().trim()))
         })?;
-        let mut leaves = Vec::new();
-        flatten("", &table, &mut leaves)?;
-        self.replace(&leaves)
+        let leaves = leaves("", &table).into_iter();
+        self.replace(&leaves.map(|(name, value)| Ok((known(&name)?, value))).collect::<Result<Vec<_>>>()?)
     }
 
     /// Takes one `key=value`, as from `--set`.
@@ -82,21 +83,23 @@ impl Settings {
 
     /// Every key and its value.
     fn all_values(&self) -> Vec<(&'static Key, Value)> {
-        let tree = self.tree();
-        keys().iter().filter_map(|key| Some((key, find(&tree, key.name)?.clone()))).collect()
+        let mut leaves = self.leaves();
+        keys().iter().filter_map(|key| Some((key, leaves.remove(key.name)?))).collect()
     }
 
-    fn tree(&self) -> Table {
-        Table::try_from(self).expect("settings are plain data, which TOML can hold")
+    fn leaves(&self) -> BTreeMap<String, Value> {
+        let tree = Table::try_from(self).expect("settings are plain data, which TOML can hold");
+        leaves("", &tree).into_iter().collect()
     }
 
     /// Puts checked values into the tree.
-    fn replace(&mut self, leaves: &[(&Key, Value)]) -> Result<()> {
-        let mut tree = self.tree();
-        for (key, value) in leaves {
-            insert(&mut tree, key.name, check(key, value)?);
+    fn replace(&mut self, changed: &[(&Key, Value)]) -> Result<()> {
+        let mut leaves = self.leaves();
+        for (key, value) in changed {
+            leaves.insert(key.name.to_owned(), check(key, value)?);
         }
-        *self = tree.try_into().map_err(|e: toml::de::Error| usage(e.message().to_owned()))?;
+        let text: String = leaves.iter().map(|(name, value)| format!("{name} = {value}\n")).collect();
+        *self = toml::from_str(&text).map_err(|e| usage(e.message().to_owned()))?;
         Ok(())
     }
 }
@@ -105,40 +108,13 @@ fn usage(sentence: String) -> Error {
     Error::Usage(sentence)
 }
 
-/// Lists the leaves of a table by their dotted names.
-fn flatten(prefix: &str, table: &Table, leaves: &mut Vec<(&'static Key, Value)>) -> Result<()> {
-    for (name, value) in table {
-        let name = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
-        match value {
-            Value::Table(inner)
-                if keys().iter().any(|k| k.name.starts_with(&format!("{name}."))) || renamed::was_table(&name) =>
-            {
-                flatten(&name, inner, leaves)?;
-            }
-            _ => leaves.push((known(&name)?, value.clone())),
-        }
-    }
-    Ok(())
-}
-
-fn find<'a>(tree: &'a Table, name: &str) -> Option<&'a Value> {
-    match name.split_once('.') {
-        Some((group, rest)) => find(tree.get(group)?.as_table()?, rest),
-        None => tree.get(name),
-    }
-}
-
-fn insert(tree: &mut Table, name: &str, value: Value) {
-    match name.split_once('.') {
-        Some((group, rest)) => {
-            if let Some(Value::Table(inner)) = tree.get_mut(group) {
-                insert(inner, rest, value);
-            }
-        }
-        None => {
-            tree.insert(name.to_owned(), value);
-        }
-    }
+/// The leaves of a table by their dotted names.
+fn leaves(prefix: &str, table: &Table) -> Vec<(String, Value)> {
+    let below = |(name, value): (&String, &Value)| match value {
+        Value::Table(inner) => leaves(&format!("{prefix}{name}."), inner),
+        _ => vec![(format!("{prefix}{name}"), value.clone())],
+    };
+    table.iter().flat_map(below).collect()
 }
 
 /// The key called `name`, or the nearest ones.

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use super::{Bounces, DirectLight, GatherResolution, LampLight, Shadows};
+use super::{Bounces, GridSettings, ImageSettings, LightSettings};
 use crate::gi::{self, Method};
 
 /// What `twobounce settings` says about one setting.
@@ -92,8 +92,36 @@ pub(crate) const fn rare(key: Key) -> Key {
     Key { rare: true, ..key }
 }
 
-/// What every method shares.
-const SHARED: &[Key] = &[
+/// A table of settings: each field with its type, its default, and what [`Key`] says of it.
+macro_rules! table {
+    ($(#[$doc:meta])* $name:ident as $table:literal {$(
+        $(#[$field_attribute:meta])*
+        $field:ident: $type:ty = $default:expr, in $unit:literal $($rare:ident)?, $range:expr;
+        $meaning:literal;
+        $cost:literal;
+    )+}) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name { $(#[doc = $meaning] $(#[$field_attribute])* pub $field: $type),+ }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default),+ }
+            }
+        }
+
+        impl $name {
+            pub(super) const KEYS: &[Key] = &[
+                $($($rare)?(key(concat!($table, ".", stringify!($field)), $unit, $range, $meaning, $cost))),+
+            ];
+        }
+    };
+}
+pub(super) use table;
+
+/// What every method shares and no table holds.
+const TOP: &[Key] = &[
     key(
         "method",
         "method",
@@ -116,82 +144,12 @@ const SHARED: &[Key] = &[
          less than 0.1 % of the light, 32 times at most",
         "2 adds a volume and, mostly, its shading; all: both volumes gather, 2 bounces a frame",
     ),
-    key(
-        "grid.center",
-        "metres",
-        Range::PointOrAuto(1e9),
-        "centre of the cube that the grid fills; auto: of the scene's bounds",
-        "nothing",
-    ),
-    key(
-        "grid.side",
-        "metres",
-        Range::NumberOrAuto(1e-6, 1e9),
-        "side of that cube; auto: the scene's longest side and the margin",
-        "nothing; larger: coarser voxels",
-    ),
-    rare(key("grid.margin", "voxels", Range::Number(0.0, 7.0), "empty border when the side is auto", "coarser voxels")),
-    key(
-        "lights.shadows",
-        "choice",
-        names!(Shadows),
-        "how lights are occluded: not at all, by the method's own means (the talk's shadow cones), or by exact rays",
-        "a ray or a cone per light, pixel and shaded voxel side",
-    ),
-    key(
-        "lights.shadow_rays",
-        "rays",
-        Range::Whole(1, 64),
-        "rays to every light with a radius: 1 casts hard shadows, more cast penumbrae, with noise in them alone",
-        "a ray each per sample of the image and voxel side, where a light has a radius",
-    ),
-    key(
-        "lights.lamps",
-        "choice",
-        names!(LampLight),
-        "how emissive surfaces light the scene: gathered by the method alone, or sampled as area lights with exact shadows",
-        "sampled: lamp_points rays per pixel, voxel_lamp_points per voxel side",
-    ),
-    key(
-        "lights.lamp_points",
-        "points",
-        Range::Whole(1, 256),
-        "points on lamps per pixel; noise only in penumbrae, and where there are more lamps than points",
-        "a ray each",
-    ),
-    key("lights.voxel_lamp_points", "points", Range::Whole(1, 256), "points on lamps per voxel side", "a ray each"),
-    key(
-        "image.samples",
-        "samples per pixel",
-        Range::OneOf(&[1, 4]),
-        "samples for the edges of surfaces; the method is asked once per pixel and surface",
-        "4: colour and depth ×4 in memory, direct light up to ×4",
-    ),
-    key(
-        "image.direct",
-        "choice",
-        names!(DirectLight),
-        "where direct light and its shadows are found: at every sample, or once per pixel and surface",
-        "samples: up to image.samples shadow rays per pixel and light",
-    ),
-    key(
-        "image.gather_resolution",
-        "choice",
-        names!(GatherResolution),
-        "where diffuse light is gathered: at every pixel, or at every second or fourth and brought up by depth and normals",
-        "half: a quarter of the gathers, and a second draw of the triangles",
-    ),
-    key(
-        "image.interleave",
-        "pixels",
-        Range::OneOf(&[1, 2, 4]),
-        "in squares of so many gathered pixels (and voxels) each has directions of its own; neighbours share what they find \
-         where depth and normals agree",
-        "a filter of (n + 1)² texels; fewer directions per pixel give the same light",
-    ),
 ];
 
-static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| SHARED.iter().chain(gi::tables_keys()).copied().collect());
+static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
+    let shared = [TOP, GridSettings::KEYS, LightSettings::KEYS, ImageSettings::KEYS].into_iter().flatten();
+    shared.chain(gi::tables_keys()).copied().collect()
+});
 
 /// Every setting, in the order of the tree: what all methods share, then one table per method.
 pub fn keys() -> &'static [Key] {

@@ -36,11 +36,6 @@ const RENAMED: &[(&str, &str)] = &[
     ("ledger.d24", "nothing: no image shows the row's difference"),
 ];
 
-/// Whether settings once stood in a table called `name`.
-pub fn was_table(name: &str) -> bool {
-    ["shade", "shadow", "start", "volume", "ledger"].contains(&name)
-}
-
 /// The sentence about the setting that was once called `name`.
 pub fn sentence(name: &str) -> Option<String> {
     let moved = [("volume.", "grid."), ("start.", "cones.start."), ("ledger.", "cones.ledger.")];

@@ -3,14 +3,6 @@
 use crate::settings::{Key, Range, Settings};
 use crate::{Error, Result};
 
-/// Settings to start from.
-#[derive(Clone, Debug)]
-pub struct Base {
-    /// The preset's name.
-    pub preset: String,
-    pub settings: Settings,
-}
-
 /// One setting to run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
@@ -37,6 +29,11 @@ pub fn sweep(text: &str) -> Result<Vec<Vec<String>>> {
 }
 
 impl Trial {
+    /// What sweeps start from.
+    pub fn base(preset: &str, settings: Settings) -> Self {
+        Self { preset: preset.to_owned(), swept: Vec::new(), settings }
+    }
+
     /// The preset and what was swept, in one line.
     pub fn name(&self) -> String {
         [&[self.preset.clone()], &self.swept[..]].concat().join(" ")
@@ -57,7 +54,7 @@ impl Trial {
 ///
 /// # Errors
 /// [`Error::Usage`]: a key or a value that does not exist.
-pub fn trials(bases: &[Base], values: &[Vec<String>]) -> Result<Vec<Trial>> {
+pub fn trials(bases: &[Trial], values: &[Vec<String>]) -> Result<Vec<Trial>> {
     let mut trials: Vec<Trial> = Vec::new();
     for swept in std::iter::once(&Vec::new()).chain(values) {
         for base in bases {
@@ -75,8 +72,8 @@ pub fn trials(bases: &[Base], values: &[Vec<String>]) -> Result<Vec<Trial>> {
 mod tests {
     use super::*;
 
-    fn bases() -> Vec<Base> {
-        ["fast", "printed"].map(|name| Base { preset: name.into(), settings: Settings::preset(name).unwrap() }).into()
+    fn bases() -> [Trial; 2] {
+        ["fast", "printed"].map(|name| Trial::base(name, Settings::preset(name).unwrap()))
     }
 
     #[test]

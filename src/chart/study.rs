@@ -2,7 +2,7 @@
 
 use super::export::{Chart, SceneLine};
 use super::frontier::frontier;
-use super::plan::{Base, Trial, sweep, trials};
+use super::plan::{Trial, sweep, trials};
 use super::row::{Part, Reference, Row};
 use crate::Result;
 use crate::settings::{PRESETS, Settings};
@@ -77,12 +77,10 @@ pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Trial)>> {
         let mut settings = Settings::preset(preset)?;
         let assignments = BASE.iter().copied().chain(sets.iter().map(String::as_str));
         assignments.into_iter().try_for_each(|assignment| settings.set(assignment))?;
-        Ok(Base { preset: preset.to_owned(), settings })
+        Ok(Trial::base(preset, settings))
     };
-    let mut lines = Vec::new();
-    for preset in PRESETS {
-        lines.extend(trials(&[base(preset.name)?], &[])?.into_iter().map(|trial| ("preset", trial)));
-    }
+    let presets = PRESETS.iter().map(|preset| Ok(("preset", base(preset.name)?)));
+    let mut lines = presets.collect::<Result<Vec<_>>>()?;
     for (name, preset, tried) in AXES {
         // The first is the base itself, which stands among the presets.
         let swept = trials(&[base(preset)?], &values(tried)?)?.into_iter().skip(1);

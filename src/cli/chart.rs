@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use twobounce::chart::plan::{Base, Trial, sweep, trials};
+use twobounce::chart::plan::{Trial, sweep, trials};
 use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
@@ -55,10 +55,10 @@ impl ChartArgs {
         }
         let base = |preset: String| {
             let (config, sets) = (self.config.clone(), self.sets.clone());
-            let args = SettingsArgs { preset: preset.clone(), config, method: None, sets };
-            Ok(Base { preset, settings: args.effective_with("--presets")? })
+            let args = SettingsArgs { preset, config, method: None, sets };
+            Ok(Trial::base(&args.preset, args.effective_with("--presets")?))
         };
-        let bases: Vec<Base> = presets.into_iter().map(base).collect::<Result<_>>()?;
+        let bases: Vec<Trial> = presets.into_iter().map(base).collect::<Result<_>>()?;
         let values = self.sweeps.iter().map(|text| sweep(text)).collect::<Result<Vec<_>>>();
         let trials = values.and_then(|values| trials(&bases, &values.concat()));
         trials.map_err(|e| Error::Usage(format!("--sweep: {e}")))

@@ -1,10 +1,9 @@
 //! `twobounce compare`: an image against its reference, as numbers, as a picture, and as an exit code.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
-use serde::Serialize;
+use clap::Args;
 use twobounce::layers::Layers;
 use twobounce::measure::metrics::{self, Comparison, Metrics};
 use twobounce::measure::picture::side_by_side;
@@ -38,97 +37,68 @@ pub struct CompareArgs {
     pub limits: Limits,
 }
 
-/// Above any of these the exit code is 1.
-#[derive(Debug)]
-pub struct Limits {
-    /// Metrics and their limits.
-    metrics: Vec<(Metric, f64)>,
-    nonfinite: Option<usize>,
+/// Declares a flag per limit, and pairs each with its words and the number that it limits.
+macro_rules! limits {
+    ($($flag:ident: $words:literal is $number:expr, $of:ident = $part:ident;)+) => {
+        /// Above any of these the exit code is 1.
+        #[derive(Args, Debug)]
+        pub struct Limits {
+            $(
+                #[arg(long, value_name = "X", help = concat!("Exit with 1 if ", $words, " is above this"))]
+                #[arg(value_parser = number(|x| x >= 0.0, "write a number, at least 0"))]
+                pub $flag: Option<f64>,
+            )+
+            /// Exit with 1 if more values of the image than this are NaN or infinite [default: 0 with any other limit]
+            #[arg(long, value_name = "N")]
+            pub max_nonfinite: Option<usize>,
+        }
+
+        impl Limits {
+            /// What is limited in words, its limit, and its number.
+            fn given(&self, comparison: &Comparison) -> Result<Vec<(&'static str, f64, f64)>> {
+                let mut given = Vec::new();
+                $(if let Some(limit) = self.$flag {
+                    let $of = $part(comparison)?;
+                    given.push(($words, limit, $number));
+                })+
+                Ok(given)
+            }
+        }
+    };
 }
 
-/// A metric of a part of the light.
-#[derive(Clone, Copy, Debug)]
-struct Metric {
-    part: &'static str,
-    name: &'static str,
+limits! {
+    max_energy: "energy's distance from 1" is (m.energy - 1.0).abs(), m = total;
+    max_rel: "rel" is m.rel, m = total;
+    max_relmse: "relmse" is m.relmse, m = total;
+    max_p95: "p95" is m.p95, m = total;
+    max_flip: "flip" is flip, flip = flip;
+    max_indirect_energy: "indirect energy's distance from 1" is (m.energy - 1.0).abs(), m = indirect;
+    max_indirect_rel: "indirect rel" is m.rel, m = indirect;
+    max_indirect_relmse: "indirect relmse" is m.relmse, m = indirect;
+    max_indirect_p95: "indirect p95" is m.p95, m = indirect;
+    max_indirect_diffuse_energy: "indirect_diffuse energy's distance from 1" is (m.energy - 1.0).abs(), m = diffuse;
+    max_indirect_diffuse_rel: "indirect_diffuse rel" is m.rel, m = diffuse;
+    max_indirect_diffuse_relmse: "indirect_diffuse relmse" is m.relmse, m = diffuse;
+    max_indirect_diffuse_p95: "indirect_diffuse p95" is m.p95, m = diffuse;
 }
 
-impl Metric {
-    /// Every metric that can be limited.
-    fn all() -> impl Iterator<Item = Self> {
-        let of = |part| Metrics::NAMES.into_iter().map(move |name| Self { part, name });
-        of("total").chain([Self { part: "total", name: "flip" }]).chain(of("indirect")).chain(of("indirect_diffuse"))
-    }
-
-    /// Such as `rel` or `indirect rel`.
-    fn words(self) -> String {
-        if self.part == "total" { self.name.to_owned() } else { format!("{} {}", self.part, self.name) }
-    }
-
-    fn flag(self) -> String {
-        format!("max-{}", self.words().replace([' ', '_'], "-"))
-    }
-
-    /// The number that is limited.
-    fn of(self, comparison: &Comparison) -> Result<f64> {
-        let metrics = match self.part {
-            "indirect" => comparison.indirect.ok_or(format!("{NO_DIRECT}; render them with --aov direct")),
-            "indirect_diffuse" => comparison
-                .indirect_diffuse
-                .ok_or(format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse")),
-            _ => Ok(comparison.total),
-        };
-        let metrics = metrics.map_err(|needs| Error::Usage(format!("a limit on {} {needs}", self.part)))?;
-        let place = Metrics::NAMES.iter().position(|name| *name == self.name);
-        let value = place.map_or(comparison.flip, |place| metrics.values()[place]);
-        Ok(if self.name == "energy" { (value - 1.0).abs() } else { value })
-    }
+fn total(comparison: &Comparison) -> Result<Metrics> {
+    Ok(comparison.total)
 }
 
-impl Args for Limits {
-    fn augment_args(command: Command) -> Command {
-        let limit = number(|x| x >= 0.0, "write a number, at least 0");
-        let arg = |metric: Metric| {
-            let above = if metric.name == "energy" { "is further than this from 1" } else { "is above this" };
-            let help = format!("Exit with 1 if {} {above}", metric.words());
-            Arg::new(metric.flag()).long(metric.flag()).value_name("X").value_parser(limit.clone()).help(help)
-        };
-        let help =
-            "Exit with 1 if more values of the image than this are NaN or infinite [default: 0 with any other limit]";
-        let nonfinite = Arg::new("max-nonfinite").long("max-nonfinite").value_name("N");
-        command.args(Metric::all().map(arg)).arg(nonfinite.value_parser(value_parser!(usize)).help(help))
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
+fn flip(comparison: &Comparison) -> Result<f64> {
+    Ok(comparison.flip)
 }
 
-impl FromArgMatches for Limits {
-    fn from_arg_matches(matches: &ArgMatches) -> std::result::Result<Self, clap::Error> {
-        let given = |metric: Metric| Some((metric, *matches.get_one(&metric.flag())?));
-        let nonfinite = matches.get_one("max-nonfinite").copied();
-        Ok(Self { metrics: Metric::all().filter_map(given).collect(), nonfinite })
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> std::result::Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
+fn indirect(comparison: &Comparison) -> Result<Metrics> {
+    let needs = || Error::Usage(format!("a limit on indirect {NO_DIRECT}; render them with --aov direct"));
+    comparison.indirect.ok_or_else(needs)
 }
 
-/// The JSON report. Metrics have no unit; see the docs of each.
-#[derive(Serialize)]
-struct Report<'a> {
-    version: u32,
-    image: &'a Path,
-    reference: &'a Path,
-    width: u32,
-    height: u32,
-    #[serde(flatten)]
-    comparison: &'a Comparison,
-    /// One sentence per exceeded limit.
-    exceeded: &'a [String],
+fn diffuse(comparison: &Comparison) -> Result<Metrics> {
+    let needs = format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse");
+    comparison.indirect_diffuse.ok_or_else(|| Error::Usage(format!("a limit on indirect_diffuse {needs}")))
 }
 
 /// Compares, prints, writes what is asked for.
@@ -151,10 +121,14 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
         file::write(&path, &side_by_side(&image, &reference, &comparison)?)?;
     }
     if let Some(path) = &args.json {
-        let CompareArgs { image: image_path, reference, .. } = args;
-        let (width, height, exceeded) = (image.width, image.height, &exceeded[..]);
-        let report =
-            Report { version: VERSION, image: image_path, reference, width, height, comparison: &comparison, exceeded };
+        let mut report = serde_json::to_value(&comparison)?;
+        report["version"] = VERSION.into();
+        report["image"] = serde_json::to_value(&args.image)?;
+        report["reference"] = serde_json::to_value(&args.reference)?;
+        report["width"] = image.width.into();
+        report["height"] = image.height.into();
+        // One sentence per exceeded limit.
+        report["exceeded"] = exceeded.clone().into();
         file::write_json(path, &report)?;
     }
     exceeded.iter().for_each(|sentence| say!("{sentence}"));
@@ -193,16 +167,12 @@ fn print(comparison: &Comparison) {
 impl Limits {
     /// One sentence per limit that does not hold.
     fn exceeded(&self, comparison: &Comparison) -> Result<Vec<String>> {
-        let mut sentences = Vec::new();
-        for (metric, limit) in &self.metrics {
-            let value = metric.of(comparison)?;
-            if value > *limit {
-                let distance = if metric.name == "energy" { "'s distance from 1" } else { "" };
-                sentences.push(format!("{}{distance} is {value:.6}, above {limit}", metric.words()));
-            }
-        }
+        let given = self.given(comparison)?;
+        let above = given.iter().filter(|(_, limit, number)| number > limit);
+        let mut sentences: Vec<_> =
+            above.map(|(words, limit, number)| format!("{words} is {number:.6}, above {limit}")).collect();
         let nonfinite = comparison.image.count();
-        let most = self.nonfinite.or((!self.metrics.is_empty()).then_some(0));
+        let most = self.max_nonfinite.or((!given.is_empty()).then_some(0));
         if let Some(most) = most.filter(|most| nonfinite > *most) {
             sentences.push(format!("{nonfinite} values of the image are not finite, more than {most}"));
         }

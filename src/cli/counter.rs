@@ -1,6 +1,6 @@
 //! The progress bar over the rows of a chart that are still to be made, and a line for each.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use twobounce::chart::row::Row;
@@ -9,7 +9,12 @@ use crate::say;
 
 pub struct Counter {
     bar: ProgressBar,
-    start: Instant,
+}
+
+/// A progress bar on standard error that looks like `template`.
+pub fn bar(length: u64, template: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).expect("the template is valid");
+    ProgressBar::new(length).with_style(style)
 }
 
 impl Counter {
@@ -18,11 +23,7 @@ impl Counter {
         if missing < all {
             say!("rows kept from earlier calls: {} of {all}", all - missing);
         }
-        let bar = ProgressBar::new(missing as u64);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
-            bar.set_style(style);
-        }
-        Self { bar, start: Instant::now() }
+        Self { bar: bar(missing as u64, "{wide_bar} {msg}") }
     }
 
     pub fn begin(&self, row: &Row) {
@@ -52,7 +53,7 @@ impl Counter {
     /// Rows made, and how long the others take, over all scenes.
     fn progress(&self) -> String {
         let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
-        let left = left(self.start.elapsed(), done, all);
+        let left = left(self.bar.elapsed(), done, all);
         format!("{done} of {all} rows") + &left.map_or(String::new(), |left| format!(", {} left", HumanDuration(left)))
     }
 }

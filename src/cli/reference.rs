@@ -6,7 +6,6 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use twobounce::layers::Aov;
 use twobounce::output::file;
 use twobounce::reference::cache::Cache;
@@ -16,6 +15,7 @@ use twobounce::scene::{Pose, Scene, View};
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
+use super::counter::bar;
 use super::{interrupt, out};
 use crate::say;
 
@@ -129,10 +129,7 @@ pub struct Traced {
 
 /// The film of a scene as a camera sees it, traced behind a progress bar on standard error, as far as the cache lacks it.
 pub fn traced(cache: &Cache, of: (&Scene, &Pose, &View), options: &Options) -> Result<(Film, Traced)> {
-    let bar = ProgressBar::new(1);
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent} %, {eta} left{msg}") {
-        bar.set_style(style);
-    }
+    let bar = bar(1, "{wide_bar} {percent} %, {eta} left{msg}");
     // When the first path began, and the latest count of paths since.
     let seen: Mutex<Option<(Instant, u64)>> = Mutex::new(None);
     let show = |progress: Progress| {

@@ -40,6 +40,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         ("device", context.name.clone()),
         ("driver", context.driver.clone()),
     ]);
+    let budget_bytes = context.memory_budget();
     let mut report = RenderReport::new(&opened, &settings, &context);
     report.exposure_ev = args.exposure.map(|ev| ev as f32);
     let aovs = Aov::ALL.iter().filter(|aov| args.aov.contains(aov)).copied().collect();
@@ -49,8 +50,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
-    let mut studio = Studio { args, images, context: &context, renderer, shot: opened.shot, header, report, timings };
-    studio.tell_memory();
+    let shot = opened.shot;
+    let mut studio = Studio { args, images, context: &context, renderer, shot, header, report, timings };
+    studio.tell_memory(budget_bytes);
     (0..warm_up).try_for_each(|_| studio.frame(0.0))?;
     match args.frames {
         Some(count) => (0..count).try_for_each(|frame| {
@@ -114,10 +116,10 @@ impl Studio<'_> {
         Ok(())
     }
 
-    fn tell_memory(&self) {
+    fn tell_memory(&self, budget_bytes: u64) {
         say!("memory plan:\n{}", self.renderer.plan());
         say!("  {:<24} {:>10.2} MiB", "taken from the driver", mib(self.context.allocated_bytes()));
-        say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(self.report.budget_bytes()));
+        say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(budget_bytes));
     }
 
     /// The counters, and the table, the JSON and the trace as far as they were asked for.

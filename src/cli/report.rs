@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use twobounce::ground::memory_plan::MemoryPlan;
+use serde_json::{Value, json};
 use twobounce::measure::timing::{PassTiming, Spread, Timings};
 use twobounce::profile::Run;
 use twobounce::settings::Settings;
@@ -35,40 +35,12 @@ pub struct RenderReport {
     passes_gpu_ms: Spread,
     passes: Vec<PassTiming>,
     counters: BTreeMap<&'static str, u32>,
-    memory: Memory,
-    scene: SceneReport,
+    memory: Value,
+    scene: Value,
     method: &'static str,
     settings: Settings,
     /// What a .png was exposed with; null for an .exr.
     pub exposure_ev: Option<f32>,
-}
-
-/// What was rendered.
-#[derive(Default, Serialize)]
-struct SceneReport {
-    name: String,
-    hash: String,
-    triangles: usize,
-    camera: String,
-    time_s: f64,
-}
-
-/// Device memory.
-#[derive(Default, Serialize)]
-struct Memory {
-    /// Planned for all resources together.
-    planned_bytes: u64,
-    /// Taken from the driver after the last frame.
-    allocated_bytes: u64,
-    /// That the device had left before.
-    budget_bytes: u64,
-    resources: Vec<Resource>,
-}
-
-#[derive(Serialize)]
-struct Resource {
-    name: &'static str,
-    bytes: u64,
 }
 
 impl RenderReport {
@@ -82,27 +54,22 @@ impl RenderReport {
             api_version: format!("{major}.{minor}.{patch}"),
             width: opened.size.0,
             height: opened.size.1,
-            memory: Memory { budget_bytes: context.memory_budget(), ..Memory::default() },
-            scene: SceneReport {
-                name: scene.name.clone(),
-                hash: scene.hash.clone(),
-                triangles: scene.triangle_count(),
-                camera: opened.camera.clone(),
-                time_s: opened.shot.time_s(0.0),
-            },
+            memory: json!({ "budget_bytes": context.memory_budget() }),
+            scene: json!({
+                "name": scene.name,
+                "hash": scene.hash,
+                "triangles": scene.triangle_count(),
+                "camera": opened.camera,
+                "time_s": opened.shot.time_s(0.0),
+            }),
             method: settings.method.name(),
             settings: settings.clone(),
             ..Self::default()
         }
     }
 
-    /// Bytes that the device had left before the first frame.
-    pub fn budget_bytes(&self) -> u64 {
-        self.memory.budget_bytes
-    }
-
     /// Adds what the frames showed.
-    pub fn add(&mut self, Run { timings, plan: MemoryPlan { rows }, allocated_bytes }: &Run) {
+    pub fn add(&mut self, Run { timings, plan, allocated_bytes }: &Run) {
         self.frames = timings.frames().len();
         self.warm_up_frames = timings.warm_up();
         self.frame_gpu_ms = timings.frame_gpu_ms();
@@ -110,9 +77,10 @@ impl RenderReport {
         self.passes_gpu_ms = timings.passes_gpu_ms();
         self.passes = timings.passes();
         self.counters = counters(timings);
-        self.memory.planned_bytes = rows.iter().map(|row| row.1).sum();
-        self.memory.allocated_bytes = *allocated_bytes;
-        self.memory.resources = rows.iter().map(|&(name, bytes)| Resource { name, bytes }).collect();
+        self.memory["planned_bytes"] = plan.total().into();
+        self.memory["allocated_bytes"] = (*allocated_bytes).into();
+        self.memory["resources"] =
+            plan.rows.iter().map(|(name, bytes)| json!({ "name": name, "bytes": bytes })).collect();
     }
 }
 
@@ -150,6 +118,7 @@ pub mod tests {
     use super::*;
     use std::collections::BTreeSet;
     use twobounce::frame::Counters;
+    use twobounce::ground::memory_plan::MemoryPlan;
     use twobounce::renderer::FrameReport;
     use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
 
@@ -185,7 +154,9 @@ pub mod tests {
     pub fn report() -> RenderReport {
         let mut timings = Timings::new(0);
         [frame(1, 2), frame(7, 1)].into_iter().for_each(|frame| timings.push(frame));
-        let mut report = RenderReport { exposure_ev: Some(0.5), ..RenderReport::default() };
+        let scene = json!({ "name": "s", "hash": "h", "triangles": 1, "camera": "c", "time_s": 0.0 });
+        let memory = json!({ "budget_bytes": 6 });
+        let mut report = RenderReport { exposure_ev: Some(0.5), scene, memory, ..RenderReport::default() };
         report.add(&Run { timings, plan: MemoryPlan { rows: vec![("lights", 4)] }, allocated_bytes: 5 });
         report
     }

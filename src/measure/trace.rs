@@ -29,16 +29,8 @@ pub fn chrome_trace<'a>(device: &str, frames: impl IntoIterator<Item = &'a ZoneT
 
 /// A complete event, with its start and length.
 fn slice(name: &str, category: &str, [start_ms, length_ms]: [f64; 2], details: Value) -> Value {
-    json!({
-        "ph": "X",
-        "name": name,
-        "cat": category,
-        "pid": TRACK,
-        "tid": TRACK,
-        "ts": start_ms * 1e3,
-        "dur": length_ms * 1e3,
-        "args": details,
-    })
+    let (start_us, length_us) = (start_ms * 1e3, length_ms * 1e3);
+    json!({ "ph": "X", "name": name, "cat": category, "pid": TRACK, "tid": TRACK, "ts": start_us, "dur": length_us, "args": details })
 }
 
 #[cfg(test)]

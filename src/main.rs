@@ -11,7 +11,7 @@ fn main() -> ExitCode {
         Err(code) => return code,
     };
     cli::run(&args).and_then(|code| cli::out::finish().map(|()| code)).unwrap_or_else(|error| {
-        cli::out::complain(&cli::sentence(&error));
+        cli::out::warn(&cli::sentence(&error));
         cli::exit_code(&error)
     })
 }

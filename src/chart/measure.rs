@@ -2,7 +2,7 @@
 //!
 //! The error is that of the first frame after a cold start (with `bounces = all`, of the settled one), so that it does not depend
 //! on how many frames were timed. Times are of later frames without further layers, which would take time of their own; each
-//! makes lists and light anew, as if something had moved.
+//! makes lists and light again, as if something had moved.
 //!
 //! Light that a method sends through the method alone (emissive surfaces with `emitters = cones`, the sky) is in no direct layer
 //! of its own, but in the reference's. There the indirect part is image − the reference's direct light: whatever is wrong

@@ -29,7 +29,7 @@ pub fn html(chart: &Chart, scenes: &[ChartScene], stored: &[Stored]) -> Result<S
     let device = format!("{} ({}), {}×{} pixels", chart.device, chart.driver, chart.width, chart.height);
     let missing = match chart.planned - chart.rows.len() {
         0 => String::new(),
-        n => format!("{n} of {} settings are not measured yet; the same command goes on.", chart.planned),
+        n => format!("{n} of {} settings are not measured yet; the same command continues.", chart.planned),
     };
     let page = include_str!("page/index.html")
         .replace("{{style}}", include_str!("page/style.css"))

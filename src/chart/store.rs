@@ -1,4 +1,4 @@
-//! Finished rows in a folder, one file each, written whole or not at all: what ends the program loses none of them.
+//! Finished rows in a folder, one file each, written whole or not at all: no row is lost when the program is stopped.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,13 +14,13 @@ use crate::settings::Settings;
 use crate::vk::Context;
 use crate::{Error, Result};
 
-/// Says what a folder is.
+/// The file that marks the folder of a chart.
 const MARK: &str = "chart.txt";
 const MARK_TEXT: &str =
     "Made by `twobounce chart`, which writes everything here anew and goes on with the rows in rows/.\n";
 const ROWS: &str = "rows";
 
-/// A chart's folder. Nothing is written into it before the first row, and if it was made for nothing it goes away again.
+/// A chart's folder. Nothing is written into it before the first row; a folder that was made and stays empty is removed.
 pub struct Store {
     folder: PathBuf,
     /// Whether there was no such folder before.
@@ -77,7 +77,7 @@ impl Store {
         self.folder.join(name)
     }
 
-    /// The row kept under `key`; `None` if there is none, or it is damaged: then it is measured anew.
+    /// The row kept under `key`; `None` if there is none, or it is damaged: then it is measured again.
     pub fn load(&self, key: &str) -> Option<Stored> {
         let text = fs::read_to_string(self.row_path(key)).ok()?;
         let stored: Stored = serde_json::from_str(&text).ok()?;

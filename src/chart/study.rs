@@ -65,8 +65,8 @@ pub const AXES: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
-/// Around what is written by hand in the page, which is kept when the page is written anew.
-const HAND: [&str; 2] = ["<!-- by hand, and kept: from here -->\n", "<!-- to here -->\n"];
+/// The marks around the handwritten part of the page, which is kept when the page is written again.
+const HANDWRITTEN: [&str; 2] = ["<!-- by hand, and kept: from here -->\n", "<!-- to here -->\n"];
 
 /// The axis's name and the setting of every line of the page's table. `sets`: applied after [`BASE`].
 ///
@@ -110,13 +110,13 @@ pub fn settings(lines: &[(&'static str, Trial)]) -> Vec<Trial> {
 }
 
 /// What stands between the marks of an earlier page; `None` for a text that is no such page.
-pub fn by_hand(page: &str) -> Option<&str> {
-    let (_, rest) = page.split_once(HAND[0])?;
-    Some(rest.split_once(HAND[1])?.0)
+pub fn handwritten(page: &str) -> Option<&str> {
+    let (_, rest) = page.split_once(HANDWRITTEN[0])?;
+    Some(rest.split_once(HANDWRITTEN[1])?.0)
 }
 
-/// The page. `sets`: as for [`lines`]; `by_hand`: what to keep of an earlier page.
-pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], by_hand: &str) -> String {
+/// The page. `sets`: as for [`lines`]; `handwritten`: the part to keep of an earlier page.
+pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], handwritten: &str) -> String {
     let (device, driver, noise) = (&chart.device, &chart.driver, 100.0 * chart.reference_noise);
     let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
     let mut page = format!(
@@ -127,8 +127,8 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
          against light of as many bounces, `all` against all of it; the references' own noise is {noise} %. *Indirect* says that it is\n\
          of the indirect light alone, *diffuse* of that in pixels without metal, glass and sky, *whole* that lamps light the scene\n\
          through cones and nothing tells the two apart. **Bold**: no other setting here is both faster and nearer. [rows.csv](rows.csv)\n\
-         has every number.\n\n## What surprised\n\n{}{by_hand}{}\n",
-        chart.width, chart.height, HAND[0], HAND[1]
+         has every number.\n\n## What surprised\n\n{}{handwritten}{}\n",
+        chart.width, chart.height, HANDWRITTEN[0], HANDWRITTEN[1]
     );
     for scene in &chart.scenes {
         page += &format!("![{0}: error against time]({0}.svg)\n\n", scene.name);
@@ -256,11 +256,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_by_hand_is_kept() {
+    fn what_is_written_handwritten_is_kept() {
         let chart = Chart::default();
         let page = document(&chart, &[], &[], "Nothing did.\n");
-        assert_eq!(by_hand(&page), Some("Nothing did.\n"));
-        assert_eq!(document(&chart, &[], &[], by_hand(&page).unwrap()), page);
-        assert_eq!(by_hand("# My own page"), None);
+        assert_eq!(handwritten(&page), Some("Nothing did.\n"));
+        assert_eq!(document(&chart, &[], &[], handwritten(&page).unwrap()), page);
+        assert_eq!(handwritten("# My own page"), None);
     }
 }

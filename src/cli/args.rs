@@ -1,4 +1,4 @@
-//! What was typed: the command line as types, each value within its range.
+//! The command line as types, each value within its range.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -29,17 +29,17 @@ pub enum Command {
     Compare(super::compare::CompareArgs),
     /// Chart error against time over many settings: a page, an SVG and rows
     Chart(super::chart::ChartArgs),
-    /// Run the default study and write docs/study anew
+    /// Run the default study and write docs/study again
     Study(super::study::StudyArgs),
-    /// Measure what each pass of a frame costs, per thing it works on, and how that grows
+    /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
     Profile(super::profile::ProfileArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
     /// List the Vulkan devices, what twobounce needs of them, and what they lack
     Info(InfoArgs),
-    /// Write the scenes in assets/ anew
+    /// Write the scenes in assets/ again
     MakeAssets(MakeAssetsArgs),
-    /// Measure what each defect of the talk's listings changes, and write docs/ledger.md anew
+    /// Measure what each error in the talk's listings changes, and write docs/ledger.md again
     Ledger(LedgerArgs),
 }
 
@@ -61,7 +61,7 @@ pub struct SceneArgs {
     /// Look at this point, in metres
     #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = point, allow_hyphen_values = true)]
     pub target: Option<DVec3>,
-    /// What is up for --eye
+    /// The up direction for --eye
     #[arg(long, value_name = "X,Y,Z", requires = "eye", default_value = "0,1,0", value_parser = point, allow_hyphen_values = true)]
     pub up: DVec3,
     /// Vertical field of view for --eye, in degrees
@@ -78,10 +78,10 @@ pub struct SceneArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub time: f64,
-    /// Constant radiance of everything beyond the scene, seen and lighting
+    /// Constant radiance of the sky, which is visible and lights the scene
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
     pub sky: Vec3,
-    /// Leave a scene without light, emission and sky dark
+    /// Add no light to a scene without light, emission and sky
     #[arg(long)]
     pub no_default_light: bool,
 }
@@ -109,7 +109,7 @@ pub struct RunArgs {
     /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
     #[arg(long, default_value = "frame", value_parser = submit())]
     pub submit: Submit,
-    /// Refuse to take more device memory than this
+    /// Use no more device memory than this
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub memory_limit: Option<u64>,
     #[command(flatten)]
@@ -143,10 +143,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
     pub exposure: Option<f64>,
-    /// Time N frames of the same image, each made anew, after warming up, and write the last
+    /// Warm up, then render the same image N times from scratch, time each, and write the last
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
-    /// With --repeat, keep what stands still from frame to frame, as an animation does
+    /// With --repeat, reuse what did not change since the last frame, as an animation does
     #[arg(long)]
     pub still: bool,
     /// Render N frames of the animation; the output is a pattern such as out_%04d.png
@@ -195,7 +195,7 @@ pub struct LedgerArgs {
 pub struct SettingsCommandArgs {
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// Show every setting: the ledger and the talk's variants too
+    /// Show every setting, also the ledger and the talk's variants
     #[arg(long)]
     pub all: bool,
     /// Print the list as a Markdown page

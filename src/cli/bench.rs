@@ -1,4 +1,4 @@
-//! What `chart` and `study` share: scenes are opened, references made, missing rows measured and kept, and a folder written.
+//! What `chart` and `study` share: they open scenes, make references, measure and keep missing rows, and write a folder.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -19,24 +19,24 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, SceneArgs, memory_size, minutes, percent};
-use super::counter::Counter;
+use super::progress::RowProgress;
 use super::reference::{check_memory, traced};
 use super::{interrupt, out};
 use crate::say;
 
-/// How rows are made, whichever they are.
+/// How rows are measured.
 #[derive(clap::Args, Debug)]
 pub struct BenchArgs {
-    /// Stop after so many minutes of measuring, references not counted; the same command goes on later
+    /// Stop after this many minutes of measuring, references not counted; the same command continues later
     #[arg(long, value_name = "M", value_parser = minutes)]
     pub budget_minutes: Option<Duration>,
     /// Root mean square of the references' relative error; `reference --noise` makes the same ones
     #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent)]
     pub reference_noise: f64,
-    /// Refuse to take more device memory than this: such a setting becomes a row that says so
+    /// Use no more device memory than this; a setting that needs more becomes a row that says so
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub memory_limit: Option<u64>,
-    /// Keep rows that another build of the program measured; without this they are measured anew
+    /// Keep rows that another build of the program measured; without this they are measured again
     #[arg(long)]
     pub any_build: bool,
     #[command(flatten)]
@@ -63,8 +63,8 @@ struct PlannedRow<'a> {
 }
 
 impl Bench<'_> {
-    /// Measures what is missing, writes the folder's files anew, has `write` do what else is to be done with a chart that
-    /// has any row, and says what is missing.
+    /// Measures the missing rows and writes the folder's files; calls `write` with a chart that has any row; says what is
+    /// still missing.
     pub fn run(&self, write: impl FnOnce(&Chart) -> Result<()>) -> anyhow::Result<ExitCode> {
         self.scene.check()?;
         check_memory(self.scene.size)?;
@@ -109,10 +109,10 @@ impl Bench<'_> {
         }
         let there = stored.len();
         if spent {
-            say!("the budget is spent after {there} of {planned} rows; the same command goes on from there");
+            say!("the budget is spent after {there} of {planned} rows; the same command continues from there");
         }
         interrupt::check().inspect_err(|_| {
-            out::complain(&format!("{there} of {planned} rows are kept; the same command goes on from there"));
+            out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
         })?;
         Ok(ExitCode::SUCCESS)
     }
@@ -170,7 +170,7 @@ impl Bench<'_> {
     /// Makes the rows that are not measured yet, the first settings of every scene first. Whether the budget ended it.
     fn measure(&self, store: &Store, rows: &mut [PlannedRow], context: Arc<Context>) -> Result<bool> {
         let missing = rows.iter().filter(|row| !row.is_measured()).count();
-        let counter = Counter::new(missing, rows.len());
+        let progress = RowProgress::new(missing, rows.len());
         let start = Instant::now();
         let in_time = || self.args.budget_minutes.is_none_or(|budget| start.elapsed() < budget);
         let go_on = || in_time() && interrupt::check().is_ok();
@@ -179,7 +179,7 @@ impl Bench<'_> {
             if !go_on() {
                 break;
             }
-            counter.begin(&planned.row);
+            progress.begin(&planned.row);
             let context = match device.take() {
                 Some(context) => context,
                 None => self.args.device.open(self.scene.size)?,
@@ -191,15 +191,15 @@ impl Bench<'_> {
                     store.save(Row { measured: Some(measured), ..planned.row.clone() }, Some(pictures))?
                 }
                 Err(error) => {
-                    // A device that failed may be lost; the next row opens it anew.
+                    // A device that failed may be lost; the next row opens it again.
                     device = (!matches!(error, Error::Device(_))).then_some(context);
                     store.save(Row { failure: Some(error.to_string()), ..planned.row.clone() }, None)?
                 }
             };
-            counter.finish(&stored.row);
+            progress.finish(&stored.row);
             planned.stored = Some(stored);
         }
-        counter.clear();
+        progress.clear();
         Ok(interrupt::check().is_ok() && !in_time() && rows.iter().any(|row| row.stored.is_none()))
     }
 }

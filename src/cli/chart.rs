@@ -1,4 +1,4 @@
-//! `twobounce chart`: many settings on some scenes, and the page, the SVG and the rows that show what each is worth.
+//! `twobounce chart`: error and time of many settings on some scenes, as a page, an SVG and rows.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,7 +12,7 @@ use super::args::{SceneArgs, SettingsArgs};
 use super::bench::{Bench, BenchArgs};
 
 /// Every preset runs by itself, then every value of every --sweep on top of every preset, one sweep at a time. Each row is
-/// kept as soon as it is finished: after an interruption the same command goes on.
+/// kept as soon as it is finished: after an interruption the same command continues.
 #[derive(Args, Debug)]
 #[command(mut_arg("size", |arg| arg.default_value("256x256")))]
 pub struct ChartArgs {
@@ -40,7 +40,7 @@ pub struct ChartArgs {
     pub bench: BenchArgs,
 }
 
-/// Measures what is missing and writes the chart anew.
+/// Measures what is missing and writes the chart again.
 pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [&[args.scene.path.clone()], &args.more[..]].concat();
     let bench = Bench { scene: &args.scene, paths, trials: args.trials()?, folder: &args.output, args: &args.bench };

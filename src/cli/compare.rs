@@ -22,9 +22,9 @@ pub struct CompareArgs {
     /// The image to judge
     #[arg(value_name = "IMAGE.exr")]
     pub image: PathBuf,
-    /// What it should look like. Where both files carry their direct layer, the rest of the light is compared by itself
-    /// (indirect); where this one carries its diffuse layer too, also over the pixels in which it shows neither metal nor
-    /// glass nor sky (indirect_diffuse)
+    /// The image to compare with. If both files have a direct layer, the rest of the light is also compared by itself
+    /// (indirect); if this file also has a diffuse layer, then once more over the pixels that show no metal, glass or sky
+    /// (indirect_diffuse)
     #[arg(value_name = "REFERENCE.exr")]
     pub reference: PathBuf,
     /// Write the numbers as JSON
@@ -135,7 +135,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(u8::from(!exceeded.is_empty())))
 }
 
-/// What the parts of the light need of the files.
+/// The layers that a part of the light needs.
 const NO_DIRECT: &str = "needs the direct layer in both files";
 const NO_DIFFUSE: &str = "needs the diffuse layer in the reference, and lit pixels that are wholly diffuse";
 

@@ -1,4 +1,4 @@
-//! Ctrl-C sets a flag that long work looks at between steps, so that it ends tidily; a second Ctrl-C ends at once.
+//! Ctrl-C sets a flag that long work looks at between steps, and then stops cleanly; a second Ctrl-C ends the program at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

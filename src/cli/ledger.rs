@@ -32,22 +32,22 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
         "Measured on `{}` at {}×{}, {}³ voxels, on {} ({}).",
         scene.name, args.size.0, args.size.1, EDGE, context.name, context.driver
     );
-    let mut images = Images { context: &context, scene, size: args.size, made: BTreeMap::new() };
+    let mut renders = Renders { context: &context, scene, size: args.size, made: BTreeMap::new() };
     let mut measured = Measurements { about, ..Measurements::default() };
     for row in ROWS {
         if let Effect::Measured { right, printed } = row.effect {
-            out::complain(row.id);
-            measured.changes.insert(row.id.into(), images.change(right, printed)?);
+            out::warn(row.id);
+            measured.changes.insert(row.id.into(), renders.change(right, printed)?);
         }
     }
     for choice in CHOICES {
-        out::complain(choice);
-        measured.changes.insert((*choice).into(), images.change(&[], &[choice])?);
+        out::warn(choice);
+        measured.changes.insert((*choice).into(), renders.change(&[], &[choice])?);
     }
     for (fill, settings) in FURNACE_FILLS {
         for &room in FURNACE_ROOMS {
             let row = furnace_row(fill, room.0, room.1);
-            out::complain(&row);
+            out::warn(&row);
             let at = |edge: &u32| furnace(&context, settings, room, *edge);
             measured.furnaces.insert(row, FURNACE_EDGES.iter().map(at).collect::<Result<_>>()?);
         }
@@ -59,14 +59,14 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
 type Pixels = Vec<[f32; 3]>;
 
 /// One scene under many settings; each is rendered once.
-struct Images<'a> {
+struct Renders<'a> {
     context: &'a Arc<Context>,
     scene: Scene,
     size: (u32, u32),
     made: BTreeMap<String, Rc<Pixels>>,
 }
 
-impl Images<'_> {
+impl Renders<'_> {
     /// What `printed` changes on top of `right`.
     fn change(&mut self, right: &[&str], printed: &[&str]) -> Result<Change> {
         let before = self.image(&[right, printed].concat())?;

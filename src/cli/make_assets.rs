@@ -1,4 +1,4 @@
-//! `twobounce make-assets`: the scenes in `assets/`, written anew.
+//! `twobounce make-assets`: the scenes in `assets/`, written again.
 
 use std::process::ExitCode;
 

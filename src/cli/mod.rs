@@ -7,7 +7,6 @@ mod args;
 mod bench;
 mod chart;
 mod compare;
-mod counter;
 mod info;
 mod interrupt;
 mod ledger;
@@ -15,6 +14,7 @@ mod make_assets;
 pub mod out;
 mod outputs;
 mod profile;
+mod progress;
 mod reference;
 mod render;
 mod report;
@@ -42,7 +42,7 @@ pub fn parse() -> Result<Cli, ExitCode> {
             ExitCode::from(2)
         }
         _ => {
-            out::complain(&usage_sentence(&error.render().to_string()));
+            out::warn(&usage_sentence(&error.render().to_string()));
             ExitCode::from(2)
         }
     })

@@ -1,4 +1,4 @@
-//! Standard output and error that may close early (`twobounce settings | head`) or fail, without a panic.
+//! Standard output and error, which may close early (`twobounce settings | head`) or fail, without a panic.
 
 use std::io::{ErrorKind, Write};
 use std::sync::Mutex;
@@ -14,7 +14,7 @@ macro_rules! say {
     ($($arg:tt)*) => { $crate::cli::out::write(&format!("{}\n", format_args!($($arg)*))) };
 }
 
-/// Writes text to standard output. A closed pipe is no error: the work goes on.
+/// Writes text to standard output. A closed pipe is no error: the work continues.
 pub fn write(text: &str) {
     let mut stdout = std::io::stdout().lock();
     let Err(error) = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) else { return };
@@ -32,7 +32,7 @@ pub fn init_log() {
 }
 
 /// Prints a line on standard error, unless it is closed.
-pub fn complain(line: &str) {
+pub fn warn(line: &str) {
     let _ = writeln!(std::io::stderr(), "twobounce: {line}");
 }
 

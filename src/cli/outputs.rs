@@ -9,7 +9,7 @@ use super::args::RenderArgs;
 
 /// Where the images of a render go.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Images {
+pub struct ImageFiles {
     /// Linear radiance in an .exr; else exposed in a .png.
     pub exr: bool,
     path: PathBuf,
@@ -40,18 +40,18 @@ pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Resul
     Ok(())
 }
 
-impl Images {
+impl ImageFiles {
     /// Checks the flags that depend on the kind of image.
     pub fn of(args: &RenderArgs) -> Result<Self> {
-        let images = Self::named(&args.output, args.frames.is_some())?;
+        let files = Self::named(&args.output, args.frames.is_some())?;
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
-        if !images.exr && !args.aov.is_empty() {
+        if !files.exr && !args.aov.is_empty() {
             return usage("--aov adds layers to an .exr; name one with -o");
         }
-        if images.exr && args.exposure.is_some() {
+        if files.exr && args.exposure.is_some() {
             return usage("--exposure is for a .png; an .exr holds the radiance itself");
         }
-        Ok(images)
+        Ok(files)
     }
 
     /// Reads the extension and, for a sequence, the place of the frame's number.
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     fn path_of(name: &str, frame: u32) -> Option<String> {
-        Images::named(Path::new(name), true).ok().map(|o| o.path(frame).to_string_lossy().into_owned())
+        ImageFiles::named(Path::new(name), true).ok().map(|o| o.path(frame).to_string_lossy().into_owned())
     }
 
     #[test]

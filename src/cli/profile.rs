@@ -1,4 +1,4 @@
-//! `twobounce profile`: what a frame costs, per pass and per thing, and how it grows.
+//! `twobounce profile`: what a frame costs per pass and per voxel, pixel and cone step, and how that grows.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,7 +19,7 @@ use crate::say;
 
 /// Version of the JSON form; it grows when a key changes its name, its unit or its meaning.
 const VERSION: u32 = 1;
-/// Frames of one run along an axis of growth, at most: many runs, and a line through them.
+/// At most so many frames for one run along an axis of growth: there are many runs, and a line through them.
 const GROWTH_FRAMES: u32 = 3;
 
 #[derive(Args, Debug)]

@@ -15,7 +15,7 @@ use twobounce::scene::{Pose, Scene, View};
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
-use super::counter::bar;
+use super::progress::bar;
 use super::{interrupt, out};
 use crate::say;
 
@@ -51,7 +51,7 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
     }
 }
 
-/// Renders, or takes what earlier calls finished, and writes the image.
+/// Renders the image, or takes it from the cache, and writes it.
 pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     args.scene.check()?;
     if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
@@ -69,7 +69,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     interrupt::install()?;
     let (film, traced) = traced(&Cache::of_user()?, (&opened.scene, &pose, &view), &options).inspect_err(|error| {
         if matches!(error, Error::Interrupted) {
-            out::complain("what is finished is kept; the same command goes on from there");
+            out::warn("finished samples are kept; the same command continues from there");
         }
     })?;
     let depth = match args.depth {

@@ -17,7 +17,7 @@ use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::vk::Context;
 
 use super::args::RenderArgs;
-use super::outputs::{self, Images};
+use super::outputs::{self, ImageFiles};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
 use super::{interrupt, out};
@@ -27,8 +27,8 @@ use crate::say;
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
-    let images = Images::of(args)?;
-    let image = images.path(0);
+    let files = ImageFiles::of(args)?;
+    let image = files.path(0);
     let inputs = [Some(&args.scene.path), args.settings.config.as_ref()];
     outputs::check(&inputs, &[Some(&image), args.json.as_ref(), args.trace.as_ref()])?;
     interrupt::install()?;
@@ -51,41 +51,41 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
     let shot = opened.shot;
-    let mut studio = Studio { args, images, context: &context, renderer, shot, header, report, timings };
-    studio.tell_memory(budget_bytes);
-    (0..warm_up).try_for_each(|_| studio.frame(0.0))?;
+    let mut session = Session { args, files, context: &context, renderer, shot, header, report, timings };
+    session.print_memory(budget_bytes);
+    (0..warm_up).try_for_each(|_| session.frame(0.0))?;
     match args.frames {
         Some(count) => (0..count).try_for_each(|frame| {
             let later_s = f64::from(frame) * (1.0 / args.fps);
-            studio.frame(later_s)?;
-            studio.write(frame, later_s)
+            session.frame(later_s)?;
+            session.write(frame, later_s)
         })?,
         None => {
-            (0..args.repeat).try_for_each(|_| studio.frame(0.0))?;
-            studio.write(0, 0.0)?;
+            (0..args.repeat).try_for_each(|_| session.frame(0.0))?;
+            session.write(0, 0.0)?;
         }
     }
-    studio.finish()?;
+    session.finish()?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Everything that stands ready while frames are made.
-struct Studio<'a> {
+/// A render in progress.
+struct Session<'a> {
     args: &'a RenderArgs,
-    images: Images,
+    files: ImageFiles,
     context: &'a Arc<Context>,
     renderer: Renderer,
     shot: Shot,
     header: Metadata,
-    /// Its exposure is the one asked for, or the one chosen by the first image of a sequence for all of them.
+    /// Its exposure is the one asked for, or the one that the first image of a sequence chooses for all of them.
     report: RenderReport,
     timings: Timings,
 }
 
-impl Studio<'_> {
+impl Session<'_> {
     fn frame(&mut self, later_s: f64) -> Result<()> {
         interrupt::check()?;
-        // An animation keeps what stands still; else each frame is made anew, to be timed.
+        // An animation reuses what did not change; else each frame is made from scratch, to be timed.
         if !self.args.still && self.args.frames.is_none() {
             self.renderer.make_anew();
         }
@@ -98,10 +98,10 @@ impl Studio<'_> {
     /// Writes the last frame as number `frame`, `later_s` seconds after --time.
     fn write(&mut self, frame: u32, later_s: f64) -> Result<()> {
         refuse_invalid(self.context)?;
-        let path = self.images.path(frame);
+        let path = self.files.path(frame);
         let image = self.renderer.read();
         warn_of_non_finite(&image);
-        if self.images.exr {
+        if self.files.exr {
             self.header.insert("time".into(), self.shot.time_s(later_s).to_string());
             image.write_exr(&path, &self.header)?;
         } else {
@@ -116,9 +116,9 @@ impl Studio<'_> {
         Ok(())
     }
 
-    fn tell_memory(&self, budget_bytes: u64) {
+    fn print_memory(&self, budget_bytes: u64) {
         say!("memory plan:\n{}", self.renderer.plan());
-        say!("  {:<24} {:>10.2} MiB", "taken from the driver", mib(self.context.allocated_bytes()));
+        say!("  {:<24} {:>10.2} MiB", "allocated from the driver", mib(self.context.allocated_bytes()));
         say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(budget_bytes));
     }
 
@@ -141,10 +141,10 @@ impl Studio<'_> {
     }
 }
 
-/// Pixels that are no numbers are a fault of the program, and hard to see.
+/// Pixels that are not finite are a fault of the program, and hard to see.
 fn warn_of_non_finite(image: &Layers) {
     let broken = image.beauty().iter().filter(|p| !p.iter().all(|c| c.is_finite())).count();
     if broken > 0 {
-        out::complain(&format!("warning: {broken} pixels are not finite"));
+        out::warn(&format!("warning: {broken} pixels are not finite"));
     }
 }

@@ -108,7 +108,7 @@ pub fn counters_text(timings: &Timings) -> String {
         count("occupied_voxels")
     );
     if count("frames_repeated") > 0 {
-        text += &format!("buffers were too small and grew; frames repeated for it {}\n", count("frames_repeated"));
+        text += &format!("frames repeated because a buffer had to grow: {}\n", count("frames_repeated"));
     }
     text
 }

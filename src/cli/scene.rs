@@ -42,7 +42,7 @@ enum Camera {
 }
 
 impl SceneArgs {
-    /// As if nothing but the scene and the size had been typed.
+    /// The defaults for this scene and size.
     pub fn plain(path: &Path, size: (u32, u32)) -> Self {
         let typed = [OsStr::new(""), OsStr::new("--"), path.as_os_str()];
         let matches = Self::augment_args(Command::new("")).get_matches_from(typed);
@@ -82,7 +82,7 @@ impl SceneArgs {
             let view = shot.view(&scene, &shot.pose(&scene, 0.0));
             notes.push(scene.add_default_light(&view));
         }
-        notes.iter().for_each(|note| out::complain(&format!("note: {}: {note}", scene.name)));
+        notes.iter().for_each(|note| out::warn(&format!("note: {}: {note}", scene.name)));
         Ok(Opened { scene, size: self.size, camera: words, shot })
     }
 

@@ -46,7 +46,7 @@ pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn list(settings: &Settings, all: bool) {
-    say!("presets (--preset name; {} where none is named):", PRESETS[0].name);
+    say!("presets (--preset NAME; the default is {}):", PRESETS[0].name);
     for preset in PRESETS {
         say!("  {:<10} {}", preset.name, preset.meaning);
     }

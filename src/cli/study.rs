@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::export::Chart;
-use twobounce::chart::study::{SCENES, by_hand, document, lines, settings};
+use twobounce::chart::study::{SCENES, document, handwritten, lines, settings};
 use twobounce::chart::svg;
 use twobounce::output::file;
 use twobounce::{Error, Result};
@@ -15,8 +15,8 @@ use super::args::{SceneArgs, size};
 use super::bench::{Bench, BenchArgs};
 use crate::say;
 
-/// Runs every preset and every axis by itself, keeps rows as `chart` does, and writes the page anew, but for what
-/// stands in it by hand.
+/// Runs every preset and every axis by itself, keeps rows as `chart` does, and writes the page again, except for its
+/// handwritten part.
 #[derive(Args, Debug)]
 pub struct StudyArgs {
     /// The scenes [default: those of the project]
@@ -40,22 +40,22 @@ pub struct StudyArgs {
 
 pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let lines = lines(&args.sets)?;
-    kept(&args.output)?; // before anything is measured
+    handwritten_part(&args.output)?; // before anything is measured
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);
     let bench = Bench { scene, paths, trials: settings(&lines), folder: &args.rows, args: &args.bench };
     bench.run(|chart| {
-        write(&args.output, chart, &document(chart, &lines, &args.sets, &kept(&args.output)?))?;
+        write(&args.output, chart, &document(chart, &lines, &args.sets, &handwritten_part(&args.output)?))?;
         say!("wrote {}", args.output.join("README.md").display());
         Ok(())
     })
 }
 
-/// What stands by hand in the page that is there; a folder that holds something else is refused.
-fn kept(folder: &Path) -> Result<String> {
+/// The handwritten part of the page that is there; a folder that holds something else is refused.
+fn handwritten_part(folder: &Path) -> Result<String> {
     let page = folder.join("README.md");
     match fs::read_to_string(&page) {
-        Ok(text) => by_hand(&text).map(str::to_owned).ok_or_else(|| {
+        Ok(text) => handwritten(&text).map(str::to_owned).ok_or_else(|| {
             Error::file(&page, "was not written by `twobounce study`, or lost its marks; name another folder with -o")
         }),
         Err(_) if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) || folder.is_file() => {

@@ -8,13 +8,13 @@ pub mod trace;
 use crate::vk::Context;
 use crate::{Error, Result};
 
-/// What a device that was used wrongly makes is no result.
+/// Refuses the result of a device that was used wrongly.
 ///
 /// # Errors
 /// [`Error::Device`] with the first of the validation layer's messages.
 pub fn refuse_invalid(context: &Context) -> Result<()> {
     match context.validation_messages().first() {
-        Some(first) => Err(Error::Device(format!("the validation layer objects: {first}"))),
+        Some(first) => Err(Error::Device(format!("the validation layer reports: {first}"))),
         None => Ok(()),
     }
 }

@@ -18,7 +18,7 @@ use crate::settings::Settings;
 use crate::vk::Context;
 use counts::Counts;
 
-/// A frame, to be made anew again and again.
+/// A frame that is rendered many times, from scratch each time.
 #[derive(Clone)]
 pub struct Subject<'a> {
     pub scene: &'a Scene,

@@ -7,7 +7,7 @@ use crate::gi::Method;
 pub fn markdown() -> String {
     let mut page = String::from(
         "# Settings\n\n\
-         Made by `twobounce settings --markdown`; a test checks that it is current.\n\n\
+         Made by `twobounce settings --markdown`; a test checks that it is up to date.\n\n\
          `--preset NAME`, then `--config FILE.toml`, then every `--set key=value`: later ones win. In a file, keys stand\n\
          as here (`image.samples = 1`) or in tables (`[image]`). Lengths in voxels do not change when a scene is\n\
          scaled. Factors of time were measured on two CPU cores.\n\n## Presets\n\n\
@@ -16,7 +16,7 @@ pub fn markdown() -> String {
     for preset in PRESETS {
         page += &format!("- `{}`: {}\n", preset.name, preset.meaning);
     }
-    page += "\n## Keys\n\nThe first table of each part has what people turn, the second what `--all` adds.\n";
+    page += "\n## Keys\n\nThe first table of each part has the common settings, the second those that `--all` adds.\n";
     for part in std::iter::once(None).chain(Method::ALL.iter().copied().map(Some)) {
         let keys: Vec<&Key> = keys().iter().filter(|key| key.method() == part).collect();
         if !keys.is_empty() {
@@ -35,8 +35,7 @@ fn table(keys: &[&Key]) -> String {
     }
     let names: String = PRESETS.iter().map(|preset| format!("`{}` | ", preset.name)).collect();
     let dashes = "---|".repeat(PRESETS.len());
-    let mut page =
-        format!("\n| key | what | {names}unit | range | what more of it costs |\n|---|---|{dashes}---|---|---|\n");
+    let mut page = format!("\n| key | what | {names}unit | range | cost of more |\n|---|---|{dashes}---|---|---|\n");
     let presets: Vec<Settings> = PRESETS.iter().map(|preset| (preset.settings)()).collect();
     for key in keys {
         let value = |settings: &Settings| {

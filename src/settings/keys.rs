@@ -16,7 +16,7 @@ pub struct Key {
     pub meaning: &'static str,
     /// What more of it costs.
     pub cost: &'static str,
-    /// Shown only with `--all`: the ledger, the talk's variants, and what hardly anybody turns.
+    /// Shown only with `--all`: the ledger, the talk's variants, and what is rarely changed.
     pub rare: bool,
 }
 
@@ -76,7 +76,7 @@ macro_rules! names {
 }
 pub(crate) use names;
 
-/// A setting that people turn: name, unit, range, meaning, cost.
+/// A common setting.
 pub(crate) const fn key(
     name: &'static str,
     unit: &'static str,
@@ -120,28 +120,28 @@ macro_rules! table {
 }
 pub(super) use table;
 
-/// What every method shares and no table holds.
+/// The settings outside of tables.
 const TOP: &[Key] = &[
     key(
         "method",
         "method",
         names!(Method),
-        "how light from elsewhere is found: none of it, voxel cones as in the talk, or exact rays",
+        "how indirect light is found: not at all, by voxel cones as in the talk, or by exact rays",
         "see the presets",
     ),
     key(
         "voxels",
         "voxels per edge",
         Range::PowerOfTwo(16, 256),
-        "edge of the grid in which triangles are listed and light is kept",
+        "edge of the grid that lists triangles and stores light",
         "memory ×8 per doubling (32 MiB at 64, 256 at 128, 2 GiB at 256); voxel passes up to ×8, the image ×1.1–1.3",
     ),
     key(
         "bounces",
         "bounces",
         names!(Bounces),
-        "indirect bounces; all: each frame starts from the light of the frame before. A first frame repeats until one changes \
-         less than 0.1 % of the light, 32 times at most",
+        "indirect bounces; all: each frame starts from the light of the last one. The first frame is repeated until the light \
+         changes by less than 0.1 %, at most 32 times",
         "2 adds a volume and, mostly, its shading; all: both volumes gather, 2 bounces a frame",
     ),
 ];

@@ -18,7 +18,7 @@ pub const PRESETS: &[Preset] = &[
     preset("fast", Settings::fast, "6 shared rays for every 16 pixels, lamps sampled, one sample per pixel"),
     preset("accurate", Settings::accurate, "32 shared rays a pixel, lamps sampled"),
     preset("cones", Settings::cones, "16 saturating cones a pixel, lamps sampled"),
-    preset("corrected", Settings::corrected, "the talk, every row of the ledger right"),
+    preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected"),
     preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
 ];
 

@@ -1,4 +1,4 @@
-//! What settings were called before there were methods with tables of their own, for a sentence that names the new one.
+//! The names of settings before methods had their own tables, for a message that gives the new name.
 
 /// (old name, what to write instead)
 const RENAMED: &[(&str, &str)] = &[

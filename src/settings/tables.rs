@@ -8,11 +8,11 @@ table! {
     GridSettings as "grid" {
         #[serde(with = "auto")]
         center: Option<[f64; 3]> = None, in "metres", Range::PointOrAuto(1e9);
-        "centre of the cube that the grid fills; auto: of the scene's bounds";
+        "centre of the cube that the grid fills; auto: the centre of the scene's bounds";
         "nothing";
         #[serde(with = "auto")]
         side: Option<f64> = None, in "metres", Range::NumberOrAuto(1e-6, 1e9);
-        "side of that cube; auto: the scene's longest side and the margin";
+        "side of that cube; auto: the scene's longest side plus the margin";
         "nothing; larger: coarser voxels";
         // Not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
         margin: f64 = 2.5, in "voxels" rare, Range::Number(0.0, 7.0);
@@ -25,11 +25,11 @@ table! {
     /// Direct light and its shadows.
     LightSettings as "lights" {
         shadows: Shadows = Shadows::Rays, in "choice", names!(Shadows);
-        "how lights are occluded: not at all, by the method's own means (the talk's shadow cones), or by exact rays";
+        "how lights are shadowed: not at all, by the method (the talk's shadow cones), or by exact rays";
         "a ray or a cone per light, pixel and shaded voxel side";
         // With `shadows = rays`; one ray goes to the light's middle.
         shadow_rays: u32 = 4, in "rays", Range::Whole(1, 64);
-        "rays to every light with a radius: 1 casts hard shadows, more cast penumbrae, with noise in them alone";
+        "shadow rays to each light with a radius: 1 gives hard shadows, more give penumbrae, with noise only there";
         "a ray each per sample of the image and voxel side, where a light has a radius";
         lamps: LampLight = LampLight::Sampled, in "choice", names!(LampLight);
         "how emissive surfaces light the scene: gathered by the method alone, or sampled as area lights with exact shadows";
@@ -47,16 +47,16 @@ table! {
     /// The final image.
     ImageSettings as "image" {
         samples: u32 = 4, in "samples per pixel", Range::OneOf(&[1, 4]);
-        "samples for the edges of surfaces; the method is asked once per pixel and surface";
+        "samples for the edges of surfaces; indirect light is found once per pixel and surface";
         "4: colour and depth ×4 in memory, direct light up to ×4";
         direct: DirectLight = DirectLight::Pixels, in "choice", names!(DirectLight);
-        "where direct light and its shadows are found: at every sample, or once per pixel and surface";
+        "where direct light and its shadows are computed: at every sample, or once per pixel and surface";
         "samples: up to image.samples shadow rays per pixel and light";
         gather_resolution: GatherResolution = GatherResolution::Half, in "choice", names!(GatherResolution);
-        "where diffuse light is gathered: at every pixel, or at every second or fourth and brought up by depth and normals";
+        "where diffuse light is gathered: at every pixel, or at every second or fourth, upsampled by depth and normals";
         "half: a quarter of the gathers, and a second draw of the triangles";
         interleave: u32 = 4, in "pixels", Range::OneOf(&[1, 2, 4]);
-        "in squares of so many gathered pixels (and voxels) each has directions of its own; neighbours share what they find \
+        "side of the square in which every gathered pixel (or voxel) has its own directions; neighbours share results \
          where depth and normals agree";
         "a filter of (n + 1)² texels; fewer directions per pixel give the same light";
     }

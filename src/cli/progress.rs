@@ -7,7 +7,7 @@ use twobounce::chart::row::Row;
 
 use crate::say;
 
-pub struct Counter {
+pub struct RowProgress {
     bar: ProgressBar,
 }
 
@@ -17,7 +17,7 @@ pub fn bar(length: u64, template: &str) -> ProgressBar {
     ProgressBar::new(length).with_style(style)
 }
 
-impl Counter {
+impl RowProgress {
     /// `missing` rows of `all` are to be made.
     pub fn new(missing: usize, all: usize) -> Self {
         if missing < all {

@@ -1,4 +1,4 @@
-//! A chart as files: the page and the SVG for people, `rows.json` and `rows.csv` for other programs.
+//! A chart as files: the page and the SVG for readers, `rows.json` and `rows.csv` for programs.
 
 use std::collections::BTreeSet;
 
@@ -40,7 +40,7 @@ pub struct SceneLine {
     pub hash: String,
     pub triangles: usize,
     pub camera: String,
-    /// Whether no mesh is of metal or transmits.
+    /// Whether no mesh is metallic or transmits.
     pub all_diffuse: bool,
 }
 
@@ -69,8 +69,8 @@ impl Chart {
         })
     }
 
-    /// What to judge a scene's rows by where only one number is shown: the indirect light, unless no row has direct light
-    /// of its own to tell it from.
+    /// The part of the light that is shown where there is room for one: the indirect light, unless no row has its own direct
+    /// layer.
     pub fn part(&self, scene: &str) -> Part {
         let own_direct = |row: &&Row| row.measured.as_ref().is_some_and(|m| m.own_direct);
         if self.rows_of(scene).iter().any(own_direct) { Part::Indirect } else { Part::Total }

@@ -1,13 +1,13 @@
-//! One row: renders a setting, times it, and holds its image against the references.
+//! One row: renders a setting, times it, and compares its image with the references.
 //!
-//! The error is that of the first frame after a cold start (with `bounces = all`, of the settled one), so that it does not depend
-//! on how many frames were timed. Times are of later frames without further layers, which would take time of their own; each
+//! The error is that of the first frame (with `bounces = all`, after it settled), so that it does not depend on how many frames
+//! were timed. Times are of later frames without further layers, which would take time of their own; each
 //! makes lists and light again, as if something had moved.
 //!
-//! Light that a method sends through the method alone (emissive surfaces with `emitters = cones`, the sky) is in no direct layer
-//! of its own, but in the reference's. There the indirect part is image − the reference's direct light: whatever is wrong
-//! with that light counts too. And where nothing but such light shines, the first of the method's gathers is its direct
-//! light, so that "as many bounces" means one fewer than the setting says.
+//! Some light reaches the image only through the method (emissive surfaces with `lights.lamps = gathered`, the sky). The image's
+//! direct layer lacks it, the reference's has it. Then the indirect part is image − the reference's direct light, so that errors
+//! of that light count too. Where there is no other light, the method's first gather is its direct light, and "as many
+//! bounces" means one fewer than the setting says.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use super::store::Pictures;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite};
 use crate::measure::picture::signed_difference;
-use crate::measure::timing::{Spread, Timings};
+use crate::measure::timing::{PassTiming, Spread, Timings};
 use crate::profile::WARM_UP;
 use crate::reference::{Depth, Options, Stop};
 use crate::renderer::{RenderOptions, Renderer};
@@ -60,7 +60,7 @@ pub struct ReferenceImage {
 
 impl ReferenceImage {
     /// # Errors
-    /// [`crate::Error::Usage`] for a black image: nothing can be held against it.
+    /// [`crate::Error::Usage`] for a black image: nothing can be compared with it.
     pub fn new(depth: Depth, noise: f64, layers: Layers) -> Result<Self> {
         metrics::metrics(layers.beauty(), layers.beauty(), "reference")?;
         Ok(Self { depth, noise, layers })
@@ -119,7 +119,7 @@ impl ChartScene {
         picture::uri(self.options.size, metrics::exposed(radiance, exposure))
     }
 
-    /// Times the setting and holds its image against the references; `None` once `go_on` says no, which is asked between
+    /// Times the setting and compares its image with the references; `None` once `go_on` says no, which is asked between
     /// frames.
     ///
     /// # Errors
@@ -137,12 +137,13 @@ impl ChartScene {
         let (full, same) = (errors(references[0])?, errors(references[1])?);
         let Some((timings, cpu_ms, memory_bytes)) = self.times(context, settings, go_on)? else { return Ok(None) };
         measure::refuse_invalid(context)?;
+        let pass = |pass: PassTiming| Pass { name: pass.name.to_owned(), gpu_ms: pass.gpu_ms.median };
         let measured = Measured {
             frames: timings.frames().len(),
             frame_gpu_ms: timings.frame_gpu_ms(),
             frame_cpu_ms: cpu_ms,
             frame_wall_ms: timings.frame_wall_ms(),
-            passes: passes(&timings),
+            passes: timings.passes().into_iter().map(pass).collect(),
             memory_bytes,
             nonfinite: NonFinite::of(image.beauty()).count(),
             own_direct,
@@ -197,10 +198,6 @@ impl ChartScene {
 fn another(wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
     let timed = wall_ms.len();
     timed < LEAST_FRAMES || (timed < MOST_FRAMES && wall_ms.sum::<f64>() < LONG_ENOUGH_MS)
-}
-
-fn passes(timings: &Timings) -> Vec<Pass> {
-    timings.passes().into_iter().map(|p| Pass { name: p.name.to_owned(), gpu_ms: p.gpu_ms.median }).collect()
 }
 
 fn errors(image: &Layers, own_direct: bool, reference: &ReferenceImage) -> Result<Errors> {

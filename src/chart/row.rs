@@ -1,4 +1,4 @@
-//! One setting on one scene: what it cost, how wrong it was, or why it could not run.
+//! One setting on one scene: its times and errors, or why it could not run.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::settings::Settings;
 /// One setting on one scene. `docs/json.md` lists the keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Hash over all that determines the row.
+    /// Hash over everything that determines the row.
     pub key: String,
     /// The scene's name in this chart.
     pub scene: String,
@@ -19,7 +19,7 @@ pub struct Row {
     pub preset: String,
     /// `key=value` of the sweep; empty for a preset by itself.
     pub swept: Vec<String>,
-    /// `key=value` for everything that is not as in the preset.
+    /// `key=value` for every setting that differs from the preset.
     pub changes: Vec<String>,
     pub settings: Settings,
     /// Absent where the setting could not run.
@@ -45,7 +45,7 @@ pub struct Measured {
     pub memory_bytes: u64,
     /// Values of the image that are NaN or infinite.
     pub nonfinite: usize,
-    /// Whether the image's direct layer is its own; else, the reference's stands in: see [`super::measure`].
+    /// Whether the image's own direct layer was subtracted, or else the reference's: see [`super::measure`].
     pub own_direct: bool,
     /// Against all of the light.
     pub full: Errors,

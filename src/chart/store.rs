@@ -122,9 +122,9 @@ fn program() -> Result<String> {
     Ok(blake3::hash(&bytes).to_string())
 }
 
-/// Names rows after all that determines them but the program itself.
+/// Names rows after everything that determines them except the program.
 pub struct Keys {
-    /// The device, validation, how noisy references may be.
+    /// The device, validation, the noise of references.
     common: [String; 3],
     noise: f64,
 }

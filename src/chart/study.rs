@@ -1,4 +1,4 @@
-//! The default study: every preset, and every axis by itself from a named base. `docs/study/README.md` is made from it.
+//! The default study: every preset, and every axis by itself on top of a preset. `docs/study/README.md` is made from it.
 
 use super::export::{Chart, SceneLine};
 use super::frontier::frontier;
@@ -10,7 +10,7 @@ use crate::settings::{PRESETS, Settings};
 /// The scenes, from the project's root.
 pub const SCENES: &[&str] = &["assets/cornell-area.glb", "assets/cornell-point.glb", "assets/gallery.glb"];
 
-/// Set in every preset first, so that the study can be run on a processor; 128³ is on an axis of its own.
+/// Set in every preset first, so that the study can run on a CPU; 128³ has its own axis.
 pub const BASE: &[&str] = &["voxels=64"];
 
 /// An axis's name, the preset to start from, and what is tried on top of it: a sweep, `key=value,value,…`, or `key=value` of
@@ -109,7 +109,7 @@ pub fn settings(lines: &[(&'static str, Trial)]) -> Vec<Trial> {
     all
 }
 
-/// What stands between the marks of an earlier page; `None` for a text that is no such page.
+/// The part between the marks of an earlier page; `None` for a text that is no such page.
 pub fn handwritten(page: &str) -> Option<&str> {
     let (_, rest) = page.split_once(HANDWRITTEN[0])?;
     Some(rest.split_once(HANDWRITTEN[1])?.0)
@@ -120,14 +120,14 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
     let (device, driver, noise) = (&chart.device, &chart.driver, 100.0 * chart.reference_noise);
     let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
     let mut page = format!(
-        "# What each setting buys and costs\n\n\
-         Written by `twobounce study`, which is run again whenever a method changes: every preset, then every axis by itself, on\n\
-         top of the preset that its line opens with. `{base}`, unless a line says otherwise. Measured at {}×{} pixels on\n\
+        "# Error and time of every setting\n\n\
+         Written by `twobounce study`; it is run again whenever a method changes. It measures every preset, then every axis by itself, on\n\
+         top of the preset that starts its line. `{base}`, unless a line says otherwise. Measured at {}×{} pixels on\n\
          {device} ({driver}). `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
-         against light of as many bounces, `all` against all of it; the references' own noise is {noise} %. *Indirect* says that it is\n\
-         of the indirect light alone, *diffuse* of that in pixels without metal, glass and sky, *whole* that lamps light the scene\n\
-         through cones and nothing tells the two apart. **Bold**: no other setting here is both faster and nearer. [rows.csv](rows.csv)\n\
-         has every number.\n\n## What surprised\n\n{}{handwritten}{}\n",
+         against light of as many bounces, `all` against all light; the references' own noise is {noise} %. *Indirect* is `rel` of the indirect\n\
+         light alone, *diffuse* of the indirect light in pixels without metal, glass and sky, *whole* of the whole image, where only cones find\n\
+         the light of lamps and direct light is not separate. **Bold**: no other setting is both faster and more accurate. [rows.csv](rows.csv)\n\
+         has every number.\n\n## Surprises\n\n{}{handwritten}{}\n",
         chart.width, chart.height, HANDWRITTEN[0], HANDWRITTEN[1]
     );
     for scene in &chart.scenes {
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_handwritten_is_kept() {
+    fn the_handwritten_part_is_kept() {
         let chart = Chart::default();
         let page = document(&chart, &[], &[], "Nothing did.\n");
         assert_eq!(handwritten(&page), Some("Nothing did.\n"));

@@ -17,11 +17,10 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn text(devices: &[DeviceReport]) -> String {
-    let devices = devices.iter().enumerate().map(|(index, device)| device_text(index, device));
-    devices.collect::<Vec<_>>().join("\n")
+    devices.iter().enumerate().map(device_text).collect::<Vec<_>>().join("\n")
 }
 
-fn device_text(index: usize, device: &DeviceReport) -> String {
+fn device_text((index, device): (usize, &DeviceReport)) -> String {
     let (major, minor, patch) = device.api_version;
     let mut text = format!(
         "{index}: {}\n   {}, Vulkan {major}.{minor}.{patch}, driver {}\n",
@@ -30,9 +29,9 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         device.driver
     );
     let missing: Vec<_> = device.needs.iter().filter(|need| !need.present).map(|need| need.name.as_str()).collect();
-    text += &match missing.as_slice() {
-        [] => "   has everything that twobounce needs:\n".to_owned(),
-        some => format!("   cannot be used, it lacks {}:\n", some.join(", ")),
+    text += &match missing.is_empty() {
+        true => "   has everything that twobounce needs:\n".to_owned(),
+        false => format!("   cannot be used, it lacks {}:\n", missing.join(", ")),
     };
     for need in &device.needs {
         let mark = if need.present { '✓' } else { '✗' };
@@ -76,11 +75,11 @@ fn limits(device: &DeviceReport) -> [(&'static str, &'static str, Value); 11] {
 }
 
 fn json(devices: &[DeviceReport]) -> String {
-    let list: Vec<_> = devices.iter().enumerate().map(|(index, device)| device_json(index, device)).collect();
+    let list: Vec<_> = devices.iter().enumerate().map(device_json).collect();
     format!("{:#}\n", json!({ "version": 1, "devices": list }))
 }
 
-fn device_json(index: usize, device: &DeviceReport) -> Value {
+fn device_json((index, device): (usize, &DeviceReport)) -> Value {
     let (major, minor, patch) = device.api_version;
     let limits: serde_json::Map<_, _> =
         limits(device).into_iter().map(|(key, _, value)| (key.to_owned(), value)).collect();

@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-static PRESSED: AtomicBool = AtomicBool::new(false);
+/// The flag.
+pub static PRESSED: AtomicBool = AtomicBool::new(false);
 
 /// From now on Ctrl-C (and SIGTERM) sets the flag.
 pub fn install() -> anyhow::Result<()> {
@@ -12,11 +13,6 @@ pub fn install() -> anyhow::Result<()> {
         }
     })?;
     Ok(())
-}
-
-/// The flag itself, for library code that takes one.
-pub fn flag() -> &'static AtomicBool {
-    &PRESSED
 }
 
 /// [`twobounce::Error::Interrupted`] once Ctrl-C was pressed.

@@ -30,26 +30,47 @@ use clap::error::ErrorKind;
 
 use args::{Cli, Command};
 
-/// The typed arguments, or the exit code after help, version or a mistake was reported.
-pub fn parse() -> Result<Cli, ExitCode> {
-    Cli::try_parse().map_err(|error| match error.kind() {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            out::write(&error.render().to_string());
-            ExitCode::SUCCESS
-        }
-        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            let _ = write!(std::io::stderr(), "{}", error.render());
-            ExitCode::from(2)
-        }
-        _ => {
-            out::warn(&usage_sentence(&error.render().to_string()));
-            ExitCode::from(2)
-        }
+/// Parses and runs the command line, reports an error, and says how it ended.
+pub fn main() -> ExitCode {
+    out::init_log();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    run(&cli).and_then(|code| out::finish().map(|()| code)).unwrap_or_else(|error| {
+        out::warn(&one_line(&format!("{error:#}")));
+        let interrupted = matches!(error.downcast_ref(), Some(twobounce::Error::Interrupted));
+        ExitCode::from(if interrupted { 130 } else { 2 })
     })
 }
 
+/// Prints help or the version, or says in one sentence, without the usage, what is wrong with the arguments.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let text = error.render().to_string();
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            out::write(&text);
+            return ExitCode::SUCCESS;
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = write!(std::io::stderr(), "{text}");
+        }
+        _ => {
+            let paragraphs = text.trim_start_matches("error: ").split("\n\n");
+            let is_usage = |p: &&str| p.starts_with("Usage:") || p.starts_with("For more information");
+            let problem: Vec<String> = paragraphs.take_while(|p| !is_usage(p)).map(one_line).collect();
+            out::warn(&problem.join("; "));
+        }
+    }
+    ExitCode::from(2)
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Runs one subcommand; the exit code of a command that did not fail.
-pub fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
+fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     match &cli.command {
         Command::Ledger(args) => ledger::run(args),
         Command::MakeAssets(args) => make_assets::run(args),
@@ -62,27 +83,4 @@ pub fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
     }
-}
-
-/// The whole chain of an error in one line.
-pub fn sentence(error: &anyhow::Error) -> String {
-    format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// 130 for an interruption, 2 for everything else.
-pub fn exit_code(error: &anyhow::Error) -> ExitCode {
-    match error.downcast_ref() {
-        Some(twobounce::Error::Interrupted) => ExitCode::from(130),
-        _ => ExitCode::from(2),
-    }
-}
-
-/// Clap's paragraphs (what is wrong, a tip, the usage) as one sentence without the usage.
-fn usage_sentence(message: &str) -> String {
-    let paragraphs = message.trim_start_matches("error: ").split("\n\n");
-    let told: Vec<String> = paragraphs
-        .take_while(|p| !p.starts_with("Usage:") && !p.starts_with("For more information"))
-        .map(|p| p.split_whitespace().collect::<Vec<_>>().join(" "))
-        .collect();
-    told.join("; ")
 }

@@ -143,7 +143,7 @@ pub fn traced(cache: &Cache, of: (&Scene, &Pose, &View), options: &Options) -> R
             *seen = Some((start, latest.max(progress.paths - progress.before)));
         }
     };
-    let film = cache.render(of, options, &show, interrupt::flag());
+    let film = cache.render(of, options, &show, &interrupt::PRESSED);
     bar.finish_and_clear();
     let seen = seen.lock().ok().and_then(|seen| *seen);
     let (seconds, paths) = seen.map_or((0.0, 0), |(start, paths)| (start.elapsed().as_secs_f64(), paths));

@@ -118,7 +118,7 @@ impl Session<'_> {
 
     fn print_memory(&self, budget_bytes: u64) {
         say!("memory plan:\n{}", self.renderer.plan());
-        say!("  {:<24} {:>10.2} MiB", "allocated from the driver", mib(self.context.allocated_bytes()));
+        say!("  {:<24} {:>10.2} MiB", "allocated by the driver", mib(self.context.allocated_bytes()));
         say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(budget_bytes));
     }
 

@@ -96,7 +96,7 @@ pub fn counters(timings: &Timings) -> BTreeMap<&'static str, u32> {
     ])
 }
 
-/// The same in a line or two.
+/// The same as text.
 pub fn counters_text(timings: &Timings) -> String {
     let counts = counters(timings);
     let count = |name: &str| counts.get(name).copied().unwrap_or(0);

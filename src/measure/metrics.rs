@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::layers::{Aov, Layers};
 use crate::{Error, Result};
 
-/// The least denominator of a relative error, as a share of the reference's mean: for dark pixels.
+/// The smallest denominator of a relative error, as a share of the reference's mean: for dark pixels.
 const FLOOR: f64 = 0.01;
 
 /// The least [`Aov::Diffuse`] of a wholly diffuse pixel: 1 up to rounding.

@@ -1,4 +1,4 @@
-//! A pass's time over what it works on, and its bytes over its time.
+//! A pass's time per unit of its work, and its bytes per time.
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ use crate::gi::{Method, PassUnit};
 use crate::ground::layout;
 use crate::measure::timing::{PassTiming, short_bytes};
 
-/// What one pass costs per thing, and by the model. Nanoseconds of device time, by the median.
+/// What one pass costs per unit of work, and by the model. Nanoseconds of device time, from the median.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassCost {
     pub name: &'static str,
@@ -27,9 +27,9 @@ pub struct PassCost {
     pub fetched_bytes: u64,
     /// What the pass writes: stated by the pass; of list items and triangles, counted.
     pub written_bytes: u64,
-    /// Fetched and written bytes over the median time, 10⁹ a second. Above the copy rate the caches serve.
+    /// Fetched and written bytes over the median time, 10⁹ a second. Caches explain a rate above the copy rate.
     pub gb_per_s: f64,
-    /// Over the better copy rate of the device.
+    /// Divided by the better copy rate of the device.
     pub share_of_copy: f64,
 }
 

@@ -30,7 +30,7 @@ pub struct Growth {
     /// Occupied voxels of each run.
     pub occupied_voxels: Vec<u32>,
     pub passes: Vec<PassGrowth>,
-    /// What could not be run, and why.
+    /// Runs that did not fit, and why.
     pub left_out: Vec<String>,
 }
 
@@ -47,7 +47,7 @@ pub struct PassGrowth {
 /// Runs all three axes, `frames` frames a point.
 ///
 /// # Errors
-/// A lost device or an interruption; what the device has no room for is left out and said.
+/// A lost device or an interruption. Runs that do not fit into device memory are left out and listed.
 pub fn measure(context: &Arc<Context>, subject: &Subject, frames: u32) -> Result<Vec<Growth>> {
     let run = |subject: &Subject| subject.run(context, frames);
     let grids = VOXELS.iter().map(|&voxels| {
@@ -73,7 +73,7 @@ pub fn measure(context: &Arc<Context>, subject: &Subject, frames: u32) -> Result
     Ok(vec![grids, triangles, growth("pixels", images)?])
 }
 
-/// One axis from its runs: what each is called, its place on the axis (that of recorded triangles where absent), its result.
+/// One axis from its runs: each with its name, its value (absent: its recorded triangles) and its result.
 fn growth(axis: &'static str, runs: impl Iterator<Item = (String, Option<f64>, Result<Run>)>) -> Result<Growth> {
     let (mut values, mut occupied_voxels, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
     let mut passes: Vec<PassGrowth> = Vec::new();

@@ -1,5 +1,5 @@
-//! What a frame costs and why: times per pass over what the pass works on, bytes read in an instrumented frame over the
-//! device's own copy rate, and how times grow. `twobounce profile` shows it.
+//! What a frame costs: time of each pass per unit of its work, bytes read in an instrumented frame compared with the device's
+//! copy rate, and how times grow. `twobounce profile` shows it.
 
 pub mod copy;
 pub mod costs;
@@ -30,7 +30,7 @@ pub struct Subject<'a> {
     pub check: fn() -> Result<()>,
 }
 
-/// What repeated frames showed.
+/// The result of repeated frames.
 pub struct Run {
     pub timings: Timings,
     pub plan: MemoryPlan,

@@ -29,7 +29,7 @@ choices! {
 }
 
 choices! {
-    /// How often the light of point, spot and directional lights is looked for.
+    /// Where the light of point, spot and directional lights is computed.
     DirectLight {
         /// At every sample: shadows' edges are anti-aliased.
         Samples = "samples",
@@ -44,10 +44,10 @@ choices! {
 }
 
 choices! {
-    /// How lights are tested for occlusion.
+    /// How lights are shadowed.
     Shadows {
         None = "none",
-        /// By the method's own means: the talk's shadow cones.
+        /// By the method: the talk's shadow cones.
         Method = "method",
         /// By exact rays through the triangle lists.
         Rays = "rays",
@@ -56,7 +56,7 @@ choices! {
 choices! {
     /// How emissive surfaces light the scene.
     LampLight {
-        /// By the method's own gathering alone, as in the talk: a lamp's own light is the first gather.
+        /// By the method's gathering alone, as in the talk: the first gather finds a lamp's light.
         Gathered = "gathered",
         /// As area lights, shadowed by exact rays; the method does not gather their emission again.
         Sampled = "sampled",

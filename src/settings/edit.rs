@@ -1,4 +1,4 @@
-//! Presets, files and single keys, merged and checked key by key, so that every message names the key at fault.
+//! Merges presets, files and single keys, and checks key by key, so that every message names the wrong key.
 
 use std::collections::BTreeMap;
 

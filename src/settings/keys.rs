@@ -1,4 +1,4 @@
-//! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
+//! One row per setting: unit, range and cost. Parsing, checks, lists and docs all read it.
 
 use std::sync::LazyLock;
 

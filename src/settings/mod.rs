@@ -1,6 +1,6 @@
-//! The one settings tree: what every key means, its unit, range and cost. Presets are values of it.
+//! The settings: meaning, unit, range and cost of every key, and the presets.
 //!
-//! What every method shares stands here; each method has a table of its own (`src/gi/<method>/settings.rs`). Lengths inside
+//! Shared settings are here; each method has its own table (`src/gi/<method>/settings.rs`). Lengths inside
 //! the grid are counted in voxels, so that a scene scaled or moved gives the same image.
 
 mod choices;

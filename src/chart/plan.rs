@@ -1,5 +1,7 @@
 //! Which settings are run: every base by itself, then every value of every axis on top of every base, one axis at a time.
 
+use std::collections::BTreeSet;
+
 use crate::settings::{Key, Range, Settings};
 use crate::{Error, Result};
 
@@ -60,12 +62,16 @@ pub fn trials(bases: &[Trial], values: &[Vec<String>]) -> Result<Vec<Trial>> {
         for base in bases {
             let mut settings = base.settings.clone();
             swept.iter().try_for_each(|assignment| settings.set(assignment))?;
-            if trials.iter().all(|trial| !trial.settings.means_same(&settings)) {
-                trials.push(Trial { preset: base.preset.clone(), swept: swept.clone(), settings });
-            }
+            trials.push(Trial { preset: base.preset.clone(), swept: swept.clone(), settings });
         }
     }
-    Ok(trials)
+    Ok(distinct(trials))
+}
+
+/// Without those whose settings mean the same as earlier ones.
+pub fn distinct(trials: impl IntoIterator<Item = Trial>) -> Vec<Trial> {
+    let mut seen = BTreeSet::new();
+    trials.into_iter().filter(|trial| seen.insert(trial.settings.to_toml())).collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::export::{Chart, SceneLine};
 use super::frontier::frontier;
-use super::plan::{Trial, sweep, trials};
+use super::plan::{Trial, distinct, sweep, trials};
 use super::row::{Part, Reference, Row};
 use crate::Result;
 use crate::settings::{PRESETS, Settings};
@@ -100,13 +100,7 @@ fn values(tried: &[&str]) -> Result<Vec<Vec<String>>> {
 
 /// Every setting of `lines` once.
 pub fn settings(lines: &[(&'static str, Trial)]) -> Vec<Trial> {
-    let mut all: Vec<Trial> = Vec::new();
-    for (_, trial) in lines {
-        if all.iter().all(|other| !other.settings.means_same(&trial.settings)) {
-            all.push(trial.clone());
-        }
-    }
-    all
+    distinct(lines.iter().map(|(_, trial)| trial.clone()))
 }
 
 /// The part between the marks of an earlier page; `None` for a text that is no such page.

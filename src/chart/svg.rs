@@ -25,19 +25,11 @@ pub struct Panel<'a> {
     pub part: Part,
 }
 
+/// Decades that axes show beyond their values.
+const AIR: f64 = 0.125;
+
 /// The numbers of a decade that axes show.
 const TICKS: &[f64] = &[1.0, 2.0, 5.0];
-
-/// An axis that holds these values.
-fn axis(values: impl Iterator<Item = f64>, start: f64, end: f64) -> LogAxis {
-    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-    if low > high {
-        return LogAxis::new((1.0, 10.0), start, end);
-    }
-    // An eighth of a decade of air, and never a span of less than half a one.
-    let air = 0.125f64.max(0.25 - (high / low).log10() / 2.0);
-    LogAxis::new((low / 10f64.powf(air), high * 10f64.powf(air)), start, end)
-}
 
 /// The presets of some rows in the order of their first row: a preset's place gives its colour.
 pub fn presets<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a str> {
@@ -90,8 +82,8 @@ fn draw(panel: &Panel, presets: &[&str]) -> String {
         add(format!("<text x=\"{LEFT}\" y=\"{}\">nothing to show</text>", HEIGHT / 2.0));
         return svg;
     }
-    let x = axis(points.iter().map(|p| p.0), LEFT, right);
-    let y = axis(points.iter().map(|p| p.1), bottom, TOP);
+    let x = LogAxis::around(points.iter().map(|p| p.0), AIR, LEFT, right);
+    let y = LogAxis::around(points.iter().map(|p| p.1), AIR, bottom, TOP);
     for tick in x.ticks(TICKS) {
         let (at, under) = (x.place(tick), bottom + 16.0);
         add(format!("<path class=\"tick\" d=\"M{at:.1} {TOP}V{bottom}\"/>"));
@@ -140,7 +132,7 @@ mod tests {
     #[test]
     fn axes_hold_their_values_and_have_ticks() {
         for values in [vec![3.0], vec![1.0, 1.0], vec![0.013, 95.0], vec![250.0, 260.0]] {
-            let axis = axis(values.iter().copied(), 10.0, 110.0);
+            let axis = LogAxis::around(values.iter().copied(), AIR, 10.0, 110.0);
             assert!(values.iter().all(|v| (10.0..=110.0).contains(&axis.place(*v))), "{values:?}");
             assert!(!axis.ticks(TICKS).is_empty(), "{values:?}");
         }

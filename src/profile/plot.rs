@@ -1,5 +1,7 @@
 //! The growth as a small picture: one panel per axis, both axes logarithmic, one line per pass.
 
+use std::collections::BTreeSet;
+
 use super::growth::{Growth, words};
 use crate::output::svg::{COLORS_ON_WHITE, LogAxis, escape};
 
@@ -30,30 +32,21 @@ pub fn svg(title: &str, growth: &[Growth]) -> String {
 /// Passes that reach a hundredth of some run.
 fn shown(growth: &[Growth]) -> Vec<&'static str> {
     let mut names = Vec::new();
-    for axis in growth {
-        let total = |run: usize| axis.passes.iter().map(|pass| pass.gpu_ms[run]).sum::<f64>();
-        for pass in &axis.passes {
-            let large = (0..axis.values.len()).any(|run| pass.gpu_ms[run] >= 0.01 * total(run));
-            if large && !names.contains(&pass.name) {
-                names.push(pass.name);
-            }
-        }
+    for Growth { passes, values, .. } in growth {
+        let total = |run: usize| passes.iter().map(|pass| pass.gpu_ms[run]).sum::<f64>();
+        let large = |ms: &[f64]| (0..values.len()).any(|run| ms[run] >= 0.01 * total(run));
+        names.extend(passes.iter().filter(|pass| large(&pass.gpu_ms)).map(|pass| pass.name));
     }
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(*name));
     names
-}
-
-/// An axis from the least of these values above 0 to the greatest.
-fn axis_around(values: impl Iterator<Item = f64> + Clone, start: f64, end: f64) -> LogAxis {
-    let low = values.clone().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
-    let high = values.fold(0.0, f64::max);
-    LogAxis::new(if low < high { (low, high) } else { (0.5, 2.0) }, start, end)
 }
 
 fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
     let pass = |name: &str| axis.passes.iter().find(|pass| pass.name == name);
     let passes: Vec<_> = names.iter().enumerate().filter_map(|(i, name)| Some((i, pass(name)?))).collect();
-    let x = axis_around(axis.values.iter().copied(), LEFT, WIDTH - 12.0);
-    let y = axis_around(passes.iter().flat_map(|(_, p)| p.gpu_ms.iter().copied()), HEIGHT, 20.0);
+    let x = LogAxis::around(axis.values.iter().copied(), 0.0, LEFT, WIDTH - 12.0);
+    let y = LogAxis::around(passes.iter().flat_map(|(_, p)| p.gpu_ms.iter().copied()), 0.0, HEIGHT, 20.0);
     let mut svg = String::new();
     let mut add = |line: String| svg += &(line + "\n");
     let bottom = HEIGHT + 6.0;

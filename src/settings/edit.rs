@@ -66,14 +66,6 @@ impl Settings {
         self.all_values().iter().map(|(key, value)| (*key, bare(value))).collect()
     }
 
-    /// Whether every value lies in its range. What the functions above build always does.
-    ///
-    /// # Errors
-    /// [`Error::Usage`], naming the key.
-    pub fn validate(&self) -> Result<()> {
-        self.all_values().iter().try_for_each(|(key, value)| check(key, value).map(drop))
-    }
-
     /// Every key that has an effect, and its value: the tables of other methods have none.
     fn values(&self) -> Vec<(&'static Key, Value)> {
         let mut values = self.all_values();

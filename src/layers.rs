@@ -3,7 +3,7 @@
 use crate::settings::choices;
 
 choices! {
-    /// A layer of an image ("arbitrary output variable"), in the order of files. Its name stands in flags and before the
+    /// A layer of an image ("arbitrary output variable"), in the order of files. Its name is used in flags and before the
     /// OpenEXR channels.
     Aov {
         /// Radiance: the image itself.

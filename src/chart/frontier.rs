@@ -30,7 +30,7 @@ mod tests {
     }
 
     proptest! {
-        /// Along the frontier cost rises and error falls, and whatever is off it is beaten by something on it.
+        /// Along the frontier cost rises and error falls, and every other point is beaten by a point on it.
         #[test]
         fn it_is_a_staircase_that_beats_the_rest(points in prop::collection::vec((0.0..4.0f64, 0.0..4.0f64), 1..40)) {
             let best = frontier(&points);

@@ -1,6 +1,7 @@
 //! Which settings are run: every base by itself, then every value of every axis on top of every base, one axis at a time.
 
 use std::collections::BTreeSet;
+use std::slice;
 
 use crate::settings::{Key, Range, Settings};
 use crate::{Error, Result};
@@ -38,7 +39,7 @@ impl Trial {
 
     /// The preset and what was swept, in one line.
     pub fn name(&self) -> String {
-        [&[self.preset.clone()], &self.swept[..]].concat().join(" ")
+        [slice::from_ref(&self.preset), &self.swept].concat().join(" ")
     }
 
     /// Every key whose value is not the preset's.

@@ -82,7 +82,7 @@ pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Trial)>> {
     let presets = PRESETS.iter().map(|preset| Ok(("preset", base(preset.name)?)));
     let mut lines = presets.collect::<Result<Vec<_>>>()?;
     for (name, preset, tried) in AXES {
-        // The first is the base itself, which stands among the presets.
+        // The first is the base itself, which the presets have.
         let swept = trials(&[base(preset)?], &values(tried)?)?.into_iter().skip(1);
         lines.extend(swept.map(|trial| (*name, trial)));
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::slice;
 
 use clap::Args;
 use twobounce::chart::plan::{Trial, sweep, trials};
@@ -42,7 +43,7 @@ pub struct ChartArgs {
 
 /// Measures what is missing and writes the chart again.
 pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
-    let paths = [&[args.scene.path.clone()], &args.more[..]].concat();
+    let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
     let bench = Bench { scene: &args.scene, paths, trials: args.trials()?, folder: &args.output, args: &args.bench };
     bench.run(|_| Ok(()))
 }

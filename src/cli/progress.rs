@@ -33,7 +33,7 @@ impl RowProgress {
 
     pub fn finish(&self, row: &Row) {
         self.bar.inc(1);
-        let told = match &row.measured {
+        let result = match &row.measured {
             Some(measured) => {
                 let (full, same) = (measured.full.total.rel, measured.same.total.rel);
                 let ms = measured.frame_gpu_ms.median;
@@ -43,7 +43,7 @@ impl RowProgress {
         };
         // Into a log too, which shows no bar. Made before: a suspended bar cannot be asked.
         let progress = self.progress();
-        self.bar.suspend(|| say!("{} {}: {told} ({progress})", row.scene, row.name));
+        self.bar.suspend(|| say!("{} {}: {result} ({progress})", row.scene, row.name));
     }
 
     pub fn clear(&self) {
@@ -59,7 +59,7 @@ impl RowProgress {
 }
 
 /// How long the rest takes if its rows take as long as all those before, which `spent` went into. The latest ones alone would
-/// say less: scenes take turns, and one takes ten times as long as another.
+/// say less: scenes alternate, and one takes ten times as long as another.
 fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
     (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
 }

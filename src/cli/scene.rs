@@ -63,7 +63,7 @@ impl SceneArgs {
         Ok(())
     }
 
-    /// Loads the scene, chooses animation and camera, adds sky and, where nothing shines, a light. Says what was ignored,
+    /// Loads the scene, chooses animation and camera, adds the sky and, without any light, a light. Prints what was ignored,
     /// simplified or added.
     pub fn open(&self) -> Result<Opened> {
         self.check()?;
@@ -86,7 +86,7 @@ impl SceneArgs {
         Ok(Opened { scene, size: self.size, camera: words, shot })
     }
 
-    /// Opens the scene and the device, and says what they are.
+    /// Opens the scene and the device, and prints what they are.
     pub fn open_on(&self, device: &DeviceArgs) -> Result<(Opened, Arc<Context>)> {
         let opened = self.open()?;
         let context = device.open(opened.size)?;

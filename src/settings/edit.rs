@@ -51,7 +51,7 @@ impl Settings {
         self.values().iter().map(|(key, value)| format!("{} = {}\n", key.name, write(value))).collect()
     }
 
-    /// Whether both give the same image: whatever else is set in the tables of other methods.
+    /// Whether both give the same image; tables of other methods may differ.
     pub fn means_same(&self, other: &Self) -> bool {
         self.to_toml() == other.to_toml()
     }

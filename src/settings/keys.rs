@@ -162,7 +162,7 @@ impl Key {
         keys().iter().find(|k| k.name == name)
     }
 
-    /// The method whose table the setting stands in.
+    /// The method whose table has the setting.
     pub fn method(&self) -> Option<Method> {
         let table = self.name.split_once('.')?.0;
         Method::ALL.iter().copied().find(|method| method.name() == table)

@@ -54,7 +54,7 @@ impl Default for Settings {
     }
 }
 
-/// `"auto"` stands for an absent value, so that files can say it and lists can show it.
+/// `"auto"` means an absent value, so that files and lists can have it.
 pub(crate) mod auto {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

@@ -18,7 +18,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("lists", "cones.passes"),
     ("shading", "cones.passes"),
     ("mips", "cones.passes"),
-    ("reuse", "nothing: what stands still is always kept"),
+    ("reuse", "nothing: what did not change is always kept"),
     ("shadows", "lights.shadows"),
     ("emitters", "lights.lamps"),
     ("emitter_samples", "lights.lamp_points"),

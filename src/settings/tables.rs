@@ -4,7 +4,7 @@ use super::keys::table;
 use super::{DirectLight, GatherResolution, Key, LampLight, Range, Shadows, auto, key, names, rare};
 
 table! {
-    /// Where the grid stands.
+    /// Place and size of the grid.
     GridSettings as "grid" {
         #[serde(with = "auto")]
         center: Option<[f64; 3]> = None, in "metres", Range::PointOrAuto(1e9);

@@ -1,20 +1,7 @@
-//! Parses the command line, runs it, and turns the outcome into an exit code.
+//! The program: see [`cli`].
 
 mod cli;
 
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    cli::log::init();
-    let args = match cli::parse() {
-        Ok(args) => args,
-        Err(code) => return code,
-    };
-    match cli::run(&args).and_then(|outcome| cli::out::finish().map(|()| outcome)) {
-        Ok(outcome) => outcome.into(),
-        Err(error) => {
-            cli::out::complain(&cli::sentence(&error));
-            cli::exit_code(&error)
-        }
-    }
+fn main() -> std::process::ExitCode {
+    cli::main()
 }

@@ -14,7 +14,7 @@ use twobounce::gi::cones::choices::{Form, Passes};
 use twobounce::profile::Subject;
 use twobounce::profile::copy::Copy;
 use twobounce::profile::counts::Counts;
-use twobounce::renderer::{RenderOptions, Renderer, Submit};
+use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Alpha, Material, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
@@ -60,10 +60,7 @@ fn counted(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Vec<(&
         pose: &pose,
         view: &view,
         settings: settings.clone(),
-        size: (24, 16),
-        submit: Submit::Frame,
-        memory_limit: None,
-        bounds: scene.bounds(None),
+        options: RenderOptions::new((24, 16), scene.bounds(None)),
         check: || Ok(()),
     };
     subject.count(context).unwrap()

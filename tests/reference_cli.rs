@@ -120,7 +120,7 @@ fn invalid_arguments_give_one_sentence() {
         assert!(code == Some(2) && said.contains(part) && said.trim_end().lines().count() == 1, "{args:?}: {said}");
     }
     for (more, part) in [
-        (&["--noise", "0"][..], "--noise takes a percentage above 0"),
+        (&["--noise", "0"][..], "write a percentage above 0"),
         (&["--depth", "some"], "write full, direct or a number"),
         (&["--spp", "0"], "--spp"),
         (&["-o", "x.png"], "cannot be used multiple times"),

@@ -1,21 +1,22 @@
-//! A chart as files: the page and the SVG for people, `rows.json` and `rows.csv` for other programs.
+//! A chart as files: the page and the SVG for readers, `rows.json` and `rows.csv` for programs.
 
 use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::measure::Subject;
-use super::row::{Errors, Measured, Metric, Part, Row, Truth};
+use super::measure::ChartScene;
+use super::page;
+use super::row::{Part, Reference, Row};
 use super::store::{Store, Stored};
 use super::svg::{self, Panel};
-use super::{VERSION, page};
+use crate::Result;
+use crate::measure::metrics::Metrics;
 use crate::output::file;
-use crate::{Error, Result};
 
 /// The file `rows.json`; `docs/json.md` lists the keys.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub struct Chart {
-    /// [`VERSION`]
+    /// [`super::VERSION`]
     pub version: u32,
     /// The program's version.
     pub program: &'static str,
@@ -39,175 +40,103 @@ pub struct SceneLine {
     pub hash: String,
     pub triangles: usize,
     pub camera: String,
-    /// Whether no mesh is of metal or transmits.
+    /// Whether no mesh is metallic or transmits.
     pub all_diffuse: bool,
-}
-
-impl Default for Chart {
-    /// Of nothing, by this program.
-    fn default() -> Self {
-        Self {
-            version: VERSION,
-            program: env!("CARGO_PKG_VERSION"),
-            device: String::new(),
-            driver: String::new(),
-            width: 0,
-            height: 0,
-            reference_noise: 0.0,
-            scenes: Vec::new(),
-            planned: 0,
-            rows: Vec::new(),
-        }
-    }
 }
 
 impl Chart {
     /// Writes all four files. `stored`: the chart's rows with their pictures, in the chart's order.
-    pub fn write(&self, store: &Store, subjects: &[Subject], stored: &[Stored]) -> Result<()> {
-        let json_path = store.path("rows.json");
-        let json = serde_json::to_string_pretty(self).map_err(|e| Error::file(&json_path, e.to_string()))?;
-        file::write(&json_path, (json + "\n").as_bytes())?;
+    pub fn write(&self, store: &Store, scenes: &[ChartScene], stored: &[Stored]) -> Result<()> {
+        file::write_json(&store.path("rows.json"), self)?;
         file::write(&store.path("rows.csv"), self.csv().as_bytes())?;
         let panels: Vec<Panel> = self.scenes.iter().flat_map(|scene| self.panels(&scene.name)).collect();
         file::write(&store.path("chart.svg"), svg::chart(&panels, 2).as_bytes())?;
-        file::write(&store.path("index.html"), page::html(self, subjects, stored)?.as_bytes())
+        file::write(&store.path("index.html"), page::html(self, scenes, stored)?.as_bytes())
+    }
+
+    /// The rows of a scene.
+    pub fn rows_of(&self, scene: &str) -> Vec<&Row> {
+        self.rows.iter().filter(|row| row.scene == scene).collect()
     }
 
     /// Two panels of a scene: `rel` of [`Self::part`] against all light and against that of as many bounces.
     pub fn panels(&self, scene: &str) -> [Panel<'_>; 2] {
-        [(Truth::Full, "all light"), (Truth::Same, "as many bounces")].map(|(truth, words)| Panel {
+        [(Reference::Full, "all light"), (Reference::Same, "as many bounces")].map(|(reference, words)| Panel {
             title: format!("{scene}, against {words}"),
-            rows: self.rows.iter().filter(|row| row.scene == scene).collect(),
-            truth,
+            rows: self.rows_of(scene),
+            reference,
             part: self.part(scene),
-            metric: Metric::Rel,
         })
     }
 
-    /// What to judge a scene's rows by where only one number is shown: the indirect light, unless no row has direct light
-    /// of its own to tell it from.
+    /// The part of the light that is shown where there is room for one: the indirect light, unless no row has its own direct
+    /// layer.
     pub fn part(&self, scene: &str) -> Part {
-        let measured = self.rows.iter().filter(|row| row.scene == scene).filter_map(|row| row.measured.as_ref());
-        if measured.into_iter().any(|m| m.own_direct) { Part::Indirect } else { Part::Total }
+        let own_direct = |row: &&Row| row.measured.as_ref().is_some_and(|m| m.own_direct);
+        if self.rows_of(scene).iter().any(own_direct) { Part::Indirect } else { Part::Total }
     }
 
     /// `rows.csv` (RFC 4180, lines end in a newline): a header with units, then a line per row. A number that was not
     /// measured is an empty cell.
     pub fn csv(&self) -> String {
         let passes = pass_names(&self.rows);
-        let mut lines = vec![header(&self.rows, &passes)];
-        lines.extend(self.rows.iter().map(|row| self.line(row, &passes)));
-        lines.iter().map(|cells| cells.iter().map(|c| escape(c)).collect::<Vec<_>>().join(",") + "\n").collect()
+        let rows: Vec<_> = self.rows.iter().map(|row| self.cells(row, &passes)).collect();
+        let header = rows.first().map(|cells| cells.iter().map(|(name, _)| name.as_str()).collect());
+        let lines = rows.iter().map(|cells| cells.iter().map(|(_, value)| value.as_str()).collect());
+        let line = |cells: Vec<&str>| cells.into_iter().map(escape).collect::<Vec<_>>().join(",") + "\n";
+        header.into_iter().chain(lines).map(line).collect()
     }
 
-    fn line(&self, row: &Row, passes: &[String]) -> Vec<String> {
-        let measured = row.measured.as_ref();
-        let number = |value: &dyn Fn(&Measured) -> Option<f64>| measured.and_then(value).map_or(String::new(), short);
-        let mut cells = vec![
-            row.scene.clone(),
-            row.name.clone(),
-            row.preset.clone(),
-            row.changes.join(" "),
-            row.failure.clone().unwrap_or_default(),
-            self.device.clone(),
-            self.driver.clone(),
-            self.width.to_string(),
-            self.height.to_string(),
-            number(&|m| Some(m.frames as f64)),
-            number(&|m| Some(m.frame_gpu_ms.median)),
-            number(&|m| Some(m.frame_gpu_ms.min)),
-            number(&|m| Some(m.frame_gpu_ms.max)),
-            number(&|m| m.frame_cpu_ms.map(|s| s.median)),
-            number(&|m| Some(m.frame_wall_ms.median)),
-            number(&|m| Some(m.memory_bytes as f64)),
-            number(&|m| Some(m.nonfinite as f64)),
-            measured.map_or(String::new(), |m| m.own_direct.to_string()),
-        ];
-        for errors in [measured.map(|m| &m.full), measured.map(|m| &m.same)] {
-            cells.push(errors.map_or(String::new(), |e| e.bounces.map_or("all".into(), |n| n.to_string())));
-            cells.extend(numbers(errors).map(|n| n.map_or(String::new(), short)));
+    /// A row's cells, each with the name of its column.
+    fn cells(&self, row: &Row, passes: &[String]) -> Vec<(String, String)> {
+        let m = row.measured.as_ref();
+        let number = |value: Option<f64>| value.map_or(String::new(), short);
+        let mut cells: Vec<(String, String)> = Vec::new();
+        let mut add = |name: &str, value: String| cells.push((name.to_owned(), value));
+        add("scene", row.scene.clone());
+        add("name", row.name.clone());
+        add("preset", row.preset.clone());
+        add("changes", row.changes.join(" "));
+        add("failure", row.failure.clone().unwrap_or_default());
+        add("device", self.device.clone());
+        add("driver", self.driver.clone());
+        add("width_pixels", self.width.to_string());
+        add("height_pixels", self.height.to_string());
+        add("frames", number(m.map(|m| m.frames as f64)));
+        add("frame_gpu_ms", number(row.gpu_ms()));
+        add("frame_gpu_ms_min", number(m.map(|m| m.frame_gpu_ms.min)));
+        add("frame_gpu_ms_max", number(m.map(|m| m.frame_gpu_ms.max)));
+        add("frame_cpu_ms", number(m.and_then(|m| Some(m.frame_cpu_ms?.median))));
+        add("frame_wall_ms", number(m.map(|m| m.frame_wall_ms.median)));
+        add("memory_bytes", number(m.map(|m| m.memory_bytes as f64)));
+        add("nonfinite", number(m.map(|m| m.nonfinite as f64)));
+        add("own_direct", m.map_or(String::new(), |m| m.own_direct.to_string()));
+        for (reference, errors) in [("full", m.map(|m| m.full)), ("same", m.map(|m| m.same))] {
+            let bounces = errors.map(|e| e.bounces.map_or("all".to_owned(), |n| n.to_string()));
+            add(&format!("{reference}_bounces"), bounces.unwrap_or_default());
+            add(&format!("{reference}_noise"), number(errors.map(|e| e.noise)));
+            let total = errors.map(|e| e.total);
+            let (indirect, diffuse) = (errors.and_then(|e| e.indirect), errors.and_then(|e| e.diffuse));
+            for (part, metrics) in [("total", total), ("indirect", indirect), ("diffuse", diffuse)] {
+                for (i, name) in Metrics::NAMES.iter().enumerate() {
+                    add(&format!("{reference}_{part}_{name}"), number(metrics.map(|m| m.values()[i])));
+                }
+                if part == "total" {
+                    add(&format!("{reference}_flip"), number(errors.map(|e| e.flip)));
+                }
+            }
         }
-        let pass = |name: &String| {
-            let found = measured.and_then(|m| m.passes.iter().find(|pass| pass.name == *name));
-            found.map_or(String::new(), |pass| short(pass.gpu_ms))
-        };
-        cells.extend(passes.iter().map(pass));
-        cells.extend(row.settings.entries().into_iter().map(|(_, value)| value));
+        for name in passes {
+            let pass = m.and_then(|m| m.passes.iter().find(|pass| pass.name == *name));
+            add(&format!("pass {name} gpu_ms"), number(pass.map(|pass| pass.gpu_ms)));
+        }
+        row.settings.entries().into_iter().for_each(|(key, value)| add(key.name, value));
         cells
     }
 }
 
-/// Noise of the reference, then the metrics.
-fn numbers(errors: Option<&Errors>) -> [Option<f64>; 14] {
-    let Some(e) = errors else { return [None; 14] };
-    let (t, i, d) = (e.total, e.indirect, e.diffuse);
-    [
-        Some(e.noise),
-        Some(t.energy),
-        Some(t.rel),
-        Some(t.relmse),
-        Some(t.p95),
-        Some(e.flip),
-        i.map(|i| i.energy),
-        i.map(|i| i.rel),
-        i.map(|i| i.relmse),
-        i.map(|i| i.p95),
-        d.map(|d| d.energy),
-        d.map(|d| d.rel),
-        d.map(|d| d.relmse),
-        d.map(|d| d.p95),
-    ]
-}
-
-fn header(rows: &[Row], passes: &[String]) -> Vec<String> {
-    const FIXED: &[&str] = &[
-        "scene",
-        "name",
-        "preset",
-        "changes",
-        "failure",
-        "device",
-        "driver",
-        "width_pixels",
-        "height_pixels",
-        "frames",
-        "frame_gpu_ms",
-        "frame_gpu_ms_min",
-        "frame_gpu_ms_max",
-        "frame_cpu_ms",
-        "frame_wall_ms",
-        "memory_bytes",
-        "nonfinite",
-        "own_direct",
-    ];
-    const METRICS: &[&str] = &[
-        "bounces",
-        "noise",
-        "total_energy",
-        "total_rel",
-        "total_relmse",
-        "total_p95",
-        "flip",
-        "indirect_energy",
-        "indirect_rel",
-        "indirect_relmse",
-        "indirect_p95",
-        "diffuse_energy",
-        "diffuse_rel",
-        "diffuse_relmse",
-        "diffuse_p95",
-    ];
-    let mut cells: Vec<String> = FIXED.iter().map(|&name| name.to_owned()).collect();
-    for truth in ["full", "same"] {
-        cells.extend(METRICS.iter().map(|metric| format!("{truth}_{metric}")));
-    }
-    cells.extend(passes.iter().map(|name| format!("pass {name} gpu_ms")));
-    cells.extend(rows.first().into_iter().flat_map(|r| r.settings.entries()).map(|(key, _)| key.name.to_owned()));
-    cells
-}
-
 /// Every pass of any row, in the order of their first frame.
-pub fn pass_names(rows: &[Row]) -> Vec<String> {
+fn pass_names(rows: &[Row]) -> Vec<String> {
     let mut seen = BTreeSet::new();
     let all = rows.iter().filter_map(|row| row.measured.as_ref()).flat_map(|m| &m.passes);
     all.filter(|pass| seen.insert(&pass.name)).map(|pass| pass.name.clone()).collect()

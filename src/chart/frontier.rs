@@ -1,7 +1,7 @@
-//! The frontier: what no other beats on both axes.
+//! The frontier: the points that no other point beats.
 
 /// Indices of the points (cost, error) that no other beats, the cheapest first. A point beats another that it equals on one
-/// axis and betters on the other. What is not finite is on no frontier; of equal points all are.
+/// axis and improves on in the other. Points that are not finite are left out; of equal points all are kept.
 pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
     let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
     let beats = |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
@@ -30,7 +30,7 @@ mod tests {
     }
 
     proptest! {
-        /// Along the frontier cost rises and error falls, and whatever is off it is beaten by something on it.
+        /// Along the frontier cost rises and error falls, and every other point is beaten by a point on it.
         #[test]
         fn it_is_a_staircase_that_beats_the_rest(points in prop::collection::vec((0.0..4.0f64, 0.0..4.0f64), 1..40)) {
             let best = frontier(&points);

@@ -1,30 +1,31 @@
-//! One row: renders a setting, times it, and holds its image against the references.
+//! One row: renders a setting, times it, and compares its image with the references.
 //!
-//! The error is that of the first frame after a cold start (with `bounces = all`, of the settled one), so that it does not depend
-//! on how many frames were timed. Times are of later frames without further layers, which would take time of their own; each
-//! makes lists and light anew, as if something had moved.
+//! The error is that of the first frame (with `bounces = all`, after it settled), so that it does not depend on how many frames
+//! were timed. Times are of later frames without further layers, which would take time of their own; each
+//! makes lists and light again, as if something had moved.
 //!
-//! Light that a method sends through the method alone (emissive surfaces with `emitters = cones`, the sky) is in no direct layer
-//! of its own, but in the reference's. There the indirect part is image − the reference's direct light: whatever is wrong
-//! with that light counts too. And where nothing but such light shines, the first of the method's gathers is its direct
-//! light, so that "as many bounces" means one fewer than the setting says.
+//! Some light reaches the image only through the method (emissive surfaces with `lights.lamps = gathered`, the sky). The image's
+//! direct layer lacks it, the reference's has it. Then the indirect part is image − the reference's direct light, so that errors
+//! of that light count too. Where there is no other light, the method's first gather is its direct light, and "as many
+//! bounces" means one fewer than the setting says.
 
 use std::sync::Arc;
 
 use super::export::SceneLine;
 use super::picture;
 use super::row::{Errors, Measured, Pass};
+use super::store::Pictures;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite};
 use crate::measure::picture::signed_difference;
-use crate::measure::timing::{Spread, Timings};
+use crate::measure::timing::{PassTiming, Spread, Timings};
 use crate::profile::WARM_UP;
-use crate::reference::Depth;
+use crate::reference::{Depth, Options, Stop};
 use crate::renderer::{RenderOptions, Renderer};
-use crate::scene::{Bounds, Pose, Scene, View};
+use crate::scene::{Pose, Scene, View};
 use crate::settings::{Bounces, LampLight, Settings};
 use crate::vk::{Context, process_cpu_ms};
-use crate::{Error, Result};
+use crate::{Result, measure};
 
 /// Frames to time, after those that warm up: so many at least,
 const LEAST_FRAMES: usize = 2;
@@ -34,26 +35,22 @@ const MOST_FRAMES: usize = 5;
 /// In between, no further frame is timed once those before took so long together: long frames vary little.
 const LONG_ENOUGH_MS: f64 = 2000.0;
 
-/// A scene, how it is looked at, and what is true of it.
-pub struct Subject {
+/// A scene of a chart: how it is looked at, and its references.
+pub struct ChartScene {
     /// Its name in the chart.
     pub name: String,
     pub scene: Scene,
     pub pose: Pose,
     pub view: View,
-    /// Of the scene over the whole animation.
-    pub bounds: Bounds,
-    /// Pixels.
-    pub size: (u32, u32),
-    /// Bytes; the device's own budget where absent.
-    pub memory_limit: Option<u64>,
     /// The camera in words.
     pub camera: String,
-    pub truths: Vec<Truth>,
+    /// Of every image.
+    pub options: RenderOptions,
+    pub references: Vec<ReferenceImage>,
 }
 
-/// A reference image.
-pub struct Truth {
+/// A path-traced image.
+pub struct ReferenceImage {
     pub depth: Depth,
     /// Root mean square of its pixels' relative error.
     pub noise: f64,
@@ -61,20 +58,20 @@ pub struct Truth {
     pub layers: Layers,
 }
 
-/// A setting's pictures as JPEG files, small enough for a page.
-pub struct Pictures {
-    pub image: Vec<u8>,
-    /// Signed difference from the full light, and from that of as many bounces; red is too bright, blue too dark.
-    pub full: Vec<u8>,
-    pub same: Vec<u8>,
-}
-
-impl Truth {
+impl ReferenceImage {
     /// # Errors
-    /// [`Error::Usage`] for a black image: nothing can be held against it.
+    /// [`crate::Error::Usage`] for a black image: nothing can be compared with it.
     pub fn new(depth: Depth, noise: f64, layers: Layers) -> Result<Self> {
         metrics::metrics(layers.beauty(), layers.beauty(), "reference")?;
         Ok(Self { depth, noise, layers })
+    }
+
+    /// Its indirect bounces; `None`: all.
+    pub fn bounces(&self) -> Option<u32> {
+        match self.depth {
+            Depth::Full => None,
+            Depth::Bounces(n) => Some(n),
+        }
     }
 }
 
@@ -92,10 +89,16 @@ fn by_method_alone(scene: &Scene, settings: &Settings) -> bool {
     (settings.lights.lamps == LampLight::Gathered && scene.emits()) || scene.sky != glam::Vec3::ZERO
 }
 
-impl Subject {
-    fn truth(&self, depth: Depth) -> &Truth {
-        let found = self.truths.iter().find(|truth| truth.depth == depth);
+impl ChartScene {
+    fn reference(&self, depth: Depth) -> &ReferenceImage {
+        let found = self.references.iter().find(|reference| reference.depth == depth);
         found.unwrap_or_else(|| panic!("no reference of depth {depth:?} was made for {}", self.name))
+    }
+
+    /// How a reference of this scene is traced.
+    pub fn reference_options(&self, depth: Depth, stop: Stop) -> Options {
+        let (width, height) = self.options.size;
+        Options { width, height, depth, stop, seed: 0, occlusion: false }
     }
 
     /// The scene in a line of `rows.json`.
@@ -111,12 +114,12 @@ impl Subject {
     }
 
     /// A picture of this scene's radiance. All have one exposure, that of the full light.
-    pub fn picture(&self, radiance: &[[f32; 3]]) -> Result<Vec<u8>> {
-        let exposure = metrics::exposure(self.truth(Depth::Full).layers.beauty());
-        picture::jpeg(self.size, metrics::exposed(radiance, exposure))
+    pub fn picture(&self, radiance: &[[f32; 3]]) -> Result<String> {
+        let exposure = metrics::exposure(self.reference(Depth::Full).layers.beauty());
+        picture::uri(self.options.size, metrics::exposed(radiance, exposure))
     }
 
-    /// Times the setting and holds its image against the references; `None` once `go_on` says no, which is asked between
+    /// Times the setting and compares its image with the references; `None` once `go_on` says no, which is asked between
     /// frames.
     ///
     /// # Errors
@@ -129,32 +132,29 @@ impl Subject {
     ) -> Result<Option<(Measured, Pictures)>> {
         let image = self.image(context, settings)?;
         let own_direct = !by_method_alone(&self.scene, settings);
-        let (full, same) = (self.truth(Depth::Full), self.truth(same_depth(&self.scene, settings)));
-        let (full_errors, same_errors) = (errors(&image, own_direct, full)?, errors(&image, own_direct, same)?);
-        let Some(times) = self.times(context, settings, go_on)? else { return Ok(None) };
-        if let Some(first) = context.validation_messages().first() {
-            return Err(Error::Device(format!("the validation layer objects: {first}")));
-        }
-        let frames = times.timings.frames();
+        let references = [Depth::Full, same_depth(&self.scene, settings)].map(|depth| self.reference(depth));
+        let errors = |reference| errors(&image, own_direct, reference);
+        let (full, same) = (errors(references[0])?, errors(references[1])?);
+        let Some((timings, cpu_ms, memory_bytes)) = self.times(context, settings, go_on)? else { return Ok(None) };
+        measure::refuse_invalid(context)?;
+        let pass = |pass: PassTiming| Pass { name: pass.name.to_owned(), gpu_ms: pass.gpu_ms.median };
         let measured = Measured {
-            frames: frames.len(),
-            frame_gpu_ms: Spread::of(frames.iter().map(|frame| frame.gpu_ms)),
-            frame_cpu_ms: times.cpu_ms.map(Spread::of),
-            frame_wall_ms: Spread::of(frames.iter().map(|frame| frame.wall_ms)),
-            passes: passes(&times.timings),
-            memory_bytes: times.memory_bytes,
+            frames: timings.frames().len(),
+            frame_gpu_ms: timings.frame_gpu_ms(),
+            frame_cpu_ms: cpu_ms,
+            frame_wall_ms: timings.frame_wall_ms(),
+            passes: timings.passes().into_iter().map(pass).collect(),
+            memory_bytes,
             nonfinite: NonFinite::of(image.beauty()).count(),
             own_direct,
-            full: full_errors,
-            same: same_errors,
+            full,
+            same,
         };
-        let difference = |truth: &Truth| signed_difference(image.beauty(), truth.layers.beauty());
-        let pictures = Pictures {
-            image: self.picture(image.beauty())?,
-            full: picture::jpeg(self.size, difference(full))?,
-            same: picture::jpeg(self.size, difference(same))?,
+        let difference = |reference: &ReferenceImage| {
+            picture::uri(self.options.size, signed_difference(image.beauty(), reference.layers.beauty()))
         };
-        Ok(Some((measured, pictures)))
+        let (full, same) = (difference(references[0])?, difference(references[1])?);
+        Ok(Some((measured, Pictures { image: self.picture(image.beauty())?, full, same })))
     }
 
     /// The first frame and its direct layer.
@@ -164,37 +164,34 @@ impl Subject {
         Ok(renderer.read())
     }
 
-    /// Times of the image alone: further layers would be timed too.
-    fn times(&self, context: &Arc<Context>, settings: &Settings, go_on: &dyn Fn() -> bool) -> Result<Option<Times>> {
+    /// Times of the image alone (further layers would be timed too), processor milliseconds of a frame where the system tells
+    /// them, and bytes of device memory.
+    fn times(
+        &self,
+        context: &Arc<Context>,
+        settings: &Settings,
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Option<(Timings, Option<Spread>, u64)>> {
         let mut renderer = self.renderer(context, settings, vec![])?;
         let (mut timings, mut cpu_ms) = (Timings::new(WARM_UP as usize), Vec::new());
-        while another(timings.frames().iter().map(|frame| frame.wall_ms)) {
+        while another(timings.frames().map(|frame| frame.wall_ms)) {
             if !go_on() {
                 return Ok(None);
             }
             renderer.make_anew();
             let before = process_cpu_ms();
-            timings.push(renderer.render(&self.pose, &self.view)?.timings);
+            timings.push(renderer.render(&self.pose, &self.view)?);
             cpu_ms.push(process_cpu_ms().zip(before).map(|(after, before)| after - before));
         }
-        let memory_bytes = renderer.plan().total();
         // The first ones warmed up.
-        Ok(Some(Times { timings, cpu_ms: cpu_ms.into_iter().skip(WARM_UP as usize).collect(), memory_bytes }))
+        let cpu_ms: Option<Vec<f64>> = cpu_ms.into_iter().skip(timings.warm_up()).collect();
+        Ok(Some((timings, cpu_ms.map(Spread::of), renderer.plan().total())))
     }
 
     fn renderer(&self, context: &Arc<Context>, settings: &Settings, aovs: Vec<Aov>) -> Result<Renderer> {
-        let options =
-            RenderOptions { aovs, memory_limit: self.memory_limit, ..RenderOptions::new(self.size, self.bounds) };
+        let options = RenderOptions { aovs, ..self.options.clone() };
         Renderer::new(context, self.scene.clone(), &self.pose, settings.clone(), options)
     }
-}
-
-/// What [`Subject::times`] measured.
-struct Times {
-    timings: Timings,
-    /// Per frame that counts, where the system tells it.
-    cpu_ms: Option<Vec<f64>>,
-    memory_bytes: u64,
 }
 
 /// Whether another frame is timed after those that took `wall_ms`.
@@ -203,29 +200,17 @@ fn another(wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
     timed < LEAST_FRAMES || (timed < MOST_FRAMES && wall_ms.sum::<f64>() < LONG_ENOUGH_MS)
 }
 
-fn passes(timings: &Timings) -> Vec<Pass> {
-    timings.passes().into_iter().map(|p| Pass { name: p.name.to_owned(), gpu_ms: p.gpu_ms.median }).collect()
-}
-
-fn errors(image: &Layers, own_direct: bool, truth: &Truth) -> Result<Errors> {
-    let total = Layers::new(image.width, image.height, image.beauty().to_vec());
-    let comparison = metrics::compare(&total, &truth.layers)?;
-    let direct = if own_direct { image } else { &truth.layers }.get(Aov::Direct).unwrap_or_default().to_vec();
-    let parts = Layers { layers: vec![total.layers[0].clone(), (Aov::Direct, direct)], ..total };
-    let indirect = metrics::indirect(&parts).zip(metrics::indirect(&truth.layers));
-    let diffuse = indirect.as_ref().zip(metrics::wholly_diffuse(&truth.layers));
-    let bounces = match truth.depth {
-        Depth::Full => None,
-        Depth::Bounces(n) => Some(n),
-    };
+fn errors(image: &Layers, own_direct: bool, reference: &ReferenceImage) -> Result<Errors> {
+    let direct = if own_direct { image } else { &reference.layers }.get(Aov::Direct).unwrap_or_default().to_vec();
+    let layers = vec![(Aov::Beauty, image.beauty().to_vec()), (Aov::Direct, direct)];
+    let comparison = metrics::compare(&Layers { layers, ..*image }, &reference.layers)?;
     Ok(Errors {
-        bounces,
-        noise: truth.noise,
+        bounces: reference.bounces(),
+        noise: reference.noise,
         total: comparison.total,
         flip: comparison.flip,
-        diffuse: diffuse.and_then(|((a, b), counts)| metrics::metrics_where(&counts, a, b)),
-        // A reference without indirect light has no such part to be wrong about.
-        indirect: indirect.and_then(|(a, b)| metrics::metrics(&a, &b, "reference's indirect part").ok()),
+        indirect: comparison.indirect,
+        diffuse: comparison.indirect_diffuse,
     })
 }
 

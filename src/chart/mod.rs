@@ -1,7 +1,7 @@
-//! Speed against accuracy: many settings on the same scenes, each a row with its times and its errors.
+//! Time and error of many settings on the same scenes, each a row.
 //!
-//! [`plan`] says which settings, [`measure`] makes a [`row::Row`] of one, [`store`] keeps rows between calls; the rest draws.
-//! [`study`] is the plan whose rows are documentation.
+//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, [`store`] keeps rows between calls, the other modules write
+//! files. [`study`] is the plan behind `docs/study/`.
 
 pub mod export;
 pub mod frontier;
@@ -14,6 +14,6 @@ pub mod store;
 pub mod study;
 pub mod svg;
 
-/// Version of the rows, as files and as kept between calls; it grows when a key changes its name, unit or meaning, and when
-/// there is a new one, which rows kept from earlier would lack.
+/// Version of the rows, as files and as kept between calls; it increases when a key changes its name, unit or meaning, and when
+/// there is a new key, which older rows would lack.
 pub const VERSION: u32 = 2;

@@ -1,54 +1,45 @@
 //! Which settings are run: every base by itself, then every value of every axis on top of every base, one axis at a time.
 
+use std::collections::BTreeSet;
+use std::slice;
+
 use crate::settings::{Key, Range, Settings};
 use crate::{Error, Result};
-
-/// Settings to start from.
-#[derive(Clone, Debug)]
-pub struct Base {
-    /// The preset's name.
-    pub preset: String,
-    pub settings: Settings,
-}
-
-/// Values to try one after the other; each is a list of `key=value`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Axis {
-    pub values: Vec<Vec<String>>,
-}
 
 /// One setting to run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
     /// The preset that it starts from.
     pub preset: String,
-    /// The axis's value, as `key=value`; empty for a base by itself.
+    /// The swept value, as `key=value`; empty for a base by itself.
     pub swept: Vec<String>,
     pub settings: Settings,
 }
 
-impl Axis {
-    /// From `key=value,value,…`.
-    ///
-    /// # Errors
-    /// [`Error::Usage`], naming the key.
-    pub fn parse(text: &str) -> Result<Self> {
-        let Some((key, values)) = text.split_once('=') else {
-            return Err(Error::Usage(format!("{text:?} names no values: write key=value,value, such as voxels=32,64")));
-        };
-        let point = |key: &Key| matches!(key.range, Range::PointOrAuto(_));
-        if Key::named(key.trim()).is_some_and(point) {
-            return Err(Error::Usage(format!("{} is a point, which cannot be swept: set it with --set", key.trim())));
-        }
-        let values = values.split(',').map(|value| vec![format!("{}={}", key.trim(), value.trim())]).collect();
-        Ok(Self { values })
+/// The values of a sweep `key=value,value,…`, each as the `key=value` to set.
+///
+/// # Errors
+/// [`Error::Usage`], naming the key.
+pub fn sweep(text: &str) -> Result<Vec<Vec<String>>> {
+    let Some((key, values)) = text.split_once('=') else {
+        return Err(Error::Usage(format!("{text:?} names no values: write key=value,value, such as voxels=32,64")));
+    };
+    let (key, is_point) = (key.trim(), |key: &Key| matches!(key.range, Range::PointOrAuto(_)));
+    if Key::named(key).is_some_and(is_point) {
+        return Err(Error::Usage(format!("{key} is a point, which cannot be swept: set it with --set")));
     }
+    Ok(values.split(',').map(|value| vec![format!("{key}={}", value.trim())]).collect())
 }
 
 impl Trial {
+    /// What sweeps start from.
+    pub fn base(preset: &str, settings: Settings) -> Self {
+        Self { preset: preset.to_owned(), swept: Vec::new(), settings }
+    }
+
     /// The preset and what was swept, in one line.
     pub fn name(&self) -> String {
-        std::iter::once(self.preset.as_str()).chain(self.swept.iter().map(String::as_str)).collect::<Vec<_>>().join(" ")
+        [slice::from_ref(&self.preset), &self.swept].concat().join(" ")
     }
 
     /// Every key whose value is not the preset's.
@@ -61,37 +52,41 @@ impl Trial {
     }
 }
 
-/// The settings to run, bases first. What would run twice runs once, under its first name.
+/// The settings to run: the bases, then each of `values`, a list of `key=value`, on top of every base. What would run twice
+/// runs once, under its first name.
 ///
 /// # Errors
 /// [`Error::Usage`]: a key or a value that does not exist.
-pub fn trials(bases: &[Base], axes: &[Axis]) -> Result<Vec<Trial>> {
+pub fn trials(bases: &[Trial], values: &[Vec<String>]) -> Result<Vec<Trial>> {
     let mut trials: Vec<Trial> = Vec::new();
-    let values = || axes.iter().flat_map(|axis| &axis.values);
-    for swept in std::iter::once(&Vec::new()).chain(values()) {
+    for swept in std::iter::once(&Vec::new()).chain(values) {
         for base in bases {
             let mut settings = base.settings.clone();
             swept.iter().try_for_each(|assignment| settings.set(assignment))?;
-            if trials.iter().all(|trial| !trial.settings.means_same(&settings)) {
-                trials.push(Trial { preset: base.preset.clone(), swept: swept.clone(), settings });
-            }
+            trials.push(Trial { preset: base.preset.clone(), swept: swept.clone(), settings });
         }
     }
-    Ok(trials)
+    Ok(distinct(trials))
+}
+
+/// Without those whose settings mean the same as earlier ones.
+pub fn distinct(trials: impl IntoIterator<Item = Trial>) -> Vec<Trial> {
+    let mut seen = BTreeSet::new();
+    trials.into_iter().filter(|trial| seen.insert(trial.settings.to_toml())).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn bases() -> Vec<Base> {
-        ["fast", "printed"].map(|name| Base { preset: name.into(), settings: Settings::preset(name).unwrap() }).into()
+    fn bases() -> [Trial; 2] {
+        ["fast", "printed"].map(|name| Trial::base(name, Settings::preset(name).unwrap()))
     }
 
     #[test]
     fn one_axis_at_a_time_and_nothing_twice() {
-        let axes = ["voxels=64,128", "bounces=2,all"].map(|text| Axis::parse(text).unwrap());
-        let names: Vec<String> = trials(&bases(), &axes).unwrap().iter().map(Trial::name).collect();
+        let values = ["voxels=64,128", "bounces=2,all"].map(|text| sweep(text).unwrap()).concat();
+        let names: Vec<String> = trials(&bases(), &values).unwrap().iter().map(Trial::name).collect();
         // 128 voxels and two bounces are the presets themselves.
         let expected =
             ["fast", "printed", "fast voxels=64", "printed voxels=64", "fast bounces=all", "printed bounces=all"];
@@ -100,19 +95,19 @@ mod tests {
 
     #[test]
     fn changes_are_those_from_the_preset() {
-        let trials = trials(&bases(), &[Axis::parse("voxels=64").unwrap()]).unwrap();
+        let trials = trials(&bases(), &sweep("voxels=64").unwrap()).unwrap();
         let changes: Vec<_> = trials[3].changes().into_iter().map(|(key, value)| (key.name, value)).collect();
         assert_eq!(changes, [("voxels", "64".to_owned())]);
         assert!(trials[0].changes().is_empty());
         // What only cones would heed is no change of rays: nothing runs twice for it.
-        let axes = [Axis::parse("cones.step=2").unwrap()];
-        let names: Vec<String> = super::trials(&bases(), &axes).unwrap().iter().map(Trial::name).collect();
+        let values = sweep("cones.step=2").unwrap();
+        let names: Vec<String> = super::trials(&bases(), &values).unwrap().iter().map(Trial::name).collect();
         assert_eq!(names, ["fast", "printed", "printed cones.step=2"]);
     }
 
     #[test]
     fn mistakes_name_what_is_wrong() {
-        let refused = |text: &str| match Axis::parse(text).and_then(|axis| trials(&bases(), &[axis])) {
+        let refused = |text: &str| match sweep(text).and_then(|values| trials(&bases(), &values)) {
             Ok(trials) => panic!("{text} gives {trials:?}"),
             Err(error) => error.to_string(),
         };

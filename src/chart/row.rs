@@ -1,4 +1,4 @@
-//! One setting on one scene: what it cost, how wrong it was, or why it could not run.
+//! One setting on one scene: its times and errors, or why it could not run.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::settings::Settings;
 /// One setting on one scene. `docs/json.md` lists the keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Hash over all that determines the row.
+    /// Hash over everything that determines the row.
     pub key: String,
     /// The scene's name in this chart.
     pub scene: String,
@@ -19,7 +19,7 @@ pub struct Row {
     pub preset: String,
     /// `key=value` of the sweep; empty for a preset by itself.
     pub swept: Vec<String>,
-    /// `key=value` for everything that is not as in the preset.
+    /// `key=value` for every setting that differs from the preset.
     pub changes: Vec<String>,
     pub settings: Settings,
     /// Absent where the setting could not run.
@@ -45,7 +45,7 @@ pub struct Measured {
     pub memory_bytes: u64,
     /// Values of the image that are NaN or infinite.
     pub nonfinite: usize,
-    /// Whether the image's direct layer is its own; else, the reference's stands in: see [`super::measure`].
+    /// Whether the image's own direct layer was subtracted, or else the reference's: see [`super::measure`].
     pub own_direct: bool,
     /// Against all of the light.
     pub full: Errors,
@@ -77,10 +77,12 @@ pub struct Errors {
     pub diffuse: Option<Metrics>,
 }
 
-/// Which reference.
+/// Which reference an image is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Truth {
+pub enum Reference {
+    /// All light.
     Full,
+    /// Light of as many bounces as the method traces.
     Same,
 }
 
@@ -93,18 +95,6 @@ pub enum Part {
     Diffuse,
 }
 
-/// Which number; 0 is right for all of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Metric {
-    /// |energy − 1|
-    Energy,
-    Rel,
-    Relmse,
-    P95,
-    /// Of the total only.
-    Flip,
-}
-
 impl Row {
     /// A setting on a scene without a result yet.
     pub fn new(key: String, scene: &str, trial: &Trial) -> Self {
@@ -114,26 +104,19 @@ impl Row {
         Self { key, scene, name, preset, swept, changes, settings, measured: None, failure: None }
     }
 
-    /// The setting's error, where it was measured.
-    pub fn error(&self, truth: Truth, part: Part, metric: Metric) -> Option<f64> {
+    /// `rel`, where it was measured and the reference has this part of the light.
+    pub fn rel(&self, reference: Reference, part: Part) -> Option<f64> {
         let measured = self.measured.as_ref()?;
-        let errors = match truth {
-            Truth::Full => &measured.full,
-            Truth::Same => &measured.same,
+        let errors = match reference {
+            Reference::Full => &measured.full,
+            Reference::Same => &measured.same,
         };
         let metrics = match part {
-            Part::Total => errors.total,
-            Part::Indirect => errors.indirect?,
-            Part::Diffuse => errors.diffuse?,
+            Part::Total => Some(errors.total),
+            Part::Indirect => errors.indirect,
+            Part::Diffuse => errors.diffuse,
         };
-        Some(match metric {
-            Metric::Energy => (metrics.energy - 1.0).abs(),
-            Metric::Rel => metrics.rel,
-            Metric::Relmse => metrics.relmse,
-            Metric::P95 => metrics.p95,
-            Metric::Flip if part == Part::Total => errors.flip,
-            Metric::Flip => return None,
-        })
+        Some(metrics?.rel)
     }
 
     /// Median device time of a frame in milliseconds, where it was measured.

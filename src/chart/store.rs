@@ -1,4 +1,4 @@
-//! Finished rows in a folder, one file each, written whole or not at all: what ends the program loses none of them.
+//! Finished rows in a folder, one file each, written whole or not at all: no row is lost when the program is stopped.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,22 +6,21 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::VERSION;
-use super::measure::{Pictures, Subject};
-use super::picture::data_uri;
+use super::measure::ChartScene;
 use super::row::Row;
 use crate::output::file;
-use crate::reference::{Depth, Options, Stop, cache};
+use crate::reference::{Depth, Stop, cache};
 use crate::settings::Settings;
 use crate::vk::Context;
 use crate::{Error, Result};
 
-/// Says what a folder is.
+/// The file that marks the folder of a chart.
 const MARK: &str = "chart.txt";
 const MARK_TEXT: &str =
     "Made by `twobounce chart`, which writes everything here anew and goes on with the rows in rows/.\n";
 const ROWS: &str = "rows";
 
-/// A chart's folder. Nothing is written into it before the first row, and if it was made for nothing it goes away again.
+/// A chart's folder. Nothing is written into it before the first row; a folder that was made and stays empty is removed.
 pub struct Store {
     folder: PathBuf,
     /// Whether there was no such folder before.
@@ -31,19 +30,21 @@ pub struct Store {
     any_build: bool,
 }
 
-/// A row and its pictures as URIs.
+/// A row and its pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stored {
     version: u32,
     /// The build that measured it: another may measure something else.
     program: String,
     pub row: Row,
-    pub pictures: Option<Uris>,
+    pub pictures: Option<Pictures>,
 }
 
+/// A setting's pictures as URIs that hold them, small enough for a page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Uris {
+pub struct Pictures {
     pub image: String,
+    /// Signed difference from the full light, and from that of as many bounces; red is too bright, blue too dark.
     pub full: String,
     pub same: String,
 }
@@ -58,14 +59,13 @@ impl Store {
         if folder.exists() && !folder.is_dir() {
             return Err(Error::file(folder, "is a file; -o takes a folder"));
         }
-        let failed = |what: &str, e: std::io::Error| Error::file(folder, format!("{what}: {e}; choose another folder"));
         let made = !folder.exists();
-        fs::create_dir_all(folder).map_err(|e| failed("cannot be created", e))?;
+        file::create_folder(folder)?;
         let store = Self { folder: folder.to_owned(), made, program: program()?, any_build };
         // What a killed program left half written does not count.
         let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
-        let mut entries = fs::read_dir(folder).map_err(|e| failed("cannot be read", e))?.flatten();
-        if !store.is_marked() && entries.any(|entry| !is_part(entry)) {
+        let entries = fs::read_dir(folder).map_err(|e| Error::file(folder, format!("cannot be read: {e}")))?;
+        if !store.is_marked() && entries.flatten().any(|entry| !is_part(entry)) {
             return Err(Error::file(folder, "holds something else than a chart; name an empty or a new folder"));
         }
         file::check_writable(&store.path(MARK))?;
@@ -77,7 +77,7 @@ impl Store {
         self.folder.join(name)
     }
 
-    /// The row kept under `key`; `None` if there is none, or it is damaged: then it is measured anew.
+    /// The row kept under `key`; `None` if there is none, or it is damaged: then it is measured again.
     pub fn load(&self, key: &str) -> Option<Stored> {
         let text = fs::read_to_string(self.row_path(key)).ok()?;
         let stored: Stored = serde_json::from_str(&text).ok()?;
@@ -86,14 +86,13 @@ impl Store {
     }
 
     /// Keeps a row.
-    pub fn save(&self, row: Row, pictures: Option<&Pictures>) -> Result<Stored> {
-        let uris = |p: &Pictures| Uris { image: data_uri(&p.image), full: data_uri(&p.full), same: data_uri(&p.same) };
-        let stored = Stored { version: VERSION, program: self.program.clone(), row, pictures: pictures.map(uris) };
+    pub fn save(&self, row: Row, pictures: Option<Pictures>) -> Result<Stored> {
+        let stored = Stored { version: VERSION, program: self.program.clone(), row, pictures };
         if !self.is_marked() {
             file::write(&self.path(MARK), MARK_TEXT.as_bytes())?;
         }
         let rows = self.path(ROWS);
-        fs::create_dir_all(&rows).map_err(|e| Error::file(&rows, format!("cannot be created: {e}")))?;
+        file::create_folder(&rows)?;
         let json = serde_json::to_string(&stored).map_err(|e| Error::file(&rows, e.to_string()))?;
         file::write(&self.row_path(&stored.row.key), json.as_bytes())?;
         Ok(stored)
@@ -123,9 +122,9 @@ fn program() -> Result<String> {
     Ok(blake3::hash(&bytes).to_string())
 }
 
-/// Names rows after all that determines them but the program itself.
+/// Names rows after everything that determines them except the program.
 pub struct Keys {
-    /// The device, validation, how noisy references may be.
+    /// The device, validation, the noise of references.
     common: [String; 3],
     noise: f64,
 }
@@ -138,12 +137,11 @@ impl Keys {
     }
 
     /// Hash over these, the scene as it is seen, and the settings.
-    pub fn key(&self, subject: &Subject, settings: &Settings) -> String {
-        let (width, height) = subject.size;
-        let stop = Stop::Noise(self.noise);
-        let seen = Options { width, height, depth: Depth::Full, stop, seed: 0, occlusion: false };
-        let seen = cache::key((&subject.scene, &subject.pose, &subject.view), &seen).to_string();
-        let about = serde_json::json!([self.common, seen, format!("{:?}", subject.bounds), settings.to_toml()]);
+    pub fn key(&self, scene: &ChartScene, settings: &Settings) -> String {
+        let seen = scene.reference_options(Depth::Full, Stop::Noise(self.noise));
+        let seen = cache::key((&scene.scene, &scene.pose, &scene.view), &seen).to_string();
+        let bounds = format!("{:?}", scene.options.bounds);
+        let about = serde_json::json!([self.common, seen, bounds, settings.to_toml()]);
         blake3::hash(about.to_string().as_bytes()).to_hex()[..32].to_owned()
     }
 }

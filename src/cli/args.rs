@@ -1,9 +1,10 @@
-//! What was typed: the command line as types. What it means is checked in [`super::job`].
+//! The command line as types, each value within its range.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
 use glam::{DVec3, Vec3};
 use twobounce::gi::Method;
 use twobounce::layers::Aov;
@@ -28,17 +29,17 @@ pub enum Command {
     Compare(super::compare::CompareArgs),
     /// Chart error against time over many settings: a page, an SVG and rows
     Chart(super::chart::ChartArgs),
-    /// Run the default study and write docs/study anew
+    /// Run the default study and write docs/study again
     Study(super::study::StudyArgs),
-    /// Measure what each pass of a frame costs, per thing it works on, and how that grows
+    /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
     Profile(super::profile::ProfileArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
     /// List the Vulkan devices, what twobounce needs of them, and what they lack
     Info(InfoArgs),
-    /// Write the scenes in assets/ anew
+    /// Write the scenes in assets/ again
     MakeAssets(MakeAssetsArgs),
-    /// Measure what each defect of the talk's listings changes, and write docs/ledger.md anew
+    /// Measure what each error in the talk's listings changes, and write docs/ledger.md again
     Ledger(LedgerArgs),
 }
 
@@ -60,11 +61,12 @@ pub struct SceneArgs {
     /// Look at this point, in metres
     #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = point, allow_hyphen_values = true)]
     pub target: Option<DVec3>,
-    /// What is up for --eye
+    /// The up direction for --eye
     #[arg(long, value_name = "X,Y,Z", requires = "eye", default_value = "0,1,0", value_parser = point, allow_hyphen_values = true)]
     pub up: DVec3,
     /// Vertical field of view for --eye, in degrees
-    #[arg(long, value_name = "DEGREES", requires = "eye", default_value_t = 45.0)]
+    #[arg(long, value_name = "DEGREES", requires = "eye", default_value_t = 45.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n > 0.0 && n < 180.0, "write degrees between 0 and 180"))]
     pub fov: f64,
     /// The file's scene to load; by default the one that the file names
     #[arg(long, value_name = "NAME|INDEX")]
@@ -73,12 +75,13 @@ pub struct SceneArgs {
     #[arg(long, value_name = "NAME|INDEX")]
     pub animation: Option<String>,
     /// The time within the animation, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub time: f64,
-    /// Constant radiance of everything beyond the scene, seen and lighting
+    /// Constant radiance of the sky, which is visible and lights the scene
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
     pub sky: Vec3,
-    /// Leave a scene without light, emission and sky dark
+    /// Add no light to a scene without light, emission and sky
     #[arg(long)]
     pub no_default_light: bool,
 }
@@ -98,6 +101,19 @@ pub struct SettingsArgs {
     /// Then set single keys, in the order given; `twobounce settings` lists them
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
+}
+
+/// How frames are handed to a device.
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
+    #[arg(long, default_value = "frame", value_parser = submit())]
+    pub submit: Submit,
+    /// Use no more device memory than this
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub memory_limit: Option<u64>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 /// Which device to use and how.
@@ -125,18 +141,20 @@ pub struct RenderArgs {
     pub aov: Vec<Aov>,
     /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
-    pub exposure: Option<f32>,
-    /// Time N frames of the same image, each made anew, after warming up, and write the last
+    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
+    pub exposure: Option<f64>,
+    /// Warm up, then render the same image N times from scratch, time each, and write the last
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
-    /// With --repeat, keep what stands still from frame to frame, as an animation does
+    /// With --repeat, reuse what did not change since the last frame, as an animation does
     #[arg(long)]
     pub still: bool,
     /// Render N frames of the animation; the output is a pattern such as out_%04d.png
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
     /// Frames per second for --frames
-    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0)]
+    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n > 0.0, "write frames per second, finite and above 0"))]
     pub fps: f64,
     /// Print what each pass took
     #[arg(long)]
@@ -147,14 +165,8 @@ pub struct RenderArgs {
     /// Write a Chrome trace (Perfetto opens it)
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
-    #[arg(long, value_enum, default_value_t = SubmitArg::Frame)]
-    pub submit: SubmitArg,
-    /// Refuse to take more device memory than this
-    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
-    pub memory_limit: Option<u64>,
     #[command(flatten)]
-    pub device: DeviceArgs,
+    pub run: RunArgs,
 }
 
 #[derive(Args, Debug)]
@@ -183,7 +195,7 @@ pub struct LedgerArgs {
 pub struct SettingsCommandArgs {
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// Show every setting: the ledger and the talk's variants too
+    /// Show every setting, also the ledger and the talk's variants
     #[arg(long)]
     pub all: bool,
     /// Print the list as a Markdown page
@@ -201,23 +213,6 @@ pub struct InfoArgs {
     pub json: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SubmitArg {
-    /// The whole frame at once
-    Frame,
-    /// Each pass by itself
-    Pass,
-}
-
-impl From<SubmitArg> for Submit {
-    fn from(submit: SubmitArg) -> Self {
-        match submit {
-            SubmitArg::Frame => Self::Frame,
-            SubmitArg::Pass => Self::PerPass,
-        }
-    }
-}
-
 /// The largest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 16384;
 
@@ -228,23 +223,34 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
         .ok_or_else(|| format!("write WIDTHxHEIGHT, each from 1 to {MAX_SIDE}, such as 1280x720"))
 }
 
-fn point(text: &str) -> Result<DVec3, String> {
-    numbers(text)
-        .map(DVec3::from_array)
-        .ok_or_else(|| "write three finite numbers separated by commas, such as 0,1.5,-3".into())
+fn point(text: &str) -> Result<DVec3, &'static str> {
+    let write = "write three finite numbers separated by commas, such as 0,1.5,-3";
+    let values = text.split(',').map(|s| number(|_| true, write)(s.trim())).collect::<Result<Vec<_>, _>>()?;
+    values.try_into().map(DVec3::from_array).map_err(|_| write)
 }
 
-fn radiance(text: &str) -> Result<Vec3, String> {
-    numbers(text)
-        .map(|v| DVec3::from_array(v).as_vec3())
-        .filter(|v| v.is_finite() && v.min_element() >= 0.0)
-        .ok_or_else(|| "write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5".into())
+fn radiance(text: &str) -> Result<Vec3, &'static str> {
+    let color = point(text).ok().map(|color| color.as_vec3()).filter(|c| c.is_finite() && c.min_element() >= 0.0);
+    color.ok_or("write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5")
 }
 
-fn numbers(text: &str) -> Option<[f64; 3]> {
-    let values: Option<Vec<f64>> =
-        text.split(',').map(|s| s.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
-    values?.try_into().ok()
+/// Reads a finite number that fits; `write` says what else to write.
+pub fn number(
+    fits: fn(f64) -> bool,
+    write: &'static str,
+) -> impl Fn(&str) -> Result<f64, &'static str> + Clone + Send + Sync {
+    move |text| text.parse().ok().filter(|n: &f64| n.is_finite() && fits(*n)).ok_or(write)
+}
+
+/// A percentage, as a share.
+pub fn percent(text: &str) -> Result<f64, &'static str> {
+    number(|n| n > 0.0, "write a percentage above 0")(text).map(|n| n / 100.0)
+}
+
+pub fn minutes(text: &str) -> Result<Duration, &'static str> {
+    let write = "write a number of minutes above 0";
+    let duration = Duration::try_from_secs_f64(60.0 * number(|n| n > 0.0, write)(text)?).ok();
+    duration.filter(|d| !d.is_zero()).ok_or(write)
 }
 
 pub fn memory_size(text: &str) -> Result<u64, String> {
@@ -263,6 +269,13 @@ pub fn memory_size(text: &str) -> Result<u64, String> {
 }
 
 pub fn aov() -> impl TypedValueParser<Value = Aov> {
-    let names = Aov::ALL.iter().filter(|a| **a != Aov::Beauty).map(|a| a.name());
-    PossibleValuesParser::new(names).try_map(|name| Aov::from_name(&name).ok_or("no such layer"))
+    let further = || Aov::ALL.iter().filter(|aov| **aov != Aov::Beauty);
+    PossibleValuesParser::new(further().map(|aov| aov.name()))
+        .try_map(move |name| further().find(|aov| aov.name() == name).copied().ok_or("no such layer"))
+}
+
+fn submit() -> impl TypedValueParser<Value = Submit> {
+    let frame = PossibleValue::new("frame").help("The whole frame at once");
+    let pass = PossibleValue::new("pass").help("Each pass by itself");
+    PossibleValuesParser::new([frame, pass]).map(|name| if name == "pass" { Submit::PerPass } else { Submit::Frame })
 }

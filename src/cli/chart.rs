@@ -1,18 +1,19 @@
-//! `twobounce chart`: many settings on some scenes, and the page, the SVG and the rows that show what each is worth.
+//! `twobounce chart`: error and time of many settings on some scenes, as a page, an SVG and rows.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
+use std::slice;
 
 use clap::Args;
-use twobounce::chart::plan::{Axis, Base, Trial, trials};
+use twobounce::chart::plan::{Trial, sweep, trials};
 use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
-use super::Outcome;
 use super::args::{SceneArgs, SettingsArgs};
 use super::bench::{Bench, BenchArgs};
 
 /// Every preset runs by itself, then every value of every --sweep on top of every preset, one sweep at a time. Each row is
-/// kept as soon as it is finished: after an interruption the same command goes on.
+/// kept as soon as it is finished: after an interruption the same command continues.
 #[derive(Args, Debug)]
 #[command(mut_arg("size", |arg| arg.default_value("256x256")))]
 pub struct ChartArgs {
@@ -40,28 +41,27 @@ pub struct ChartArgs {
     pub bench: BenchArgs,
 }
 
-/// Measures what is missing and writes the chart anew.
-pub fn run(args: &ChartArgs) -> anyhow::Result<Outcome> {
-    let trials = args.trials()?;
-    let paths = std::iter::once(&args.scene.path).chain(&args.more).collect();
-    let bench = Bench { scene: &args.scene, paths, trials: &trials, folder: &args.output, args: &args.bench };
-    bench.run(|_| Ok(()))?;
-    Ok(Outcome::Done)
+/// Measures what is missing and writes the chart again.
+pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
+    let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
+    let bench = Bench { scene: &args.scene, paths, trials: args.trials()?, folder: &args.output, args: &args.bench };
+    bench.run(|_| Ok(()))
 }
 
 impl ChartArgs {
     fn trials(&self) -> Result<Vec<Trial>> {
-        let all = || PRESETS.iter().map(|preset| preset.name.to_owned()).collect();
-        let presets: Vec<String> = if self.presets.is_empty() { all() } else { self.presets.clone() };
+        let mut presets = self.presets.clone();
+        if presets.is_empty() {
+            presets.extend(PRESETS.iter().map(|preset| preset.name.to_owned()));
+        }
         let base = |preset: String| {
             let (config, sets) = (self.config.clone(), self.sets.clone());
-            let settings =
-                SettingsArgs { preset: preset.clone(), config, method: None, sets }.effective_with("--presets")?;
-            Ok(Base { preset, settings })
+            let args = SettingsArgs { preset, config, method: None, sets };
+            Ok(Trial::base(&args.preset, args.effective_with("--presets")?))
         };
-        let bases: Vec<Base> = presets.into_iter().map(base).collect::<Result<_>>()?;
-        let swept = |e: Error| Error::Usage(format!("--sweep: {e}"));
-        let axes: Vec<Axis> = self.sweeps.iter().map(|text| Axis::parse(text)).collect::<Result<_>>().map_err(swept)?;
-        trials(&bases, &axes).map_err(swept)
+        let bases: Vec<Trial> = presets.into_iter().map(base).collect::<Result<_>>()?;
+        let values = self.sweeps.iter().map(|text| sweep(text)).collect::<Result<Vec<_>>>();
+        let trials = values.and_then(|values| trials(&bases, &values.concat()));
+        trials.map_err(|e| Error::Usage(format!("--sweep: {e}")))
     }
 }

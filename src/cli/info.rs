@@ -1,28 +1,26 @@
 //! `twobounce info`: every Vulkan device, what twobounce needs of it, what is missing, and the limits that matter.
 
-use std::fmt::Write as _;
+use std::process::ExitCode;
 
 use serde_json::{Value, json};
 use twobounce::measure::timing::short_bytes;
 use twobounce::vk::{self, DeviceReport};
 
-use super::Outcome;
 use super::args::InfoArgs;
 
 /// Prints the list; fails when there is no loader or no device.
-pub fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let devices = vk::devices()?;
     let text = if args.json { json(&devices) } else { text(&devices) };
     super::out::write(&text);
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 fn text(devices: &[DeviceReport]) -> String {
-    let devices = devices.iter().enumerate().map(|(index, device)| device_text(index, device));
-    devices.collect::<Vec<_>>().join("\n")
+    devices.iter().enumerate().map(device_text).collect::<Vec<_>>().join("\n")
 }
 
-fn device_text(index: usize, device: &DeviceReport) -> String {
+fn device_text((index, device): (usize, &DeviceReport)) -> String {
     let (major, minor, patch) = device.api_version;
     let mut text = format!(
         "{index}: {}\n   {}, Vulkan {major}.{minor}.{patch}, driver {}\n",
@@ -31,54 +29,60 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         device.driver
     );
     let missing: Vec<_> = device.needs.iter().filter(|need| !need.present).map(|need| need.name.as_str()).collect();
-    text += &match missing.as_slice() {
-        [] => "   has everything that twobounce needs:\n".to_owned(),
-        some => format!("   cannot be used, it lacks {}:\n", some.join(", ")),
+    text += &match missing.is_empty() {
+        true => "   has everything that twobounce needs:\n".to_owned(),
+        false => format!("   cannot be used, it lacks {}:\n", missing.join(", ")),
     };
     for need in &device.needs {
         let mark = if need.present { '✓' } else { '✗' };
         text += &format!("     {mark} {}\n", need.name);
     }
     text += "   limits:\n";
-    for (name, value) in limits(device) {
-        writeln!(text, "     {name:44} {value}").expect("writing to a string");
+    for (key, words, value) in limits(device) {
+        let value = match &value {
+            Value::Array(counts) => counts.iter().map(Value::to_string).collect::<Vec<_>>().join(", "),
+            bytes if key.ends_with("_bytes") => short_bytes(bytes.as_u64().unwrap_or(0)),
+            _ if key.ends_with("_ns") => format!("{} ns", device.limits.timestamp_period),
+            count => count.to_string(),
+        };
+        text += &format!("     {words:44} {value}\n");
     }
     text += "   memory:\n";
     for (heap, (bytes, local)) in device.heaps.iter().enumerate() {
         let budget = device.budgets.as_ref().map(|budgets| format!(", {} free", short_bytes(budgets[heap])));
         let whose = if *local { "the device's own" } else { "shared with it" };
-        writeln!(text, "     heap {heap}: {}, {whose}{}", short_bytes(*bytes), budget.unwrap_or_default())
-            .expect("writing to a string");
+        text += &format!("     heap {heap}: {}, {whose}{}\n", short_bytes(*bytes), budget.unwrap_or_default());
     }
     text
 }
 
-fn limits(device: &DeviceReport) -> Vec<(&'static str, String)> {
+/// The limits that matter: key, words, and value in the unit that ends the key.
+fn limits(device: &DeviceReport) -> [(&'static str, &'static str, Value); 11] {
     let limits = &device.limits;
-    let counts = |samples: &[u32]| samples.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
-    vec![
-        ("storage buffer, at most", short_bytes(limits.max_storage_buffer_range.into())),
-        ("single allocation, at most", short_bytes(device.max_allocation_bytes)),
-        ("side of a 2D image, at most", limits.max_image_dimension2_d.to_string()),
-        ("side of a 3D image, at most", limits.max_image_dimension3_d.to_string()),
-        ("layers of an image, at most", limits.max_image_array_layers.to_string()),
-        ("layers of a framebuffer, at most", limits.max_framebuffer_layers.to_string()),
-        ("colour attachments, at most", limits.max_color_attachments.to_string()),
-        ("push descriptors, at most", device.max_push_descriptors.to_string()),
-        ("samples per pixel of an RGBA32F colour image", counts(&device.color_samples)),
-        ("samples per pixel of a D32F depth image", counts(&device.depth_samples)),
-        ("timestamp period", format!("{} ns", limits.timestamp_period)),
+    [
+        ("storage_buffer_bytes", "storage buffer, at most", limits.max_storage_buffer_range.into()),
+        ("allocation_bytes", "single allocation, at most", device.max_allocation_bytes.into()),
+        ("image_side_2d", "side of a 2D image, at most", limits.max_image_dimension2_d.into()),
+        ("image_side_3d", "side of a 3D image, at most", limits.max_image_dimension3_d.into()),
+        ("image_layers", "layers of an image, at most", limits.max_image_array_layers.into()),
+        ("framebuffer_layers", "layers of a framebuffer, at most", limits.max_framebuffer_layers.into()),
+        ("color_attachments", "colour attachments, at most", limits.max_color_attachments.into()),
+        ("push_descriptors", "push descriptors, at most", device.max_push_descriptors.into()),
+        ("rgba32f_samples", "samples per pixel of an RGBA32F colour image", device.color_samples.clone().into()),
+        ("d32f_samples", "samples per pixel of a D32F depth image", device.depth_samples.clone().into()),
+        ("timestamp_period_ns", "timestamp period", limits.timestamp_period.into()),
     ]
 }
 
 fn json(devices: &[DeviceReport]) -> String {
-    let list: Vec<_> = devices.iter().enumerate().map(|(index, device)| device_json(index, device)).collect();
+    let list: Vec<_> = devices.iter().enumerate().map(device_json).collect();
     format!("{:#}\n", json!({ "version": 1, "devices": list }))
 }
 
-fn device_json(index: usize, device: &DeviceReport) -> Value {
-    let limits = &device.limits;
+fn device_json((index, device): (usize, &DeviceReport)) -> Value {
     let (major, minor, patch) = device.api_version;
+    let limits: serde_json::Map<_, _> =
+        limits(device).into_iter().map(|(key, _, value)| (key.to_owned(), value)).collect();
     let needs: serde_json::Map<_, _> =
         device.needs.iter().map(|need| (need.name.clone(), Value::Bool(need.present))).collect();
     let heap = |(heap, (bytes, local)): (usize, &(u64, bool))| {
@@ -93,19 +97,7 @@ fn device_json(index: usize, device: &DeviceReport) -> Value {
         "driver": device.driver,
         "usable": device.needs.iter().all(|need| need.present),
         "needs": needs,
-        "limits": {
-            "storage_buffer_bytes": limits.max_storage_buffer_range,
-            "allocation_bytes": device.max_allocation_bytes,
-            "image_side_2d": limits.max_image_dimension2_d,
-            "image_side_3d": limits.max_image_dimension3_d,
-            "image_layers": limits.max_image_array_layers,
-            "framebuffer_layers": limits.max_framebuffer_layers,
-            "color_attachments": limits.max_color_attachments,
-            "push_descriptors": device.max_push_descriptors,
-            "rgba32f_samples": device.color_samples,
-            "d32f_samples": device.depth_samples,
-            "timestamp_period_ns": limits.timestamp_period,
-        },
+        "limits": limits,
         "heaps": device.heaps.iter().enumerate().map(heap).collect::<Vec<_>>(),
     })
 }

@@ -1,8 +1,9 @@
-//! Ctrl-C sets a flag that long work looks at between steps, so that it ends tidily; a second Ctrl-C ends at once.
+//! Ctrl-C sets a flag that long work looks at between steps, and then stops cleanly; a second Ctrl-C ends the program at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-static PRESSED: AtomicBool = AtomicBool::new(false);
+/// The flag.
+pub static PRESSED: AtomicBool = AtomicBool::new(false);
 
 /// From now on Ctrl-C (and SIGTERM) sets the flag.
 pub fn install() -> anyhow::Result<()> {
@@ -14,12 +15,7 @@ pub fn install() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The flag itself, for library code that takes one.
-pub fn flag() -> &'static AtomicBool {
-    &PRESSED
-}
-
 /// [`twobounce::Error::Interrupted`] once Ctrl-C was pressed.
 pub fn check() -> twobounce::Result<()> {
-    if flag().load(Ordering::Relaxed) { Err(twobounce::Error::Interrupted) } else { Ok(()) }
+    if PRESSED.load(Ordering::Relaxed) { Err(twobounce::Error::Interrupted) } else { Ok(()) }
 }

@@ -1,6 +1,7 @@
 //! `twobounce ledger`: measures every row of the ledger and writes `docs/ledger.md`.
 
 use std::collections::BTreeMap;
+use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -17,69 +18,69 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::LedgerArgs;
-use super::{Outcome, interrupt, out};
+use super::{interrupt, out};
 
 /// Pixels a side of a furnace's image: every pixel should be the same.
 const FURNACE_PIXELS: u32 = 48;
 
-pub fn run(args: &LedgerArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     interrupt::install()?;
     file::check_writable(&args.output)?;
-    let context = args.device.open(args.size.0, args.size.1)?;
+    let context = args.device.open(args.size)?;
     let scene = Scene::load(&args.scene, &LoadOptions::default())?;
     let about = format!(
         "Measured on `{}` at {}×{}, {}³ voxels, on {} ({}).",
         scene.name, args.size.0, args.size.1, EDGE, context.name, context.driver
     );
-    let mut bench = Bench { context: &context, scene, size: args.size, frames: BTreeMap::new() };
+    let mut renders = Renders { context: &context, scene, size: args.size, made: BTreeMap::new() };
     let mut measured = Measurements { about, ..Measurements::default() };
     for row in ROWS {
         if let Effect::Measured { right, printed } = row.effect {
-            out::complain(row.id);
-            measured.changes.insert(row.id.into(), bench.change(right, printed)?);
+            out::warn(row.id);
+            measured.changes.insert(row.id.into(), renders.change(right, printed)?);
         }
     }
     for choice in CHOICES {
-        out::complain(choice);
-        measured.changes.insert((*choice).into(), bench.change(&[], &[choice])?);
+        out::warn(choice);
+        measured.changes.insert((*choice).into(), renders.change(&[], &[choice])?);
     }
     for (fill, settings) in FURNACE_FILLS {
-        for &(albedo, block) in FURNACE_ROOMS {
-            let row = furnace_row(fill, albedo, block);
-            out::complain(&row);
-            let at = |edge: &u32| furnace(&context, settings, albedo, block, *edge);
+        for &room in FURNACE_ROOMS {
+            let row = furnace_row(fill, room.0, room.1);
+            out::warn(&row);
+            let at = |edge: &u32| furnace(&context, settings, room, *edge);
             measured.furnaces.insert(row, FURNACE_EDGES.iter().map(at).collect::<Result<_>>()?);
         }
     }
     file::write(&args.output, document(&measured).as_bytes())?;
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 type Pixels = Vec<[f32; 3]>;
 
 /// One scene under many settings; each is rendered once.
-struct Bench<'a> {
+struct Renders<'a> {
     context: &'a Arc<Context>,
     scene: Scene,
     size: (u32, u32),
-    frames: BTreeMap<String, Rc<Pixels>>,
+    made: BTreeMap<String, Rc<Pixels>>,
 }
 
-impl Bench<'_> {
+impl Renders<'_> {
     /// What `printed` changes on top of `right`.
     fn change(&mut self, right: &[&str], printed: &[&str]) -> Result<Change> {
-        let before = self.shot(&[right, printed].concat())?;
-        let after = self.shot(right)?;
+        let before = self.image(&[right, printed].concat())?;
+        let after = self.image(right)?;
         let sum = |image: &Pixels| image.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
         let pairs = before.iter().flatten().zip(after.iter().flatten());
         let difference: f64 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum();
         Ok(Change { rel_percent: 100.0 * difference / sum(&after), energy: sum(&before) / sum(&after) })
     }
 
-    fn shot(&mut self, assignments: &[&str]) -> Result<Rc<Pixels>> {
+    fn image(&mut self, assignments: &[&str]) -> Result<Rc<Pixels>> {
         let key = assignments.join(" ");
-        if let Some(shot) = self.frames.get(&key) {
-            return Ok(shot.clone());
+        if let Some(image) = self.made.get(&key) {
+            return Ok(image.clone());
         }
         let mut settings = Settings { voxels: EDGE, ..Settings::corrected() };
         let mut scene = self.scene.clone();
@@ -90,9 +91,9 @@ impl Bench<'_> {
                 None => settings.set(assignment)?,
             }
         }
-        let shot = Rc::new(render(self.context, scene, settings, self.size)?);
-        self.frames.insert(key, shot.clone());
-        Ok(shot)
+        let image = Rc::new(render(self.context, scene, settings, self.size)?);
+        self.made.insert(key, image.clone());
+        Ok(image)
     }
 }
 
@@ -105,7 +106,7 @@ fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, 
     Ok(renderer.read().beauty().to_vec())
 }
 
-fn furnace(context: &Arc<Context>, fill: &[&str], albedo: f32, block: bool, edge: u32) -> Result<Furnace> {
+fn furnace(context: &Arc<Context>, fill: &[&str], (albedo, block): (f32, bool), edge: u32) -> Result<Furnace> {
     let mut settings = Settings { voxels: edge, ..Settings::corrected() };
     fill.iter().try_for_each(|assignment| settings.set(assignment))?;
     let size = (FURNACE_PIXELS, FURNACE_PIXELS);

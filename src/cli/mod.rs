@@ -1,24 +1,24 @@
-//! The command line in layers: [`args`] is what was typed, [`job`] what it means, then one file per subcommand.
+//! The command line: [`args`] is what was typed, [`scene`] opens it, [`outputs`] checks where files go, then one file per
+//! subcommand.
 //!
 //! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
 
-pub mod args;
+mod args;
 mod bench;
 mod chart;
 mod compare;
-mod counter;
 mod info;
-pub mod interrupt;
-pub mod job;
+mod interrupt;
 mod ledger;
-pub mod log;
 mod make_assets;
 pub mod out;
+mod outputs;
 mod profile;
+mod progress;
 mod reference;
 mod render;
 mod report;
-pub mod scene;
+mod scene;
 mod settings;
 mod study;
 
@@ -30,42 +30,47 @@ use clap::error::ErrorKind;
 
 use args::{Cli, Command};
 
-/// How a command that did not fail ended.
-pub enum Outcome {
-    Done,
-    /// A threshold was exceeded: exit code 1.
-    Exceeded,
-}
-
-impl From<Outcome> for ExitCode {
-    fn from(outcome: Outcome) -> Self {
-        match outcome {
-            Outcome::Done => Self::SUCCESS,
-            Outcome::Exceeded => Self::from(1),
-        }
-    }
-}
-
-/// The typed arguments, or the exit code after help, version or a mistake was reported.
-pub fn parse() -> Result<Cli, ExitCode> {
-    Cli::try_parse().map_err(|error| match error.kind() {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            out::write(&error.render().to_string());
-            ExitCode::SUCCESS
-        }
-        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            let _ = write!(std::io::stderr(), "{}", error.render());
-            ExitCode::from(2)
-        }
-        _ => {
-            out::complain(&usage_sentence(&error.render().to_string()));
-            ExitCode::from(2)
-        }
+/// Parses and runs the command line, reports an error, and says how it ended.
+pub fn main() -> ExitCode {
+    out::init_log();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    run(&cli).and_then(|code| out::finish().map(|()| code)).unwrap_or_else(|error| {
+        out::warn(&one_line(&format!("{error:#}")));
+        let interrupted = matches!(error.downcast_ref(), Some(twobounce::Error::Interrupted));
+        ExitCode::from(if interrupted { 130 } else { 2 })
     })
 }
 
-/// Runs one subcommand.
-pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
+/// Prints help or the version, or says in one sentence, without the usage, what is wrong with the arguments.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let text = error.render().to_string();
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            out::write(&text);
+            return ExitCode::SUCCESS;
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = write!(std::io::stderr(), "{text}");
+        }
+        _ => {
+            let paragraphs = text.trim_start_matches("error: ").split("\n\n");
+            let is_usage = |p: &&str| p.starts_with("Usage:") || p.starts_with("For more information");
+            let problem: Vec<String> = paragraphs.take_while(|p| !is_usage(p)).map(one_line).collect();
+            out::warn(&problem.join("; "));
+        }
+    }
+    ExitCode::from(2)
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Runs one subcommand; the exit code of a command that did not fail.
+fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     match &cli.command {
         Command::Ledger(args) => ledger::run(args),
         Command::MakeAssets(args) => make_assets::run(args),
@@ -78,27 +83,4 @@ pub fn run(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
     }
-}
-
-/// The whole chain of an error in one line.
-pub fn sentence(error: &anyhow::Error) -> String {
-    format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// 130 for an interruption, 2 for everything else.
-pub fn exit_code(error: &anyhow::Error) -> ExitCode {
-    match error.downcast_ref() {
-        Some(twobounce::Error::Interrupted) => ExitCode::from(130),
-        _ => ExitCode::from(2),
-    }
-}
-
-/// Clap's paragraphs (what is wrong, a tip, the usage) as one sentence without the usage.
-fn usage_sentence(message: &str) -> String {
-    let paragraphs = message.trim_start_matches("error: ").split("\n\n");
-    let told: Vec<String> = paragraphs
-        .take_while(|p| !p.starts_with("Usage:") && !p.starts_with("For more information"))
-        .map(|p| p.split_whitespace().collect::<Vec<_>>().join(" "))
-        .collect();
-    told.join("; ")
 }

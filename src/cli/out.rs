@@ -1,7 +1,9 @@
-//! Standard output and error that may close early (`twobounce settings | head`) or fail, without a panic.
+//! Standard output and error, which may close early (`twobounce settings | head`) or fail, without a panic.
 
 use std::io::{ErrorKind, Write};
 use std::sync::Mutex;
+
+use tracing_subscriber::EnvFilter;
 
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
@@ -12,7 +14,7 @@ macro_rules! say {
     ($($arg:tt)*) => { $crate::cli::out::write(&format!("{}\n", format_args!($($arg)*))) };
 }
 
-/// Writes text to standard output. A closed pipe is no error: the work goes on.
+/// Writes text to standard output. A closed pipe is no error: the work continues.
 pub fn write(text: &str) {
     let mut stdout = std::io::stdout().lock();
     let Err(error) = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) else { return };
@@ -23,8 +25,14 @@ pub fn write(text: &str) {
     }
 }
 
+/// Sends the library's log to standard error: warnings, or more with `TWOBOUNCE_LOG=info` or `debug`.
+pub fn init_log() {
+    let filter = EnvFilter::try_from_env("TWOBOUNCE_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+}
+
 /// Prints a line on standard error, unless it is closed.
-pub fn complain(line: &str) {
+pub fn warn(line: &str) {
     let _ = writeln!(std::io::stderr(), "twobounce: {line}");
 }
 

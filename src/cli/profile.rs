@@ -1,27 +1,25 @@
-//! `twobounce profile`: what a frame costs, per pass and per thing, and how it grows.
+//! `twobounce profile`: what a frame costs per pass and per voxel, pixel and cone step, and how that grows.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::Args;
 use serde::Serialize;
+use twobounce::measure::refuse_invalid;
 use twobounce::output::file;
 use twobounce::profile::copy::{self, CopyRates};
 use twobounce::profile::costs::{self, PassCost, Work};
 use twobounce::profile::growth::{self, Growth};
-use twobounce::profile::{Run, Subject, plot};
-use twobounce::vk::Context;
-use twobounce::{Error, Result};
+use twobounce::profile::{Subject, plot};
 
-use super::args::{DeviceArgs, SceneArgs, SettingsArgs, SubmitArg};
-use super::report::{self, RenderReport, SceneReport};
-use super::scene::Opened;
-use super::{Outcome, interrupt, job, out};
+use super::args::{RunArgs, SceneArgs, SettingsArgs};
+use super::report::{self, RenderReport};
+use super::{interrupt, out, outputs};
 use crate::say;
 
 /// Version of the JSON form; it grows when a key changes its name, its unit or its meaning.
 const VERSION: u32 = 1;
-/// Frames of one run along an axis of growth, at most: many runs, and a line through them.
+/// At most so many frames for one run along an axis of growth: there are many runs, and a line through them.
 const GROWTH_FRAMES: u32 = 3;
 
 #[derive(Args, Debug)]
@@ -43,122 +41,68 @@ pub struct ProfileArgs {
     /// Write everything as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
-    #[arg(long, value_enum, default_value_t = SubmitArg::Frame)]
-    pub submit: SubmitArg,
-    /// Refuse to take more device memory than this
-    #[arg(long, value_name = "SIZE", value_parser = super::args::memory_size)]
-    pub memory_limit: Option<u64>,
     #[command(flatten)]
-    pub device: DeviceArgs,
+    pub run: RunArgs,
 }
 
 /// The file that `--json` writes.
 #[derive(Serialize)]
-struct ProfileReport<'a> {
+struct ProfileReport {
     version: u32,
     /// As `render --json` writes it.
-    render: RenderReport<'a>,
+    render: RenderReport,
     copy: CopyRates,
-    costs: &'a [PassCost],
-    growth: &'a [Growth],
+    costs: Vec<PassCost>,
+    growth: Vec<Growth>,
 }
 
 /// Profiles what the arguments ask for.
-pub fn run(args: &ProfileArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
-    job::check_targets([&args.json, &args.plot].into_iter().flatten(), &args.scene, &args.settings)?;
+    let inputs = [Some(&args.scene.path), args.settings.config.as_ref()];
+    outputs::check(&inputs, &[args.json.as_ref(), args.plot.as_ref()])?;
     interrupt::install()?;
-    let opened = args.scene.open()?;
-    opened.notes.iter().for_each(|note| out::complain(&format!("note: {note}")));
-    let Opened { scene, shot, width, height, camera, .. } = &opened;
-    let size = (*width, *height);
-    let context = args.device.open(size.0, size.1)?;
-    say!("{}: triangles {}, camera {camera}, {width}x{height}", scene.name, scene.triangle_count());
-    say!("{}: {}", context.name, context.driver);
-    let (pose, bounds) = (shot.pose(scene, 0.0), shot.bounds(scene));
-    let view = shot.view(scene, &pose);
+    let (opened, context) = args.scene.open_on(&args.run.device)?;
+    let (scene, size, (pose, view)) = (&opened.scene, opened.size, opened.at_time());
+    let mut render = RenderReport::new(&opened, &settings, &context);
     let subject = Subject {
         scene,
         pose: &pose,
         view: &view,
         settings: settings.clone(),
-        size,
-        submit: args.submit.into(),
-        memory_limit: args.memory_limit,
-        bounds,
+        options: opened.run_options(&args.run),
         check: interrupt::check,
     };
-    let budget_bytes = context.memory_budget();
     let frames = subject.run(&context, args.frames)?;
-    out::write(&frames.timings.table());
-    let counters = frames.reports.last().expect("at least one frame").counters;
-    say!(
-        "recorded triangles {}, list items {}, occupied voxels {}",
-        counters.triangles,
-        counters.list_items,
-        counters.occupied_voxels
-    );
+    render.add(&frames);
+    let timings = frames.timings;
+    out::write(&timings.table());
+    out::write(&report::counters_text(&timings));
     let copy = copy::measure(&context)?;
-    let counting = args.device.open_counting(size.0, size.1)?;
+    let counting = args.run.device.open_counting(size)?;
     let counted = subject.count(&counting)?;
     refuse_invalid(&counting)?;
+    let counters = timings.all().last().expect("at least one frame").counters;
     let pixels = u64::from(size.0) * u64::from(size.1);
-    let units = costs::units(settings.method);
-    let work = Work { units: &units, frame: &counters, pixels, copy: &copy };
-    let costs = costs::costs(&frames.timings.passes(), &counted, &work);
+    let work = Work { method: settings.method, frame: &counters, pixels, copy: &copy };
+    let costs = costs::costs(&timings.passes(), &counted, &work);
     out::write(&format!("\n{}", costs::table(&costs, &copy)));
     let growth =
         if args.growth { growth::measure(&context, &subject, args.frames.min(GROWTH_FRAMES))? } else { vec![] };
     growth.iter().for_each(|axis| out::write(&format!("\n{}", growth::table(axis))));
     refuse_invalid(&context)?;
-    let size_words = format!("{width}×{height}");
     if let Some(path) = &args.plot {
-        let title = format!("{}, {size_words}, {} voxels, {}", scene.name, settings.voxels, context.name);
-        write(path, &plot::svg(&title, &growth))?;
+        let (voxels, device) = (settings.voxels, &context.name);
+        let title = format!("{}, {}×{}, {voxels} voxels, {device}", scene.name, size.0, size.1);
+        file::write(path, plot::svg(&title, &growth).as_bytes())?;
+        say!("wrote {}", path.display());
     }
     if let Some(path) = &args.json {
-        let scene = SceneReport {
-            name: scene.name.clone(),
-            hash: scene.hash.clone(),
-            triangles: scene.triangle_count(),
-            camera: camera.clone(),
-            time_s: args.scene.time,
-        };
-        let render = render_report(&context, &frames, size, budget_bytes, scene, settings.method.name(), &settings);
-        let report = ProfileReport { version: VERSION, render, copy, costs: &costs, growth: &growth };
-        write(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
+        file::write_json(path, &ProfileReport { version: VERSION, render, copy, costs, growth })?;
+        say!("wrote {}", path.display());
     }
-    Ok(Outcome::Done)
-}
-
-fn render_report<'a>(
-    context: &Context,
-    run: &Run,
-    size: (u32, u32),
-    budget_bytes: u64,
-    scene: SceneReport,
-    method: &'static str,
-    settings: &'a twobounce::settings::Settings,
-) -> RenderReport<'a> {
-    let memory = report::memory(&run.plan, run.allocated_bytes, budget_bytes);
-    let timings = run.timings.report(context, size, report::counters(&run.reports), Some(memory));
-    RenderReport { scene, method, settings, exposure_ev: None, timings }
-}
-
-/// Numbers of a device that was used wrongly say nothing.
-fn refuse_invalid(context: &Arc<Context>) -> Result<()> {
-    match context.validation_messages().first() {
-        Some(first) => Err(Error::Device(format!("the validation layer objects, so nothing is written: {first}"))),
-        None => Ok(()),
-    }
-}
-
-fn write(path: &Path, text: &str) -> Result<()> {
-    file::write(path, text.as_bytes())?;
-    say!("wrote {}", path.display());
-    Ok(())
+    Ok(ExitCode::SUCCESS)
 }
 
 #[cfg(test)]
@@ -167,12 +111,10 @@ mod tests {
     use std::collections::BTreeSet;
     use twobounce::profile::counts::Counts;
     use twobounce::profile::growth::PassGrowth;
-    use twobounce::settings::Settings;
 
     /// A key that is renamed, added or dropped must be so in the page too, and its version looked at.
     #[test]
     fn the_keys_are_those_of_the_page() {
-        let settings = Settings::default();
         let cost = PassCost {
             name: "shade 1",
             ns_per_occupied_voxel: Some(1.0),
@@ -195,10 +137,10 @@ mod tests {
         };
         let report = ProfileReport {
             version: VERSION,
-            render: report::tests::report(&settings),
+            render: report::tests::report(),
             copy: CopyRates { buffer_gb_per_s: 1.0, shader_gb_per_s: 1.0 },
-            costs: &[cost],
-            growth: &[growth],
+            costs: vec![cost],
+            growth: vec![growth],
         };
         let mut written = BTreeSet::new();
         report::tests::paths(&serde_json::to_value(report).unwrap(), "", &mut written);

@@ -1,21 +1,22 @@
 //! `twobounce reference`: a path-traced image to measure others against.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::Mutex;
 use std::time::Instant;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use twobounce::layers::Aov;
-use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Depth, Options, Progress, Stop, VERSION};
+use twobounce::scene::{Pose, Scene, View};
 use twobounce::{Error, Result};
 
-use super::args::{SceneArgs, aov};
-use super::{Outcome, interrupt, out, scene};
+use super::args::{SceneArgs, aov, percent};
+use super::progress::bar;
+use super::{interrupt, out};
 use crate::say;
 
 #[derive(Args, Debug)]
@@ -29,7 +30,7 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "N", conflicts_with = "noise", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
     pub spp: Option<u32>,
     /// Sample until the root mean square of the pixels' relative error is below this
-    #[arg(long, value_name = "PERCENT", default_value_t = 1.0)]
+    #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent, allow_negative_numbers = true)]
     pub noise: f64,
     /// full, direct, or a number of indirect bounces
     #[arg(long, value_name = "full|direct|N", default_value = "full", value_parser = depth, allow_hyphen_values = true)]
@@ -50,53 +51,41 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
     }
 }
 
-/// Renders, or takes what earlier calls finished, and writes the image.
-pub fn run(args: &ReferenceArgs) -> anyhow::Result<Outcome> {
-    let stop = check(args)?;
-    let opened = args.scene.open()?;
-    opened.notes.iter().for_each(|note| out::complain(&format!("note: {note}")));
-    let options = Options {
-        width: opened.width,
-        height: opened.height,
-        depth: args.depth,
-        stop,
-        seed: args.seed,
-        occlusion: args.aov.contains(&Aov::Ao),
-    };
-    let pose = opened.pose(0.0);
-    let view = opened.view(&pose);
-    interrupt::install()?;
-    let bar = Bar::new();
-    let film = Cache::of_user()?.render(
-        (&opened.scene, &pose, &view),
-        &options,
-        &|progress| bar.show(&progress),
-        interrupt::flag(),
-    );
-    let traced = bar.finish();
-    let film = film.inspect_err(|error| {
-        if matches!(error, Error::Interrupted) {
-            out::complain("what is finished is kept; the same command goes on from there");
-        }
-    })?;
-    film.layers(&args.aov).write_exr(&args.output, &header(args, &opened, &film))?;
-    report(args, &film, &traced);
-    Ok(Outcome::Done)
-}
-
-/// What can be found wrong without opening the scene.
-fn check(args: &ReferenceArgs) -> Result<Stop> {
+/// Renders the image, or takes it from the cache, and writes it.
+pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     args.scene.check()?;
     if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        return Err(Error::file(&args.output, "is no .exr; a reference holds linear radiance, name it something.exr"));
+        let text = "is no .exr; a reference holds linear radiance, name it something.exr";
+        return Err(Error::file(&args.output, text).into());
     }
     file::check_writable(&args.output)?;
     check_memory(args.scene.size)?;
-    match args.spp {
-        Some(n) => Ok(Stop::Samples(n)),
-        None if args.noise > 0.0 && args.noise.is_finite() => Ok(Stop::Noise(args.noise / 100.0)),
-        None => Err(Error::Usage("--noise takes a percentage above 0".to_owned())),
-    }
+    let opened = args.scene.open()?;
+    let (width, height) = opened.size;
+    let stop = args.spp.map_or(Stop::Noise(args.noise), Stop::Samples);
+    let occlusion = args.aov.contains(&Aov::Ao);
+    let options = Options { width, height, depth: args.depth, stop, seed: args.seed, occlusion };
+    let (pose, view) = opened.at_time();
+    interrupt::install()?;
+    let (film, traced) = traced(&Cache::of_user()?, (&opened.scene, &pose, &view), &options).inspect_err(|error| {
+        if matches!(error, Error::Interrupted) {
+            out::warn("finished samples are kept; the same command continues from there");
+        }
+    })?;
+    let depth = match args.depth {
+        Depth::Full => "full".to_owned(),
+        Depth::Bounces(n) => format!("direct light and {n} indirect bounces"),
+    };
+    let header = opened.header([
+        ("writer", format!("twobounce {} reference, tracer {VERSION}", env!("CARGO_PKG_VERSION"))),
+        ("depth", depth),
+        ("samplesPerPixel", film.done().to_string()),
+        ("seed", args.seed.to_string()),
+        ("noise", format!("{:.6}", film.noise())),
+    ]);
+    film.layers(&args.aov).write_exr(&args.output, &header)?;
+    report(args, &film, &traced);
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Refuses a film that does not fit into memory.
@@ -116,26 +105,6 @@ fn available_memory() -> Option<u64> {
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib << 10)
 }
 
-fn header(args: &ReferenceArgs, opened: &scene::Opened, film: &Film) -> Metadata {
-    let depth = match args.depth {
-        Depth::Full => "full".to_owned(),
-        Depth::Bounces(n) => format!("direct light and {n} indirect bounces"),
-    };
-    let entries = [
-        ("writer", format!("twobounce {} reference, tracer {VERSION}", env!("CARGO_PKG_VERSION"))),
-        ("scene", opened.scene.name.clone()),
-        ("sceneHash", opened.scene.hash.clone()),
-        ("camera", opened.camera.clone()),
-        ("time", args.scene.time.to_string()),
-        ("sky", opened.scene.sky.to_string()),
-        ("depth", depth),
-        ("samplesPerPixel", film.done().to_string()),
-        ("seed", args.seed.to_string()),
-        ("noise", format!("{:.6}", film.noise())),
-    ];
-    entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
-}
-
 fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
     let (width, height) = (film.width, film.rows.len());
     let (samples, noise) = (film.done(), 100.0 * film.noise());
@@ -152,46 +121,31 @@ fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
     }
 }
 
-/// The progress bar on standard error, and what it saw.
-pub struct Bar {
-    bar: ProgressBar,
-    /// When the first path began, and the latest count of paths since.
-    seen: Mutex<Option<(Instant, u64)>>,
-}
-
 /// Work that was done in this call.
 pub struct Traced {
     pub paths: u64,
     pub seconds: f64,
 }
 
-impl Bar {
-    pub fn new() -> Self {
-        let bar = ProgressBar::new(1);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent} %, {eta} left{msg}") {
-            bar.set_style(style);
-        }
-        Self { bar, seen: Mutex::new(None) }
-    }
-
-    pub fn show(&self, progress: &Progress) {
-        self.bar.set_length(progress.expected);
-        self.bar.set_position(progress.paths);
+/// The film of a scene as a camera sees it, traced behind a progress bar on standard error, as far as the cache lacks it.
+pub fn traced(cache: &Cache, of: (&Scene, &Pose, &View), options: &Options) -> Result<(Film, Traced)> {
+    let bar = bar(1, "{wide_bar} {percent} %, {eta} left{msg}");
+    // When the first path began, and the latest count of paths since.
+    let seen: Mutex<Option<(Instant, u64)>> = Mutex::new(None);
+    let show = |progress: Progress| {
+        bar.set_length(progress.expected);
+        bar.set_position(progress.paths);
         if let Some(noise) = progress.noise {
-            self.bar.set_message(format!(", noise {:.2} %", 100.0 * noise));
+            bar.set_message(format!(", noise {:.2} %", 100.0 * noise));
         }
-        if let Ok(mut seen) = self.seen.lock() {
+        if let Ok(mut seen) = seen.lock() {
             let (start, latest) = seen.unwrap_or((Instant::now(), 0));
             *seen = Some((start, latest.max(progress.paths - progress.before)));
         }
-    }
-
-    pub fn finish(&self) -> Traced {
-        self.bar.finish_and_clear();
-        let seen = self.seen.lock().ok().and_then(|s| *s);
-        seen.map_or(Traced { paths: 0, seconds: 0.0 }, |(start, paths)| Traced {
-            paths,
-            seconds: start.elapsed().as_secs_f64(),
-        })
-    }
+    };
+    let film = cache.render(of, options, &show, &interrupt::PRESSED);
+    bar.finish_and_clear();
+    let seen = seen.lock().ok().and_then(|seen| *seen);
+    let (seconds, paths) = seen.map_or((0.0, 0), |(start, paths)| (start.elapsed().as_secs_f64(), paths));
+    Ok((film?, Traced { paths, seconds }))
 }

@@ -1,66 +1,116 @@
-//! What `--timings`, `--json` and `--trace` say about a render. `docs/json.md` documents the keys.
+//! The file that `render --json` writes. `docs/json.md` documents the keys.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use serde::Serialize;
-use twobounce::ground::memory_plan::MemoryPlan;
-use twobounce::measure::timing::{MemoryReport, ResourceBytes, TimingReport};
-use twobounce::output::file;
-use twobounce::renderer::FrameReport;
+use serde_json::{Value, json};
+use twobounce::measure::timing::{PassTiming, Spread, Timings};
+use twobounce::profile::Run;
 use twobounce::settings::Settings;
+use twobounce::vk::Context;
 
-/// The file that `--json` writes.
-#[derive(Serialize)]
-pub struct RenderReport<'a> {
-    #[serde(flatten)]
-    pub timings: TimingReport,
-    pub scene: SceneReport,
-    pub method: &'static str,
-    pub settings: &'a Settings,
+use super::scene::Opened;
+
+/// The version of the form. It must grow when a key changes its name, unit or meaning.
+const VERSION: u32 = 1;
+
+/// The file that `render --json` writes. Times in milliseconds, sizes in bytes, image sizes in pixels.
+#[derive(Default, Serialize)]
+pub struct RenderReport {
+    /// [`VERSION`]
+    version: u32,
+    device: String,
+    /// The driver's name and version, as the driver describes it.
+    driver: String,
+    /// Vulkan version of the device, `major.minor.patch`.
+    api_version: String,
+    width: u32,
+    height: u32,
+    /// Measured frames.
+    frames: usize,
+    /// Frames before the measured ones.
+    warm_up_frames: usize,
+    frame_gpu_ms: Spread,
+    frame_wall_ms: Spread,
+    passes_gpu_ms: Spread,
+    passes: Vec<PassTiming>,
+    counters: BTreeMap<&'static str, u32>,
+    memory: Value,
+    scene: Value,
+    method: &'static str,
+    settings: Settings,
     /// What a .png was exposed with; null for an .exr.
     pub exposure_ev: Option<f32>,
 }
 
-/// What was rendered.
-#[derive(Clone, Serialize)]
-pub struct SceneReport {
-    pub name: String,
-    pub hash: String,
-    pub triangles: usize,
-    pub camera: String,
-    pub time_s: f64,
-}
+impl RenderReport {
+    /// What is known before the first frame.
+    pub fn new(opened: &Opened, settings: &Settings, context: &Context) -> Self {
+        let (scene, (major, minor, patch)) = (&opened.scene, context.api_version);
+        Self {
+            version: VERSION,
+            device: context.name.clone(),
+            driver: context.driver.clone(),
+            api_version: format!("{major}.{minor}.{patch}"),
+            width: opened.size.0,
+            height: opened.size.1,
+            memory: json!({ "budget_bytes": context.memory_budget() }),
+            scene: json!({
+                "name": scene.name,
+                "hash": scene.hash,
+                "triangles": scene.triangle_count(),
+                "camera": opened.camera,
+                "time_s": opened.shot.time_s(0.0),
+            }),
+            method: settings.method.name(),
+            settings: settings.clone(),
+            ..Self::default()
+        }
+    }
 
-impl RenderReport<'_> {
-    /// Writes the report to `path`, whole or not at all.
-    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = serde_json::to_string_pretty(self)?;
-        Ok(file::write(path, (text + "\n").as_bytes())?)
+    /// Adds what the frames showed.
+    pub fn add(&mut self, Run { timings, plan, allocated_bytes }: &Run) {
+        self.frames = timings.frames().len();
+        self.warm_up_frames = timings.warm_up();
+        self.frame_gpu_ms = timings.frame_gpu_ms();
+        self.frame_wall_ms = timings.frame_wall_ms();
+        self.passes_gpu_ms = timings.passes_gpu_ms();
+        self.passes = timings.passes();
+        self.counters = counters(timings);
+        self.memory["planned_bytes"] = plan.total().into();
+        self.memory["allocated_bytes"] = (*allocated_bytes).into();
+        self.memory["resources"] =
+            plan.rows.iter().map(|(name, bytes)| json!({ "name": name, "bytes": bytes })).collect();
     }
 }
 
 /// The last frame's counters by name, and how often frames were repeated in all.
-pub fn counters(frames: &[FrameReport]) -> BTreeMap<String, u64> {
-    let Some(last) = frames.last() else { return BTreeMap::new() };
-    let counts = &last.counters;
-    let repeats: u32 = frames.iter().map(|f| f.repeats).sum();
-    [
-        ("triangles", counts.triangles),
-        ("degenerate_triangles", counts.degenerate),
-        ("list_items", counts.list_items),
-        ("occupied_voxels", counts.occupied_voxels),
-        ("frames_repeated", repeats),
-    ]
-    .into_iter()
-    .map(|(name, count)| (name.to_owned(), count.into()))
-    .collect()
+pub fn counters(timings: &Timings) -> BTreeMap<&'static str, u32> {
+    let Some(last) = timings.all().last() else { return BTreeMap::new() };
+    BTreeMap::from([
+        ("triangles", last.counters.triangles),
+        ("degenerate_triangles", last.counters.degenerate),
+        ("list_items", last.counters.list_items),
+        ("occupied_voxels", last.counters.occupied_voxels),
+        ("frames_repeated", timings.all().iter().map(|frame| frame.repeats).sum()),
+    ])
 }
 
-/// The plan beside what the driver gave. `budget_bytes`: what the device had left before.
-pub fn memory(plan: &MemoryPlan, allocated_bytes: u64, budget_bytes: u64) -> MemoryReport {
-    let resources = plan.rows.iter().map(|&(name, bytes)| ResourceBytes { name: name.to_owned(), bytes }).collect();
-    MemoryReport { planned_bytes: plan.total(), allocated_bytes, budget_bytes, resources }
+/// The same as text.
+pub fn counters_text(timings: &Timings) -> String {
+    let counts = counters(timings);
+    let count = |name: &str| counts.get(name).copied().unwrap_or(0);
+    let mut text = format!(
+        "recorded triangles {} (dropped without area {}), list items {}, occupied voxels {}\n",
+        count("triangles"),
+        count("degenerate_triangles"),
+        count("list_items"),
+        count("occupied_voxels")
+    );
+    if count("frames_repeated") > 0 {
+        text += &format!("frames repeated because a buffer had to grow: {}\n", count("frames_repeated"));
+    }
+    text
 }
 
 #[cfg(test)]
@@ -68,7 +118,8 @@ pub mod tests {
     use super::*;
     use std::collections::BTreeSet;
     use twobounce::frame::Counters;
-    use twobounce::measure::timing::{Spread, Timings, VERSION};
+    use twobounce::ground::memory_plan::MemoryPlan;
+    use twobounce::renderer::FrameReport;
     use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
 
     /// Every path to a value, `[]` for an element of a list.
@@ -84,7 +135,7 @@ pub mod tests {
         }
     }
 
-    pub fn report(settings: &Settings) -> RenderReport<'_> {
+    fn frame(triangles: u32, repeats: u32) -> FrameReport {
         let zone = ZoneTiming {
             name: "record",
             kind: ZoneKind::Raster,
@@ -95,41 +146,26 @@ pub mod tests {
             bytes: 64,
             counts: Vec::new(),
         };
-        let frame = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
+        let timings = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
+        let counters = Counters { triangles, degenerate: 1, list_items: 9, occupied_voxels: 4 };
+        FrameReport { timings, counters, repeats, settling: 0 }
+    }
+
+    pub fn report() -> RenderReport {
         let mut timings = Timings::new(0);
-        timings.push(frame.clone());
-        let counted = Counters { triangles: 36, degenerate: 1, list_items: 9, occupied_voxels: 4 };
-        let plan = MemoryPlan { rows: vec![("lights", 4)] };
-        RenderReport {
-            scene: SceneReport { name: "s".into(), hash: "h".into(), triangles: 1, camera: "c".into(), time_s: 0.0 },
-            method: "cones",
-            settings,
-            exposure_ev: Some(0.5),
-            timings: TimingReport {
-                version: VERSION,
-                device: "d".into(),
-                driver: "m".into(),
-                api_version: "1.3.0".into(),
-                width: 4,
-                height: 2,
-                frames: 1,
-                warm_up_frames: 0,
-                frame_gpu_ms: Spread::default(),
-                frame_wall_ms: Spread::default(),
-                passes_gpu_ms: Spread::default(),
-                passes: timings.passes(),
-                counters: counters(&[FrameReport { timings: frame, counters: counted, repeats: 2, settling: 0 }]),
-                memory: Some(memory(&plan, 5, 6)),
-            },
-        }
+        [frame(1, 2), frame(7, 1)].into_iter().for_each(|frame| timings.push(frame));
+        let scene = json!({ "name": "s", "hash": "h", "triangles": 1, "camera": "c", "time_s": 0.0 });
+        let memory = json!({ "budget_bytes": 6 });
+        let mut report = RenderReport { exposure_ev: Some(0.5), scene, memory, ..RenderReport::default() };
+        report.add(&Run { timings, plan: MemoryPlan { rows: vec![("lights", 4)] }, allocated_bytes: 5 });
+        report
     }
 
     /// A key that is renamed, added or dropped must be so in the page too, and its version looked at.
     #[test]
     fn the_keys_are_those_of_the_page() {
-        let settings = Settings::default();
         let mut written = BTreeSet::new();
-        paths(&serde_json::to_value(report(&settings)).unwrap(), "", &mut written);
+        paths(&serde_json::to_value(report()).unwrap(), "", &mut written);
         // The settings have a page of their own, which another test holds against the tree.
         written.retain(|path| !path.starts_with("settings."));
         written.insert("settings".into());
@@ -147,13 +183,7 @@ pub mod tests {
 
     #[test]
     fn repeats_add_up_and_the_rest_is_the_last_frames() {
-        let frame = |triangles, repeats| FrameReport {
-            timings: ZoneTimings::default(),
-            counters: Counters { triangles, degenerate: 0, list_items: 0, occupied_voxels: 0 },
-            repeats,
-            settling: 0,
-        };
-        let counted = counters(&[frame(1, 2), frame(7, 1)]);
+        let counted = report().counters;
         assert_eq!((counted["triangles"], counted["frames_repeated"]), (7, 3));
     }
 }

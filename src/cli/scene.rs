@@ -1,66 +1,57 @@
-//! Opens the scene that the flags describe: file, moment, camera, light.
+//! Opens what the flags describe: the scene (file, moment, camera, light) and the device.
 
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::Path;
+use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
-use twobounce::scene::{Bounds, LoadOptions, Pose, Scene, View};
+use clap::{Args, Command, FromArgMatches};
+use glam::DVec3;
+use twobounce::output::exr::Metadata;
+use twobounce::renderer::RenderOptions;
+use twobounce::scene::{LoadOptions, Pose, Scene, View};
+use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
-use super::args::SceneArgs;
+use super::args::{DeviceArgs, RunArgs, SceneArgs};
+use super::out;
+use crate::say;
 
 /// A scene ready to render.
 pub struct Opened {
     pub scene: Scene,
-    pub width: u32,
-    pub height: u32,
-    /// What was ignored, simplified or added: one sentence each.
-    pub notes: Vec<String>,
+    /// Pixels of the image.
+    pub size: (u32, u32),
     /// The camera in words, for headers and reports.
     pub camera: String,
     pub shot: Shot,
 }
 
 /// Which moment of a scene is seen, and from where.
+#[derive(Clone, Copy)]
 pub struct Shot {
     animation: Option<usize>,
     time_s: f64,
-    chosen: Chosen,
+    camera: Camera,
 }
 
 /// A camera of the file moves with its node; the others stand still.
-enum Chosen {
-    Camera(usize),
+#[derive(Clone, Copy)]
+enum Camera {
+    OfFile(usize),
     Fixed(View),
 }
 
 impl SceneArgs {
-    /// As if nothing but the scene and the size had been typed.
-    pub fn plain(path: PathBuf, size: (u32, u32)) -> Self {
-        Self {
-            path,
-            size,
-            camera: None,
-            eye: None,
-            target: None,
-            up: DVec3::Y,
-            fov: 45.0,
-            scene: None,
-            animation: None,
-            time: 0.0,
-            sky: Vec3::ZERO,
-            no_default_light: false,
-        }
+    /// The defaults for this scene and size.
+    pub fn plain(path: &Path, size: (u32, u32)) -> Self {
+        let typed = [OsStr::new(""), OsStr::new("--"), path.as_os_str()];
+        let matches = Self::augment_args(Command::new("")).get_matches_from(typed);
+        Self { size, ..Self::from_arg_matches(&matches).expect("every flag has a default") }
     }
 
     /// What can be found wrong without opening the file.
     pub fn check(&self) -> Result<()> {
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
-        if !self.time.is_finite() || self.time < 0.0 {
-            return usage("--time takes seconds, finite and at least 0");
-        }
-        if !(self.fov > 0.0 && self.fov < 180.0) {
-            return usage("--fov takes degrees between 0 and 180");
-        }
         let (Some(eye), Some(target)) = (self.eye, self.target) else { return Ok(()) };
         let Some(forward) = (target - eye).try_normalize() else {
             return usage("--eye and --target are the same point; move one of them");
@@ -72,7 +63,8 @@ impl SceneArgs {
         Ok(())
     }
 
-    /// Loads the scene, chooses animation and camera, adds sky and, where nothing shines, a light.
+    /// Loads the scene, chooses animation and camera, adds the sky and, without any light, a light. Prints what was ignored,
+    /// simplified or added.
     pub fn open(&self) -> Result<Opened> {
         self.check()?;
         let mut scene = Scene::load(&self.path, &LoadOptions { scene: self.scene.clone() })?;
@@ -81,50 +73,74 @@ impl SceneArgs {
             Some(name) => Some(scene.animation_named(name)?),
             None => (!scene.animations.is_empty()).then_some(0),
         };
-        let (chosen, camera) = self.choose_camera(&scene, animation)?;
-        let (width, height) = self.size;
-        let notes = std::mem::take(&mut scene.warnings);
-        let mut opened =
-            Opened { scene, width, height, notes, camera, shot: Shot { animation, time_s: self.time, chosen } };
-        if !opened.scene.has_light() {
-            let note = if self.no_default_light {
-                "the scene has no light, emission or sky: the image will be black".into()
-            } else {
-                let view = opened.view(&opened.pose(0.0));
-                opened.scene.add_default_light(&view)
-            };
-            opened.notes.push(note);
+        let (camera, words) = self.choose_camera(&scene, animation)?;
+        let shot = Shot { animation, time_s: self.time, camera };
+        let mut notes = std::mem::take(&mut scene.warnings);
+        if !scene.has_light() && self.no_default_light {
+            notes.push("the scene has no light, emission or sky: the image will be black".into());
+        } else if !scene.has_light() {
+            let view = shot.view(&scene, &shot.pose(&scene, 0.0));
+            notes.push(scene.add_default_light(&view));
         }
-        Ok(opened)
+        notes.iter().for_each(|note| out::warn(&format!("note: {}: {note}", scene.name)));
+        Ok(Opened { scene, size: self.size, camera: words, shot })
     }
 
-    fn choose_camera(&self, scene: &Scene, animation: Option<usize>) -> Result<(Chosen, String)> {
+    /// Opens the scene and the device, and prints what they are.
+    pub fn open_on(&self, device: &DeviceArgs) -> Result<(Opened, Arc<Context>)> {
+        let opened = self.open()?;
+        let context = device.open(opened.size)?;
+        let (Opened { scene, camera, .. }, (width, height)) = (&opened, opened.size);
+        say!("{}: triangles {}, camera {camera}, {width}x{height}", scene.name, scene.triangle_count());
+        say!("{}: {}", context.name, context.driver);
+        Ok((opened, context))
+    }
+
+    /// The camera, and its words.
+    fn choose_camera(&self, scene: &Scene, animation: Option<usize>) -> Result<(Camera, String)> {
         if let (Some(eye), Some(target)) = (self.eye, self.target) {
             let view = View::look_at(eye, target, self.up, self.fov.to_radians() as f32);
             let point = |p: DVec3| format!("{},{},{}", p.x, p.y, p.z);
             let words = format!("eye {} target {} up {} fov {}", point(eye), point(target), point(self.up), self.fov);
-            return Ok((Chosen::Fixed(view), words));
+            return Ok((Camera::Fixed(view), words));
         }
         let index = match &self.camera {
             Some(name) => Some(scene.camera_named(name)?),
             None => (!scene.cameras.is_empty()).then_some(0),
         };
         Ok(match index {
-            Some(index) => (Chosen::Camera(index), format!("{index} {:?}", scene.cameras[index].name)),
-            None => (Chosen::Fixed(View::framing(scene.bounds(animation))), "framing the scene".into()),
+            Some(index) => (Camera::OfFile(index), format!("{index} {:?}", scene.cameras[index].name)),
+            None => (Camera::Fixed(View::framing(scene.bounds(animation))), "framing the scene".into()),
         })
     }
 }
 
 impl Opened {
-    /// The scene `later_s` seconds after --time.
-    pub fn pose(&self, later_s: f64) -> Pose {
-        self.shot.pose(&self.scene, later_s)
+    /// The pose at --time, and the camera in it.
+    pub fn at_time(&self) -> (Pose, View) {
+        let pose = self.shot.pose(&self.scene, 0.0);
+        let view = self.shot.view(&self.scene, &pose);
+        (pose, view)
     }
 
-    /// The camera in a pose.
-    pub fn view(&self, pose: &Pose) -> View {
-        self.shot.view(&self.scene, pose)
+    /// The image alone, within a limit on device memory.
+    pub fn options(&self, memory_limit: Option<u64>) -> RenderOptions {
+        RenderOptions { memory_limit, ..RenderOptions::new(self.size, self.scene.bounds(self.shot.animation)) }
+    }
+
+    /// The image alone, as the flags say.
+    pub fn run_options(&self, run: &RunArgs) -> RenderOptions {
+        RenderOptions { submit: run.submit, ..self.options(run.memory_limit) }
+    }
+
+    /// What an .exr says about how it came about: how the scene is seen, and `more`. No dates: the same command gives the same
+    /// bytes.
+    pub fn header<const N: usize>(&self, more: [(&str, String); N]) -> Metadata {
+        let Scene { name, hash, sky, .. } = &self.scene;
+        let (time, camera) = (self.shot.time_s.to_string(), self.camera.clone());
+        let seen = [("scene", name.clone()), ("sceneHash", hash.clone()), ("camera", camera), ("time", time)];
+        let entries = seen.into_iter().chain([("sky", sky.to_string())]).chain(more);
+        entries.map(|(name, value)| (name.to_owned(), value)).collect()
     }
 }
 
@@ -136,14 +152,41 @@ impl Shot {
 
     /// The camera in a pose.
     pub fn view(&self, scene: &Scene, pose: &Pose) -> View {
-        match self.chosen {
-            Chosen::Camera(index) => scene.view(pose, index),
-            Chosen::Fixed(view) => view,
+        match self.camera {
+            Camera::OfFile(index) => scene.view(pose, index),
+            Camera::Fixed(view) => view,
         }
     }
 
-    /// The scene's bounds over the whole animation.
-    pub fn bounds(&self, scene: &Scene) -> Bounds {
-        scene.bounds(self.animation)
+    /// Seconds within the animation, `later_s` after --time.
+    pub fn time_s(&self, later_s: f64) -> f64 {
+        self.time_s + later_s
     }
+}
+
+impl DeviceArgs {
+    /// Opens the device for images of this size.
+    pub fn open(&self, size: (u32, u32)) -> Result<Arc<Context>> {
+        fitting(Context::new(&self.options())?, size)
+    }
+
+    /// The same, with shaders that count what they read.
+    pub fn open_counting(&self, size: (u32, u32)) -> Result<Arc<Context>> {
+        fitting(Context::counting(&self.options())?, size)
+    }
+
+    fn options(&self) -> ContextOptions {
+        ContextOptions { device: self.device.clone(), validation: self.validation }
+    }
+}
+
+fn fitting(context: Arc<Context>, (width, height): (u32, u32)) -> Result<Arc<Context>> {
+    let limits = &context.limits;
+    let most = limits.max_image_dimension2_d.min(limits.max_framebuffer_width).min(limits.max_framebuffer_height);
+    if width.max(height) > most {
+        let device = &context.name;
+        let text = format!("--size {width}x{height}: {device} makes images of up to {most} pixels a side");
+        return Err(Error::Usage(text));
+    }
+    Ok(context)
 }

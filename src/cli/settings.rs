@@ -1,9 +1,10 @@
 //! `twobounce settings`: every key, or the sum of `--preset`, `--config` and `--set`.
 
+use std::process::ExitCode;
+
 use twobounce::settings::{PRESETS, Settings, markdown};
 use twobounce::{Error, Result};
 
-use super::Outcome;
 use super::args::{SettingsArgs, SettingsCommandArgs};
 use crate::say;
 
@@ -32,7 +33,7 @@ impl SettingsArgs {
 }
 
 /// Prints the list in the form asked for.
-pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     if args.markdown {
         super::out::write(&markdown());
@@ -41,11 +42,11 @@ pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<Outcome> {
     } else {
         list(&settings, args.all);
     }
-    Ok(Outcome::Done)
+    Ok(ExitCode::SUCCESS)
 }
 
 fn list(settings: &Settings, all: bool) {
-    say!("presets (--preset name; {} where none is named):", PRESETS[0].name);
+    say!("presets (--preset NAME; the default is {}):", PRESETS[0].name);
     for preset in PRESETS {
         say!("  {:<10} {}", preset.name, preset.meaning);
     }

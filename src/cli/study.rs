@@ -2,21 +2,21 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::export::Chart;
-use twobounce::chart::study::{SCENES, by_hand, document, lines, settings};
+use twobounce::chart::study::{SCENES, document, handwritten, lines, settings};
 use twobounce::chart::svg;
 use twobounce::output::file;
 use twobounce::{Error, Result};
 
-use super::Outcome;
 use super::args::{SceneArgs, size};
 use super::bench::{Bench, BenchArgs};
 use crate::say;
 
-/// Runs every preset and every axis by itself, keeps rows as `chart` does, and writes the page anew, but for what
-/// stands in it by hand.
+/// Runs every preset and every axis by itself, keeps rows as `chart` does, and writes the page again, except for its
+/// handwritten part.
 #[derive(Args, Debug)]
 pub struct StudyArgs {
     /// The scenes [default: those of the project]
@@ -38,26 +38,24 @@ pub struct StudyArgs {
     pub bench: BenchArgs,
 }
 
-pub fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
+pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let lines = lines(&args.sets)?;
-    kept(&args.output)?; // before anything is measured
-    let scenes = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
-    let scene = SceneArgs::plain(scenes[0].clone(), args.size);
-    let (trials, paths) = (settings(&lines), scenes.iter().collect());
-    let bench = Bench { scene: &scene, paths, trials: &trials, folder: &args.rows, args: &args.bench };
+    handwritten_part(&args.output)?; // before anything is measured
+    let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
+    let scene = &SceneArgs::plain(&paths[0], args.size);
+    let bench = Bench { scene, paths, trials: settings(&lines), folder: &args.rows, args: &args.bench };
     bench.run(|chart| {
-        write(&args.output, chart, &document(chart, &lines, &args.sets, &kept(&args.output)?))?;
+        write(&args.output, chart, &document(chart, &lines, &args.sets, &handwritten_part(&args.output)?))?;
         say!("wrote {}", args.output.join("README.md").display());
         Ok(())
-    })?;
-    Ok(Outcome::Done)
+    })
 }
 
-/// What stands by hand in the page that is there; a folder that holds something else is refused.
-fn kept(folder: &Path) -> Result<String> {
+/// The handwritten part of the page that is there; a folder that holds something else is refused.
+fn handwritten_part(folder: &Path) -> Result<String> {
     let page = folder.join("README.md");
     match fs::read_to_string(&page) {
-        Ok(text) => by_hand(&text).map(str::to_owned).ok_or_else(|| {
+        Ok(text) => handwritten(&text).map(str::to_owned).ok_or_else(|| {
             Error::file(&page, "was not written by `twobounce study`, or lost its marks; name another folder with -o")
         }),
         Err(_) if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) || folder.is_file() => {
@@ -68,7 +66,7 @@ fn kept(folder: &Path) -> Result<String> {
 }
 
 fn write(folder: &Path, chart: &Chart, page: &str) -> Result<()> {
-    fs::create_dir_all(folder).map_err(|e| Error::file(folder, format!("cannot be created: {e}")))?;
+    file::create_folder(folder)?;
     for scene in &chart.scenes {
         let picture = svg::chart(&chart.panels(&scene.name), 2);
         file::write(&folder.join(format!("{}.svg", scene.name)), picture.as_bytes())?;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::layers::{Aov, Layers};
 use crate::{Error, Result};
 
-/// The least denominator of a relative error, as a share of the reference's mean: for dark pixels.
+/// The smallest denominator of a relative error, as a share of the reference's mean: for dark pixels.
 const FLOOR: f64 = 0.01;
 
 /// The least [`Aov::Diffuse`] of a wholly diffuse pixel: 1 up to rounding.
@@ -38,21 +38,36 @@ pub struct NonFinite {
 }
 
 /// The comparison of an image with its reference.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
     pub total: Metrics,
-    /// Of total − direct, if both images have a direct layer. Each image's own direct layer is subtracted.
-    pub indirect: Option<Metrics>,
-    /// The same over the pixels of [`wholly_diffuse`]; `None` if the reference's indirect light is black there.
-    pub indirect_diffuse: Option<Metrics>,
     /// Mean of [`Self::flip_map`].
     pub flip: f64,
+    /// Of total − direct, if both images have a direct layer and the reference has indirect light. Each image's own direct
+    /// layer is subtracted.
+    pub indirect: Option<Metrics>,
+    /// The same over the pixels in which the reference shows only diffuse surfaces, neither metallic nor transmitting; absent
+    /// if it has no diffuse layer, no such pixels, or no indirect light in them.
+    pub indirect_diffuse: Option<Metrics>,
     /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree; see [`exposed`].
+    #[serde(skip)]
     pub flip_map: Vec<f32>,
     /// The factor on both images for FLIP.
+    #[serde(skip)]
     pub exposure: f32,
+    #[serde(rename = "image_nonfinite")]
     pub image: NonFinite,
+    #[serde(rename = "reference_nonfinite")]
     pub reference: NonFinite,
+}
+
+impl Metrics {
+    pub const NAMES: [&str; 4] = ["energy", "rel", "relmse", "p95"];
+
+    /// In the order of [`Self::NAMES`].
+    pub fn values(&self) -> [f64; 4] {
+        [self.energy, self.rel, self.relmse, self.p95]
+    }
 }
 
 impl NonFinite {
@@ -71,12 +86,9 @@ impl NonFinite {
 /// # Errors
 /// [`Error::Usage`] for different sizes, an image without finite pixels and a black reference.
 pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
-    let (size, other) = ((image.width, image.height), (reference.width, reference.height));
+    let [size, other] = [image, reference].map(|layers| format!("{}x{}", layers.width, layers.height));
     if size != other {
-        let text = format!(
-            "the image is {}x{}, the reference {}x{}; render both at the same size",
-            size.0, size.1, other.0, other.1
-        );
+        let text = format!("the image is {size}, the reference {other}; render both at the same size");
         return Err(Error::Usage(text));
     }
     for (what, layers) in [("image", image), ("reference", reference)] {
@@ -85,44 +97,35 @@ pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
         }
     }
     let total = metrics(image.beauty(), reference.beauty(), "reference")?;
-    let (mut of_indirect, mut of_diffuse) = (None, None);
-    if let (Some(a), Some(b)) = (indirect(image), indirect(reference)) {
-        // Without indirect light in the reference there is no relative error.
-        of_indirect = metrics(&a, &b, "reference's indirect part").ok();
-        of_diffuse = wholly_diffuse(reference).and_then(|mask| metrics_where(&mask, &a, &b));
-    }
+    let parts = indirect(image).zip(indirect(reference));
+    let diffuse = parts.as_ref().zip(reference.get(Aov::Diffuse));
     let exposure = exposure(reference.beauty());
     let flip_map = flip(image, reference, exposure);
-    let flip = flip_map.iter().map(|&f| f as f64).sum::<f64>() / flip_map.len() as f64;
-    let (image, reference) = (NonFinite::of(image.beauty()), NonFinite::of(reference.beauty()));
     Ok(Comparison {
         total,
-        indirect: of_indirect,
-        indirect_diffuse: of_diffuse,
-        flip,
+        flip: flip_map.iter().map(|&f| f as f64).sum::<f64>() / flip_map.len() as f64,
+        indirect_diffuse: diffuse.and_then(|((a, b), diffuse)| metrics_of_diffuse(diffuse, a, b)),
+        // Without indirect light in the reference there is no relative error.
+        indirect: parts.and_then(|(a, b)| metrics(&a, &b, "reference's indirect part").ok()),
         flip_map,
         exposure,
-        image,
-        reference,
+        image: NonFinite::of(image.beauty()),
+        reference: NonFinite::of(reference.beauty()),
     })
 }
 
 /// Total − direct; `None` without a direct layer.
-pub fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
+fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
     let direct = layers.get(Aov::Direct)?;
     let minus = |(t, d): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| t[c] - d[c]);
     Some(layers.beauty().iter().zip(direct).map(minus).collect())
 }
 
-/// Marks the pixels that show only diffuse surfaces, neither metallic nor transmitting; `None` without a diffuse layer.
-pub fn wholly_diffuse(layers: &Layers) -> Option<Vec<bool>> {
-    Some(layers.get(Aov::Diffuse)?.iter().map(|p| p[0] >= WHOLLY_DIFFUSE).collect())
-}
-
-/// [`metrics`] over the pixels in `mask`; `None` if the mask is empty or the reference is black in it.
-pub fn metrics_where(mask: &[bool], image: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<Metrics> {
+/// [`metrics`] over the pixels that the layer `diffuse` says are wholly diffuse; `None` if there are none or the reference is
+/// black in them.
+fn metrics_of_diffuse(diffuse: &[[f32; 3]], image: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<Metrics> {
     let pick = |pixels: &[[f32; 3]]| -> Vec<_> {
-        pixels.iter().zip(mask).filter(|(_, inside)| **inside).map(|(p, _)| *p).collect()
+        pixels.iter().zip(diffuse).filter(|(_, share)| share[0] >= WHOLLY_DIFFUSE).map(|(p, _)| *p).collect()
     };
     metrics(&pick(image), &pick(reference), "reference").ok()
 }

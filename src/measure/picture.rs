@@ -1,8 +1,9 @@
 //! Comparison pictures.
 
 use super::metrics::{Comparison, exposed};
+use crate::Result;
 use crate::layers::Layers;
-use crate::{Error, Result};
+use crate::output::png;
 
 /// The relative difference shown in full colour.
 const FULL_COLOR: f32 = 0.25;
@@ -17,18 +18,9 @@ pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison)
         signed_difference(image.beauty(), reference.beauty()),
         magma(&comparison.flip_map, image.width, image.height),
     ];
-    let mut pixels = Vec::with_capacity(4 * 3 * width * height);
-    for y in 0..height {
-        for panel in &panels {
-            pixels.extend_from_slice(&panel[3 * width * y..3 * width * (y + 1)]);
-        }
-    }
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    image::RgbImage::from_raw(4 * image.width, image.height, pixels)
-        .ok_or_else(|| Error::Usage("the comparison is too large for a picture".to_owned()))?
-        .write_to(&mut bytes, image::ImageFormat::Png)
-        .map_err(|e| Error::Usage(format!("the comparison cannot be drawn: {e}")))?;
-    Ok(bytes.into_inner())
+    let row = |y: usize| panels.iter().flat_map(move |panel| &panel[3 * width * y..3 * width * (y + 1)]);
+    let pixels = (0..height).flat_map(row).copied().collect();
+    png::encode_rgb(4 * image.width, image.height, pixels)
 }
 
 /// RGB per pixel: white where the images are equal, red where the image is brighter, blue where it is darker.

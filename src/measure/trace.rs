@@ -8,13 +8,13 @@ const TRACK: u32 = 1;
 
 /// The trace of consecutive frames on `device`. Times are microseconds of device time; each frame starts after the
 /// wall-clock time of the frame before.
-pub fn chrome_trace(device: &str, frames: &[ZoneTimings]) -> Value {
+pub fn chrome_trace<'a>(device: &str, frames: impl IntoIterator<Item = &'a ZoneTimings>) -> Value {
     let mut events = vec![
         json!({ "ph": "M", "name": "process_name", "pid": TRACK, "args": { "name": "twobounce" } }),
         json!({ "ph": "M", "name": "thread_name", "pid": TRACK, "tid": TRACK, "args": { "name": device } }),
     ];
     let mut start_ms = 0.0;
-    for (index, frame) in frames.iter().enumerate() {
+    for (index, frame) in frames.into_iter().enumerate() {
         events.push(slice(&format!("frame {index}"), "frame", [start_ms, frame.gpu_ms], json!({})));
         for zone in &frame.zones {
             let details = json!({ "bytes": zone.bytes, "cpu_ms": zone.cpu_ms, "wall_ms": zone.wall_ms });
@@ -29,16 +29,8 @@ pub fn chrome_trace(device: &str, frames: &[ZoneTimings]) -> Value {
 
 /// A complete event, with its start and length.
 fn slice(name: &str, category: &str, [start_ms, length_ms]: [f64; 2], details: Value) -> Value {
-    json!({
-        "ph": "X",
-        "name": name,
-        "cat": category,
-        "pid": TRACK,
-        "tid": TRACK,
-        "ts": start_ms * 1e3,
-        "dur": length_ms * 1e3,
-        "args": details,
-    })
+    let (start_us, length_us) = (start_ms * 1e3, length_ms * 1e3);
+    json!({ "ph": "X", "name": name, "cat": category, "pid": TRACK, "tid": TRACK, "ts": start_us, "dur": length_us, "args": details })
 }
 
 #[cfg(test)]
@@ -59,7 +51,7 @@ mod tests {
             counts: vec![],
         };
         let frame = ZoneTimings { zones: vec![zone("a", 0.0, 1.0), zone("b", 1.0, 2.0)], gpu_ms: 3.0, wall_ms: 4.0 };
-        let trace = chrome_trace("a device", &[frame.clone(), frame]);
+        let trace = chrome_trace("a device", [&frame, &frame]);
         let slices: Vec<_> =
             trace["traceEvents"].as_array().unwrap().iter().filter(|event| event["ph"] == "X").collect();
         let span = |event: &Value| (event["ts"].as_f64().unwrap(), event["dur"].as_f64().unwrap());

@@ -37,12 +37,8 @@ pub fn encode(image: &Layers, metadata: &Metadata) -> exr::error::Result<Vec<u8>
     let mut channels = exr::prelude::SmallVec::new();
     for (aov, pixels) in &image.layers {
         for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
-            let name = match aov {
-                Aov::Beauty => letter.to_owned(),
-                _ => format!("{aov}.{letter}"),
-            };
             let samples = FlatSamples::F32(pixels.iter().map(|p| p[c]).collect());
-            channels.push(AnyChannel::new(name.as_str(), samples));
+            channels.push(AnyChannel::new(channel_name(*aov, letter).as_str(), samples));
         }
     }
     let size = (image.width as usize, image.height as usize);
@@ -56,6 +52,10 @@ pub fn encode(image: &Layers, metadata: &Metadata) -> exr::error::Result<Vec<u8>
     Image::from_layer(layer).write().to_buffered(Cursor::new(&mut bytes))?;
     sort_attributes(&mut bytes);
     Ok(bytes)
+}
+
+fn channel_name(aov: Aov, letter: &str) -> String {
+    if aov == Aov::Beauty { letter.to_owned() } else { format!("{aov}.{letter}") }
 }
 
 /// Sorts the header's attributes by name: the exr crate keeps them in a hash map with random order. The header's length
@@ -93,12 +93,7 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<(Layers, Metadata), String> {
     let find = |name: String| layer.channel_data.list.iter().find(|c| c.name.to_string() == name);
     let mut layers = Vec::new();
     for &aov in Aov::ALL {
-        let channel = |letter: &str| match aov {
-            Aov::Beauty => find(letter.to_owned()),
-            _ => find(format!("{aov}.{letter}")),
-        };
-        let found = ["R", "G", "B"].map(channel);
-        let [Some(r), Some(g), Some(b)] = found else {
+        let [Some(r), Some(g), Some(b)] = ["R", "G", "B"].map(|letter| find(channel_name(aov, letter))) else {
             if aov == Aov::Beauty {
                 return Err("has no channels R, G and B".into());
             }

@@ -1,8 +1,10 @@
 //! Atomic writing of files: to a temporary file in the target's folder, which is flushed to disk, then renamed.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{ErrorKind, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+
+use serde::Serialize;
 
 use crate::{Error, Result};
 
@@ -11,21 +13,39 @@ use crate::{Error, Result};
 /// Links are followed. If `path` is not a regular file (a pipe, `/dev/stdout`), the bytes are written to it directly.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let target = resolve(path)?;
-    if target.exists() && !target.is_file() {
-        let written = OpenOptions::new().write(true).open(&target).and_then(|mut f| f.write_all(bytes));
-        return written.map_err(|e| failed(path, &e));
-    }
-    let temporary = Temporary::create(path, &target)?;
-    temporary.fill(bytes).and_then(|()| fs::rename(&temporary.name, &target)).map_err(|e| failed(path, &e))
+    let written = if is_special(&target) {
+        OpenOptions::new().write(true).open(&target).and_then(|mut file| file.write_all(bytes))
+    } else {
+        let temporary = beside(&target);
+        let renamed = fill(&temporary, bytes).and_then(|()| fs::rename(&temporary, &target));
+        // Whether it was there is of no interest after the first error.
+        renamed.inspect_err(|_| drop(fs::remove_file(&temporary)))
+    };
+    written.map_err(|e| failed(path, &e))
+}
+
+/// Writes `value` to `path` as indented JSON that ends in a newline, as [`write()`] does.
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::file(path, e.to_string()))?;
+    write(path, (text + "\n").as_bytes())
 }
 
 /// Fails if [`write()`] to `path` would: its folder must exist and accept a new file. Leaves no file.
 pub fn check_writable(path: &Path) -> Result<()> {
     let target = resolve(path)?;
-    if target.exists() && !target.is_file() {
-        return OpenOptions::new().write(true).open(&target).map(drop).map_err(|e| failed(path, &e));
-    }
-    Temporary::create(path, &target).map(drop)
+    let opened = if is_special(&target) {
+        OpenOptions::new().write(true).open(&target).map(drop)
+    } else {
+        let temporary = beside(&target);
+        File::create(&temporary).and_then(|_| fs::remove_file(&temporary))
+    };
+    opened.map_err(|e| failed(path, &e))
+}
+
+/// Makes a folder and those that it lies in, unless it is there.
+pub fn create_folder(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder)
+        .map_err(|e| Error::file(folder, format!("cannot be created: {e}; choose another folder")))
 }
 
 /// Whether two paths name the same file, also by another spelling or a link.
@@ -35,37 +55,28 @@ pub fn is_same(a: &Path, b: &Path) -> bool {
 
 /// The canonical path of a file, which need not exist yet; `None` if its folder does not exist.
 fn canonical(path: &Path) -> Option<PathBuf> {
-    path.canonicalize().ok().or_else(|| {
-        let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-        Some(folder.canonicalize().ok()?.join(path.file_name()?))
-    })
+    path.canonicalize().ok().or_else(|| Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?)))
 }
 
-/// A temporary file in the target's folder, deleted when dropped.
-struct Temporary {
-    name: PathBuf,
-    file: File,
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-impl Temporary {
-    fn create(path: &Path, target: &Path) -> Result<Self> {
-        let stem = target.file_name().unwrap_or_default().to_string_lossy();
-        let name = target.with_file_name(format!(".{stem}.{}.part", std::process::id()));
-        let file = File::create(&name).map_err(|e| failed(path, &e))?;
-        Ok(Self { name, file })
-    }
-
-    fn fill(&self, bytes: &[u8]) -> std::io::Result<()> {
-        (&self.file).write_all(bytes)?;
-        self.file.sync_all()
-    }
+/// A pipe or a device, which cannot be replaced.
+fn is_special(target: &Path) -> bool {
+    target.exists() && !target.is_file()
 }
 
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        // After a rename there is no file to remove. Other failures are ignored.
-        let _ = fs::remove_file(&self.name);
-    }
+/// The name of a temporary file in the target's folder.
+fn beside(target: &Path) -> PathBuf {
+    let name = target.file_name().unwrap_or_default().to_string_lossy();
+    target.with_file_name(format!(".{name}.{}.part", std::process::id()))
+}
+
+fn fill(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(bytes)?;
+    file.sync_all()
 }
 
 /// Follows links and refuses folders and read-only files.
@@ -81,8 +92,8 @@ fn resolve(path: &Path) -> Result<PathBuf> {
 }
 
 /// The message for an error of the operating system while writing `path`.
-fn failed(path: &Path, error: &std::io::Error) -> Error {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+fn failed(path: &Path, error: &io::Error) -> Error {
+    let folder = folder_of(path);
     let problem = match error.kind() {
         ErrorKind::NotFound => format!("cannot be written: there is no folder {}; create it first", folder.display()),
         ErrorKind::NotADirectory => format!("cannot be written: {} is not a folder", folder.display()),

@@ -11,6 +11,8 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use image::{ImageFormat, RgbImage};
+
 use crate::layers::Layers;
 use crate::scene::texture::srgb_from_linear;
 use crate::{Error, Result};
@@ -67,21 +69,25 @@ pub fn srgb_code(linear: f32) -> u8 {
     (srgb_from_linear(linear.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
-/// The bytes of a PNG file: 8-bit RGB without a colour space chunk, so viewers assume sRGB.
-pub fn encode(image: &Layers, exposure_ev: f32) -> std::result::Result<Vec<u8>, String> {
+/// The bytes of a PNG file of an exposed image.
+pub fn encode(image: &Layers, exposure_ev: f32) -> Result<Vec<u8>> {
     let gain = exposure_ev.exp2();
     let shown = |p: &[f32; 3]| tone_curve(p.map(|c| c * gain)).map(srgb_code);
-    let rgb: Vec<u8> = image.beauty().iter().flat_map(shown).collect();
-    let whole = image::RgbImage::from_raw(image.width, image.height, rgb).ok_or("the image has no pixels")?;
+    encode_rgb(image.width, image.height, image.beauty().iter().flat_map(shown).collect())
+}
+
+/// The bytes of a PNG file: 8-bit RGB without a colour space chunk, so viewers assume sRGB.
+pub fn encode_rgb(width: u32, height: u32, rgb: Vec<u8>) -> Result<Vec<u8>> {
+    let failed = |why: String| Error::Usage(format!("an image of {width}x{height} pixels cannot be written: {why}"));
+    let whole = RgbImage::from_raw(width, height, rgb).ok_or_else(|| failed("it has no pixels".to_owned()))?;
     let mut bytes = Cursor::new(Vec::new());
-    whole.write_to(&mut bytes, image::ImageFormat::Png).map_err(|e| e.to_string())?;
+    whole.write_to(&mut bytes, ImageFormat::Png).map_err(|e| failed(e.to_string()))?;
     Ok(bytes.into_inner())
 }
 
 impl Layers {
     /// Writes the image to `path` as a PNG.
     pub fn write_png(&self, path: &Path, exposure_ev: f32) -> Result<()> {
-        let bytes = encode(self, exposure_ev).map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
-        super::file::write(path, &bytes)
+        super::file::write(path, &encode(self, exposure_ev)?)
     }
 }

@@ -22,9 +22,16 @@ pub struct LogAxis {
 }
 
 impl LogAxis {
-    /// Maps `low` to `start` and `high` to `end`; 0 < `low` < `high`.
-    pub fn new((low, high): (f64, f64), start: f64, end: f64) -> Self {
-        Self { low, high, start, end }
+    /// Maps positive values to positions from `start` to `end`. Beyond the values there are at least `air` decades at each end,
+    /// and the span is at least half a decade.
+    pub fn around(values: impl Iterator<Item = f64>, air: f64, start: f64, end: f64) -> Self {
+        let positive = values.filter(|v| *v > 0.0);
+        let (low, high) = positive.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
+        if low > high {
+            return Self { low: 1.0, high: 10.0, start, end };
+        }
+        let air = 10f64.powf(air.max(0.25 - (high / low).log10() / 2.0));
+        Self { low: low / air, high: high * air, start, end }
     }
 
     pub fn place(&self, value: f64) -> f64 {
@@ -45,9 +52,9 @@ mod tests {
 
     #[test]
     fn ticks_are_those_within_the_axis() {
-        let axis = LogAxis::new((1.0, 100.0), 0.0, 1.0);
+        let axis = LogAxis::around([1.0, 100.0].into_iter(), 0.0, 0.0, 1.0);
         assert_eq!(axis.ticks(&[1.0, 2.0, 5.0]), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);
-        assert_eq!(LogAxis::new((0.5, 20.0), 0.0, 1.0).ticks(&[1.0]), [1.0, 10.0]);
+        assert_eq!(LogAxis::around([0.5, 20.0].into_iter(), 0.0, 0.0, 1.0).ticks(&[1.0]), [1.0, 10.0]);
         assert_eq!([1.0, 10.0, 100.0].map(|v| axis.place(v)), [0.0, 0.5, 1.0]);
     }
 

@@ -1,4 +1,4 @@
-//! The device's own copy rate: what bytes per second are held against.
+//! The device's copy rate, with which rates of passes are compared.
 
 use std::sync::Arc;
 

@@ -1,6 +1,4 @@
-//! A pass's time over what it works on, and its bytes over its time.
-
-use std::fmt::Write as _;
+//! A pass's time per unit of its work, and its bytes per time.
 
 use serde::Serialize;
 
@@ -11,7 +9,7 @@ use crate::gi::{Method, PassUnit};
 use crate::ground::layout;
 use crate::measure::timing::{PassTiming, short_bytes};
 
-/// What one pass costs per thing, and by the model. Nanoseconds of device time, by the median.
+/// What one pass costs per unit of work, and by the model. Nanoseconds of device time, from the median.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassCost {
     pub name: &'static str,
@@ -29,31 +27,27 @@ pub struct PassCost {
     pub fetched_bytes: u64,
     /// What the pass writes: stated by the pass; of list items and triangles, counted.
     pub written_bytes: u64,
-    /// Fetched and written bytes over the median time, 10⁹ a second. Above the copy rate the caches serve.
+    /// Fetched and written bytes over the median time, 10⁹ a second. Caches explain a rate above the copy rate.
     pub gb_per_s: f64,
-    /// Over the better copy rate of the device.
+    /// Divided by the better copy rate of the device.
     pub share_of_copy: f64,
 }
 
 /// What the passes of a frame work on.
 pub struct Work<'a> {
-    /// From [`units`].
-    pub units: &'a [(&'static str, PassUnit)],
+    pub method: Method,
     pub frame: &'a Counters,
     pub pixels: u64,
     pub copy: &'a CopyRates,
 }
 
-/// What the passes of the ground and of a method work on, by the start of their names.
-pub fn units(method: Method) -> Vec<(&'static str, PassUnit)> {
-    let ground = [
-        ("voxelise", PassUnit::MadeItems),
-        ("alike", PassUnit::WalkedItems),
-        ("gather", PassUnit::Pixels),
-        ("image", PassUnit::Pixels),
-    ];
-    ground.iter().chain(method.pass_units()).copied().collect()
-}
+/// What the passes of the ground work on, by the start of their names.
+const GROUND_UNITS: [(&str, PassUnit); 4] = [
+    ("voxelise", PassUnit::MadeItems),
+    ("alike", PassUnit::WalkedItems),
+    ("gather", PassUnit::Pixels),
+    ("image", PassUnit::Pixels),
+];
 
 /// One row per pass, in the order of the frame.
 pub fn costs(passes: &[PassTiming], counted: &[(&'static str, Counts)], work: &Work) -> Vec<PassCost> {
@@ -61,10 +55,11 @@ pub fn costs(passes: &[PassTiming], counted: &[(&'static str, Counts)], work: &W
 }
 
 fn cost(pass: &PassTiming, counted: &[(&'static str, Counts)], work: &Work) -> PassCost {
-    let Work { units, frame, pixels, copy } = *work;
+    let Work { method, frame, pixels, copy } = *work;
     let name = pass.name;
     let counts = counted.iter().find(|row| row.0 == name).map_or_else(Counts::default, |row| row.1);
-    let unit = units.iter().find(|(start, _)| name.starts_with(start)).map(|(_, unit)| *unit);
+    let mut units = GROUND_UNITS.iter().chain(method.pass_units());
+    let unit = units.find(|(start, _)| name.starts_with(start)).map(|(_, unit)| *unit);
     let ms = pass.gpu_ms.median;
     let per = |applies: bool, count: u64| (applies && count > 0).then(|| ms * 1e6 / count as f64);
     let (items, triangles) = (u64::from(frame.list_items), u64::from(frame.triangles));
@@ -100,26 +95,19 @@ fn cost(pass: &PassTiming, counted: &[(&'static str, Counts)], work: &Work) -> P
 /// The costs as a table.
 pub fn table(costs: &[PassCost], copy: &CopyRates) -> String {
     let width = costs.iter().map(|row| row.name.len()).max().unwrap_or(0).max(4);
-    let mut text = format!(
-        "{:width$}  {:>10}  {:>10}  {:>10}  {:>10}  {:>10}  {:>10}  {:>8}  {:>8}\n",
-        "pass", "ns/voxel", "ns/item", "ns/pixel", "ns/step", "fetched", "written", "GB/s", "of copy"
-    );
-    let cell = |value: Option<f64>| value.map_or_else(String::new, |ns| format!("{ns:.2}"));
+    let line = |name: &str, costs: [String; 6], rates: [String; 2]| {
+        let costs: String = costs.iter().map(|cell| format!("  {cell:>10}")).collect();
+        format!("{name:width$}{costs}  {:>8}  {:>8}\n", rates[0], rates[1])
+    };
+    let heads = ["ns/voxel", "ns/item", "ns/pixel", "ns/step", "fetched", "written"];
+    let mut text = line("pass", heads.map(String::from), ["GB/s", "of copy"].map(String::from));
+    let cell = |ns: Option<f64>| ns.map_or(String::new(), |ns| format!("{ns:.2}"));
     for row in costs {
-        writeln!(
-            text,
-            "{:width$}  {:>10}  {:>10}  {:>10}  {:>10}  {:>10}  {:>10}  {:>8.2}  {:>8.2}",
-            row.name,
-            cell(row.ns_per_occupied_voxel),
-            cell(row.ns_per_list_item),
-            cell(row.ns_per_pixel),
-            cell(row.ns_per_cone_step),
-            short_bytes(row.fetched_bytes),
-            short_bytes(row.written_bytes),
-            row.gb_per_s,
-            row.share_of_copy,
-        )
-        .expect("writing to a string");
+        let [voxel, item] = [row.ns_per_occupied_voxel, row.ns_per_list_item].map(cell);
+        let [pixel, step] = [row.ns_per_pixel, row.ns_per_cone_step].map(cell);
+        let [fetched, written] = [row.fetched_bytes, row.written_bytes].map(short_bytes);
+        let rates = [row.gb_per_s, row.share_of_copy].map(|rate| format!("{rate:.2}"));
+        text += &line(row.name, [voxel, item, pixel, step, fetched, written], rates);
     }
     let CopyRates { buffer_gb_per_s, shader_gb_per_s } = copy;
     text + &format!(
@@ -146,8 +134,7 @@ mod tests {
         let shade = Counts { list_items: 400, cone_steps: 2000, ..Default::default() };
         let copy = CopyRates { buffer_gb_per_s: 2.0, shader_gb_per_s: 1.0 };
         let passes = [pass("voxelise", 1.0), pass("shade 2", 2.0), pass("image", 4.0), pass("reset", 1.0)];
-        let units = units(Method::Rays);
-        let work = Work { units: &units, frame: &frame, pixels: 64, copy: &copy };
+        let work = Work { method: Method::Rays, frame: &frame, pixels: 64, copy: &copy };
         let rows = costs(&passes, &[("shade 2", shade)], &work);
         assert_eq!((rows[0].ns_per_occupied_voxel, rows[0].ns_per_list_item), (Some(1e4), Some(2500.0)));
         assert_eq!((rows[0].ns_per_pixel, rows[0].ns_per_cone_step), (None, None));

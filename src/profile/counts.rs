@@ -1,5 +1,5 @@
-//! What counting shaders count, and the bytes behind it: a model, in which every read costs its bytes in full, as if there
-//! were no caches. Attachments, uniforms and what the fixed-function parts fetch are left out. Twin of
+//! What counting shaders count, and how many bytes that is: a model in which every read counts in full, as if there were no
+//! caches. Attachments, uniforms and fixed-function reads are left out. Twin of
 //! `glsl/common/count.glsl`.
 
 use serde::Serialize;
@@ -54,7 +54,7 @@ kinds! {
     scene_vertices "SCENE_VERTICES" size_of::<layout::SceneVertex>(),
     /// Pieces of sampled lamps.
     lamps "LAMP_RECORDS" size_of::<layout::Lamp>(),
-    /// Whatever has no kind of its own.
+    /// All other reads.
     words "WORDS" 4,
 }
 

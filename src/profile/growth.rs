@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::Subject;
-use crate::scene::{Mesh, Scene};
+use super::{Run, Subject};
+use crate::renderer::RenderOptions;
+use crate::scene::Mesh;
 use crate::settings::Settings;
 use crate::vk::Context;
 use crate::{Error, Result};
@@ -29,7 +30,7 @@ pub struct Growth {
     /// Occupied voxels of each run.
     pub occupied_voxels: Vec<u32>,
     pub passes: Vec<PassGrowth>,
-    /// What could not be run, and why.
+    /// Runs that did not fit, and why.
     pub left_out: Vec<String>,
 }
 
@@ -43,26 +44,15 @@ pub struct PassGrowth {
     pub exponent: Option<f64>,
 }
 
-struct Point {
-    value: f64,
-    occupied_voxels: u32,
-    passes: Vec<(&'static str, f64)>,
-}
-
 /// Runs all three axes, `frames` frames a point.
 ///
 /// # Errors
-/// A lost device or an interruption; what the device has no room for is left out and said.
+/// A lost device or an interruption. Runs that do not fit into device memory are left out and listed.
 pub fn measure(context: &Arc<Context>, subject: &Subject, frames: u32) -> Result<Vec<Growth>> {
-    let run = |subject: &Subject, value: &dyn Fn(u32) -> f64| -> Result<Point> {
-        let run = subject.run(context, frames)?;
-        let counters = run.reports.last().expect("at least one frame").counters;
-        let passes = run.timings.passes().iter().map(|pass| (pass.name, pass.gpu_ms.median)).collect();
-        Ok(Point { value: value(counters.triangles), occupied_voxels: counters.occupied_voxels, passes })
-    };
+    let run = |subject: &Subject| subject.run(context, frames);
     let grids = VOXELS.iter().map(|&voxels| {
         let settings = Settings { voxels, ..subject.settings.clone() };
-        (format!("{voxels} voxels"), run(&Subject { settings, ..subject.clone() }, &|_| f64::from(voxels)))
+        (format!("{voxels} voxels"), Some(f64::from(voxels)), run(&Subject { settings, ..subject.clone() }))
     });
     let grids = growth("voxels", grids)?;
     let mut scene = subject.scene.clone();
@@ -70,41 +60,52 @@ pub fn measure(context: &Arc<Context>, subject: &Subject, frames: u32) -> Result
         if cuts > 0 {
             scene.meshes.iter_mut().for_each(|mesh| *mesh = subdivided(mesh));
         }
-        (triangle_words(&scene), run(&Subject { scene: &scene, ..subject.clone() }, &f64::from))
+        (format!("{} triangles", scene.triangle_count()), None, run(&Subject { scene: &scene, ..subject.clone() }))
     });
     let triangles = growth("triangles", triangles)?;
     let images = SHRINKS.iter().map(|shrink| {
-        let size = ((subject.size.0 / shrink).max(1), (subject.size.1 / shrink).max(1));
-        let pixels = f64::from(size.0) * f64::from(size.1);
-        (format!("{}x{} pixels", size.0, size.1), run(&Subject { size, ..subject.clone() }, &|_| pixels))
+        let (full_width, full_height) = subject.options.size;
+        let (width, height) = ((full_width / shrink).max(1), (full_height / shrink).max(1));
+        let options = RenderOptions { size: (width, height), ..subject.options.clone() };
+        let pixels = f64::from(width) * f64::from(height);
+        (format!("{width}x{height} pixels"), Some(pixels), run(&Subject { options, ..subject.clone() }))
     });
-    let images = growth("pixels", images)?;
-    Ok(vec![grids, triangles, images])
+    Ok(vec![grids, triangles, growth("pixels", images)?])
 }
 
-fn triangle_words(scene: &Scene) -> String {
-    format!("{} triangles", scene.triangle_count())
-}
-
-fn growth(axis: &'static str, runs: impl Iterator<Item = (String, Result<Point>)>) -> Result<Growth> {
-    let (mut points, mut left_out): (Vec<Point>, _) = (Vec::new(), Vec::new());
-    for (what, run) in runs {
-        match run {
-            // An image of a few pixels cannot be made smaller: the same value again says nothing.
-            Ok(point) if points.last().is_some_and(|last| last.value >= point.value) => {}
-            Ok(point) => points.push(point),
-            Err(Error::Memory(why)) => left_out.push(format!("{what}: {why}")),
+/// One axis from its runs: each with its name, its value (absent: its recorded triangles) and its result.
+fn growth(axis: &'static str, runs: impl Iterator<Item = (String, Option<f64>, Result<Run>)>) -> Result<Growth> {
+    let (mut values, mut occupied_voxels, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+    let mut passes: Vec<PassGrowth> = Vec::new();
+    for (what, value, run) in runs {
+        let timings = match run {
+            Ok(run) => run.timings,
+            Err(Error::Memory(why)) => {
+                left_out.push(format!("{what}: {why}"));
+                continue;
+            }
             Err(error) => return Err(error),
+        };
+        let counters = timings.all().last().expect("at least one frame").counters;
+        let value = value.unwrap_or(counters.triangles.into());
+        // An image of a few pixels cannot be made smaller: the same value again says nothing.
+        if values.last().is_some_and(|last| *last >= value) {
+            continue;
         }
+        let timed = timings.passes();
+        if values.is_empty() {
+            passes = timed.iter().map(|pass| PassGrowth { name: pass.name, gpu_ms: vec![], exponent: None }).collect();
+        }
+        // A pass that a run lacks does not grow with the axis alone.
+        passes.retain_mut(|pass| {
+            let ms = timed.iter().find(|timed| timed.name == pass.name).map(|timed| timed.gpu_ms.median);
+            pass.gpu_ms.extend(ms);
+            ms.is_some()
+        });
+        values.push(value);
+        occupied_voxels.push(counters.occupied_voxels);
     }
-    let values: Vec<f64> = points.iter().map(|point| point.value).collect();
-    let names = points.first().map_or_else(Vec::new, |point| point.passes.iter().map(|pass| pass.0).collect());
-    let passes = names.into_iter().filter_map(|name: &'static str| {
-        let of = |point: &Point| point.passes.iter().find(|pass| pass.0 == name).map(|pass| pass.1);
-        let gpu_ms: Vec<f64> = points.iter().map(of).collect::<Option<_>>()?;
-        Some(PassGrowth { name, exponent: exponent(&values, &gpu_ms), gpu_ms })
-    });
-    let (passes, occupied_voxels) = (passes.collect(), points.iter().map(|point| point.occupied_voxels).collect());
+    passes.iter_mut().for_each(|pass| pass.exponent = exponent(&values, &pass.gpu_ms));
     Ok(Growth { axis, passes, occupied_voxels, values, left_out })
 }
 

@@ -1,5 +1,5 @@
-//! What a frame costs and why: times per pass over what the pass works on, bytes read in an instrumented frame over the
-//! device's own copy rate, and how times grow. `twobounce profile` shows it.
+//! What a frame costs: time of each pass per unit of its work, bytes read in an instrumented frame compared with the device's
+//! copy rate, and how times grow. `twobounce profile` shows it.
 
 pub mod copy;
 pub mod costs;
@@ -12,34 +12,27 @@ use std::sync::Arc;
 use crate::Result;
 use crate::ground::memory_plan::MemoryPlan;
 use crate::measure::timing::Timings;
-use crate::renderer::{FrameReport, RenderOptions, Renderer, Submit};
-use crate::scene::{Bounds, Pose, Scene, View};
+use crate::renderer::{RenderOptions, Renderer};
+use crate::scene::{Pose, Scene, View};
 use crate::settings::Settings;
 use crate::vk::Context;
 use counts::Counts;
 
-/// A frame, to be made anew again and again.
+/// A frame that is rendered many times, from scratch each time.
 #[derive(Clone)]
 pub struct Subject<'a> {
     pub scene: &'a Scene,
     pub pose: &'a Pose,
     pub view: &'a View,
     pub settings: Settings,
-    /// Pixels.
-    pub size: (u32, u32),
-    pub submit: Submit,
-    /// Bytes; the device's own budget where absent.
-    pub memory_limit: Option<u64>,
-    pub bounds: Bounds,
+    pub options: RenderOptions,
     /// Asked before every frame; an error ends the run.
     pub check: fn() -> Result<()>,
 }
 
-/// What repeated frames showed.
+/// The result of repeated frames.
 pub struct Run {
     pub timings: Timings,
-    /// Of the frames that count.
-    pub reports: Vec<FrameReport>,
     pub plan: MemoryPlan,
     /// Bytes taken from the driver after the last frame.
     pub allocated_bytes: u64,
@@ -54,16 +47,12 @@ impl Subject<'_> {
     pub fn run(&self, context: &Arc<Context>, frames: u32) -> Result<Run> {
         let mut renderer = self.renderer(context)?;
         let mut timings = Timings::new(WARM_UP as usize);
-        let mut reports = Vec::new();
         for _ in 0..WARM_UP + frames {
             (self.check)()?;
             renderer.make_anew();
-            let report = renderer.render(self.pose, self.view)?;
-            timings.push(report.timings.clone());
-            reports.push(report);
+            timings.push(renderer.render(self.pose, self.view)?);
         }
-        let (plan, allocated_bytes) = (renderer.plan(), context.allocated_bytes());
-        Ok(Run { timings, reports: reports.split_off(WARM_UP as usize), plan, allocated_bytes })
+        Ok(Run { timings, plan: renderer.plan(), allocated_bytes: context.allocated_bytes() })
     }
 
     /// What each pass of a frame reads; `context` from [`Context::counting`].
@@ -83,11 +72,6 @@ impl Subject<'_> {
     }
 
     fn renderer(&self, context: &Arc<Context>) -> Result<Renderer> {
-        let options = RenderOptions {
-            submit: self.submit,
-            memory_limit: self.memory_limit,
-            ..RenderOptions::new(self.size, self.bounds)
-        };
-        Renderer::new(context, self.scene.clone(), self.pose, self.settings.clone(), options)
+        Renderer::new(context, self.scene.clone(), self.pose, self.settings.clone(), self.options.clone())
     }
 }

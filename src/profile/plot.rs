@@ -1,6 +1,6 @@
 //! The growth as a small picture: one panel per axis, both axes logarithmic, one line per pass.
 
-use std::fmt::Write as _;
+use std::collections::BTreeSet;
 
 use super::growth::{Growth, words};
 use crate::output::svg::{COLORS_ON_WHITE, LogAxis, escape};
@@ -23,9 +23,8 @@ pub fn svg(title: &str, growth: &[Growth]) -> String {
         escape(title)
     );
     for (index, axis) in growth.iter().enumerate() {
-        writeln!(svg, "<g transform=\"translate({} {TOP})\">", panel * index as f64).expect("writing to a string");
-        svg += &panel_svg(axis, &names);
-        svg += "</g>\n";
+        let x = panel * index as f64;
+        svg += &format!("<g transform=\"translate({x} {TOP})\">\n{}</g>\n", panel_svg(axis, &names));
     }
     svg + "</svg>\n"
 }
@@ -33,33 +32,21 @@ pub fn svg(title: &str, growth: &[Growth]) -> String {
 /// Passes that reach a hundredth of some run.
 fn shown(growth: &[Growth]) -> Vec<&'static str> {
     let mut names = Vec::new();
-    for axis in growth {
-        let total = |run: usize| axis.passes.iter().map(|pass| pass.gpu_ms[run]).sum::<f64>();
-        for pass in &axis.passes {
-            let large = (0..axis.values.len()).any(|run| pass.gpu_ms[run] >= 0.01 * total(run));
-            if large && !names.contains(&pass.name) {
-                names.push(pass.name);
-            }
-        }
+    for Growth { passes, values, .. } in growth {
+        let total = |run: usize| passes.iter().map(|pass| pass.gpu_ms[run]).sum::<f64>();
+        let large = |ms: &[f64]| (0..values.len()).any(|run| ms[run] >= 0.01 * total(run));
+        names.extend(passes.iter().filter(|pass| large(&pass.gpu_ms)).map(|pass| pass.name));
     }
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(*name));
     names
 }
 
-/// An axis from the least of these values above 0 to the greatest.
-fn axis_around(values: impl Iterator<Item = f64> + Clone, start: f64, end: f64) -> LogAxis {
-    let low = values.clone().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
-    let high = values.fold(0.0, f64::max);
-    LogAxis::new(if low < high { (low, high) } else { (0.5, 2.0) }, start, end)
-}
-
 fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
-    let passes: Vec<_> = names
-        .iter()
-        .enumerate()
-        .filter_map(|(i, name)| Some((i, axis.passes.iter().find(|p| p.name == *name)?)))
-        .collect();
-    let x = axis_around(axis.values.iter().copied(), LEFT, WIDTH - 12.0);
-    let y = axis_around(passes.iter().flat_map(|(_, p)| p.gpu_ms.iter().copied()), HEIGHT, 20.0);
+    let pass = |name: &str| axis.passes.iter().find(|pass| pass.name == name);
+    let passes: Vec<_> = names.iter().enumerate().filter_map(|(i, name)| Some((i, pass(name)?))).collect();
+    let x = LogAxis::around(axis.values.iter().copied(), 0.0, LEFT, WIDTH - 12.0);
+    let y = LogAxis::around(passes.iter().flat_map(|(_, p)| p.gpu_ms.iter().copied()), 0.0, HEIGHT, 20.0);
     let mut svg = String::new();
     let mut add = |line: String| svg += &(line + "\n");
     let bottom = HEIGHT + 6.0;
@@ -74,7 +61,8 @@ fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
         add(format!("<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>", bottom + 16.0, short(*value)));
     }
     add(format!("<path d=\"M{LEFT} 12V{bottom}H{}\" fill=\"none\" stroke=\"#555\"/>", WIDTH - 12.0));
-    add(format!("<text x=\"{LEFT}\" y=\"6\" fill=\"#555\">ms by {}</text>", axis_words(axis.axis)));
+    let by = if axis.axis == "voxels" { "grid edge, voxels" } else { axis.axis };
+    add(format!("<text x=\"{LEFT}\" y=\"6\" fill=\"#555\">ms by {by}</text>"));
     for (row, (i, pass)) in passes.iter().enumerate() {
         let color = COLORS_ON_WHITE[i % COLORS_ON_WHITE.len()];
         let runs = axis.values.iter().zip(&pass.gpu_ms).filter(|(_, ms)| **ms > 0.0);
@@ -92,20 +80,14 @@ fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
     svg
 }
 
-fn axis_words(axis: &str) -> &str {
-    if axis == "voxels" { "grid edge, voxels" } else { axis }
-}
-
 /// `12`, `36.9k`, `1.2M`.
 fn short(value: f64) -> String {
-    let text = |scaled: f64, unit: &str| format!("{}{unit}", (scaled * 10.0).round() / 10.0);
-    if value < 1e4 {
-        text(value, "")
-    } else if value < 1e6 {
-        text(value / 1e3, "k")
-    } else {
-        text(value / 1e6, "M")
-    }
+    let (scale, unit) = match value {
+        ..1e4 => (1.0, ""),
+        ..1e6 => (1e3, "k"),
+        _ => (1e6, "M"),
+    };
+    format!("{}{unit}", (value / scale * 10.0).round() / 10.0)
 }
 
 #[cfg(test)]

@@ -29,9 +29,9 @@ choices! {
 }
 
 choices! {
-    /// Who sees to it that every voxel's column that a triangle touches gets a fragment.
+    /// How every voxel column that a triangle touches gets a fragment.
     Conservative {
-        /// A geometry shader, which dilates triangles: on every device.
+        /// A geometry shader dilates triangles: on every device.
         GeometryShader = "geometry-shader",
         /// `VK_EXT_conservative_rasterization`, where a device has it.
         Hardware = "hardware",
@@ -39,7 +39,7 @@ choices! {
 }
 
 choices! {
-    /// How often the light of point, spot and directional lights is looked for.
+    /// Where the light of point, spot and directional lights is computed.
     DirectLight {
         /// At every sample: shadows' edges are anti-aliased.
         Samples = "samples",
@@ -54,10 +54,10 @@ choices! {
 }
 
 choices! {
-    /// How lights are tested for occlusion.
+    /// How lights are shadowed.
     Shadows {
         None = "none",
-        /// By the method's own means: the talk's shadow cones.
+        /// By the method: the talk's shadow cones.
         Method = "method",
         /// By exact rays through the triangle lists.
         Rays = "rays",
@@ -66,7 +66,7 @@ choices! {
 choices! {
     /// How emissive surfaces light the scene.
     LampLight {
-        /// By the method's own gathering alone, as in the talk: a lamp's own light is the first gather.
+        /// By the method's gathering alone, as in the talk: the first gather finds a lamp's light.
         Gathered = "gathered",
         /// As area lights, shadowed by exact rays; the method does not gather their emission again.
         Sampled = "sampled",

@@ -7,7 +7,7 @@ use crate::gi::Method;
 pub fn markdown() -> String {
     let mut page = String::from(
         "# Settings\n\n\
-         Made by `twobounce settings --markdown`; a test checks that it is current.\n\n\
+         Made by `twobounce settings --markdown`; a test checks that it is up to date.\n\n\
          `--preset NAME`, then `--config FILE.toml`, then every `--set key=value`: later ones win. In a file, keys stand\n\
          as here (`image.samples = 1`) or in tables (`[image]`). Lengths in voxels do not change when a scene is\n\
          scaled. Factors of time were measured on two CPU cores.\n\n## Presets\n\n\
@@ -16,47 +16,37 @@ pub fn markdown() -> String {
     for preset in PRESETS {
         page += &format!("- `{}`: {}\n", preset.name, preset.meaning);
     }
-    page += "\n## Keys\n\nThe first table of each part has what people turn, the second what `--all` adds.\n";
-    let parts = std::iter::once(None).chain(Method::ALL.iter().copied().map(Some));
-    for part in parts {
-        let of_part = |key: &&Key| key.method() == part;
-        if !keys().iter().any(|key| of_part(&key)) {
-            continue;
-        }
-        page += &part.map_or("\n### All methods\n".to_owned(), |method| format!("\n### Method `{method}`\n"));
-        for rare in [false, true] {
-            page += &table(keys().iter().filter(of_part).filter(|key| key.rare == rare));
+    page += "\n## Keys\n\nThe first table of each part has the common settings, the second those that `--all` adds.\n";
+    for part in std::iter::once(None).chain(Method::ALL.iter().copied().map(Some)) {
+        let keys: Vec<&Key> = keys().iter().filter(|key| key.method() == part).collect();
+        if !keys.is_empty() {
+            page += &part.map_or("\n### All methods\n".to_owned(), |method| format!("\n### Method `{method}`\n"));
+            let (rare, common): (Vec<&Key>, _) = keys.into_iter().partition(|key| key.rare);
+            page += &(table(&common) + &table(&rare));
         }
     }
     page
 }
 
-/// The keys with their values in every preset.
-fn table<'a>(rows: impl Iterator<Item = &'a Key>) -> String {
-    let presets: Vec<_> = PRESETS.iter().map(|preset| (preset.settings)()).collect();
-    let entries: Vec<_> = presets.iter().map(Settings::entries).collect();
-    let mut lines = String::new();
-    for key in rows {
-        let value = |(settings, entries): (&Settings, &Vec<(&Key, String)>)| {
-            let used = key.method().is_none_or(|method| method == settings.method);
-            let value = entries.iter().find(|entry| entry.0.name == key.name).map_or("", |entry| &entry.1);
-            if used { format!("{value} | ") } else { "– | ".to_owned() }
-        };
-        let values: String = presets.iter().zip(&entries).map(value).collect();
-        let escaped = |text: &str| text.replace('|', "\\|");
-        lines += &format!(
-            "| `{}` | {} | {values}{} | {} | {} |\n",
-            key.name,
-            escaped(key.meaning),
-            key.unit,
-            key.range,
-            key.cost
-        );
-    }
-    if lines.is_empty() {
-        return lines;
+/// The keys with their values in every preset; nothing without keys.
+fn table(keys: &[&Key]) -> String {
+    if keys.is_empty() {
+        return String::new();
     }
     let names: String = PRESETS.iter().map(|preset| format!("`{}` | ", preset.name)).collect();
     let dashes = "---|".repeat(PRESETS.len());
-    format!("\n| key | what | {names}unit | range | what more of it costs |\n|---|---|{dashes}---|---|---|\n{lines}")
+    let mut page = format!("\n| key | what | {names}unit | range | cost of more |\n|---|---|{dashes}---|---|---|\n");
+    let presets: Vec<Settings> = PRESETS.iter().map(|preset| (preset.settings)()).collect();
+    for key in keys {
+        let value = |settings: &Settings| {
+            let used = key.method().is_none_or(|method| method == settings.method);
+            let entry = settings.entries().into_iter().find(|entry| used && entry.0.name == key.name);
+            entry.map_or("–".to_owned(), |entry| entry.1) + " | "
+        };
+        let values: String = presets.iter().map(value).collect();
+        let Key { name, unit, range, cost, .. } = key;
+        let meaning = key.meaning.replace('|', "\\|");
+        page += &format!("| `{name}` | {meaning} | {values}{unit} | {range} | {cost} |\n");
+    }
+    page
 }

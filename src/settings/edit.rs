@@ -1,4 +1,6 @@
-//! Presets, files and single keys, merged and checked key by key, so that every message names the key at fault.
+//! Merges presets, files and single keys, and checks key by key, so that every message names the wrong key.
+
+use std::collections::BTreeMap;
 
 use toml::{Table, Value};
 
@@ -27,9 +29,8 @@ impl Settings {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             usage(format!("line {line} is not valid TOML: {}", e.message().trim()))
         })?;
-        let mut leaves = Vec::new();
-        flatten("", &table, &mut leaves)?;
-        self.replace(&leaves)
+        let leaves = leaves("", &table).into_iter();
+        self.replace(&leaves.map(|(name, value)| Ok((known(&name)?, value))).collect::<Result<Vec<_>>>()?)
     }
 
     /// Takes one `key=value`, as from `--set`.
@@ -50,7 +51,7 @@ impl Settings {
         self.values().iter().map(|(key, value)| format!("{} = {}\n", key.name, write(value))).collect()
     }
 
-    /// Whether both give the same image: whatever else is set in the tables of other methods.
+    /// Whether both give the same image; tables of other methods may differ.
     pub fn means_same(&self, other: &Self) -> bool {
         self.to_toml() == other.to_toml()
     }
@@ -65,14 +66,6 @@ impl Settings {
         self.all_values().iter().map(|(key, value)| (*key, bare(value))).collect()
     }
 
-    /// Whether every value lies in its range. What the functions above build always does.
-    ///
-    /// # Errors
-    /// [`Error::Usage`], naming the key.
-    pub fn validate(&self) -> Result<()> {
-        self.all_values().iter().try_for_each(|(key, value)| check(key, value).map(drop))
-    }
-
     /// Every key that has an effect, and its value: the tables of other methods have none.
     fn values(&self) -> Vec<(&'static Key, Value)> {
         let mut values = self.all_values();
@@ -82,21 +75,23 @@ impl Settings {
 
     /// Every key and its value.
     fn all_values(&self) -> Vec<(&'static Key, Value)> {
-        let tree = self.tree();
-        keys().iter().filter_map(|key| Some((key, find(&tree, key.name)?.clone()))).collect()
+        let mut leaves = self.leaves();
+        keys().iter().filter_map(|key| Some((key, leaves.remove(key.name)?))).collect()
     }
 
-    fn tree(&self) -> Table {
-        Table::try_from(self).expect("settings are plain data, which TOML can hold")
+    fn leaves(&self) -> BTreeMap<String, Value> {
+        let tree = Table::try_from(self).expect("settings are plain data, which TOML can hold");
+        leaves("", &tree).into_iter().collect()
     }
 
     /// Puts checked values into the tree.
-    fn replace(&mut self, leaves: &[(&Key, Value)]) -> Result<()> {
-        let mut tree = self.tree();
-        for (key, value) in leaves {
-            insert(&mut tree, key.name, check(key, value)?);
+    fn replace(&mut self, changed: &[(&Key, Value)]) -> Result<()> {
+        let mut leaves = self.leaves();
+        for (key, value) in changed {
+            leaves.insert(key.name.to_owned(), check(key, value)?);
         }
-        *self = tree.try_into().map_err(|e: toml::de::Error| usage(e.message().to_owned()))?;
+        let text: String = leaves.iter().map(|(name, value)| format!("{name} = {value}\n")).collect();
+        *self = toml::from_str(&text).map_err(|e| usage(e.message().to_owned()))?;
         Ok(())
     }
 }
@@ -105,40 +100,13 @@ fn usage(sentence: String) -> Error {
     Error::Usage(sentence)
 }
 
-/// Lists the leaves of a table by their dotted names.
-fn flatten(prefix: &str, table: &Table, leaves: &mut Vec<(&'static Key, Value)>) -> Result<()> {
-    for (name, value) in table {
-        let name = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
-        match value {
-            Value::Table(inner)
-                if keys().iter().any(|k| k.name.starts_with(&format!("{name}."))) || renamed::was_table(&name) =>
-            {
-                flatten(&name, inner, leaves)?;
-            }
-            _ => leaves.push((known(&name)?, value.clone())),
-        }
-    }
-    Ok(())
-}
-
-fn find<'a>(tree: &'a Table, name: &str) -> Option<&'a Value> {
-    match name.split_once('.') {
-        Some((group, rest)) => find(tree.get(group)?.as_table()?, rest),
-        None => tree.get(name),
-    }
-}
-
-fn insert(tree: &mut Table, name: &str, value: Value) {
-    match name.split_once('.') {
-        Some((group, rest)) => {
-            if let Some(Value::Table(inner)) = tree.get_mut(group) {
-                insert(inner, rest, value);
-            }
-        }
-        None => {
-            tree.insert(name.to_owned(), value);
-        }
-    }
+/// The leaves of a table by their dotted names.
+fn leaves(prefix: &str, table: &Table) -> Vec<(String, Value)> {
+    let below = |(name, value): (&String, &Value)| match value {
+        Value::Table(inner) => leaves(&format!("{prefix}{name}."), inner),
+        _ => vec![(format!("{prefix}{name}"), value.clone())],
+    };
+    table.iter().flat_map(below).collect()
 }
 
 /// The key called `name`, or the nearest ones.

@@ -1,8 +1,8 @@
-//! One row per setting: unit, range, and what more of it costs. Parsing, checks, lists and docs all read this table.
+//! One row per setting: unit, range and cost. Parsing, checks, lists and docs all read it.
 
 use std::sync::LazyLock;
 
-use super::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shadows};
+use super::{Bounces, GridSettings, ImageSettings, LightSettings};
 use crate::gi::{self, Method};
 
 /// What `twobounce settings` says about one setting.
@@ -16,7 +16,7 @@ pub struct Key {
     pub meaning: &'static str,
     /// What more of it costs.
     pub cost: &'static str,
-    /// Shown only with `--all`: the ledger, the talk's variants, and what hardly anybody turns.
+    /// Shown only with `--all`: the ledger, the talk's variants, and what is rarely changed.
     pub rare: bool,
 }
 
@@ -76,7 +76,7 @@ macro_rules! names {
 }
 pub(crate) use names;
 
-/// A setting that people turn: name, unit, range, meaning, cost.
+/// A common setting.
 pub(crate) const fn key(
     name: &'static str,
     unit: &'static str,
@@ -92,114 +92,64 @@ pub(crate) const fn rare(key: Key) -> Key {
     Key { rare: true, ..key }
 }
 
-/// What every method shares.
-const SHARED: &[Key] = &[
+/// A table of settings: each field with its type, its default, and what [`Key`] says of it.
+macro_rules! table {
+    ($(#[$doc:meta])* $name:ident as $table:literal {$(
+        $(#[$field_attribute:meta])*
+        $field:ident: $type:ty = $default:expr, in $unit:literal $($rare:ident)?, $range:expr;
+        $meaning:literal;
+        $cost:literal;
+    )+}) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name { $(#[doc = $meaning] $(#[$field_attribute])* pub $field: $type),+ }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default),+ }
+            }
+        }
+
+        impl $name {
+            pub(super) const KEYS: &[Key] = &[
+                $($($rare)?(key(concat!($table, ".", stringify!($field)), $unit, $range, $meaning, $cost))),+
+            ];
+        }
+    };
+}
+pub(super) use table;
+
+/// The settings outside of tables.
+const TOP: &[Key] = &[
     key(
         "method",
         "method",
         names!(Method),
-        "how light from elsewhere is found: none of it, voxel cones as in the talk, or exact rays",
+        "how indirect light is found: not at all, by voxel cones as in the talk, or by exact rays",
         "see the presets",
     ),
     key(
         "voxels",
         "voxels per edge",
         Range::PowerOfTwo(16, 256),
-        "edge of the grid in which triangles are listed and light is kept",
+        "edge of the grid that lists triangles and stores light",
         "memory ×8 per doubling (32 MiB at 64, 256 at 128, 2 GiB at 256); voxel passes up to ×8, the image ×1.1–1.3",
     ),
     key(
         "bounces",
         "bounces",
         names!(Bounces),
-        "indirect bounces; all: each frame starts from the light of the frame before. A first frame repeats until one changes \
-         less than 0.1 % of the light, 32 times at most",
+        "indirect bounces; all: each frame starts from the light of the last one. The first frame is repeated until the light \
+         changes by less than 0.1 %, at most 32 times",
         "2 adds a volume and, mostly, its shading; all: both volumes gather, 2 bounces a frame",
-    ),
-    key(
-        "grid.center",
-        "metres",
-        Range::PointOrAuto(1e9),
-        "centre of the cube that the grid fills; auto: of the scene's bounds",
-        "nothing",
-    ),
-    key(
-        "grid.side",
-        "metres",
-        Range::NumberOrAuto(1e-6, 1e9),
-        "side of that cube; auto: the scene's longest side and the margin",
-        "nothing; larger: coarser voxels",
-    ),
-    rare(key("grid.margin", "voxels", Range::Number(0.0, 7.0), "empty border when the side is auto", "coarser voxels")),
-    rare(key(
-        "grid.conservative",
-        "choice",
-        names!(Conservative),
-        "how every voxel that a triangle touches is met: a geometry shader dilates it, or VK_EXT_conservative_rasterization does, \
-         where a device has it: the same lists",
-        "unknown: hardware has not been run yet",
-    )),
-    key(
-        "lights.shadows",
-        "choice",
-        names!(Shadows),
-        "how lights are occluded: not at all, by the method's own means (the talk's shadow cones), or by exact rays",
-        "a ray or a cone per light, pixel and shaded voxel side",
-    ),
-    key(
-        "lights.shadow_rays",
-        "rays",
-        Range::Whole(1, 64),
-        "rays to every light with a radius: 1 casts hard shadows, more cast penumbrae, with noise in them alone",
-        "a ray each per sample of the image and voxel side, where a light has a radius",
-    ),
-    key(
-        "lights.lamps",
-        "choice",
-        names!(LampLight),
-        "how emissive surfaces light the scene: gathered by the method alone, or sampled as area lights with exact shadows",
-        "sampled: lamp_points rays per pixel, voxel_lamp_points per voxel side",
-    ),
-    key(
-        "lights.lamp_points",
-        "points",
-        Range::Whole(1, 256),
-        "points on lamps per pixel; noise only in penumbrae, and where there are more lamps than points",
-        "a ray each",
-    ),
-    key("lights.voxel_lamp_points", "points", Range::Whole(1, 256), "points on lamps per voxel side", "a ray each"),
-    key(
-        "image.samples",
-        "samples per pixel",
-        Range::OneOf(&[1, 4]),
-        "samples for the edges of surfaces; the method is asked once per pixel and surface",
-        "4: colour and depth ×4 in memory, direct light up to ×4",
-    ),
-    key(
-        "image.direct",
-        "choice",
-        names!(DirectLight),
-        "where direct light and its shadows are found: at every sample, or once per pixel and surface",
-        "samples: up to image.samples shadow rays per pixel and light",
-    ),
-    key(
-        "image.gather_resolution",
-        "choice",
-        names!(GatherResolution),
-        "where diffuse light is gathered: at every pixel, or at every second or fourth and brought up by depth and normals",
-        "half: a quarter of the gathers, and a second draw of the triangles",
-    ),
-    key(
-        "image.interleave",
-        "pixels",
-        Range::OneOf(&[1, 2, 4]),
-        "in squares of so many gathered pixels (and voxels) each has directions of its own; neighbours share what they find \
-         where depth and normals agree",
-        "a filter of (n + 1)² texels; fewer directions per pixel give the same light",
     ),
 ];
 
-static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| SHARED.iter().chain(gi::tables_keys()).copied().collect());
+static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
+    let shared = [TOP, GridSettings::KEYS, LightSettings::KEYS, ImageSettings::KEYS].into_iter().flatten();
+    shared.chain(gi::tables_keys()).copied().collect()
+});
 
 /// Every setting, in the order of the tree: what all methods share, then one table per method.
 pub fn keys() -> &'static [Key] {
@@ -212,7 +162,7 @@ impl Key {
         keys().iter().find(|k| k.name == name)
     }
 
-    /// The method whose table the setting stands in.
+    /// The method whose table has the setting.
     pub fn method(&self) -> Option<Method> {
         let table = self.name.split_once('.')?.0;
         Method::ALL.iter().copied().find(|method| method.name() == table)

@@ -1,7 +1,7 @@
 //! Presets: settings with a name, each written as what it changes of another.
 
-use super::{DirectLight, GatherResolution, ImageSettings, LampLight, LightSettings, Settings, Shadows};
-use crate::gi::{Method, Tables, cones, rays};
+use super::{DirectLight, GatherResolution, LampLight, Settings, Shadows};
+use crate::gi::{Method, cones, rays};
 
 /// Settings with a name.
 #[derive(Clone, Copy, Debug)]
@@ -14,87 +14,66 @@ pub struct Preset {
 
 /// Every preset. The first is what the command line takes where none is named.
 pub const PRESETS: &[Preset] = &[
-    Preset {
-        name: "balanced",
-        meaning: "8 shared rays for every 4 pixels, lamps sampled",
-        settings: Settings::default,
-    },
-    Preset {
-        name: "fast",
-        meaning: "6 shared rays for every 16 pixels, lamps sampled, one sample per pixel",
-        settings: Settings::fast,
-    },
-    Preset { name: "accurate", meaning: "32 shared rays a pixel, lamps sampled", settings: Settings::accurate },
-    Preset { name: "cones", meaning: "16 saturating cones a pixel, lamps sampled", settings: Settings::cones },
-    Preset { name: "corrected", meaning: "the talk, every row of the ledger right", settings: Settings::corrected },
-    Preset {
-        name: "printed",
-        meaning: "the talk's listings as printed, where they can run",
-        settings: Settings::printed,
-    },
+    preset("balanced", Settings::default, "8 shared rays for every 4 pixels, lamps sampled"),
+    preset("fast", Settings::fast, "6 shared rays for every 16 pixels, lamps sampled, one sample per pixel"),
+    preset("accurate", Settings::accurate, "32 shared rays a pixel, lamps sampled"),
+    preset("cones", Settings::cones, "16 saturating cones a pixel, lamps sampled"),
+    preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected"),
+    preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
 ];
+
+const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'static str) -> Preset {
+    Preset { name, meaning, settings }
+}
 
 impl Settings {
     /// Six rays at every fourth pixel along each side, edges as they fall.
     pub fn fast() -> Self {
-        Self {
-            lights: LightSettings { shadow_rays: 1, lamp_points: 4, ..LightSettings::default() },
-            image: ImageSettings {
-                samples: 1,
-                gather_resolution: GatherResolution::Quarter,
-                ..ImageSettings::default()
-            },
-            of: Tables { rays: rays::Settings { diffuse: 6, bounce: 1, glossy: 2 }, ..Tables::default() },
-            ..Self::default()
-        }
+        let mut fast = Self::default();
+        fast.lights.shadow_rays = 1;
+        fast.lights.lamp_points = 4;
+        fast.image.samples = 1;
+        fast.image.gather_resolution = GatherResolution::Quarter;
+        fast.of.rays = rays::Settings { diffuse: 6, bounce: 1, glossy: 2 };
+        fast
     }
 
     /// Thirty-two rays at every pixel.
     pub fn accurate() -> Self {
-        Self {
-            lights: LightSettings { shadow_rays: 8, lamp_points: 32, voxel_lamp_points: 8, ..LightSettings::default() },
-            image: ImageSettings {
-                direct: DirectLight::Samples,
-                gather_resolution: GatherResolution::Full,
-                ..ImageSettings::default()
-            },
-            of: Tables { rays: rays::Settings { diffuse: 32, bounce: 4, glossy: 16 }, ..Tables::default() },
-            ..Self::default()
-        }
+        let mut accurate = Self::default();
+        accurate.lights.shadow_rays = 8;
+        accurate.lights.lamp_points = 32;
+        accurate.lights.voxel_lamp_points = 8;
+        accurate.image.direct = DirectLight::Samples;
+        accurate.image.gather_resolution = GatherResolution::Full;
+        accurate.of.rays = rays::Settings { diffuse: 32, bounce: 4, glossy: 16 };
+        accurate
     }
 
     /// Cones alone, as right as they get.
     pub fn cones() -> Self {
-        Self {
-            method: Method::Cones,
-            lights: LightSettings { shadow_rays: 1, voxel_lamp_points: 16, ..LightSettings::default() },
-            image: ImageSettings {
-                direct: DirectLight::Samples,
-                gather_resolution: GatherResolution::Full,
-                interleave: 1,
-                ..ImageSettings::default()
-            },
-            ..Self::default()
-        }
+        let mut cones = Self { method: Method::Cones, ..Self::default() };
+        cones.lights.shadow_rays = 1;
+        cones.lights.voxel_lamp_points = 16;
+        cones.image.direct = DirectLight::Samples;
+        cones.image.gather_resolution = GatherResolution::Full;
+        cones.image.interleave = 1;
+        cones
     }
 
     /// The talk, every row of the ledger right.
     pub fn corrected() -> Self {
-        let cones = Self::cones();
-        Self {
-            lights: LightSettings { lamps: LampLight::Gathered, ..cones.lights },
-            of: Tables { cones: cones::Settings::corrected(), ..Tables::default() },
-            ..cones
-        }
+        let mut corrected = Self::cones();
+        corrected.lights.lamps = LampLight::Gathered;
+        corrected.of.cones = cones::Settings::corrected();
+        corrected
     }
 
     /// The talk as printed, where it can run.
     pub fn printed() -> Self {
-        let corrected = Self::corrected();
-        Self {
-            lights: LightSettings { shadows: Shadows::Method, ..corrected.lights },
-            of: Tables { cones: cones::Settings::printed(), ..Tables::default() },
-            ..corrected
-        }
+        let mut printed = Self::corrected();
+        printed.lights.shadows = Shadows::Method;
+        printed.of.cones = cones::Settings::printed();
+        printed
     }
 }

@@ -1,4 +1,4 @@
-//! What settings were called before there were methods with tables of their own, for a sentence that names the new one.
+//! The names of settings before methods had their own tables, for a message that gives the new name.
 
 /// (old name, what to write instead)
 const RENAMED: &[(&str, &str)] = &[
@@ -18,7 +18,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("lists", "cones.passes"),
     ("shading", "cones.passes"),
     ("mips", "cones.passes"),
-    ("reuse", "nothing: what stands still is always kept"),
+    ("reuse", "nothing: what did not change is always kept"),
     ("shadows", "lights.shadows"),
     ("emitters", "lights.lamps"),
     ("emitter_samples", "lights.lamp_points"),
@@ -35,11 +35,6 @@ const RENAMED: &[(&str, &str)] = &[
     ("shadow.half_angle", "cones.shadow_half_angle"),
     ("ledger.d24", "nothing: no image shows the row's difference"),
 ];
-
-/// Whether settings once stood in a table called `name`.
-pub fn was_table(name: &str) -> bool {
-    ["shade", "shadow", "start", "volume", "ledger"].contains(&name)
-}
 
 /// The sentence about the setting that was once called `name`.
 pub fn sentence(name: &str) -> Option<String> {

@@ -2,6 +2,7 @@
 // The controls, the chart that they ask for, and what is known of the chosen setting.
 
 const data = JSON.parse(document.getElementById("data").textContent);
+data.rows = data.rows.map(({ row, pictures }) => ({ ...row, ...pictures, settings: leaves(row.settings) }));
 const at = (id) => document.getElementById(id);
 const mib = (bytes) => bytes / 2 ** 20;
 
@@ -32,6 +33,13 @@ function element(name, attributes = {}, ...children) {
   const node = Object.assign(document.createElement(name), attributes);
   node.append(...children);
   return node;
+}
+
+/** Nested settings as pairs of a dotted name and a value. */
+function leaves(table, prefix = "") {
+  return Object.entries(table).flatMap(([key, value]) =>
+    value.constructor === Object ? leaves(value, `${prefix}${key}.`) : [[prefix + key, String(value)]],
+  );
 }
 
 function errorOf(row, { truth, part, metric } = state) {
@@ -82,7 +90,7 @@ function draw() {
   state.row = rows.find((row) => row.name === state.row?.name) ?? state.row;
   const cost = COSTS[state.cost];
   const points = rows
-    .map((row) => ({ row, x: row.measured && cost.of(row.measured), y: errorOf(row), name: row.name, preset: !row.swept, color: colorOf(row.preset) }))
+    .map((row) => ({ row, x: row.measured && cost.of(row.measured), y: errorOf(row), name: row.name, preset: row.swept.length === 0, color: colorOf(row.preset) }))
     .filter((p) => p.x && p.y !== undefined)
     .map((p) => ({ ...p, y: Math.max(p.y, LEAST) }));
   at("controls").querySelector("[name=metric][value=flip]").disabled = state.part !== "total";

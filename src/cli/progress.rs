@@ -1,28 +1,29 @@
 //! The progress bar over the rows of a chart that are still to be made, and a line for each.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use twobounce::chart::row::{Metric, Part, Row, Truth};
+use twobounce::chart::row::Row;
 
 use crate::say;
 
-pub struct Counter {
+pub struct RowProgress {
     bar: ProgressBar,
-    start: Instant,
 }
 
-impl Counter {
+/// A progress bar on standard error that looks like `template`.
+pub fn bar(length: u64, template: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).expect("the template is valid");
+    ProgressBar::new(length).with_style(style)
+}
+
+impl RowProgress {
     /// `missing` rows of `all` are to be made.
     pub fn new(missing: usize, all: usize) -> Self {
         if missing < all {
             say!("rows kept from earlier calls: {} of {all}", all - missing);
         }
-        let bar = ProgressBar::new(missing as u64);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
-            bar.set_style(style);
-        }
-        Self { bar, start: Instant::now() }
+        Self { bar: bar(missing as u64, "{wide_bar} {msg}") }
     }
 
     pub fn begin(&self, row: &Row) {
@@ -32,10 +33,9 @@ impl Counter {
 
     pub fn finish(&self, row: &Row) {
         self.bar.inc(1);
-        let told = match &row.measured {
+        let result = match &row.measured {
             Some(measured) => {
-                let error = |truth| row.error(truth, Part::Total, Metric::Rel).unwrap_or(f64::NAN);
-                let (full, same) = (error(Truth::Full), error(Truth::Same));
+                let (full, same) = (measured.full.total.rel, measured.same.total.rel);
                 let ms = measured.frame_gpu_ms.median;
                 format!("{ms:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces")
             }
@@ -43,7 +43,7 @@ impl Counter {
         };
         // Into a log too, which shows no bar. Made before: a suspended bar cannot be asked.
         let progress = self.progress();
-        self.bar.suspend(|| say!("{} {}: {told} ({progress})", row.scene, row.name));
+        self.bar.suspend(|| say!("{} {}: {result} ({progress})", row.scene, row.name));
     }
 
     pub fn clear(&self) {
@@ -53,13 +53,13 @@ impl Counter {
     /// Rows made, and how long the others take, over all scenes.
     fn progress(&self) -> String {
         let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
-        let left = left(self.start.elapsed(), done, all);
+        let left = left(self.bar.elapsed(), done, all);
         format!("{done} of {all} rows") + &left.map_or(String::new(), |left| format!(", {} left", HumanDuration(left)))
     }
 }
 
 /// How long the rest takes if its rows take as long as all those before, which `spent` went into. The latest ones alone would
-/// say less: scenes take turns, and one takes ten times as long as another.
+/// say less: scenes alternate, and one takes ten times as long as another.
 fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
     (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
 }

@@ -1,0 +1,111 @@
+//! Where files go: checked before anything is done.
+
+use std::path::{Path, PathBuf};
+
+use twobounce::output::file;
+use twobounce::{Error, Result};
+
+use super::args::RenderArgs;
+
+/// Where the images of a render go.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageFiles {
+    /// Linear radiance in an .exr; else exposed in a .png.
+    pub exr: bool,
+    path: PathBuf,
+    number: Option<Number>,
+}
+
+/// The place of the frame's number in a name: `before%0<digits>dafter`.
+#[derive(Clone, Debug, PartialEq)]
+struct Number {
+    before: String,
+    digits: usize,
+    after: String,
+}
+
+/// Every file to be written, where one is named, can be, is no input, and is written once.
+pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Result<()> {
+    for (i, output) in outputs.iter().enumerate().filter_map(|(i, output)| Some((i, (*output)?))) {
+        let is_among = |files: &[Option<&PathBuf>]| files.iter().flatten().any(|file| file::is_same(output, file));
+        if is_among(inputs) {
+            return Err(Error::file(output, "is read and written by the same command; name another output"));
+        }
+        // A pipe or a device takes several.
+        if is_among(&outputs[..i]) && (output.is_file() || !output.exists()) {
+            return Err(Error::file(output, "is named as two outputs; name them apart"));
+        }
+        file::check_writable(output)?;
+    }
+    Ok(())
+}
+
+impl ImageFiles {
+    /// Checks the flags that depend on the kind of image.
+    pub fn of(args: &RenderArgs) -> Result<Self> {
+        let files = Self::named(&args.output, args.frames.is_some())?;
+        let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
+        if !files.exr && !args.aov.is_empty() {
+            return usage("--aov adds layers to an .exr; name one with -o");
+        }
+        if files.exr && args.exposure.is_some() {
+            return usage("--exposure is for a .png; an .exr holds the radiance itself");
+        }
+        Ok(files)
+    }
+
+    /// Reads the extension and, for a sequence, the place of the frame's number.
+    fn named(path: &Path, sequence: bool) -> Result<Self> {
+        let exr = match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("png") => false,
+            Some("exr") => true,
+            _ => return Err(Error::file(path, "has an unknown ending; end the output in .png or .exr")),
+        };
+        let number = path.to_str().and_then(Number::in_name);
+        match (&number, sequence) {
+            (None, true) => Err(Error::file(path, "has no place for the frame's number; name it like out_%04d.png")),
+            (Some(_), false) => {
+                Err(Error::file(path, "has a place for a frame's number; add --frames N or take it out"))
+            }
+            _ => Ok(Self { exr, path: path.to_owned(), number }),
+        }
+    }
+
+    /// The file for a frame, counted from 0.
+    pub fn path(&self, frame: u32) -> PathBuf {
+        match &self.number {
+            None => self.path.clone(),
+            Some(Number { before, digits, after }) => format!("{before}{frame:0digits$}{after}").into(),
+        }
+    }
+}
+
+impl Number {
+    /// Exactly one `%d` or `%04d`.
+    fn in_name(text: &str) -> Option<Self> {
+        let (before, rest) = text.split_once('%')?;
+        let (width, after) = rest.split_once('d')?;
+        // 20 digits hold any count; more would be a slip of the hand.
+        let digits = if width.is_empty() { 1 } else { width.parse().ok().filter(|n| (1..=20).contains(n))? };
+        (!after.contains('%')).then(|| Self { before: before.into(), digits, after: after.into() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path_of(name: &str, frame: u32) -> Option<String> {
+        ImageFiles::named(Path::new(name), true).ok().map(|o| o.path(frame).to_string_lossy().into_owned())
+    }
+
+    #[test]
+    fn numbers_stand_where_the_pattern_says() {
+        assert_eq!(path_of("a/out_%04d.png", 7).as_deref(), Some("a/out_0007.png"));
+        assert_eq!(path_of("%d.exr", 12345).as_deref(), Some("12345.exr"));
+        assert_eq!(path_of("out_%2d_dawn.png", 7).as_deref(), Some("out_07_dawn.png"));
+        for wrong in ["out.png", "out_%.png", "out_%s.png", "%04d_%04d.png", "out_%99d.png", "out_%04d.gif"] {
+            assert_eq!(path_of(wrong, 0), None, "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The tables that all methods share.
+
+use super::keys::table;
+use super::{Conservative, DirectLight, GatherResolution, Key, LampLight, Range, Shadows, auto, key, names, rare};
+
+table! {
+    /// Place and size of the grid.
+    GridSettings as "grid" {
+        #[serde(with = "auto")]
+        center: Option<[f64; 3]> = None, in "metres", Range::PointOrAuto(1e9);
+        "centre of the cube that the grid fills; auto: the centre of the scene's bounds";
+        "nothing";
+        #[serde(with = "auto")]
+        side: Option<f64> = None, in "metres", Range::NumberOrAuto(1e-6, 1e9);
+        "side of that cube; auto: the scene's longest side plus the margin";
+        "nothing; larger: coarser voxels";
+        // Not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
+        margin: f64 = 2.5, in "voxels" rare, Range::Number(0.0, 7.0);
+        "empty border when the side is auto";
+        "coarser voxels";
+        conservative: Conservative = Conservative::GeometryShader, in "choice" rare, names!(Conservative);
+        "how every voxel that a triangle touches is found: a geometry shader dilates it, or VK_EXT_conservative_rasterization does, \
+         where a device has it: the same lists";
+        "unknown: hardware has not been run yet";
+    }
+}
+
+table! {
+    /// Direct light and its shadows.
+    LightSettings as "lights" {
+        shadows: Shadows = Shadows::Rays, in "choice", names!(Shadows);
+        "how lights are shadowed: not at all, by the method (the talk's shadow cones), or by exact rays";
+        "a ray or a cone per light, pixel and shaded voxel side";
+        // With `shadows = rays`; one ray goes to the light's middle.
+        shadow_rays: u32 = 4, in "rays", Range::Whole(1, 64);
+        "shadow rays to each light with a radius: 1 gives hard shadows, more give penumbrae, with noise only there";
+        "a ray each per sample of the image and voxel side, where a light has a radius";
+        lamps: LampLight = LampLight::Sampled, in "choice", names!(LampLight);
+        "how emissive surfaces light the scene: gathered by the method alone, or sampled as area lights with exact shadows";
+        "sampled: lamp_points rays per pixel, voxel_lamp_points per voxel side";
+        lamp_points: u32 = 16, in "points", Range::Whole(1, 256);
+        "points on lamps per pixel; noise only in penumbrae, and where there are more lamps than points";
+        "a ray each";
+        voxel_lamp_points: u32 = 4, in "points", Range::Whole(1, 256);
+        "points on lamps per voxel side";
+        "a ray each";
+    }
+}
+
+table! {
+    /// The final image.
+    ImageSettings as "image" {
+        samples: u32 = 4, in "samples per pixel", Range::OneOf(&[1, 4]);
+        "samples for the edges of surfaces; indirect light is found once per pixel and surface";
+        "4: colour and depth ×4 in memory, direct light up to ×4";
+        direct: DirectLight = DirectLight::Pixels, in "choice", names!(DirectLight);
+        "where direct light and its shadows are computed: at every sample, or once per pixel and surface";
+        "samples: up to image.samples shadow rays per pixel and light";
+        gather_resolution: GatherResolution = GatherResolution::Half, in "choice", names!(GatherResolution);
+        "where diffuse light is gathered: at every pixel, or at every second or fourth, upsampled by depth and normals";
+        "half: a quarter of the gathers, and a second draw of the triangles";
+        interleave: u32 = 4, in "pixels", Range::OneOf(&[1, 2, 4]);
+        "side of the square in which every gathered pixel (or voxel) has its own directions; neighbours share results \
+         where depth and normals agree";
+        "a filter of (n + 1)² texels; fewer directions per pixel give the same light";
+    }
+}
+
+impl ImageSettings {
+    /// Whether diffuse light is gathered apart from the image.
+    pub fn gathers_apart(&self) -> bool {
+        self.gather_resolution.scale() > 1 || self.interleave > 1
+    }
+}

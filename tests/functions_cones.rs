@@ -11,6 +11,8 @@ use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, sett
 use glam::{Vec3, Vec4};
 use gpu::twins::cone::{self, Cone};
 use gpu::twins::directions::roughness_to_aperture;
+use gpu::twins::volume::{Level, Volume};
+use std::f32::consts::FRAC_1_SQRT_2;
 use twobounce::gi::cones::choices::{ConeSet, Form, RoughnessFit, Weights};
 use twobounce::settings::Settings;
 
@@ -84,7 +86,7 @@ fn counted_steps_are_their_twins() {
             .map(|&(origin, direction)| {
                 let edge = EDGE as f32;
                 let cone = Cone { origin: origin / edge, direction, aperture: 0.1, start: 1.5 / edge, end: 10.0 };
-                u64::from(cone::trace_cone(&volume, &cone, &settings.of.cones).steps)
+                cone::trace_cone(&volume, &cone, &settings.of.cones).look_ups.len() as u64
             })
             .sum();
         // A cone whose last step lies within rounding of its end may take it or not: two cones of the 400.
@@ -147,6 +149,30 @@ fn gathers_are_their_twins() {
             );
         }
     }
+}
+
+#[test]
+fn the_offset_moves_the_look_ups_and_not_their_width() {
+    // Every level's texels say which level they are, and that they were looked at; level 3's also how high they lie.
+    let level = |l: u32| -> Level {
+        let edge = 128 >> l;
+        let height = |i: u32| if l == 3 { (8 * (i / edge % edge) + 4) as f32 } else { 0.0 };
+        let texels: Vec<_> = (0..edge.pow(3)).map(|i| Vec4::new(l as f32, 1.0, height(i), 0.0)).collect();
+        std::array::from_fn(|_| texels.clone())
+    };
+    let volume = Volume::new((0..=7).map(level).collect());
+    let settings = Settings { voxels: 128, ..Settings::printed() };
+    let input = Arguments::of(Vec4::new(64.0, 40.0, 64.0, 0.0), Vec4::Y, Vec4::ZERO);
+    let gpu = Gpu::new(&volume).evaluate(Function::GatherDiffuse, &[input], &settings)[0].vec3(0);
+    let twin =
+        cone::gather_diffuse(&volume, Vec3::new(0.5, 40.0 / 128.0, 0.5), Vec3::Y, Vec3::ZERO, &settings.of.cones);
+    // By hand: diameters of 8, 24, 72 and 216 voxels, of which 128 is the chain's last level; 1 + 4/√2 voxels up, and from
+    // there 2.72 along a cone that stands upright or leans by 45°.
+    let levels = 3.0 + 24f32.log2() + 72f32.log2() + 7.0;
+    let height = 40.0 + 1.0 + 4.0 * FRAC_1_SQRT_2 + 2.72 * (0.28 + 0.72 * FRAC_1_SQRT_2);
+    // A driver may round the share of a level to 8 bits.
+    close(gpu.extend(0.0), Vec4::new(levels, 4.0, height, 0.0), 0.01, "the shader's sum");
+    close(twin.radiance.extend(0.0), Vec4::new(levels, 4.0, height, 0.0), 1e-3, "the twin's sum");
 }
 
 #[test]

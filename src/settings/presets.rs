@@ -78,23 +78,18 @@ impl Settings {
         }
     }
 
-    /// The talk, every row of the ledger right.
-    pub fn corrected() -> Self {
+    /// The talk as printed, where it can run.
+    pub fn printed() -> Self {
         let cones = Self::cones();
         Self {
-            lights: LightSettings { lamps: LampLight::Gathered, ..cones.lights },
-            of: Tables { cones: cones::Settings::corrected(), ..Tables::default() },
+            lights: LightSettings { shadows: Shadows::Method, lamps: LampLight::Gathered, ..cones.lights },
+            of: Tables { cones: cones::Settings::printed(), ..Tables::default() },
             ..cones
         }
     }
 
-    /// The talk as printed, where it can run.
-    pub fn printed() -> Self {
-        let corrected = Self::corrected();
-        Self {
-            lights: LightSettings { shadows: Shadows::Method, ..corrected.lights },
-            of: Tables { cones: cones::Settings::printed(), ..Tables::default() },
-            ..corrected
-        }
+    /// The talk, every row of the ledger right.
+    pub fn corrected() -> Self {
+        Self { of: Tables { cones: cones::Settings::corrected(), ..Tables::default() }, ..Self::printed() }
     }
 }

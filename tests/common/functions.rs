@@ -75,15 +75,16 @@ impl Gpu {
     }
 
     pub fn on(context: Arc<Context>, volume: &Volume) -> Self {
+        let edge = volume.edge();
         let face = |k: usize| {
             let desc = ImageDesc {
                 label: "face",
                 dim: ImageDim::D3,
                 format: Format::R16G16B16A16_SFLOAT,
-                width: EDGE,
-                height: EDGE,
-                depth_or_layers: EDGE,
-                mips: EDGE.ilog2() + 1,
+                width: edge,
+                height: edge,
+                depth_or_layers: edge,
+                mips: edge.ilog2() + 1,
                 samples: 1,
                 usage: ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST,
                 ..Default::default()
@@ -123,7 +124,7 @@ impl Gpu {
         let desc = ComputeDesc { label: "functions", shader: "test/functions.comp", constants: &constants };
         let pipeline = Compute::new(c, &desc).expect("a pipeline");
         let frame = layout::Frame { scale: 4.0, sky: [0.25, 0.5, 1.0], ..Zeroable::zeroed() };
-        let cones = upload(c, "cones", &[Cones::new(&settings.of.cones)]).expect("an upload");
+        let cones = upload(c, "cones", &[Cones::new(&settings.of.cones, settings.voxels)]).expect("an upload");
         let frame = upload(c, "frame", &[frame]).expect("an upload");
         let input = upload(c, "inputs", inputs).expect("an upload");
         let output = upload(c, "outputs", &vec![Arguments([[f32::MAX; 4]; 3]); inputs.len()]).expect("an upload");

@@ -27,6 +27,7 @@ bool printed(uint row) {
 struct Cones {
     float diffuse_start_normal;
     float diffuse_start_along;
+    float diffuse_offset;
     float specular_start_normal;
     float specular_start_along;
     float refraction_start_normal;

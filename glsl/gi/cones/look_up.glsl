@@ -40,7 +40,9 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < CONE_COUNT; i++) {
         Cone cone = cone_set(i, shift);
-        vec4 seen = trace_cone(from, basis * cone.direction, cone.aperture * cones.aperture, cones.diffuse_start_along);
+        vec3 d = basis * cone.direction;
+        // The offset moves where the cone looks, and not how wide it is there.
+        vec4 seen = trace_cone(from + cones.diffuse_offset * d, d, cone.aperture * cones.aperture, cones.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);
         // D21: printed drops alpha, and the sky with it.
         sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * frame.sky * frame.scale, open);

@@ -95,7 +95,7 @@ impl Gi for Lighting {
             relists: own.passes == Passes::Layered,
             volumes: FaceVolume::per_bounce(context, settings)?,
             sampler: Sampler::new(context, vk::Filter::LINEAR, address)?,
-            block: vk::upload(context, "cones", &[constants::Cones::new(own)])?,
+            block: vk::upload(context, "cones", &[constants::Cones::new(own, settings.voxels)])?,
             constants,
         })
     }

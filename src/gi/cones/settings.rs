@@ -34,12 +34,14 @@ pub struct Settings {
     pub ledger: Ledger,
 }
 
-/// Where cones start, in voxels (D16, D20, D23): along the normal, then along the cone.
+/// Where cones start, in voxels (D16, D19, D20, D23): along the normal, then along the cone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Start {
     pub diffuse_normal: f32,
     pub diffuse_along: f32,
+    /// What diffuse cones are moved along themselves: where they look, and not how wide they are there (D19).
+    pub diffuse_offset: f32,
     pub specular_normal: f32,
     pub specular_along: f32,
     pub refraction_normal: f32,
@@ -89,6 +91,7 @@ ledger! {
     d15 15 "cones.ledger.d15" "D15: the shadow cone's volume: isotropic, or directional",
     d17 17 "cones.ledger.d17" "D17: the cone's diameter: max(1/N, 2t)·s, or max(1/N, 2t·s)",
     d18 18 "cones.ledger.d18" "D18: when a cone ends: alpha ≥ 1, or near 1",
+    d19 19 "cones.ledger.d19" "D19: the diffuse cones' offset: a share of the cube (of 128 voxels), or in voxels",
     d21 21 "cones.ledger.d21" "D21: the sky behind diffuse cones: dropped, or through the remaining alpha",
     d22 22 "cones.ledger.d22" "D22: the tangent frame about the normal",
     d23 23 "cones.ledger.d23" "D23: where refraction starts: outside the surface, or on the refracted side",
@@ -119,41 +122,36 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The preset `corrected`: the talk, every row of the ledger right.
-    pub fn corrected() -> Self {
+    /// The preset `printed`: the talk's listings, where they can run.
+    pub fn printed() -> Self {
         Self {
             set: ConeSet::Five,
             fill: Fill::Uniform,
             weights: Weights::D2,
             blend: Blend::Over,
             passes: Passes::Layered,
+            first_bounce_shadows: false,
+            shadow_step: 0.333333,
+            shadow_half_angle: Some(5.0),
             start: Start {
-                // As printed (D20): a wide cone that starts nearer meets the voxels of its own surface.
                 diffuse_normal: 1.0 + 4.0 * std::f32::consts::FRAC_1_SQRT_2,
-                diffuse_along: 4.0 - 1.28,
+                diffuse_along: 4.0,
+                diffuse_offset: -1.28,
+                specular_normal: 2.0,
+                specular_along: 2.0,
+                shadow_end: 0.0,
                 ..Start::default()
             },
+            ledger: Ledger::all(Form::Printed),
             ..Self::default()
         }
     }
 
-    /// The preset `printed`: the talk's listings, where they can run.
-    pub fn printed() -> Self {
-        let corrected = Self::corrected();
-        Self {
-            first_bounce_shadows: false,
-            start: Start {
-                // 1 + 4·0.7071 along the normal, less coneOffset 0.01·128 along the cone (D19, D20).
-                specular_normal: 2.0,
-                specular_along: 2.0,
-                shadow_end: 0.0,
-                ..corrected.start
-            },
-            shadow_step: 0.333333,
-            shadow_half_angle: Some(5.0),
-            ledger: Ledger::all(Form::Printed),
-            ..corrected
-        }
+    /// The preset `corrected`: the same, every row of the ledger right, and nothing else changed.
+    pub fn corrected() -> Self {
+        let printed = Self::printed();
+        let start = Start { shadow_end: Start::default().shadow_end, ..printed.start };
+        Self { start, ledger: Ledger::default(), ..printed }
     }
 }
 
@@ -162,6 +160,7 @@ impl Default for Start {
         Self {
             diffuse_normal: 1.0,
             diffuse_along: 0.5,
+            diffuse_offset: 0.0,
             specular_normal: 1.0,
             specular_along: 1.0,
             refraction_normal: 1.0,
@@ -278,6 +277,13 @@ pub const KEYS: &[&[Key]] = &[
         )),
         voxels("cones.start.diffuse_normal", "where diffuse cones start, along the normal"),
         voxels("cones.start.diffuse_along", "where diffuse cones start, along the cone"),
+        rare(key(
+            "cones.start.diffuse_offset",
+            "voxels",
+            Range::Number(-64.0, 64.0),
+            "how far diffuse cones are moved along themselves, without a change of their width",
+            "no time; negative: more self-light",
+        )),
         voxels("cones.start.specular_normal", "where specular cones start, along the normal"),
         voxels("cones.start.specular_along", "where specular cones start, along the cone"),
         voxels("cones.start.refraction_normal", "where refraction cones start, along the normal"),

@@ -83,10 +83,18 @@ mod shade {
     #[test]
     fn two_sides_keep_their_own_light() {
         let leaf = Shaded { back: Some(BLUE), opacity: 0.5, ..WALL };
-        let uniform = fill(&[leaf], Fill::Uniform);
-        assert_eq!((uniform[3], uniform[0]), ((0.5 * RED).extend(0.5), (0.5 * BLUE).extend(0.5)));
-        assert_eq!(uniform[6], (0.25 * (RED + BLUE)).extend(0.5));
+        let facing = fill(&[leaf], Fill::Facing);
+        assert_eq!((facing[3], facing[0]), ((0.5 * RED).extend(0.5), (0.5 * BLUE).extend(0.5)));
+        assert_eq!(facing[6], (0.25 * (RED + BLUE)).extend(0.5));
         assert_eq!(fill(&[leaf], Fill::Coverage)[0], (0.25 * BLUE).extend(0.25));
+    }
+
+    #[test]
+    fn uniform_is_one_colour_all_round() {
+        let leaf = Shaded { back: Some(BLUE), opacity: 0.5, ..WALL };
+        assert_eq!(fill(&[leaf], Fill::Uniform), [(0.5 * RED).extend(0.5); 7]);
+        let floor = Shaded { normal: Vec3::Y, front: BLUE, opacity: 0.0, ..leaf };
+        assert_eq!(fill(&[leaf, floor, WALL], Fill::Uniform), [(0.5 * RED).extend(0.5); 7]);
     }
 
     #[test]

@@ -27,6 +27,7 @@ fn variants() -> Vec<Settings> {
     variants.push(saturating("cones.set=g8", "cones.step=1.5"));
     variants.push(saturating("cones.set=g16", "cones.step=1"));
     variants.push(change("cones.step", "0.5"));
+    variants.push(gpu::with(variants[1].clone(), &["cones.wrap=repeat"]));
     let rows: [fn(&mut Settings); 9] = [
         |s| s.of.cones.ledger.d6 = Form::Printed,
         |s| s.of.cones.ledger.d10 = Form::Printed,
@@ -125,6 +126,47 @@ fn shadow_cones_dim_as_their_twins_do() {
                 settings.of.cones.ledger
             );
         }
+    }
+}
+
+/// PCG, by Jarzynski and Olano, as `glsl/common/jitter.glsl` has it.
+fn jitter(seed: [u32; 4]) -> f32 {
+    let mut s = seed.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    for (a, b, c) in [(0, 1, 3), (1, 2, 0), (2, 0, 1), (3, 1, 2)] {
+        s[a] = s[a].wrapping_add(s[b].wrapping_mul(s[c]));
+    }
+    let s = s.map(|v| v ^ v >> 16);
+    (s[0].wrapping_add(s[1].wrapping_mul(s[3])) >> 8) as f32 / 16_777_216.0
+}
+
+#[test]
+fn printed_shadow_cones_start_at_random_shares_of_a_step() {
+    let volume = random_volume();
+    let gpu = Gpu::new(&volume);
+    // Far enough inside for a start off the surface to be inside, too.
+    let (rays, edge): (Vec<_>, _) = (rays(200).iter().map(|(p, n)| (0.5 * *p + 4.0, *n)).collect(), EDGE as f32);
+    for settings in [Settings::printed(), Settings::corrected()] {
+        let settings = Settings { voxels: EDGE, ..settings };
+        let own = &settings.of.cones;
+        let to = |i: usize| rays[(i + 1) % rays.len()].0;
+        let input = |i: usize| Arguments::of(rays[i].0.extend(0.0), to(i).extend(0.0), rays[i].1.extend(0.0));
+        let inputs: Vec<_> = (0..rays.len()).map(input).collect();
+        let (mut moved, mut mean) = (0, 0.0);
+        for (i, out) in gpu.evaluate(Function::MethodShadow, &inputs, &settings).iter().enumerate() {
+            let (from, normal) = rays[i];
+            let [x, y, z] = std::array::from_fn(|k| from[k].to_bits() ^ normal[k].to_bits() ^ to(i)[k].to_bits());
+            let share = jitter([x, y, z, 0]);
+            let twin = |share| {
+                let aperture = 5f32.to_radians().tan();
+                cone::trace_shadow_cone(&volume, from / edge, normal, to(i) / edge, aperture, share, own)
+            };
+            // As above.
+            assert!((out.0[0][0] - twin(share)).abs() < 0.01, "ray {i}: {out:?} is not {}", twin(share));
+            moved += usize::from((twin(0.0) - twin(share)).abs() > 0.02);
+            mean += share / rays.len() as f32;
+        }
+        assert!(moved > 30, "{moved} of 200 are a test of little");
+        assert!((mean - 0.5).abs() < 0.06, "{mean}");
     }
 }
 

@@ -114,7 +114,7 @@ mod shade {
 mod volume {
     use crate::twins::volume::*;
     use glam::*;
-    use twobounce::gi::cones::choices::Form;
+    use twobounce::vk::SamplerAddressMode;
 
     /// A 2³ chain whose level-0 target 0 is x, and whose level 1 is 5.
     fn ramp() -> Volume {
@@ -130,17 +130,18 @@ mod volume {
     #[test]
     fn sampling_is_linear_in_space_and_in_level() {
         let v = ramp();
-        let at = |x, level| v.sample(0, Vec3::new(x, 0.5, 0.5), level, Form::Printed).x;
+        let at = |x, level| v.sample(0, Vec3::new(x, 0.5, 0.5), level, SamplerAddressMode::CLAMP_TO_EDGE).x;
         assert_eq!([at(0.25, 0.0), at(0.5, 0.0), at(0.75, 0.0)], [0.0, 0.5, 1.0]);
         assert_eq!([at(0.5, 0.5), at(0.5, 1.0), at(0.5, 9.0)], [2.75, 5.0, 5.0]);
     }
 
     #[test]
-    fn beyond_the_border_is_the_edge_or_nothing() {
+    fn beyond_the_border_is_the_edge_or_nothing_or_the_grid_again() {
         let v = ramp();
-        let at = |x, border| v.sample(0, Vec3::new(x, 0.5, 0.5), 0.0, border).x;
-        assert_eq!([at(1.0, Form::Printed), at(1.0, Form::Right)], [1.0, 0.5]);
-        assert_eq!([at(3.0, Form::Printed), at(3.0, Form::Right)], [1.0, 0.0]);
+        let at = |border| [1.0, 3.0].map(|x| v.sample(0, Vec3::new(x, 0.5, 0.5), 0.0, border).x);
+        assert_eq!(at(SamplerAddressMode::CLAMP_TO_EDGE), [1.0, 1.0]);
+        assert_eq!(at(SamplerAddressMode::CLAMP_TO_BORDER), [0.5, 0.0]);
+        assert_eq!(at(SamplerAddressMode::REPEAT), [0.5, 0.5]);
     }
 
     #[test]

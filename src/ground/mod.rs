@@ -133,7 +133,10 @@ impl Ground {
             let constants = with(base.to_vec(), &[(EDGE, place.edge), (LIT, u32::from(wants.alike))]);
             lists.push(Lists::new(context, place, &wants, *capacity)?);
             makers.push(ListMakers {
-                voxelise: wants.lists.then(|| Voxelise::new(context, &constants, place.edge)).transpose()?,
+                voxelise: wants
+                    .lists
+                    .then(|| Voxelise::new(context, &constants, place.edge, wants.dilated))
+                    .transpose()?,
                 clearance: wants.rays.then(|| Clearance::new(context, &constants)).transpose()?,
                 cells: wants.cells.then(|| Cells::new(context, &constants)).transpose()?,
             });

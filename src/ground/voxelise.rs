@@ -15,13 +15,18 @@ pub struct Voxelise {
 }
 
 impl Voxelise {
-    /// For grids of `edge` voxels a side.
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], edge: u32) -> Result<Self> {
+    /// For grids of `edge` voxels a side. `dilated`: lists what the dilated triangles touch, as in the talk.
+    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], edge: u32, dilated: bool) -> Result<Self> {
+        let [geometry, fragment] = if dilated {
+            ["ground/voxelise.geom DILATED", "ground/voxelise.frag DILATED"]
+        } else {
+            ["ground/voxelise.geom", "ground/voxelise.frag"]
+        };
         let desc = RasterDesc {
             label: "voxelise",
             vertex: "ground/voxelise.vert",
-            geometry: Some("ground/voxelise.geom"),
-            fragment: Some("ground/voxelise.frag"),
+            geometry: Some(geometry),
+            fragment: Some(fragment),
             constants: &with(constants.to_vec(), &[(EDGE, edge)]),
             ..Default::default()
         };

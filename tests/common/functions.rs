@@ -40,6 +40,7 @@ pub enum Function {
     InterleavedShift,
     VisibleNormal,
     DiffuseShare,
+    MethodShadow,
 }
 
 /// Three vectors in, three out.
@@ -128,11 +129,7 @@ impl Gpu {
         let frame = upload(c, "frame", &[frame]).expect("an upload");
         let input = upload(c, "inputs", inputs).expect("an upload");
         let output = upload(c, "outputs", &vec![Arguments([[f32::MAX; 4]; 3]); inputs.len()]).expect("an upload");
-        let address = match settings.of.cones.ledger.d11 {
-            Form::Printed => SamplerAddressMode::CLAMP_TO_EDGE,
-            Form::Right => SamplerAddressMode::CLAMP_TO_BORDER,
-        };
-        let sampler = Sampler::new(c, Filter::LINEAR, address).expect("a sampler");
+        let sampler = Sampler::new(c, Filter::LINEAR, settings.of.cones.address_mode()).expect("a sampler");
         let names = ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];
         let mut binds: Vec<Bind> =
             names.iter().zip(&self.faces).map(|(name, face)| Bind::image(name, face.view(), &sampler)).collect();

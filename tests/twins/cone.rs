@@ -99,7 +99,7 @@ fn sample_volume(
     let w = direction_weights(direction, s.weights).to_array();
     let d = direction.to_array();
     let faces: [Vec4; 3] = std::array::from_fn(|axis| {
-        volume.sample(if d[axis] < 0.0 { axis + 3 } else { axis }, position, level, s.ledger.d11)
+        volume.sample(if d[axis] < 0.0 { axis + 3 } else { axis }, position, level, s.address_mode())
     });
     if s.weights == Weights::Extinction {
         let depth = |axis: usize| -w[axis] * (1.0 - faces[axis].w.clamp(0.0, MAX_ALPHA)).ln();
@@ -194,7 +194,7 @@ fn shadow_sample(volume: &Volume, position: Vec3, direction: Vec3, diameter: f32
     if ledger.d15 == Form::Right {
         return sample_volume(volume, position, direction, level, in_edges, s).w.clamp(0.0, 1.0);
     }
-    opacity_correction(volume.sample(ISOTROPIC, position, level, ledger.d11).w.clamp(0.0, 1.0), in_edges)
+    opacity_correction(volume.sample(ISOTROPIC, position, level, s.address_mode()).w.clamp(0.0, 1.0), in_edges)
 }
 
 /// Light gathered over the hemisphere.

@@ -55,6 +55,15 @@ choices! {
 }
 
 choices! {
+    /// A sampler's wrap; the talk does not state it.
+    Wrap {
+        Clamp = "clamp",
+        /// OpenGL's default.
+        Repeat = "repeat",
+    }
+}
+
+choices! {
     /// One row of the ledger: as the talk prints it, or as it should be.
     Form { Printed = "printed", Right = "right" }
 }
@@ -65,7 +74,6 @@ impl ConeSet {
         self.name().strip_prefix('g').and_then(|count| count.parse().ok())
     }
 }
-
 
 choices! {
     /// What a pass over a volume goes through: the same image.

@@ -81,6 +81,6 @@ pub fn constants(settings: &Settings) -> [(u32, u32); 8] {
         (36, u32::from(settings.blend == Blend::Sum)),
         (37, fit),
         (38, settings.ledger.printed_bits()),
-        (39, u32::from(settings.jitter)),
+        (39, u32::from(settings.jitter) + 2 * u32::from(settings.shadow_jitter)),
     ]
 }

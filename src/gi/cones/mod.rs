@@ -46,16 +46,18 @@ pub struct Lighting {
 
 impl Gi for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
-        let cells = settings.of.cones.passes == Passes::Cells;
+        let own = &settings.of.cones;
+        let cells = own.passes == Passes::Cells;
         Wants {
             lists: true,
+            dilated: own.ledger.d30 == Form::Printed,
             rays: settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled,
             cells,
             lit_items: cells,
             kept_direct_light: keeps_direct_light(settings),
             diffuse: true,
             shadows: true,
-            unsteady: settings.of.cones.jitter,
+            unsteady: own.jitter || own.shadow_jitter && settings.lights.shadows == Shadows::Method,
             ..Wants::default()
         }
     }
@@ -72,7 +74,7 @@ impl Gi for Lighting {
         let constants = constants::constants(own);
         let voxels = with(crate::ground::constants::constants(settings, features), &constants);
         let voxels = with(voxels, &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
-        // The talk's first bounce has no shadows.
+        // The talk's first bounce has no volume that could shadow it.
         let unshadowed = with(voxels.clone(), &[(SHADOWS, SHADOWS_NONE)]);
         let plain = if own.first_bounce_shadows { &voxels } else { &unshadowed };
         let (kept, read) =
@@ -81,11 +83,6 @@ impl Gi for Lighting {
             Shade::new(context, own.passes, (label, gathers), constants, direct)
         };
         let two = settings.bounces.volumes() > 1;
-        // D11: outside the grid there is nothing; printed, its edge voxels go on for ever.
-        let address = match own.ledger.d11 {
-            Form::Right => vk::SamplerAddressMode::CLAMP_TO_BORDER,
-            Form::Printed => vk::SamplerAddressMode::CLAMP_TO_EDGE,
-        };
         Ok(Self {
             first: shade("shade 1", false, plain, kept)?,
             again: (settings.bounces == Bounces::All).then(|| shade("shade 1", true, &voxels, kept)).transpose()?,
@@ -94,7 +91,7 @@ impl Gi for Lighting {
             mips: Mips::new(context, own.passes, &voxels)?,
             relists: own.passes == Passes::Layered,
             volumes: FaceVolume::per_bounce(context, settings)?,
-            sampler: Sampler::new(context, vk::Filter::LINEAR, address)?,
+            sampler: Sampler::new(context, vk::Filter::LINEAR, own.address_mode())?,
             block: vk::upload(context, "cones", &[constants::Cones::new(own, settings.voxels)])?,
             constants,
         })

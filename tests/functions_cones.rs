@@ -11,6 +11,8 @@ use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, sett
 use glam::{Vec3, Vec4};
 use gpu::twins::cone::{self, Cone};
 use gpu::twins::directions::roughness_to_aperture;
+use gpu::twins::volume::{Level, Volume};
+use std::f32::consts::FRAC_1_SQRT_2;
 use twobounce::gi::cones::choices::{ConeSet, Form, RoughnessFit, Weights};
 use twobounce::settings::Settings;
 
@@ -25,6 +27,7 @@ fn variants() -> Vec<Settings> {
     variants.push(saturating("cones.set=g8", "cones.step=1.5"));
     variants.push(saturating("cones.set=g16", "cones.step=1"));
     variants.push(change("cones.step", "0.5"));
+    variants.push(gpu::with(variants[1].clone(), &["cones.wrap=repeat"]));
     let rows: [fn(&mut Settings); 9] = [
         |s| s.of.cones.ledger.d6 = Form::Printed,
         |s| s.of.cones.ledger.d10 = Form::Printed,
@@ -84,7 +87,7 @@ fn counted_steps_are_their_twins() {
             .map(|&(origin, direction)| {
                 let edge = EDGE as f32;
                 let cone = Cone { origin: origin / edge, direction, aperture: 0.1, start: 1.5 / edge, end: 10.0 };
-                u64::from(cone::trace_cone(&volume, &cone, &settings.of.cones).steps)
+                cone::trace_cone(&volume, &cone, &settings.of.cones).look_ups.len() as u64
             })
             .sum();
         // A cone whose last step lies within rounding of its end may take it or not: two cones of the 400.
@@ -126,6 +129,47 @@ fn shadow_cones_dim_as_their_twins_do() {
     }
 }
 
+/// PCG, by Jarzynski and Olano, as `glsl/common/jitter.glsl` has it.
+fn jitter(seed: [u32; 4]) -> f32 {
+    let mut s = seed.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    for (a, b, c) in [(0, 1, 3), (1, 2, 0), (2, 0, 1), (3, 1, 2)] {
+        s[a] = s[a].wrapping_add(s[b].wrapping_mul(s[c]));
+    }
+    let s = s.map(|v| v ^ v >> 16);
+    (s[0].wrapping_add(s[1].wrapping_mul(s[3])) >> 8) as f32 / 16_777_216.0
+}
+
+#[test]
+fn printed_shadow_cones_start_at_random_shares_of_a_step() {
+    let volume = random_volume();
+    let gpu = Gpu::new(&volume);
+    // Far enough inside for a start off the surface to be inside, too.
+    let (rays, edge): (Vec<_>, _) = (rays(200).iter().map(|(p, n)| (0.5 * *p + 4.0, *n)).collect(), EDGE as f32);
+    for settings in [Settings::printed(), Settings::corrected()] {
+        let settings = Settings { voxels: EDGE, ..settings };
+        let own = &settings.of.cones;
+        let to = |i: usize| rays[(i + 1) % rays.len()].0;
+        let input = |i: usize| Arguments::of(rays[i].0.extend(0.0), to(i).extend(0.0), rays[i].1.extend(0.0));
+        let inputs: Vec<_> = (0..rays.len()).map(input).collect();
+        let (mut moved, mut mean) = (0, 0.0);
+        for (i, out) in gpu.evaluate(Function::MethodShadow, &inputs, &settings).iter().enumerate() {
+            let (from, normal) = rays[i];
+            let [x, y, z] = std::array::from_fn(|k| from[k].to_bits() ^ normal[k].to_bits() ^ to(i)[k].to_bits());
+            let share = jitter([x, y, z, 0]);
+            let twin = |share| {
+                let aperture = 5f32.to_radians().tan();
+                cone::trace_shadow_cone(&volume, from / edge, normal, to(i) / edge, aperture, share, own)
+            };
+            // As above.
+            assert!((out.0[0][0] - twin(share)).abs() < 0.01, "ray {i}: {out:?} is not {}", twin(share));
+            moved += usize::from((twin(0.0) - twin(share)).abs() > 0.02);
+            mean += share / rays.len() as f32;
+        }
+        assert!(moved > 30, "{moved} of 200 are a test of little");
+        assert!((mean - 0.5).abs() < 0.06, "{mean}");
+    }
+}
+
 #[test]
 fn gathers_are_their_twins() {
     let volume = random_volume();
@@ -147,6 +191,30 @@ fn gathers_are_their_twins() {
             );
         }
     }
+}
+
+#[test]
+fn the_offset_moves_the_look_ups_and_not_their_width() {
+    // Every level's texels say which level they are, and that they were looked at; level 3's also how high they lie.
+    let level = |l: u32| -> Level {
+        let edge = 128 >> l;
+        let height = |i: u32| if l == 3 { (8 * (i / edge % edge) + 4) as f32 } else { 0.0 };
+        let texels: Vec<_> = (0..edge.pow(3)).map(|i| Vec4::new(l as f32, 1.0, height(i), 0.0)).collect();
+        std::array::from_fn(|_| texels.clone())
+    };
+    let volume = Volume::new((0..=7).map(level).collect());
+    let settings = Settings { voxels: 128, ..Settings::printed() };
+    let input = Arguments::of(Vec4::new(64.0, 40.0, 64.0, 0.0), Vec4::Y, Vec4::ZERO);
+    let gpu = Gpu::new(&volume).evaluate(Function::GatherDiffuse, &[input], &settings)[0].vec3(0);
+    let twin =
+        cone::gather_diffuse(&volume, Vec3::new(0.5, 40.0 / 128.0, 0.5), Vec3::Y, Vec3::ZERO, &settings.of.cones);
+    // By hand: diameters of 8, 24, 72 and 216 voxels, of which 128 is the chain's last level; 1 + 4/√2 voxels up, and from
+    // there 2.72 along a cone that stands upright or leans by 45°.
+    let levels = 3.0 + 24f32.log2() + 72f32.log2() + 7.0;
+    let height = 40.0 + 1.0 + 4.0 * FRAC_1_SQRT_2 + 2.72 * (0.28 + 0.72 * FRAC_1_SQRT_2);
+    // A driver may round the share of a level to 8 bits.
+    close(gpu.extend(0.0), Vec4::new(levels, 4.0, height, 0.0), 0.01, "the shader's sum");
+    close(twin.radiance.extend(0.0), Vec4::new(levels, 4.0, height, 0.0), 1e-3, "the twin's sum");
 }
 
 #[test]

@@ -30,6 +30,12 @@ const BLOCKER: [f64; 4] = [-0.3, 0.25, -0.2, 0.4];
 const SPOT_INNER: f64 = 0.2;
 const SPOT_OUTER: f64 = 0.45;
 
+/// Exact shadows over a grid of `voxels`³.
+fn exact(voxels: u32) -> Settings {
+    let settings = Settings { voxels, bounces: Bounces::One, ..Settings::corrected() };
+    gpu::with(settings, &["lights.shadows=rays", "cones.first_bounce_shadows=true"])
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Lamp {
     Point,
@@ -149,7 +155,7 @@ fn lights_and_shadows_are_the_closed_forms() {
     for lamp in [Lamp::Point, Lamp::Spot, Lamp::Directional] {
         for half in [Half::Opaque, Half::Hole, Half::Glass] {
             let scene = scene(lamp, half);
-            let settings = Settings { voxels: 32, bounces: Bounces::One, ..Settings::corrected() };
+            let settings = exact(32);
             let image = gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![Aov::Direct]).read();
             let direct = image.get(Aov::Direct).expect("asked for").to_vec();
             let truth = expected(lamp, half, &view);
@@ -177,7 +183,7 @@ fn the_cornell_box_has_the_path_traced_direct_light() {
     let scene = Scene::load(&folder.join("cornell-point.glb"), &LoadOptions::default()).expect("the scene loads");
     let (truth, _) = Layers::read_exr(&folder.join("direct.exr")).expect("the image is there");
     let view = scene.view(&scene.pose(None, 0.0), 0);
-    let settings = Settings { voxels: 32, bounces: Bounces::One, ..Settings::corrected() };
+    let settings = exact(32);
     // Twice the truth's size, averaged: sixteen samples for each of its pixels.
     let image = gpu::render_layers(&gpu::context(), &scene, &settings, 2 * truth.width, view, vec![Aov::Direct]).read();
     let direct = image.get(Aov::Direct).expect("asked for");
@@ -207,7 +213,7 @@ fn what_hangs_right_below_a_light_casts_its_shadow() {
     scene.add_light(LightKind::Point, Vec3::splat(3.0), DAffine3::from_translation(DVec3::Y * 2.0));
     let projection = Projection::Orthographic { half_height: HALF as f32, near: 0.01, far: 10.0 };
     let view = View { eye: DVec3::Y * 0.5, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
-    let settings = Settings { voxels: 32, bounces: Bounces::One, ..Settings::corrected() };
+    let settings = exact(32);
     let image = gpu::render_layers(&gpu::context(), &scene, &settings, 16, view, vec![Aov::Direct]).read();
     assert!(image.get(Aov::Direct).expect("asked for").iter().all(|p| *p == [0.0; 3]));
 }
@@ -219,7 +225,7 @@ fn veils_hide_what_lies_behind_them_in_any_order() {
     let expected = colors.iter().fold(Vec3::ZERO, |behind, color| 0.5 * behind + 0.5 * color);
     let projection = Projection::Orthographic { half_height: 0.5, near: 0.01, far: 10.0 };
     let view = View { eye: DVec3::Z * 5.0, forward: DVec3::NEG_Z, up: DVec3::Y, projection };
-    let settings = Settings { voxels: 16, bounces: Bounces::One, ..Settings::corrected() };
+    let settings = exact(16);
     for order in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
         let mut scene = Scene::empty("veils");
         for k in order {
@@ -260,7 +266,7 @@ fn light_close_to_one_of_many_lamps_is_even() {
     const EDGE: u32 = 32;
     let projection = Projection::Orthographic { half_height: HALF as f32, near: 0.01, far: 10.0 };
     let view = View { eye: DVec3::Y * 0.1, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
-    let settings = Settings { voxels: 32, bounces: Bounces::One, ..Settings::corrected() };
+    let settings = exact(32);
     let settings = gpu::with(settings, &["lights.lamps=sampled", "image.samples=1"]);
     let rendered = gpu::render_layers(&gpu::context(), &scene, &settings, EDGE, view, vec![Aov::Direct]).read();
     let at = |k: u32| (2.0 * f64::from(k) + 1.0) / f64::from(EDGE) - 1.0;
@@ -333,7 +339,7 @@ fn the_diffuse_layer_is_the_path_tracers() {
     // A stripe is four pixels wide.
     let size = 4 * STRIPES as u32;
     let view = View::look_at(DVec3::Z * 10.0, DVec3::ZERO, DVec3::Y, 2.0 * 0.4f32.atan());
-    let settings = Settings { voxels: 16, bounces: Bounces::One, ..Settings::corrected() };
+    let settings = exact(16);
     let aovs = [Aov::Depth, Aov::Diffuse];
     let image = gpu::render_layers(&gpu::context(), &scene, &settings, size, view, aovs.to_vec()).read();
     let truth = traced(&scene, &view, size, 256, &aovs);
@@ -361,7 +367,7 @@ fn metal_and_transmission_each_take_their_share_of_diffuse_light() {
     const SIZE: u32 = 8;
     let context = gpu::context();
     let view = View::look_at(DVec3::Z * 2.0, DVec3::ZERO, DVec3::Y, 0.1);
-    let settings = Settings { voxels: 16, bounces: Bounces::One, ..Settings::corrected() };
+    let settings = exact(16);
     for (metallic, transmission) in [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5), (0.25, 0.75), (0.5, 1.0)] {
         let mut scene = Scene::empty("a part metal, a part glass");
         // Light from the side that a smooth surface mirrors past the viewer: what is left is the diffuse part.

@@ -5,15 +5,16 @@ mod gpu;
 #[path = "common/scenes.rs"]
 mod scenes;
 
-use glam::{DVec3, IVec3, Vec3};
+use glam::{DAffine3, DVec3, IVec3, UVec3, Vec3, Vec4};
 use gpu::twins::mips::mip_level;
 use gpu::twins::shade::{Shaded, fill};
-use gpu::twins::volume::round_to_half;
+use gpu::twins::volume::{round_to_half, texel_index};
 use gpu::twins::voxelise::{Polygon, voxelise};
 use scenes::{Random, add, triangle};
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::FRAC_PI_2;
 use twobounce::gi::cones::choices::{Fill, Form};
-use twobounce::scene::{Material, Scene};
+use twobounce::scene::{LightKind, Material, Scene};
 use twobounce::settings::{Bounces, Settings};
 
 const EDGE: u32 = 16;
@@ -84,6 +85,49 @@ fn every_fill_is_its_twins() {
             seen += usize::from(!list.is_empty());
         }
         assert!(seen > 300, "{how}: {seen} voxels are a test of little");
+    }
+}
+
+/// Faces for travellers along +x, −x and +y, and the isotropic one, of a doubleSided wall in the plane x = 4.5 with its
+/// front to +x. A light from +x sends 3π, one from −x 2π; the albedo is ½, so that the front sends 1.5 and the back 1.
+#[test]
+fn a_wall_lit_on_both_sides_fills_by_hand() {
+    let mut scene = Scene::empty("a wall between two lights");
+    let corner = |y: f64, z: f64| DVec3::new(4.5, y, z);
+    let halves = [[(0.0, 0.0), (16.0, 0.0), (16.0, 16.0)], [(0.0, 0.0), (16.0, 16.0), (0.0, 16.0)]];
+    let halves = halves.map(|half| half.map(|(y, z)| corner(y, z)));
+    // White has no lobe but the diffuse one.
+    let white = Material {
+        base_color: Vec4::new(0.5, 0.5, 0.5, 1.0),
+        metallic: 0.0,
+        specular: 0.0,
+        double_sided: true,
+        ..Material::default()
+    };
+    add(&mut scene, &halves, white);
+    for (turn, strength) in [(FRAC_PI_2, 3.0), (-FRAC_PI_2, 2.0)] {
+        // A light shines along its node's −z.
+        let pose = DAffine3::from_rotation_y(turn);
+        scene.add_light(LightKind::Directional, Vec3::splat(strength * std::f32::consts::PI), pose);
+    }
+    let context = gpu::context();
+    for (how, expected) in [
+        (Fill::Uniform, [[1.5, 1.0]; 4]),
+        (Fill::Facing, [[1.0, 1.0], [1.5, 1.0], [0.0, 0.0], [1.25, 1.0]]),
+        (Fill::Coverage, [[1.0, 1.0], [1.5, 1.0], [0.0, 0.0], [1.25, 1.0]]),
+    ] {
+        for passes in ["cones.passes=layered", "cones.passes=cells"] {
+            let renderer = gpu::render(&context, &scene, &gpu::with(settings(how), &[passes]), 16);
+            let volume = gpu::volume(&context, &renderer.frame().method.volumes()[0]);
+            // Off the wall's diagonal, where one triangle is listed.
+            let at = texel_index(UVec3::new(4, 3, 12), EDGE);
+            for (target, [radiance, alpha]) in [0, 3, 1, 6].into_iter().zip(expected) {
+                let got = volume.levels()[0][target][at];
+                let expected = Vec3::splat(radiance * renderer.frame().scale).extend(alpha);
+                let near = (got - expected).abs().cmple(expected / 1024.0).all();
+                assert!(near, "{how} {passes} target {target}: {got} is not {expected}");
+            }
+        }
     }
 }
 

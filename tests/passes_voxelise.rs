@@ -7,6 +7,7 @@ mod gpu;
 mod scenes;
 
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 use std::io::Write;
 use std::path::Path;
 use std::process::Command;
@@ -14,7 +15,7 @@ use std::process::Command;
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use gpu::twins::dilate::outline;
 use gpu::twins::record::{in_voxels, record};
-use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise};
+use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise, voxelise_dilated};
 use scenes::{Random, add, triangle};
 use twobounce::ground::constants::{EDGE, HARDWARE};
 use twobounce::ground::layout::{GridPush, Triangle};
@@ -123,6 +124,45 @@ fn triangles_of_every_size_and_tilt_are_listed_exactly() {
     }
     let found = is_exact(&of_triangles(&triangles), &metre_grid(32));
     assert!(found.touching < 0.01, "{found:?}");
+}
+
+/// D30: the talk tests the dilated triangle.
+#[test]
+fn dilated_triangles_are_listed_where_their_twin_lists_them() {
+    let mut random = Random::new(4);
+    // Nearly equilateral, three voxels large, in every plane.
+    let mut triangle = || {
+        let (center, x) = (random.point() * 8.0 + 4.0, random.direction());
+        let y = x.cross(random.direction()).normalize();
+        [0.0, 2.0, 4.0].map(|k: f64| {
+            let (sin, cos) = (k * PI / 3.0 + 0.3 * random.unit()).sin_cos();
+            (center + 1.7 * (cos * x + sin * y)).as_vec3().as_dvec3()
+        })
+    };
+    let triangles: Vec<_> = (0..200).map(|_| triangle()).collect();
+    let (context, scene) = (gpu::context(), of_triangles(&triangles));
+    let renderer = gpu::render(&context, &scene, &gpu::with(metre_grid(16), &["cones.ledger.d30=printed"]), 16);
+    let found = gpu::listed_pairs(&context, &renderer);
+    let compared = compare_sets(&found, &voxelise_dilated(&triangles, 16));
+    assert_eq!((compared.recall, compared.precision), (1.0, 1.0), "{compared:?}");
+    assert!(compared.touching < 0.1, "{compared:?}");
+    // The triangles themselves are listed as before, and so is a third as much again.
+    let exact = voxelise(&triangles, 16);
+    assert_eq!(compare_sets(&found, &exact).recall, 1.0);
+    assert!(found.len() > 4 * exact.certain.len() / 3, "{} of {}", found.len(), exact.certain.len());
+}
+
+/// The ledger's row says how much longer the lists of a scene are that has triangles smaller than a voxel.
+#[test]
+fn the_gallerys_dilated_lists_are_twice_as_long() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
+    let (context, scene) = (gpu::context(), Scene::load(&path, &LoadOptions::default()).expect("the gallery"));
+    let listed = |form| gpu::listed_pairs(&context, &gpu::render(&context, &scene, &gpu::with(cells(32), &[form]), 16));
+    let [exact, dilated] = ["cones.ledger.d30=right", "cones.ledger.d30=printed"].map(listed);
+    let held: BTreeSet<_> = dilated.iter().collect();
+    assert!(exact.iter().all(|pair| held.contains(pair)));
+    let ratio = dilated.len() as f64 / exact.len() as f64;
+    assert!((2.2..2.25).contains(&ratio), "{ratio}");
 }
 
 #[test]

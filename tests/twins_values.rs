@@ -83,10 +83,18 @@ mod shade {
     #[test]
     fn two_sides_keep_their_own_light() {
         let leaf = Shaded { back: Some(BLUE), opacity: 0.5, ..WALL };
-        let uniform = fill(&[leaf], Fill::Uniform);
-        assert_eq!((uniform[3], uniform[0]), ((0.5 * RED).extend(0.5), (0.5 * BLUE).extend(0.5)));
-        assert_eq!(uniform[6], (0.25 * (RED + BLUE)).extend(0.5));
+        let facing = fill(&[leaf], Fill::Facing);
+        assert_eq!((facing[3], facing[0]), ((0.5 * RED).extend(0.5), (0.5 * BLUE).extend(0.5)));
+        assert_eq!(facing[6], (0.25 * (RED + BLUE)).extend(0.5));
         assert_eq!(fill(&[leaf], Fill::Coverage)[0], (0.25 * BLUE).extend(0.25));
+    }
+
+    #[test]
+    fn uniform_is_one_colour_all_round() {
+        let leaf = Shaded { back: Some(BLUE), opacity: 0.5, ..WALL };
+        assert_eq!(fill(&[leaf], Fill::Uniform), [(0.5 * RED).extend(0.5); 7]);
+        let floor = Shaded { normal: Vec3::Y, front: BLUE, opacity: 0.0, ..leaf };
+        assert_eq!(fill(&[leaf, floor, WALL], Fill::Uniform), [(0.5 * RED).extend(0.5); 7]);
     }
 
     #[test]
@@ -106,7 +114,7 @@ mod shade {
 mod volume {
     use crate::twins::volume::*;
     use glam::*;
-    use twobounce::gi::cones::choices::Form;
+    use twobounce::vk::SamplerAddressMode;
 
     /// A 2³ chain whose level-0 target 0 is x, and whose level 1 is 5.
     fn ramp() -> Volume {
@@ -122,17 +130,18 @@ mod volume {
     #[test]
     fn sampling_is_linear_in_space_and_in_level() {
         let v = ramp();
-        let at = |x, level| v.sample(0, Vec3::new(x, 0.5, 0.5), level, Form::Printed).x;
+        let at = |x, level| v.sample(0, Vec3::new(x, 0.5, 0.5), level, SamplerAddressMode::CLAMP_TO_EDGE).x;
         assert_eq!([at(0.25, 0.0), at(0.5, 0.0), at(0.75, 0.0)], [0.0, 0.5, 1.0]);
         assert_eq!([at(0.5, 0.5), at(0.5, 1.0), at(0.5, 9.0)], [2.75, 5.0, 5.0]);
     }
 
     #[test]
-    fn beyond_the_border_is_the_edge_or_nothing() {
+    fn beyond_the_border_is_the_edge_or_nothing_or_the_grid_again() {
         let v = ramp();
-        let at = |x, border| v.sample(0, Vec3::new(x, 0.5, 0.5), 0.0, border).x;
-        assert_eq!([at(1.0, Form::Printed), at(1.0, Form::Right)], [1.0, 0.5]);
-        assert_eq!([at(3.0, Form::Printed), at(3.0, Form::Right)], [1.0, 0.0]);
+        let at = |border| [1.0, 3.0].map(|x| v.sample(0, Vec3::new(x, 0.5, 0.5), 0.0, border).x);
+        assert_eq!(at(SamplerAddressMode::CLAMP_TO_EDGE), [1.0, 1.0]);
+        assert_eq!(at(SamplerAddressMode::CLAMP_TO_BORDER), [0.5, 0.0]);
+        assert_eq!(at(SamplerAddressMode::REPEAT), [0.5, 0.5]);
     }
 
     #[test]

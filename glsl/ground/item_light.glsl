@@ -1,6 +1,6 @@
 // What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks up.
 // The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
-// voxel's middle stands for it), and with `const bool LIGHTS_CLEAR_ITEMS` whether items are lit that fill nothing.
+// voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
 
 #include "ground/brdf.glsl"
 #include "common/clip.glsl"
@@ -85,8 +85,8 @@ ItemLight light_item(uint index, Triangle t, uvec3 voxel) {
     }
     Surface s = evaluate_surface(t, vec3(1.0 - bc.x - bc.y, bc), voxel_footprint(t), false);
     float opacity = s.opacity * (1.0 - s.transmission);
-    bool fills = LIGHTS_CLEAR_ITEMS || opacity * area > 0.0;
-    bool two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+    bool fills = LIGHTS_FRONTS || opacity * area > 0.0;
+    bool two_sided = !LIGHTS_FRONTS && (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
     vec3 front = vec3(0.0);
     vec3 back = vec3(0.0);
     for (uint side = 0u; side < (fills ? two_sided ? 2u : 1u : 0u); side++) {

@@ -1,7 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Voxelise: a pixel is a column of voxels. Every voxel of the column that the triangle touches gets it into its list.
+//! with DILATED
+// Voxelise: a pixel is a column of voxels. Every voxel of the column that the triangle touches gets it into its list; with
+// DILATED, that the dilated triangle touches.
 
 #include "ground/layout.glsl"
 #include "ground/constants.glsl"
@@ -12,6 +14,9 @@
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_axis;
 layout(location = 2) flat in vec3 in_normal;
+#ifdef DILATED
+layout(location = 3) flat in vec3 in_dilated[4];
+#endif
 
 layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
@@ -44,18 +49,26 @@ void append(uvec3 voxel) {
 }
 
 void main() {
+#ifdef DILATED
+    vec3 a = in_dilated[0];
+    vec3 b = in_dilated[1];
+    vec3 c = in_dilated[2];
+    vec3 d = in_dilated[3];
+#else
     COUNT(CORNERS, 3u);
     vec3 a = in_grid(triangles[in_triangle].vertices[0].position);
     vec3 b = in_grid(triangles[in_triangle].vertices[1].position);
     vec3 c = in_grid(triangles[in_triangle].vertices[2].position);
+    vec3 d = c;
+#endif
     uint u = (in_axis + 1u) % 3u;
     uint v = (in_axis + 2u) % 3u;
     vec2 pixel = floor(gl_FragCoord.xy);
     vec2 middle = pixel + 0.5;
 
     // Where the plane crosses the column, within the triangle's own depth. The dominant axis keeps the slope below 1.
-    float depth_low = min(a[in_axis], min(b[in_axis], c[in_axis]));
-    float depth_high = max(a[in_axis], max(b[in_axis], c[in_axis]));
+    float depth_low = min(min(a[in_axis], b[in_axis]), min(c[in_axis], d[in_axis]));
+    float depth_high = max(max(a[in_axis], b[in_axis]), max(c[in_axis], d[in_axis]));
     vec2 slope = vec2(in_normal[u], in_normal[v]) / in_normal[in_axis];
     float depth = a[in_axis] - dot(slope, middle - vec2(a[u], a[v]));
     float spread = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01; // a hundredth of a voxel for rounding: the exact test follows
@@ -67,7 +80,11 @@ void main() {
         voxel[u] = uint(pixel.x);
         voxel[v] = uint(pixel.y);
         voxel[in_axis] = uint(k);
-        if (triangle_touches_voxel(a, b, c, in_normal, vec3(voxel) + 0.5)) {
+        bool touches = triangle_touches_voxel(a, b, c, in_normal, vec3(voxel) + 0.5);
+#ifdef DILATED
+        touches = touches || triangle_touches_voxel(b, c, d, in_normal, vec3(voxel) + 0.5);
+#endif
+        if (touches) {
             append(voxel);
         }
     }

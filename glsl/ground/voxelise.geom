@@ -1,8 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+//! with DILATED
 // Voxelise: projects on the dominant axis and dilates by half a pixel, so that every pixel that the triangle
 // touches gets a fragment. Too many do: the fragment shader tests each voxel exactly. Where the hardware rasterises
-// conservatively, dilating makes room for its snapping alone.
+// conservatively, dilating makes room for its snapping alone. With DILATED the fragment shader tests what was dilated, as in the
+// talk, and is handed that.
 
 #include "ground/constants.glsl"
 #include "common/triangle_box.glsl"
@@ -16,6 +18,9 @@ layout(location = 1) flat in uint in_triangle[];
 layout(location = 0) flat out uint out_triangle;
 layout(location = 1) flat out uint out_axis;
 layout(location = 2) flat out vec3 out_normal;
+#ifdef DILATED
+layout(location = 3) flat out vec3 out_dilated[4]; // a strip in the triangle's plane
+#endif
 
 layout(constant_id = 11) const uint HARDWARE = 0u; // 1: every touched pixel gets a fragment as it is
 
@@ -26,12 +31,33 @@ const float DILATION = HARDWARE != 0u ? 0.01 : 0.51;
 vec3 normal;
 uint axis;
 
-void emit(vec2 pixel) {
-    gl_Position = vec4(pixel * (2.0 / float(EDGE)) - 1.0, 0.5, 1.0);
-    out_triangle = in_triangle[0];
-    out_axis = axis;
-    out_normal = normal;
-    EmitVertex();
+#ifdef DILATED
+vec3 in_plane(vec2 pixel) {
+    uint u = (axis + 1u) % 3u;
+    uint v = (axis + 2u) % 3u;
+    vec3 p = in_position[0];
+    p[axis] -= dot(vec2(normal[u], normal[v]) / normal[axis], pixel - vec2(p[u], p[v]));
+    p[u] = pixel.x;
+    p[v] = pixel.y;
+    return p;
+}
+#endif
+
+// A strip of three or four corners.
+void emit(vec2 corners[4], int count) {
+    for (int i = 0; i < count; i++) {
+        gl_Position = vec4(corners[i] * (2.0 / float(EDGE)) - 1.0, 0.5, 1.0);
+        out_triangle = in_triangle[0];
+        out_axis = axis;
+        out_normal = normal;
+#ifdef DILATED
+        for (int k = 0; k < 4; k++) {
+            out_dilated[k] = in_plane(corners[min(k, count - 1)]);
+        }
+#endif
+        EmitVertex();
+    }
+    EndPrimitive();
 }
 
 // Half the width of the pixel square across a unit direction.
@@ -87,7 +113,7 @@ void main() {
         outward[i] = vec2(edge.y, -edge.x) / max(l, 1e-20);
         offset[i] = dot(outward[i], p[i]) + support(outward[i]);
     }
-    vec2 corner[3];
+    vec2 corner[4];
     for (int i = 0; i < 3; i++) {
         int j = (i + 2) % 3;
         float det = cross2(outward[j], outward[i]);
@@ -96,19 +122,12 @@ void main() {
     }
     float triangle_area = 0.5 * cross2(corner[1] - corner[0], corner[2] - corner[0]);
     if (good && triangle_area > 0.0 && triangle_area < box_area) {
-        for (int i = 0; i < 3; i++) {
-            emit(corner[i]);
-        }
+        emit(corner, 3);
     } else if (HARDWARE != 0u) {
         // The box in one triangle: of two, both would touch the pixels along their common edge.
-        emit(along * a0 + across * c0);
-        emit(along * (2.0 * a1 - a0) + across * c0);
-        emit(along * a0 + across * (2.0 * c1 - c0));
+        vec2 last = along * a0 + across * (2.0 * c1 - c0);
+        emit(vec2[4](along * a0 + across * c0, along * (2.0 * a1 - a0) + across * c0, last, last), 3);
     } else {
-        emit(along * a0 + across * c0);
-        emit(along * a1 + across * c0);
-        emit(along * a0 + across * c1);
-        emit(along * a1 + across * c1);
+        emit(vec2[4](along * a0 + across * c0, along * a1 + across * c0, along * a0 + across * c1, along * a1 + across * c1), 4);
     }
-    EndPrimitive();
 }

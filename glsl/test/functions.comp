@@ -76,6 +76,12 @@ Arguments evaluate(Arguments x) {
         y.a.w = lobe_masking(x.a.w, x.a.z);
     } else if (FUNCTION == 14u) {
         y.a.x = diffuse_share(brightest(x.b.xyz), x.b.w, x.a.x);
+    } else if (FUNCTION == 15u) {
+        Light light;
+        light.kind = LIGHT_POINT;
+        light.position = x.b.xyz;
+        light.radius = 0.0;
+        y.a.x = method_shadow(light, sample_light(light, x.a.xyz, 1.0), x.a.xyz, x.c.xyz);
     }
     return y;
 }

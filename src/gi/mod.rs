@@ -117,8 +117,10 @@ pub trait Gi: Send {
 /// What a method asks of the ground. The ground makes nothing that is not asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wants {
-    /// The lists of the base grid.
+    /// The lists of the base grid,
     pub lists: bool,
+    /// of what the dilated triangles touch: more than the triangles do.
+    pub dilated: bool,
     /// Exact rays through them.
     pub rays: bool,
     /// Lists of its occupied cells, level by level.

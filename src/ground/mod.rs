@@ -149,7 +149,10 @@ impl Ground {
             let constants = constants_of(place.edge, wants.alike);
             lists.push(Lists::new(context, place, &wants, *capacity)?);
             makers.push(ListMakers {
-                voxelise: wants.lists.then(|| Voxelise::new(context, &constants, *conservative)).transpose()?,
+                voxelise: wants
+                    .lists
+                    .then(|| Voxelise::new(context, &constants, *conservative, wants.dilated))
+                    .transpose()?,
                 clearance: wants.rays.then(|| Clearance::new(context, &constants)).transpose()?,
                 cells: wants.cells.then(|| Cells::new(context, &constants)).transpose()?,
             });

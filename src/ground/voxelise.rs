@@ -17,10 +17,24 @@ pub struct Voxelise {
 }
 
 impl Voxelise {
+    /// `dilated`: lists what the dilated triangles touch, as in the talk.
+    ///
     /// # Errors
     /// The hardware is to rasterise conservatively and cannot.
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], conservative: Conservative) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        constants: &[(u32, u32)],
+        conservative: Conservative,
+        dilated: bool,
+    ) -> Result<Self> {
         let hardware = conservative == Conservative::Hardware;
+        if hardware && dilated {
+            return Err(Error::Usage(
+                "grid.conservative = hardware lists what triangles touch, but the method asks for what dilated ones touch: set \
+                 grid.conservative to geometry-shader"
+                    .into(),
+            ));
+        }
         if hardware && !context.conservative_rasterization {
             return Err(Error::Device(format!(
                 "grid.conservative = hardware needs VK_EXT_conservative_rasterization, which {} does not offer: set \
@@ -28,11 +42,16 @@ impl Voxelise {
                 context.name
             )));
         }
+        let [geometry, fragment] = if dilated {
+            ["ground/voxelise.geom DILATED", "ground/voxelise.frag DILATED"]
+        } else {
+            ["ground/voxelise.geom", "ground/voxelise.frag"]
+        };
         let desc = RasterDesc {
             label: "voxelise",
             vertex: "ground/voxelise.vert",
-            geometry: Some("ground/voxelise.geom"),
-            fragment: Some("ground/voxelise.frag"),
+            geometry: Some(geometry),
+            fragment: Some(fragment),
             constants: &with(constants.to_vec(), &[(HARDWARE, u32::from(hardware))]),
             conservative: hardware,
             ..Default::default()

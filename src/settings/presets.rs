@@ -61,19 +61,19 @@ impl Settings {
         cones
     }
 
-    /// The talk, every row of the ledger right.
-    pub fn corrected() -> Self {
-        let mut corrected = Self::cones();
-        corrected.lights.lamps = LampLight::Gathered;
-        corrected.of.cones = cones::Settings::corrected();
-        corrected
-    }
-
     /// The talk as printed, where it can run.
     pub fn printed() -> Self {
-        let mut printed = Self::corrected();
+        let mut printed = Self::cones();
         printed.lights.shadows = Shadows::Method;
+        printed.lights.lamps = LampLight::Gathered;
         printed.of.cones = cones::Settings::printed();
         printed
+    }
+
+    /// The same, every row of the ledger right.
+    pub fn corrected() -> Self {
+        let mut corrected = Self::printed();
+        corrected.of.cones = cones::Settings::corrected();
+        corrected
     }
 }

@@ -14,7 +14,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("exit_margin", "cones.exit_margin"),
     ("roughness_fit", "cones.roughness_fit"),
     ("first_bounce_shadows", "cones.first_bounce_shadows"),
-    ("jitter", "cones.jitter"),
+    ("jitter", "cones.jitter, and cones.shadow_jitter"),
     ("lists", "cones.passes"),
     ("shading", "cones.passes"),
     ("mips", "cones.passes"),

@@ -40,6 +40,7 @@ pub enum Function {
     InterleavedShift,
     VisibleNormal,
     DiffuseShare,
+    MethodShadow,
 }
 
 /// Three vectors in, three out.
@@ -75,15 +76,16 @@ impl Gpu {
     }
 
     pub fn on(context: Arc<Context>, volume: &Volume) -> Self {
+        let edge = volume.edge();
         let face = |k: usize| {
             let desc = ImageDesc {
                 label: "face",
                 dim: ImageDim::D3,
                 format: Format::R16G16B16A16_SFLOAT,
-                width: EDGE,
-                height: EDGE,
-                depth_or_layers: EDGE,
-                mips: EDGE.ilog2() + 1,
+                width: edge,
+                height: edge,
+                depth_or_layers: edge,
+                mips: edge.ilog2() + 1,
                 samples: 1,
                 usage: ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_DST,
                 ..Default::default()
@@ -123,15 +125,11 @@ impl Gpu {
         let desc = ComputeDesc { label: "functions", shader: "test/functions.comp", constants: &constants };
         let pipeline = Compute::new(c, &desc).expect("a pipeline");
         let frame = layout::Frame { scale: 4.0, sky: [0.25, 0.5, 1.0], ..Zeroable::zeroed() };
-        let cones = upload(c, "cones", &[Cones::new(&settings.of.cones)]).expect("an upload");
+        let cones = upload(c, "cones", &[Cones::new(&settings.of.cones, settings.voxels)]).expect("an upload");
         let frame = upload(c, "frame", &[frame]).expect("an upload");
         let input = upload(c, "inputs", inputs).expect("an upload");
         let output = upload(c, "outputs", &vec![Arguments([[f32::MAX; 4]; 3]); inputs.len()]).expect("an upload");
-        let address = match settings.of.cones.ledger.d11 {
-            Form::Printed => SamplerAddressMode::CLAMP_TO_EDGE,
-            Form::Right => SamplerAddressMode::CLAMP_TO_BORDER,
-        };
-        let sampler = Sampler::new(c, Filter::LINEAR, address).expect("a sampler");
+        let sampler = Sampler::new(c, Filter::LINEAR, settings.of.cones.address_mode()).expect("a sampler");
         let names = ["volume_0", "volume_1", "volume_2", "volume_3", "volume_4", "volume_5", "volume_6"];
         let mut binds: Vec<Bind> =
             names.iter().zip(&self.faces).map(|(name, face)| Bind::image(name, face.view(), &sampler)).collect();

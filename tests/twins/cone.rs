@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use super::directions::{cone_set, tangent_frame};
+use super::directions::{SetCone, cone_set, tangent_frame};
 use super::volume::{ISOTROPIC, Volume};
 use twobounce::gi::cones::choices::{Blend, Form, Weights};
 use twobounce::gi::cones::{Ledger, Settings};
@@ -12,7 +12,7 @@ pub const OPAQUE: f32 = 0.995;
 /// Largest alpha that has an optical depth: −ln(1 − 0.9999) = 9.2.
 pub const MAX_ALPHA: f32 = 0.9999;
 /// No cone takes more steps (D18).
-pub const MAX_STEPS: u32 = 2048;
+pub const MAX_STEPS: usize = 2048;
 
 /// A cone in volume space.
 #[derive(Clone, Copy, Debug)]
@@ -29,11 +29,12 @@ pub struct Cone {
 }
 
 /// What a cone met.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Traced {
     /// Premultiplied radiance, and alpha.
     pub value: Vec4,
-    pub steps: u32,
+    /// Distance from the cone's origin and mip level of every step.
+    pub look_ups: Vec<[f32; 2]>,
 }
 
 /// How much each of the three facing volumes counts: d² (sums to 1), |d| over its sum, or |d| (sums to 1…√3).
@@ -98,7 +99,7 @@ fn sample_volume(
     let w = direction_weights(direction, s.weights).to_array();
     let d = direction.to_array();
     let faces: [Vec4; 3] = std::array::from_fn(|axis| {
-        volume.sample(if d[axis] < 0.0 { axis + 3 } else { axis }, position, level, s.ledger.d11)
+        volume.sample(if d[axis] < 0.0 { axis + 3 } else { axis }, position, level, s.address_mode())
     });
     if s.weights == Weights::Extinction {
         let depth = |axis: usize| -w[axis] * (1.0 - faces[axis].w.clamp(0.0, MAX_ALPHA)).ln();
@@ -122,8 +123,8 @@ fn sample_volume(
 pub fn trace_cone(volume: &Volume, cone: &Cone, s: &Settings) -> Traced {
     let (edge, end) = (volume.edge(), reach(cone, &s.ledger));
     let voxel = 1.0 / edge as f32;
-    let (mut value, mut steps, mut distance) = (Vec4::ZERO, 0, cone.start);
-    while value.w < stop_alpha(s.ledger.d18) && steps < MAX_STEPS {
+    let (mut value, mut look_ups, mut distance) = (Vec4::ZERO, vec![], cone.start);
+    while value.w < stop_alpha(s.ledger.d18) && look_ups.len() < MAX_STEPS {
         let diameter = cone_diameter(cone.aperture, distance, edge, s.ledger.d17);
         // A sum goes on until the last wall, cut by the border, is met whole.
         let margin = if s.blend == Blend::Sum { 0.5 * voxel + (s.exit_margin * diameter).min(0.125) } else { 0.0 };
@@ -138,10 +139,10 @@ pub fn trace_cone(volume: &Volume, cone: &Cone, s: &Settings) -> Traced {
         } else {
             value += (1.0 - value.w) * sample_volume(volume, position, cone.direction, level, s.step, s);
         }
+        look_ups.push([distance, level]);
         distance += diameter.max(voxel) * s.step;
-        steps += 1;
     }
-    Traced { value: value.max(Vec4::ZERO), steps }
+    Traced { value: value.max(Vec4::ZERO), look_ups }
 }
 
 /// What of a light at `to` reaches `from`, 1 is all of it. The cone starts off the surface as [`Settings::start`] says;
@@ -193,7 +194,7 @@ fn shadow_sample(volume: &Volume, position: Vec3, direction: Vec3, diameter: f32
     if ledger.d15 == Form::Right {
         return sample_volume(volume, position, direction, level, in_edges, s).w.clamp(0.0, 1.0);
     }
-    opacity_correction(volume.sample(ISOTROPIC, position, level, ledger.d11).w.clamp(0.0, 1.0), in_edges)
+    opacity_correction(volume.sample(ISOTROPIC, position, level, s.address_mode()).w.clamp(0.0, 1.0), in_edges)
 }
 
 /// Light gathered over the hemisphere.
@@ -205,20 +206,30 @@ pub struct Gathered {
     pub open: f32,
 }
 
-/// The set of diffuse cones around `normal`; the sky shines through what alpha they leave (D21 printed: it does not).
-pub fn gather_diffuse(volume: &Volume, from: Vec3, normal: Vec3, sky: Vec3, s: &Settings) -> Gathered {
-    let voxel = 1.0 / volume.edge() as f32;
-    let origin = from + normal * (s.start.diffuse_normal * voxel);
+/// The set of diffuse cones around `normal` in a grid of `edge`³, each with its weight. The offset moves a cone's origin, and
+/// not how wide it is where it starts. D19 printed: it is a share of the cube, the one that its voxels are of 128.
+pub fn diffuse_cones(from: Vec3, normal: Vec3, edge: u32, s: &Settings) -> Vec<(Cone, f32)> {
+    let voxel = 1.0 / edge as f32;
+    let offset = s.start.diffuse_offset * if s.ledger.d19 == Form::Printed { 1.0 / 128.0 } else { voxel };
     let frame = tangent_frame(normal, s.ledger.d22);
+    let cone = |c: SetCone| {
+        let direction = frame * c.direction;
+        let origin = from + normal * (s.start.diffuse_normal * voxel) + direction * offset;
+        let start = s.start.diffuse_along * voxel;
+        (Cone { origin, direction, aperture: c.aperture * s.aperture, start, end: 2.0 }, c.weight)
+    };
+    cone_set(s.set, s.ledger.d6, s.ledger.d26).into_iter().map(cone).collect()
+}
+
+/// What they gather; the sky shines through what alpha they leave (D21 printed: it does not).
+pub fn gather_diffuse(volume: &Volume, from: Vec3, normal: Vec3, sky: Vec3, s: &Settings) -> Gathered {
     let mut sum = Gathered { radiance: Vec3::ZERO, open: 0.0 };
-    for c in cone_set(s.set, s.ledger.d6, s.ledger.d26) {
-        let (direction, start) = (frame * c.direction, s.start.diffuse_along * voxel);
-        let cone = Cone { origin, direction, aperture: c.aperture * s.aperture, start, end: 2.0 };
+    for (cone, weight) in diffuse_cones(from, normal, volume.edge(), s) {
         let hit = trace_cone(volume, &cone, s).value;
         let open = (1.0 - hit.w).max(0.0);
         let sky = if s.ledger.d21 == Form::Printed { Vec3::ZERO } else { sky * open };
-        sum.radiance += c.weight * (hit.truncate() + sky);
-        sum.open += c.weight * open;
+        sum.radiance += weight * (hit.truncate() + sky);
+        sum.open += weight * open;
     }
     sum
 }

@@ -35,7 +35,7 @@ impl Shaded {
 /// Premultiplied radiance and alpha of the seven targets (+x +y +z −x −y −z travel, isotropic) of one voxel.
 pub fn fill(triangles: &[Shaded], how: Fill) -> [Vec4; TARGETS] {
     let target = |e: Option<Vec3>| match how {
-        Fill::Uniform => uniform(triangles, e),
+        Fill::Uniform => uniform(triangles),
         Fill::Facing => blend(triangles.iter().map(|t| weighted(t, e, t.opacity))),
         Fill::Sided => blend(triangles.iter().map(|t| sided(t, e))),
         Fill::Coverage => blend(triangles.iter().map(|t| weighted(t, e, t.opacity * t.area))),
@@ -43,14 +43,9 @@ pub fn fill(triangles: &[Shaded], how: Fill) -> [Vec4; TARGETS] {
     std::array::from_fn(|k| target(TRAVEL.get(k).copied()))
 }
 
-/// The plain average over triangles of the side that looks at the traveller; single-sided triangles show their front all
-/// round. The isotropic target averages each triangle's sides first.
-fn uniform(triangles: &[Shaded], travel: Option<Vec3>) -> Vec4 {
-    let radiance = |t: &Shaded| match (travel, t.back) {
-        (Some(e), Some(_)) => t.seen(e),
-        _ => t.mean(),
-    };
-    let sum: Vec4 = triangles.iter().map(|t| (t.opacity * radiance(t)).extend(t.opacity)).sum();
+/// The plain average over triangles of what their fronts send, whatever their sides and their area.
+fn uniform(triangles: &[Shaded]) -> Vec4 {
+    let sum: Vec4 = triangles.iter().map(|t| (t.opacity * t.front).extend(t.opacity)).sum();
     sum / triangles.len().max(1) as f32
 }
 

@@ -3,7 +3,7 @@
 use glam::{IVec3, UVec3, Vec3, Vec4};
 use half::f16;
 
-use twobounce::gi::cones::choices::Form;
+use twobounce::vk::SamplerAddressMode;
 
 /// Targets of a volume: what a cone travelling along +x +y +z −x −y −z sees, and the isotropic one.
 pub const TARGETS: usize = 7;
@@ -51,12 +51,14 @@ impl Volume {
         &self.levels
     }
 
-    /// One texel; transparent black beyond the grid where `border` is right, the nearest edge texel where it is printed
-    /// (D11: the listing leaves the bounds test out).
-    pub fn fetch(&self, level: usize, target: usize, texel: IVec3, border: Form) -> Vec4 {
+    /// One texel; beyond the grid what `border` says: nothing, the nearest edge texel, or the grid again (D11).
+    pub fn fetch(&self, level: usize, target: usize, texel: IVec3, border: SamplerAddressMode) -> Vec4 {
         let edge = (self.edge >> level) as i32;
-        let inside = texel.clamp(IVec3::ZERO, IVec3::splat(edge - 1));
-        if border == Form::Right && inside != texel {
+        let inside = match border {
+            SamplerAddressMode::REPEAT => texel.rem_euclid(IVec3::splat(edge)),
+            _ => texel.clamp(IVec3::ZERO, IVec3::splat(edge - 1)),
+        };
+        if border == SamplerAddressMode::CLAMP_TO_BORDER && inside != texel {
             return Vec4::ZERO;
         }
         self.levels[level][target][texel_index(inside.as_uvec3(), edge as u32)]
@@ -64,7 +66,7 @@ impl Volume {
 
     /// Linear in space and in level, as `textureLod` with a linear sampler. `position` in `[0, 1]³`, `level` is clamped to
     /// the chain.
-    pub fn sample(&self, target: usize, position: Vec3, level: f32, border: Form) -> Vec4 {
+    pub fn sample(&self, target: usize, position: Vec3, level: f32, border: SamplerAddressMode) -> Vec4 {
         let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
         let (lower, fraction) = (level.floor(), level.fract());
         let near = self.sample_level(lower as usize, target, position, border);
@@ -74,7 +76,7 @@ impl Volume {
         near.lerp(self.sample_level(lower as usize + 1, target, position, border), fraction)
     }
 
-    fn sample_level(&self, level: usize, target: usize, position: Vec3, border: Form) -> Vec4 {
+    fn sample_level(&self, level: usize, target: usize, position: Vec3, border: SamplerAddressMode) -> Vec4 {
         let p = position * (self.edge >> level) as f32 - 0.5;
         let (base, f) = (p.floor().as_ivec3(), p - p.floor());
         let mut sum = Vec4::ZERO;

@@ -3,7 +3,7 @@
 //! The pass tests separating axes; this clips the triangle against the voxel's six planes (Sutherland and Hodgman 1974) and
 //! asks whether anything is left. Triangles and boxes are closed: touching counts. Positions are in voxels.
 
-use glam::{DVec3, IVec3};
+use glam::{DVec2, DVec3, IVec3, UVec3};
 use rayon::prelude::*;
 
 /// A voxel (its [`texel index`](super::volume::texel_index)) and a triangle (its place in the list).
@@ -141,6 +141,63 @@ fn descend(triangle: &[DVec3; 3], index: u32, [min, max]: [IVec3; 2], edge: u32,
     high_min[axis] = low_max[axis];
     descend(triangle, index, [min, low_max], edge, pairs);
     descend(triangle, index, [high_min, max], edge, pairs);
+}
+
+/// How far a triangle is dilated, in voxels: half a pixel, and a hundredth for the rasteriser's snapping.
+pub const DILATION: f64 = 0.51;
+
+/// The triangle, seen along its dominant axis, with each edge moved outwards by `by` times the pixel's width across it; its
+/// corners stay in its plane.
+fn dilated(triangle: &[DVec3; 3], axis: usize, by: f64) -> [DVec3; 3] {
+    let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+    let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    let line = |i: usize| {
+        let edge = triangle[(i + 1) % 3] - triangle[i];
+        let out = DVec2::new(edge[v], -edge[u]) * normal[axis].signum();
+        (out, out.dot(DVec2::new(triangle[i][u], triangle[i][v])) + by * out.abs().element_sum())
+    };
+    std::array::from_fn(|i| {
+        let ((a, c), (b, d)) = (line((i + 2) % 3), line(i));
+        let corner = DVec2::new(c * b.y - d * a.y, d * a.x - c * b.x) / a.perp_dot(b);
+        let mut p = triangle[0];
+        p[axis] -= (normal[u] * (corner.x - p[u]) + normal[v] * (corner.y - p[v])) / normal[axis];
+        (p[u], p[v]) = (corner.x, corner.y);
+        p
+    })
+}
+
+/// Every voxel that a dilated triangle meets and whose column's middle it covers: what a pixel shader finds that is called
+/// for those columns and tests the dilated triangle. For triangles without sharp angles, which the pass boxes instead.
+pub fn voxelise_dilated(triangles: &[[DVec3; 3]], edge: u32) -> VoxelPairs {
+    let mut pairs = VoxelPairs::default();
+    for (index, triangle) in triangles.iter().enumerate() {
+        let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).abs();
+        let axis = normal.max_position();
+        let lists = |voxel: IVec3, slack: f64| {
+            let t = dilated(triangle, axis, DILATION + slack);
+            let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+            let side = |i: usize| {
+                let (a, b) = (t[i], t[(i + 1) % 3]);
+                let m = voxel.as_dvec3() + 0.5;
+                (b[u] - a[u]) * (m[v] - a[v]) - (b[v] - a[v]) * (m[u] - a[u])
+            };
+            let sides = [side(0), side(1), side(2)];
+            let covers = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
+            covers && !Polygon::clipped(&t, voxel.as_dvec3() - slack, voxel.as_dvec3() + 1.0 + slack).corners.is_empty()
+        };
+        for voxel in 0..edge.pow(3) {
+            let at = UVec3::new(voxel % edge, voxel / edge % edge, voxel / edge / edge).as_ivec3();
+            // The rasteriser snaps corners to 1/256 pixel.
+            if lists(at, -0.01) {
+                pairs.certain.push((voxel, index as u32));
+            } else if lists(at, 0.01) {
+                pairs.touching.push((voxel, index as u32));
+            }
+        }
+    }
+    pairs.certain.sort_unstable();
+    pairs.touching.sort_unstable();
+    pairs
 }
 
 /// Compares found pairs (any order, no duplicates expected: a duplicate counts against precision) with the exact set.

@@ -10,7 +10,7 @@ layout(constant_id = 35) const uint WEIGHTS = 0u;
 layout(constant_id = 36) const uint BLEND = 0u; // 0: over, 1: sum
 layout(constant_id = 37) const uint ROUGHNESS_FIT = 0u;
 layout(constant_id = 38) const uint PRINTED = 0u; // bit k: row Dk of the ledger as printed
-layout(constant_id = 39) const uint JITTER = 0u; // 1: the diffuse cones turn from place to place
+layout(constant_id = 39) const uint JITTER = 0u; // bit 0: the diffuse cones turn from place to place, bit 1: shadow cones start at places of their own
 
 const uint COSINE_SETS = 5u;
 
@@ -27,6 +27,7 @@ bool printed(uint row) {
 struct Cones {
     float diffuse_start_normal;
     float diffuse_start_along;
+    float diffuse_offset;
     float specular_start_normal;
     float specular_start_along;
     float refraction_start_normal;

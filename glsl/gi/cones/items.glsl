@@ -3,4 +3,4 @@
 #include "gi/cones/constants.glsl"
 
 const bool CLIPS_ITEMS = FILL >= FILL_COVERAGE; // and sided
-const bool LIGHTS_CLEAR_ITEMS = FILL == FILL_UNIFORM;
+const bool LIGHTS_FRONTS = FILL == FILL_UNIFORM;

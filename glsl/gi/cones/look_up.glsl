@@ -21,8 +21,10 @@ float method_shadow(Light light, LightSample to, vec3 position, vec3 normal) {
     d = far ? d : d / distance;
     float aperture = cones.shadow_aperture >= 0.0 ? cones.shadow_aperture : far ? light.radius : light.radius / distance;
     float start = cones.shadow_start_along;
-    if (JITTER != 0u) {
-        start += cones.shadow_step * jitter_hash(uvec4(floatBitsToUint(from), frame.frame_index));
+    if ((JITTER & 2u) != 0u) {
+        // A share of the step that a cone of one voxel takes, by place, side, light and frame (D9).
+        uvec3 place = floatBitsToUint(position) ^ floatBitsToUint(normal) ^ floatBitsToUint(far ? light.direction : light.position);
+        start += cones.shadow_step * jitter_hash(uvec4(place, frame.frame_index));
     }
     return trace_shadow_cone(from, d, distance, aperture, start, cones.shadow_step, cones.shadow_end);
 }
@@ -30,7 +32,7 @@ float method_shadow(Light light, LightSample to, vec3 position, vec3 normal) {
 vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
     vec3 from = position + normal * cones.diffuse_start_normal;
     mat3 basis = talk_frame(normal);
-    if (JITTER != 0u) {
+    if ((JITTER & 1u) != 0u) {
         basis = jitter_rotation(normal, jitter_hash(uvec4(place, frame.frame_index))) * basis;
     }
     vec2 shift = INTERLEAVE > 1u ? interleaved_shift(place) : vec2(0.5, 0.0);
@@ -40,7 +42,9 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < CONE_COUNT; i++) {
         Cone cone = cone_set(i, shift);
-        vec4 seen = trace_cone(from, basis * cone.direction, cone.aperture * cones.aperture, cones.diffuse_start_along);
+        vec3 d = basis * cone.direction;
+        // The offset moves where the cone looks, and not how wide it is there.
+        vec4 seen = trace_cone(from + cones.diffuse_offset * d, d, cone.aperture * cones.aperture, cones.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);
         // D21: printed drops alpha, and the sky with it.
         sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * frame.sky * frame.scale, open);

@@ -6,6 +6,6 @@
 #include "ground/constants.glsl"
 
 const bool CLIPS_ITEMS = true;
-const bool LIGHTS_CLEAR_ITEMS = false;
+const bool LIGHTS_FRONTS = false;
 
 #include "ground/light_items.glsl"

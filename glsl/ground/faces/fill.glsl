@@ -1,5 +1,6 @@
 // A voxel from what its list's items send: premultiplied stored radiance and alpha for travellers along +x +y +z −x −y −z, and
-// on average. CPU twin: tests/twins/shade.rs.
+// on average. `uniform` is the talk's: a triangle is shaded once, for its front, and goes into all seven; the others tell a
+// triangle's sides apart. CPU twin: tests/twins/shade.rs.
 
 #include "common/color.glsl"
 #include "common/fixed_sum.glsl"
@@ -24,22 +25,21 @@ Filling start_filling() {
 
 // n: unit, of the front.
 void fill_with(inout Filling f, ItemLight light, vec3 n, bool two_sided) {
-    bool fills = FILL == FILL_UNIFORM || light.opacity * light.area > 0.0;
-    f.count += fills ? 1u : 0u;
+    float whole = FILL == FILL_UNIFORM ? light.opacity : light.opacity * light.area;
     for (int k = 0; k < 6; k++) {
         float along = k < 3 ? n[k] : -n[k - 3];
-        bool sees_front = along < 0.0 || (FILL == FILL_UNIFORM && !two_sided);
-        float weight = FILL == FILL_UNIFORM ? light.opacity : light.opacity * light.area * abs(along);
+        bool sees_front = along < 0.0 || FILL == FILL_UNIFORM;
+        float weight = FILL == FILL_UNIFORM ? whole : whole * abs(along);
         vec3 seen = sees_front ? light.front : light.back;
         // A nearly black back is left out: on walls of zero thickness it would only darken what leaves the front.
         if (FILL == FILL_SIDED && !sees_front && brightest(light.back) <= DARK_BACK * brightest(light.front)) {
             weight = 0.0;
         }
-        weight = fills ? weight : 0.0;
         fixed_add(f.sums[k], vec4(seen * weight, weight));
     }
-    float weight = fills ? light.opacity * light.area : 0.0;
-    fixed_add(f.sums[6], vec4((two_sided ? 0.5 * (light.front + light.back) : light.front) * weight, weight));
+    bool mixes = two_sided && FILL != FILL_UNIFORM;
+    fixed_add(f.sums[6], vec4((mixes ? 0.5 * (light.front + light.back) : light.front) * whole, whole));
+    f.count++;
 }
 
 vec4[7] filled(Filling f) {

@@ -14,9 +14,9 @@ choices! {
 choices! {
     /// How a voxel's triangles fill its seven level-0 targets.
     Fill {
-        /// The shaded average in all seven, alpha 1 (what the printed mips imply).
+        /// The average of the shaded fronts in all seven, alpha 1: the talk's.
         Uniform = "uniform",
-        /// Each side goes to the faces that look at it, weighted by |n|.
+        /// Each side of a triangle goes to the faces that look at it, weighted by |n|.
         Facing = "facing",
         /// Alpha is the clipped triangle's projected area over the voxel's face area.
         Coverage = "coverage",
@@ -55,6 +55,15 @@ choices! {
 }
 
 choices! {
+    /// A sampler's wrap; the talk does not state it.
+    Wrap {
+        Clamp = "clamp",
+        /// OpenGL's default.
+        Repeat = "repeat",
+    }
+}
+
+choices! {
     /// One row of the ledger: as the talk prints it, or as it should be.
     Form { Printed = "printed", Right = "right" }
 }
@@ -65,7 +74,6 @@ impl ConeSet {
         self.name().strip_prefix('g').and_then(|count| count.parse().ok())
     }
 }
-
 
 choices! {
     /// What a pass over a volume goes through: the same image.

@@ -1,13 +1,13 @@
 //! Specialisation constants and uniform block of the method: `glsl/gi/cones/constants.glsl` is their twin.
 
 use super::Settings;
-use super::choices::{Blend, ConeSet, Fill, RoughnessFit, Weights};
+use super::choices::{Blend, ConeSet, Fill, Form, RoughnessFit, Weights};
 use crate::ground::layout::shared;
 
 shared! {
     /// The uniform block. Lengths in voxels.
     Cones {
-        diffuse_start_normal: f32, diffuse_start_along: f32,
+        diffuse_start_normal: f32, diffuse_start_along: f32, diffuse_offset: f32,
         specular_start_normal: f32, specular_start_along: f32,
         refraction_start_normal: f32, refraction_start_along: f32,
         shadow_start_normal: f32, shadow_start_along: f32,
@@ -16,12 +16,19 @@ shared! {
     }
 }
 
+/// The talk's grid: its offset of −0.01 of the cube is 1.28 of these voxels.
+const TALK_EDGE: f32 = 128.0;
+
 impl Cones {
-    pub fn new(settings: &Settings) -> Self {
+    /// For a grid of `edge`³.
+    pub fn new(settings: &Settings, edge: u32) -> Self {
         let start = &settings.start;
+        // D19: printed, the offset is a share of the cube.
+        let share = if settings.ledger.d19 == Form::Printed { edge as f32 / TALK_EDGE } else { 1.0 };
         Self {
             diffuse_start_normal: start.diffuse_normal,
             diffuse_start_along: start.diffuse_along,
+            diffuse_offset: start.diffuse_offset * share,
             specular_start_normal: start.specular_normal,
             specular_start_along: start.specular_along,
             refraction_start_normal: start.refraction_normal,
@@ -74,6 +81,6 @@ pub fn constants(settings: &Settings) -> [(u32, u32); 8] {
         (36, u32::from(settings.blend == Blend::Sum)),
         (37, fit),
         (38, settings.ledger.printed_bits()),
-        (39, u32::from(settings.jitter)),
+        (39, u32::from(settings.jitter) + 2 * u32::from(settings.shadow_jitter)),
     ]
 }

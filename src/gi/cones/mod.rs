@@ -17,7 +17,7 @@ use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POIN
 use crate::ground::faces::{EmptyFaces, FACES, FaceVolume, FillDesc};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, LampLight, Settings as AllSettings, Shadows};
-use crate::vk::{self, Bind, Buffer, ColorTarget, Recorder, RenderTarget, SamplerAddressMode};
+use crate::vk::{self, Bind, Buffer, ColorTarget, Recorder, RenderTarget};
 use choices::{Form, Passes};
 use mips::Mips;
 use shade::Shade;
@@ -45,16 +45,18 @@ pub struct Lighting {
 
 impl Gi for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
-        let cells = settings.of.cones.passes == Passes::Cells;
+        let own = &settings.of.cones;
+        let cells = own.passes == Passes::Cells;
         Wants {
             lists: true,
+            dilated: own.ledger.d30 == Form::Printed,
             rays: settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled,
             cells,
             lit_items: cells,
             kept_direct_light: keeps_direct_light(settings),
             diffuse: true,
             shadows: true,
-            unsteady: settings.of.cones.jitter,
+            unsteady: own.jitter || own.shadow_jitter && settings.lights.shadows == Shadows::Method,
             ..Wants::default()
         }
     }
@@ -71,7 +73,7 @@ impl Gi for Lighting {
         let constants = constants::constants(own);
         let voxels = with(crate::ground::constants::constants(settings, features), &constants);
         let voxels = with(voxels, &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
-        // The talk's first bounce has no shadows.
+        // The talk's first bounce has no volume that could shadow it.
         let unshadowed = with(voxels.clone(), &[(SHADOWS, SHADOWS_NONE)]);
         let plain = if own.first_bounce_shadows { &voxels } else { &unshadowed };
         let (kept, read) =
@@ -80,11 +82,6 @@ impl Gi for Lighting {
             Shade::new(context, own.passes, &FillDesc { label, folder: "cones", gathers, direct, constants })
         };
         let two = settings.bounces.volumes() > 1;
-        // D11: outside the grid there is nothing; printed, its edge voxels go on for ever.
-        let outside = match own.ledger.d11 {
-            Form::Right => SamplerAddressMode::CLAMP_TO_BORDER,
-            Form::Printed => SamplerAddressMode::CLAMP_TO_EDGE,
-        };
         Ok(Self {
             first: shade("shade 1", false, plain, kept)?,
             again: (settings.bounces == Bounces::All).then(|| shade("shade 1", true, &voxels, kept)).transpose()?,
@@ -92,8 +89,8 @@ impl Gi for Lighting {
             empty: (own.passes == Passes::Cells).then(|| EmptyFaces::new(context, &voxels)).transpose()?,
             mips: Mips::new(context, own.passes, &voxels)?,
             relists: own.passes == Passes::Layered,
-            volumes: FaceVolume::per_bounce(context, settings, outside)?,
-            block: vk::upload(context, "cones", &[constants::Cones::new(own)])?,
+            volumes: FaceVolume::per_bounce(context, settings, own.address_mode())?,
+            block: vk::upload(context, "cones", &[constants::Cones::new(own, settings.voxels)])?,
             constants,
         })
     }

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::choices::{Blend, ConeSet, Fill, Form, Passes, RoughnessFit, Weights};
+use super::choices::{Blend, ConeSet, Fill, Form, Passes, RoughnessFit, Weights, Wrap};
 use crate::settings::{Key, Range, auto, key, names, rare};
+use crate::vk::SamplerAddressMode;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -21,25 +22,31 @@ pub struct Settings {
     pub exit_margin: f32,
     pub roughness_fit: RoughnessFit,
     pub passes: Passes,
-    /// Whether lights are shadowed in the first bounce too (the talk lights it without shadows).
+    /// Whether rays shadow lights in the first bounce too; the talk's has no volume that could.
     pub first_bounce_shadows: bool,
     /// Whether the diffuse cone set turns from pixel to pixel.
     pub jitter: bool,
     /// Length of a step of a shadow cone over its diameter.
     pub shadow_step: f32,
+    /// Whether each shadow cone starts at a random share of its first step.
+    pub shadow_jitter: bool,
     /// Half angle in degrees of every light's shadow cone; absent: from the light's own radius.
     #[serde(with = "auto")]
     pub shadow_half_angle: Option<f32>,
+    /// What a volume's sampler reads beyond the cube, where D11 is printed.
+    pub wrap: Wrap,
     pub start: Start,
     pub ledger: Ledger,
 }
 
-/// Where cones start, in voxels (D16, D20, D23): along the normal, then along the cone.
+/// Where cones start, in voxels (D16, D19, D20, D23): along the normal, then along the cone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Start {
     pub diffuse_normal: f32,
     pub diffuse_along: f32,
+    /// What diffuse cones are moved along themselves: where they look, and not how wide they are there (D19).
+    pub diffuse_offset: f32,
     pub specular_normal: f32,
     pub specular_along: f32,
     pub refraction_normal: f32,
@@ -83,16 +90,18 @@ ledger! {
     d7 7 "cones.ledger.d7" "D7: the jitter's rotation matrix",
     d8 8 "cones.ledger.d8" "D8: the jitter's angle",
     d10 10 "cones.ledger.d10" "D10: how far a cone reaches: √2, or the exit from the cube",
-    d11 11 "cones.ledger.d11" "D11: the volume's border: edge voxels repeated, or transparent",
+    d11 11 "cones.ledger.d11" "D11: beyond the cube: what cones.wrap says, or nothing",
     d12 12 "cones.ledger.d12" "D12: opacity correction of the shadow cone's short steps",
     d13 13 "cones.ledger.d13" "D13: the shadow cone's mip level",
     d15 15 "cones.ledger.d15" "D15: the shadow cone's volume: isotropic, or directional",
     d17 17 "cones.ledger.d17" "D17: the cone's diameter: max(1/N, 2t)·s, or max(1/N, 2t·s)",
     d18 18 "cones.ledger.d18" "D18: when a cone ends: alpha ≥ 1, or near 1",
-    d21 21 "cones.ledger.d21" "D21: the sky behind diffuse cones: dropped, or through the remaining alpha",
+    d19 19 "cones.ledger.d19" "D19: the diffuse cones' offset: a share of the cube (of 128 voxels), or in voxels",
+    d21 21 "cones.ledger.d21" "D21: the sky behind cones: dropped, or through the remaining alpha",
     d22 22 "cones.ledger.d22" "D22: the tangent frame about the normal",
     d23 23 "cones.ledger.d23" "D23: where refraction starts: outside the surface, or on the refracted side",
     d26 26 "cones.ledger.d26" "D26: set 16's weights: equal, or cosine",
+    d30 30 "cones.ledger.d30" "D30: which voxels list a triangle: those that it touches once dilated, or those that it touches",
 }
 
 impl Default for Settings {
@@ -111,7 +120,9 @@ impl Default for Settings {
             first_bounce_shadows: true,
             jitter: false,
             shadow_step: 1.0 / 3.0,
+            shadow_jitter: false,
             shadow_half_angle: None,
+            wrap: Wrap::Clamp,
             start: Start::default(),
             ledger: Ledger::default(),
         }
@@ -119,40 +130,45 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The preset `corrected`: the talk, every row of the ledger right.
-    pub fn corrected() -> Self {
+    /// The preset `printed`: the talk's listings, where they can run.
+    pub fn printed() -> Self {
         Self {
             set: ConeSet::Five,
             fill: Fill::Uniform,
             weights: Weights::D2,
             blend: Blend::Over,
             passes: Passes::Layered,
+            first_bounce_shadows: false,
+            shadow_step: 0.333333,
+            shadow_jitter: true,
+            shadow_half_angle: Some(5.0),
             start: Start {
-                // As printed (D20): a wide cone that starts nearer meets the voxels of its own surface.
                 diffuse_normal: 1.0 + 4.0 * std::f32::consts::FRAC_1_SQRT_2,
-                diffuse_along: 4.0 - 1.28,
+                diffuse_along: 4.0,
+                diffuse_offset: -1.28,
+                specular_normal: 2.0,
+                specular_along: 2.0,
+                shadow_end: 0.0,
                 ..Start::default()
             },
+            ledger: Ledger::all(Form::Printed),
             ..Self::default()
         }
     }
 
-    /// The preset `printed`: the talk's listings, where they can run.
-    pub fn printed() -> Self {
-        let corrected = Self::corrected();
-        Self {
-            first_bounce_shadows: false,
-            start: Start {
-                // 1 + 4·0.7071 along the normal, less coneOffset 0.01·128 along the cone (D19, D20).
-                specular_normal: 2.0,
-                specular_along: 2.0,
-                shadow_end: 0.0,
-                ..corrected.start
-            },
-            shadow_step: 0.333333,
-            shadow_half_angle: Some(5.0),
-            ledger: Ledger::all(Form::Printed),
-            ..corrected
+    /// The preset `corrected`: the same, every row of the ledger right, and nothing else changed.
+    pub fn corrected() -> Self {
+        let printed = Self::printed();
+        let start = Start { shadow_end: Start::default().shadow_end, ..printed.start };
+        Self { start, ledger: Ledger::default(), ..printed }
+    }
+
+    /// What is beyond the cube (D11): right, nothing.
+    pub fn address_mode(&self) -> SamplerAddressMode {
+        match (self.ledger.d11, self.wrap) {
+            (Form::Right, _) => SamplerAddressMode::CLAMP_TO_BORDER,
+            (_, Wrap::Clamp) => SamplerAddressMode::CLAMP_TO_EDGE,
+            (_, Wrap::Repeat) => SamplerAddressMode::REPEAT,
         }
     }
 }
@@ -162,6 +178,7 @@ impl Default for Start {
         Self {
             diffuse_normal: 1.0,
             diffuse_along: 0.5,
+            diffuse_offset: 0.0,
             specular_normal: 1.0,
             specular_along: 1.0,
             refraction_normal: 1.0,
@@ -258,7 +275,7 @@ pub const KEYS: &[&[Key]] = &[
             "cones.first_bounce_shadows",
             "switch",
             Range::Bool,
-            "shadow lights in the first bounce too; the talk does not, which makes it too bright",
+            "with lights.shadows = rays: shadow lights in the first bounce too; the talk's has no volume to do so, and is too bright",
             "a shadow test per light and shaded voxel of the first bounce",
         )),
         rare(key("cones.jitter", "switch", Range::Bool, "turn the diffuse cones per pixel: noise instead of bands", "little")),
@@ -270,14 +287,35 @@ pub const KEYS: &[&[Key]] = &[
             "time in inverse proportion: smaller is slower",
         )),
         rare(key(
+            "cones.shadow_jitter",
+            "switch",
+            Range::Bool,
+            "start each shadow cone at a random share of a step, as the talk does: noise instead of bands",
+            "little; no frame's light is kept for the next",
+        )),
+        rare(key(
             "cones.shadow_half_angle",
             "degrees",
             Range::NumberOrAuto(0.1, 45.0),
             "half angle of every shadow cone; auto: from each light's radius",
             "larger is faster: fewer samples per cone",
         )),
+        rare(key(
+            "cones.wrap",
+            "choice",
+            names!(Wrap),
+            "what cones meet beyond the cube where row D11 is printed: its edge voxels, or the cube again",
+            "none",
+        )),
         voxels("cones.start.diffuse_normal", "where diffuse cones start, along the normal"),
         voxels("cones.start.diffuse_along", "where diffuse cones start, along the cone"),
+        rare(key(
+            "cones.start.diffuse_offset",
+            "voxels",
+            Range::Number(-64.0, 64.0),
+            "how far diffuse cones are moved along themselves, without a change of their width",
+            "no time; negative: more self-light",
+        )),
         voxels("cones.start.specular_normal", "where specular cones start, along the normal"),
         voxels("cones.start.specular_along", "where specular cones start, along the cone"),
         voxels("cones.start.refraction_normal", "where refraction cones start, along the normal"),

@@ -28,12 +28,16 @@ const EDGE: u32 = 16;
 /// Of the talk's passes, layer by layer; few cones: what is compared is which voxels are shaded.
 fn layered() -> [Settings; 3] {
     let small = |settings: Settings, changes: &[&str]| {
-        gpu::with(gpu::with(settings, &["voxels=16", "cones.passes=layered"]), changes)
+        let small = ["voxels=16", "cones.passes=layered", "cones.shadow_jitter=false"]; // which is another one in each frame
+        gpu::with(gpu::with(settings, &small), changes)
     };
     [
         small(Settings::cones(), &["cones.set=g4"]),
         small(Settings::printed(), &[]),
-        small(Settings::corrected(), &["cones.fill=coverage"]),
+        small(
+            Settings::corrected(),
+            &["cones.fill=coverage", "lights.shadows=rays", "cones.first_bounce_shadows=true"],
+        ),
     ]
 }
 

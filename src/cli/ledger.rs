@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use twobounce::gi::cones::ledger::{
-    BASE, CHOICES, Change, EDGE, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, Furnace, Measurements, ROWS,
+    CHOICES, Change, EDGE, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, Furnace, Measurements, OPEN, ROWS,
     document, furnace_row,
 };
 use twobounce::output::file;
@@ -34,7 +34,7 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     );
     let mut renders = Renders { context: &context, scene, size: args.size, made: BTreeMap::new() };
     let mut measured = Measurements { about, ..Measurements::default() };
-    for row in ROWS {
+    for row in ROWS.iter().chain(OPEN) {
         if let Effect::Measured { right, printed } = row.effect {
             out::warn(row.id);
             measured.changes.insert(row.id.into(), renders.change(right, printed)?);
@@ -84,7 +84,7 @@ impl Renders<'_> {
         }
         let mut settings = Settings { voxels: EDGE, ..Settings::corrected() };
         let mut scene = self.scene.clone();
-        for assignment in BASE.iter().chain(assignments) {
+        for assignment in assignments {
             // The sky is the scene's, not a setting.
             match assignment.strip_prefix("sky=") {
                 Some(sky) => scene.sky = Vec3::splat(sky.parse().map_err(|_| Error::Usage(format!("no sky: {sky}")))?),

@@ -15,18 +15,18 @@ pub struct Row {
 
 /// What a row does to an image.
 pub enum Effect {
-    /// Images with `right` and with `right` + `printed` (both `key=value`, on top of [`BASE`]) are compared.
+    /// Images with `right` and with `right` + `printed` (both `key=value`, on top of the preset `corrected`) are compared.
     Measured { right: &'static [&'static str], printed: &'static [&'static str] },
     /// As printed it does not compile or is undefined: there only the right form exists.
     NeverRan,
     /// Both forms gave the same image on every scene of the study: the switch is gone, a test of the formula stays.
     NoImage,
+    /// There is no other form here.
+    Fixed,
 }
 
-use Effect::{Measured, NeverRan, NoImage};
+use Effect::{Fixed, Measured, NeverRan, NoImage};
 
-/// What every row is measured with, beside the preset `corrected`: most rows act with either kind of shadow, some only here.
-pub const BASE: &[&str] = &["lights.shadows=method"];
 /// Edge of the grid that the rows are measured on: D19's numbers are for it.
 pub const EDGE: u32 = 32;
 
@@ -72,8 +72,8 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         id: "D9",
-        printed: "the jitter uses an undeclared time and raw pixel coordinates",
-        right: "a hash of integers, seeded with the frame's index",
+        printed: "both jitters read `tc`, which is not declared; the shadow cone's is unconditional, the diffuse one's stands under `#ifdef`",
+        right: "a hash of integers: of the place and the frame's index",
         effect: NeverRan,
     },
     Row {
@@ -84,7 +84,7 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         id: "D11",
-        printed: "no bounds test: beyond the cube its edge voxels repeat",
+        printed: "no bounds test: beyond the cube the sampler's wrap decides, here `clamp` (S1)",
         right: "there is nothing beyond the cube",
         effect: Measured { right: &["cones.ledger.d10=printed"], printed: &["cones.ledger.d11=printed"] },
     },
@@ -102,25 +102,25 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         id: "D14",
-        printed: "`isInsideCube` is not given",
-        right: "a test against [0,1]³: the exit distance",
+        printed: "`isInsideCube` is left out of the slides, which is no error",
+        right: "a test against [0,1]³; here the exit distance, the same for cones that start inside",
         effect: NeverRan,
     },
     Row {
         id: "D15",
         printed: "shadow cones read the isotropic volume: a wall's alpha halves per mip",
         right: "directional alpha",
-        effect: Measured { right: &["cones.shadow_half_angle=5"], printed: &["cones.ledger.d15=printed"] },
+        effect: Measured { right: &[], printed: &["cones.ledger.d15=printed"] },
     },
     Row {
         id: "D16",
-        printed: "no stop before the light's own voxels; 0/0 where light and surface meet",
-        right: "ends 2 voxels before the light; guarded",
+        printed: "starts 4.5 voxels out, no stop before the light's own voxels; 0/0 where light and surface meet",
+        right: "the start is kept; ends 2 voxels before the light; guarded",
         effect: Measured { right: &[], printed: &["cones.start.shadow_end=0"] },
     },
     Row {
         id: "D17",
-        printed: "diameter max(1/N, 2t)·s: a length against a ratio",
+        printed: "diameter max(½/N, max(1/N, 2t)·s): the inner maximum holds a length against a ratio",
         right: "max(1/N, 2t·s)",
         effect: Measured { right: &[], printed: &["cones.ledger.d17=printed"] },
     },
@@ -132,22 +132,26 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         id: "D19",
-        printed: "the cone's offset of −0.01 is a share of the cube: 0.32 voxels of 32, 2.56 of 256",
-        right: "starts are settings in voxels (1.28, as in the talk's 128)",
-        effect: Measured { right: &[], printed: &["cones.start.diffuse_along=3.68"] },
+        printed: "the diffuse cones' offset of −0.01, which moves them and not their width, is a share of the cube: 0.32 voxels of 32, 2.56 of 256",
+        right: "1.28 voxels of every grid, as of the talk's 128",
+        effect: Measured { right: &[], printed: &["cones.ledger.d19=printed"] },
     },
     Row {
         id: "D20",
-        printed: "the first diffuse sample lies 6 to 7.5 voxels away, 4 in radius: no near field",
-        right: "starts are settings; measured: 1 voxel along the normal, 1 along the cone",
+        printed: "the first diffuse sample lies 6.06 to 6.55 voxels away at 128³ (6.94 to 7.51 at 32³, by D19), 4 in radius: no near field",
+        right: "kept in `corrected`: with its fill a nearer start meets the surface's own voxels; measured against 1 voxel along the normal and 1 along the cone",
         effect: Measured {
-            right: &["cones.start.diffuse_normal=1", "cones.start.diffuse_along=1"],
-            printed: &["cones.start.diffuse_normal=3.828427", "cones.start.diffuse_along=4"],
+            right: &["cones.start.diffuse_normal=1", "cones.start.diffuse_along=1", "cones.start.diffuse_offset=0"],
+            printed: &[
+                "cones.start.diffuse_normal=3.828427",
+                "cones.start.diffuse_along=4",
+                "cones.start.diffuse_offset=-1.28",
+            ],
         },
     },
     Row {
         id: "D21",
-        printed: "diffuse cones drop alpha: no sky",
+        printed: "diffuse, specular and refraction cones drop alpha: no sky",
         right: "the sky shines through what alpha they leave",
         effect: Measured { right: &["sky=0.3"], printed: &["cones.ledger.d21=printed"] },
     },
@@ -165,7 +169,7 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         id: "D24",
-        printed: "a fixed 1/ior, no back face; `refract()` = 0 becomes NaN",
+        printed: "a fixed 1/ior, no back face; with an index below 1 `refract()` can be 0, whose direction is undefined",
         right: "flipped by side; total reflection reflects; thin walls do not bend",
         effect: NoImage,
     },
@@ -187,6 +191,98 @@ pub const ROWS: &[Row] = &[
         right: "kept as printed; `cones.passes = cells` keeps the lists and gives the same bits",
         effect: Measured { right: &["cones.passes=cells"], printed: &["cones.passes=layered"] },
     },
+    Row {
+        id: "D30",
+        printed: "the pixel shader tests the dilated triangle against the voxel: lists 2.2 times as long here, 1.006 times in a room of 34 triangles at 64³",
+        right: "the triangle itself",
+        effect: Measured { right: &[], printed: &["cones.ledger.d30=printed"] },
+    },
+];
+
+/// What the slides leave open or do otherwise without an error: `printed` is what they say, `right` what is done here. Where
+/// it is measured, `printed` is the other way.
+pub const OPEN: &[Row] = &[
+    Row {
+        id: "S1",
+        printed: "no sampler's wrap is stated; OpenGL's default repeats the cube",
+        right: "`cones.wrap = clamp`: its edge voxels go on; measured: `repeat` against it",
+        effect: Measured {
+            right: &["cones.ledger.d10=printed", "cones.ledger.d11=printed"],
+            printed: &["cones.wrap=repeat"],
+        },
+    },
+    Row {
+        id: "S2",
+        printed: "where the volume stands is not said",
+        right: "a cube about the scene, `grid.margin` = 2.5 voxels free on each side: a wall at the border lies in the middle of a voxel, not in a face that two layers share, and cones that start 2 voxels off it start inside; measured: 2",
+        effect: Measured { right: &[], printed: &["grid.margin=2"] },
+    },
+    Row {
+        id: "S3",
+        printed: "the first bounce knows of no volume, so that no cone shadows it",
+        right: "the same; measured, with `lights.shadows = rays`: unshadowed against shadowed",
+        effect: Measured {
+            right: &["lights.shadows=rays", "cones.first_bounce_shadows=true"],
+            printed: &["cones.first_bounce_shadows=false"],
+        },
+    },
+    Row {
+        id: "S4",
+        printed: "every light's shadow cone has 5°",
+        right: "the same; measured against `auto`, each light's own radius",
+        effect: Measured {
+            right: &["cones.shadow_half_angle=auto"],
+            printed: &["cones.shadow_half_angle=5"],
+        },
+    },
+    Row {
+        id: "S5",
+        printed: "the diffuse cones' jitter stands under `#ifdef`",
+        right: "off in both presets; measured: on",
+        effect: Measured { right: &[], printed: &["cones.jitter=true"] },
+    },
+    Row {
+        id: "S6",
+        printed: "a voxel averages its triangles' shaded colours into seven targets; nothing is said of two-sided triangles",
+        right: "a triangle is shaded once, for its front, at its point nearest to the voxel's middle; `facing`, `coverage` and `sided` tell its sides apart",
+        effect: Fixed,
+    },
+    Row {
+        id: "S7",
+        printed: "voxels are shaded as the image is, whoever looks",
+        right: "a voxel has no viewer: its specular cone follows the normal, and what it finds is sent evenly",
+        effect: Fixed,
+    },
+    Row {
+        id: "S8",
+        printed: "refraction is a cone like the others",
+        right: "in the image alone: what a voxel would transmit is left out of its colour and alpha",
+        effect: Fixed,
+    },
+    Row {
+        id: "S9",
+        printed: "every triangle is recorded",
+        right: "those without area are counted and dropped: they have no plane to be tested with",
+        effect: Fixed,
+    },
+    Row {
+        id: "S10",
+        printed: "the algorithm works in world space",
+        right: "triangles are recorded in voxels of the grid, so that a scene moved or scaled gives the same image",
+        effect: Fixed,
+    },
+    Row {
+        id: "S11",
+        printed: "lists are as long as they get, in the order of the GPU",
+        right: "sums in fixed point, the same in every order; buffers that were too small grow, and the frame repeats",
+        effect: Fixed,
+    },
+    Row {
+        id: "S12",
+        printed: "nothing on occlusion, a sky or lamps that are sampled",
+        right: "this project's, and so are the presets `cones`, `fast`, `balanced` and `accurate`",
+        effect: Fixed,
+    },
 ];
 
 /// Choices that are neither right nor wrong, each against the preset `corrected`.
@@ -201,6 +297,7 @@ pub const CHOICES: &[&str] = &[
     "cones.set=6b",
     "cones.set=16",
     "cones.roughness_fit=power",
+    "cones.shadow_jitter=false",
     "bounces=1",
     "lights.shadows=none",
     "lights.shadows=rays",
@@ -235,7 +332,15 @@ pub const FURNACE_FILLS: &[(&str, &[&str])] = &[
     ("coverage", &["cones.fill=coverage"]),
     (
         "sided",
-        &["cones.fill=sided", "cones.weights=abs", "cones.blend=sum", "cones.start.diffuse_normal=1", "cones.start.diffuse_along=0.5", "cones.set=g16"],
+        &[
+            "cones.fill=sided",
+            "cones.weights=abs",
+            "cones.blend=sum",
+            "cones.start.diffuse_normal=1",
+            "cones.start.diffuse_along=0.5",
+            "cones.start.diffuse_offset=0",
+            "cones.set=g16",
+        ],
     ),
 ];
 /// Albedo, and whether a block stands inside.
@@ -283,12 +388,23 @@ pub struct Measurements {
 const HEAD: &str = "# The ledger of the printed listings
 
 Written by `twobounce ledger`; `tests/ledger_formulas.rs` holds, for each row with a formula, a test that the printed form
-fails and the right form passes. The preset `printed` has every row as printed, `corrected` every row right; each row is
-also a setting of its own (`cones.ledger.d1`, …). Changes are of the whole image, one row at a time, everything else right, with
-`lights.shadows = method` so that every row has its effect: *change* is mean |printed − right| over mean right, *energy* is mean
-printed over mean right.
+fails and the right form passes. The preset `printed` has every row as printed; `corrected` is `printed` with every row right but
+D20 and D29, which it keeps, and nothing else changed. Each row that changes an image is also a setting of its own
+(`cones.ledger.d1`, …). Changes are of the whole image, one row at a time, everything else as in `corrected`: *change* is mean
+|printed − right| over mean right, *energy* is mean printed over mean right.
+
+In `printed` itself four rows change nothing: D6 and D26 are of cone sets that it does not use, D7 and D8 of the diffuse cones'
+jitter, which is off. They matter with `--preset printed --set cones.set=6a`, `cones.set=16` and `cones.jitter=true`; no preset has these.
+D21 needs a sky, D23 a surface that transmits.
 
 ";
+
+const OPEN_HEAD: &str = "
+## What the slides leave open
+Or do otherwise without an error: what they say, and what is done here, in `printed` and in `corrected` alike. Where another way is a
+setting, *change* and *energy* are that way's against this one.
+
+| row | the slides | here";
 
 const FURNACE_HEAD: &str = "
 ## Furnaces
@@ -303,16 +419,20 @@ cones; the others with the preset `corrected`.
 /// The page.
 pub fn document(measured: &Measurements) -> String {
     let mut text = format!("{HEAD}{}\n\n", measured.about);
-    text += "| row | printed | right | measured with | change | energy |\n|---|---|---|---|---|---|\n";
     let cells = |key: &str| measured.changes.get(key).map_or("– | –".into(), Change::cells);
-    for row in ROWS {
-        let with = match row.effect {
-            NeverRan => "never ran as printed".into(),
-            NoImage => "no image of the study shows it".into(),
-            Measured { right: [], .. } => "–".into(),
-            Measured { right, .. } => format!("`{}`", right.join("`, `")),
-        };
-        writeln!(text, "| {} | {} | {} | {with} | {} |", row.id, row.printed, row.right, cells(row.id)).expect("fmt");
+    let columns = " | measured with | change | energy |\n|---|---|---|---|---|---|\n";
+    for (head, rows) in [("| row | printed | right", ROWS), (OPEN_HEAD, OPEN)] {
+        text += head;
+        text += columns;
+        for row in rows {
+            let with = match row.effect {
+                NeverRan => "never ran as printed".into(),
+                NoImage => "no image of the study shows it".into(),
+                Fixed | Measured { right: [], .. } => "–".into(),
+                Measured { right, .. } => format!("`{}`", right.join("`, `")),
+            };
+            writeln!(text, "| {} | {} | {} | {with} | {} |", row.id, row.printed, row.right, cells(row.id)).expect("fmt");
+        }
     }
     text += "\n## Choices\nAgainst the same settings, one at a time.\n\n";
     text += "| setting | change | energy |\n|---|---|---|\n";

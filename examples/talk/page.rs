@@ -100,7 +100,7 @@ pub const SLIDES: &[Slide] = &[
                 "the same five, by these names (`src/ground/lists.rs`; the triangles in `src/ground/mod.rs`): counters; what was recorded; \
                  pairs of triangle and next item; each voxel's first item; the occupied voxels. Buffers that are too small grow, and the \
                  frame is repeated",
-                &[],
+                &["S11"],
             ),
         ],
         pictures: &[],
@@ -121,8 +121,8 @@ pub const SLIDES: &[Slide] = &[
             S(
                 "a geometry shader that appends every three vertices as one triangle, with positions, normals, texture coordinates, material",
                 "`glsl/ground/record.geom`; tangents, a second set of coordinates and vertex colours come along. Triangles without area are \
-                 counted and dropped",
-                &[],
+                 counted and dropped, and positions are in voxels",
+                &["S2", "S9", "S10"],
             ),
             S(
                 "a pixel shader that does nothing; colour and depth writes are off",
@@ -148,9 +148,9 @@ pub const SLIDES: &[Slide] = &[
             ),
             S(
                 "the pixel shader drops voxels that the dilated triangle does not meet",
-                "`glsl/ground/voxelise.frag` goes through the voxels of its column and tests the triangle itself, not the dilated one, by \
-                 separating axes: the lists are exact (`tests/passes_voxelise.rs`: recall and precision are 1)",
-                &[],
+                "`glsl/ground/voxelise.frag` goes through the voxels of its column and, in `printed`, tests what was dilated, by separating \
+                 axes; elsewhere it tests the triangle itself, and the lists are exact (`tests/passes_voxelise.rs`: recall and precision are 1)",
+                &["D30"],
             ),
             S(
                 "and adds the triangle to the voxel's linked list",
@@ -177,7 +177,7 @@ pub const SLIDES: &[Slide] = &[
                 "the pixel shader sums and averages what the listed triangles send, without a bounce before",
                 "`glsl/gi/cones/shade.frag`, summed in fixed point so that a list's order cannot matter (`glsl/ground/faces/fill.glsl`). \
                  `cones.fill = uniform` gives all seven targets that average; the other fills are this project's",
-                &[],
+                &["S6", "S7", "S8"],
             ),
         ],
         pictures: &[(
@@ -282,7 +282,7 @@ pub const SLIDES: &[Slide] = &[
         statements: &[S(
             "a picture of shadows by cones",
             "`lights.shadows = method`, as `printed` has it; rays through the lists are this project's",
-            &["D12", "D13", "D15", "D16"],
+            &["D12", "D13", "D15", "D16", "S3"],
         )],
         pictures: &[("direct.png", "what lights send directly, shadowed by cones, and what lamps show of themselves")],
     },
@@ -306,7 +306,11 @@ pub const SLIDES: &[Slide] = &[
                 "`direction_weights` in `glsl/gi/cones/cone.glsl`; `cones.weights`: d2, norm1, abs; extinction is this project's",
                 &[],
             ),
-            S("`traceVoxelCone`", "`trace_cone` in `glsl/gi/cones/cone.glsl`", &["D4", "D10", "D11", "D17", "D18"]),
+            S(
+                "`traceVoxelCone`",
+                "`trace_cone` in `glsl/gi/cones/cone.glsl`",
+                &["D4", "D10", "D11", "D17", "D18", "S1"],
+            ),
         ],
         pictures: &[],
     },
@@ -315,8 +319,8 @@ pub const SLIDES: &[Slide] = &[
         statements: &[S(
             "`traceShadowCone`: 5° of half angle, steps of a third, the isotropic target's alpha",
             "`trace_shadow_cone` in `glsl/gi/cones/cone.glsl`, begun by `method_shadow` in `glsl/gi/cones/look_up.glsl`; \
-             `cones.shadow_half_angle`, `cones.shadow_step`, `cones.start.shadow_along`",
-            &["D9", "D12", "D13", "D14", "D15", "D16"],
+             `cones.shadow_half_angle`, `cones.shadow_step`, `cones.shadow_jitter`, `cones.start.shadow_along`",
+            &["D9", "D12", "D13", "D14", "D15", "D16", "S4"],
         )],
         pictures: &[],
     },
@@ -325,8 +329,8 @@ pub const SLIDES: &[Slide] = &[
         statements: &[
             S(
                 "`indirectDiffuseLight`: five cones of 45°, started 3.8 voxels along the normal and 4 along the cone less a hundredth of the volume",
-                "`gather_diffuse` in `glsl/gi/cones/look_up.glsl`; the jitter under `#ifdef` is `cones.jitter`",
-                &["D7", "D8", "D9", "D19", "D20", "D21", "D22"],
+                "`gather_diffuse` in `glsl/gi/cones/look_up.glsl`; the hundredth is `cones.start.diffuse_offset`; the jitter under `#ifdef` is `cones.jitter`",
+                &["D7", "D8", "D9", "D19", "D20", "D21", "D22", "S5"],
             ),
             S(
                 "`indirectSpecularLight`: 2 voxels along the normal, 2 along the reflected view",

@@ -19,8 +19,6 @@ mod tangents;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use glam::DAffine3;
-
 use self::accessor::{Data, Problem, missing};
 use self::document::Document;
 use super::{Instance, Scene};
@@ -205,6 +203,3 @@ fn load_primitives(data: &Data, mesh: usize, rest: &deform::Rest, scene: &mut Sc
     }
     Ok((first..scene.meshes.len()).collect())
 }
-
-/// The node transforms of a file in world space, before any animation.
-type WorldFromNodes = [DAffine3];

@@ -20,6 +20,19 @@ pub struct Ray {
     pub far: f32,
 }
 
+impl Ray {
+    /// `direction` is unit.
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, near: 0.0, far: f32::INFINITY }
+    }
+
+    pub fn between(origin: Vec3, end: Vec3) -> Self {
+        let to = end - origin;
+        let far = to.length();
+        Self { origin, direction: to / far.max(f32::MIN_POSITIVE), near: 0.0, far }
+    }
+}
+
 /// The intersection of a ray and a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {

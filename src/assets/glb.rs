@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DMat3, DQuat, DVec3};
+use gltf::binary::{self, Header};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
@@ -61,7 +62,7 @@ pub fn make(name: &str, description: &str) -> Result<Vec<u8>> {
     for node in nodes {
         glb.node(node)?;
     }
-    Ok(glb.finish(name))
+    glb.finish(name)
 }
 
 impl Glb {
@@ -131,7 +132,9 @@ impl Glb {
         }
         let bytes: Vec<u8> = shape.indices.iter().flat_map(|&i| (i as u16).to_le_bytes()).collect();
         let view = self.view(&bytes, Some(ELEMENT_ARRAY_BUFFER));
-        let indices = self.accessor(view, UNSIGNED_SHORT, shape.indices.len(), "SCALAR");
+        let (count, component) = (shape.indices.len(), UNSIGNED_SHORT);
+        let indices = json!({ "bufferView": view, "componentType": component, "count": count, "type": "SCALAR" });
+        let indices = self.push("accessors", indices);
         let primitive = json!({ "attributes": attributes, "indices": indices });
         self.shapes.push((form, primitive.clone()));
         primitive
@@ -153,8 +156,8 @@ impl Glb {
     }
 
     /// The bytes of the file. Nodes without a parent become the roots of the scene.
-    fn finish(mut self, name: &str) -> Vec<u8> {
-        pad(&mut self.bin, 0);
+    fn finish(mut self, name: &str) -> Result<Vec<u8>> {
+        self.align();
         let nodes = &self.lists["nodes"];
         let children: Vec<&Value> = nodes.iter().filter_map(|node| node["children"].as_array()).flatten().collect();
         let roots: Vec<usize> = (0..nodes.len()).filter(|&node| !children.contains(&&json!(node))).collect();
@@ -179,7 +182,10 @@ impl Glb {
         let mut used = BTreeSet::new();
         extensions(&root, &mut used);
         root["extensionsUsed"] = json!(used);
-        container(&root, &self.bin)
+        // The crate writes the lengths.
+        let header = Header { magic: *b"glTF", version: 2, length: 0 };
+        let file = binary::Glb { header, json: root.to_string().into_bytes().into(), bin: Some(self.bin.into()) };
+        file.to_vec().map_err(|e| Error::Usage(format!("the scene {name} cannot be written: {e}")))
     }
 
     /// An accessor of vectors of `N` floats in a buffer view of its own.
@@ -191,7 +197,8 @@ impl Glb {
         let count = values.len();
         let bytes: Vec<u8> = values.flatten().flat_map(|v| snap(v).to_le_bytes()).collect();
         let view = self.view(&bytes, target);
-        self.accessor(view, FLOAT, count, ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1])
+        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
+        self.push("accessors", json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": kind }))
     }
 
     fn limits<const N: usize>(&mut self, accessor: usize, min: [f32; N], max: [f32; N]) {
@@ -200,19 +207,19 @@ impl Glb {
         }
     }
 
-    fn accessor(&mut self, view: usize, component: u32, count: usize, kind: &str) -> usize {
-        let accessor = json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
-        self.push("accessors", accessor)
-    }
-
     fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
-        pad(&mut self.bin, 0);
+        self.align();
         let mut view = json!({ "buffer": 0, "byteOffset": self.bin.len(), "byteLength": bytes.len() });
         if let Some(target) = target {
             view["target"] = json!(target);
         }
         self.bin.extend_from_slice(bytes);
         self.push("bufferViews", view)
+    }
+
+    /// Buffer views begin at multiples of four bytes.
+    fn align(&mut self) {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
     }
 
     /// Adds `value` to a list of the document. Returns its index.
@@ -249,18 +256,4 @@ fn extensions(value: &Value, used: &mut BTreeSet<String>) {
         Value::Array(list) => list.iter().for_each(|inner| extensions(inner, used)),
         _ => {}
     }
-}
-
-fn pad(bytes: &mut Vec<u8>, with: u8) {
-    bytes.resize(bytes.len().next_multiple_of(4), with);
-}
-
-/// GLB: a header of 12 bytes, then the JSON and the BIN chunk.
-fn container(root: &Value, bin: &[u8]) -> Vec<u8> {
-    let mut text = root.to_string().into_bytes();
-    pad(&mut text, b' ');
-    let length = (28 + text.len() + bin.len()) as u32;
-    let head = [0x4654_6C67, 2, length, text.len() as u32, 0x4E4F_534A].map(u32::to_le_bytes);
-    let binary_head = [bin.len() as u32, 0x004E_4942].map(u32::to_le_bytes);
-    [head.as_flattened(), &text, binary_head.as_flattened(), bin].concat()
 }

@@ -16,8 +16,11 @@ impl Lanes {
     }
 
     #[inline(always)]
-    pub fn from_fn(value: impl FnMut(usize) -> f32) -> Self {
-        Self(bytemuck::cast(std::array::from_fn::<f32, 8, _>(value)))
+    pub fn from_fn(mut value: impl FnMut(usize) -> f32) -> Self {
+        // Not `std::array::from_fn`, which is not inlined.
+        let mut numbers = [0.0; 8];
+        numbers.iter_mut().enumerate().for_each(|(lane, number)| *number = value(lane));
+        Self(bytemuck::cast(numbers))
     }
 
     #[inline(always)]

@@ -115,7 +115,7 @@ impl Bvh {
                 for (lane, &triangle) in packet.triangles.iter().enumerate().take_while(|(_, t)| **t != NONE) {
                     let [a, b, c] =
                         packet.corners.each_ref().map(|corner| corner.each_ref().map(|axis| axis.lane(lane)));
-                    let test = Test::new(origin, direction, [splat(a), splat(b), splat(c)]);
+                    let test = Test::new(origin, direction, &[splat(a), splat(b), splat(c)]);
                     for bit in bits(test.hits(near, far) & met & !stopped) {
                         stopped |= u32::from(stop(&test.hit(bit, triangle))) << bit;
                     }
@@ -175,7 +175,7 @@ impl Bvh {
             }
             if entry.child & LEAF != 0 {
                 let packet = &self.packets[(entry.child & !LEAF) as usize];
-                let test = Test::new(origin, direction, packet.corners);
+                let test = Test::new(origin, direction, &packet.corners);
                 for lane in bits(test.hits(near, Lanes::splat(far))) {
                     let hit = test.hit(lane, packet.triangles[lane % WIDTH]);
                     if hit.t < far {
@@ -266,7 +266,7 @@ mod tests {
         let mut hits = Vec::new();
         for t in triangles {
             let [a, b, c] = t.map(|p| splat(p.into()));
-            let test = Test::new(splat(ray.origin.into()), splat(ray.direction.into()), [a, b, c]);
+            let test = Test::new(splat(ray.origin.into()), splat(ray.direction.into()), &[a, b, c]);
             if test.hits(Lanes::splat(ray.near), Lanes::splat(ray.far)) & 1 == 1 {
                 hits.push(test.hit(0, 0).t);
             }

@@ -19,7 +19,7 @@ pub struct Test {
 
 impl Test {
     #[inline(always)]
-    pub fn new(origin: [Lanes; 3], direction: [Lanes; 3], corners: [[Lanes; 3]; 3]) -> Self {
+    pub fn new(origin: [Lanes; 3], direction: [Lanes; 3], corners: &[[Lanes; 3]; 3]) -> Self {
         let (a, b, c) = (sub(corners[0], origin), sub(corners[1], origin), sub(corners[2], origin));
         let (ab, bc, ca) = (sub(a, b), sub(b, c), sub(c, a));
         let normal = cross(ab, ca);
@@ -46,15 +46,17 @@ impl Test {
 
     #[inline(always)]
     pub fn hit(&self, lane: usize, triangle: u32) -> Hit {
-        let [u, v, w, t, along] = [self.u, self.v, self.w, self.t, self.along].map(|l| l.lane(lane % WIDTH));
+        let lane = lane % WIDTH;
+        let (u, v, w) = (self.u.lane(lane), self.v.lane(lane), self.w.lane(lane));
         let sum = u + v + w;
-        Hit { t, at: Location { triangle, u: u / sum, v: v / sum }, back: along < 0.0 }
+        let at = Location { triangle, u: u / sum, v: v / sum };
+        Hit { t: self.t.lane(lane), at, back: self.along.lane(lane) < 0.0 }
     }
 }
 
 #[inline(always)]
 pub fn splat(v: [f32; 3]) -> [Lanes; 3] {
-    v.map(Lanes::splat)
+    [Lanes::splat(v[0]), Lanes::splat(v[1]), Lanes::splat(v[2])]
 }
 
 #[inline(always)]

@@ -170,11 +170,13 @@ impl Bsdf {
     }
 
     /// Whether a direction is on the same side of the triangle and of the plane of the shading normal; else light would leak.
+    #[inline]
     fn is_consistent(&self, wi: Vec3) -> bool {
         (self.geometric.dot(wi) > 0.0) == (self.normal().dot(wi) > 0.0)
     }
 
     /// f · |cos| and the density of [`Self::sample`] without mirrors, for unit `wi` (world space, away from the surface).
+    #[inline]
     pub fn eval(&self, wi: Vec3) -> (Vec3, f32) {
         if !self.is_consistent(wi) {
             return (Vec3::ZERO, 0.0);

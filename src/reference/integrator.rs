@@ -129,6 +129,7 @@ impl<'a> Integrator<'a> {
     }
 
     /// [`Self::advance`], and adds the emission there. `None` if the path ends.
+    #[inline(always)]
     pub(super) fn arrive(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
         let vertex = self.advance(path, sampler)?;
         self.add_emission(path, &vertex);
@@ -363,6 +364,7 @@ impl Path {
 
 impl Vertex {
     /// The BSDF for another viewer on the same side, in unit direction `wo`.
+    #[inline]
     pub(super) fn seen_from(&self, wo: Vec3) -> Bsdf {
         if self.bsdf.is_lambertian() && self.bsdf.normal().dot(wo) > 0.0 {
             return self.bsdf;

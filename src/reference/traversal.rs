@@ -59,8 +59,10 @@ thread_local! {
     static PACKETS: Cell<Vec<(u32, u32)>> = const { Cell::new(Vec::new()) };
 }
 
+// The searches are not inlined: the registers of their loops are scarce.
 impl Bvh {
     /// The nearest hit for which `accept` is true.
+    #[inline(never)]
     pub fn nearest(&self, ray: &Ray, accept: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut nearest = None;
         self.walk::<true>(ray, |hit, far| {
@@ -74,6 +76,7 @@ impl Bvh {
     }
 
     /// Calls `stop` with hits in no particular order until it returns true. The result is whether it did.
+    #[inline(never)]
     pub fn any(&self, ray: &Ray, mut stop: impl FnMut(&Hit) -> bool) -> bool {
         let mut stopped = false;
         self.walk::<false>(ray, |hit, far| {
@@ -84,6 +87,7 @@ impl Bvh {
     }
 
     /// [`Self::any`] for up to eight neighbouring rays, one bit per ray, much faster.
+    #[inline(never)]
     pub fn any_of(&self, rays: &[Ray], mut stop: impl FnMut(&Hit) -> bool) -> u32 {
         if rays.windows(2).any(|pair| planes(&pair[0]) != planes(&pair[1])) {
             return (0..).zip(rays).map(|(bit, ray)| u32::from(self.any(ray, &mut stop)) << bit).sum();
@@ -92,13 +96,10 @@ impl Bvh {
             return 0;
         }
         let (first, last) = planes(&rays[0]);
-        // Each lane is a ray; the last one fills the remaining lanes.
-        let of = |value: &dyn Fn(&Ray) -> f32| Lanes::from_fn(|lane| value(&rays[lane.min(rays.len() - 1)]));
-        let vectors =
-            |value: &dyn Fn(&Ray) -> Vec3| -> [Lanes; 3] { std::array::from_fn(|axis| of(&|r| value(r)[axis])) };
-        let (origin, direction) = (vectors(&|r| r.origin), vectors(&|r| r.direction));
-        let inverse = vectors(&|r| r.direction.recip());
-        let (near, far) = (of(&|r| r.near), of(&|r| r.far));
+        // Each lane is a ray.
+        let (origin, direction) = (vectors(rays, |r| r.origin), vectors(rays, |r| r.direction));
+        let inverse = vectors(rays, |r| r.direction.recip());
+        let (near, far) = (numbers(rays, |r| r.near), numbers(rays, |r| r.far));
         let slack = Lanes::splat(SLACK);
         let all = (1 << rays.len()) - 1;
         let mut stopped = 0;
@@ -113,9 +114,11 @@ impl Bvh {
             if child & LEAF != 0 {
                 let packet = &self.packets[(child & !LEAF) as usize];
                 for (lane, &triangle) in packet.triangles.iter().enumerate().take_while(|(_, t)| **t != NONE) {
-                    let [a, b, c] =
-                        packet.corners.each_ref().map(|corner| corner.each_ref().map(|axis| axis.lane(lane)));
-                    let test = Test::new(origin, direction, &[splat(a), splat(b), splat(c)]);
+                    let corner = |i: usize| {
+                        let [x, y, z] = &packet.corners[i];
+                        splat([x.lane(lane), y.lane(lane), z.lane(lane)])
+                    };
+                    let test = Test::new(origin, direction, &[corner(0), corner(1), corner(2)]);
                     for bit in bits(test.hits(near, far) & met & !stopped) {
                         stopped |= u32::from(stop(&test.hit(bit, triangle))) << bit;
                     }
@@ -126,7 +129,7 @@ impl Bvh {
                 continue;
             }
             let node = &self.nodes[child as usize];
-            for (lane, &child) in node.children.iter().enumerate() {
+            for (lane, &child) in node.children.iter().enumerate().take_while(|(_, child)| **child != NONE) {
                 let (mut enter, mut leave) = (near, far);
                 for axis in 0..3 {
                     let (t0, t1) = (node.planes[first[axis]].lane(lane), node.planes[last[axis]].lane(lane));
@@ -223,6 +226,17 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
         mask &= mask - 1;
         Some(bit)
     })
+}
+
+/// A number of each ray; the last ray fills the remaining lanes.
+#[inline(always)]
+fn numbers(rays: &[Ray], of: impl Fn(&Ray) -> f32) -> Lanes {
+    Lanes::from_fn(|lane| of(&rays[lane.min(rays.len() - 1)]))
+}
+
+#[inline(always)]
+fn vectors(rays: &[Ray], of: impl Fn(&Ray) -> Vec3) -> [Lanes; 3] {
+    [numbers(rays, |r| of(r).x), numbers(rays, |r| of(r).y), numbers(rays, |r| of(r).z)]
 }
 
 /// Per axis, the indices of the box planes that the ray meets first and last.

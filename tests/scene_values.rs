@@ -6,8 +6,8 @@ use twobounce::scene::analytic;
 use twobounce::scene::surface::{self, SurfacePoint, WorldFrame};
 use twobounce::scene::texture::{ColorSpace, MipChain, Textures, linear_from_srgb, srgb_from_linear};
 use twobounce::scene::{
-    Alpha, Animation, Bounds, Channel, Image, Interpolation, Material, Mesh, Mip, Projection, Scene, Texture,
-    TextureRef, Transform, Values, View, Wrap,
+    Alpha, Animation, Bounds, Channel, Image, Interpolation, Material, Mesh, Mip, Projection, Property, Scene, Texture,
+    TextureRef, Transform, View, Wrap,
 };
 use twobounce::settings::Settings;
 
@@ -331,8 +331,9 @@ fn long_animations_of_large_meshes_are_bounded_quickly() {
     scene.add_mesh(Mesh::triangles("many", 0, &triangles), DAffine3::IDENTITY);
     scene.nodes[0].local = Transform::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
     let times: Vec<f32> = (0..5000).map(|i| i as f32).collect();
-    let values = Values::Translation(times.iter().map(|t| Vec3::Y * *t).collect());
-    let channel = Channel { node: 0, times, values, interpolation: Interpolation::Linear };
+    let values = times.iter().map(|t| Vec4::Y * *t).collect();
+    let channel =
+        Channel { node: 0, times, property: Property::Translation, values, interpolation: Interpolation::Linear };
     scene.animations.push(Animation { name: "up".into(), duration: 4999.0, channels: vec![channel] });
     let expected =
         Bounds { min: DVec3::new(0.0, 0.5, 0.0), max: DVec3::new(f64::from(29_999f32 / 30_000.0), 4999.5, 2.0) };

@@ -1,57 +1,125 @@
-//! A writer of glTF 2.0 binaries with the features that the scenes here need. It cannot fail: it creates all indices itself.
+//! A writer of glTF 2.0 binaries from descriptions in TOML.
+//!
+//! A description has the materials and nodes of a glTF document, with these differences. A node has a shape and the name of a
+//! material instead of a mesh, and holds its light or camera itself. A material lists the images to embed before its first use.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use glam::DVec3;
-use serde_json::{Value, json};
+use glam::{DMat3, DQuat, DVec3};
+use gltf::binary::{self, Header};
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
 
-use super::shapes::Shape;
+use super::shapes::{Form, Shape};
+use super::texels;
+use crate::{Error, Result};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_SHORT: u32 = 5123;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// A glTF asset under construction. Methods that add an object return its index.
-#[derive(Default)]
-pub struct Glb {
-    bin: Vec<u8>,
-    buffer_views: Vec<Value>,
-    accessors: Vec<Value>,
-    images: Vec<Value>,
+#[derive(Deserialize)]
+struct Description {
     materials: Vec<Value>,
-    meshes: Vec<Value>,
-    nodes: Vec<Value>,
-    lights: Vec<Value>,
-    cameras: Vec<Value>,
-    animations: Vec<Value>,
+    nodes: Vec<Node>,
 }
 
-/// The accessors of a shape, which meshes of different materials can share.
-#[derive(Clone)]
-pub struct Geometry {
-    attributes: Value,
-    indices: usize,
+#[derive(Deserialize)]
+struct Node {
+    name: String,
+    shape: Option<Form>,
+    /// The name of the shape's material.
+    material: Option<String>,
+    /// A light of KHR_lights_punctual.
+    light: Option<Value>,
+    /// Makes the node a perspective camera; vertical, in degrees.
+    fov: Option<f64>,
+    /// The node's place, and a point on its −Z axis.
+    looks: Option<[[f64; 3]; 2]>,
+    /// Makes the node rotate around Y: seconds per rotation.
+    turn_s: Option<f64>,
+    /// Properties of a glTF node.
+    #[serde(flatten)]
+    others: Map<String, Value>,
+}
+
+/// A glTF asset under construction.
+#[derive(Default)]
+struct Glb {
+    bin: Vec<u8>,
+    /// The lists of the document, by their keys.
+    lists: BTreeMap<&'static str, Vec<Value>>,
+    /// Each shape so far as a primitive without a material: equal shapes are stored once.
+    shapes: Vec<(Form, Value)>,
+}
+
+/// The bytes of the file that `description` describes.
+pub fn make(name: &str, description: &str) -> Result<Vec<u8>> {
+    let invalid = |e| Error::Usage(format!("the description of the scene {name} is not valid: {e}"));
+    let Description { materials, nodes } = toml::from_str(description).map_err(invalid)?;
+    let mut glb = Glb { lists: BTreeMap::from([("materials", materials)]), ..Glb::default() };
+    for node in nodes {
+        glb.node(node)?;
+    }
+    glb.finish(name)
 }
 
 impl Glb {
-    /// An embedded PNG and its texture, repeated, with mip levels.
-    pub fn texture(&mut self, name: &str, png: &[u8]) -> usize {
-        let view = self.view(png, None);
-        self.images.push(json!({ "name": name, "mimeType": "image/png", "bufferView": view }));
-        self.images.len() - 1
+    fn node(&mut self, node: Node) -> Result<()> {
+        let name = json!(node.name);
+        let mut made = Value::Object(node.others);
+        made["name"] = name.clone();
+        if let Some([eye, target]) = node.looks {
+            let [translation, rotation] = looking(eye.into(), target.into());
+            (made["translation"], made["rotation"]) = (translation, rotation);
+        }
+        if let Some(form) = node.shape {
+            let material = self.material(node.material.as_deref())?;
+            let mut primitive = self.primitive(form);
+            primitive["material"] = json!(material);
+            made["mesh"] = json!(self.push("meshes", json!({ "name": name, "primitives": [primitive] })));
+        }
+        if let Some(mut light) = node.light {
+            light["name"] = name.clone();
+            made["extensions"] = json!({ "KHR_lights_punctual": { "light": self.push("lights", light) } });
+        }
+        if let Some(fov) = node.fov {
+            let perspective = json!({ "yfov": snap(fov.to_radians()), "znear": 0.01, "zfar": 100.0 });
+            let camera = json!({ "name": name, "type": "perspective", "perspective": perspective });
+            made["camera"] = json!(self.push("cameras", camera));
+        }
+        let index = self.push("nodes", made);
+        if let Some(seconds) = node.turn_s {
+            self.turn(index, seconds);
+        }
+        Ok(())
     }
 
-    pub fn material(&mut self, material: Value) -> usize {
-        push(&mut self.materials, material)
+    /// The index of the material with this name, whose images are in the file from now on.
+    fn material(&mut self, name: Option<&str>) -> Result<usize> {
+        let materials = self.lists.entry("materials").or_default();
+        let index = materials.iter().position(|m| m["name"].as_str() == name);
+        let index = index.ok_or_else(|| Error::Usage(format!("a scene's description has no material {name:?}")))?;
+        let images = materials[index].as_object_mut().and_then(|m| m.remove("images")).unwrap_or_default();
+        for image in images.as_array().into_iter().flatten() {
+            let view = self.view(&texels::png(image.as_str().unwrap_or_default())?, None);
+            self.push("images", json!({ "name": image, "mimeType": "image/png", "bufferView": view }));
+        }
+        Ok(index)
     }
 
-    pub fn geometry(&mut self, shape: &Shape) -> Geometry {
+    /// The attributes and indices of a shape.
+    fn primitive(&mut self, form: Form) -> Value {
+        if let Some((_, primitive)) = self.shapes.iter().find(|(f, _)| *f == form) {
+            return primitive.clone();
+        }
+        let shape = Shape::of(&form);
         assert!(shape.positions.len() <= usize::from(u16::MAX), "indices are 16 bits wide");
         let positions = self.vectors(shape.positions.iter().map(|p| p.to_array()), Some(ARRAY_BUFFER));
-        let (min, max) = bounds(&shape.positions);
-        self.accessors[positions]["min"] = json!(snapped(min));
-        self.accessors[positions]["max"] = json!(snapped(max));
+        let least = shape.positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let greatest = shape.positions.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        self.limits(positions, least.to_array().map(snap), greatest.to_array().map(snap));
         let normals = self.vectors(shape.normals.iter().map(|n| n.to_array()), Some(ARRAY_BUFFER));
         let mut attributes = json!({ "POSITION": positions, "NORMAL": normals });
         if !shape.uvs.is_empty() {
@@ -64,110 +132,60 @@ impl Glb {
         }
         let bytes: Vec<u8> = shape.indices.iter().flat_map(|&i| (i as u16).to_le_bytes()).collect();
         let view = self.view(&bytes, Some(ELEMENT_ARRAY_BUFFER));
-        let indices = accessor(view, UNSIGNED_SHORT, shape.indices.len(), "SCALAR");
-        let indices = push(&mut self.accessors, indices);
-        Geometry { attributes, indices }
+        let (count, component) = (shape.indices.len(), UNSIGNED_SHORT);
+        let indices = json!({ "bufferView": view, "componentType": component, "count": count, "type": "SCALAR" });
+        let indices = self.push("accessors", indices);
+        let primitive = json!({ "attributes": attributes, "indices": indices });
+        self.shapes.push((form, primitive.clone()));
+        primitive
     }
 
-    pub fn mesh(&mut self, name: &str, geometry: &Geometry, material: usize) -> usize {
-        let primitive = json!({ "attributes": geometry.attributes, "indices": geometry.indices, "material": material });
-        push(&mut self.meshes, json!({ "name": name, "primitives": [primitive] }))
-    }
-
-    pub fn node(&mut self, node: Value) -> usize {
-        push(&mut self.nodes, node)
-    }
-
-    /// A new mesh at a new node with the transform `placement` (`translation`, `rotation`, …).
-    pub fn object(&mut self, name: &str, shape: &Shape, material: usize, placement: Value) -> usize {
-        let geometry = self.geometry(shape);
-        let mesh = self.mesh(name, &geometry, material);
-        self.place(name, mesh, placement)
-    }
-
-    /// A new node with `mesh` and the transform `placement`.
-    pub fn place(&mut self, name: &str, mesh: usize, mut placement: Value) -> usize {
-        placement["name"] = json!(name);
-        placement["mesh"] = json!(mesh);
-        self.node(placement)
-    }
-
-    /// A KHR_lights_punctual light at `eye` that shines towards `target`.
-    pub fn light(&mut self, name: &str, mut light: Value, [eye, target]: [DVec3; 2]) -> usize {
-        light["name"] = json!(name);
-        let light = push(&mut self.lights, light);
-        let mut node = looking(eye, target);
-        node["name"] = json!(name);
-        node["extensions"] = json!({ "KHR_lights_punctual": { "light": light } });
-        self.node(node)
-    }
-
-    /// A perspective camera at `eye` that looks at `target`; `fov` is vertical, in degrees.
-    pub fn camera(&mut self, name: &str, [eye, target]: [DVec3; 2], fov: f64) -> usize {
-        let perspective = json!({ "yfov": snap(fov.to_radians()), "znear": 0.01, "zfar": 100.0 });
-        let camera =
-            push(&mut self.cameras, json!({ "name": name, "type": "perspective", "perspective": perspective }));
-        let mut node = looking(eye, target);
-        node["name"] = json!(name);
-        node["camera"] = json!(camera);
-        self.node(node)
-    }
-
-    /// A linear animation of the rotation of `node`: keys of (seconds, quaternion).
-    pub fn rotate(&mut self, name: &str, node: usize, keys: &[(f64, [f64; 4])]) {
-        let input = self.vectors(keys.iter().map(|(time, _)| [*time]), None);
-        self.accessors[input]["min"] = json!([keys[0].0]);
-        self.accessors[input]["max"] = json!([keys[keys.len() - 1].0]);
-        let output = self.vectors(keys.iter().map(|(_, rotation)| *rotation), None);
-        self.animations.push(json!({
-            "name": name,
+    /// A linear animation of `node`, once around the Y axis: five keys, because a rotation takes the shorter way between two.
+    fn turn(&mut self, node: usize, seconds: f64) {
+        let quarters = [0.0, 0.25, 0.5, 0.75, 1.0];
+        let input = self.vectors(quarters.map(|part| [seconds * part]).into_iter(), None);
+        self.limits(input, [0.0], [seconds as f32]);
+        let rotation = |part: f64| DQuat::from_rotation_y(std::f64::consts::TAU * part).to_array();
+        let output = self.vectors(quarters.map(rotation).into_iter(), None);
+        let animation = json!({
+            "name": "turn",
             "samplers": [{ "input": input, "output": output, "interpolation": "LINEAR" }],
             "channels": [{ "sampler": 0, "target": { "node": node, "path": "rotation" } }],
-        }));
+        });
+        self.push("animations", animation);
     }
 
     /// The bytes of the file. Nodes without a parent become the roots of the scene.
-    pub fn finish(mut self, name: &str, copyright: &str) -> Vec<u8> {
-        pad(&mut self.bin, 0);
-        let children: BTreeSet<u64> = self
-            .nodes
-            .iter()
-            .filter_map(|node| node["children"].as_array())
-            .flatten()
-            .filter_map(Value::as_u64)
-            .collect();
-        let roots: Vec<usize> = (0..self.nodes.len()).filter(|&node| !children.contains(&(node as u64))).collect();
-        let textures: Vec<Value> = (0..self.images.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect();
-        let mut root = json!({
-            "asset": { "version": "2.0", "generator": "twobounce make-assets", "copyright": copyright },
-            "scene": 0,
-            "scenes": [{ "name": name, "nodes": roots }],
-            "nodes": self.nodes,
-            "meshes": self.meshes,
-            "materials": self.materials,
-            "accessors": self.accessors,
-            "bufferViews": self.buffer_views,
-            "buffers": [{ "byteLength": self.bin.len() }],
+    fn finish(mut self, name: &str) -> Result<Vec<u8>> {
+        self.align();
+        let nodes = &self.lists["nodes"];
+        let children: Vec<&Value> = nodes.iter().filter_map(|node| node["children"].as_array()).flatten().collect();
+        let roots: Vec<usize> = (0..nodes.len()).filter(|&node| !children.contains(&&json!(node))).collect();
+        let lights = self.lists.remove("lights");
+        let mut root = json!(self.lists);
+        root["asset"] = json!({
+            "version": "2.0",
+            "generator": "twobounce make-assets",
+            "copyright": "CC0 1.0: dedicated to the public domain",
         });
-        if !textures.is_empty() {
+        root["scene"] = json!(0);
+        root["scenes"] = json!([{ "name": name, "nodes": roots }]);
+        root["buffers"] = json!([{ "byteLength": self.bin.len() }]);
+        if let Some(images) = self.lists.get("images") {
+            let texture = |image: usize| json!({ "source": image, "sampler": 0 });
             root["samplers"] = json!([{ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 }]);
-            root["textures"] = json!(textures);
-            root["images"] = json!(self.images);
+            root["textures"] = (0..images.len()).map(texture).collect();
         }
-        for (key, list) in [("cameras", self.cameras), ("animations", self.animations)] {
-            if !list.is_empty() {
-                root[key] = json!(list);
-            }
-        }
-        if !self.lights.is_empty() {
-            root["extensions"] = json!({ "KHR_lights_punctual": { "lights": self.lights } });
+        if let Some(lights) = lights {
+            root["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights } });
         }
         let mut used = BTreeSet::new();
         extensions(&root, &mut used);
-        if !used.is_empty() {
-            root["extensionsUsed"] = json!(used);
-        }
-        container(&root, &self.bin)
+        root["extensionsUsed"] = json!(used);
+        // The crate writes the lengths.
+        let header = Header { magic: *b"glTF", version: 2, length: 0 };
+        let file = binary::Glb { header, json: root.to_string().into_bytes().into(), bin: Some(self.bin.into()) };
+        file.to_vec().map_err(|e| Error::Usage(format!("the scene {name} cannot be written: {e}")))
     }
 
     /// An accessor of vectors of `N` floats in a buffer view of its own.
@@ -180,55 +198,50 @@ impl Glb {
         let bytes: Vec<u8> = values.flatten().flat_map(|v| snap(v).to_le_bytes()).collect();
         let view = self.view(&bytes, target);
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
-        push(&mut self.accessors, accessor(view, FLOAT, count, kind))
+        self.push("accessors", json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": kind }))
+    }
+
+    fn limits<const N: usize>(&mut self, accessor: usize, min: [f32; N], max: [f32; N]) {
+        if let Some(accessor) = self.lists.get_mut("accessors").and_then(|list| list.get_mut(accessor)) {
+            (accessor["min"], accessor["max"]) = (min.as_slice().into(), max.as_slice().into());
+        }
     }
 
     fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
-        pad(&mut self.bin, 0);
+        self.align();
         let mut view = json!({ "buffer": 0, "byteOffset": self.bin.len(), "byteLength": bytes.len() });
         if let Some(target) = target {
             view["target"] = json!(target);
         }
         self.bin.extend_from_slice(bytes);
-        push(&mut self.buffer_views, view)
+        self.push("bufferViews", view)
+    }
+
+    /// Buffer views begin at multiples of four bytes.
+    fn align(&mut self) {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+    }
+
+    /// Adds `value` to a list of the document. Returns its index.
+    fn push(&mut self, list: &'static str, value: Value) -> usize {
+        let list = self.lists.entry(list).or_default();
+        list.push(value);
+        list.len() - 1
     }
 }
 
-fn accessor(view: usize, component: u32, count: usize, kind: &str) -> Value {
-    json!({ "bufferView": view, "componentType": component, "count": count, "type": kind })
-}
-
 /// Rounds to 2⁻²⁰, so that rounding differences of sine and cosine between machines do not change the files.
-pub fn snap(x: f64) -> f32 {
+fn snap(x: f64) -> f32 {
     ((x * f64::from(1 << 20)).round() / f64::from(1 << 20)) as f32
 }
 
-/// A quaternion in glTF's order: x, y, z, w.
-pub fn rotation(quat: glam::DQuat) -> Value {
-    json!(quat.to_array().map(snap))
-}
-
-fn snapped(v: DVec3) -> [f32; 3] {
-    v.to_array().map(snap)
-}
-
-/// A node at `eye` with −Z towards `target` and +Y as close to up as possible.
-fn looking(eye: DVec3, target: DVec3) -> Value {
+/// The translation and rotation of a node at `eye` with −Z towards `target` and +Y as close to up as possible.
+fn looking(eye: DVec3, target: DVec3) -> [Value; 2] {
     let back = (eye - target).normalize();
     let up = if back.y.abs() > 0.999 { DVec3::Z } else { DVec3::Y };
     let right = up.cross(back).normalize();
-    let quat = glam::DQuat::from_mat3(&glam::DMat3::from_cols(right, back.cross(right), back));
-    json!({ "translation": snapped(eye), "rotation": rotation(quat) })
-}
-
-fn push(list: &mut Vec<Value>, value: Value) -> usize {
-    list.push(value);
-    list.len() - 1
-}
-
-fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
-    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    points.iter().fold(empty, |(min, max), &p| (min.min(p), max.max(p)))
+    let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
+    [json!(eye.to_array().map(snap)), json!(rotation.to_array().map(snap))]
 }
 
 /// Adds the names of all extensions in `value` and its descendants to `used`.
@@ -243,24 +256,4 @@ fn extensions(value: &Value, used: &mut BTreeSet<String>) {
         Value::Array(list) => list.iter().for_each(|inner| extensions(inner, used)),
         _ => {}
     }
-}
-
-fn pad(bytes: &mut Vec<u8>, with: u8) {
-    bytes.resize(bytes.len().next_multiple_of(4), with);
-}
-
-/// GLB: a header of 12 bytes, then the JSON and the BIN chunk.
-fn container(root: &Value, bin: &[u8]) -> Vec<u8> {
-    let mut text = root.to_string().into_bytes();
-    pad(&mut text, b' ');
-    let mut file = Vec::with_capacity(28 + text.len() + bin.len());
-    for word in [0x4654_6C67, 2, (28 + text.len() + bin.len()) as u32, text.len() as u32, 0x4E4F_534A] {
-        file.extend_from_slice(&u32::to_le_bytes(word));
-    }
-    file.extend_from_slice(&text);
-    for word in [bin.len() as u32, 0x004E_4942] {
-        file.extend_from_slice(&u32::to_le_bytes(word));
-    }
-    file.extend_from_slice(bin);
-    file
 }

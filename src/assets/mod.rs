@@ -1,9 +1,7 @@
-//! Generates the scenes in `assets/`, with the same bytes every time.
+//! Generates the scenes in `assets/` from the descriptions beside this file, with the same bytes every time.
 //!
 //! Metres, +Y up. As everywhere in the project, glTF's photometric numbers are taken as radiometric ones.
 
-mod cornell;
-mod gallery;
 mod glb;
 mod shapes;
 mod texels;
@@ -15,11 +13,12 @@ use crate::{Error, Result};
 
 /// Every scene as (file name, bytes of the .glb).
 pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
-    Ok(vec![
-        ("cornell-area.glb", cornell::area()),
-        ("cornell-point.glb", cornell::point()),
-        ("gallery.glb", gallery::gallery()?),
-    ])
+    let described = [
+        ("cornell-area.glb", concat!(include_str!("cornell.toml"), include_str!("cornell_area.toml"))),
+        ("cornell-point.glb", concat!(include_str!("cornell.toml"), include_str!("cornell_point.toml"))),
+        ("gallery.glb", include_str!("gallery.toml")),
+    ];
+    described.into_iter().map(|(name, text)| Ok((name, glb::make(name.trim_end_matches(".glb"), text)?))).collect()
 }
 
 /// Writes every scene into the folder `dir`, which is created if missing. Returns the names of the files.

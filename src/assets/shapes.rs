@@ -4,6 +4,24 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3, dvec2, dvec3};
+use serde::Deserialize;
+
+/// A shape as it is described.
+#[derive(Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub enum Form {
+    /// A parallelogram with normal `u` × `v`. Its uv goes from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) at the opposite
+    /// corner; `repeat` is (1, 1) if absent.
+    Quad { corner: [f64; 3], u: [f64; 3], v: [f64; 3], repeat: Option<[f64; 2]> },
+    /// Closed boxes between two corners each; then rotated by an angle in radians around the Y axis, and translated.
+    Boxes { corners: Vec<[[f64; 3]; 2]>, moved: Option<(f64, [f64; 3])> },
+    /// A closed sphere around the origin with `rings` of latitude and `segments` of longitude.
+    Sphere { radius: f64, rings: u32, segments: u32 },
+    /// A trefoil knot in all colours around the Z axis.
+    Knot {},
+    /// A tube around a circle in the plane of X and Y.
+    Ring { radius: f64 },
+}
 
 /// Triangles with normals; `uvs` and `colors` are empty or one per vertex.
 #[derive(Clone, Default)]
@@ -17,9 +35,37 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A parallelogram with normal `u` × `v`. Its uv goes from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) at the
-    /// opposite corner.
-    pub fn quad(corner: DVec3, u: DVec3, v: DVec3, repeat: DVec2) -> Self {
+    pub fn of(form: &Form) -> Self {
+        match form {
+            &Form::Quad { corner, u, v, repeat } => {
+                Self::quad(corner.into(), u.into(), v.into(), repeat.map_or(DVec2::ONE, DVec2::from))
+            }
+            Form::Boxes { corners, moved } => {
+                let mut shape = Self::default();
+                corners.iter().for_each(|&[min, max]| shape.add_box(min.into(), max.into()));
+                moved.map_or(shape.clone(), |(angle, by)| shape.moved(angle, by.into()))
+            }
+            &Form::Sphere { radius, rings, segments } => Self::sphere(radius, rings, segments),
+            Form::Knot {} => {
+                let curve = |t: f64| {
+                    let t = t * TAU;
+                    dvec3(t.sin() + 2.0 * (2.0 * t).sin(), t.cos() - 2.0 * (2.0 * t).cos(), -(3.0 * t).sin()) * 0.088
+                };
+                let hue = |p: &DVec3| {
+                    let angle = p.y.atan2(p.x);
+                    DVec3::from([0.0, 1.0, 2.0].map(|third| 0.42 + 0.4 * (angle + third * TAU / 3.0).cos()))
+                };
+                let knot = Self::tube(curve, 0.055, 128, 14);
+                Self { colors: knot.positions.iter().map(hue).collect(), ..knot }
+            }
+            Form::Ring { radius } => {
+                let circle = |t: f64| dvec3((t * TAU).cos(), (t * TAU).sin(), 0.0) * *radius;
+                Self::tube(circle, 0.04, 64, 12)
+            }
+        }
+    }
+
+    fn quad(corner: DVec3, u: DVec3, v: DVec3, repeat: DVec2) -> Self {
         Self {
             positions: vec![corner, corner + u, corner + u + v, corner + v],
             normals: vec![u.cross(v).normalize(); 4],
@@ -29,24 +75,20 @@ impl Shape {
         }
     }
 
-    /// A closed box between two corners.
-    pub fn cuboid(min: DVec3, max: DVec3) -> Self {
+    fn add_box(&mut self, min: DVec3, max: DVec3) {
         let size = max - min;
-        let mut shape = Self::default();
         for axis in 0..3 {
             let (mut u, mut v) = (DVec3::ZERO, DVec3::ZERO);
             u[(axis + 1) % 3] = size[(axis + 1) % 3];
             v[(axis + 2) % 3] = size[(axis + 2) % 3];
             let mut high = min;
             high[axis] = max[axis];
-            shape.append(&Self::quad(high, u, v, DVec2::ONE));
-            shape.append(&Self::quad(min, v, u, DVec2::ONE));
+            self.append(&Self::quad(high, u, v, DVec2::ONE));
+            self.append(&Self::quad(min, v, u, DVec2::ONE));
         }
-        shape
     }
 
-    /// A closed sphere around the origin with `rings` of latitude and `segments` of longitude.
-    pub fn sphere(radius: f64, rings: u32, segments: u32) -> Self {
+    fn sphere(radius: f64, rings: u32, segments: u32) -> Self {
         let mut normals = vec![DVec3::Y];
         for ring in 1..rings {
             let (sin, cos) = (PI * f64::from(ring) / f64::from(rings)).sin_cos();
@@ -74,7 +116,7 @@ impl Shape {
     /// A closed tube of `radius` around the closed curve `curve` (parameter 0 to 1), with `along` × `around` quads.
     ///
     /// The cross-sections follow the curve's Frenet frame, so its curvature must not be 0 anywhere.
-    pub fn tube(curve: impl Fn(f64) -> DVec3, radius: f64, along: u32, around: u32) -> Self {
+    fn tube(curve: impl Fn(f64) -> DVec3, radius: f64, along: u32, around: u32) -> Self {
         // Central differences: their error of about 1e-6 rotates the cross-sections slightly; the tube stays closed.
         const H: f64 = 1e-3;
         let mut shape = Self::default();
@@ -98,27 +140,18 @@ impl Shape {
         shape
     }
 
-    /// Sets every vertex colour from the position.
-    pub fn colored(mut self, color: impl Fn(DVec3) -> DVec3) -> Self {
-        self.colors = self.positions.iter().map(|&p| color(p)).collect();
-        self
-    }
-
-    /// Rotates the shape by `angle` radians around the Y axis, then translates it.
-    pub fn moved(mut self, angle: f64, by: DVec3) -> Self {
+    fn moved(mut self, angle: f64, by: DVec3) -> Self {
         let turn = glam::DQuat::from_rotation_y(angle);
         self.positions.iter_mut().for_each(|p| *p = turn * *p + by);
         self.normals.iter_mut().for_each(|n| *n = turn * *n);
         self
     }
 
-    /// Appends another shape with the same attributes.
-    pub fn append(&mut self, other: &Self) {
+    fn append(&mut self, other: &Self) {
         let base = self.positions.len() as u32;
         self.positions.extend(&other.positions);
         self.normals.extend(&other.normals);
         self.uvs.extend(&other.uvs);
-        self.colors.extend(&other.colors);
         self.indices.extend(other.indices.iter().map(|i| base + i));
     }
 }

@@ -46,6 +46,8 @@ impl Reflectance {
 pub struct Bsdf {
     /// World from local: columns tangent, bitangent, normal.
     frame: Mat3,
+    /// The triangle's normal on the viewer's side.
+    pub geometric: Vec3,
     /// Towards the viewer, local; z > 0.
     wo: Vec3,
     alpha: f32,
@@ -62,10 +64,11 @@ pub struct Bsdf {
     choose: [f32; 3],
 }
 
-/// The side from which a BSDF is seen. `normal` and `wo` are unit and have a positive dot product.
+/// The side from which a BSDF is seen. All vectors are unit; both normals have a positive dot product with `wo`.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewing {
     pub normal: Vec3,
+    pub geometric: Vec3,
     /// Towards the viewer.
     pub wo: Vec3,
     /// Whether the viewer is inside the volume that the surface bounds.
@@ -96,7 +99,7 @@ impl Bsdf {
     /// `volume` means that transmission refracts.
     #[inline]
     pub fn new(p: &SurfaceParams, volume: bool, viewing: Viewing) -> Self {
-        let Viewing { normal, wo, inside } = viewing;
+        let Viewing { normal, geometric, wo, inside } = viewing;
         let frame = frame(normal);
         let nonmetal = 1.0 - p.metallic;
         let coat = if nonmetal > 0.0 {
@@ -108,6 +111,7 @@ impl Bsdf {
         let transmitted = p.base_color * p.transmission;
         let mut bsdf = Self {
             frame,
+            geometric,
             wo: (frame.transpose() * wo).with_z(normal.dot(wo).max(1e-6)),
             alpha: p.roughness * p.roughness,
             reflected: Reflectance { f0: p.f0, f90: p.f90 },
@@ -165,9 +169,18 @@ impl Bsdf {
         if self.volume || self.alpha >= SMOOTH { Vec3::ZERO } else { self.transmitted * self.fresnel(self.wo.z).1 }
     }
 
+    /// Whether a direction is on the same side of the triangle and of the plane of the shading normal; else light would leak.
+    #[inline]
+    fn is_consistent(&self, wi: Vec3) -> bool {
+        (self.geometric.dot(wi) > 0.0) == (self.normal().dot(wi) > 0.0)
+    }
+
     /// f · |cos| and the density of [`Self::sample`] without mirrors, for unit `wi` (world space, away from the surface).
     #[inline]
     pub fn eval(&self, wi: Vec3) -> (Vec3, f32) {
+        if !self.is_consistent(wi) {
+            return (Vec3::ZERO, 0.0);
+        }
         let wi = self.frame.transpose() * wi;
         if wi.z > 0.0 {
             self.eval_reflection(wi)
@@ -254,7 +267,8 @@ impl Bsdf {
         let compression = if reflect { 1.0 } else { 1.0 / (self.eta * self.eta) };
         let weight =
             if reflect { reflected / reflection } else { self.transmitted * (rest * compression / transmission) };
-        Some(Scatter { direction: self.frame * wi, weight, density: 0.0, mirror: true, compression })
+        let direction = self.frame * wi;
+        self.is_consistent(direction).then_some(Scatter { direction, weight, density: 0.0, mirror: true, compression })
     }
 
     fn refract(&self, h: Vec3, cos: f32) -> Option<Vec3> {

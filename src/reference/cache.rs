@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bytemuck::{cast_slice, cast_slice_mut};
+use bytemuck::{AnyBitPattern, cast_slice, pod_read_unaligned};
 
-use super::film::{Film, Pixel, Row};
+use super::film::{Film, Pixel};
 use super::{Control, Depth, Options, Progress, VERSION, render};
 use crate::output::file;
 use crate::scene::{Pose, Scene, View};
@@ -135,29 +135,23 @@ fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
     let bytes = std::fs::read(path).ok()?;
     let (content, hash) = bytes.split_last_chunk::<32>()?;
     let mut rest = (blake3::hash(content).as_bytes() == hash).then_some(content)?;
-    (take(&mut rest)? == MAGIC && take(&mut rest)? == *key.as_bytes()).then_some(())?;
-    let size = [options.width, options.height];
-    ([u32::from_le_bytes(take(&mut rest)?), u32::from_le_bytes(take(&mut rest)?)] == size).then_some(())?;
-    let mut film = Film::new(options.width, options.height);
-    for _ in 0..u32::from_le_bytes(take(&mut rest)?) {
-        film.history.push((u32::from_le_bytes(take(&mut rest)?), f64::from_le_bytes(take(&mut rest)?)));
+    let head = (take(&mut rest)?, take(&mut rest)?, take(&mut rest)?);
+    let matches = head == (MAGIC, *key.as_bytes(), [options.width, options.height]);
+    let mut film = matches.then(|| Film::new(options.width, options.height))?;
+    for _ in 0..take::<u32>(&mut rest)? {
+        film.history.push((take(&mut rest)?, take(&mut rest)?));
     }
     for row in &mut film.rows {
-        *row = Row {
-            done: u32::from_le_bytes(take(&mut rest)?),
-            rejected: u64::from_le_bytes(take(&mut rest)?),
-            ..row.clone()
-        };
-        let pixels = cast_slice_mut::<Pixel, u8>(&mut row.pixels);
-        let (here, after) = rest.split_at_checked(pixels.len())?;
-        pixels.copy_from_slice(here);
-        rest = after;
+        (row.done, row.rejected) = (take(&mut rest)?, take(&mut rest)?);
+        for pixel in &mut row.pixels {
+            *pixel = take(&mut rest)?;
+        }
     }
     rest.is_empty().then_some(film)
 }
 
-fn take<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
-    let (chunk, after) = rest.split_first_chunk::<N>()?;
+fn take<T: AnyBitPattern>(rest: &mut &[u8]) -> Option<T> {
+    let (here, after) = rest.split_at_checked(size_of::<T>())?;
     *rest = after;
-    Some(*chunk)
+    Some(pod_read_unaligned(here))
 }

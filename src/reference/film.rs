@@ -1,7 +1,7 @@
 //! Sums of samples per pixel, in f64 and in a fixed order: threads and interruptions do not change a bit.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::DVec3;
 
 use super::integrator::Sample;
 use crate::layers::{Aov, Layers};
@@ -11,10 +11,10 @@ use crate::layers::{Aov, Layers};
 #[repr(C)]
 pub struct Pixel {
     /// Radiance of the even and of the odd samples, two independent sets.
-    halves: [[f64; 3]; 2],
-    direct: [f64; 3],
-    normal: [f64; 3],
-    albedo: [f64; 3],
+    halves: [DVec3; 2],
+    direct: DVec3,
+    normal: DVec3,
+    albedo: DVec3,
     /// Metres, summed over the samples that hit a surface.
     depth: f64,
     hits: f64,
@@ -55,44 +55,35 @@ pub fn next_check(done: u32) -> u32 {
 impl Pixel {
     /// Adds sample number `index`. `depth` is in metres.
     pub fn add(&mut self, sample: &Sample, index: u32, depth: f64) {
-        accumulate(&mut self.halves[index as usize & 1], sample.beauty);
-        accumulate(&mut self.direct, sample.direct);
+        self.halves[index as usize & 1] += sample.beauty.as_dvec3();
+        self.direct += sample.direct.as_dvec3();
         self.ao += sample.ao as f64;
         self.diffuse += sample.diffuse as f64;
         if let Some(first) = &sample.first {
-            accumulate(&mut self.normal, first.normal);
-            accumulate(&mut self.albedo, first.albedo);
+            self.normal += first.normal.as_dvec3();
+            self.albedo += first.albedo.as_dvec3();
             self.depth += depth;
             self.hits += 1.0;
         }
     }
 
-    fn beauty(&self, samples: f64) -> [f64; 3] {
-        std::array::from_fn(|c| (self.halves[0][c] + self.halves[1][c]) / samples)
+    fn beauty(&self, samples: f64) -> DVec3 {
+        (self.halves[0] + self.halves[1]) / samples
     }
 
     fn layer(&self, aov: Aov, samples: f64) -> [f32; 3] {
-        let mean = |sum: [f64; 3], n: f64| sum.map(|s| (s / n) as f32);
-        match aov {
-            Aov::Beauty => self.beauty(samples).map(|x| x as f32),
-            Aov::Direct => mean(self.direct, samples),
-            Aov::Indirect => {
-                let (total, direct) = (self.beauty(samples), self.direct);
-                std::array::from_fn(|c| (total[c] - direct[c] / samples) as f32)
-            }
-            Aov::Ao => [(self.ao / samples) as f32; 3],
-            Aov::Normal => Vec3::from_array(mean(self.normal, 1.0)).normalize_or_zero().to_array(),
-            Aov::Depth if self.hits == 0.0 => [f32::INFINITY; 3],
-            Aov::Depth => [(self.depth / self.hits) as f32; 3],
-            Aov::Albedo => mean(self.albedo, samples),
-            Aov::Diffuse => [(self.diffuse / samples) as f32; 3],
-        }
-    }
-}
-
-fn accumulate(sum: &mut [f64; 3], value: Vec3) {
-    for (sum, value) in sum.iter_mut().zip(value.to_array()) {
-        *sum += value as f64;
+        let value = match aov {
+            Aov::Beauty => self.beauty(samples),
+            Aov::Direct => self.direct / samples,
+            Aov::Indirect => self.beauty(samples) - self.direct / samples,
+            Aov::Ao => DVec3::splat(self.ao / samples),
+            Aov::Normal => self.normal.as_vec3().normalize_or_zero().as_dvec3(),
+            Aov::Depth if self.hits == 0.0 => DVec3::INFINITY,
+            Aov::Depth => DVec3::splat(self.depth / self.hits),
+            Aov::Albedo => self.albedo / samples,
+            Aov::Diffuse => DVec3::splat(self.diffuse / samples),
+        };
+        value.as_vec3().to_array()
     }
 }
 
@@ -134,15 +125,14 @@ impl Film {
         let samples = self.done() as f64;
         let pixels = || self.rows.iter().flat_map(|r| &r.pixels);
         let n = pixels().count() as f64;
-        let mean = pixels().flat_map(|p| p.beauty(samples)).sum::<f64>() / (3.0 * n);
+        let mean = pixels().flat_map(|p| p.beauty(samples).to_array()).sum::<f64>() / (3.0 * n);
         if mean <= 0.0 || mean.is_nan() {
             return 0.0;
         }
         let floor = 0.03 * mean * mean;
         let relative = |p: &Pixel| {
-            let error: f64 = (0..3).map(|c| ((p.halves[0][c] - p.halves[1][c]) / samples).powi(2)).sum();
-            let value: f64 = p.beauty(samples).iter().map(|v| v * v).sum();
-            error / (value + floor)
+            let error = ((p.halves[0] - p.halves[1]) / samples).length_squared();
+            error / (p.beauty(samples).length_squared() + floor)
         };
         (pixels().map(relative).sum::<f64>() / n).sqrt()
     }
@@ -163,6 +153,7 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     #[test]
     fn checks_come_in_steps_of_an_eighth() {

@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::scene::surface::{SurfacePoint, WorldFrame};
-use crate::scene::{Alpha, Mesh, Pose, Scene};
+use crate::scene::{Alpha, Bounds, Mesh, Pose, Scene};
 
 /// Units across the scene.
 const SPAN: f64 = 1024.0;
@@ -94,13 +94,10 @@ impl<'a> Geometry<'a> {
     /// Leaves out triangles without area or with non-finite positions.
     pub fn new(scene: &'a Scene, pose: &Pose) -> Self {
         let world = world_triangles(scene, pose);
-        let (min, max) = world
-            .iter()
-            .flat_map(|(_, t)| t)
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), &p| (a.min(p), b.max(p)));
-        let extent = (max - min).max_element();
+        let bounds = world.iter().flat_map(|(_, t)| t).copied().fold(Bounds::EMPTY, Bounds::include);
+        let extent = bounds.size().max_element();
         let units = if extent > 0.0 {
-            Units { center: (min + max) / 2.0, size: (extent / SPAN).log2().round().exp2() }
+            Units { center: bounds.center(), size: (extent / SPAN).log2().round().exp2() }
         } else {
             Units { center: DVec3::ZERO, size: 1.0 }
         };
@@ -112,15 +109,9 @@ impl<'a> Geometry<'a> {
                 sources.push(source);
             }
         }
+        let flags = scene.materials.iter().map(MaterialFlags::of).collect();
         let frames = pose.world_from_instance.iter().map(WorldFrame::new).collect();
-        Self {
-            scene,
-            units,
-            triangles,
-            sources,
-            flags: scene.materials.iter().map(MaterialFlags::of).collect(),
-            frames,
-        }
+        Self { scene, units, triangles, sources, flags, frames }
     }
 
     #[inline]

@@ -66,8 +66,6 @@ pub(super) struct Vertex {
     pub point: Point,
     pub surface: Surface,
     pub bsdf: Bsdf,
-    /// The triangle's normal on the viewer's side.
-    pub geometric: Vec3,
     /// Share of light that passes the surface unscattered.
     unscattered: Vec3,
     /// Whether neither the vertex nor a surface on the way to it lets light pass unscattered.
@@ -114,16 +112,28 @@ impl<'a> Integrator<'a> {
 
     /// Traces a path until it ends.
     pub(super) fn follow(&self, path: &mut Path, sampler: &mut Sampler) {
-        while let Some(vertex) = self.advance(path, sampler) {
-            self.add_emission(path, &vertex);
-            if !self.continues(path, &vertex) {
-                break;
-            }
+        while let Some(vertex) = self.arrive(path, sampler) {
             self.add_sampled_light(path, &vertex, sampler);
             if self.scatter(path, &vertex, sampler).is_none() {
                 break;
             }
         }
+    }
+
+    /// Follows the path from a vertex that it has reached until it ends.
+    pub(super) fn follow_from(&self, vertex: &Vertex, path: &mut Path, sampler: &mut Sampler) {
+        self.add_sampled_light(path, vertex, sampler);
+        if self.scatter(path, vertex, sampler).is_some() {
+            self.follow(path, sampler);
+        }
+    }
+
+    /// [`Self::advance`], and adds the emission there. `None` if the path ends.
+    #[inline(always)]
+    pub(super) fn arrive(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
+        let vertex = self.advance(path, sampler)?;
+        self.add_emission(path, &vertex);
+        self.continues(path, &vertex).then_some(vertex)
     }
 
     /// Whether the path continues at a vertex.
@@ -201,9 +211,9 @@ impl<'a> Integrator<'a> {
         let (geometric, wo) = (point.geometric * side, -ray.direction);
         let normal = bent_towards(surface.normal * side, geometric, wo);
         let volume = self.geometry().flags[point.material].volume;
-        let bsdf = Bsdf::new(&surface.params, volume, Viewing { normal, wo, inside: hit.back });
+        let bsdf = Bsdf::new(&surface.params, volume, Viewing { normal, geometric, wo, inside: hit.back });
         let unscattered = bsdf.unscattered() * surface.params.opacity + (1.0 - surface.params.opacity);
-        Vertex { hit, point, surface, bsdf, geometric, unscattered, clear: true }
+        Vertex { hit, point, surface, bsdf, unscattered, clear: true }
     }
 
     /// The origin of a ray that leaves a vertex in `direction`: slightly off the surface, so that the ray does not hit it
@@ -212,7 +222,7 @@ impl<'a> Integrator<'a> {
         let p = vertex.point.position;
         // A few times the spacing of f32 at the position; 16 units account for cancellation near the centre.
         let offset = 2e-6 * (p.abs().max_element() + 16.0);
-        p + vertex.geometric * offset.copysign(vertex.geometric.dot(direction))
+        p + vertex.bsdf.geometric * offset.copysign(vertex.bsdf.geometric.dot(direction))
     }
 
     fn record_first_hit(&self, path: &mut Path, vertex: &Vertex, sampler: &Sampler) {
@@ -224,14 +234,14 @@ impl<'a> Integrator<'a> {
         });
         if self.occlusion {
             let [u, v, ..] = sampler.set(OCCLUSION);
-            let direction = bsdf::frame(vertex.geometric) * bsdf::sample_cosine([u, v]);
+            let direction = bsdf::frame(vertex.bsdf.geometric) * bsdf::sample_cosine([u, v]);
             let open = self.transmittance(vertex, direction, None);
             path.sample.ao = open.element_sum() / 3.0;
         }
     }
 
     /// Adds the emission at a vertex, weighted against light sampling.
-    pub(super) fn add_emission(&self, path: &mut Path, vertex: &Vertex) {
+    fn add_emission(&self, path: &mut Path, vertex: &Vertex) {
         if vertex.surface.params.unlit {
             if path.scattered == 0 {
                 path.add(vertex.surface.params.base_color);
@@ -253,7 +263,7 @@ impl<'a> Integrator<'a> {
         let k = path.scattered;
         let mut sum = Vec3::ZERO;
         for light in self.light_samples(vertex.point.position, k, sampler) {
-            let (f, density) = vertex.evaluate(light.direction);
+            let (f, density) = vertex.bsdf.eval(light.direction);
             let unoccluded = f * light.weighted_radiance(density);
             if unoccluded != Vec3::ZERO {
                 sum += unoccluded * self.transmittance(vertex, light.direction, light.end);
@@ -277,14 +287,7 @@ impl<'a> Integrator<'a> {
     /// The share of light that reaches a vertex from `end`, or from infinity along `direction`.
     pub(super) fn transmittance(&self, vertex: &Vertex, direction: Vec3, end: Option<Vec3>) -> Vec3 {
         let origin = self.offset_origin(vertex, direction);
-        let ray = match end {
-            None => Ray { origin, direction, near: 0.0, far: f32::INFINITY },
-            Some(end) => {
-                let to = end - origin;
-                let far = to.length();
-                Ray { origin, direction: to / far.max(f32::MIN_POSITIVE), near: 0.0, far }
-            }
-        };
+        let ray = end.map_or(Ray::new(origin, direction), |end| Ray::between(origin, end));
         let mut share = Vec3::ONE;
         let blocked = self.bvh.any(&ray, |hit| {
             let flags = self.flags(hit.at);
@@ -300,10 +303,7 @@ impl<'a> Integrator<'a> {
 
     /// The ray between two vertices; `direction` points from the first to the second.
     pub(super) fn ray_between(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> Ray {
-        let origin = self.offset_origin(from, direction);
-        let to = self.offset_origin(to, -direction) - origin;
-        let far = to.length();
-        Ray { origin, direction: to / far.max(f32::MIN_POSITIVE), near: 0.0, far }
+        Ray::between(self.offset_origin(from, direction), self.offset_origin(to, -direction))
     }
 
     /// The bits of those of up to eight rays that hit a surface, transparent or not.
@@ -321,9 +321,6 @@ impl<'a> Integrator<'a> {
         let [u, v, _, _] = sampler.set(2 * k + 1);
         let [lobe, roulette, ..] = sampler.set(2 * k + 2);
         let scatter = vertex.bsdf.sample(lobe, [u, v])?;
-        if !vertex.consistent(scatter.direction) {
-            return None;
-        }
         path.throughput *= scatter.weight;
         path.compression *= scatter.compression;
         let mut survive = 1.0;
@@ -337,12 +334,7 @@ impl<'a> Integrator<'a> {
         }
         path.scattered += 1;
         path.density = (!scatter.mirror).then_some(scatter.density);
-        path.ray = Ray {
-            origin: self.offset_origin(vertex, scatter.direction),
-            direction: scatter.direction,
-            near: 0.0,
-            far: f32::INFINITY,
-        };
+        path.ray = Ray::new(self.offset_origin(vertex, scatter.direction), scatter.direction);
         (path.throughput != Vec3::ZERO).then_some(survive)
     }
 }
@@ -371,33 +363,17 @@ impl Path {
 }
 
 impl Vertex {
-    pub(super) fn evaluate(&self, wi: Vec3) -> (Vec3, f32) {
-        evaluate(&self.bsdf, self.geometric, wi)
-    }
-
-    /// Whether a direction is on the same side of the triangle and of the plane of the shading normal; else light would leak.
-    fn consistent(&self, wi: Vec3) -> bool {
-        consistent(&self.bsdf, self.geometric, wi)
-    }
-
     /// The BSDF for another viewer on the same side, in unit direction `wo`.
+    #[inline]
     pub(super) fn seen_from(&self, wo: Vec3) -> Bsdf {
         if self.bsdf.is_lambertian() && self.bsdf.normal().dot(wo) > 0.0 {
             return self.bsdf;
         }
         let side = if self.hit.back { -1.0 } else { 1.0 };
-        let normal = bent_towards(self.surface.normal * side, self.geometric, wo);
-        Bsdf::new(&self.surface.params, false, Viewing { normal, wo, inside: self.hit.back })
+        let geometric = self.bsdf.geometric;
+        let normal = bent_towards(self.surface.normal * side, geometric, wo);
+        Bsdf::new(&self.surface.params, false, Viewing { normal, geometric, wo, inside: self.hit.back })
     }
-}
-
-fn consistent(bsdf: &Bsdf, geometric: Vec3, wi: Vec3) -> bool {
-    (geometric.dot(wi) > 0.0) == (bsdf.normal().dot(wi) > 0.0)
-}
-
-/// f · |cos| and density; zero unless [`Vertex::consistent`].
-pub(super) fn evaluate(bsdf: &Bsdf, geometric: Vec3, wi: Vec3) -> (Vec3, f32) {
-    if consistent(bsdf, geometric, wi) { bsdf.eval(wi) } else { (Vec3::ZERO, 0.0) }
 }
 
 /// Veach's power heuristic for a strategy with density `own`, against one with density `other`.

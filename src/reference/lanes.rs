@@ -1,170 +1,72 @@
-//! Arithmetic on eight numbers at a time: in AVX registers if the processor has them, else in plain arrays. Both round every
-//! operation in the same way, so both give the same bits.
+//! Arithmetic on eight numbers at a time, as two of glam's vectors, which lie in registers.
 
-/// Eight numbers in memory, aligned for [`Eight::load`].
+use std::ops::{Add, Div, Mul, Sub};
+
+use glam::Vec4;
+
+/// Eight numbers. Comparisons give one bit per lane and are false with NaN.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
-pub struct Lanes(pub [f32; 8]);
-
-/// Operations on eight numbers. Masks have one bit per lane; comparisons with NaN are false.
-pub trait Eight: Copy {
-    fn load(from: &Lanes) -> Self;
-    fn splat(value: f32) -> Self;
-    fn store(self) -> Lanes;
-    fn add(self, other: Self) -> Self;
-    fn sub(self, other: Self) -> Self;
-    fn mul(self, other: Self) -> Self;
-    fn div(self, other: Self) -> Self;
-    /// `other` where one of the two is NaN, as the processor's instruction does.
-    fn min(self, other: Self) -> Self;
-    fn max(self, other: Self) -> Self;
-    fn less(self, other: Self) -> u32;
-    fn less_or_equal(self, other: Self) -> u32;
-}
+pub struct Lanes([Vec4; 2]);
 
 impl Lanes {
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|lane| f(self.0[lane], other.0[lane])))
+    pub const fn splat(value: f32) -> Self {
+        Self([Vec4::splat(value); 2])
     }
 
     #[inline(always)]
-    fn mask(self, other: Self, f: impl Fn(f32, f32) -> bool) -> u32 {
-        (0..8).map(|lane| u32::from(f(self.0[lane], other.0[lane])) << lane).sum()
+    pub fn from_fn(mut value: impl FnMut(usize) -> f32) -> Self {
+        // Not `std::array::from_fn`, which is not inlined.
+        let mut numbers = [0.0; 8];
+        numbers.iter_mut().enumerate().for_each(|(lane, number)| *number = value(lane));
+        Self(bytemuck::cast(numbers))
+    }
+
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> f32 {
+        bytemuck::cast_ref::<_, [f32; 8]>(&self.0)[lane]
+    }
+
+    /// `other` where one of the two is NaN, as x86's instruction does.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| if cfg!(target_arch = "x86_64") { a.min(b) } else { Vec4::select(a.cmplt(b), a, b) })
+    }
+
+    /// `other` where one of the two is NaN, as x86's instruction does.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if cfg!(target_arch = "x86_64") { a.max(b) } else { Vec4::select(a.cmpgt(b), a, b) })
+    }
+
+    #[inline(always)]
+    pub fn less(self, other: Self) -> u32 {
+        self.0[0].cmplt(other.0[0]).bitmask() | self.0[1].cmplt(other.0[1]).bitmask() << 4
+    }
+
+    #[inline(always)]
+    pub fn less_or_equal(self, other: Self) -> u32 {
+        self.0[0].cmple(other.0[0]).bitmask() | self.0[1].cmple(other.0[1]).bitmask() << 4
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(Vec4, Vec4) -> Vec4) -> Self {
+        Self([f(self.0[0], other.0[0]), f(self.0[1], other.0[1])])
     }
 }
 
-impl Eight for Lanes {
-    #[inline(always)]
-    fn load(from: &Lanes) -> Self {
-        *from
-    }
+macro_rules! operators {
+    ($($trait:ident $method:ident),*) => {$(
+        impl $trait for Lanes {
+            type Output = Self;
 
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        Self([value; 8])
-    }
-
-    #[inline(always)]
-    fn store(self) -> Lanes {
-        self
-    }
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
-    }
-
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.zip(other, |a, b| a / b)
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a < b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a > b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn less(self, other: Self) -> u32 {
-        self.mask(other, |a, b| a < b)
-    }
-
-    #[inline(always)]
-    fn less_or_equal(self, other: Self) -> u32 {
-        self.mask(other, |a, b| a <= b)
-    }
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |a, b| $trait::$method(a, b))
+            }
+        }
+    )*};
 }
 
-/// To be used only where [`avx`] is true.
-#[cfg(target_arch = "x86_64")]
-pub use std::arch::x86_64::__m256 as Avx;
-
-#[cfg(target_arch = "x86_64")]
-mod x86 {
-    use super::{Avx, Eight, Lanes};
-    use std::arch::x86_64::*;
-
-    // SAFETY of all: the callers of generic code choose `Avx` only on processors that have it; loads are aligned.
-    impl Eight for Avx {
-        #[inline(always)]
-        fn load(from: &Lanes) -> Self {
-            unsafe { _mm256_load_ps(from.0.as_ptr()) }
-        }
-
-        #[inline(always)]
-        fn splat(value: f32) -> Self {
-            unsafe { _mm256_set1_ps(value) }
-        }
-
-        #[inline(always)]
-        fn store(self) -> Lanes {
-            let mut to = Lanes::default();
-            unsafe { _mm256_store_ps(to.0.as_mut_ptr(), self) };
-            to
-        }
-
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            unsafe { _mm256_add_ps(self, other) }
-        }
-
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            unsafe { _mm256_sub_ps(self, other) }
-        }
-
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            unsafe { _mm256_mul_ps(self, other) }
-        }
-
-        #[inline(always)]
-        fn div(self, other: Self) -> Self {
-            unsafe { _mm256_div_ps(self, other) }
-        }
-
-        #[inline(always)]
-        fn min(self, other: Self) -> Self {
-            unsafe { _mm256_min_ps(self, other) }
-        }
-
-        #[inline(always)]
-        fn max(self, other: Self) -> Self {
-            unsafe { _mm256_max_ps(self, other) }
-        }
-
-        #[inline(always)]
-        fn less(self, other: Self) -> u32 {
-            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self, other)) as u32 }
-        }
-
-        #[inline(always)]
-        fn less_or_equal(self, other: Self) -> u32 {
-            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self, other)) as u32 }
-        }
-    }
-}
-
-/// Whether this processor has AVX registers.
-pub fn avx() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return is_x86_feature_detected!("avx");
-    #[cfg(not(target_arch = "x86_64"))]
-    false
-}
+operators!(Add add, Sub sub, Mul mul, Div div);

@@ -164,13 +164,12 @@ impl PunctualLight {
         if irradiance == Vec3::ZERO {
             return None;
         }
-        let (to, distance) = match self.kind {
-            LightKind::Directional => (-self.direction, f32::INFINITY),
-            _ => ((self.position - p).normalize(), (self.position - p).length()),
-        };
-        let sin2 = match self.kind {
-            LightKind::Directional => self.radius * self.radius / (1.0 + self.radius * self.radius),
-            _ => (self.radius / distance).powi(2).min(1.0),
+        let radius2 = self.radius * self.radius;
+        let (to, distance, sin2) = if self.kind == LightKind::Directional {
+            (-self.direction, f32::INFINITY, radius2 / (1.0 + radius2))
+        } else {
+            let (to, distance) = (self.position - p).normalize_and_length();
+            (to, distance, (self.radius / distance).powi(2).min(1.0))
         };
         let cos_max = (1.0 - sin2).sqrt();
         // 1 − cos, without cancellation.
@@ -180,7 +179,7 @@ impl PunctualLight {
         let direction = (frame(to) * Vec3::new(sin * c, sin * s, 1.0 - versine)).normalize();
         // A cone of uniform radiance L gives the irradiance E = L π sin². Its solid angle is 2π sin² / (1 + cos).
         let radiance = irradiance * (2.0 / (1.0 + cos_max));
-        let along = (self.radius * self.radius - distance * distance * (sin * sin)).max(0.0).sqrt();
+        let along = (radius2 - distance * distance * (sin * sin)).max(0.0).sqrt();
         let reach = distance * (1.0 - versine) - along;
         let end = distance.is_finite().then(|| p + direction * reach.max(0.0));
         Some(LightSample { direction, end, radiance, density: None })

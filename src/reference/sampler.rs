@@ -41,24 +41,15 @@ const fn directions(degree: usize, polynomial: u32, m: [u32; 3]) -> [u32; 32] {
 
 const fn table() -> [[[u32; 256]; 4]; SET] {
     let mut table = [[[0u32; 256]; 4]; SET];
-    let mut d = 0;
-    while d < SET {
-        let mut byte = 0;
-        while byte < 4 {
-            let mut value = 0;
-            while value < 256 {
-                let mut bit = 0;
-                while bit < 8 {
-                    if (value >> bit) & 1 == 1 {
-                        table[d][byte][value] ^= DIRECTIONS[d][byte * 8 + bit];
-                    }
-                    bit += 1;
-                }
-                value += 1;
-            }
-            byte += 1;
+    let mut i = 0;
+    while i < SET * 4 * 256 {
+        let (d, byte, value) = (i / 1024, i / 256 % 4, i % 256);
+        if value > 0 {
+            // Without its lowest bit the value stands before this one.
+            let bit = value.trailing_zeros() as usize;
+            table[d][byte][value] = table[d][byte][value & (value - 1)] ^ DIRECTIONS[d][byte * 8 + bit];
         }
-        d += 1;
+        i += 1;
     }
     table
 }

@@ -9,7 +9,7 @@
 use glam::Vec3;
 
 use super::bvh;
-use super::integrator::{Integrator, Path, Sample, Vertex, evaluate, weight};
+use super::integrator::{Integrator, Path, Sample, Vertex, weight};
 use super::lights::LightSample;
 use super::sampler::Sampler;
 use super::traversal::Ray;
@@ -76,7 +76,10 @@ impl Integrator<'_> {
         let mut shared = Vec::new();
         for (pixel, (ray, sampler)) in rays.iter().zip(samplers).enumerate() {
             let mut path = Path::new(*ray);
-            let first = self.trace_first(&mut path, sampler);
+            let first = self.arrive(&mut path, sampler).map(|vertex| {
+                self.add_sampled_light(&mut path, &vertex, sampler);
+                FirstVertex { throughput: path.throughput, vertex }
+            });
             if first.as_ref().is_some_and(|first| self.scatter(&mut path, &first.vertex, sampler).is_some()) {
                 shared.extend(self.trace_second(&mut path, sampler, pixel));
             }
@@ -89,30 +92,12 @@ impl Integrator<'_> {
         samples
     }
 
-    /// Traces a path to its first vertex; `None` if it ends there.
-    fn trace_first(&self, path: &mut Path, sampler: &mut Sampler) -> Option<FirstVertex> {
-        let vertex = self.advance(path, sampler)?;
-        self.add_emission(path, &vertex);
-        if !self.continues(path, &vertex) {
-            return None;
-        }
-        self.add_sampled_light(path, &vertex, sampler);
-        Some(FirstVertex { throughput: path.throughput, vertex })
-    }
-
     /// Traces a path to its second vertex. If that cannot be shared, the path is traced to its end.
     fn trace_second(&self, path: &mut Path, sampler: &mut Sampler, pixel: usize) -> Option<SharedVertex> {
-        let vertex = self.advance(path, sampler)?;
-        self.add_emission(path, &vertex);
-        if !self.continues(path, &vertex) {
-            return None;
-        }
+        let vertex = self.arrive(path, sampler)?;
         let shared = path.density.is_some() && vertex.clear && !self.geometry().flags[vertex.point.material].volume;
         if !shared {
-            self.add_sampled_light(path, &vertex, sampler);
-            if self.scatter(path, &vertex, sampler).is_some() {
-                self.follow(path, sampler);
-            }
+            self.follow_from(&vertex, path, sampler);
             return None;
         }
         let lights = self.visible_lights(&vertex, sampler);
@@ -124,7 +109,7 @@ impl Integrator<'_> {
     fn visible_lights(&self, vertex: &Vertex, sampler: &Sampler) -> [Option<LightSample>; 2] {
         let mut visible = [None; 2];
         for (slot, light) in visible.iter_mut().zip(self.light_samples(vertex.point.position, 1, sampler)) {
-            if vertex.geometric.dot(light.direction) > 0.0 || vertex.bsdf.transmits() {
+            if vertex.bsdf.geometric.dot(light.direction) > 0.0 || vertex.bsdf.transmits() {
                 let share = self.transmittance(vertex, light.direction, light.end);
                 *slot = (share != Vec3::ZERO).then(|| LightSample { radiance: light.radiance * share, ..light });
             }
@@ -152,10 +137,7 @@ impl Integrator<'_> {
         let cos = next.point.geometric.dot(direction);
         let density = self.lights.emitter_density(next.hit.at.triangle, next.hit.t, cos);
         if self.continues(&tail, &next) {
-            self.add_sampled_light(&mut tail, &next, sampler);
-            if self.scatter(&mut tail, &next, sampler).is_some() {
-                self.follow(&mut tail, sampler);
-            }
+            self.follow_from(&next, &mut tail, sampler);
         }
         Some(ScatteredLight { direction, emission, density, rest: tail.sample.beauty })
     }
@@ -216,25 +198,24 @@ impl<'a> Connection<'a> {
         let to = shared.vertex.point.position - first.vertex.point.position;
         let distance2 = to.length_squared();
         let direction = to / distance2.sqrt();
-        let cos = -shared.vertex.geometric.dot(direction);
+        let cos = -shared.vertex.bsdf.geometric.dot(direction);
         if !(cos > 0.0 && distance2 > 0.0) {
             return None;
         }
-        let (f, density) = first.vertex.evaluate(direction);
+        let (f, density) = first.vertex.bsdf.eval(direction);
         let per_area = cos / distance2;
         (density > 0.0).then(|| Self { pixel, first, direction, f: f * per_area, density: density * per_area })
     }
 
     fn contribution(self, shared: &SharedVertex) -> Contribution {
         let bsdf = shared.vertex.seen_from(-self.direction);
-        let evaluate = |direction| evaluate(&bsdf, shared.vertex.geometric, direction);
         let lights = shared.lights.map(|light| {
             light.map_or(Vec3::ZERO, |light| {
-                let (f, scattered) = evaluate(light.direction);
+                let (f, scattered) = bsdf.eval(light.direction);
                 f * light.weighted_radiance(scattered)
             })
         });
-        let scattered = shared.scattered.as_ref().map_or((Vec3::ZERO, 0.0), |light| evaluate(light.direction));
+        let scattered = shared.scattered.as_ref().map_or((Vec3::ZERO, 0.0), |light| bsdf.eval(light.direction));
         let throughput = self.first.throughput * self.f;
         Contribution { pixel: self.pixel, throughput, density: self.density, lights, scattered }
     }

@@ -1,14 +1,14 @@
 //! Traversal of the tree of `src/reference/bvh.rs`: one ray against eight boxes or triangles at a time, or eight rays at a
-//! time. On x86 it is compiled with and without AVX; the choice is made at run time.
+//! time.
 
 use glam::Vec3;
 use std::cell::Cell;
 
 use super::bvh::{Bvh, LEAF, NONE, WIDTH};
 use super::geometry::Location;
-use super::lanes::{self, Eight, Lanes};
+use super::lanes::Lanes;
 use super::memory;
-use super::watertight::{Test, load, splat};
+use super::watertight::{Test, splat};
 
 /// A ray segment, in units.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,6 +18,19 @@ pub struct Ray {
     pub direction: Vec3,
     pub near: f32,
     pub far: f32,
+}
+
+impl Ray {
+    /// `direction` is unit.
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, near: 0.0, far: f32::INFINITY }
+    }
+
+    pub fn between(origin: Vec3, end: Vec3) -> Self {
+        let to = end - origin;
+        let far = to.length();
+        Self { origin, direction: to / far.max(f32::MIN_POSITIVE), near: 0.0, far }
+    }
 }
 
 /// The intersection of a ray and a triangle.
@@ -46,8 +59,10 @@ thread_local! {
     static PACKETS: Cell<Vec<(u32, u32)>> = const { Cell::new(Vec::new()) };
 }
 
+// The searches are not inlined: the registers of their loops are scarce.
 impl Bvh {
     /// The nearest hit for which `accept` is true.
+    #[inline(never)]
     pub fn nearest(&self, ray: &Ray, accept: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut nearest = None;
         self.walk::<true>(ray, |hit, far| {
@@ -61,6 +76,7 @@ impl Bvh {
     }
 
     /// Calls `stop` with hits in no particular order until it returns true. The result is whether it did.
+    #[inline(never)]
     pub fn any(&self, ray: &Ray, mut stop: impl FnMut(&Hit) -> bool) -> bool {
         let mut stopped = false;
         self.walk::<false>(ray, |hit, far| {
@@ -71,39 +87,20 @@ impl Bvh {
     }
 
     /// [`Self::any`] for up to eight neighbouring rays, one bit per ray, much faster.
+    #[inline(never)]
     pub fn any_of(&self, rays: &[Ray], mut stop: impl FnMut(&Hit) -> bool) -> u32 {
         if rays.windows(2).any(|pair| planes(&pair[0]) != planes(&pair[1])) {
             return (0..).zip(rays).map(|(bit, ray)| u32::from(self.any(ray, &mut stop)) << bit).sum();
         }
-        #[cfg(target_arch = "x86_64")]
-        if self.avx {
-            // SAFETY: the processor has AVX.
-            return unsafe { self.any_of_avx(rays, stop) };
-        }
-        self.any_of_lanes::<Lanes>(rays, stop)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx")]
-    fn any_of_avx(&self, rays: &[Ray], stop: impl FnMut(&Hit) -> bool) -> u32 {
-        self.any_of_lanes::<lanes::Avx>(rays, stop)
-    }
-
-    /// Here each lane is a ray.
-    #[inline(always)]
-    fn any_of_lanes<L: Eight>(&self, rays: &[Ray], mut stop: impl FnMut(&Hit) -> bool) -> u32 {
         if self.nodes.is_empty() || rays.is_empty() {
             return 0;
         }
         let (first, last) = planes(&rays[0]);
-        let of =
-            |value: &dyn Fn(&Ray) -> f32| Lanes(std::array::from_fn(|lane| value(&rays[lane.min(rays.len() - 1)])));
-        let vectors =
-            |value: &dyn Fn(&Ray) -> Vec3| -> [Lanes; 3] { std::array::from_fn(|axis| of(&|r| value(r)[axis])) };
-        let (origin, direction) = (load(&vectors(&|r| r.origin)), load(&vectors(&|r| r.direction)));
-        let inverse = load(&vectors(&|r| r.direction.recip()));
-        let (near, far) = (L::load(&of(&|r| r.near)), L::load(&of(&|r| r.far)));
-        let slack = L::splat(SLACK);
+        // Each lane is a ray.
+        let (origin, direction) = (vectors(rays, |r| r.origin), vectors(rays, |r| r.direction));
+        let inverse = vectors(rays, |r| r.direction.recip());
+        let (near, far) = (numbers(rays, |r| r.near), numbers(rays, |r| r.far));
+        let slack = Lanes::splat(SLACK);
         let all = (1 << rays.len()) - 1;
         let mut stopped = 0;
         let mut stack = PACKETS.take();
@@ -117,13 +114,13 @@ impl Bvh {
             if child & LEAF != 0 {
                 let packet = &self.packets[(child & !LEAF) as usize];
                 for (lane, &triangle) in packet.triangles.iter().enumerate().take_while(|(_, t)| **t != NONE) {
-                    let [a, b, c] = packet.corners.each_ref().map(|corner| corner.each_ref().map(|axis| axis.0[lane]));
-                    let test = Test::new(origin, direction, [splat(a), splat(b), splat(c)]);
-                    let mut hits = test.hits(near, far) & met & !stopped;
-                    while hits != 0 {
-                        let bit = hits.trailing_zeros();
-                        hits &= hits - 1;
-                        stopped |= u32::from(stop(&test.hit(bit as usize, triangle))) << bit;
+                    let corner = |i: usize| {
+                        let [x, y, z] = &packet.corners[i];
+                        splat([x.lane(lane), y.lane(lane), z.lane(lane)])
+                    };
+                    let test = Test::new(origin, direction, &[corner(0), corner(1), corner(2)]);
+                    for bit in bits(test.hits(near, far) & met & !stopped) {
+                        stopped |= u32::from(stop(&test.hit(bit, triangle))) << bit;
                     }
                 }
                 if stopped == all {
@@ -132,15 +129,15 @@ impl Bvh {
                 continue;
             }
             let node = &self.nodes[child as usize];
-            for (lane, &child) in node.children.iter().enumerate() {
+            for (lane, &child) in node.children.iter().enumerate().take_while(|(_, child)| **child != NONE) {
                 let (mut enter, mut leave) = (near, far);
                 for axis in 0..3 {
-                    let (t0, t1) = (node.planes[first[axis]].0[lane], node.planes[last[axis]].0[lane]);
+                    let (t0, t1) = (node.planes[first[axis]].lane(lane), node.planes[last[axis]].lane(lane));
                     // A ray inside the plane gives NaN, which `max` and `min` ignore.
-                    enter = L::splat(t0).sub(origin[axis]).mul(inverse[axis]).max(enter);
-                    leave = L::splat(t1).sub(origin[axis]).mul(inverse[axis]).min(leave);
+                    enter = ((Lanes::splat(t0) - origin[axis]) * inverse[axis]).max(enter);
+                    leave = ((Lanes::splat(t1) - origin[axis]) * inverse[axis]).min(leave);
                 }
-                let through = enter.less_or_equal(leave.mul(slack)) & met;
+                let through = enter.less_or_equal(leave * slack) & met;
                 if through != 0 {
                     stack.push((child, through));
                     self.prefetch(child);
@@ -162,32 +159,15 @@ impl Bvh {
     }
 
     /// Calls `found` with each hit and the ray's end, and continues up to the end that it returns. `ORDERED` visits near boxes
-    /// first.
-    fn walk<const ORDERED: bool>(&self, ray: &Ray, found: impl FnMut(&Hit, f32) -> f32) {
-        #[cfg(target_arch = "x86_64")]
-        if self.avx {
-            // SAFETY: the processor has AVX.
-            return unsafe { self.walk_avx::<ORDERED>(ray, found) };
-        }
-        self.walk_lanes::<Lanes, ORDERED>(ray, found);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx")]
-    fn walk_avx<const ORDERED: bool>(&self, ray: &Ray, found: impl FnMut(&Hit, f32) -> f32) {
-        self.walk_lanes::<lanes::Avx, ORDERED>(ray, found);
-    }
-
-    /// Here each lane is a box or a triangle.
-    #[inline(always)]
-    fn walk_lanes<L: Eight, const ORDERED: bool>(&self, ray: &Ray, mut found: impl FnMut(&Hit, f32) -> f32) {
+    /// first. Each lane is a box or a triangle.
+    fn walk<const ORDERED: bool>(&self, ray: &Ray, mut found: impl FnMut(&Hit, f32) -> f32) {
         if self.nodes.is_empty() {
             return;
         }
-        let (origin, direction) = (splat::<L>(ray.origin.into()), splat(ray.direction.into()));
+        let (origin, direction) = (splat(ray.origin.into()), splat(ray.direction.into()));
         let (first, last) = planes(ray);
-        let inverse = splat::<L>(ray.direction.recip().into());
-        let (near, slack) = (L::splat(ray.near), L::splat(SLACK));
+        let inverse = splat(ray.direction.recip().into());
+        let (near, slack) = (Lanes::splat(ray.near), Lanes::splat(SLACK));
         let mut far = ray.far;
         let mut stack = STACK.take();
         stack.clear();
@@ -198,12 +178,8 @@ impl Bvh {
             }
             if entry.child & LEAF != 0 {
                 let packet = &self.packets[(entry.child & !LEAF) as usize];
-                let [a, b, c] = &packet.corners;
-                let test = Test::new(origin, direction, [load(a), load(b), load(c)]);
-                let mut met = test.hits(near, L::splat(far));
-                while met != 0 {
-                    let lane = met.trailing_zeros() as usize;
-                    met &= met - 1;
+                let test = Test::new(origin, direction, &packet.corners);
+                for lane in bits(test.hits(near, Lanes::splat(far))) {
                     let hit = test.hit(lane, packet.triangles[lane % WIDTH]);
                     if hit.t < far {
                         far = found(&hit, far);
@@ -215,20 +191,16 @@ impl Bvh {
                 continue;
             }
             let node = &self.nodes[entry.child as usize];
-            let (mut enter, mut leave) = (near, L::splat(far));
+            let (mut enter, mut leave) = (near, Lanes::splat(far));
             for axis in 0..3 {
-                let (t0, t1) = (L::load(&node.planes[first[axis]]), L::load(&node.planes[last[axis]]));
+                let (t0, t1) = (node.planes[first[axis]], node.planes[last[axis]]);
                 // A ray inside the plane gives NaN, which `max` and `min` ignore.
-                enter = t0.sub(origin[axis]).mul(inverse[axis]).max(enter);
-                leave = t1.sub(origin[axis]).mul(inverse[axis]).min(leave);
+                enter = ((t0 - origin[axis]) * inverse[axis]).max(enter);
+                leave = ((t1 - origin[axis]) * inverse[axis]).min(leave);
             }
-            let mut met = enter.less_or_equal(leave.mul(slack));
-            let enter = enter.store();
             let start = stack.len();
-            while met != 0 {
-                let lane = met.trailing_zeros() as usize % WIDTH;
-                met &= met - 1;
-                let entry = Entry { child: node.children[lane], near: enter.0[lane] };
+            for lane in bits(enter.less_or_equal(leave * slack)) {
+                let entry = Entry { child: node.children[lane % WIDTH], near: enter.lane(lane % WIDTH) };
                 stack.push(entry);
                 self.prefetch(entry.child);
                 if ORDERED {
@@ -244,6 +216,27 @@ impl Bvh {
         }
         STACK.set(stack);
     }
+}
+
+/// The numbers of the bits that are set.
+#[inline(always)]
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = (mask != 0).then(|| mask.trailing_zeros() as usize)?;
+        mask &= mask - 1;
+        Some(bit)
+    })
+}
+
+/// A number of each ray; the last ray fills the remaining lanes.
+#[inline(always)]
+fn numbers(rays: &[Ray], of: impl Fn(&Ray) -> f32) -> Lanes {
+    Lanes::from_fn(|lane| of(&rays[lane.min(rays.len() - 1)]))
+}
+
+#[inline(always)]
+fn vectors(rays: &[Ray], of: impl Fn(&Ray) -> Vec3) -> [Lanes; 3] {
+    [numbers(rays, |r| of(r).x), numbers(rays, |r| of(r).y), numbers(rays, |r| of(r).z)]
 }
 
 /// Per axis, the indices of the box planes that the ray meets first and last.
@@ -286,8 +279,8 @@ mod tests {
     fn all_hits(triangles: &[[Vec3; 3]], ray: &Ray) -> Vec<f32> {
         let mut hits = Vec::new();
         for t in triangles {
-            let [a, b, c] = t.map(|p| splat::<Lanes>(p.into()));
-            let test = Test::new(splat(ray.origin.into()), splat(ray.direction.into()), [a, b, c]);
+            let [a, b, c] = t.map(|p| splat(p.into()));
+            let test = Test::new(splat(ray.origin.into()), splat(ray.direction.into()), &[a, b, c]);
             if test.hits(Lanes::splat(ray.near), Lanes::splat(ray.far)) & 1 == 1 {
                 hits.push(test.hit(0, 0).t);
             }
@@ -296,24 +289,21 @@ mod tests {
     }
 
     #[test]
-    fn the_tree_gives_the_hits_of_a_linear_search_with_and_without_avx() {
+    fn the_tree_gives_the_hits_of_a_linear_search() {
         let (triangles, rays) = scene();
-        let fast = Bvh::new(&triangles);
-        let plain = Bvh { avx: false, ..Bvh::new(&triangles) };
+        let bvh = Bvh::new(&triangles);
         let mut found = 0;
         for ray in &rays {
             let hits = all_hits(&triangles, ray);
             let expected = hits.iter().copied().min_by(f32::total_cmp).map(f32::to_bits);
-            for bvh in [&fast, &plain] {
-                assert_eq!(bvh.nearest(ray, |_| true).map(|hit| hit.t.to_bits()), expected, "{ray:?}");
-                assert_eq!(bvh.any(ray, |_| true), !hits.is_empty(), "{ray:?}");
-                let mut all = 0;
-                assert!(!bvh.any(ray, |_| {
-                    all += 1;
-                    false
-                }));
-                assert_eq!(all, hits.len(), "every triangle is hit once: {ray:?}");
-            }
+            assert_eq!(bvh.nearest(ray, |_| true).map(|hit| hit.t.to_bits()), expected, "{ray:?}");
+            assert_eq!(bvh.any(ray, |_| true), !hits.is_empty(), "{ray:?}");
+            let mut all = 0;
+            assert!(!bvh.any(ray, |_| {
+                all += 1;
+                false
+            }));
+            assert_eq!(all, hits.len(), "every triangle is hit once: {ray:?}");
             found += usize::from(expected.is_some());
         }
         assert!((100..rays.len() - 20).contains(&found), "{found} of {} rays hit", rays.len());
@@ -323,7 +313,6 @@ mod tests {
     fn eight_rays_at_a_time_give_the_hits_of_single_rays() {
         let (triangles, rays) = scene();
         let bvh = Bvh::new(&triangles);
-        let plain = Bvh { avx: false, ..Bvh::new(&triangles) };
         let (mut blocked, mut mixed) = (0, 0);
         for (i, ray) in rays.iter().enumerate() {
             // Rays between the neighbourhoods of two points: mostly of one octant, sometimes of several.
@@ -334,9 +323,7 @@ mod tests {
             };
             let bundle: Vec<Ray> = (0..1 + i % 8).map(near).collect();
             let single = (0..).zip(&bundle).map(|(bit, ray)| u32::from(bvh.any(ray, |_| true)) << bit).sum::<u32>();
-            for bvh in [&bvh, &plain] {
-                assert_eq!(bvh.any_of(&bundle, |_| true), single, "{bundle:?}");
-            }
+            assert_eq!(bvh.any_of(&bundle, |_| true), single, "{bundle:?}");
             blocked += single.count_ones();
             mixed += u32::from(bundle.iter().any(|ray| planes(ray) != planes(&bundle[0])));
         }

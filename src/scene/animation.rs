@@ -1,8 +1,8 @@
 //! The pose of a scene at a time: evaluates keyed channels, then the node tree in f64.
 
-use glam::{DAffine3, DQuat, DVec3, Quat, Vec3};
+use glam::{DAffine3, DQuat, DVec3, DVec4};
 
-use super::{Channel, Interpolation, Pose, PosedLight, Scene, Transform, Values};
+use super::{Channel, Interpolation, Pose, PosedLight, Property, Scene, Transform};
 use crate::{Error, Result};
 
 impl Scene {
@@ -81,25 +81,34 @@ impl Transform {
     }
 }
 
-impl Values {
-    /// The number of values: of keys, or three times as many for cubic splines.
-    pub(super) fn count(&self) -> usize {
-        match self {
-            Self::Translation(v) | Self::Scale(v) => v.len(),
-            Self::Rotation(q) => q.len(),
-        }
-    }
-}
-
 impl Channel {
     /// Writes the value at `time_s` into `local`.
     fn apply(&self, time_s: f32, local: &mut Transform) {
         let Transform::Trs { translation, rotation, scale } = local else { return };
-        let span = self.span(time_s);
-        match &self.values {
-            Values::Translation(v) => *translation = self.vector(v, span),
-            Values::Scale(v) => *scale = self.vector(v, span),
-            Values::Rotation(q) => *rotation = self.rotation(q, span),
+        let value = self.value(time_s);
+        match self.property {
+            Property::Translation => *translation = value.truncate(),
+            Property::Scale => *scale = value.truncate(),
+            Property::Rotation => *rotation = unit(DQuat::from_vec4(value)),
+        }
+    }
+
+    fn value(&self, time_s: f32) -> DVec4 {
+        let (key, part, seconds) = self.span(time_s);
+        let at = |i: usize| self.values[i].as_dvec4();
+        match self.interpolation {
+            Interpolation::CubicSpline if part > 0.0 => {
+                let [v0, b0, a1, v1] = [1, 2, 3, 4].map(|i| at(3 * key + i));
+                let [h00, h10, h01, h11] = hermite(part);
+                h00 * v0 + h10 * seconds * b0 + h01 * v1 + h11 * seconds * a1
+            }
+            Interpolation::CubicSpline => at(3 * key + 1),
+            Interpolation::Linear if part > 0.0 && self.property == Property::Rotation => {
+                let [from, to] = [at(key), at(key + 1)].map(|v| unit(DQuat::from_vec4(v)));
+                from.slerp(to, part).into()
+            }
+            Interpolation::Linear if part > 0.0 => at(key).lerp(at(key + 1), part),
+            _ => at(key),
         }
     }
 
@@ -111,37 +120,6 @@ impl Channel {
         }
         let [from, to] = [self.times[after - 1], self.times[after]].map(f64::from);
         (after - 1, (f64::from(time_s) - from) / (to - from), to - from)
-    }
-
-    fn vector(&self, values: &[Vec3], (key, part, seconds): (usize, f64, f64)) -> DVec3 {
-        let at = |i: usize| values[i].as_dvec3();
-        match self.interpolation {
-            Interpolation::CubicSpline => {
-                if part == 0.0 {
-                    return at(3 * key + 1);
-                }
-                let [v0, b0, a1, v1] = [1, 2, 3, 4].map(|i| at(3 * key + i));
-                let [h00, h10, h01, h11] = hermite(part);
-                h00 * v0 + h10 * seconds * b0 + h01 * v1 + h11 * seconds * a1
-            }
-            Interpolation::Linear if part > 0.0 => at(key).lerp(at(key + 1), part),
-            _ => at(key),
-        }
-    }
-
-    fn rotation(&self, values: &[Quat], (key, part, seconds): (usize, f64, f64)) -> DQuat {
-        let at = |i: usize| values[i].as_dquat();
-        let rotation = match self.interpolation {
-            Interpolation::CubicSpline if part > 0.0 => {
-                let [v0, b0, a1, v1] = [1, 2, 3, 4].map(|i| at(3 * key + i));
-                let [h00, h10, h01, h11] = hermite(part);
-                v0 * h00 + b0 * (h10 * seconds) + v1 * h01 + a1 * (h11 * seconds)
-            }
-            Interpolation::CubicSpline => at(3 * key + 1),
-            Interpolation::Linear if part > 0.0 => unit(at(key)).slerp(unit(at(key + 1)), part),
-            _ => at(key),
-        };
-        unit(rotation)
     }
 }
 

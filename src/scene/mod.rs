@@ -273,16 +273,18 @@ pub struct Channel {
     pub node: usize,
     /// Seconds, in ascending order.
     pub times: Vec<f32>,
-    pub values: Values,
+    pub property: Property,
+    /// One value per key; for cubic splines three: in-tangent, value, out-tangent. Only rotations (x, y, z, w) use w.
+    pub values: Vec<Vec4>,
     pub interpolation: Interpolation,
 }
 
-/// One value per key; for cubic splines three: in-tangent, value, out-tangent.
-#[derive(Clone, Debug)]
-pub enum Values {
-    Translation(Vec<Vec3>),
-    Rotation(Vec<glam::Quat>),
-    Scale(Vec<Vec3>),
+/// The part of a node's transform that a channel animates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Property {
+    Translation,
+    Rotation,
+    Scale,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

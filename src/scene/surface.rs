@@ -138,12 +138,18 @@ fn absorption(color: Vec3, distance: f32) -> Vec3 {
     if distance.is_infinite() { Vec3::ZERO } else { -color.max(Vec3::splat(1e-10)).map(f32::ln) / distance }
 }
 
+/// The matrix that transforms normals: the inverse transpose times the determinant, which exists for singular matrices too.
+pub fn cofactor(linear: DMat3) -> DMat3 {
+    let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+    DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))
+}
+
 /// Transforms an instance's normals and tangents to world space. Normals of mirrored instances (negative determinant) still
 /// point outward; the winding and the sign of the tangents are reversed.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldFrame {
     linear: DMat3,
-    /// The inverse transpose up to a positive factor; exists for singular transforms too.
+    /// [`cofactor`], so that normals of mirrored instances point outward too.
     normal: DMat3,
     /// −1 for a mirrored instance, else 1.
     pub winding: f32,
@@ -153,9 +159,7 @@ impl WorldFrame {
     pub fn new(world_from_object: &DAffine3) -> Self {
         let linear = world_from_object.matrix3;
         let winding = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
-        let normal = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * winding;
-        Self { linear, normal, winding: winding as f32 }
+        Self { linear, normal: cofactor(linear) * winding, winding: winding as f32 }
     }
 
     /// A unit normal in world space.

@@ -68,13 +68,17 @@ pub struct MipChain {
 impl MipChain {
     pub fn new(image: &Image, space: ColorSpace) -> Self {
         let mut levels = vec![Level { width: image.width, height: image.height, rgba: image.rgba.clone() }];
-        let size = [image.width as usize, image.height as usize];
-        let mut texels = Texels { size, texel: |at: usize| decode(space, &image.rgba[4 * at..4 * at + 4]) }.halved();
-        while levels.last().is_some_and(|l| l.width.max(l.height) > 1) {
-            let ([width, height], values) = &texels;
-            let rgba = values.iter().flat_map(|&t| space.encode(t)).collect();
-            levels.push(Level { width: *width as u32, height: *height as u32, rgba });
-            texels = Texels { size: [*width, *height], texel: |at: usize| values[at] }.halved();
+        let mut size = [image.width as usize, image.height as usize];
+        let mut texels: Vec<Vec4> = Vec::new();
+        while size[0].max(size[1]) > 1 {
+            let half = size.map(|n| (n / 2).max(1));
+            texels = match levels.len() {
+                1 => halved(size, half, |at| decode(space, &image.rgba[4 * at..4 * at + 4])),
+                _ => halved(size, half, |at| texels[at]),
+            };
+            size = half;
+            let rgba = texels.iter().flat_map(|&t| space.encode(t)).collect();
+            levels.push(Level { width: size[0] as u32, height: size[1] as u32, rgba });
         }
         Self { space, levels }
     }
@@ -177,25 +181,17 @@ fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
     texel as usize
 }
 
-/// A level in linear light: its size, and its texels by number.
-struct Texels<F: Fn(usize) -> Vec4> {
-    size: [usize; 2],
-    texel: F,
-}
-
-impl<F: Fn(usize) -> Vec4> Texels<F> {
-    /// Size and texels of the next level: each texel is the mean over the area that it covers in this level. For odd sizes that
-    /// includes parts of texels, so that no row or column is lost and the image does not shift.
-    fn halved(&self) -> ([usize; 2], Vec<Vec4>) {
-        let size = self.size.map(|n| (n / 2).max(1));
-        let taps = |axis: usize| (0..size[axis]).map(|i| coverage(i, self.size[axis], size[axis])).collect::<Vec<_>>();
-        let (columns, rows) = (taps(0), taps(1));
-        let row_sum = |taps: &[(usize, f32)], row: usize| -> Vec4 {
-            taps.iter().map(|&(x, weight)| (self.texel)(row * self.size[0] + x) * weight).sum()
-        };
-        let texel = |x: usize, y: usize| rows[y].iter().map(|&(row, weight)| row_sum(&columns[x], row) * weight).sum();
-        (size, (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect())
-    }
+/// The next level in linear light: `texel` gives the texels of this level by number, row by row; the sizes are this and the
+/// next level's. Each texel is the mean over the area that it covers in this level. For odd sizes that includes parts of
+/// texels, so that no row or column is lost and the image does not shift.
+fn halved(size: [usize; 2], half: [usize; 2], texel: impl Fn(usize) -> Vec4) -> Vec<Vec4> {
+    let [columns, rows] =
+        [0, 1].map(|axis| (0..half[axis]).map(|i| coverage(i, size[axis], half[axis])).collect::<Vec<_>>());
+    let row_sum = |taps: &[(usize, f32)], row: usize| -> Vec4 {
+        taps.iter().map(|&(x, weight)| texel(row * size[0] + x) * weight).sum()
+    };
+    let mean = |x: usize, y: usize| rows[y].iter().map(|&(row, weight)| row_sum(&columns[x], row) * weight).sum();
+    (0..half[0] * half[1]).map(|at| mean(at % half[0], at / half[0])).collect()
 }
 
 /// The old texels that new texel `i` covers, and their weights. In integers: an old texel is `to` wide, a new one `from`.
@@ -219,11 +215,6 @@ impl Textures {
         let make = |key: (usize, ColorSpace)| (key, MipChain::new(&scene.images[key.0], key.1));
         Self { chains: used.into_par_iter().map(make).collect() }
     }
-
-    /// The chain of image `image` in `space`; `None` if no material uses it.
-    fn chain(&self, image: usize, space: ColorSpace) -> Option<&MipChain> {
-        self.chains.get(&(image, space))
-    }
 }
 
 /// Texture sampling, by which materials are evaluated.
@@ -237,7 +228,7 @@ impl Sampling for Textures {
     fn sample(&self, scene: &Scene, slot: Option<&TextureRef>, space: ColorSpace, point: &SurfacePoint) -> Vec4 {
         let Some(slot) = slot else { return Vec4::ONE };
         let texture = &scene.textures[slot.texture];
-        let Some(chain) = self.chain(texture.image, space) else { return Vec4::ONE };
+        let Some(chain) = self.chains.get(&(texture.image, space)) else { return Vec4::ONE };
         let uv = slot.transform.transform_point2(point.uvs[slot.uv_set]);
         chain.sample(texture, uv, slot.level(&scene.images[texture.image], point.footprint[slot.uv_set]))
     }

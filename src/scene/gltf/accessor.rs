@@ -20,57 +20,30 @@ pub struct Data<'a> {
     pub buffers: &'a [Option<Vec<u8>>],
 }
 
-/// One component as a float. glTF 2.0, 3.6.2.2 and 3.11: normalised signed integers are clamped at −1.
-fn read_f32(component: ComponentType, b: &[u8], normalized: bool) -> f32 {
-    let (value, max) = match component {
-        ComponentType::I8 => (f32::from(b[0] as i8), 127.0),
-        ComponentType::U8 => (f32::from(b[0]), 255.0),
-        ComponentType::I16 => (f32::from(i16::from_le_bytes([b[0], b[1]])), 32767.0),
-        ComponentType::U16 => (f32::from(u16::from_le_bytes([b[0], b[1]])), 65535.0),
-        ComponentType::U32 => (u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32, u32::MAX as f32),
-        ComponentType::F32 => return f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
-    };
-    if normalized { (value / max).max(-1.0) } else { value }
-}
-
-/// One component as an unsigned integer; `None` if it is signed or a float.
-fn read_u32(component: ComponentType, b: &[u8]) -> Option<u32> {
+/// One component, for which f64 has room, and the value that stands for 1 if it is normalised.
+fn number(component: ComponentType, b: &[u8]) -> (f64, f32) {
     match component {
-        ComponentType::U8 => Some(u32::from(b[0])),
-        ComponentType::U16 => Some(u32::from(u16::from_le_bytes([b[0], b[1]]))),
-        ComponentType::U32 => Some(u32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-        _ => None,
+        ComponentType::I8 => (f64::from(b[0] as i8), 127.0),
+        ComponentType::U8 => (f64::from(b[0]), 255.0),
+        ComponentType::I16 => (f64::from(i16::from_le_bytes([b[0], b[1]])), 32767.0),
+        ComponentType::U16 => (f64::from(u16::from_le_bytes([b[0], b[1]])), 65535.0),
+        ComponentType::U32 => (f64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]])), u32::MAX as f32),
+        ComponentType::F32 => (f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])), 1.0),
     }
 }
 
 /// `count` elements of `size` bytes each, from byte `offset` of a buffer view on.
-#[derive(Clone, Copy)]
 struct Range {
     offset: usize,
     size: usize,
     count: usize,
 }
 
-/// The bytes of a [`Range`], whose elements lie `stride` bytes apart. All elements are inside `bytes`.
-struct Span<'a> {
-    bytes: &'a [u8],
-    stride: usize,
-    size: usize,
-    count: usize,
-}
-
-impl<'a> Span<'a> {
-    fn elements(&self) -> impl Iterator<Item = &'a [u8]> + '_ {
-        (0..self.count).map(|i| &self.bytes[i * self.stride..i * self.stride + self.size])
-    }
-}
-
-/// The elements that an accessor declares: `count` of `width` components each.
+/// What an accessor declares: elements of `width` components each.
 struct Layout<'a> {
     accessor: &'a Accessor,
     component: ComponentType,
     width: usize,
-    count: usize,
 }
 
 impl<'a> Data<'a> {
@@ -91,7 +64,13 @@ impl<'a> Data<'a> {
         Ok(&buffer[offset..end])
     }
 
-    fn span(&self, what: &str, view: usize, range: Range) -> Result<Span<'a>, Problem> {
+    /// The bytes of each element of `range` in a buffer view. `what` is for messages.
+    fn elements(
+        &self,
+        what: &str,
+        view: usize,
+        range: Range,
+    ) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, Problem> {
         let Range { offset, size, count } = range;
         let bytes = self.view(view)?;
         let stride = self.document.buffer_views[view].byte_stride.map(|s| s.0).filter(|s| *s > 0).unwrap_or(size);
@@ -105,7 +84,7 @@ impl<'a> Data<'a> {
             _ => (count - 1).checked_mul(stride).and_then(|n| n.checked_add(size)).and_then(|n| n.checked_add(offset)),
         };
         match end {
-            Some(end) if end <= bytes.len() => Ok(Span { bytes: &bytes[offset..], stride, size, count }),
+            Some(end) if end <= bytes.len() => Ok((0..count).map(move |i| &bytes[offset + i * stride..][..size])),
             _ => Err(format!(
                 "{what} needs {count} elements of {size} bytes and buffer view {view} has only {} bytes; export the file again",
                 bytes.len()
@@ -113,7 +92,7 @@ impl<'a> Data<'a> {
         }
     }
 
-    fn accessor(&self, index: usize) -> Result<Layout<'a>, Problem> {
+    fn layout(&self, index: usize) -> Result<Layout<'a>, Problem> {
         let accessor = self.document.accessors.get(index).ok_or_else(|| missing("accessor", index))?;
         let stated = |key: &str| self.document.stated(&format!("/accessors/{index}/{key}"));
         let Checked::Valid(component) = accessor.component_type else {
@@ -129,90 +108,86 @@ impl<'a> Data<'a> {
                 "accessor {index} declares {count} elements without data; at most {UNBACKED_ELEMENTS_MAX} can be read"
             ));
         }
-        Ok(Layout { accessor, component: component.0, width: kind.multiplicity(), count })
+        Ok(Layout { accessor, component: component.0, width: kind.multiplicity() })
     }
 
-    /// The bytes of an accessor; `None` without a buffer view.
-    fn base(&self, index: usize, layout: &Layout) -> Result<Option<Span<'a>>, Problem> {
-        let Some(view) = layout.accessor.buffer_view else { return Ok(None) };
-        let offset = layout.accessor.byte_offset.map_or(0, size);
-        let range = Range { offset, size: layout.component.size() * layout.width, count: layout.count };
-        self.span(&format!("accessor {index}"), view.value(), range).map(Some)
+    /// The bytes of each element of an accessor without its sparse part; `None` without a buffer view.
+    fn base(&self, index: usize, layout: &Layout) -> Result<Option<impl Iterator<Item = &'a [u8]> + use<'a>>, Problem> {
+        let Layout { accessor, component, width } = layout;
+        let Some(view) = accessor.buffer_view else { return Ok(None) };
+        let offset = accessor.byte_offset.map_or(0, size);
+        let range = Range { offset, size: component.size() * width, count: size(accessor.count) };
+        self.elements(&format!("accessor {index}"), view.value(), range).map(Some)
     }
 
     /// Whether accessor `index` lies within its buffer view. Sparse parts are checked when they are read.
     pub fn check(&self, index: usize) -> Result<(), Problem> {
-        self.base(index, &self.accessor(index)?).map(drop)
+        self.base(index, &self.layout(index)?).map(drop)
     }
 
-    /// Converts every element by `read`, with sparse substitution. Elements without data are `zero`.
-    fn collect<T: Clone>(
+    /// Accessor `index` as vectors of `N` components that `convert` makes, with sparse substitution. Elements without data are
+    /// zero. Only with `pad` may elements have fewer components; `pad` gives the others.
+    fn vectors<const N: usize, T: Copy + Default>(
         &self,
         index: usize,
-        zero: T,
-        mut read: impl FnMut(ComponentType, &[u8]) -> Result<T, Problem>,
-    ) -> Result<Vec<T>, Problem> {
-        let layout = self.accessor(index)?;
-        let Layout { accessor, component, width, count } = layout;
+        pad: Option<[T; N]>,
+        convert: impl Fn(&Layout, &[u8]) -> Result<T, Problem>,
+    ) -> Result<Vec<[T; N]>, Problem> {
+        let layout = self.layout(index)?;
+        let Layout { accessor, component, width } = layout;
+        if width != N && (pad.is_none() || width > N) {
+            let kind = self.document.stated(&format!("/accessors/{index}/type"));
+            return Err(format!("accessor {index} has type {kind}, which does not fit its use"));
+        }
+        let fill = pad.unwrap_or([T::default(); N]);
+        let zero = std::array::from_fn(|i| if i < width { T::default() } else { fill[i] });
+        let read = |bytes: &[u8]| {
+            let mut value = fill;
+            for (slot, b) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
+                *slot = convert(&layout, b)?;
+            }
+            Ok(value)
+        };
+        let count = size(accessor.count);
         let mut out = match self.base(index, &layout)? {
-            Some(span) => span.elements().map(|bytes| read(component, bytes)).collect::<Result<Vec<_>, _>>()?,
+            Some(elements) => elements.map(read).collect::<Result<Vec<_>, Problem>>()?,
             None => vec![zero; count],
         };
         let Some(sparse) = &accessor.sparse else { return Ok(out) };
-        let (indices, values) = (&sparse.indices, &sparse.values);
-        let Checked::Valid(key) = indices.component_type else {
+        let Checked::Valid(key) = sparse.indices.component_type else {
             return Err(format!("accessor {index} has sparse indices that are not unsigned integers"));
         };
         let what = format!("accessor {index} (sparse)");
         let part = |view: Index<View>, offset: USize64, bytes: usize| {
-            self.span(&what, view.value(), Range { offset: size(offset), size: bytes, count: size(sparse.count) })
+            self.elements(&what, view.value(), Range { offset: size(offset), size: bytes, count: size(sparse.count) })
         };
-        let keys = part(indices.buffer_view, indices.byte_offset, key.0.size())?;
-        let values = part(values.buffer_view, values.byte_offset, component.size() * width)?;
-        for (at, value) in keys.elements().zip(values.elements()) {
-            let at = read_u32(key.0, at).unwrap_or(u32::MAX);
-            let slot = out.get_mut(at as usize);
-            *slot
-                .ok_or_else(|| format!("accessor {index} has sparse index {at} of {count}; export the file again"))? =
-                read(component, value)?;
+        let keys = part(sparse.indices.buffer_view, sparse.indices.byte_offset, key.0.size())?;
+        let values = part(sparse.values.buffer_view, sparse.values.byte_offset, component.size() * width)?;
+        for (at, value) in keys.zip(values) {
+            let at = number(key.0, at).0 as usize;
+            let slot = out
+                .get_mut(at)
+                .ok_or_else(|| format!("accessor {index} has sparse index {at} of {count}; export the file again"))?;
+            *slot = read(value)?;
         }
         Ok(out)
     }
 
-    fn misfit(&self, index: usize) -> Problem {
-        let kind = self.document.stated(&format!("/accessors/{index}/type"));
-        format!("accessor {index} has type {kind}, which does not fit its use")
-    }
-
-    /// Accessor `index` as vectors of `N` floats. Only with `pad` may elements have fewer components; `pad` gives the others.
+    /// Accessor `index` as vectors of `N` floats; `pad` completes shorter elements. glTF 2.0, 3.6.2.2 and 3.11: normalised
+    /// signed integers are clamped at −1.
     pub fn floats<const N: usize>(&self, index: usize, pad: Option<[f32; N]>) -> Result<Vec<[f32; N]>, Problem> {
-        let Layout { accessor, width, .. } = self.accessor(index)?;
-        if width != N && (pad.is_none() || width > N) {
-            return Err(self.misfit(index));
-        }
-        let fill = pad.unwrap_or([0.0; N]);
-        let zero = std::array::from_fn(|i| if i < width { 0.0 } else { fill[i] });
-        self.collect(index, zero, |component, bytes| {
-            let mut value = fill;
-            for (slot, b) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
-                *slot = read_f32(component, b, accessor.normalized);
-            }
-            Ok(value)
+        self.vectors(index, pad, |layout, bytes| {
+            let (value, one) = number(layout.component, bytes);
+            let normalized = layout.accessor.normalized && layout.component != ComponentType::F32;
+            Ok(if normalized { (value as f32 / one).max(-1.0) } else { value as f32 })
         })
     }
 
     /// Accessor `index` as vectors of `N` unsigned integers (indices, joints).
     pub fn integers<const N: usize>(&self, index: usize) -> Result<Vec<[u32; N]>, Problem> {
-        if self.accessor(index)?.width != N {
-            return Err(self.misfit(index));
-        }
-        self.collect(index, [0; N], |component, bytes| {
-            let mut value = [0; N];
-            for (slot, b) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
-                *slot =
-                    read_u32(component, b).ok_or_else(|| format!("accessor {index} must hold unsigned integers"))?;
-            }
-            Ok(value)
+        self.vectors(index, None, |layout, bytes| match layout.component {
+            ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => Ok(number(layout.component, bytes).0 as u32),
+            _ => Err(format!("accessor {index} must hold unsigned integers")),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Animation channels of node transforms. Channels of morph weights and of other properties are left out with a warning.
 
-use glam::{DQuat, Quat, Vec3};
+use glam::{DQuat, Vec3, Vec4};
 use gltf::json::animation::Interpolation as Source;
 use gltf::json::validation::Checked;
 
@@ -8,7 +8,7 @@ use super::accessor::{Data, Problem, missing};
 use super::container::shorten;
 use super::document;
 use super::nodes::Tree;
-use crate::scene::{Animation, Channel, Interpolation, Scene, Transform, Values};
+use crate::scene::{Animation, Channel, Interpolation, Property, Scene, Transform};
 
 pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> {
     for (index, source) in data.document.animations.iter().enumerate() {
@@ -44,12 +44,12 @@ fn load_channel(
     let sampler = samplers.get(source.sampler).ok_or_else(|| missing("animation sampler", source.sampler))?;
     let Some(node) = source.target.node else { return Ok(None) };
     let node = *tree.slot.get(node).ok_or_else(|| missing("node", node))?;
-    let what = &format!("animation {animation}");
+    let what = format!("animation {animation}");
     let output = sampler.output.value();
-    let values = match source.target.path.as_str() {
-        "translation" => Values::Translation(vectors(data, what, output)?),
-        "scale" => Values::Scale(vectors(data, what, output)?),
-        "rotation" => Values::Rotation(rotations(data, what, output)?),
+    let property = match source.target.path.as_str() {
+        "translation" => Property::Translation,
+        "scale" => Property::Scale,
+        "rotation" => Property::Rotation,
         "weights" => {
             data.document.warn("animated morph weights are not supported; morph targets keep their default weights");
             return Ok(None);
@@ -60,6 +60,13 @@ fn load_channel(
             return Ok(None);
         }
     };
+    let values: Vec<Vec4> = match property {
+        Property::Rotation => data.floats::<4>(output, None)?.into_iter().map(Vec4::from).collect(),
+        _ => data.floats::<3>(output, None)?.into_iter().map(|v| Vec3::from(v).extend(0.0)).collect(),
+    };
+    if !values.iter().all(|v| v.is_finite()) {
+        return Err(format!("{what} has keys that are NaN or infinite; export the file again"));
+    }
     let (interpolation, per_key) = match sampler.interpolation {
         Checked::Valid(Source::Step) => (Interpolation::Step, 1),
         Checked::Valid(Source::Linear) => (Interpolation::Linear, 1),
@@ -77,24 +84,8 @@ fn load_channel(
     if times.is_empty() {
         return Ok(None);
     }
-    if values.count() != times.len() * per_key {
-        return Err(format!("{what} has {} keys and {} values; export the file again", times.len(), values.count()));
+    if values.len() != times.len() * per_key {
+        return Err(format!("{what} has {} keys and {} values; export the file again", times.len(), values.len()));
     }
-    Ok(Some(Channel { node, times, values, interpolation }))
-}
-
-fn vectors(data: &Data, what: &str, accessor: usize) -> Result<Vec<Vec3>, Problem> {
-    let values: Vec<Vec3> = data.floats::<3>(accessor, None)?.into_iter().map(Vec3::from).collect();
-    finite(what, values.iter().all(|v| v.is_finite()))?;
-    Ok(values)
-}
-
-fn rotations(data: &Data, what: &str, accessor: usize) -> Result<Vec<Quat>, Problem> {
-    let values: Vec<Quat> = data.floats::<4>(accessor, None)?.into_iter().map(Quat::from_array).collect();
-    finite(what, values.iter().all(|v| v.is_finite()))?;
-    Ok(values)
-}
-
-fn finite(what: &str, ok: bool) -> Result<(), Problem> {
-    if ok { Ok(()) } else { Err(format!("{what} has keys that are NaN or infinite; export the file again")) }
+    Ok(Some(Channel { node, times, property, values, interpolation }))
 }

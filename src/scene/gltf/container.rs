@@ -1,9 +1,6 @@
 //! The bytes of a `.gltf` or `.glb` file and of the buffers and images that it names by relative path or data URI.
 
-use std::borrow::Cow;
-use std::path::{Path, PathBuf};
-
-use gltf::binary::{self, Glb};
+use std::path::Path;
 
 use super::accessor::Problem;
 use crate::Error;
@@ -45,7 +42,6 @@ fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
 fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
     let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?)) };
     let truncated = |what: &str| Error::file(path, format!("is truncated: {what}; copy or export the file again"));
-    // The crate subtracts the header's size from the length without a check and ignores bytes after that length.
     let (Some(version), Some(length)) = (word(4), word(8)) else {
         return Err(truncated("it ends within its header"));
     };
@@ -56,27 +52,20 @@ fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
     if length as usize > bytes.len() {
         return Err(truncated(&format!("its header states {length} bytes and the file has {}", bytes.len())));
     }
-    let whole = &bytes[..length as usize];
-    if whole.len() < HEADER {
-        return Err(truncated("it has no JSON chunk"));
-    }
-    match Glb::from_slice(whole) {
-        Ok(glb) if !glb.json.is_empty() => {
-            Ok(Container { json: glb.json.into_owned(), binary: glb.bin.map(Cow::into_owned) })
-        }
-        Err(gltf::Error::Binary(binary::Error::ChunkLength { .. })) => {
-            Err(truncated("a chunk ends after the end of the file"))
-        }
-        // The crate refuses a second chunk that is not binary; the specification says that unknown chunks are ignored.
-        Err(gltf::Error::Binary(_)) => {
-            let first = word(HEADER).map(|size| HEADER + 8 + size as usize).filter(|end| *end < whole.len());
-            let mut alone = whole[..first.ok_or_else(|| truncated("it has no JSON chunk"))?].to_vec();
-            let length = alone.len() as u32;
-            alone[8..HEADER].copy_from_slice(&length.to_le_bytes());
-            split_glb(path, &alone)
-        }
-        _ => Err(truncated("it has no JSON chunk")),
-    }
+    let mut rest = bytes.get(HEADER..length as usize).unwrap_or_default();
+    // The next chunk, if it is of this kind. The specification says that unknown chunks are ignored.
+    let mut chunk = |kind: &[u8]| {
+        let Some((head, after)) = rest.split_first_chunk::<8>().filter(|(head, _)| head[4..] == *kind) else {
+            return Ok(None);
+        };
+        let size = u32::from_le_bytes([head[0], head[1], head[2], head[3]]) as usize;
+        let (content, after) =
+            after.split_at_checked(size).ok_or_else(|| truncated("a chunk ends after the end of the file"))?;
+        rest = after;
+        Ok(Some(content.to_vec()))
+    };
+    let json = chunk(b"JSON")?.filter(|json| !json.is_empty()).ok_or_else(|| truncated("it has no JSON chunk"))?;
+    Ok(Container { json, binary: chunk(b"BIN\0")? })
 }
 
 /// The bytes that `uri` names: inline data, or a file relative to `folder`. `what` ("buffer 3") is for messages.
@@ -87,10 +76,7 @@ pub fn resolve(folder: &Path, what: &str, uri: &str) -> Result<Vec<u8>, Problem>
             return refuse("its data URI has no comma; export the file again".into());
         };
         let bytes = if head.ends_with(";base64") { decode_base64(body) } else { Some(decode_percent(body)) };
-        return match bytes {
-            Some(bytes) => Ok(bytes),
-            None => refuse("its data URI is not valid base64; export the file again".into()),
-        };
+        return bytes.map_or_else(|| refuse("its data URI is not valid base64; export the file again".into()), Ok);
     }
     // This also refuses Windows drive letters, which are no relative paths either.
     let scheme =
@@ -107,8 +93,9 @@ pub fn resolve(folder: &Path, what: &str, uri: &str) -> Result<Vec<u8>, Problem>
     if relative.contains('\0') {
         return refuse("its path contains a zero byte; export the file again".into());
     }
-    let file = existing(folder, &relative, uri);
-    std::fs::read(&file).or_else(|e| {
+    // Some exporters do not percent-encode: if only a file with the raw name exists, that file is meant.
+    let verbatim = Some(folder.join(uri)).filter(|file| file.exists() && !folder.join(&relative).exists());
+    std::fs::read(verbatim.unwrap_or(folder.join(&relative))).or_else(|e| {
         let name = shorten(&relative);
         match e.kind() {
             std::io::ErrorKind::NotFound => {
@@ -119,13 +106,6 @@ pub fn resolve(folder: &Path, what: &str, uri: &str) -> Result<Vec<u8>, Problem>
     })
 }
 
-/// Some exporters do not percent-encode: if only a file with the raw name exists, that file is meant.
-fn existing(folder: &Path, decoded: &str, raw: &str) -> PathBuf {
-    let file = folder.join(decoded);
-    let verbatim = folder.join(raw);
-    if !file.exists() && verbatim.exists() { verbatim } else { file }
-}
-
 /// At most 80 characters of a text from a file, without control characters, for messages.
 pub fn shorten(text: &str) -> String {
     let clean: String = text.chars().take(80).map(|c| if c.is_control() { '?' } else { c }).collect();
@@ -133,21 +113,13 @@ pub fn shorten(text: &str) -> String {
 }
 
 fn decode_percent(text: &str) -> Vec<u8> {
-    let bytes = text.as_bytes();
-    let hex = |at: usize| bytes.get(at).and_then(|b| (*b as char).to_digit(16));
-    let mut out = Vec::with_capacity(bytes.len());
-    let mut at = 0;
-    while at < bytes.len() {
-        match (bytes[at], hex(at + 1), hex(at + 2)) {
-            (b'%', Some(high), Some(low)) => {
-                out.push((high * 16 + low) as u8);
-                at += 3;
-            }
-            (byte, ..) => {
-                out.push(byte);
-                at += 1;
-            }
-        }
+    let hex = |byte: u8| (byte as char).to_digit(16);
+    let mut out = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((&byte, after)) = rest.split_first() {
+        let code = after.first_chunk().filter(|_| byte == b'%').and_then(|&[a, b]| Some(hex(a)? * 16 + hex(b)?));
+        out.push(code.map_or(byte, |code| code as u8));
+        rest = if code.is_some() { &after[2..] } else { after };
     }
     out
 }

@@ -1,14 +1,14 @@
 //! Applies skins and morph targets once, with the file's own node transforms and default weights.
 
-use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DMat4, Vec3};
 use gltf::json::mesh::Semantic;
 use gltf::json::{Accessor, Index};
 
-use super::WorldFromNodes;
 use super::accessor::{Data, Problem, missing};
 use super::mesh::Source;
 use super::nodes::Tree;
 use crate::scene::Mesh;
+use crate::scene::surface::cofactor;
 
 /// The deformation that a node applies to its mesh.
 pub struct Rest<'a> {
@@ -23,7 +23,7 @@ pub struct Rest<'a> {
 pub fn joint_matrices(
     data: &Data,
     tree: &Tree,
-    world: &WorldFromNodes,
+    world: &[DAffine3],
     index: usize,
 ) -> Result<Option<Vec<DAffine3>>, Problem> {
     let Some(skin_index) = data.document.nodes[index].skin else { return Ok(None) };
@@ -122,14 +122,8 @@ fn skin(source: &Source, joints: &[DAffine3], mesh: &mut Mesh) -> Result<(), Pro
             *normal = (cofactor(linear) * normal.as_dvec3()).as_vec3();
         }
         if let Some(tangent) = mesh.tangents.get_mut(vertex) {
-            *tangent = Vec4::from(((linear * tangent.truncate().as_dvec3()).as_vec3(), tangent.w));
+            *tangent = (linear * tangent.truncate().as_dvec3()).as_vec3().extend(tangent.w);
         }
     }
     Ok(())
-}
-
-/// The matrix that transforms normals: the inverse transpose times the determinant, which exists for singular matrices too.
-fn cofactor(m: DMat3) -> DMat3 {
-    let cross = |a: DVec3, b: DVec3| a.cross(b);
-    DMat3::from_cols(cross(m.y_axis, m.z_axis), cross(m.z_axis, m.x_axis), cross(m.x_axis, m.y_axis))
 }

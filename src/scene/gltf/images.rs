@@ -112,20 +112,12 @@ fn load_image(data: &Data, folder: &Path, index: usize) -> Result<(Image, blake3
     let decoded = decode(bytes).map_err(|e| {
         format!("{what} (\"{}\") cannot be decoded ({e}); save it as PNG or JPEG again", shorten(&name))
     })?;
-    let deep = matches!(
-        decoded,
-        DynamicImage::ImageLuma16(_)
-            | DynamicImage::ImageLumaA16(_)
-            | DynamicImage::ImageRgb16(_)
-            | DynamicImage::ImageRgba16(_)
-    );
-    let rgba = decoded.into_rgba8();
+    let color = decoded.color();
+    let deep = color.bytes_per_pixel() == 2 * color.channel_count();
     let warning = deep.then(|| "images with 16 bits per channel are rounded to 8".to_string());
-    Ok((
-        Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() },
-        blake3::hash(bytes),
-        warning,
-    ))
+    let rgba = decoded.into_rgba8();
+    let image = Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() };
+    Ok((image, blake3::hash(bytes), warning))
 }
 
 fn decode(bytes: &[u8]) -> image::ImageResult<DynamicImage> {

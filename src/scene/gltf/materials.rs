@@ -2,12 +2,11 @@
 
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use gltf::json;
-use gltf::json::Index;
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked::{Invalid, Valid};
-use serde_json::{Map, Value};
+use serde::Serialize;
 
 use super::accessor::Problem;
 use super::container::shorten;
@@ -48,15 +47,9 @@ impl Loader<'_> {
             metallic: self.unit(pbr.metallic_factor.0, "metallic factor"),
             roughness: self.unit(pbr.roughness_factor.0, "roughness"),
             metallic_roughness_texture: self.slot(pbr.metallic_roughness_texture.as_ref())?,
-            normal_texture: match normal {
-                Some(t) => self.plain_slot(t.index, t.tex_coord, t.extensions.as_ref().map(|e| &e.others))?,
-                None => None,
-            },
+            normal_texture: self.plain_slot(normal)?,
             normal_scale: normal.map_or(1.0, |t| self.clamp(t.scale, f32::NEG_INFINITY, "normal scale")),
-            occlusion_texture: match occlusion {
-                Some(t) => self.plain_slot(t.index, t.tex_coord, t.extensions.as_ref().map(|e| &e.others))?,
-                None => None,
-            },
+            occlusion_texture: self.plain_slot(occlusion)?,
             occlusion_strength: occlusion.map_or(1.0, |t| self.unit(t.strength.0, "occlusion strength")),
             emissive: self.positive(source.emissive_factor.0, "emission"),
             emissive_texture: self.slot(source.emissive_texture.as_ref())?,
@@ -139,18 +132,13 @@ impl Loader<'_> {
         value.max(min).clamp(f32::MIN, f32::MAX)
     }
 
-    /// A normal or occlusion slot. The crate does not parse KHR_texture_transform there, so this does.
-    fn plain_slot(
-        &mut self,
-        index: Index<json::Texture>,
-        tex_coord: u32,
-        extensions: Option<&Map<String, Value>>,
-    ) -> Result<Option<TextureRef>, Problem> {
-        let extensions = extensions.map(|e| serde_json::from_value(Value::Object(e.clone()))).transpose();
-        let extensions = extensions.map_err(|e| {
+    /// A normal or occlusion slot. The crate does not parse KHR_texture_transform there, so it is read again as another slot.
+    fn plain_slot(&mut self, texture: Option<&impl Serialize>) -> Result<Option<TextureRef>, Problem> {
+        let info = texture.map(|t| serde_json::to_value(t).and_then(serde_json::from_value::<Info>)).transpose();
+        let info = info.map_err(|e| {
             format!("{} has a texture transform that is not valid ({}); correct it", self.what, shorten(&e.to_string()))
         })?;
-        self.slot(Some(&Info { index, tex_coord, extensions, extras: None }))
+        self.slot(info.as_ref())
     }
 
     fn slot(&mut self, info: Option<&Info>) -> Result<Option<TextureRef>, Problem> {

@@ -52,10 +52,10 @@ pub fn load(
     let indices = source.triangles(mode)?;
     let normal_map = materials[material].normal_texture;
     let mut mesh = Mesh {
-        name: String::new(),
-        normals: source.read::<3, _>(Semantic::Normals, None, Vec3::from)?.unwrap_or_default(),
+        name: data.document.meshes[mesh].name.clone().unwrap_or_default(),
+        normals: source.read::<3, _>(Semantic::Normals, None)?.unwrap_or_default(),
         tangents: match normal_map {
-            Some(_) => source.read::<4, _>(Semantic::Tangents, None, Vec4::from)?.unwrap_or_default(),
+            Some(_) => source.read::<4, _>(Semantic::Tangents, None)?.unwrap_or_default(),
             None => Vec::new(),
         },
         uvs: [source.uvs(0)?, source.uvs(1)?],
@@ -133,11 +133,11 @@ impl Source<'_> {
         }
     }
 
-    fn read<const N: usize, T>(
+    /// The values of an attribute; `None` if it is absent.
+    fn read<const N: usize, T: From<[f32; N]>>(
         &self,
         semantic: Semantic,
         pad: Option<[f32; N]>,
-        make: impl Fn([f32; N]) -> T,
     ) -> Result<Option<Vec<T>>, Problem> {
         let name = semantic.to_string();
         let Some(accessor) = self.accessor(semantic) else { return Ok(None) };
@@ -146,13 +146,11 @@ impl Source<'_> {
             let (what, count, have) = (&self.what, self.count, values.len());
             return Err(format!("{what} has {count} vertices but {have} values of {name}; export the file again"));
         }
-        Ok(Some(values.into_iter().map(make).collect()))
+        Ok(Some(values.into_iter().map(T::from).collect()))
     }
 
     fn uvs(&self, set: u32) -> Result<Vec<Vec2>, Problem> {
-        let mut uvs = self
-            .read::<2, _>(Semantic::TexCoords(set), None, Vec2::from)?
-            .unwrap_or_else(|| vec![Vec2::ZERO; self.count]);
+        let mut uvs = self.read::<2, Vec2>(Semantic::TexCoords(set), None)?.unwrap_or(vec![Vec2::ZERO; self.count]);
         for uv in uvs.iter_mut().filter(|uv| !uv.is_finite()) {
             self.warn("has texture coordinates that are NaN or infinite; they were set to 0");
             *uv = Vec2::ZERO;
@@ -161,9 +159,8 @@ impl Source<'_> {
     }
 
     fn colors(&self) -> Result<Vec<Vec4>, Problem> {
-        let mut colors = self
-            .read::<4, _>(Semantic::Colors(0), Some([1.0; 4]), Vec4::from)?
-            .unwrap_or_else(|| vec![Vec4::ONE; self.count]);
+        let mut colors =
+            self.read::<4, Vec4>(Semantic::Colors(0), Some([1.0; 4]))?.unwrap_or(vec![Vec4::ONE; self.count]);
         for color in colors.iter_mut().filter(|c| c.clamp(Vec4::ZERO, Vec4::ONE) != **c) {
             self.warn("has vertex colours outside 0 to 1; they were clamped");
             *color = if color.is_finite() { color.clamp(Vec4::ZERO, Vec4::ONE) } else { Vec4::ONE };

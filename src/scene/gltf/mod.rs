@@ -19,8 +19,6 @@ mod tangents;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use glam::DAffine3;
-
 use self::accessor::{Data, Problem, missing};
 use self::document::Document;
 use super::{Instance, Scene};
@@ -197,14 +195,8 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
 
 fn load_primitives(data: &Data, mesh: usize, rest: &deform::Rest, scene: &mut Scene) -> Result<Vec<usize>, Problem> {
     let first = scene.meshes.len();
-    let source = &data.document.meshes[mesh];
-    let name = source.name.as_deref().unwrap_or_default();
-    for number in 0..source.primitives.len() {
-        let made = mesh::load(data, [mesh, number], rest, &scene.materials)?;
-        scene.meshes.extend(made.map(|mesh| super::Mesh { name: name.into(), ..mesh }));
+    for number in 0..data.document.meshes[mesh].primitives.len() {
+        scene.meshes.extend(mesh::load(data, [mesh, number], rest, &scene.materials)?);
     }
     Ok((first..scene.meshes.len()).collect())
 }
-
-/// The node transforms of a file in world space, before any animation.
-type WorldFromNodes = [DAffine3];

@@ -21,7 +21,6 @@ use twobounce::{Error, Result};
 
 /// Times that every pass is run in every form, one form after the other; the first time does not count.
 const ROUNDS: usize = 9;
-const VOXELS: u32 = 64;
 /// Threads of a workgroup: a tile of a slice, and a cube.
 const SHAPES: [[u32; 3]; 2] = [[8, 8, 1], [4, 4, 4]];
 /// The constants that say so (`glsl/gi/cones/measured/`).
@@ -35,15 +34,15 @@ The slides say that a pass over a volume, drawn layer by layer, often balances i
 same work: a fragment, or a thread, for every voxel of the whole grid, with the same function (`glsl/gi/cones/shade_voxel.glsl`, `glsl/gi/cones/talk_mips.glsl`)
 and the same seven results. `cones.passes = cells` is no such comparison: it leaves the empty voxels out ([costs](costs.md)).
 
-`printed` at 64³ voxels. Each round runs the draw and both dispatches, one after the other; numbers are medians over nine rounds of one
+The preset `printed`. Each round runs the draw and both dispatches, one after the other; numbers are medians over nine rounds of one
 process, ratios medians of each round's ratio: below 1 the draw is cheaper. *8×8×1* threads to a workgroup are tiles of a slice, as the draw has
-them, *4×4×4* cubes. *CPU* is processor time over all threads, *busy* that over time: how many threads were at work in the mean, which is what
-balance means on a CPU device. Two cores that other work shared: it lowers *busy* and scatters *time*; processor time it leaves alone.
+them, *4×4×4* cubes. *CPU* is processor time over all threads, *busy* that over time: how many of the two threads were at work in the mean, which is
+what balance means on a CPU device. On a machine with other work *busy* is lower; processor time stays.
 
-What it shows on these two drivers: the draw costs 0.5 to 1.0 of the dispatches' processor time. For shading that is the cost of the work and not of its
-balance, for in the same row about as many threads are busy in each form: two threads that take tiles or workgroups from a queue have little to
-balance. Mesa 22.3's mips alone, many short passes with a barrier between them, keep more threads busy when drawn. The workgroup's shape matters as much as
-the form.
+What it shows on these two drivers: the draw needs less processor time, 0.4 to 1.1 of the dispatches'. Its balance depends on the size of a layer. The
+driver hands out tiles of 64×64 pixels, with all layers in them: a pass over 64³ voxels is one tile, so one thread draws while the other waits, and the
+dispatch is mostly done sooner; over 128³ voxels there are four tiles, both threads work, and the draw is done sooner. Mips draw one tile or less in both. The
+workgroup's shape matters as much as the form.
 
 What it cannot show: anything about a GPU, where the slides' claim is about how hardware hands out fragments and workgroups to thousands of threads, and
 where attachments and image stores go different ways. There the claim is untested until this command runs on one.
@@ -57,11 +56,11 @@ fn main() -> Result<()> {
          draw, 8×8×1, 4×4×4 |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---|\n",
         context.name, context.driver
     );
-    for name in ["cornell-point", "gallery"] {
+    for (name, voxels) in [("cornell-point", 64), ("cornell-point", 128), ("gallery", 64)] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/{name}.glb"));
         let scene = Scene::load(&path, &LoadOptions::default())?;
-        for pass in measure(&context, &scene, &Settings { voxels: VOXELS, ..Settings::printed() }, ROUNDS)? {
-            section += &pass.row(name);
+        for pass in measure(&context, &scene, &Settings { voxels, ..Settings::printed() }, ROUNDS)? {
+            section += &pass.row(&format!("{name}, {voxels}³"));
         }
     }
     print!("{section}");

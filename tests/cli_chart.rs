@@ -126,9 +126,9 @@ fn rows_pages_and_failures() {
         let energy = |truth: &str| measured[truth]["indirect"]["energy"].as_f64().unwrap();
         assert!(energy("same") > energy("full"), "{row}");
     }
-    // The saturating cones are far nearer to the truth than the talk's listings (0.17 and 0.88 at 64³).
+    // Rays are nearer to the truth than the talk's listings, even at 16³.
     let rel = |row: &Value| row["measured"]["same"]["indirect"]["rel"].as_f64().unwrap();
-    assert!(rel(&rows[0]) < 0.7 * rel(&rows[1]), "{} and {}", rel(&rows[0]), rel(&rows[1]));
+    assert!(rel(&rows[0]) < rel(&rows[1]), "{} and {}", rel(&rows[0]), rel(&rows[1]));
     for row in &rows[2..] {
         assert!(row["failure"].as_str().unwrap().contains("--memory-limit of 8 MiB"), "{row}");
     }

@@ -193,13 +193,6 @@ impl Context {
         }
     }
 
-    /// Whether `format` can be used like `features` in optimally tiled images.
-    pub fn supports(&self, format: vk::Format, features: vk::FormatFeatureFlags) -> bool {
-        // SAFETY: the handle comes from this instance.
-        let found = unsafe { self.instance.get_physical_device_format_properties(self.physical, format) };
-        found.optimal_tiling_features.contains(features)
-    }
-
     /// The queue, to be locked for a submission.
     pub(super) fn queue(&self) -> Result<&Mutex<vk::Queue>> {
         self.queue.as_deref().ok_or_else(|| {

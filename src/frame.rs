@@ -57,7 +57,7 @@ pub struct Frame {
     history: bool,
     /// What lists and light on the device were made of; `None` where they cannot be gone on from.
     made_of: Option<MadeOf>,
-    /// The next frame makes lists and light anew, though nothing moved.
+    /// The next frame remakes lists and light, though nothing moved.
     stale: bool,
     /// The method holds no light yet.
     unlit: bool,
@@ -218,7 +218,7 @@ impl Frame {
         (counters, (grown != *self.counts()).then_some(grown))
     }
 
-    /// Makes the buffers anew that are too small for `counts`; no frame may be in flight. The next frame is made from nothing.
+    /// Replaces the buffers that are too small for `counts`; no frame may be in flight. The next frame starts from nothing.
     ///
     /// # Errors
     /// Too little memory.
@@ -229,7 +229,7 @@ impl Frame {
         Ok(())
     }
 
-    /// Goes over to the settings, the size and the lights of `desc`, of the same scene, and makes anew only what depends on what
+    /// Changes to the settings, the size and the lights of `desc`, of the same scene, and remakes only what depends on what
     /// changed: the lists stay where the grid and what is asked of it do, the light where its settings do, and a pipeline
     /// where its shaders' constants do. No frame may be in flight.
     ///
@@ -272,12 +272,12 @@ impl Frame {
         self.stale = true;
     }
 
-    /// The next frame makes lists and light anew though nothing changed: what a frame costs in which something moves.
+    /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
     pub fn make_anew(&mut self) {
         self.stale = true;
     }
 
-    /// The next frame's method goes on from the light of this one.
+    /// The next frame's method continues from the light of this one.
     pub fn keep_history(&mut self) {
         self.history = true;
     }

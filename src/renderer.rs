@@ -104,7 +104,7 @@ impl Renderer {
         Ok(Self { context: context.clone(), scene, settings, options, frame, readback, fixed_plan, memory_limit, log })
     }
 
-    /// Goes over to other settings and another size; only what depends on them is made anew.
+    /// Changes to other settings and another size; only what depends on them is remade.
     ///
     /// # Errors
     /// As for [`Renderer::new`]; the renderer then is as before.
@@ -166,7 +166,7 @@ impl Renderer {
         Ok(FrameReport { repeats: repeats + report.repeats, settling, ..report })
     }
 
-    /// The next frame makes lists and light anew though nothing changed: what a frame costs in which something moves.
+    /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
     pub fn make_anew(&mut self) {
         self.frame.make_anew();
     }

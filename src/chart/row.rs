@@ -77,7 +77,7 @@ pub struct Errors {
     pub diffuse: Option<Metrics>,
 }
 
-/// Which reference an image is held against.
+/// Which reference an image is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reference {
     /// All light.

@@ -17,7 +17,7 @@ use crate::{Error, Result};
 /// The file that marks the folder of a chart.
 const MARK: &str = "chart.txt";
 const MARK_TEXT: &str =
-    "Made by `twobounce chart`, which writes everything here anew and goes on with the rows in rows/.\n";
+    "Made by `twobounce chart`, which rewrites everything here and continues with the rows in rows/.\n";
 const ROWS: &str = "rows";
 
 /// A chart's folder. Nothing is written into it before the first row; a folder that was made and stays empty is removed.

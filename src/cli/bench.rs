@@ -136,7 +136,7 @@ impl Bench<'_> {
         Ok(scenes)
     }
 
-    /// Makes every reference that the rows will be held against, or takes it from the cache.
+    /// Makes every reference that the rows will be compared with, or takes it from the cache.
     fn references(&self, scenes: &mut [ChartScene]) -> Result<()> {
         let cache = Cache::of_user()?;
         for scene in scenes {

@@ -144,7 +144,7 @@ mod tests {
         };
         let mut written = BTreeSet::new();
         report::tests::paths(&serde_json::to_value(report).unwrap(), "", &mut written);
-        // The first part of the page is that of `render`, which another test holds against the program.
+        // The first part of the page is that of `render`, which another test compares with the program.
         written.retain(|path| !path.starts_with("render."));
         written.insert("render".into());
         let page = include_str!("../../docs/json.md");

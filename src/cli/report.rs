@@ -166,7 +166,7 @@ pub mod tests {
     fn the_keys_are_those_of_the_page() {
         let mut written = BTreeSet::new();
         paths(&serde_json::to_value(report()).unwrap(), "", &mut written);
-        // The settings have a page of their own, which another test holds against the tree.
+        // The settings have a page of their own, which another test compares with the tree.
         written.retain(|path| !path.starts_with("settings."));
         written.insert("settings".into());
         let spread = |path: &String| {

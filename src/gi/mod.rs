@@ -152,7 +152,7 @@ pub struct Maker<'a> {
 /// What is new in the frame that a method lights.
 #[derive(Clone, Copy, Debug)]
 pub struct Update {
-    /// The lists, or the method, were made anew; else both are those of the frame before.
+    /// The lists, or the method, are new; else both are those of the frame before.
     pub lists: bool,
     /// What the method holds is the light of the frame before, to go on from.
     pub history: bool,

@@ -69,7 +69,7 @@ impl Lists {
         })
     }
 
-    /// Makes anew what is too small for `capacity`.
+    /// Replaces what is too small for `capacity`.
     ///
     /// # Errors
     /// Too little memory.

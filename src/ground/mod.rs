@@ -232,7 +232,7 @@ impl Ground {
         }
     }
 
-    /// Makes anew what is too small for `counts`.
+    /// Replaces what is too small for `counts`.
     ///
     /// # Errors
     /// Too little memory.

@@ -18,7 +18,7 @@ pub struct Settings {
     pub step: f32,
     /// What the diffuse set's apertures are multiplied with.
     pub aperture: f32,
-    /// How far past the grid's border a sum goes on, in diameters.
+    /// How far past the grid's border a sum continues, in diameters.
     pub exit_margin: f32,
     pub roughness_fit: RoughnessFit,
     pub passes: Passes,
@@ -232,7 +232,7 @@ pub const KEYS: &[&[Key]] = &[
             "choice",
             names!(Blend),
             "how a cone's samples are composited: over, or sum (a wall's alpha adds up to 1; with fill = sided, weights = abs)",
-            "sum goes on a little past the grid's border",
+            "sum continues a little past the grid's border",
         ),
         key(
             "cones.step",
@@ -260,7 +260,7 @@ pub const KEYS: &[&[Key]] = &[
             "cones.exit_margin",
             "diameters",
             Range::Number(0.0, 4.0),
-            "how far past the grid's border a cone with blend = sum goes on, an eighth of the grid at most",
+            "how far past the grid's border a cone with blend = sum continues, an eighth of the grid at most",
             "a step or two per cone that leaves the grid",
         )),
         rare(key(

@@ -59,6 +59,9 @@ fn groups_and_dotted_keys_mean_the_same() {
     grouped.merge_toml(text).unwrap();
     assert_eq!(dotted, grouped);
     assert_eq!(dotted.grid.center, Some([1.0, 2.5, -3.0]));
+    dotted.merge_toml("[grid]\n[cones.start]").unwrap();
+    assert_eq!(dotted, grouped, "groups without keys");
+    assert!(dotted.merge_toml("[grit]").unwrap_err().to_string().contains("no setting \"grit\""));
     dotted.set("grid.center=auto").unwrap();
     assert_eq!(dotted.grid.center, None);
 }

@@ -29,7 +29,9 @@ impl Settings {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             usage(format!("line {line} is not valid TOML: {}", e.message().trim()))
         })?;
-        let leaves = leaves("", &table).into_iter();
+        // A known group without keys changes nothing.
+        let leaves =
+            leaves("", &table).into_iter().filter(|(name, value)| !value.is_table() || first_of_group(name).is_none());
         self.replace(&leaves.map(|(name, value)| Ok((known(&name)?, value))).collect::<Result<Vec<_>>>()?)
     }
 
@@ -100,10 +102,10 @@ fn usage(sentence: String) -> Error {
     Error::Usage(sentence)
 }
 
-/// The leaves of a table by their dotted names.
+/// The leaves of a table by their dotted names; an empty table is one.
 fn leaves(prefix: &str, table: &Table) -> Vec<(String, Value)> {
     let below = |(name, value): (&String, &Value)| match value {
-        Value::Table(inner) => leaves(&format!("{prefix}{name}."), inner),
+        Value::Table(inner) if !inner.is_empty() => leaves(&format!("{prefix}{name}."), inner),
         _ => vec![(format!("{prefix}{name}"), value.clone())],
     };
     table.iter().flat_map(below).collect()
@@ -115,13 +117,16 @@ fn known(name: &str) -> Result<&'static Key> {
         if let Some(sentence) = renamed::sentence(name) {
             return usage(sentence);
         }
-        let group = format!("{name}.");
-        if let Some(inner) = keys().iter().find(|k| k.name.starts_with(&group)) {
+        if let Some(inner) = first_of_group(name) {
             return usage(format!("{name:?} is a group of settings; name one of its keys, such as {:?}", inner.name));
         }
         let names: Vec<&str> = keys().iter().map(|k| k.name).collect();
         usage(format!("there is no setting {name:?}; {}", suggestion(name, &names)))
     })
+}
+
+fn first_of_group(name: &str) -> Option<&'static Key> {
+    keys().iter().find(|key| key.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')))
 }
 
 /// "did you mean …?", or where to look if nothing is near. The last part of a dotted name counts as a name too.

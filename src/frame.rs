@@ -240,9 +240,7 @@ impl Frame {
         let relit = !of_light(old).means_same(&of_light(new));
         let lamps = relit.then(|| lamps(desc.scene, new));
         let ground = ground_desc(desc, lamps.as_ref().unwrap_or(&self.lamps))?;
-        let (had, needed) = (self.counts(), &ground.counts);
-        let fits = needed.lights <= had.lights && needed.lamps <= had.lamps && needed.blended == had.blended;
-        if !fits || ground != (GroundDesc { counts: needed.clone(), ..self.ground.desc.clone() }) {
+        if !self.ground.desc.serves(&ground) {
             *self = Self::new(context, desc, &self.ground.scene.clone())?;
             return Ok(());
         }

@@ -474,8 +474,8 @@ fn presets_hold_every_row_in_one_form() {
 #[test]
 fn the_page_has_every_row_in_its_present_wording() {
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/ledger.md")).expect("docs/ledger.md");
-    let measured = ledger::parse(&page).expect("a page that `twobounce ledger` wrote");
-    assert!(ledger::document(&measured) == page, "docs/ledger.md is stale: run `twobounce ledger`");
+    let measured = ledger::page::parse(&page).expect("a page that `twobounce ledger` wrote");
+    assert!(ledger::page::document(&measured) == page, "docs/ledger.md is stale: run `twobounce ledger`");
     let rows = ledger::ROWS.iter().chain(ledger::OPEN);
     for row in rows.filter(|row| matches!(row.effect, Effect::Measured { .. })) {
         assert!(measured.changes.contains_key(row.id), "{} was not measured", row.id);

@@ -6,10 +6,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::Vec3;
-use twobounce::gi::cones::ledger::{
-    CHOICES, Change, EDGE, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, Furnace, Measurements, OPEN, ROWS,
-    document, furnace_row,
-};
+use twobounce::gi::cones::ledger::page::{Change, Furnace, Measurements, document, furnace_row};
+use twobounce::gi::cones::ledger::{CHOICES, EDGE, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, OPEN, ROWS};
 use twobounce::output::file;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LoadOptions, Scene, View, analytic};

@@ -99,6 +99,15 @@ pub struct GroundDesc {
     pub counts: Counts,
 }
 
+impl GroundDesc {
+    /// Whether a ground made for `self` serves `needed` as well.
+    pub fn serves(&self, needed: &Self) -> bool {
+        let (had, asked) = (&self.counts, &needed.counts);
+        let fits = asked.lights <= had.lights && asked.lamps <= had.lamps && asked.blended == had.blended;
+        fits && *needed == Self { counts: asked.clone(), ..self.clone() }
+    }
+}
+
 /// Buffers and passes that every method stands on.
 pub struct Ground {
     pub desc: GroundDesc,

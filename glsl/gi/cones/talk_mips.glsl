@@ -11,32 +11,17 @@ vec4 minus_y_fault(sampler3D source, ivec3 corner) {
     return 0.25 * (far - near);
 }
 
-// D1: −x −y −z fetch the volumes of +x +y +z.
-vec4[7] mips_of_three(ivec3 corner) {
-    vec4 faces[7];
-    faces[0] = mip_directional(source_0, corner, 0, false);
-    faces[1] = mip_directional(source_1, corner, 1, false);
-    faces[2] = mip_directional(source_2, corner, 2, false);
-    faces[3] = mip_directional(source_0, corner, 0, true);
-    faces[4] = mip_directional(source_1, corner, 1, true);
-    faces[5] = mip_directional(source_2, corner, 2, true);
-    faces[6] = mip_average(source_6, corner);
+vec4[7] talk_average_of(sampler3D x, sampler3D y, sampler3D z, ivec3 corner) {
+    vec4 faces[7] = average_of(x, y, z, corner);
+    if (printed(2)) {
+        faces[4] += minus_y_fault(y, corner);
+    }
     return faces;
 }
 
 vec4[7] mip_faces(ivec3 corner) {
-    vec4 faces[7];
-    if (printed(1)) {
-        faces = mips_of_three(corner);
-    } else {
-        faces = average_children(corner);
+    if (printed(1)) { // D1: −x −y −z fetch the volumes of +x +y +z
+        return talk_average_of(source_0, source_1, source_2, corner);
     }
-    if (printed(2)) {
-        if (printed(1)) {
-            faces[4] += minus_y_fault(source_1, corner);
-        } else {
-            faces[4] += minus_y_fault(source_4, corner);
-        }
-    }
-    return faces;
+    return talk_average_of(source_3, source_4, source_5, corner);
 }

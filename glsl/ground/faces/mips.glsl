@@ -40,15 +40,19 @@ vec4 mip_average(sampler3D source, ivec3 corner) {
     return sum * 0.125;
 }
 
-// The seven faces of the cell whose children's least corner is `corner`.
-vec4[7] average_children(ivec3 corner) {
+// The seven faces of the cell whose children's least corner is `corner`; x, y, z: what travellers along −x −y −z meet.
+vec4[7] average_of(sampler3D x, sampler3D y, sampler3D z, ivec3 corner) {
     vec4 faces[7];
     faces[0] = mip_directional(source_0, corner, 0, false);
     faces[1] = mip_directional(source_1, corner, 1, false);
     faces[2] = mip_directional(source_2, corner, 2, false);
-    faces[3] = mip_directional(source_3, corner, 0, true);
-    faces[4] = mip_directional(source_4, corner, 1, true);
-    faces[5] = mip_directional(source_5, corner, 2, true);
+    faces[3] = mip_directional(x, corner, 0, true);
+    faces[4] = mip_directional(y, corner, 1, true);
+    faces[5] = mip_directional(z, corner, 2, true);
     faces[6] = mip_average(source_6, corner);
     return faces;
+}
+
+vec4[7] average_children(ivec3 corner) {
+    return average_of(source_3, source_4, source_5, corner);
 }

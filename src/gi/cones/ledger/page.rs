@@ -61,7 +61,7 @@ pub struct Measurements {
     pub about: String,
     /// By a row's id, or by the choice's `key=value`.
     pub changes: BTreeMap<String, Change>,
-    /// By [`furnace_row`], one per grid of [`FURNACE_EDGES`].
+    /// By [`furnace_row`], one per grid of [`super::FURNACE_EDGES`].
     pub furnaces: BTreeMap<String, Vec<Furnace>>,
 }
 

@@ -15,8 +15,9 @@ use twins::volume::{ISOTROPIC, Level, TARGETS, TRAVEL, Volume};
 use twobounce::gi::cones::choices::Form::{self, Printed, Right};
 use twobounce::gi::cones::choices::{ConeSet, RoughnessFit, Weights};
 use twobounce::gi::cones::constants::Cones;
-use twobounce::gi::cones::ledger::{self, Effect};
+use twobounce::gi::cones::ledger;
 use twobounce::gi::cones::{Ledger, Settings, Start};
+use twobounce::gi::ledger::Effect;
 
 /// Equal faces at level 0 from a function of the voxel, in a whole chain of right mips.
 fn volume(edge: u32, texel: impl Fn(Vec3) -> Vec4) -> Volume {

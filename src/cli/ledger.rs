@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use twobounce::gi::cones::ledger::page::{Change, Furnace, Measurements, document, furnace_row};
-use twobounce::gi::cones::ledger::{CHOICES, EDGE, Effect, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, OPEN, ROWS};
+use twobounce::gi::cones::ledger::{CHOICES, EDGE, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, OPEN, ROWS};
+use twobounce::gi::ledger::Effect;
 use twobounce::output::file;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LoadOptions, Scene, View, analytic};

@@ -1,5 +1,7 @@
 //! Global illumination: the closed list of methods, and what a method is to the rest of the house.
 
+pub mod ledger;
+
 use std::sync::Arc;
 
 use crate::Result;

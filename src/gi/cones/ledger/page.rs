@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::Effect::{Fixed, Measured, NeverRan, NoImage};
+use crate::gi::ledger::Effect::{Fixed, Measured, NeverRan, NoImage};
 use super::{CHOICES, FURNACE_FILLS, FURNACE_ROOMS, OPEN, ROWS};
 
 /// What one comparison gave.

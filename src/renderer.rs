@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::frame::{Counters, Frame, FrameDesc, Seen, first_plan};
+use crate::gi::CoarseLight;
 use crate::ground::Ground;
 use crate::ground::image::target::{self, Readback};
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
@@ -157,7 +158,7 @@ impl Renderer {
             settling += 1;
             let now = self.coarse_light()?.unwrap_or_default();
             let change: f64 = now.iter().zip(&before).map(|(a, b)| (a - b).abs()).sum();
-            if change <= SETTLED * now.iter().sum::<f64>() {
+            if change <= SETTLED * now.iter().map(|v| v.abs()).sum::<f64>() {
                 break;
             }
             before = now;
@@ -196,10 +197,18 @@ impl Renderer {
 
     /// What the method holds, coarsely.
     fn coarse_light(&self) -> Result<Option<Vec<f64>>> {
-        let Some((image, level)) = self.frame.method.coarse_light() else { return Ok(None) };
-        let texels: Vec<[u16; 4]> = vk::download_image(&self.context, image, level)?;
         let number = |bits: u16| half::f16::from_bits(bits).to_f64();
-        Ok(Some(texels.iter().flat_map(|t| t[..3].to_vec()).map(number).collect()))
+        Ok(match self.frame.method.coarse_light() {
+            Some(CoarseLight::Image(image, level)) => {
+                let texels: Vec<[u16; 4]> = vk::download_image(&self.context, image, level)?;
+                Some(texels.iter().flat_map(|t| t[..3].to_vec()).map(number).collect())
+            }
+            Some(CoarseLight::Buffer(buffer)) => {
+                let numbers: Vec<f32> = vk::download(&self.context, buffer)?;
+                Some(numbers.into_iter().map(f64::from).collect())
+            }
+            None => None,
+        })
     }
 
     /// The last frame's image and the layers asked for.

@@ -66,13 +66,14 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-// The triangle of item `index` of the lists, cut to its voxel and lit on each of its sides.
-ItemLight light_item(uint index, Triangle t, uvec3 voxel) {
+// The triangle of item `index` of the lists, cut to its voxel and lit on each of its sides. `corners`: in voxels of the lists'
+// own grid, as `voxel` is.
+ItemLight light_item(uint index, Triangle t, mat3 corners, uvec3 voxel) {
     COUNT(LIST_ITEMS, 1u);
     COUNT(TRIANGLES, 1u);
-    vec3 a = t.vertices[0].position;
-    vec3 b = t.vertices[1].position;
-    vec3 c = t.vertices[2].position;
+    vec3 a = corners[0];
+    vec3 b = corners[1];
+    vec3 c = corners[2];
     vec3 center = vec3(voxel) + 0.5;
     float area = 1.0;
     vec2 bc;
@@ -83,7 +84,7 @@ ItemLight light_item(uint index, Triangle t, uvec3 voxel) {
     } else {
         bc = closest_point(a, b, c, center);
     }
-    Surface s = evaluate_surface(t, vec3(1.0 - bc.x - bc.y, bc), voxel_footprint(t), false);
+    Surface s = evaluate_surface(t, vec3(1.0 - bc.x - bc.y, bc), footprint_over(t, corners), false);
     float opacity = s.opacity * (1.0 - s.transmission);
     bool fills = LIGHTS_FRONTS || opacity * area > 0.0;
     bool two_sided = !LIGHTS_FRONTS && (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;

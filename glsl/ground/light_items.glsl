@@ -13,6 +13,7 @@ void main() {
         COUNT(WORDS, LIT == LIT_ALIKE ? 1u : 0u);
         uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
         ListItem entry = list_items[item];
-        item_lights[item] = light_item(item, triangles[entry.triangle], cell_at(entry.voxel, EDGE));
+        Triangle t = triangles[entry.triangle];
+        item_lights[item] = light_item(item, t, corners_of(t), cell_at(entry.voxel, EDGE));
     }
 }

@@ -45,10 +45,15 @@ bool has_slot(Material m, uint slot) {
     return slot_in_use(slot) && m.slots[slot].texture >= 0;
 }
 
-// How uv moves per voxel along two orthogonal directions in the triangle's plane.
-Footprint voxel_footprint(Triangle t) {
-    vec3 e1 = t.vertices[1].position - t.vertices[0].position;
-    vec3 e2 = t.vertices[2].position - t.vertices[0].position;
+// In voxels of the base grid.
+mat3 corners_of(Triangle t) {
+    return mat3(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position);
+}
+
+// How uv moves per unit of length of `corners`, along two orthogonal directions in the triangle's plane.
+Footprint footprint_over(Triangle t, mat3 corners) {
+    vec3 e1 = corners[1] - corners[0];
+    vec3 e2 = corners[2] - corners[0];
     float l1 = max(length(e1), 1e-20);
     vec3 x = e1 / l1;
     float sx = dot(e2, x);
@@ -62,6 +67,11 @@ Footprint voxel_footprint(Triangle t) {
         footprint.uv[set] = mat2(u, v);
     }
     return footprint;
+}
+
+// The same per voxel.
+Footprint voxel_footprint(Triangle t) {
+    return footprint_over(t, corners_of(t));
 }
 
 // Base colour and alpha as blending and masks see them.

@@ -4,6 +4,8 @@ pub mod ledger;
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::Result;
 use crate::ground::constants::Features;
 use crate::ground::faces::FaceVolume;
@@ -11,7 +13,7 @@ use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::{Counts, Ground};
 use crate::settings::Settings;
-use crate::vk::{Bind, Context, Image, Recorder};
+use crate::vk::{Bind, Buffer, Context, Image, Recorder};
 
 /// The list of methods: a variant, its name, which is the name of its folders too, and what it is.
 macro_rules! methods {
@@ -67,6 +69,8 @@ methods! {
     Cones = "cones" in cones,
     /// Exact rays that find what the voxels shade, shared among neighbours.
     Rays = "rays" in rays,
+    /// Light propagation volumes: light that travels from cell to cell of a coarse grid.
+    Lpv = "lpv" in lpv,
 }
 
 /// A way to light surfaces by other surfaces. It fills what it likes from the ground, and answers in GLSL
@@ -96,6 +100,11 @@ pub trait Gi: Send {
     where
         Self: Sized;
 
+    /// Where its further grids stand this frame, as many as it asked for. `eye`: in voxels of the base grid.
+    fn grids(&self, _eye: Vec3) -> Vec<GridPlace> {
+        Vec::new()
+    }
+
     /// Records the passes from this frame's lists to its light.
     fn update(&self, recorder: &mut Recorder, ground: &Ground, update: &Update);
 
@@ -110,10 +119,18 @@ pub trait Gi: Send {
         &[]
     }
 
-    /// A level of an image that shows, coarsely, all light that it holds: feedback has settled once it does not change.
-    fn coarse_light(&self) -> Option<(&Image, u32)> {
+    /// What shows, coarsely, all light that it holds: feedback has settled once it does not change.
+    fn coarse_light(&self) -> Option<CoarseLight<'_>> {
         self.volumes().last().map(FaceVolume::coarse)
     }
+}
+
+/// Numbers that show, coarsely, all light that a method holds.
+pub enum CoarseLight<'a> {
+    /// Red, green and blue of a level of an RGBA16F image.
+    Image(&'a Image, u32),
+    /// All of a buffer of f32.
+    Buffer(&'a Buffer),
 }
 
 /// What a method asks of the ground. The ground makes nothing that is not asked for.
@@ -133,8 +150,10 @@ pub struct Wants {
     pub alike: bool,
     /// with direct light kept from one pass of a frame to the next.
     pub kept_direct_light: bool,
-    /// Lists of further grids.
+    /// Lists of further grids,
     pub grids: Vec<GridPlace>,
+    /// and of their occupied cells, with items that are lit and direct light that is kept.
+    pub lit_grids: bool,
     /// Whether its diffuse look-up is worth gathering apart from the image.
     pub diffuse: bool,
     /// Whether it has shadows of its own.

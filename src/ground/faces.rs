@@ -7,6 +7,7 @@ use super::Ground;
 use super::constants::{DIRECT, with};
 use super::memory_plan::MemoryRow;
 use crate::Result;
+use crate::gi::CoarseLight;
 use crate::settings::Settings;
 use crate::vk::{
     Bind, ColorTarget, Compute, ComputeDesc, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags,
@@ -125,8 +126,8 @@ impl FaceVolume {
     }
 
     /// All light that it holds, coarsely: the isotropic face's level of 8³ texels.
-    pub fn coarse(&self) -> (&Image, u32) {
-        (&self.faces[FACES - 1], self.levels - 4)
+    pub fn coarse(&self) -> CoarseLight<'_> {
+        CoarseLight::Image(&self.faces[FACES - 1], self.levels - 4)
     }
 }
 

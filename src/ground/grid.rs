@@ -66,6 +66,13 @@ pub struct GridPlace {
 }
 
 impl GridPlace {
+    /// To its voxels from those of the base grid: x, y and z of the offset, and the scale that comes before it.
+    pub fn from_base(&self) -> [f32; 4] {
+        let scale = 1.0 / self.voxel;
+        let [x, y, z] = self.corner.map(|c| 0.0 - c * scale);
+        [x, y, z, scale]
+    }
+
     /// The base grid itself.
     pub fn base(edge: u32) -> Self {
         Self { edge, corner: [0.0; 3], voxel: 1.0 }

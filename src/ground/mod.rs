@@ -200,6 +200,16 @@ impl Ground {
         &self.lists[0]
     }
 
+    /// Moves the further grids; whether any stood elsewhere, so that its lists must be made again.
+    pub fn place_grids(&mut self, places: &[GridPlace]) -> bool {
+        let mut moved = false;
+        for (lists, place) in self.lists[1..].iter_mut().zip(places) {
+            moved |= lists.place != *place;
+            lists.place = *place;
+        }
+        moved
+    }
+
     /// A new frame: its lists of cells take the place of those of the frame before the last.
     pub fn swap_cell_lists(&mut self) {
         if self.desc.wants.cells {
@@ -299,9 +309,11 @@ impl Ground {
     }
 }
 
-/// A further grid has lists, and lists of cells, and nothing that is derived from them.
+/// A further grid has lists, and where it is lit, lists of cells and items that are lit each; no rays.
 fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
-    if index == 0 { wants.clone() } else { Wants { lists: true, cells: wants.cells, ..Wants::default() } }
+    let lit = wants.lit_grids;
+    let further = Wants { lists: true, cells: lit, lit_items: lit, kept_direct_light: lit, ..Wants::default() };
+    if index == 0 { wants.clone() } else { further }
 }
 
 /// Bytes of what all grids share.

@@ -65,8 +65,8 @@ impl Voxelise {
             r.full_barrier(); // record wrote the triangles and the draw's count, reset the lists
             let edge = lists.place.edge;
             let target = RenderTarget { width: edge, height: edge, ..Default::default() };
-            let scale = 1.0 / lists.place.voxel;
-            let push = GridPush { offset: lists.place.corner.map(|c| 0.0 - c * scale), scale };
+            let [x, y, z, scale] = lists.place.from_base();
+            let push = GridPush { offset: [x, y, z], scale };
             r.raster(&target, |pass| {
                 let binds = [
                     Bind::buffer("globals", &lists.globals),

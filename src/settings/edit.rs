@@ -149,7 +149,9 @@ fn parse(key: &Key, text: &str) -> Value {
     let parsed = match key.range {
         Range::Bool => text.parse().ok().map(Value::Boolean),
         Range::Choice(_) => None,
-        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) => text.parse().ok().map(Value::Integer),
+        Range::PowerOfTwo(..) | Range::OneOf(_) | Range::Whole(..) | Range::WholeOrAuto(..) => {
+            text.parse().ok().map(Value::Integer)
+        }
         Range::Number(..) | Range::NumberOrAuto(..) => number(text),
         Range::PointOrAuto(_) => text.split(',').map(number).collect::<Option<Vec<_>>>().map(Value::Array),
     };
@@ -174,6 +176,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
         Range::Bool => value.as_bool().map(Value::Boolean),
         Range::Choice(names) => choice(&names()),
         Range::Whole(least, most) => between(least, most),
+        Range::WholeOrAuto(least, most) => between(least, most).or_else(auto),
         Range::PowerOfTwo(least, most) => whole(&|n| n.is_power_of_two() && (least..=most).contains(n)),
         Range::OneOf(values) => whole(&|n| values.contains(n)),
         Range::Number(least, most) => within(value, least, most),

@@ -27,6 +27,8 @@ pub enum Range {
     Choice(fn() -> Vec<&'static str>),
     /// A whole number between these, both included.
     Whole(u32, u32),
+    /// The same, or `auto`.
+    WholeOrAuto(u32, u32),
     /// A power of two between these, both included.
     PowerOfTwo(u32, u32),
     /// One of these whole numbers.
@@ -45,6 +47,7 @@ impl std::fmt::Display for Range {
             Self::Bool => f.write_str("true or false"),
             Self::Choice(names) => f.write_str(&either(&names())),
             Self::Whole(least, most) => write!(f, "a whole number, {least} to {most}"),
+            Self::WholeOrAuto(least, most) => write!(f, "a whole number, {least} to {most}, or auto"),
             Self::PowerOfTwo(least, most) => write!(f, "a power of two, {least} to {most}"),
             Self::OneOf(values) => f.write_str(&either(&values.iter().map(u32::to_string).collect::<Vec<_>>())),
             Self::Number(least, most) => write!(f, "{}", span(*least, *most)),
@@ -126,7 +129,7 @@ const TOP: &[Key] = &[
         "method",
         "method",
         names!(Method),
-        "how indirect light is found: not at all, by voxel cones as in the talk, or by exact rays",
+        "how indirect light is found: not at all, by voxel cones as in the talk, by exact rays, or by light propagation volumes",
         "see the presets",
     ),
     key(

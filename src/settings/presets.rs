@@ -1,7 +1,7 @@
 //! Presets: settings with a name, each written as what it changes of another.
 
 use super::{DirectLight, GatherResolution, LampLight, Settings, Shadows};
-use crate::gi::{Method, cones, rays};
+use crate::gi::{Method, cones, lpv, rays};
 
 /// Settings with a name.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +20,8 @@ pub const PRESETS: &[Preset] = &[
     preset("cones", Settings::cones, "16 saturating cones a pixel, lamps sampled"),
     preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected"),
     preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
+    preset("lpv", Settings::lpv, "light propagation volumes that conserve light, lamps sampled"),
+    preset("lpv-printed", Settings::lpv_printed, "light propagation volumes as their source prints them"),
 ];
 
 const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'static str) -> Preset {
@@ -70,7 +72,25 @@ impl Settings {
         printed
     }
 
-    /// The same, every row of the ledger right.
+    /// Light propagation, its faults mended where they can be.
+    pub fn lpv() -> Self {
+        let mut lpv = Self { method: Method::Lpv, ..Self::default() };
+        lpv.lights.shadow_rays = 1;
+        // A cell averages over its whole list, and neighbours have nothing to share.
+        lpv.image.interleave = 1;
+        lpv
+    }
+
+    /// The same as the source's page has it; what it leaves open is as in [`Settings::lpv`].
+    pub fn lpv_printed() -> Self {
+        let mut printed = Self::lpv();
+        printed.lights.lamps = LampLight::Gathered;
+        printed.image.gather_resolution = GatherResolution::Full;
+        printed.of.lpv = lpv::Settings::printed();
+        printed
+    }
+
+    /// The talk's, every row of the ledger right.
     pub fn corrected() -> Self {
         let mut corrected = Self::printed();
         corrected.of.cones = cones::Settings::corrected();

@@ -1,0 +1,22 @@
+// What blocks light in a cell: the areas, projected along the axes and over a face, of the surfaces that look along
+// +x +y +z −x −y −z (doubleSided ones look both ways), at most 1; and the zeroth band of what blocks in two bands.
+
+struct Blockers {
+    vec3 up; // looks along +x +y +z
+    vec3 down;
+    float even; // ¼ of the area of one-sided surfaces, ½ of doubleSided ones
+};
+
+uvec4 pack_blockers(Blockers b) {
+    return uvec4(packUnorm2x16(b.up.xy), packUnorm2x16(vec2(b.up.z, b.down.x)), packUnorm2x16(b.down.yz), floatBitsToUint(b.even));
+}
+
+Blockers unpack_blockers(uvec4 packed) {
+    vec2 middle = unpackUnorm2x16(packed.y);
+    return Blockers(vec3(unpackUnorm2x16(packed.x), middle.x), vec3(middle.y, unpackUnorm2x16(packed.z)), uintBitsToFloat(packed.w));
+}
+
+// Along an axis, whatever way the surface looks.
+vec3 across(Blockers b) {
+    return max(b.up, b.down);
+}

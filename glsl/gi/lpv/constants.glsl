@@ -1,0 +1,26 @@
+// Constants of the method `lpv`; src/gi/lpv/mod.rs is their twin.
+
+#include "ground/constants.glsl"
+
+layout(constant_id = 32) const uint LPV_EDGE = 32u; // of each of its grids, cells
+layout(constant_id = 33) const uint CASCADES = 1u;
+layout(constant_id = 34) const uint LOBE = 1u; // how a cell's light is spread over directions
+layout(constant_id = 35) const uint OCCLUSION = 2u;
+layout(constant_id = 36) const uint SUM = 1u; // where the light of all steps is added up
+layout(constant_id = 37) const uint INJECTION = 1u; // where a surface's light starts
+layout(constant_id = 38) const uint APPLY = 1u; // how irradiance is read
+
+const uint LOBE_COSINE = 0u; // 1 + 2 cos θ, the clamped cosine in two bands: negative behind, where it is cut off
+const uint LOBE_EVEN = 1u; // 1 + cos θ: never negative
+const uint OCCLUSION_NONE = 0u;
+const uint OCCLUSION_SH = 1u;
+const uint OCCLUSION_SHEETS = 2u;
+const uint SUM_OWN = 0u; // every step starts from the cell's own light, and the last one is the sum
+const uint SUM_APART = 1u;
+const uint INJECTION_CELL = 0u;
+const uint INJECTION_FRONT = 1u;
+const uint APPLY_SH = 0u;
+const uint APPLY_FLUX = 1u;
+
+const uint CELLS_PER_GRID = LPV_EDGE * LPV_EDGE * LPV_EDGE;
+const float LOBE_FACTOR = LOBE == LOBE_EVEN ? 1.0 : 2.0;

@@ -1,0 +1,123 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Virtual point lights: what the surfaces of a cell's list send becomes the light that starts there, or, with
+// INJECTION_FRONT, in the cell in front of them: a light in its surface's own cell would light, and be blocked by, that surface.
+// A thread per cell collects, so that the sums have no order. Also what blocks light in the cell.
+
+#include "gi/lpv/constants.glsl"
+#include "common/count.glsl"
+#include "common/triangle_box.glsl"
+#include "ground/layout.glsl"
+#include "ground/heads.glsl"
+#include "gi/lpv/field.glsl"
+#include "gi/lpv/blockers.glsl"
+#include "gi/lpv/signed_sum.glsl"
+#include "gi/lpv/push.glsl"
+
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(set = 0, binding = 33, scalar) writeonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(set = 0, binding = 35, scalar) readonly buffer GridItems { ListItem grid_items[]; };
+layout(set = 0, binding = 36, scalar) readonly buffer GridHeads { uint grid_heads[]; };
+layout(set = 0, binding = 37, scalar) writeonly buffer NewLight { vec4 new_light[]; };
+
+struct Collected {
+    SignedSum flux;
+    SignedSum x;
+    SignedSum y;
+    SignedSum z;
+};
+
+void collect(inout Collected sum, vec3 sent, vec3 n) {
+    Field f = lobe(vec4(PI * sent, 0.0), n);
+    signed_add(sum.flux, f.flux);
+    signed_add(sum.x, f.x);
+    signed_add(sum.y, f.y);
+    signed_add(sum.z, f.z);
+}
+
+uint dominant_axis(vec3 n) {
+    vec3 size = abs(n);
+    return size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
+}
+
+// What the list of `cell` sends along `way`; all that it sends where `way` is 0.
+void collect_list(inout Collected sum, ivec3 cell, ivec3 way) {
+    uint item = grid_heads[cell_index(cell)];
+    COUNT(HEADS, 1u);
+    for (uint k = 0u; k < uint(grid_items.length()) && item != 0u; k++) {
+        ListItem entry = grid_items[item - 1u];
+        ItemLight light = item_lights[item - 1u];
+        COUNT(LIST_ITEMS, 1u);
+        COUNT(WORDS, 8u);
+        COUNT(CORNERS, 3u);
+        vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
+            triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
+        float along = dot(n, vec3(way));
+        bool goes = way == ivec3(0) || abs(way[dominant_axis(n)]) == 1;
+        float part = light.opacity * light.area;
+        if (goes && along >= 0.0) {
+            collect(sum, light.front * part, n);
+        }
+        if (goes && along <= 0.0) {
+            collect(sum, light.back * part, -n);
+        }
+        item = entry.next;
+    }
+}
+
+Blockers blockers_of(ivec3 cell) {
+    SignedSum up = signed_zero();
+    SignedSum down = signed_zero();
+    uint item = grid_heads[cell_index(cell)];
+    for (uint k = 0u; k < uint(grid_items.length()) && item != 0u; k++) {
+        ListItem entry = grid_items[item - 1u];
+        ItemLight light = item_lights[item - 1u];
+        COUNT(LIST_ITEMS, 1u);
+        COUNT(CORNERS, 3u);
+        vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
+            triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
+        bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+        float area = light.opacity * light.area;
+        vec3 front = area * max(n, vec3(0.0));
+        vec3 back = area * max(-n, vec3(0.0));
+        signed_add(up, vec4(two_sided ? front + back : front, two_sided ? 0.5 * area : 0.25 * area));
+        signed_add(down, vec4(two_sided ? front + back : back, 0.0));
+        item = entry.next;
+    }
+    vec4 looks_up = signed_value(up);
+    return Blockers(min(looks_up.xyz, vec3(1.0)), min(signed_value(down).xyz, vec3(1.0)), looks_up.w);
+}
+
+void main() {
+    ivec3 cell = ivec3(gl_GlobalInvocationID);
+    uint index = cell_index(cell);
+    Blockers here = blockers_of(cell);
+    Field started = no_light();
+    if (INJECTION == INJECTION_CELL) {
+        Collected sum = Collected(signed_zero(), signed_zero(), signed_zero(), signed_zero());
+        collect_list(sum, cell, ivec3(0));
+        started = Field(signed_value(sum.flux), signed_value(sum.x), signed_value(sum.y), signed_value(sum.z));
+    } else {
+        vec3 open = 1.0 - across(here);
+        for (int k = 0; k < 6; k++) {
+            ivec3 way = ivec3(0);
+            way[k % 3] = k < 3 ? 1 : -1;
+            if (in_volume(cell - way)) {
+                Collected sum = Collected(signed_zero(), signed_zero(), signed_zero(), signed_zero());
+                collect_list(sum, cell - way, way);
+                Field f = Field(signed_value(sum.flux), signed_value(sum.x), signed_value(sum.y), signed_value(sum.z));
+                started = add(started, scaled(f, OCCLUSION == OCCLUSION_SHEETS ? open[k % 3] : 1.0));
+            }
+        }
+    }
+    blockers[push.cascade * CELLS_PER_GRID + index] = pack_blockers(here);
+    new_light[index] = started.flux;
+    new_light[CELLS_PER_GRID + index] = started.x;
+    new_light[2u * CELLS_PER_GRID + index] = started.y;
+    new_light[3u * CELLS_PER_GRID + index] = started.z;
+}

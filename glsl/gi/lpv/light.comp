@@ -1,0 +1,30 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+//! with LOOK_UP
+// Lights the items of a grid's own lists; with LOOK_UP also by what the propagation before left.
+
+#include "gi/lpv/constants.glsl"
+
+const bool CLIPS_ITEMS = true;
+const bool LIGHTS_FRONTS = false;
+
+#include "ground/item_light.glsl"
+#include "ground/heads.glsl"
+#include "gi/lpv/push.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 17, scalar) readonly buffer CellCounts { CellCount cell_counts[]; };
+layout(set = 0, binding = 22, scalar) writeonly buffer ItemLights { ItemLight item_lights[]; };
+layout(set = 0, binding = 35, scalar) readonly buffer GridItems { ListItem grid_items[]; };
+
+void main() {
+    uint count = cell_counts[LIT_COUNTS].count;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        ListItem entry = grid_items[i];
+        Triangle t = triangles[entry.triangle];
+        mat3 corners = mat3(in_cells(t.vertices[0].position), in_cells(t.vertices[1].position), in_cells(t.vertices[2].position));
+        item_lights[i] = light_item(i, t, corners, cell_at(entry.voxel, LPV_EDGE));
+    }
+}

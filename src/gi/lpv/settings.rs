@@ -1,0 +1,169 @@
+//! The table `[lpv]`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::settings::{Key, Range, auto, choices, key, names, rare};
+
+choices! {
+    /// How a cell's light is spread over directions, two bands of spherical harmonics.
+    Lobe {
+        /// The clamped cosine, 1 + 2 cos θ in two bands. It is negative behind, where it is cut off, so that light is gained.
+        Cosine = "cosine",
+        /// 1 + cos θ: never negative, conserves light.
+        Even = "even",
+    }
+}
+
+choices! {
+    /// What blocks light on its way from cell to cell.
+    Occlusion {
+        None = "none",
+        /// Blocking area in two bands, half a cell off (Kaplanyan and Dachsbacher's geometry volume).
+        Sh = "sh",
+        /// Areas projected along the axes, side by side: a wall that fills a cell lets nothing pass.
+        Sheets = "sheets",
+    }
+}
+
+choices! {
+    /// Where the light of all steps is added up.
+    Sum {
+        /// Each step starts from the cell's own light: it grows with the number of steps.
+        Own = "own",
+        /// In a volume of its own, without the light that was injected: that is direct light.
+        Apart = "apart",
+    }
+}
+
+choices! {
+    /// Where the light that a surface sends starts.
+    Injection {
+        /// In the surface's own cell.
+        Cell = "cell",
+        /// In the cell in front of it.
+        Front = "front",
+    }
+}
+
+choices! {
+    /// How irradiance is read from what was added up.
+    Apply {
+        /// Two bands against the clamped cosine, half a cell off the surface.
+        Sh = "sh",
+        /// What crosses a face that looks like the surface, a cell off it, where no such surface stands.
+        Flux = "flux",
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Cells along the edge of each grid.
+    pub edge: u32,
+    /// Steps of propagation per bounce; absent: as many as cells along the edge.
+    #[serde(with = "auto")]
+    pub iterations: Option<u32>,
+    /// Nested grids about the camera.
+    pub cascades: u32,
+    pub lobe: Lobe,
+    pub occlusion: Occlusion,
+    pub sum: Sum,
+    pub injection: Injection,
+    pub apply: Apply,
+}
+
+impl Default for Settings {
+    /// The preset `lpv`.
+    fn default() -> Self {
+        Self {
+            edge: 32,
+            iterations: None,
+            cascades: 1,
+            lobe: Lobe::Even,
+            occlusion: Occlusion::Sheets,
+            sum: Sum::Apart,
+            injection: Injection::Front,
+            apply: Apply::Flux,
+        }
+    }
+}
+
+impl Settings {
+    /// As the source's page has it, where it says something.
+    pub fn printed() -> Self {
+        Self {
+            lobe: Lobe::Cosine,
+            occlusion: Occlusion::Sh,
+            sum: Sum::Own,
+            injection: Injection::Cell,
+            apply: Apply::Sh,
+            iterations: Some(8),
+            ..Self::default()
+        }
+    }
+
+    /// Steps of propagation per bounce.
+    pub fn steps(&self) -> u32 {
+        self.iterations.unwrap_or(self.edge)
+    }
+}
+
+/// The table's keys.
+pub const KEYS: &[&[Key]] = &[&[
+    key(
+        "lpv.edge",
+        "cells per edge",
+        Range::PowerOfTwo(16, 64),
+        "edge of the grids that light travels through; they have lists of their own",
+        "propagation ×16 per doubling: eight times the cells, twice the steps",
+    ),
+    key(
+        "lpv.iterations",
+        "steps",
+        Range::WholeOrAuto(1, 1024),
+        "steps of propagation per bounce: light travels a cell a step; auto: as many as lpv.edge",
+        "propagation in proportion",
+    ),
+    key(
+        "lpv.cascades",
+        "grids",
+        Range::Whole(1, 3),
+        "nested grids: the coarsest is the base grid's cube, each finer one has half its side, about the camera",
+        "every pass of the method, in proportion; lists are made anew when the camera leaves a cell",
+    ),
+    key(
+        "lpv.occlusion",
+        "choice",
+        names!(Occlusion),
+        "what blocks light from cell to cell: nothing, blocking areas in two bands, or areas along the axes",
+        "little",
+    ),
+    rare(key(
+        "lpv.lobe",
+        "choice",
+        names!(Lobe),
+        "how a cell's light is spread: the clamped cosine, cut off where it is negative, or 1 + cos θ",
+        "none",
+    )),
+    rare(key(
+        "lpv.sum",
+        "choice",
+        names!(Sum),
+        "where steps add up: in the light that travels, which grows with every step, or apart",
+        "none",
+    )),
+    rare(key(
+        "lpv.injection",
+        "choice",
+        names!(Injection),
+        "where the light of a surface starts: in its own cell, or in the cell in front of it",
+        "front: six lists per cell instead of one",
+    )),
+    rare(key(
+        "lpv.apply",
+        "choice",
+        names!(Apply),
+        "how irradiance is read: two bands against the cosine, or the flux that crosses a face",
+        "little",
+    )),
+]];

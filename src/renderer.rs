@@ -158,7 +158,7 @@ impl Renderer {
             settling += 1;
             let now = self.coarse_light()?.unwrap_or_default();
             let change: f64 = now.iter().zip(&before).map(|(a, b)| (a - b).abs()).sum();
-            if change <= SETTLED * now.iter().map(|v| v.abs()).sum::<f64>() {
+            if change <= SETTLED * now.iter().sum::<f64>() {
                 break;
             }
             before = now;
@@ -203,9 +203,9 @@ impl Renderer {
                 let texels: Vec<[u16; 4]> = vk::download_image(&self.context, image, level)?;
                 Some(texels.iter().flat_map(|t| t[..3].to_vec()).map(number).collect())
             }
-            Some(CoarseLight::Buffer(buffer)) => {
-                let numbers: Vec<f32> = vk::download(&self.context, buffer)?;
-                Some(numbers.into_iter().map(f64::from).collect())
+            Some(CoarseLight::Full(image)) => {
+                let texels: Vec<[f32; 4]> = vk::download_image(&self.context, image, 0)?;
+                Some(texels.iter().flat_map(|t| t[..3].to_vec()).map(f64::from).collect())
             }
             None => None,
         })

@@ -13,7 +13,7 @@ use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::{Counts, Ground};
 use crate::settings::Settings;
-use crate::vk::{Bind, Buffer, Context, Image, Recorder};
+use crate::vk::{Bind, Context, Image, Recorder};
 
 /// The list of methods: a variant, its name, which is the name of its folders too, and what it is.
 macro_rules! methods {
@@ -129,8 +129,8 @@ pub trait Gi: Send {
 pub enum CoarseLight<'a> {
     /// Red, green and blue of a level of an RGBA16F image.
     Image(&'a Image, u32),
-    /// All of a buffer of f32.
-    Buffer(&'a Buffer),
+    /// The same of an RGBA32F image.
+    Full(&'a Image),
 }
 
 /// What a method asks of the ground. The ground makes nothing that is not asked for.

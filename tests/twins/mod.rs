@@ -15,6 +15,7 @@ pub mod dilate;
 pub mod directions;
 pub mod lamps;
 pub mod mips;
+pub mod propagation;
 pub mod record;
 pub mod shade;
 pub mod volume;

@@ -16,6 +16,21 @@ Blockers unpack_blockers(uvec4 packed) {
     return Blockers(vec3(unpackUnorm2x16(packed.x), middle.x), vec3(middle.y, unpackUnorm2x16(packed.z)), uintBitsToFloat(packed.w));
 }
 
+// Shares that pass into a cell, travelling along +x +y +z and −x −y −z.
+struct Passage {
+    vec3 up;
+    vec3 down;
+};
+
+uvec3 pack_passage(Passage p) {
+    return uvec3(packUnorm2x16(p.up.xy), packUnorm2x16(vec2(p.up.z, p.down.x)), packUnorm2x16(p.down.yz));
+}
+
+Passage unpack_passage(uvec3 packed) {
+    vec2 middle = unpackUnorm2x16(packed.y);
+    return Passage(vec3(unpackUnorm2x16(packed.x), middle.x), vec3(middle.y, unpackUnorm2x16(packed.z)));
+}
+
 // Along an axis, whatever way the surface looks.
 vec3 across(Blockers b) {
     return max(b.up, b.down);

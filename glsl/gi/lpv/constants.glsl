@@ -9,6 +9,7 @@ layout(constant_id = 35) const uint OCCLUSION = 2u;
 layout(constant_id = 36) const uint SUM = 1u; // where the light of all steps is added up
 layout(constant_id = 37) const uint INJECTION = 1u; // where a surface's light starts
 layout(constant_id = 38) const uint APPLY = 1u; // how irradiance is read
+layout(constant_id = 39) const bool FIRST_STEP = false; // of propagation
 
 const uint LOBE_COSINE = 0u; // 1 + 2 cos θ, the clamped cosine in two bands: negative behind, where it is cut off
 const uint LOBE_EVEN = 1u; // 1 + cos θ: never negative

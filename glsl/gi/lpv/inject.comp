@@ -23,7 +23,7 @@ layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight ite
 layout(set = 0, binding = 33, scalar) writeonly buffer BlockersBuffer { uvec4 blockers[]; };
 layout(set = 0, binding = 35, scalar) readonly buffer GridItems { ListItem grid_items[]; };
 layout(set = 0, binding = 36, scalar) readonly buffer GridHeads { uint grid_heads[]; };
-layout(set = 0, binding = 37, scalar) writeonly buffer NewLight { vec4 new_light[]; };
+#include "gi/lpv/new_light.glsl"
 
 struct Collected {
     SignedSum flux;
@@ -116,8 +116,5 @@ void main() {
         }
     }
     blockers[push.cascade * CELLS_PER_GRID + index] = pack_blockers(here);
-    new_light[index] = started.flux;
-    new_light[CELLS_PER_GRID + index] = started.x;
-    new_light[2u * CELLS_PER_GRID + index] = started.y;
-    new_light[3u * CELLS_PER_GRID + index] = started.z;
+    store_new(cell, started);
 }

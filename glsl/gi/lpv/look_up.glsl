@@ -7,13 +7,17 @@
 
 const bool FINDS_LAMPS = false;
 
-layout(set = 0, binding = 32, scalar) readonly buffer Sums { vec4 sums[]; };
 layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
 layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; }; // cells = voxels · w + xyz
 
-Field sum_in(uint cascade, uint index) {
-    uint first = 4u * cascade * CELLS_PER_GRID + index;
-    return Field(sums[first], sums[first + CELLS_PER_GRID], sums[first + 2u * CELLS_PER_GRID], sums[first + 3u * CELLS_PER_GRID]);
+layout(set = 0, binding = 48) uniform sampler3D sum_flux; // the grids one above the other
+layout(set = 0, binding = 49) uniform sampler3D sum_x;
+layout(set = 0, binding = 50) uniform sampler3D sum_y;
+layout(set = 0, binding = 51) uniform sampler3D sum_z;
+
+Field sum_in(uint cascade, ivec3 cell) {
+    ivec3 at = cell + ivec3(0, 0, cascade * LPV_EDGE);
+    return Field(texelFetch(sum_flux, at, 0), texelFetch(sum_x, at, 0), texelFetch(sum_y, at, 0), texelFetch(sum_z, at, 0));
 }
 
 // Linear between the cells around `at`. With APPLY_FLUX those that a surface like this one fills are left out: behind it
@@ -29,11 +33,11 @@ Field field_around(uint cascade, vec3 at, vec3 n) {
         ivec3 step = ivec3(k & 1, (k >> 1) & 1, k >> 2);
         vec3 near = mix(1.0 - part, part, vec3(step));
         float weight = near.x * near.y * near.z;
-        uint index = cell_index(clamp(corner + step, ivec3(0), ivec3(LPV_EDGE - 1u)));
-        Field f = sum_in(cascade, index);
+        ivec3 cell = clamp(corner + step, ivec3(0), ivec3(LPV_EDGE - 1u));
+        Field f = sum_in(cascade, cell);
         all = add(all, scaled(f, weight));
         if (APPLY == APPLY_FLUX) {
-            weight *= 1.0 - dot(n * n, across(unpack_blockers(blockers[cascade * CELLS_PER_GRID + index])));
+            weight *= 1.0 - dot(n * n, across(unpack_blockers(blockers[cascade * CELLS_PER_GRID + cell_index(cell)])));
             open = add(open, scaled(f, weight));
             total += weight;
         }

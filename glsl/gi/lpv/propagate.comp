@@ -13,15 +13,30 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(set = 0, binding = 32, scalar) buffer Sums { vec4 sums[]; };
 layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
 layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
-layout(set = 0, binding = 37, scalar) writeonly buffer NewLight { vec4 new_light[]; };
-layout(set = 0, binding = 38, scalar) readonly buffer OldLight { vec4 old_light[]; };
+layout(set = 0, binding = 36, scalar) readonly buffer Passages { uvec3 passages[]; };
+layout(set = 0, binding = 40) uniform sampler3D old_flux;
+layout(set = 0, binding = 41) uniform sampler3D old_x;
+layout(set = 0, binding = 42) uniform sampler3D old_y;
+layout(set = 0, binding = 43) uniform sampler3D old_z;
+#include "gi/lpv/new_light.glsl"
+layout(set = 0, binding = 48, rgba32f) uniform image3D sum_flux;
+layout(set = 0, binding = 49, rgba32f) uniform image3D sum_x;
+layout(set = 0, binding = 50, rgba32f) uniform image3D sum_y;
+layout(set = 0, binding = 51, rgba32f) uniform image3D sum_z;
 
-Field light_in(uint index) {
-    return Field(old_light[index], old_light[CELLS_PER_GRID + index], old_light[2u * CELLS_PER_GRID + index],
-        old_light[3u * CELLS_PER_GRID + index]);
+Field light_in(ivec3 cell) {
+    return Field(texelFetch(old_flux, cell, 0), texelFetch(old_x, cell, 0), texelFetch(old_y, cell, 0), texelFetch(old_z, cell, 0));
+}
+
+Field sum_in(ivec3 at) {
+    return Field(imageLoad(sum_flux, at), imageLoad(sum_x, at), imageLoad(sum_y, at), imageLoad(sum_z, at));
+}
+
+// Grids lie one above the other.
+ivec3 in_sums(ivec3 cell, uint cascade) {
+    return cell + ivec3(0, 0, cascade * LPV_EDGE);
 }
 
 // What comes in from beyond the border, once, as it adds up over all steps: the next coarser grid's sum, or the sky.
@@ -31,9 +46,8 @@ Field light_outside(ivec3 cell) {
     }
     vec3 recorded = (vec3(cell) + 0.5 - push.offset) / push.scale;
     vec4 place = cascades[push.cascade + 1u];
-    uint index = cell_index(clamp(ivec3(floor(recorded * place.w + place.xyz)), ivec3(0), ivec3(LPV_EDGE - 1u)));
-    uint first = 4u * (push.cascade + 1u) * CELLS_PER_GRID + index;
-    return Field(sums[first], sums[first + CELLS_PER_GRID], sums[first + 2u * CELLS_PER_GRID], sums[first + 3u * CELLS_PER_GRID]);
+    ivec3 there = clamp(ivec3(floor(recorded * place.w + place.xyz)), ivec3(0), ivec3(LPV_EDGE - 1u));
+    return sum_in(in_sums(there, push.cascade + 1u));
 }
 
 // Share that the surfaces between two cells let pass towards a direction, in two bands: even part, then the parts along the axes.
@@ -47,6 +61,10 @@ vec4 at_least_none(vec4 intensity) {
 
 // A neighbour's light onto five faces, and what they send on. Here and in the result x is the way, y and z are across.
 Field spread(Field f, vec4 occluder) {
+    if (LOBE == LOBE_EVEN && OCCLUSION != OCCLUSION_SH) {
+        // Nothing is cut off, so the five add up at once.
+        return Field(f.flux / 6.0 + CROSSING * f.x, OPPOSITE * (f.flux + f.x), (2.0 * SIDE * SIDE_ACROSS) * f.y, (2.0 * SIDE * SIDE_ACROSS) * f.z);
+    }
     vec4 ahead = f.flux + SIDE_ALONG * f.x;
     vec4 y = SIDE_ACROSS * f.y;
     vec4 z = SIDE_ACROSS * f.z;
@@ -58,75 +76,68 @@ Field spread(Field f, vec4 occluder) {
     return Field(opposite + (up + down) + (left + right), LOBE_FACTOR * opposite, LOBE_FACTOR * (up - down), LOBE_FACTOR * (left - right));
 }
 
-// The neighbour against the way: its light, and what stands between.
-struct Neighbour {
-    Field light;
-    Blockers blockers;
-};
-
-Neighbour neighbour(ivec3 cell) {
-    bool inside = in_volume(cell);
-    uint index = cell_index(clamp(cell, ivec3(0), ivec3(LPV_EDGE - 1u)));
-    Neighbour n = Neighbour(light_in(index), unpack_blockers(blockers[push.cascade * CELLS_PER_GRID + index]));
-    if (!inside) {
-        n.light = no_light();
-        n.blockers = Blockers(vec3(0.0), vec3(0.0), 0.0);
-        if (push.first != 0u) {
-            n.light = light_outside(cell);
+// The neighbour's light. What comes in from beyond the border does so in the first step, which has a pipeline of its own: a
+// CPU device goes through both sides of every branch.
+Field neighbour(ivec3 cell) {
+    Field f = light_in(clamp(cell, ivec3(0), ivec3(LPV_EDGE - 1u)));
+    if (!in_volume(cell)) {
+        f = no_light();
+        if (FIRST_STEP) {
+            f = light_outside(cell);
         }
     }
-    return n;
+    return f;
+}
+
+Blockers blockers_in(ivec3 cell) {
+    return unpack_blockers(blockers[push.cascade * CELLS_PER_GRID + cell_index(clamp(cell, ivec3(0), ivec3(LPV_EDGE - 1u)))]);
 }
 
 // In two bands: the mean of both cells' surfaces, half a cell off along the way. One-sided ones block what meets their front.
-vec4 occluder(Blockers here, Blockers there) {
+vec4 occluder(Blockers here, ivec3 from) {
+    if (OCCLUSION != OCCLUSION_SH || FIRST_STEP) {
+        return vec4(0.0); // the first step is not blocked: with `cell` a light would be by its own surface
+    }
+    Blockers there = blockers_in(from);
     return vec4(here.even + there.even, here.down - here.up + there.down - there.up) * vec4(0.5, vec3(0.25));
+}
+
+// From three neighbours: light that travels upwards along the axes, or downwards.
+void gather(inout Field sum, ivec3 cell, Blockers here, int sign, vec3 open) {
+    float s = float(sign);
+    Field x = neighbour(cell - ivec3(sign, 0, 0));
+    vec4 o = occluder(here, cell - ivec3(sign, 0, 0));
+    Field f = scaled(spread(Field(x.flux, s * x.x, x.y, x.z), vec4(o.x, s * o.y, o.z, o.w)), open.x);
+    sum = add(sum, Field(f.flux, s * f.x, f.y, f.z));
+    Field y = neighbour(cell - ivec3(0, sign, 0));
+    o = occluder(here, cell - ivec3(0, sign, 0));
+    f = scaled(spread(Field(y.flux, s * y.y, y.z, y.x), vec4(o.x, s * o.z, o.w, o.y)), open.y);
+    sum = add(sum, Field(f.flux, f.z, s * f.x, f.y));
+    Field z = neighbour(cell - ivec3(0, 0, sign));
+    o = occluder(here, cell - ivec3(0, 0, sign));
+    f = scaled(spread(Field(z.flux, s * z.z, z.x, z.y), vec4(o.x, s * o.w, o.y, o.z)), open.z);
+    sum = add(sum, Field(f.flux, f.y, f.z, s * f.x));
 }
 
 void main() {
     ivec3 cell = ivec3(gl_GlobalInvocationID);
     uint index = cell_index(cell);
-    Blockers here = unpack_blockers(blockers[push.cascade * CELLS_PER_GRID + index]);
-    vec3 entry = 1.0 - across(here);
-    // The first step is not blocked: with `cell` a light would be by its own surface.
-    bool blocks = OCCLUSION == OCCLUSION_SHEETS || OCCLUSION == OCCLUSION_SH && push.first == 0u;
-    Field sum = SUM == SUM_OWN ? light_in(index) : no_light();
-    for (int sign = -1; sign <= 1; sign += 2) {
-        float s = float(sign);
-        Neighbour x = neighbour(cell - ivec3(sign, 0, 0));
-        Neighbour y = neighbour(cell - ivec3(0, sign, 0));
-        Neighbour z = neighbour(cell - ivec3(0, 0, sign));
-        vec4 ox = blocks ? occluder(here, x.blockers) : vec4(0.0);
-        vec4 oy = blocks ? occluder(here, y.blockers) : vec4(0.0);
-        vec4 oz = blocks ? occluder(here, z.blockers) : vec4(0.0);
-        Field fx = spread(Field(x.light.flux, s * x.light.x, x.light.y, x.light.z), vec4(ox.x, s * ox.y, ox.z, ox.w));
-        Field fy = spread(Field(y.light.flux, s * y.light.y, y.light.z, y.light.x), vec4(oy.x, s * oy.z, oy.w, oy.y));
-        Field fz = spread(Field(z.light.flux, s * z.light.z, z.light.x, z.light.y), vec4(oz.x, s * oz.w, oz.y, oz.z));
-        if (OCCLUSION == OCCLUSION_SHEETS) {
-            // A cell's light is in front of what stands in it. It is blocked where it would leave through a surface's front, and
-            // where it would come into a cell through a surface, from either side.
-            bool up = sign > 0;
-            fx = scaled(fx, entry.x * (1.0 - (up ? x.blockers.down.x : x.blockers.up.x)));
-            fy = scaled(fy, entry.y * (1.0 - (up ? y.blockers.down.y : y.blockers.up.y)));
-            fz = scaled(fz, entry.z * (1.0 - (up ? z.blockers.down.z : z.blockers.up.z)));
-        }
-        sum = add(sum, Field(fx.flux, s * fx.x, fx.y, fx.z));
-        sum = add(sum, Field(fy.flux, fy.z, s * fy.x, fy.y));
-        sum = add(sum, Field(fz.flux, fz.y, fz.z, s * fz.x));
+    Blockers here = OCCLUSION == OCCLUSION_SH ? blockers_in(cell) : Blockers(vec3(0.0), vec3(0.0), 0.0);
+    Passage passage = OCCLUSION == OCCLUSION_SHEETS ? unpack_passage(passages[push.cascade * CELLS_PER_GRID + index]) : Passage(vec3(1.0), vec3(1.0));
+    Field sum = no_light();
+    if (SUM == SUM_OWN) {
+        sum = light_in(cell);
     }
-    COUNT(WORDS, 7u * 16u + 7u * 4u + 32u);
-    new_light[index] = sum.flux;
-    new_light[CELLS_PER_GRID + index] = sum.x;
-    new_light[2u * CELLS_PER_GRID + index] = sum.y;
-    new_light[3u * CELLS_PER_GRID + index] = sum.z;
-    uint first = 4u * push.cascade * CELLS_PER_GRID + index;
-    bool adds = SUM == SUM_APART && push.first == 0u;
-    Field before = no_light();
-    if (adds) {
-        before = Field(sums[first], sums[first + CELLS_PER_GRID], sums[first + 2u * CELLS_PER_GRID], sums[first + 3u * CELLS_PER_GRID]);
+    gather(sum, cell, here, 1, passage.up);
+    gather(sum, cell, here, -1, passage.down);
+    COUNT(WORDS, 6u * 16u + 3u + 32u);
+    store_new(cell, sum);
+    ivec3 at = in_sums(cell, push.cascade);
+    if (SUM == SUM_APART && !FIRST_STEP) {
+        sum = add(sum, sum_in(at));
     }
-    sums[first] = before.flux + sum.flux;
-    sums[first + CELLS_PER_GRID] = before.x + sum.x;
-    sums[first + 2u * CELLS_PER_GRID] = before.y + sum.y;
-    sums[first + 3u * CELLS_PER_GRID] = before.z + sum.z;
+    imageStore(sum_flux, at, sum.flux);
+    imageStore(sum_x, at, sum.x);
+    imageStore(sum_y, at, sum.y);
+    imageStore(sum_z, at, sum.z);
 }

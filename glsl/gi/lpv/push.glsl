@@ -4,7 +4,6 @@ layout(push_constant, scalar) uniform Push {
     vec3 offset; // cells
     float scale; // cells per voxel of the base grid
     uint cascade; // 0: the finest
-    uint first; // 1: the first step
 } push;
 
 vec3 in_cells(vec3 recorded) {

@@ -4,9 +4,8 @@
 //! Doghramachi, "Rasterized Voxel-Based Dynamic Global Illumination", GPU Pro 4, listing 7.3. `docs/lpv.md` says what differs.
 
 mod cascades;
+mod field;
 mod settings;
-
-use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -20,21 +19,30 @@ use crate::ground::layout::{CellCount, shared};
 use crate::ground::lists::Lists;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Recorder, ZoneKind};
+use field::Field;
 
 pub use settings::{Apply, Injection, KEYS, Lobe, Occlusion, Settings, Sum};
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 
+/// Constant: whether a pipeline is of the first step.
+const FIRST_STEP: u32 = 39;
 /// Threads along each side of a workgroup of the passes over all cells.
 const GROUP: u32 = 4;
-/// Light in a cell: the flux and three moments, each of red, green, blue and sky, f32.
-const FIELD_BYTES: u64 = 4 * 16;
+/// Per cell, as `glsl/gi/lpv/blockers.glsl` packs them.
 const BLOCKERS_BYTES: u64 = 16;
+const PASSAGES_BYTES: u64 = 12;
+const OLD: [&str; 4] = ["old_flux", "old_x", "old_y", "old_z"];
+const NEW: [&str; 4] = ["new_flux", "new_x", "new_y", "new_z"];
+const SUMS: [&str; 4] = ["sum_flux", "sum_x", "sum_y", "sum_z"];
+
+/// What was added up, bounce by bounce.
+const SUM_NAMES: [&str; 2] = ["first bounce's sum", "second bounce's sum"];
 
 shared! {
     /// Push constants: which grid, and where it lies among the base grid's voxels.
-    LpvPush { offset: [f32; 3], scale: f32, cascade: u32, first: u32 }
+    LpvPush { offset: [f32; 3], scale: f32, cascade: u32 }
 }
 
 pub struct Lighting {
@@ -43,14 +51,18 @@ pub struct Lighting {
     again: Option<Light>,
     second: Option<Light>,
     inject: Compute,
+    passages: Compute,
+    first_step: Compute,
     propagate: Compute,
     /// The light that travels, of one grid: each step reads one and writes the other.
-    travelling: [Buffer; 2],
+    travelling: [Field; 2],
     blockers: Buffer,
+    /// What passes into each cell.
+    passages_into: Buffer,
     /// For each grid its place; as look-ups want it.
     places: Buffer,
     /// What the steps of each bounce added up, grid by grid.
-    sums: Vec<Buffer>,
+    sums: Vec<Field>,
     settings: Settings,
     base_edge: u32,
     constants: Vec<(u32, u32)>,
@@ -78,12 +90,13 @@ impl Gi for Lighting {
         let cells = u64::from(own.edge).pow(3);
         let grids = u64::from(own.cascades);
         let mut rows = vec![
-            ("travelling light", 2 * cells * FIELD_BYTES),
+            ("travelling light", 2 * Field::bytes(own.edge, 1)),
             ("blockers", grids * cells * BLOCKERS_BYTES),
+            ("passages", grids * cells * PASSAGES_BYTES),
             ("cascade places", grids * size_of::<[f32; 4]>() as u64),
         ];
-        let sums = ["first bounce's sum", "second bounce's sum"];
-        rows.extend(sums[..settings.bounces.volumes() as usize].iter().map(|name| (*name, grids * cells * FIELD_BYTES)));
+        let sum = Field::bytes(own.edge, own.cascades);
+        rows.extend(SUM_NAMES[..settings.bounces.volumes() as usize].iter().map(|name| (*name, sum)));
         rows
     }
 
@@ -106,21 +119,21 @@ impl Gi for Lighting {
             let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
             Buffer::new(context, name, bytes, BufferKind::Device)
         };
-        let half = |context: &Arc<Context>| {
-            let bytes = u64::from(own.edge).pow(3) * FIELD_BYTES;
-            Buffer::new(context, "travelling light", bytes, BufferKind::Device)
-        };
-        let sums = ["first bounce's sum", "second bounce's sum"];
+        let travelling = || Field::new(context, "travelling light", own.edge, 1);
+        let sums = &SUM_NAMES[..settings.bounces.volumes() as usize];
         Ok(Self {
             first: light(false, direct)?,
             again: (settings.bounces == Bounces::All).then(|| light(true, direct)).transpose()?,
             second: two.then(|| light(true, DIRECT_READ)).transpose()?,
             inject: compute("inject", "gi/lpv/inject.comp", &constants)?,
+            passages: compute("passages", "gi/lpv/passages.comp", &constants)?,
+            first_step: compute("propagate", "gi/lpv/propagate.comp", &with(constants.clone(), &[(FIRST_STEP, 1)]))?,
             propagate: compute("propagate", "gi/lpv/propagate.comp", &constants)?,
-            travelling: [half(context)?, half(context)?],
+            travelling: [travelling()?, travelling()?],
             blockers: buffer("blockers")?,
+            passages_into: buffer("passages")?,
             places: buffer("cascade places")?,
-            sums: sums[..settings.bounces.volumes() as usize].iter().map(|name| buffer(name)).collect::<Result<_>>()?,
+            sums: sums.iter().map(|name| Field::new(context, name, own.edge, own.cascades)).collect::<Result<_>>()?,
             settings: own.clone(),
             base_edge: settings.voxels,
             constants,
@@ -159,13 +172,13 @@ impl Gi for Lighting {
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
-        self.sums.last().map(CoarseLight::Buffer)
+        self.sums.last().map(|sum| CoarseLight::Full(&sum.parts[0]))
     }
 }
 
 impl Lighting {
     /// One bounce: items are lit, with what is in `from` where the pass gathers, and their light travels and adds up in `to`.
-    fn bounce(&self, r: &mut Recorder, ground: &Ground, light: &Light, [from, to]: [&Buffer; 2]) {
+    fn bounce(&self, r: &mut Recorder, ground: &Ground, light: &Light, [from, to]: [&Field; 2]) {
         let bounce = usize::from(std::ptr::eq(to, self.sums.last().unwrap_or(to)) && self.sums.len() > 1);
         let zone = |names: [&'static str; 2]| names[bounce];
         r.zone(zone(["light 1", "light 2"]), ZoneKind::Compute, 0, |r| {
@@ -182,7 +195,7 @@ impl Lighting {
                     Bind::buffer("cell_counts", &lists.cells.counts),
                 ]);
                 let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
-                let push = push_of(lists, cascade, false);
+                let push = push_of(lists, cascade);
                 let binds = light.pipeline.select(&binds);
                 r.dispatch_indirect(&light.pipeline, &binds, &push, (&lists.cells.counts, offset));
             }
@@ -196,41 +209,44 @@ impl Lighting {
     }
 
     /// What a grid's items send is injected, travels, and adds up in `sum`.
-    fn travel(&self, r: &mut Recorder, ground: &Ground, (cascade, lists): (usize, &Lists), sum: &Buffer) {
+    fn travel(&self, r: &mut Recorder, ground: &Ground, (cascade, lists): (usize, &Lists), sum: &Field) {
         let groups = [self.settings.edge / GROUP; 3];
         r.full_barrier(); // the items are lit
-        let binds = [
+        let mut binds = vec![
             Bind::buffer("triangles", &ground.triangles),
             Bind::buffer("materials", &ground.scene.materials),
             Bind::buffer("item_lights", &lists.item_lights),
             Bind::buffer("grid_items", &lists.items),
             Bind::buffer("grid_heads", &lists.heads),
             Bind::buffer("blockers", &self.blockers),
-            Bind::buffer("new_light", &self.travelling[0]),
         ];
-        r.dispatch(&self.inject, &self.inject.select(&binds), &push_of(lists, cascade, false), groups);
+        binds.extend(self.travelling[0].stored(NEW));
+        let push = push_of(lists, cascade);
+        r.dispatch(&self.inject, &self.inject.select(&binds), &push, groups);
+        if self.settings.occlusion == Occlusion::Sheets {
+            r.full_barrier(); // the blockers are known
+            let binds = [Bind::buffer("blockers", &self.blockers), Bind::buffer("passages", &self.passages_into)];
+            r.dispatch(&self.passages, &binds, &push, groups);
+        }
         for step in 0..self.settings.steps() {
             r.full_barrier(); // the step before wrote
             let (old, new) = (&self.travelling[step as usize % 2], &self.travelling[(step as usize + 1) % 2]);
-            let binds = [
-                Bind::buffer("sums", sum),
+            let mut binds = vec![
                 Bind::buffer("blockers", &self.blockers),
+                Bind::buffer("passages", &self.passages_into),
                 Bind::buffer("cascades", &self.places),
-                Bind::buffer("old_light", old),
-                Bind::buffer("new_light", new),
             ];
-            let push = push_of(lists, cascade, step == 0);
-            r.dispatch(&self.propagate, &self.propagate.select(&binds), &push, groups);
+            binds.extend(old.read(OLD).into_iter().chain(new.stored(NEW)).chain(sum.stored(SUMS)));
+            let pipeline = if step == 0 { &self.first_step } else { &self.propagate };
+            r.dispatch(pipeline, &pipeline.select(&binds), &push, groups);
         }
     }
 
     /// A sum to be looked up.
-    fn look_up<'a>(&'a self, sum: &'a Buffer) -> Vec<Bind<'a>> {
-        vec![
-            Bind::buffer("sums", sum),
-            Bind::buffer("blockers", &self.blockers),
-            Bind::buffer("cascades", &self.places),
-        ]
+    fn look_up<'a>(&'a self, sum: &'a Field) -> Vec<Bind<'a>> {
+        let mut binds = vec![Bind::buffer("blockers", &self.blockers), Bind::buffer("cascades", &self.places)];
+        binds.extend(sum.read(SUMS));
+        binds
     }
 }
 
@@ -239,12 +255,12 @@ fn further(ground: &Ground) -> impl Iterator<Item = &Lists> {
     ground.lists[1..].iter()
 }
 
-fn push_of(lists: &Lists, cascade: usize, first: bool) -> LpvPush {
+fn push_of(lists: &Lists, cascade: usize) -> LpvPush {
     let [x, y, z, scale] = lists.place.from_base();
-    LpvPush { offset: [x, y, z], scale, cascade: cascade as u32, first: u32::from(first) }
+    LpvPush { offset: [x, y, z], scale, cascade: cascade as u32 }
 }
 
-/// Constants of `glsl/gi/lpv/constants.glsl`.
+/// Beside `first step`, the constants of `glsl/gi/lpv/constants.glsl`.
 fn own_constants(own: &Settings) -> Vec<(u32, u32)> {
     let lobe = match own.lobe {
         Lobe::Cosine => 0,

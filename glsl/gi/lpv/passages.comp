@@ -1,0 +1,34 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// What passes into each cell from its six neighbours. A cell's light is in front of what stands in it: it is blocked where it
+// would leave through a surface's front, and where it would come into a cell through a surface, from either side.
+
+#include "gi/lpv/constants.glsl"
+#include "gi/lpv/field.glsl"
+#include "gi/lpv/blockers.glsl"
+#include "gi/lpv/push.glsl"
+
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+
+layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(set = 0, binding = 36, scalar) writeonly buffer Passages { uvec3 passages[]; };
+
+Blockers blockers_in(ivec3 cell) {
+    if (!in_volume(cell)) {
+        return Blockers(vec3(0.0), vec3(0.0), 0.0);
+    }
+    return unpack_blockers(blockers[push.cascade * CELLS_PER_GRID + cell_index(cell)]);
+}
+
+void main() {
+    ivec3 cell = ivec3(gl_GlobalInvocationID);
+    vec3 entry = 1.0 - across(blockers_in(cell));
+    Passage passage;
+    for (int axis = 0; axis < 3; axis++) {
+        ivec3 step = ivec3(axis == 0, axis == 1, axis == 2);
+        passage.up[axis] = entry[axis] * (1.0 - blockers_in(cell - step).down[axis]);
+        passage.down[axis] = entry[axis] * (1.0 - blockers_in(cell + step).up[axis]);
+    }
+    passages[push.cascade * CELLS_PER_GRID + cell_index(cell)] = pack_passage(passage);
+}

@@ -10,16 +10,18 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3, IVec3, Vec3};
-use gpu::twins::propagation::{Cell, Cells, Rules, WAYS};
+use gpu::twins::propagation::{Cell, Cells, Rules, WAYS, shares};
 use scenes::Random;
+use twobounce::gi::CoarseLight;
 use twobounce::gi::lpv::LpvPush;
+use twobounce::ground::layout;
 use twobounce::layers::Aov;
 use twobounce::scene::{LightKind, Material, Mesh, Scene, View, analytic};
 use twobounce::settings::Settings;
 use twobounce::vk::*;
 
-const EVEN: Rules = Rules { even: true, own: false };
-const COSINE: Rules = Rules { even: false, own: false };
+const LOBES: Rules = Rules::Lobes { own: false };
+const BEAMS: Rules = Rules::Beams(0.5);
 
 /// Steps on the device.
 struct Steps {
@@ -27,21 +29,27 @@ struct Steps {
     first: Compute,
     next: Compute,
     edge: u32,
+    rules: Rules,
 }
 
 impl Steps {
     fn new(context: &Arc<Context>, edge: u32, rules: Rules) -> Self {
         let pipeline = |first: u32| {
-            let lobe = u32::from(rules.even);
-            let constants = [(32, edge), (34, lobe), (35, 2), (36, u32::from(!rules.own)), (39, first)];
-            let desc = ComputeDesc { label: "propagate", shader: "gi/lpv/propagate.comp", constants: &constants };
-            Compute::new(context, &desc).expect("a pipeline")
+            let own = u32::from(rules != Rules::Lobes { own: true });
+            let beams = matches!(rules, Rules::Beams(_));
+            let sharpness = if let Rules::Beams(sharpness) = rules { sharpness as f32 } else { 0.0 };
+            let shader = if beams { "gi/lpv/propagate_beams.comp" } else { "gi/lpv/propagate.comp" };
+            let constants =
+                [(32, edge), (34, u32::from(beams)), (35, 2), (36, own), (39, first), (49, sharpness.to_bits())];
+            Compute::new(context, &ComputeDesc { label: "propagate", shader, constants: &constants })
+                .expect("a pipeline")
         };
-        Self { context: context.clone(), first: pipeline(1), next: pipeline(0), edge }
+        Self { context: context.clone(), first: pipeline(1), next: pipeline(0), edge, rules }
     }
 
-    fn field(&self) -> [Image; 4] {
-        std::array::from_fn(|_| {
+    /// Images with these texels, or empty ones.
+    fn field(&self, parts: usize, texels: Option<&dyn Fn(usize) -> Vec<[f32; 4]>>) -> Vec<Image> {
+        let part = |part: usize| {
             let desc = ImageDesc {
                 label: "field",
                 dim: ImageDim::D3,
@@ -55,19 +63,40 @@ impl Steps {
                     | ImageUsageFlags::TRANSFER_SRC,
                 ..Default::default()
             };
-            Image::new(&self.context, &desc).expect("an image")
-        })
+            let image = Image::new(&self.context, &desc).expect("an image");
+            if let Some(texels) = texels {
+                upload_image(&self.context, &image, ImageRegion::level(&image, 0), &texels(part)).expect("an upload");
+            }
+            image
+        };
+        (0..parts).map(part).collect()
     }
 
-    /// The light after so many steps, and what they added up. In every channel the same; the sky stays outside.
-    fn run(&self, start: &Cells, steps: u32) -> [Cells; 2] {
+    /// Part `part` of what travels: red as the cell says, green twice that; the sky stays outside.
+    fn texels(&self, start: &Cells, part: usize) -> Vec<[f32; 4]> {
+        let texel = |cell: &Cell| match (self.rules, part) {
+            (_, 0) => [cell.flux as f32, 2.0 * cell.flux as f32, 0.0, 0.0],
+            (Rules::Lobes { .. }, _) => {
+                let moment = cell.moment[part - 1] as f32;
+                [moment, 2.0 * moment, 0.0, 0.0]
+            }
+            (Rules::Beams(sharpness), _) => {
+                let (share, moment) = shares(*cell, sharpness)[part - 1];
+                moment.extend(share).as_vec4().to_array().map(|v| v)
+            }
+        };
+        let wxyz = |[x, y, z, w]: [f32; 4]| [w, x, y, z];
+        let beams = matches!(self.rules, Rules::Beams(_)) && part > 0;
+        start.cells.iter().map(texel).map(|t| if beams { wxyz(t) } else { t }).collect()
+    }
+
+    /// The light after so many steps, and what they added up: parts of lobes, or what beams sent along each way.
+    fn run(&self, start: &Cells, steps: u32) -> (Vec<f64>, Vec<Vec<f64>>) {
         let c = &self.context;
-        let (fields, sums) = ([self.field(), self.field()], self.field());
-        for (part, image) in fields[0].iter().enumerate() {
-            let of = |cell: &Cell| [cell.flux, cell.moment.x, cell.moment.y, cell.moment.z][part] as f32;
-            let texels: Vec<[f32; 4]> = start.cells.iter().map(|cell| [of(cell), 2.0 * of(cell), 0.0, 0.0]).collect();
-            upload_image(c, image, ImageRegion::level(image, 0), &texels).expect("an upload");
-        }
+        let beams = matches!(self.rules, Rules::Beams(_));
+        let parts = if beams { 7 } else { 4 };
+        let fields = [self.field(parts, Some(&|part| self.texels(start, part))), self.field(parts, None)];
+        let sums = self.field(if beams { 6 } else { 4 }, None);
         let pack = |[low, high]: [f64; 2]| {
             let unorm = |v: f64| (v * 65535.0).round() as u32;
             unorm(low) | unorm(high) << 16
@@ -77,23 +106,22 @@ impl Steps {
         let passages = upload(c, "passages", &passages).expect("an upload");
         let places = upload(c, "cascades", &[[0.0f32; 4]]).expect("an upload");
         let blockers = upload(c, "blockers", &[[0u32; 4]]).expect("an upload");
+        let frame = upload(c, "frame", &[layout::Frame { scale: 1.0, ..Zeroable::zeroed() }]).expect("an upload");
         let sampler = Sampler::new(c, Filter::NEAREST, SamplerAddressMode::CLAMP_TO_EDGE).expect("a sampler");
         let mut recorder = Recorder::new(c, RecorderOptions::default()).expect("a recorder");
         recorder.zone("propagate", ZoneKind::Compute, 0, |r| {
             for step in 0..steps as usize {
                 r.full_barrier();
                 let (old, new) = (&fields[step % 2], &fields[(step + 1) % 2]);
-                let mut binds = vec![
+                let binds = [
                     Bind::buffer("passages", &passages),
                     Bind::buffer("cascades", &places),
                     Bind::buffer("blockers", &blockers),
+                    Bind::buffer("frame", &frame),
+                    Bind::images("old_light", old.iter().map(Image::view), &sampler),
+                    Bind::storage_images("new_light", new.iter().map(|part| part.mip_view(0))),
+                    Bind::storage_images("sums", sums.iter().map(|part| part.mip_view(0))),
                 ];
-                for (k, part) in ["flux", "x", "y", "z"].into_iter().enumerate() {
-                    let name = |kind: &str| -> &'static str { format!("{kind}_{part}").leak() };
-                    binds.push(Bind::image(name("old"), old[k].view(), &sampler));
-                    binds.push(Bind::storage_image(name("new"), new[k].mip_view(0)));
-                    binds.push(Bind::storage_image(name("sum"), sums[k].mip_view(0)));
-                }
                 let pipeline = if step == 0 { &self.first } else { &self.next };
                 let push = LpvPush { scale: 1.0, ..LpvPush::zeroed() };
                 r.dispatch(pipeline, &pipeline.select(&binds), &push, [self.edge / 4; 3]);
@@ -101,17 +129,15 @@ impl Steps {
         });
         recorder.finish().expect("a dispatch");
         assert_eq!(c.take_validation_messages(), Vec::<String>::new());
-        let read = |field: &[Image; 4]| {
-            let parts: Vec<Vec<[f32; 4]>> = field.iter().map(|i| download_image(c, i, 0).expect("a field")).collect();
-            let number = |part: usize, cell: usize| {
-                let [red, green, ..] = parts[part][cell];
+        let read = |image: &Image| {
+            let texels: Vec<[f32; 4]> = download_image(c, image, 0).expect("a field");
+            let number = |[red, green, ..]: [f32; 4]| {
                 assert!((2.0 * red - green).abs() <= 1e-5 * green.abs().max(1e-20), "channels differ: {red}, {green}");
                 f64::from(red)
             };
-            let cell = |k| Cell { flux: number(0, k), moment: DVec3::new(number(1, k), number(2, k), number(3, k)) };
-            Cells { cells: (0..start.cells.len()).map(cell).collect(), ..start.clone() }
+            texels.into_iter().map(number).collect::<Vec<_>>()
         };
-        [read(&fields[steps as usize % 2]), read(&sums)]
+        (read(&fields[steps as usize % 2][0]), sums.iter().map(read).collect())
     }
 }
 
@@ -127,18 +153,20 @@ fn near(got: f64, expected: f64, what: &str) {
     assert!((got - expected).abs() <= 3e-6 * expected.abs().max(0.1), "{what}: {got} is not {expected}");
 }
 
-/// Shares of a light of 1 that go ahead, to each side, and back, by the listing's solid angles: with lobes of 1 + cos θ
-/// nothing is lost, with 1 + 2 cos θ cut off 0.1381 is gained.
+/// Shares of a light of 1 that go ahead, to each side, and back, by the listing's solid angles: lobes that are cut off gain
+/// 0.1382, beams neither gain nor lose.
 #[test]
 fn one_light_after_one_and_two_steps_is_as_by_hand() {
     let context = gpu::context();
-    for (rules, [ahead, side, back], gain) in
-        [(EVEN, [0.319_104_1, 0.166_666_7, 0.014_229_3], 1.0), (COSINE, [0.471_540_8, 0.166_666_7, 0.0], 1.138_207_5)]
-    {
-        let moment = DVec3::X * if rules.even { 1.0 } else { 2.0 };
-        let (start, middle) = one_light(16, moment);
+    for (rules, moment, [ahead, side, back], gain) in [
+        (LOBES, 2.0, [0.471_540_8, 0.166_666_7, 0.0], 1.138_207_5),
+        (BEAMS, 0.5, [0.603_653_5, 0.090_214_4, 0.035_488_9], 1.0),
+        (BEAMS, 0.0, [1.0 / 6.0; 3], 1.0),
+    ] {
+        let (start, middle) = one_light(16, DVec3::X * moment);
         let steps = Steps::new(&context, 16, rules);
-        let [once, sum] = steps.run(&start, 1);
+        let (once, _) = steps.run(&start, 1);
+        let at = |field: &[f64], cell: IVec3| field[start.index(cell).expect("a cell")];
         for way in WAYS {
             let expected = if way == IVec3::X {
                 ahead
@@ -147,20 +175,16 @@ fn one_light_after_one_and_two_steps_is_as_by_hand() {
             } else {
                 side
             };
-            near(once.at(middle + way).flux, expected, "a neighbour after one step");
-            near(sum.at(middle + way).flux, expected, "the sum after one step");
+            near(at(&once, middle + way), expected, "a neighbour after one step");
         }
-        near(once.at(middle).flux, 0.0, "its own cell");
-        near(once.total(), gain, "all cells after one step");
-        let [twice, both] = steps.run(&start, 2);
-        // From (ahead): flux a, and a moment along x of what went onto the opposite face, OPPOSITE (1 + |moment|) LOBE.
-        let lobe = moment.length();
-        let along = 22.95668 / 720.0 * (1.0 + lobe) * lobe;
-        let crossing = 22.95668 / 720.0 + 4.0 * 24.26083 / 720.0 * 2.0 / 5f64.sqrt();
-        near(twice.at(middle + 2 * IVec3::X).flux, ahead / 6.0 + crossing * along, "two cells ahead");
-        near(both.at(middle + IVec3::Y).flux, side + twice.at(middle + IVec3::Y).flux, "both steps added up");
-        if rules.even {
-            near(twice.total(), 1.0, "all cells after two steps");
+        near(at(&once, middle), 0.0, "its own cell");
+        near(once.iter().sum(), gain, "all cells after one step");
+        if rules == LOBES {
+            // From what is ahead: flux a, and a moment along x of twice what went onto the opposite face.
+            let opposite = 22.95668 / 720.0;
+            let crossing = opposite + 4.0 * 24.26083 / 720.0 * 2.0 / 5f64.sqrt();
+            let (twice, _) = steps.run(&start, 2);
+            near(at(&twice, middle + 2 * IVec3::X), ahead / 6.0 + crossing * 2.0 * 3.0 * opposite, "two cells ahead");
         }
     }
 }
@@ -169,7 +193,7 @@ fn one_light_after_one_and_two_steps_is_as_by_hand() {
 fn steps_are_their_twins() {
     let context = gpu::context();
     let mut random = Random::new(11);
-    for rules in [EVEN, COSINE, Rules { even: false, own: true }] {
+    for rules in [LOBES, Rules::Lobes { own: true }, BEAMS, Rules::Beams(0.8)] {
         let mut start = Cells::empty(16);
         for cell in &mut start.cells {
             let flux = random.unit();
@@ -179,23 +203,25 @@ fn steps_are_their_twins() {
             // As sixteen bits hold it.
             *passage = std::array::from_fn(|_| (random.unit() * 65535.0).round() / 65535.0);
         }
-        let [got, sum] = Steps::new(&context, 16, rules).run(&start, 3);
-        let mut expected = start.clone();
-        let mut added = Cells::empty(16);
+        let (got, sums) = Steps::new(&context, 16, rules).run(&start, 3);
+        let mut light = start.clone();
+        let mut added = vec![vec![0.0; start.cells.len()]; sums.len()];
         for _ in 0..3 {
-            expected = expected.step(rules);
-            for (sum, cell) in added.cells.iter_mut().zip(&expected.cells) {
-                *sum = if rules.own {
-                    *cell
-                } else {
-                    Cell { flux: sum.flux + cell.flux, moment: sum.moment + cell.moment }
+            light = light.step(rules);
+            for (index, cell) in light.cells.iter().enumerate() {
+                let parts: Vec<f64> = match rules {
+                    Rules::Lobes { .. } => vec![cell.flux, cell.moment.x, cell.moment.y, cell.moment.z],
+                    Rules::Beams(sharpness) => shares(*cell, sharpness).iter().map(|s| cell.flux * s.0).collect(),
                 };
+                for (sum, part) in added.iter_mut().zip(parts) {
+                    sum[index] = if rules == (Rules::Lobes { own: true }) { part } else { sum[index] + part };
+                }
             }
         }
-        for (got, expected) in got.cells.iter().chain(&sum.cells).zip(expected.cells.iter().chain(&added.cells)) {
-            // f32, and cosines to nine digits.
-            let off = (got.flux - expected.flux).abs().max((got.moment - expected.moment).abs().max_element());
-            assert!(off <= 2e-5 * expected.flux.max(0.1), "{got:?} is not {expected:?}");
+        let expected = light.cells.iter().map(|cell| cell.flux).chain(added.into_iter().flatten());
+        for (got, expected) in got.into_iter().chain(sums.into_iter().flatten()).zip(expected) {
+            // f32, and what is left of it in 1 + g² − 2 g cos θ where a narrow beam goes ahead.
+            assert!((got - expected).abs() <= 1e-4 * expected.abs().max(0.1), "{got} is not {expected}");
         }
     }
 }
@@ -205,54 +231,52 @@ fn steps_are_their_twins() {
 fn an_even_light_spreads_alike_along_all_axes_and_symmetries() {
     // After an even number of steps, cells at an even number of faces' distance; the grid's border is never reached.
     let (start, middle) = one_light(16, DVec3::ZERO);
-    for rules in [EVEN, COSINE] {
-        let [cells, _] = Steps::new(&gpu::context(), 16, rules).run(&start, 6);
+    for rules in [LOBES, BEAMS] {
+        let (cells, _) = Steps::new(&gpu::context(), 16, rules).run(&start, 6);
+        let at = |cell: IVec3| cells[start.index(cell).expect("a cell")];
         for (x, y, z) in [(2, 0, 0), (3, 2, 1), (4, 2, 0), (2, 2, 2), (5, 1, 0)] {
-            let first = cells.at(middle + IVec3::new(x, y, z));
-            assert!(first.flux > 0.0);
+            let first = at(middle + IVec3::new(x, y, z));
+            assert!(first > 0.0);
             for [i, j, k] in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
                 for signs in 0..8 {
                     let mut to = IVec3::ZERO;
                     for (axis, (value, bit)) in [i, j, k].into_iter().zip([(x, 1), (y, 2), (z, 4)]) {
                         to[axis] = if signs & bit != 0 { -value } else { value };
                     }
-                    near(cells.at(middle + to).flux / first.flux, 1.0, "one of 48 directions");
+                    // f32 over six steps, added up in another order; where beams meet, their moments cancel.
+                    let off = at(middle + to) / first - 1.0;
+                    assert!(off.abs() < 1e-4, "one of 48 directions is off by {off}");
                 }
             }
         }
     }
 }
 
-/// Even lobes: light is conserved until it leaves, nothing is negative, and a thousand steps leave nothing behind.
+/// Beams: light is conserved until it leaves, nothing is negative, and a thousand steps leave nothing behind.
 #[test]
 fn light_is_bounded_after_a_thousand_steps() {
-    let steps = Steps::new(&gpu::context(), 16, EVEN);
-    let (start, _) = one_light(16, DVec3::Y);
-    let [cells, _] = steps.run(&start, 7);
-    near(cells.total(), 1.0, "all cells before the border is reached");
-    let [cells, sum] = steps.run(&start, 1000);
-    for cell in cells.cells.iter().chain(&sum.cells) {
-        // Rounding of f32.
-        assert!(cell.moment.length() <= cell.flux * (1.0 + 1e-5), "towards some side it is negative: {cell:?}");
-    }
-    assert!(cells.total() < 1e-6, "{} is left", cells.total());
+    let steps = Steps::new(&gpu::context(), 16, BEAMS);
+    let (start, _) = one_light(16, DVec3::Y * 0.3);
+    let (cells, _) = steps.run(&start, 7);
+    near(cells.iter().sum(), 1.0, "all cells before the border is reached");
+    let (cells, sums) = steps.run(&start, 1000);
+    assert!(cells.iter().chain(sums.iter().flatten()).all(|flux| *flux >= 0.0), "something is negative");
+    assert!(cells.iter().sum::<f64>() < 1e-6, "something is left");
     // A closed box keeps what it has: 2³ cells into which nothing passes from outside, and out of which nothing goes.
     let mut closed = start.clone();
     let inside = |cell: IVec3| cell.cmpge(IVec3::splat(7)).all() && cell.cmplt(IVec3::splat(9)).all();
-    for index in 0..closed.cells.len() as i32 {
-        let cell = IVec3::new(index % 16, index / 16 % 16, index / 256);
+    let place = |index: usize| IVec3::new(index as i32 % 16, index as i32 / 16 % 16, index as i32 / 256);
+    for index in 0..closed.cells.len() {
         for (k, way) in WAYS.iter().enumerate() {
-            closed.passages[index as usize][k] = f64::from(u8::from(inside(cell) && inside(cell - *way)));
+            closed.passages[index][k] = f64::from(u8::from(inside(place(index)) && inside(place(index) - *way)));
         }
     }
-    let [cells, sum] = steps.run(&closed, 1000);
-    let outside = |cells: &Cells| {
-        let flux = |index: i32| cells.cells[index as usize].flux;
-        let place = |index: i32| IVec3::new(index % 16, index / 16 % 16, index / 256);
-        (0..16i32.pow(3)).filter(|i| !inside(place(*i))).map(flux).sum::<f64>()
-    };
-    assert_eq!((outside(&cells), outside(&sum)), (0.0, 0.0), "sheets let something pass");
-    assert!(sum.total() < 2.0, "what walls take is gone: {}", sum.total());
+    let (cells, sums) = steps.run(&closed, 1000);
+    let outside =
+        |field: &[f64]| field.iter().enumerate().filter(|(i, _)| !inside(place(*i))).map(|(_, flux)| flux).sum::<f64>();
+    assert_eq!((outside(&cells), sums.iter().map(|sum| outside(sum)).sum::<f64>()), (0.0, 0.0), "sheets leak");
+    // Of every step's light half goes to the walls and is gone; what the steps sent is the start's light, over that half.
+    assert!(sums.iter().flatten().sum::<f64>() < 3.0, "what walls take is not gone");
 }
 
 /// As printed, each step starts from the cell's own light: it grows without bound. Added up apart it does not.
@@ -260,11 +284,48 @@ fn light_is_bounded_after_a_thousand_steps() {
 fn the_printed_sum_blows_up_and_the_mended_one_does_not() {
     let context = gpu::context();
     let (start, _) = one_light(32, DVec3::ZERO);
-    let [printed, _] = Steps::new(&context, 32, Rules { even: false, own: true }).run(&start, 32);
-    assert!(printed.total() > 1e5, "{}", printed.total());
-    let [_, apart] = Steps::new(&context, 32, EVEN).run(&start, 32);
+    let (printed, _) = Steps::new(&context, 32, Rules::Lobes { own: true }).run(&start, 32);
+    assert!(printed.iter().sum::<f64>() > 1e5);
+    let (_, apart) = Steps::new(&context, 32, BEAMS).run(&start, 32);
     // 32 steps of a light of 1, less what left.
-    assert!(apart.total() <= 32.0, "{}", apart.total());
+    assert!(apart.iter().flatten().sum::<f64>() <= 32.0);
+}
+
+/// A wall that sends light into a room of 24 cells: in lobes 19 of 20 parts come back to it, in beams of mean cosine ½ less than
+/// two thirds do, though in truth none does. The wall is a plane without end: a grid as thin as its cells, which pass light on
+/// sideways to themselves.
+#[test]
+fn beams_cross_a_room_and_lobes_do_not() {
+    let crossed = |rules: Rules, moment: f64| {
+        let mut cell = vec![Cell::default(); 24];
+        cell[0] = Cell { flux: 1.0, moment: DVec3::X * moment };
+        let (mut far, mut back) = (0.0, 0.0);
+        for _ in 0..800 {
+            let mut next = vec![Cell::default(); 24];
+            for (x, light) in cell.iter().enumerate() {
+                // One step of a cell by itself, and what it gives its neighbours before and behind.
+                let mut alone = Cells::empty(3);
+                alone.put(IVec3::ONE, *light);
+                let sent = alone.step(rules);
+                let give = |to: Option<&mut Cell>, lost: &mut f64, way: IVec3| {
+                    let got = sent.at(IVec3::ONE + way);
+                    match to {
+                        Some(to) => (to.flux, to.moment) = (to.flux + got.flux, to.moment + got.moment),
+                        None => *lost += got.flux,
+                    }
+                };
+                give(next.get_mut(x + 1), &mut far, IVec3::X);
+                give(x.checked_sub(1).and_then(|x| next.get_mut(x)), &mut back, IVec3::NEG_X);
+                for way in [IVec3::Y, IVec3::NEG_Y, IVec3::Z, IVec3::NEG_Z] {
+                    give(next.get_mut(x), &mut 0.0, way);
+                }
+            }
+            cell = next;
+        }
+        far / (far + back)
+    };
+    let (lobes, beams) = (crossed(LOBES, 2.0), crossed(BEAMS, 0.667));
+    assert!(lobes < 0.1 && beams > 0.35, "{lobes} and {beams} of a wall's light cross");
 }
 
 fn lpv(changes: &[&str]) -> Settings {
@@ -307,8 +368,8 @@ fn sheets_do_not_leak() {
             image.beauty().iter().map(|p| f64::from(p[1])).sum::<f64>() / 576.0
         };
         let (lit, dark) = (mean(-1.1, &[]), mean(1.1, &[]));
-        // Sixteen bits of a passage; nothing else passes.
-        assert!(dark < 1e-4 * lit, "doubleSided {double_sided}: {dark} of {lit}");
+        // Areas clipped in f32 and kept in sixteen bits, in every cell of the wall; nothing else passes.
+        assert!(dark < 5e-4 * lit, "doubleSided {double_sided}: {dark} of {lit}");
         let (lit, leaked) = (mean(-1.1, &["lpv.occlusion=none"]), mean(1.1, &["lpv.occlusion=none"]));
         assert!(leaked > 1e-2 * lit, "without occlusion it must leak: {leaked} of {lit}");
     }
@@ -326,19 +387,18 @@ fn a_wall_injects_pi_times_radiance_times_area() {
         "grid.side=2",
         "grid.center=0,0,0",
         "lpv.iterations=1",
+        "lpv.lobe=cosine",
         "lpv.occlusion=none",
         "bounces=1",
     ]);
     let context = gpu::context();
     let renderer = gpu::render(&context, &scene, &settings, 8);
-    let Some(twobounce::gi::CoarseLight::Full(flux)) = renderer.frame().method.coarse_light() else {
-        panic!("no flux")
-    };
+    let Some(CoarseLight::Full(flux)) = renderer.frame().method.coarse_light() else { panic!("no flux") };
     let flux: Vec<[f32; 4]> = download_image(&context, flux, 0).expect("a flux");
     let total: f64 = flux.iter().map(|f| f64::from(f[0])).sum::<f64>() / f64::from(renderer.frame().scale);
+    // After one step: lobes that are cut off have gained 0.1382 where they look along an axis, and nearly that elsewhere.
     let expected = PI * 2.0 / (2.0f64 / 32.0).powi(2);
-    // Clipping to the cells in f32.
-    assert!((total / expected - 1.0).abs() < 1e-4, "{total} is not {expected}");
+    assert!((1.10..1.14).contains(&(total / expected)), "{total} is not {expected}");
 }
 
 /// A closed box whose walls shine and reflect half: what they send arrives somewhere, so that its mean is right.

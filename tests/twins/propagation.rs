@@ -5,7 +5,7 @@ use glam::{DVec3, IVec3};
 /// Travelling along +x +y +z −x −y −z.
 pub const WAYS: [IVec3; 6] = [IVec3::X, IVec3::Y, IVec3::Z, IVec3::NEG_X, IVec3::NEG_Y, IVec3::NEG_Z];
 
-/// Towards unit ω a cell sends the intensity (flux + moment · ω) / 4π.
+/// Light in a cell. A lobe sends the intensity (flux + moment · ω) / 4π towards unit ω.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell {
     pub flux: f64,
@@ -13,12 +13,12 @@ pub struct Cell {
 }
 
 /// How light travels.
-#[derive(Clone, Copy)]
-pub struct Rules {
-    /// Lobes of 1 + cos θ; else of 1 + 2 cos θ, cut off where they are negative.
-    pub even: bool,
-    /// A step starts from the cell's own light.
-    pub own: bool,
+#[derive(Clone, Copy, PartialEq)]
+pub enum Rules {
+    /// In lobes of 1 + 2 cos θ, cut off where they are negative. `own`: a step starts from the cell's own light.
+    Lobes { own: bool },
+    /// In beams with the moment as flux × mean direction, whose mean cosine is this at most (`glsl/gi/lpv/beams.glsl`).
+    Beams(f64),
 }
 
 /// A cube of cells, x fastest.
@@ -58,13 +58,18 @@ impl Cells {
         let mut next = self.clone();
         for index in 0..self.cells.len() as i32 {
             let cell = IVec3::new(index % self.edge, index / self.edge % self.edge, index / self.edge.pow(2));
-            let mut sum = if rules.own { self.cells[index as usize] } else { Cell::default() };
-            for (k, way) in WAYS.iter().enumerate() {
-                let from = self.at(cell - *way);
-                for face in WAYS.into_iter().filter(|face| *face != -*way) {
-                    let sent = flux_onto(from, *way, face) * self.passages[index as usize][k];
+            let own = rules == Rules::Lobes { own: true };
+            let mut sum = if own { self.cells[index as usize] } else { Cell::default() };
+            for (k, way) in WAYS.into_iter().enumerate() {
+                let from = self.at(cell - way);
+                for face in WAYS.into_iter().filter(|face| *face != -way) {
+                    let sent = flux_onto(rules, from, way, face) * self.passages[index as usize][k];
                     sum.flux += sent;
-                    sum.moment += face.as_dvec3() * sent * if rules.even { 1.0 } else { 2.0 };
+                    sum.moment += sent
+                        * match rules {
+                            Rules::Lobes { .. } => 2.0 * face.as_dvec3(),
+                            Rules::Beams(_) => direction(way, face),
+                        };
                 }
             }
             next.cells[index as usize] = sum;
@@ -73,9 +78,42 @@ impl Cells {
     }
 }
 
+/// From a cell's centre to a face of the next one along `way`.
+fn direction(way: IVec3, face: IVec3) -> DVec3 {
+    (way.as_dvec3() + 0.5 * face.as_dvec3()).normalize()
+}
+
+fn solid_angle(way: IVec3, face: IVec3) -> f64 {
+    if face == way { 22.95668 / 720.0 } else { 24.26083 / 720.0 }
+}
+
 /// From a cell onto a face of the next one along `way`.
-fn flux_onto(from: Cell, way: IVec3, face: IVec3) -> f64 {
-    let to = way.as_dvec3() + 0.5 * face.as_dvec3(); // from the cell's centre to the face's
-    let share = if face == way { 22.95668 } else { 24.26083 } / 720.0;
-    share * (from.flux + from.moment.dot(to.normalize())).max(0.0)
+fn flux_onto(rules: Rules, from: Cell, way: IVec3, face: IVec3) -> f64 {
+    match rules {
+        Rules::Lobes { .. } => solid_angle(way, face) * (from.flux + from.moment.dot(direction(way, face))).max(0.0),
+        Rules::Beams(sharpness) => from.flux * share(from.mean_direction(sharpness), way, face),
+    }
+}
+
+impl Cell {
+    fn mean_direction(&self, sharpness: f64) -> DVec3 {
+        if self.flux > 0.0 { (self.moment / self.flux).clamp_length_max(sharpness) } else { DVec3::ZERO }
+    }
+}
+
+/// Of a beam's light that goes onto a face: Henyey and Greenstein's distribution at thirty directions, which are all there is.
+fn share(g: DVec3, way: IVec3, face: IVec3) -> f64 {
+    let sent = |way, face| solid_angle(way, face) * (1.0 + g.dot(g) - 2.0 * g.dot(direction(way, face))).powf(-1.5);
+    let faces = |way: IVec3| WAYS.into_iter().filter(move |face| *face != -way).map(move |face| (way, face));
+    sent(way, face) / WAYS.into_iter().flat_map(faces).map(|(way, face)| sent(way, face)).sum::<f64>()
+}
+
+/// Per way the share that goes to the neighbour there, and share × direction.
+pub fn shares(cell: Cell, sharpness: f64) -> [(f64, DVec3); 6] {
+    let g = cell.mean_direction(sharpness);
+    WAYS.map(|way| {
+        let faces = WAYS.into_iter().filter(|face| *face != -way);
+        let each = faces.map(|face| (share(g, way, face), direction(way, face)));
+        each.fold((0.0, DVec3::ZERO), |sum, (share, d)| (sum.0 + share, sum.1 + share * d))
+    })
 }

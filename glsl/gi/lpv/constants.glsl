@@ -9,10 +9,11 @@ layout(constant_id = 35) const uint OCCLUSION = 2u;
 layout(constant_id = 36) const uint SUM = 1u; // where the light of all steps is added up
 layout(constant_id = 37) const uint INJECTION = 1u; // where a surface's light starts
 layout(constant_id = 38) const uint APPLY = 1u; // how irradiance is read
+layout(constant_id = 49) const float SHARPNESS = 0.5; // mean cosine of the narrowest beam
 layout(constant_id = 39) const bool FIRST_STEP = false; // of propagation
 
 const uint LOBE_COSINE = 0u; // 1 + 2 cos θ, the clamped cosine in two bands: negative behind, where it is cut off
-const uint LOBE_EVEN = 1u; // 1 + cos θ: never negative
+const uint LOBE_BEAM = 1u; // as narrow as the light in the cell
 const uint OCCLUSION_NONE = 0u;
 const uint OCCLUSION_SH = 1u;
 const uint OCCLUSION_SHEETS = 2u;
@@ -24,4 +25,3 @@ const uint APPLY_SH = 0u;
 const uint APPLY_FLUX = 1u;
 
 const uint CELLS_PER_GRID = LPV_EDGE * LPV_EDGE * LPV_EDGE;
-const float LOBE_FACTOR = LOBE == LOBE_EVEN ? 1.0 : 2.0;

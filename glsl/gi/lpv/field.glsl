@@ -13,9 +13,9 @@ Field no_light() {
     return Field(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
 }
 
-// A lobe about a unit direction.
+// The clamped cosine about a unit direction, 1 + 2 cos θ in two bands.
 Field lobe(vec4 flux, vec3 direction) {
-    vec4 moment = LOBE_FACTOR * flux;
+    vec4 moment = 2.0 * flux;
     return Field(flux, moment * direction.x, moment * direction.y, moment * direction.z);
 }
 

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+//! with BEAMS
 // Virtual point lights: what the surfaces of a cell's list send becomes the light that starts there, or, with
 // INJECTION_FRONT, in the cell in front of them: a light in its surface's own cell would light, and be blocked by, that surface.
 // A thread per cell collects, so that the sums have no order. Also what blocks light in the cell.
@@ -23,7 +24,13 @@ layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight ite
 layout(set = 0, binding = 33, scalar) writeonly buffer BlockersBuffer { uvec4 blockers[]; };
 layout(set = 0, binding = 35, scalar) readonly buffer GridItems { ListItem grid_items[]; };
 layout(set = 0, binding = 36, scalar) readonly buffer GridHeads { uint grid_heads[]; };
+#ifdef BEAMS
+layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
+#include "gi/lpv/beams.glsl"
+#include "gi/lpv/new_beams.glsl"
+#else
 #include "gi/lpv/new_light.glsl"
+#endif
 
 struct Collected {
     SignedSum flux;
@@ -116,5 +123,11 @@ void main() {
         }
     }
     blockers[push.cascade * CELLS_PER_GRID + index] = pack_blockers(here);
+#ifdef BEAMS
+    // The mean cosine of two bands is a third of their moment: 2/3 of a clamped cosine.
+    Beam beam = Beam(started.flux, vec3(beam_weight(started.x), beam_weight(started.y), beam_weight(started.z)) / 3.0);
+    store_new(cell, beam.flux, shares_of(beam));
+#else
     store_new(cell, started);
+#endif
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// One step of propagation: every cell gathers, from its six neighbours, what they send onto the five of its faces that they
+// One step of propagation as printed: every cell gathers, from its six neighbours, what they send onto the five of its faces that they
 // see, and sends it on as lobes about these faces' directions (Doghramachi, GPU Pro 4, listing 7.3). CPU twin:
 // tests/twins/propagation.rs.
 
@@ -16,25 +16,18 @@ layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
 layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
 layout(set = 0, binding = 36, scalar) readonly buffer Passages { uvec3 passages[]; };
-layout(set = 0, binding = 40) uniform sampler3D old_flux;
-layout(set = 0, binding = 41) uniform sampler3D old_x;
-layout(set = 0, binding = 42) uniform sampler3D old_y;
-layout(set = 0, binding = 43) uniform sampler3D old_z;
+layout(set = 0, binding = 40) uniform sampler3D old_light[4];
 #include "gi/lpv/new_light.glsl"
-layout(set = 0, binding = 48, rgba32f) uniform image3D sum_flux;
-layout(set = 0, binding = 49, rgba32f) uniform image3D sum_x;
-layout(set = 0, binding = 50, rgba32f) uniform image3D sum_y;
-layout(set = 0, binding = 51, rgba32f) uniform image3D sum_z;
+layout(set = 0, binding = 48, rgba32f) uniform image3D sums[4]; // the grids one above the other
 
 Field light_in(ivec3 cell) {
-    return Field(texelFetch(old_flux, cell, 0), texelFetch(old_x, cell, 0), texelFetch(old_y, cell, 0), texelFetch(old_z, cell, 0));
+    return Field(texelFetch(old_light[0], cell, 0), texelFetch(old_light[1], cell, 0), texelFetch(old_light[2], cell, 0), texelFetch(old_light[3], cell, 0));
 }
 
 Field sum_in(ivec3 at) {
-    return Field(imageLoad(sum_flux, at), imageLoad(sum_x, at), imageLoad(sum_y, at), imageLoad(sum_z, at));
+    return Field(imageLoad(sums[0], at), imageLoad(sums[1], at), imageLoad(sums[2], at), imageLoad(sums[3], at));
 }
 
-// Grids lie one above the other.
 ivec3 in_sums(ivec3 cell, uint cascade) {
     return cell + ivec3(0, 0, cascade * LPV_EDGE);
 }
@@ -56,15 +49,11 @@ float passes(vec4 occluder, float x, float y, float z) {
 }
 
 vec4 at_least_none(vec4 intensity) {
-    return LOBE == LOBE_EVEN ? intensity : max(intensity, vec4(0.0));
+    return max(intensity, vec4(0.0));
 }
 
 // A neighbour's light onto five faces, and what they send on. Here and in the result x is the way, y and z are across.
 Field spread(Field f, vec4 occluder) {
-    if (LOBE == LOBE_EVEN && OCCLUSION != OCCLUSION_SH) {
-        // Nothing is cut off, so the five add up at once.
-        return Field(f.flux / 6.0 + CROSSING * f.x, OPPOSITE * (f.flux + f.x), (2.0 * SIDE * SIDE_ACROSS) * f.y, (2.0 * SIDE * SIDE_ACROSS) * f.z);
-    }
     vec4 ahead = f.flux + SIDE_ALONG * f.x;
     vec4 y = SIDE_ACROSS * f.y;
     vec4 z = SIDE_ACROSS * f.z;
@@ -73,7 +62,7 @@ Field spread(Field f, vec4 occluder) {
     vec4 down = SIDE * passes(occluder, SIDE_ALONG, -SIDE_ACROSS, 0.0) * at_least_none(ahead - y);
     vec4 left = SIDE * passes(occluder, SIDE_ALONG, 0.0, SIDE_ACROSS) * at_least_none(ahead + z);
     vec4 right = SIDE * passes(occluder, SIDE_ALONG, 0.0, -SIDE_ACROSS) * at_least_none(ahead - z);
-    return Field(opposite + (up + down) + (left + right), LOBE_FACTOR * opposite, LOBE_FACTOR * (up - down), LOBE_FACTOR * (left - right));
+    return Field(opposite + (up + down) + (left + right), 2.0 * opposite, 2.0 * (up - down), 2.0 * (left - right));
 }
 
 // The neighbour's light. What comes in from beyond the border does so in the first step, which has a pipeline of its own: a
@@ -136,8 +125,8 @@ void main() {
     if (SUM == SUM_APART && !FIRST_STEP) {
         sum = add(sum, sum_in(at));
     }
-    imageStore(sum_flux, at, sum.flux);
-    imageStore(sum_x, at, sum.x);
-    imageStore(sum_y, at, sum.y);
-    imageStore(sum_z, at, sum.z);
+    imageStore(sums[0], at, sum.flux);
+    imageStore(sums[1], at, sum.x);
+    imageStore(sums[2], at, sum.y);
+    imageStore(sums[3], at, sum.z);
 }

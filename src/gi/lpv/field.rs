@@ -1,4 +1,5 @@
-//! Volumes of light in two bands: the flux and its three moments, RGBA32F images. `glsl/gi/lpv/field.glsl` says what they hold.
+//! Volumes of light, each of several RGBA32F images: two bands are four of them, `glsl/gi/lpv/field.glsl`; beams are their flux
+//! and six shares, `glsl/gi/lpv/beams.glsl`.
 
 use std::sync::Arc;
 
@@ -7,50 +8,58 @@ use crate::vk::{
     Bind, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Sampler, SamplerAddressMode,
 };
 
-/// Flux, x, y, z.
-const PARTS: usize = 4;
-
 pub struct Field {
-    pub parts: [Image; PARTS],
+    pub parts: Vec<Image>,
     sampler: Sampler,
 }
 
+/// What a field is made for.
+#[derive(Clone, Copy)]
+pub struct FieldDesc<'a> {
+    pub label: &'a str,
+    pub parts: usize,
+    /// Cells.
+    pub edge: u32,
+    /// One above the other.
+    pub grids: u32,
+}
+
+impl FieldDesc<'_> {
+    pub fn bytes(&self) -> u64 {
+        self.parts as u64 * 16 * u64::from(self.edge).pow(3) * u64::from(self.grids)
+    }
+}
+
 impl Field {
-    /// Of `grids` grids of `edge`³ cells, one above the other.
-    ///
     /// # Errors
     /// Too little memory.
-    pub fn new(context: &Arc<Context>, label: &str, edge: u32, grids: u32) -> Result<Self> {
-        let part = |suffix: &str| {
+    pub fn new(context: &Arc<Context>, desc: &FieldDesc) -> Result<Self> {
+        let part = |index: usize| {
             let desc = ImageDesc {
-                label: &format!("{label} {suffix}"),
+                label: &format!("{} {index}", desc.label),
                 dim: ImageDim::D3,
                 format: Format::R32G32B32A32_SFLOAT,
-                width: edge,
-                height: edge,
-                depth_or_layers: edge * grids,
+                width: desc.edge,
+                height: desc.edge,
+                depth_or_layers: desc.edge * desc.grids,
                 usage: ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE | ImageUsageFlags::TRANSFER_SRC,
                 ..Default::default()
             };
             Image::new(context, &desc)
         };
-        let parts = [part("flux")?, part("x")?, part("y")?, part("z")?];
+        let parts = (0..desc.parts).map(part).collect::<Result<_>>()?;
         // Cells are fetched, nothing is filtered.
         Ok(Self { parts, sampler: Sampler::new(context, Filter::NEAREST, SamplerAddressMode::CLAMP_TO_EDGE)? })
     }
 
-    /// Bytes of a field.
-    pub fn bytes(edge: u32, grids: u32) -> u64 {
-        PARTS as u64 * 16 * u64::from(edge).pow(3) * u64::from(grids)
+    /// To be read cell by cell, as an array of that name and length; what it has more than the field has is its last part again.
+    pub fn read<'a>(&'a self, name: &'a str, length: usize) -> Bind<'a> {
+        let last = self.parts.len() - 1;
+        Bind::images(name, (0..length).map(|part| self.parts[part.min(last)].view()), &self.sampler)
     }
 
-    /// To be read cell by cell, under these names.
-    pub fn read<'a>(&'a self, names: [&'a str; PARTS]) -> [Bind<'a>; PARTS] {
-        std::array::from_fn(|part| Bind::image(names[part], self.parts[part].view(), &self.sampler))
-    }
-
-    /// To be stored to, or loaded from and stored to.
-    pub fn stored<'a>(&'a self, names: [&'a str; PARTS]) -> [Bind<'a>; PARTS] {
-        std::array::from_fn(|part| Bind::storage_image(names[part], self.parts[part].mip_view(0)))
+    /// To be loaded from and stored to, as an array of that name.
+    pub fn stored<'a>(&'a self, name: &'a str) -> Bind<'a> {
+        Bind::storage_images(name, self.parts.iter().map(|part| part.mip_view(0)))
     }
 }

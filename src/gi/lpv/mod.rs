@@ -20,7 +20,7 @@ use crate::ground::lists::Lists;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Recorder, ZoneKind};
-use field::Field;
+use field::{Field, FieldDesc};
 
 pub use settings::{Apply, Injection, KEYS, Lobe, Occlusion, Settings, Sum};
 
@@ -33,9 +33,8 @@ const GROUP: u32 = 4;
 /// Per cell, as `glsl/gi/lpv/blockers.glsl` packs them.
 const BLOCKERS_BYTES: u64 = 16;
 const PASSAGES_BYTES: u64 = 12;
-const OLD: [&str; 4] = ["old_flux", "old_x", "old_y", "old_z"];
-const NEW: [&str; 4] = ["new_flux", "new_x", "new_y", "new_z"];
-const SUMS: [&str; 4] = ["sum_flux", "sum_x", "sum_y", "sum_z"];
+/// Parts of a sum, in look-ups.
+const SUM_PARTS: usize = 6;
 
 /// What was added up, bounce by bounce.
 const SUM_NAMES: [&str; 2] = ["first bounce's sum", "second bounce's sum"];
@@ -90,13 +89,13 @@ impl Gi for Lighting {
         let cells = u64::from(own.edge).pow(3);
         let grids = u64::from(own.cascades);
         let mut rows = vec![
-            ("travelling light", 2 * Field::bytes(own.edge, 1)),
+            ("travelling light", 2 * travelling(own).bytes()),
             ("blockers", grids * cells * BLOCKERS_BYTES),
             ("passages", grids * cells * PASSAGES_BYTES),
             ("cascade places", grids * size_of::<[f32; 4]>() as u64),
         ];
-        let sum = Field::bytes(own.edge, own.cascades);
-        rows.extend(SUM_NAMES[..settings.bounces.volumes() as usize].iter().map(|name| (*name, sum)));
+        let names = &SUM_NAMES[..settings.bounces.volumes() as usize];
+        rows.extend(names.iter().map(|name| (*name, sum_of(own, name).bytes())));
         rows
     }
 
@@ -114,26 +113,29 @@ impl Gi for Lighting {
             let pipeline = compute("light", shader, &with(items.clone(), &[(DIRECT, direct)]))?;
             Ok(Light { pipeline, gathers })
         };
+        let [inject, propagate] = match own.lobe {
+            Lobe::Beam => ["gi/lpv/inject.comp BEAMS", "gi/lpv/propagate_beams.comp"],
+            _ => ["gi/lpv/inject.comp", "gi/lpv/propagate.comp"],
+        };
         let plan = Self::plan(settings);
         let buffer = |name: &str| {
             let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
             Buffer::new(context, name, bytes, BufferKind::Device)
         };
-        let travelling = || Field::new(context, "travelling light", own.edge, 1);
-        let sums = &SUM_NAMES[..settings.bounces.volumes() as usize];
+                let sums = &SUM_NAMES[..settings.bounces.volumes() as usize];
         Ok(Self {
             first: light(false, direct)?,
             again: (settings.bounces == Bounces::All).then(|| light(true, direct)).transpose()?,
             second: two.then(|| light(true, DIRECT_READ)).transpose()?,
-            inject: compute("inject", "gi/lpv/inject.comp", &constants)?,
+            inject: compute("inject", inject, &constants)?,
             passages: compute("passages", "gi/lpv/passages.comp", &constants)?,
-            first_step: compute("propagate", "gi/lpv/propagate.comp", &with(constants.clone(), &[(FIRST_STEP, 1)]))?,
-            propagate: compute("propagate", "gi/lpv/propagate.comp", &constants)?,
-            travelling: [travelling()?, travelling()?],
+            first_step: compute("propagate", propagate, &with(constants.clone(), &[(FIRST_STEP, 1)]))?,
+            propagate: compute("propagate", propagate, &constants)?,
+            travelling: [Field::new(context, &travelling(own))?, Field::new(context, &travelling(own))?],
             blockers: buffer("blockers")?,
             passages_into: buffer("passages")?,
             places: buffer("cascade places")?,
-            sums: sums.iter().map(|name| Field::new(context, name, own.edge, own.cascades)).collect::<Result<_>>()?,
+            sums: sums.iter().map(|name| Field::new(context, &sum_of(own, name))).collect::<Result<_>>()?,
             settings: own.clone(),
             base_edge: settings.voxels,
             constants,
@@ -220,7 +222,7 @@ impl Lighting {
             Bind::buffer("grid_heads", &lists.heads),
             Bind::buffer("blockers", &self.blockers),
         ];
-        binds.extend(self.travelling[0].stored(NEW));
+        binds.extend([self.travelling[0].stored("new_light"), Bind::buffer("frame", &ground.frame)]);
         let push = push_of(lists, cascade);
         r.dispatch(&self.inject, &self.inject.select(&binds), &push, groups);
         if self.settings.occlusion == Occlusion::Sheets {
@@ -236,7 +238,8 @@ impl Lighting {
                 Bind::buffer("passages", &self.passages_into),
                 Bind::buffer("cascades", &self.places),
             ];
-            binds.extend(old.read(OLD).into_iter().chain(new.stored(NEW)).chain(sum.stored(SUMS)));
+            binds.extend([old.read("old_light", old.parts.len()), new.stored("new_light"), sum.stored("sums")]);
+            binds.push(Bind::buffer("frame", &ground.frame));
             let pipeline = if step == 0 { &self.first_step } else { &self.propagate };
             r.dispatch(pipeline, &pipeline.select(&binds), &push, groups);
         }
@@ -244,9 +247,11 @@ impl Lighting {
 
     /// A sum to be looked up.
     fn look_up<'a>(&'a self, sum: &'a Field) -> Vec<Bind<'a>> {
-        let mut binds = vec![Bind::buffer("blockers", &self.blockers), Bind::buffer("cascades", &self.places)];
-        binds.extend(sum.read(SUMS));
-        binds
+        vec![
+            Bind::buffer("blockers", &self.blockers),
+            Bind::buffer("cascades", &self.places),
+            sum.read("sums", SUM_PARTS),
+        ]
     }
 }
 
@@ -260,11 +265,23 @@ fn push_of(lists: &Lists, cascade: usize) -> LpvPush {
     LpvPush { offset: [x, y, z], scale, cascade: cascade as u32 }
 }
 
+/// The light that travels, of one grid.
+fn travelling(own: &Settings) -> FieldDesc<'static> {
+    let parts = if own.lobe == Lobe::Beam { 7 } else { 4 };
+    FieldDesc { label: "travelling light", parts, edge: own.edge, grids: 1 }
+}
+
+/// What is added up, of all grids.
+fn sum_of<'a>(own: &Settings, label: &'a str) -> FieldDesc<'a> {
+    let parts = if own.lobe == Lobe::Beam { SUM_PARTS } else { 4 };
+    FieldDesc { label, parts, edge: own.edge, grids: own.cascades }
+}
+
 /// Beside `first step`, the constants of `glsl/gi/lpv/constants.glsl`.
 fn own_constants(own: &Settings) -> Vec<(u32, u32)> {
     let lobe = match own.lobe {
         Lobe::Cosine => 0,
-        Lobe::Even => 1,
+        Lobe::Beam => 1,
     };
     let occlusion = match own.occlusion {
         Occlusion::None => 0,
@@ -279,5 +296,6 @@ fn own_constants(own: &Settings) -> Vec<(u32, u32)> {
         (36, u32::from(own.sum == Sum::Apart)),
         (37, u32::from(own.injection == Injection::Front)),
         (38, u32::from(own.apply == Apply::Flux)),
+        (49, own.sharpness.to_bits()),
     ]
 }

@@ -12,7 +12,6 @@ use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3, IVec3, Vec3};
 use gpu::twins::propagation::{Cell, Cells, Rules, WAYS, shares};
 use scenes::Random;
-use twobounce::gi::CoarseLight;
 use twobounce::gi::lpv::LpvPush;
 use twobounce::ground::layout;
 use twobounce::layers::Aov;
@@ -393,7 +392,9 @@ fn a_wall_injects_pi_times_radiance_times_area() {
     ]);
     let context = gpu::context();
     let renderer = gpu::render(&context, &scene, &settings, 8);
-    let Some(CoarseLight::Full(flux)) = renderer.frame().method.coarse_light() else { panic!("no flux") };
+    let Some(twobounce::gi::CoarseLight::Full(flux)) = renderer.frame().method.coarse_light() else {
+        panic!("no flux")
+    };
     let flux: Vec<[f32; 4]> = download_image(&context, flux, 0).expect("a flux");
     let total: f64 = flux.iter().map(|f| f64::from(f[0])).sum::<f64>() / f64::from(renderer.frame().scale);
     // After one step: lobes that are cut off have gained 0.1382 where they look along an axis, and nearly that elsewhere.

@@ -14,10 +14,10 @@ struct Shares {
     vec4 to[6]; // along +x +y +z −x −y −z
 };
 
-// One direction serves all channels: that of their sum, and of the sky as bright as it is.
+// One direction serves all channels: that of their sum, the sky as bright as it is, or, where nothing else is, hardly at all.
 float beam_weight(vec4 flux) {
     vec3 sky = frame.sky * frame.scale;
-    return flux.r + flux.g + flux.b + flux.a * (sky.r + sky.g + sky.b + 1e-4 * frame.scale);
+    return flux.r + flux.g + flux.b + flux.a * (sky.r + sky.g + sky.b + 1e-7 * frame.scale);
 }
 
 // Mean cosine of what a diffuse surface sends, or an opening lets in.
@@ -25,7 +25,7 @@ const float DIFFUSE_COSINE = 0.6666667;
 
 float towards(float cosine_times_g, float one_and_g2) {
     float x = one_and_g2 - 2.0 * cosine_times_g;
-    return 1.0 / (x * sqrt(x)); // not by inversesqrt(), which llvmpipe rounds to 2e-4
+    return 1.0 / (x * sqrt(x));
 }
 
 // Along a way with the mean direction's part `a` along it, `b` and `c` across: share, and share × direction, in that frame.

@@ -67,6 +67,8 @@ methods! {
     Cones = "cones" in cones,
     /// Exact rays that find what the voxels shade, shared among neighbours.
     Rays = "rays" in rays,
+    /// Voxel cone tracing derived from photon mapping: a voxel sends its photons' light in sixteen directions.
+    Photons = "photons" in photons,
 }
 
 /// A way to light surfaces by other surfaces. It fills what it likes from the ground, and answers in GLSL
@@ -129,9 +131,11 @@ pub struct Wants {
     pub cells: bool,
     /// List items lit, one by one,
     pub lit_items: bool,
-    /// one for all that are alike,
+    /// one for all that are alike.
     pub alike: bool,
-    /// with direct light kept from one pass of a frame to the next.
+    /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them.
+    pub item_samples: bool,
+    /// Whether direct light is kept from one pass of a frame to the next.
     pub kept_direct_light: bool,
     /// Lists of further grids.
     pub grids: Vec<GridPlace>,

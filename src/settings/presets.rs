@@ -1,7 +1,7 @@
 //! Presets: settings with a name, each written as what it changes of another.
 
 use super::{DirectLight, GatherResolution, LampLight, Settings, Shadows};
-use crate::gi::{Method, cones, rays};
+use crate::gi::{Method, cones, photons, rays};
 
 /// Settings with a name.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +20,8 @@ pub const PRESETS: &[Preset] = &[
     preset("cones", Settings::cones, "16 saturating cones a pixel, lamps sampled"),
     preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected"),
     preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
+    preset("photons", Settings::photons, "16 touching-sphere cones a pixel through photons, lamps sampled"),
+    preset("photons-printed", Settings::photons_printed, "the notes on photons as printed, where they can run"),
 ];
 
 const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'static str) -> Preset {
@@ -75,5 +77,17 @@ impl Settings {
         let mut corrected = Self::printed();
         corrected.of.cones = cones::Settings::corrected();
         corrected
+    }
+
+    /// Cones through photons, as right as they get.
+    pub fn photons() -> Self {
+        Self { method: Method::Photons, ..Self::cones() }
+    }
+
+    /// The notes' formulas as printed, where they can run. What they say nothing of is as in [`Self::photons`].
+    pub fn photons_printed() -> Self {
+        let mut printed = Self::photons();
+        printed.of.photons = photons::Settings::printed();
+        printed
     }
 }

@@ -71,7 +71,7 @@ ConeLight trace_cone(vec3 from, vec3 d, float ratio) {
     bool going = true;
     for (uint i = 0u; i < STEP_CAP && going; i++) {
         COUNT(CONE_STEPS, 1u);
-        float edge = max(sphere.extent, 1.0); // of the level that is read
+        float edge = clamp(sphere.extent, 1.0, float(EDGE)); // of the level that is read
         float level = log2(edge);
         vec3 at = from + sphere.middle * d;
         Sphere next = printed(ROW_STEPS) ? sphere_after(sphere, ratio) : sphere_beyond(sphere.middle + 0.5 * sphere.extent, ratio);
@@ -92,9 +92,9 @@ ConeLight trace_cone(vec3 from, vec3 d, float ratio) {
         float reached = exp(-rate * front);
         front = printed(ROW_AO) ? sphere.middle : back;
         seen.near += (printed(ROW_AO) ? seen.open : before) * (reached - exp(-rate * front));
-        // A wall by the border is met whole: as far beyond it as filtering spreads it.
-        float margin = COMPOSITE == COMPOSITE_SUM ? 0.5 + min(edge, float(EDGE) / 8.0) : 0.0;
-        going = seen.open > SPENT_CONE && back < end + margin && next.extent > 0.0;
+        // A sum goes on beyond the border until filtering spreads no wall that far.
+        float last = COMPOSITE == COMPOSITE_SUM ? end + min(next.extent, float(EDGE)) : end + 0.5 * next.extent;
+        going = seen.open > SPENT_CONE && next.middle < last && next.extent > 0.0;
         sphere = next;
     }
     seen.open = seen.open > SPENT_CONE ? seen.open : 0.0;

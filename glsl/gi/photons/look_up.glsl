@@ -8,10 +8,13 @@
 #include "gi/photons/cone.glsl"
 
 const bool FINDS_LAMPS = false;
+const float LEAST_COSINE = 0.1; // of a cone to the surface that it leaves, for its bound
 
 // Along d, the sky behind it included. `normal`: of the side that it starts on.
 vec4 cone_from(Surface s, vec3 normal, vec3 d, float ratio) {
-    ConeLight seen = trace_cone(s.position + START_NORMAL * normal, d, ratio);
+    // Filtering reaches twice as far as a sphere: at R ≤ ½ cos θ not to the plane that the cone leaves, nor behind it.
+    float bound = MOST_RATIO * max(dot(d, normal), LEAST_COSINE);
+    ConeLight seen = trace_cone(s.position + START_NORMAL * normal, d, printed(ROW_STEPS) ? ratio : min(ratio, bound));
     vec3 light = seen.light + seen.open * frame.sky * frame.scale;
     return vec4(AO_MULTIPLIES == AO_LIGHT ? light * seen.near : light, seen.near);
 }

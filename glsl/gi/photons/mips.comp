@@ -66,8 +66,47 @@ void filter_cell(uvec3 cell, uint texel, uint edge) {
 #else
 const uint THREADS = TEXELS;
 
+struct Child {
+    vec4 sent;
+    vec3 hides; // of what is behind it, to a traveller along −x or +x, and so on
+};
+
+Child child_at(ivec3 cell, uint texel, int edge, vec3 d) {
+    COUNT(VOLUME_TEXELS, 3u);
+    vec3 forth = texelFetch(forth_below, cell, 0).rgb;
+    vec3 back = texelFetch(back_below, cell, 0).rgb;
+    vec4 sent = texelFetch(map_below, map_place(uvec3(cell), texel, uint(edge)), 0);
+    return Child(sent, min(mix(forth, back, greaterThan(d, vec3(0.0))), vec3(1.0)));
+}
+
+// Two children in a row along one axis, as seen from the side of `first`.
+vec4 in_row(Child first, Child second, uint axis) {
+    return first.sent + (1.0 - first.hides[axis]) * second.sent;
+}
+
+// Photons behind others of the same cell are not seen: rows along each axis, by the share that the texel's direction has in it.
+vec4 seen_children(ivec3 corner, uint texel, int edge) {
+    vec3 d = texel_middle(texel);
+    ivec3 first = ivec3(greaterThan(d, vec3(0.0))); // the child that a traveller against d meets first
+    ivec3 second = 1 - first;
+    Child a = child_at(corner + first, texel, edge, d);
+    Child b = child_at(corner + ivec3(second.x, first.yz), texel, edge, d);
+    Child c = child_at(corner + ivec3(first.x, second.y, first.z), texel, edge, d);
+    Child e = child_at(corner + ivec3(second.xy, first.z), texel, edge, d);
+    Child f = child_at(corner + ivec3(first.xy, second.z), texel, edge, d);
+    Child g = child_at(corner + ivec3(second.x, first.y, second.z), texel, edge, d);
+    Child h = child_at(corner + ivec3(first.x, second.yz), texel, edge, d);
+    Child i = child_at(corner + second, texel, edge, d);
+    vec4 x = in_row(a, b, 0u) + in_row(c, e, 0u) + in_row(f, g, 0u) + in_row(h, i, 0u);
+    vec4 y = in_row(a, c, 1u) + in_row(b, e, 1u) + in_row(f, h, 1u) + in_row(g, i, 1u);
+    vec4 z = in_row(a, f, 2u) + in_row(b, g, 2u) + in_row(c, h, 2u) + in_row(e, i, 2u);
+    vec3 share = d * d;
+    return 0.25 * (x * share.x + y * share.y + z * share.z);
+}
+
 void filter_cell(uvec3 cell, uint texel, uint edge) {
-    vec4 sum = (printed(ROW_MIPS) ? 0.125 : 0.25) * children_sum(map_below, map_place(2u * cell, texel, 2u * edge));
+    vec4 sum = printed(ROW_MIPS) ? 0.125 * children_sum(map_below, map_place(2u * cell, texel, 2u * edge))
+                                 : seen_children(2 * ivec3(cell), texel, 2 * int(edge));
     imageStore(photon_map, map_place(cell, texel, edge), sum / max(sum.a, 1.0));
 }
 #endif

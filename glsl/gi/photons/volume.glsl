@@ -8,18 +8,22 @@ layout(set = 0, binding = 40) uniform sampler3D photons;
 layout(set = 0, binding = 41) uniform sampler3D met_forth;
 layout(set = 0, binding = 42) uniform sampler3D met_back;
 
+// What planes across one axis hide. They are filtered along it, and go on beyond the grid's sides.
+float met_along(uint axis, vec3 at, vec3 d, float level) {
+    vec3 inside = clamp(at / float(EDGE), vec3(0.5 * exp2(level) / float(EDGE)), vec3(1.0 - 0.5 * exp2(level) / float(EDGE)));
+    inside[axis] = at[axis] / float(EDGE);
+    return abs(d[axis]) * (d[axis] < 0.0 ? textureLod(met_back, inside, level) : textureLod(met_forth, inside, level))[axis];
+}
+
 // Opacity over one edge of the level, to a traveller along unit d. `at`: voxels of the base grid.
 float opacity_at(vec3 at, vec3 d, float level) {
-    vec3 uvw = at / float(EDGE);
-    vec4 forth = textureLod(met_forth, uvw, level);
     if (OPACITY_KIND == OPACITY_SAMPLES) {
         COUNT(VOLUME_TEXELS, trilinear_texels(level));
-        return clamp(forth.a, 0.0, 1.0);
+        return clamp(textureLod(met_forth, at / float(EDGE), level).a, 0.0, 1.0);
     }
-    COUNT(VOLUME_TEXELS, 2u * trilinear_texels(level));
-    vec3 back = textureLod(met_back, uvw, level).rgb;
+    COUNT(VOLUME_TEXELS, 3u * trilinear_texels(level));
     // Exact for planes along the axes; others are met at least once: Σ |dᵢ nᵢ| ≥ |d · n|.
-    return dot(abs(d), mix(forth.rgb, back, lessThan(d, vec3(0.0))));
+    return met_along(0u, at, d, level) + met_along(1u, at, d, level) + met_along(2u, at, d, level);
 }
 
 // One direction at one level, filtered among its voxels and not into the next block.
@@ -45,8 +49,6 @@ vec3 radiance_towards(vec3 d, vec3 at, float level) {
     vec2 corner = floor(place);
     vec2 part = place - corner;
     ivec2 texel = ivec2(corner);
-    float most = log2(float(EDGE));
-    level = min(level, most);
     vec4 sum = (1.0 - part.x) * (1.0 - part.y) * map_between(texel, at, level)
         + part.x * (1.0 - part.y) * map_between(texel + ivec2(1, 0), at, level)
         + (1.0 - part.x) * part.y * map_between(texel + ivec2(0, 1), at, level)

@@ -121,7 +121,7 @@ impl Default for Settings {
             turn: false,
             least_step: 1.0,
             most_ratio: 0.5,
-            start_normal: 0.5,
+            start_normal: 1.5,
             start_along: 0.0,
             ao_rate: 0.0,
             ao_multiplies: AoMultiplies::Nothing,

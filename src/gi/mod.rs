@@ -112,6 +112,11 @@ pub trait Gi: Send {
         &[]
     }
 
+    /// All images that hold its light.
+    fn images(&self) -> Vec<&Image> {
+        self.volumes().iter().flat_map(|volume| &volume.faces).collect()
+    }
+
     /// A level of an image that shows, coarsely, all light that it holds: feedback has settled once it does not change.
     fn coarse_light(&self) -> Option<(&Image, u32)> {
         self.volumes().last().map(FaceVolume::coarse)

@@ -126,7 +126,7 @@ const TOP: &[Key] = &[
         "method",
         "method",
         names!(Method),
-        "how indirect light is found: not at all, by voxel cones as in the talk, or by exact rays",
+        "how indirect light is found: not at all, by voxel cones as in the talk, by exact rays, or by cones through voxel photons",
         "see the presets",
     ),
     key(

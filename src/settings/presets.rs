@@ -20,7 +20,7 @@ pub const PRESETS: &[Preset] = &[
     preset("cones", Settings::cones, "16 saturating cones a pixel, lamps sampled"),
     preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected"),
     preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
-    preset("photons", Settings::photons, "16 touching-sphere cones a pixel through photons, lamps sampled"),
+    preset("photons", Settings::photons, "8 shared cones a pixel through photons, lamps sampled"),
     preset("photons-printed", Settings::photons_printed, "the notes on photons as printed, where they can run"),
 ];
 
@@ -81,7 +81,9 @@ impl Settings {
 
     /// Cones through photons, as right as they get.
     pub fn photons() -> Self {
-        Self { method: Method::Photons, ..Self::cones() }
+        let mut photons = Self { method: Method::Photons, ..Self::cones() };
+        photons.image.interleave = Self::default().image.interleave;
+        photons
     }
 
     /// The notes' formulas as printed, where they can run. What they say nothing of is as in [`Self::photons`].

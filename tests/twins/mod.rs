@@ -10,11 +10,14 @@
 pub mod alike;
 pub mod cells;
 pub mod closed_forms;
+
 pub mod cone;
+pub mod cover;
 pub mod dilate;
 pub mod directions;
 pub mod lamps;
 pub mod mips;
+pub mod octahedron;
 pub mod record;
 pub mod shade;
 pub mod volume;

@@ -1,6 +1,6 @@
 //! Voxel cone tracing derived from photon mapping: one file per pass.
 //!
-//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: `ledger` lists what of them is wrong
+//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: [`ledger`] lists what of them is wrong
 //! or open, and what is done instead. Samples of a multisampled raster measure how much of each voxel a triangle fills; every
 //! list item is lit; a voxel sums up what its items send in sixteen directions, and how much they stand in the way. Cones are
 //! drawn by the BRDF, each as wide as its share of it, and go through the volume in spheres that touch.
@@ -8,6 +8,7 @@
 pub mod constants;
 pub mod cover;
 mod fill;
+pub mod ledger;
 mod mips;
 mod settings;
 mod volume;
@@ -120,6 +121,11 @@ impl Gi for Lighting {
 
     fn binds(&self) -> Vec<Bind<'_>> {
         self.volumes.last().map_or_else(Vec::new, |volume| volume.binds().collect())
+    }
+
+    /// Of each bounce the map, then opacity forth and back.
+    fn images(&self) -> Vec<&Image> {
+        self.volumes.iter().flat_map(PhotonVolume::images).collect()
     }
 
     fn coarse_light(&self) -> Option<(&Image, u32)> {

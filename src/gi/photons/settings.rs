@@ -111,8 +111,8 @@ impl Default for Settings {
     /// The preset `photons`: every fault of the notes mended.
     fn default() -> Self {
         Self {
-            diffuse: 16,
-            bounce: 16,
+            diffuse: 8,
+            bounce: 4,
             glossy: 8,
             samples: 8,
             opacity: Opacity::Sided,

@@ -86,7 +86,8 @@ impl PhotonVolume {
         names[..settings.bounces.volumes() as usize].iter().map(|name| (*name, bytes)).collect()
     }
 
-    fn images(&self) -> [&Image; 3] {
+    /// The map, opacity forth and back.
+    pub fn images(&self) -> [&Image; 3] {
         [&self.map, &self.forth, &self.back]
     }
 

@@ -10,7 +10,6 @@
 pub mod alike;
 pub mod cells;
 pub mod closed_forms;
-
 pub mod cone;
 pub mod cover;
 pub mod dilate;

@@ -159,14 +159,20 @@ pub const KEYS: &[&[Key]] = &[
             "cones for diffuse light per gathered pixel, cosine-distributed, each as wide as its share",
             "a cone each: the image's time grows with them, and narrow cones take more steps",
         ),
-        key("photons.bounce", "cones", Range::Whole(1, 128), "the same per voxel side, of the second bounce", "a cone each"),
-        key(
+        rare(key(
+            "photons.bounce",
+            "cones",
+            Range::Whole(1, 128),
+            "the same per voxel side, of the second bounce",
+            "a cone each",
+        )),
+        rare(key(
             "photons.glossy",
             "cones",
             Range::Whole(1, 64),
             "cones for a rough mirrored lobe; a smooth one takes one",
             "a cone each, where something is glossy",
-        ),
+        )),
         rare(key(
             "photons.samples",
             "samples",
@@ -179,7 +185,7 @@ pub const KEYS: &[&[Key]] = &[
             "choice",
             names!(Opacity),
             "how much a voxel stands in the way: its share of samples from everywhere, or the area that faces the traveller",
-            "sided reads two volumes per step instead of one",
+            "sided looks up three values per step instead of one",
         )),
         rare(key(
             "photons.composite",

@@ -17,7 +17,7 @@ use twobounce::gi::cones::choices::{ConeSet, RoughnessFit, Weights};
 use twobounce::gi::cones::constants::Cones;
 use twobounce::gi::cones::ledger;
 use twobounce::gi::cones::{Ledger, Settings, Start};
-use twobounce::gi::ledger::Effect;
+use twobounce::gi::ledger::{Effect, SHEETS};
 
 /// Equal faces at level 0 from a function of the voxel, in a whole chain of right mips.
 fn volume(edge: u32, texel: impl Fn(Vec3) -> Vec4) -> Volume {
@@ -485,6 +485,20 @@ fn the_page_has_every_row_in_its_present_wording() {
     assert_eq!(measured.furnaces.len(), ledger::FURNACE_FILLS.len() * ledger::FURNACE_ROOMS.len());
     // What the talk does twice gives the same bits when it is done once.
     assert_eq!(measured.changes["D29"].rel_percent, 0.0);
+}
+
+#[test]
+fn the_rivals_pages_have_every_row_in_its_present_wording() {
+    for sheet in SHEETS {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(sheet.page);
+        let page = std::fs::read_to_string(path).expect(sheet.page);
+        let command = format!("run `twobounce ledger --method {}`", sheet.method);
+        let measured = sheet.parse(&page).unwrap_or_else(|| panic!("{} is stale: {command}", sheet.page));
+        assert!(sheet.document(&measured) == page, "{} is stale: {command}", sheet.page);
+        for row in sheet.rows.iter().filter(|row| matches!(row.effect, Effect::Measured { .. })) {
+            assert!(measured.changes.contains_key(row.id), "{} was not measured: {command}", row.id);
+        }
+    }
 }
 
 #[test]

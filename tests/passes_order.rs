@@ -12,7 +12,7 @@ use scenes::{Random, add, triangle};
 use twobounce::layers::Aov;
 use twobounce::scene::{LightKind, Material, Mesh, Scene};
 use twobounce::settings::Settings;
-use twobounce::vk::Context;
+use twobounce::vk::{Context, Format, Image, download_image};
 
 /// A lit room full of triangles that share voxels, lamps of 10⁻⁶ and 10⁶ among them.
 fn crowd(reversed: bool) -> Scene {
@@ -47,12 +47,20 @@ fn crowd(reversed: bool) -> Scene {
     scene
 }
 
-type Bits = (Vec<Vec<Vec<Vec<[u16; 4]>>>>, Vec<u32>);
+type Bits = (Vec<Vec<u8>>, Vec<u32>);
 
-/// Of the volumes and of the image.
+/// Of all levels of what the method holds, and of the image.
 fn bits(context: &Arc<Context>, settings: &Settings, reversed: bool) -> Bits {
     let renderer = gpu::render(context, &crowd(reversed), settings, 64);
-    let volumes = renderer.frame().method.volumes().iter().map(|v| gpu::volume_bits(context, v)).collect();
+    let level = |image: &Image, k: u32| -> Vec<u8> {
+        if image.format() == Format::R32G32B32A32_SFLOAT {
+            bytemuck::cast_slice(&download_image::<[f32; 4]>(context, image, k).expect("a level")).to_vec()
+        } else {
+            bytemuck::cast_slice(&download_image::<[u16; 4]>(context, image, k).expect("a level")).to_vec()
+        }
+    };
+    let levels = |image| (0..Image::mips(image)).map(move |k| level(image, k)).collect::<Vec<_>>();
+    let volumes = renderer.frame().method.images().into_iter().flat_map(levels).collect();
     let image = renderer.read();
     let beauty = image.get(Aov::Beauty).expect("an image");
     (volumes, beauty.iter().flatten().map(|v| v.to_bits()).collect())
@@ -71,6 +79,35 @@ fn runs_and_triangle_orders_give_the_same_bits() {
             assert!(bits(&context, &settings, false) == first, "{fill}: two runs differ");
         }
         assert!(bits(&context, &settings, true).0 == first.0, "{fill}: the order of the triangles shows");
+    }
+}
+
+#[test]
+fn photons_give_the_same_bits_in_every_order() {
+    let context = gpu::context();
+    for settings in [Settings::photons(), Settings::photons_printed()] {
+        let settings =
+            gpu::with(settings, &["voxels=16", "photons.diffuse=2", "photons.bounce=1", "lights.lamps=gathered"]);
+        let first = bits(&context, &settings, false);
+        assert!(first.0.iter().flatten().any(|byte| *byte != 0) && first.1.iter().any(|v| *v != 0));
+        assert!(bits(&context, &settings, false) == first, "two runs differ");
+        assert!(bits(&context, &settings, true).0 == first.0, "the order of the triangles shows");
+    }
+}
+
+/// Light propagation's lights are summed up cell by cell.
+#[test]
+fn propagated_light_has_the_same_bits_in_every_order() {
+    let context = gpu::context();
+    for settings in [Settings::lpv(), Settings::lpv_printed()] {
+        let changes = ["voxels=16", "lpv.edge=16", "lpv.iterations=8", "lights.lamps=gathered"];
+        let settings = gpu::with(settings, &changes);
+        let first = bits(&context, &settings, false);
+        assert!(first.0.iter().flatten().any(|byte| *byte != 0) && first.1.iter().any(|v| *v != 0));
+        for _ in 0..4 {
+            assert!(bits(&context, &settings, false) == first, "two runs differ");
+        }
+        assert!(bits(&context, &settings, true).0 == first.0, "the order of the triangles shows");
     }
 }
 

@@ -7,6 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use glam::{DVec3, Vec3};
 use twobounce::gi::Method;
+use twobounce::gi::ledger::SHEETS;
 use twobounce::layers::Aov;
 use twobounce::renderer::Submit;
 use twobounce::settings::PRESETS;
@@ -181,9 +182,12 @@ pub struct LedgerArgs {
     /// The scene to measure on
     #[arg(value_name = "SCENE", default_value = "assets/gallery.glb")]
     pub scene: PathBuf,
-    /// The page to write
-    #[arg(short, long, value_name = "OUT.md", default_value = "docs/ledger.md")]
-    pub output: PathBuf,
+    /// The method whose source is measured: cones, lpv or photons
+    #[arg(long, value_name = "METHOD", default_value = "cones", value_parser = method)]
+    pub method: Method,
+    /// The page to write [default: docs/ledger.md, docs/lpv.md or docs/photons.md]
+    #[arg(short, long, value_name = "OUT.md")]
+    pub output: Option<PathBuf>,
     /// Size of the images in pixels
     #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
     pub size: (u32, u32),
@@ -221,6 +225,15 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some((side(w)?, side(h)?)))
         .ok_or_else(|| format!("write WIDTHxHEIGHT, each from 1 to {MAX_SIDE}, such as 1280x720"))
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    let with_ledger =
+        |method: &&Method| SHEETS.iter().any(|sheet| sheet.method == **method) || **method == Method::Cones;
+    let methods: Vec<Method> = Method::ALL.iter().filter(with_ledger).copied().collect();
+    methods.iter().find(|method| method.name() == text).copied().ok_or_else(|| {
+        format!("a ledger have {}", methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "))
+    })
 }
 
 fn point(text: &str) -> Result<DVec3, &'static str> {

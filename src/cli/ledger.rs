@@ -1,4 +1,4 @@
-//! `twobounce ledger`: measures every row of the ledger and writes `docs/ledger.md`.
+//! `twobounce ledger`: measures every row of a method's ledger and writes its page.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -6,9 +6,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::Vec3;
-use twobounce::gi::cones::ledger::page::{Change, Furnace, Measurements, document, furnace_row};
+use twobounce::gi::cones::ledger::page::{Furnace, Measurements, document, furnace_row};
 use twobounce::gi::cones::ledger::{CHOICES, EDGE, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, OPEN, ROWS};
-use twobounce::gi::ledger::Effect;
+use twobounce::gi::ledger::{Change, Effect, Measured, SHEETS};
 use twobounce::output::file;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LoadOptions, Scene, View, analytic};
@@ -24,14 +24,29 @@ const FURNACE_PIXELS: u32 = 48;
 
 pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     interrupt::install()?;
-    file::check_writable(&args.output)?;
+    let sheet = SHEETS.iter().find(|sheet| sheet.method == args.method);
+    let (preset, page) = sheet.map_or(("corrected", "docs/ledger.md"), |sheet| (sheet.preset, sheet.page));
+    let output = args.output.clone().unwrap_or_else(|| page.into());
+    file::check_writable(&output)?;
+    let base = Settings { voxels: EDGE, ..Settings::preset(preset)? };
     let context = args.device.open(args.size)?;
     let scene = Scene::load(&args.scene, &LoadOptions::default())?;
     let about = format!(
         "Measured on `{}` at {}×{}, {}³ voxels, on {} ({}).",
         scene.name, args.size.0, args.size.1, EDGE, context.name, context.driver
     );
-    let mut renders = Renders { context: &context, scene, size: args.size, made: BTreeMap::new() };
+    let mut renders = Renders { context: &context, scene, base, size: args.size, made: BTreeMap::new() };
+    if let Some(sheet) = sheet {
+        let mut measured = Measured { about, ..Measured::default() };
+        for row in sheet.rows {
+            if let Effect::Measured { right, printed } = row.effect {
+                out::warn(row.id);
+                measured.changes.insert(row.id.into(), renders.change(right, printed)?);
+            }
+        }
+        file::write(&output, sheet.document(&measured).as_bytes())?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let mut measured = Measurements { about, ..Measurements::default() };
     for row in ROWS.iter().chain(OPEN) {
         if let Effect::Measured { right, printed } = row.effect {
@@ -51,7 +66,7 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
             measured.furnaces.insert(row, FURNACE_EDGES.iter().map(at).collect::<Result<_>>()?);
         }
     }
-    file::write(&args.output, document(&measured).as_bytes())?;
+    file::write(&output, document(&measured).as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -61,6 +76,7 @@ type Pixels = Vec<[f32; 3]>;
 struct Renders<'a> {
     context: &'a Arc<Context>,
     scene: Scene,
+    base: Settings,
     size: (u32, u32),
     made: BTreeMap<String, Rc<Pixels>>,
 }
@@ -81,7 +97,7 @@ impl Renders<'_> {
         if let Some(image) = self.made.get(&key) {
             return Ok(image.clone());
         }
-        let mut settings = Settings { voxels: EDGE, ..Settings::corrected() };
+        let mut settings = self.base.clone();
         let mut scene = self.scene.clone();
         for assignment in assignments {
             // The sky is the scene's, not a setting.

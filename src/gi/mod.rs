@@ -71,6 +71,8 @@ methods! {
     Rays = "rays" in rays,
     /// Light propagation volumes: light that travels from cell to cell of a coarse grid.
     Lpv = "lpv" in lpv,
+    /// Voxel cone tracing derived from photon mapping: a voxel sends its photons' light in sixteen directions.
+    Photons = "photons" in photons,
 }
 
 /// A way to light surfaces by other surfaces. It fills what it likes from the ground, and answers in GLSL
@@ -119,6 +121,11 @@ pub trait Gi: Send {
         &[]
     }
 
+    /// All images that hold its light.
+    fn images(&self) -> Vec<&Image> {
+        self.volumes().iter().flat_map(|volume| &volume.faces).collect()
+    }
+
     /// What shows, coarsely, all light that it holds: feedback has settled once it does not change.
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
         self.volumes().last().map(FaceVolume::coarse)
@@ -146,9 +153,11 @@ pub struct Wants {
     pub cells: bool,
     /// List items lit, one by one,
     pub lit_items: bool,
-    /// one for all that are alike,
+    /// one for all that are alike.
     pub alike: bool,
-    /// with direct light kept from one pass of a frame to the next.
+    /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them.
+    pub item_samples: bool,
+    /// Whether direct light is kept from one pass of a frame to the next.
     pub kept_direct_light: bool,
     /// Lists of further grids,
     pub grids: Vec<GridPlace>,

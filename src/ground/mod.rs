@@ -296,6 +296,7 @@ impl Ground {
             Bind::buffer("direct_light", &lists.direct_light),
             Bind::buffer("item_lights", &lists.item_lights),
             Bind::buffer("item_parts", &lists.item_parts),
+            Bind::buffer("item_samples", &lists.item_samples),
             Bind::buffer("lit_items", &lists.lit_items),
         ]);
         binds

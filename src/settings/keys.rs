@@ -129,7 +129,8 @@ const TOP: &[Key] = &[
         "method",
         "method",
         names!(Method),
-        "how indirect light is found: not at all, by voxel cones as in the talk, by exact rays, or by light propagation volumes",
+        "how indirect light is found: not at all, by voxel cones as in the talk, by exact rays, by light propagation volumes, or by \
+         cones through voxel photons",
         "see the presets",
     ),
     key(

@@ -1,7 +1,7 @@
 //! Presets: settings with a name, each written as what it changes of another.
 
 use super::{DirectLight, GatherResolution, LampLight, Settings, Shadows};
-use crate::gi::{Method, cones, lpv, rays};
+use crate::gi::{Method, cones, lpv, photons, rays};
 
 /// Settings with a name.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +22,8 @@ pub const PRESETS: &[Preset] = &[
     preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
     preset("lpv", Settings::lpv, "light propagation volumes that conserve light, lamps sampled"),
     preset("lpv-printed", Settings::lpv_printed, "light propagation volumes as their source prints them"),
+    preset("photons", Settings::photons, "8 shared cones a pixel through photons, lamps sampled"),
+    preset("photons-printed", Settings::photons_printed, "the notes on photons as printed, where they can run"),
 ];
 
 const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'static str) -> Preset {
@@ -95,5 +97,19 @@ impl Settings {
         let mut corrected = Self::printed();
         corrected.of.cones = cones::Settings::corrected();
         corrected
+    }
+
+    /// Cones through photons, as right as they get.
+    pub fn photons() -> Self {
+        let mut photons = Self { method: Method::Photons, ..Self::cones() };
+        photons.image.interleave = Self::default().image.interleave;
+        photons
+    }
+
+    /// The notes' formulas as printed, where they can run. What they say nothing of is as in [`Self::photons`].
+    pub fn photons_printed() -> Self {
+        let mut printed = Self::photons();
+        printed.of.photons = photons::Settings::printed();
+        printed
     }
 }

@@ -43,7 +43,8 @@ mod zone;
 pub use {ash, gpu_allocator};
 
 pub use ash::vk::{
-    BorderColor, BufferUsageFlags, CompareOp, Filter, Format, ImageUsageFlags, SamplerAddressMode, SamplerMipmapMode,
+    BorderColor, BufferUsageFlags, CompareOp, Filter, Format, ImageUsageFlags, SampleCountFlags, SamplerAddressMode,
+    SamplerMipmapMode,
 };
 pub use bind::Bind;
 pub use buffer::{Buffer, BufferKind};

@@ -59,6 +59,8 @@ pub struct RenderTarget<'a> {
     pub height: u32,
     /// Layers that `gl_Layer` chooses among; 0 means 1.
     pub layers: u32,
+    /// Of a pixel, where there is no attachment to say so; 0 means 1.
+    pub samples: u32,
     /// `None`: all of it.
     pub viewport: Option<Rect>,
     /// `None`: all of it.
@@ -157,7 +159,7 @@ impl<'r> RasterPass<'r> {
             recorder,
             formats: (formats, count),
             depth_format: target.depth.map(|depth| depth.view.raw.format),
-            samples: first.map_or(1, |view| view.raw.samples),
+            samples: first.map_or(target.samples.max(1), |view| view.raw.samples),
         }
     }
 

@@ -1,39 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Empties the cells that the last frame filled and this one does not.
+// Empties what the last frame filled of a volume of faces and this one does not.
 
 #include "ground/layout.glsl"
 #include "ground/constants.glsl"
-#include "ground/cells.glsl"
 #include "ground/faces/store.glsl"
 
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 19, scalar) readonly buffer Listed { uint listed[]; };
-
-layout(push_constant) uniform Push {
-    uint level;
-    uint first; // of the level's list among the cells
-} push;
-
-bool occupied_now(uint cell) {
-    uint parent = push.first + cell;
-    return push.level == 0u ? heads[cell] != 0u : (listed[parent >> 5u] & 1u << (parent & 31u)) != 0u;
+void empty_cell(uvec3 cell) {
+    store_faces(cell, vec4[7](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0)));
 }
 
-void main() {
-    uint count = cell_counts[push.level].count;
-    uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
-    uint i = gl_GlobalInvocationID.x;
-    while (i < count) {
-        // Most are occupied again: they are passed in a loop of their own.
-        while (i < count && occupied_now(cells[push.first + i])) {
-            i += stride;
-        }
-        if (i < count) {
-            store_faces(cell_at(cells[push.first + i], EDGE >> push.level),
-                vec4[7](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0)));
-        }
-        i += stride;
-    }
-}
+#include "ground/empty_cells.glsl"

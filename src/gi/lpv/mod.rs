@@ -5,12 +5,13 @@
 
 mod cascades;
 mod field;
+pub mod ledger;
 mod settings;
 
 use glam::Vec3;
 
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
-use crate::Result;
+use crate::{Error, Result};
 use crate::ground::Ground;
 use crate::ground::cells::LIT_COUNTS;
 use crate::ground::constants::{DIRECT, DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, with};
@@ -19,7 +20,7 @@ use crate::ground::layout::{CellCount, shared};
 use crate::ground::lists::Lists;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Image, Recorder, ZoneKind};
 use field::{Field, FieldDesc};
 
 pub use settings::{Apply, Injection, KEYS, Lobe, Occlusion, Settings, Sum};
@@ -102,6 +103,11 @@ impl Gi for Lighting {
     fn new(maker: &Maker) -> Result<Self> {
         let Maker { context, settings, features, .. } = *maker;
         let own = &settings.of.lpv;
+        if own.lobe == Lobe::Beam && own.occlusion == Occlusion::Sh {
+            return Err(Error::Usage(
+                "lpv.occlusion = sh blocks lobes, not beams: set lpv.lobe to cosine, or lpv.occlusion to sheets or none".into(),
+            ));
+        }
         let constants = own_constants(own);
         let items = with(crate::ground::constants::constants(settings, features), &constants);
         let items = with(items, &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
@@ -171,6 +177,10 @@ impl Gi for Lighting {
 
     fn binds(&self) -> Vec<Bind<'_>> {
         self.sums.last().map_or_else(Vec::new, |sum| self.look_up(sum))
+    }
+
+    fn images(&self) -> Vec<&Image> {
+        self.sums.iter().flat_map(|sum| &sum.parts).collect()
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {

@@ -3,30 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use crate::gi::ledger::Effect::{Fixed, Measured, NeverRan, NoImage};
+use crate::gi::ledger::Change;
 use super::{CHOICES, FURNACE_FILLS, FURNACE_ROOMS, OPEN, ROWS};
-
-/// What one comparison gave.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Change {
-    /// mean \|printed − right\| / mean(right), in percent.
-    pub rel_percent: f64,
-    /// mean(printed) / mean(right).
-    pub energy: f64,
-}
-
-impl Change {
-    /// Two cells of a Markdown table.
-    fn cells(&self) -> String {
-        format!("{:.2} % | {:.3}", self.rel_percent, self.energy)
-    }
-
-    /// The reverse of [`Self::cells`].
-    fn parse(cells: &[&str]) -> Option<Self> {
-        let [rel, energy] = cells else { return None };
-        Some(Self { rel_percent: rel.strip_suffix(" %")?.parse().ok()?, energy: energy.parse().ok()? })
-    }
-}
 
 /// Radiance in a furnace after two bounces over Σρᵏ: 1 is right.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,13 +83,7 @@ pub fn document(measured: &Measurements) -> String {
         text += head;
         text += columns;
         for row in rows {
-            let with = match row.effect {
-                NeverRan => "never ran as printed".into(),
-                NoImage => "no image of the study shows it".into(),
-                Fixed | Measured { right: [], .. } => "–".into(),
-                Measured { right, .. } => format!("`{}`", right.join("`, `")),
-            };
-            writeln!(text, "| {} | {} | {} | {with} | {} |", row.id, row.printed, row.right, cells(row.id)).expect("fmt");
+            text += &row.line(measured.changes.get(row.id));
         }
     }
     text += "\n## Choices\nAgainst the same settings, one at a time.\n\n";

@@ -1,0 +1,104 @@
+// Cones through a volume: spheres that touch. Positions and lengths in voxels; light is stored radiance (× frame.scale).
+// CPU twin: tests/twins/photon_cone.rs.
+
+#include "common/count.glsl"
+#include "gi/photons/volume.glsl"
+
+const uint STEP_CAP = 1024u; // steps of half a voxel cross 256³ in 887
+const float SPENT_CONE = 0.005; // of what a cone sees; what is left is taken to be hidden
+
+// Half angle's tangent of a cone with that solid angle, sr: the share of the hemisphere that one of N directions with a density
+// of pdf stands for is min(1/(N·pdf), 2π); cos = 1 − Ω/2π. (Colbert and Křivánek, "GPU-Based Importance Sampling", 2007.)
+float cone_ratio(float solid_angle) {
+    float cosine = 1.0 - min(solid_angle / (2.0 * PI), 1.0);
+    return sqrt(1.0 - cosine * cosine) / max(cosine, 1e-6);
+}
+
+// A sphere on the axis. It owns the stretch that it covers: its extent.
+struct Sphere {
+    float middle; // distance along the axis
+    float extent; // diameter
+};
+
+// The sphere whose near side is `front` away: h − hR = front. At R ≥ 1, half angles from 45°, there is none, and near 1 one
+// that swallows everything: R is bounded. Near the apex spheres shrink to nothing, and h = 0 leads to h = 0: the extent is bounded too.
+Sphere sphere_beyond(float front, float ratio) {
+    float r = min(ratio, MOST_RATIO);
+    float middle = front / (1.0 - r);
+    float extent = 2.0 * r * middle;
+    return extent < LEAST_STEP ? Sphere(front + 0.5 * LEAST_STEP, LEAST_STEP) : Sphere(middle, extent);
+}
+
+// The same as printed: h' = (h + hR)/(1 − R) from h. The extent is negative where there is no next sphere.
+Sphere sphere_after(Sphere last, float ratio) {
+    float middle = last.middle * (1.0 + ratio) / (1.0 - ratio);
+    return Sphere(middle, ratio < 1.0 ? max(2.0 * ratio * middle, 1e-3) : -1.0);
+}
+
+struct ConeLight {
+    vec3 light; // stored radiance, what is behind all of it not included
+    float open; // share that goes through
+    float near; // the same, exponentially weighted along the way: ∫ λ exp(−λt) V(t) dt
+};
+
+// How far a ray goes until it leaves the cube; 0 if it never enters.
+float exit_distance(vec3 from, vec3 d) {
+    vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
+    vec3 far = max(-from * inverse, (vec3(float(EDGE)) - from) * inverse);
+    return max(min(far.x, min(far.y, far.z)), 0.0);
+}
+
+// Opacity over a stretch of `length` voxels, of which `edge` voxels have the opacity a. Beer's law for a homogeneous medium is
+// 1 − (1 − a)^(length/edge). Surfaces are no medium: the parts of one wall that neighbouring spheres find add up to one wall.
+// As printed the exponent is upside down.
+float opacity_over(float a, float length, float edge, float increment) {
+    if (COMPOSITE == COMPOSITE_SUM) {
+        return a * length / edge;
+    }
+    float exponent = printed(ROW_BEER) ? edge / max(increment, 1e-6) : length / edge;
+    return 1.0 - pow(1.0 - clamp(a, 0.0, 1.0), exponent);
+}
+
+// Travels along unit d from `from`.
+ConeLight trace_cone(vec3 from, vec3 d, float ratio) {
+    float end = exit_distance(from, d);
+    float rate = AO_RATE * frame.voxel_m;
+    Sphere sphere = sphere_beyond(START_ALONG, ratio);
+    float front = START_ALONG;
+    ConeLight seen = ConeLight(vec3(0.0), 1.0, 0.0);
+    // Until the first sphere all is open; the printed sum leaves that out.
+    seen.near = printed(ROW_AO) ? 0.0 : 1.0 - exp(-rate * front);
+    bool going = true;
+    for (uint i = 0u; i < STEP_CAP && going; i++) {
+        COUNT(CONE_STEPS, 1u);
+        float edge = clamp(sphere.extent, 1.0, float(EDGE)); // of the level that is read
+        float level = log2(edge);
+        vec3 at = from + sphere.middle * d;
+        Sphere next = printed(ROW_STEPS) ? sphere_after(sphere, ratio) : sphere_beyond(sphere.middle + 0.5 * sphere.extent, ratio);
+        float a = opacity_at(at, d, level);
+        float whole = opacity_over(a, sphere.extent, edge, next.middle - sphere.middle);
+        float met = COMPOSITE == COMPOSITE_SUM ? min(whole, seen.open) : whole * seen.open;
+        if (a > 0.0) {
+            // Colour counts as much as opacity does; printed, as much as the opacity that was read.
+            float weight = printed(ROW_COLOR) ? a * seen.open : met;
+            // Radiance is flux per area: both are the level's. Printed, the area that photons have is the base voxel's.
+            float factor = printed(ROW_FACTOR) ? 1.0 / (edge * edge) : 1.0;
+            seen.light += weight * factor * radiance_towards(-d, at, level);
+        }
+        float before = seen.open;
+        seen.open = max(seen.open - met, 0.0);
+        float back = sphere.middle + 0.5 * sphere.extent;
+        // Visibility up to the sphere, as for its light; printed, beyond it.
+        float reached = exp(-rate * front);
+        front = printed(ROW_AO) ? sphere.middle : back;
+        seen.near += (printed(ROW_AO) ? seen.open : before) * (reached - exp(-rate * front));
+        // A sum goes on beyond the border until filtering spreads no wall that far.
+        float last = COMPOSITE == COMPOSITE_SUM ? end + min(next.extent, float(EDGE)) : end + 0.5 * next.extent;
+        going = seen.open > SPENT_CONE && next.middle < last && next.extent > 0.0;
+        sphere = next;
+    }
+    seen.open = seen.open > SPENT_CONE ? seen.open : 0.0;
+    // The rest of the way: its visibility is the last one's. The printed sum ends before.
+    seen.near += printed(ROW_AO) ? 0.0 : seen.open * exp(-rate * front);
+    return seen;
+}

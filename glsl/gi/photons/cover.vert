@@ -1,0 +1,32 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Cover: every vertex pulls its whole triangle from the buffer and projects its own corner along the axis that the triangle faces
+// most, without a geometry shader.
+
+#include "common/count.glsl"
+#include "common/triangle_box.glsl"
+#include "ground/constants.glsl"
+#include "ground/layout.glsl"
+
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+
+layout(location = 0) flat out uint out_triangle;
+layout(location = 1) flat out uint out_axis;
+layout(location = 2) flat out vec3 out_normal;
+
+void main() {
+    COUNT(CORNERS, 3u);
+    // The draw's count is the recorder's counter, which runs on past a full buffer.
+    out_triangle = min(uint(gl_VertexIndex) / 3u, uint(triangles.length()) - 1u);
+    vec3 a = triangles[out_triangle].vertices[0].position;
+    vec3 b = triangles[out_triangle].vertices[1].position;
+    vec3 c = triangles[out_triangle].vertices[2].position;
+    out_normal = triangle_normal(a, b, c);
+    vec3 size = abs(out_normal);
+    out_axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
+    uint corner = uint(gl_VertexIndex) % 3u;
+    vec3 own = corner == 0u ? a : corner == 1u ? b : c;
+    vec2 pixel = vec2(own[(out_axis + 1u) % 3u], own[(out_axis + 2u) % 3u]);
+    gl_Position = vec4(pixel * (2.0 / float(EDGE)) - 1.0, 0.5, 1.0);
+}

@@ -1,0 +1,112 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+//! with OPACITY
+// Fills the occupied voxels with what their photons send: a thread per voxel and direction. With OPACITY: how much they stand in
+// the way of travellers, a thread per voxel. CPU twin: tests/twins/photons.rs.
+
+#include "common/color.glsl"
+#include "common/count.glsl"
+#include "common/fixed_sum.glsl"
+#include "common/triangle_box.glsl"
+#include "gi/photons/constants.glsl"
+#include "gi/photons/octahedron.glsl"
+#include "gi/photons/store.glsl"
+#include "ground/bindings.glsl"
+#include "ground/cells.glsl"
+
+layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(set = 0, binding = 55, scalar) readonly buffer ItemSamples { uint item_samples[]; };
+
+const float DARK_BACK = 1e-3; // of the front's light; below that it counts as none: rounding and leaks
+
+// A triangle in a voxel.
+struct Photon {
+    vec3 front; // stored radiance
+    vec3 back;
+    vec3 normal; // unit, of the front
+    float share; // of the column's samples, times opacity
+    float area; // over a voxel's face, times opacity
+    bool dark_back; // left out: on walls of zero thickness it would only darken what leaves the front
+};
+
+Photon photon_of(uint item) {
+    ListItem entry = list_items[item];
+    COUNT(LIST_ITEMS, 1u);
+    COUNT(CORNERS, 3u);
+    COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 9u);
+    ItemLight light = item_lights[LIT == LIT_ALIKE ? item_parts[item].lit_by : item];
+    vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
+        triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
+    Photon photon;
+    photon.front = light.front;
+    photon.back = light.back;
+    photon.normal = n;
+    photon.share = light.opacity * float(item_samples[item]) / float(SAMPLES);
+    // Samples measure the area as seen along the axis that the triangle faces most.
+    photon.area = photon.share / max(abs(n.x), max(abs(n.y), abs(n.z)));
+    photon.dark_back = KEEPS_BACKS == 0u && brightest(light.back) <= DARK_BACK * brightest(light.front);
+    return photon;
+}
+
+#ifdef OPACITY
+const uint THREADS = 1u;
+
+void fill(uvec3 cell, uint first, uint texel) {
+    FixedSum forth = fixed_zero();
+    FixedSum back = fixed_zero();
+    uint item = first;
+    for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
+        Photon photon = photon_of(item - 1u);
+        // A traveller along +x meets the fronts whose normal points against it, and the backs of the others.
+        vec3 facing = photon.area * abs(photon.normal);
+        vec3 fronts = vec3(lessThan(photon.normal, vec3(0.0)));
+        vec3 backs = photon.dark_back ? vec3(0.0) : 1.0 - fronts;
+        fixed_add(forth, vec4(facing * (fronts + backs), photon.share));
+        fronts = 1.0 - fronts;
+        backs = photon.dark_back ? vec3(0.0) : 1.0 - fronts;
+        fixed_add(back, vec4(facing * (fronts + backs), 0.0));
+        item = list_items[item - 1u].next;
+    }
+    imageStore(opacity_forth, ivec3(cell), min(fixed_value(forth), vec4(1.0)));
+    imageStore(opacity_back, ivec3(cell), min(fixed_value(back), vec4(1.0)));
+}
+#else
+const uint THREADS = TEXELS;
+
+// Radiance towards a texel's directions times the area that faces them, and that area.
+vec4 sent(Photon photon, uint texel) {
+    if (printed(ROW_DIRECTIONS)) {
+        // At the texel's middle alone: BRDF · E · opacity.
+        float cosine = dot(photon.normal, texel_middle(texel));
+        return vec4(cosine > 0.0 ? photon.front : cosine < 0.0 ? photon.back : vec3(0.0), 1.0) * photon.share;
+    }
+    // The means' sum is made π for every normal: what leaves the voxel is what leaves its triangles.
+    float whole = photon.area * PI / texels_total(photon.normal);
+    float front = whole * texel_cosine(texel, photon.normal);
+    float back = photon.dark_back ? 0.0 : whole * texel_cosine(texel, -photon.normal);
+    return vec4(photon.front * front + photon.back * back, front + back);
+}
+
+void fill(uvec3 cell, uint first, uint texel) {
+    FixedSum sum = fixed_zero();
+    uint item = first;
+    for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
+        fixed_add(sum, sent(photon_of(item - 1u), texel));
+        item = list_items[item - 1u].next;
+    }
+    vec4 value = fixed_value(sum);
+    // More triangles than fill the voxel: light and area are cut alike.
+    imageStore(photon_map, map_place(cell, texel, EDGE), value / max(value.a, 1.0));
+}
+#endif
+
+void main() {
+    uint count = cell_counts[0].count * THREADS;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        uint cell = cells[i / THREADS];
+        COUNT(HEADS, 1u);
+        fill(cell_at(cell, EDGE), heads[cell], i % THREADS);
+    }
+}

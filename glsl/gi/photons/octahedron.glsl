@@ -1,0 +1,84 @@
+// The octahedral map of 4 × 4 texels: sixteen directions in which a voxel sends. CPU twin: tests/twins/octahedron.rs.
+// (Praun and Hoppe, "Spherical Parametrization and Remeshing", 2003; the sphere's |x| + |y| + |z| = 1 is unfolded about +z.)
+
+#include "common/numbers.glsl"
+
+const uint TEXELS = 16u;
+
+// A point of the octahedron's surface, not a unit vector, for a place on the map, both coordinates in −1…1.
+vec3 octahedron_point(vec2 at) {
+    float z = 1.0 - abs(at.x) - abs(at.y);
+    vec2 side = vec2(at.x < 0.0 ? -1.0 : 1.0, at.y < 0.0 ? -1.0 : 1.0);
+    return z < 0.0 ? vec3((1.0 - abs(at.yx)) * side, z) : vec3(at, z);
+}
+
+// The place of a direction on the map, in texels: 0…4.
+vec2 octahedron_place(vec3 d) {
+    vec3 p = d / (abs(d.x) + abs(d.y) + abs(d.z));
+    vec2 side = vec2(p.x < 0.0 ? -1.0 : 1.0, p.y < 0.0 ? -1.0 : 1.0);
+    return 2.0 + 2.0 * (p.z < 0.0 ? (1.0 - abs(p.yx)) * side : p.xy);
+}
+
+vec2 texel_corner(uint texel) {
+    return vec2(float(texel & 3u), float(texel >> 2u)) * 0.5 - 1.0;
+}
+
+// The direction of a texel's middle, a unit vector.
+vec3 texel_middle(uint texel) {
+    return normalize(octahedron_point(texel_corner(texel) + 0.25));
+}
+
+// A texel beyond the map's border is one of the same border again: the edge is folded in its middle.
+uvec2 folded(ivec2 texel) {
+    bool beside = texel.x < 0 || texel.x > 3;
+    bool above = texel.y < 0 || texel.y > 3;
+    ivec2 inside = clamp(texel, ivec2(0), ivec2(3));
+    return uvec2(above ? 3 - inside.x : inside.x, beside ? 3 - inside.y : inside.y);
+}
+
+// Weight and clamped cosine of a quarter of a texel: solid angle is area over the cube of the distance, up to a factor.
+vec2 quarter(vec2 at, vec3 n) {
+    vec3 p = octahedron_point(at);
+    float inverse = inversesqrt(dot(p, p));
+    return inverse * inverse * inverse * vec2(1.0, max(dot(n, p) * inverse, 0.0));
+}
+
+// Mean over a texel's solid angle of the clamped cosine to a unit normal, by the middles of its quarters: within 0.031.
+float texel_cosine(uint texel, vec3 n) {
+    vec2 corner = texel_corner(texel);
+    vec2 sum = quarter(corner + vec2(0.125, 0.125), n) + quarter(corner + vec2(0.375, 0.125), n)
+        + quarter(corner + vec2(0.125, 0.375), n) + quarter(corner + vec2(0.375, 0.375), n);
+    return sum.y / sum.x;
+}
+
+// Solid angles of the eight texels about ±z and of the eight about the equator, sr.
+const float POLE_TEXEL = 0.892119;
+const float EQUATOR_TEXEL = 0.678677;
+// The same over the weights of a texel's four quarters.
+const float POLE_SHARE = POLE_TEXEL / 14.87144;
+const float EQUATOR_SHARE = EQUATOR_TEXEL / 10.26259;
+
+float texel_solid_angle(uint texel) {
+    bvec2 inner = bvec2((texel + 1u & 2u) != 0u, ((texel >> 2u) + 1u & 2u) != 0u);
+    return inner.x == inner.y ? POLE_TEXEL : EQUATOR_TEXEL;
+}
+
+// What p and its mirror images in the planes of two axes send towards ±n together, over |p|⁴: |p|³ of the solid angle, |p| of the cosine.
+float mirrored(vec3 n, vec3 p) {
+    vec3 q = n * p;
+    vec4 sum = abs(vec4(q.x + q.y + q.z, q.x - q.y + q.z, q.x + q.y - q.z, q.x - q.y - q.z));
+    float squared = dot(p, p);
+    return (sum.x + sum.y + sum.z + sum.w) / (squared * squared);
+}
+
+// Σ solid angle · texel_cosine over all texels, which would be π if the means were exact; they are off by 2.2 % at most.
+// The quarters' middles are mirror images of ten points, so that no loop is needed.
+float texels_total(vec3 n) {
+    float e = 0.125;
+    float pole = mirrored(n, e * vec3(1, 1, 6)) + mirrored(n, e * vec3(1, 3, 4)) + mirrored(n, e * vec3(3, 1, 4))
+        + mirrored(n, e * vec3(3, 3, 2));
+    float equator = mirrored(n, e * vec3(1, 5, 2)) + mirrored(n, e * vec3(5, 1, 2))
+        + 0.5 * (mirrored(n, e * vec3(1, 7, 0)) + mirrored(n, e * vec3(7, 1, 0)) + mirrored(n, e * vec3(3, 5, 0))
+            + mirrored(n, e * vec3(5, 3, 0)));
+    return POLE_SHARE * pole + EQUATOR_SHARE * equator;
+}

@@ -1,0 +1,58 @@
+// What a volume holds at a place: how much stands in the way, and what is sent from there.
+
+#include "common/count.glsl"
+#include "gi/photons/constants.glsl"
+#include "gi/photons/octahedron.glsl"
+
+layout(set = 0, binding = 40) uniform sampler3D photons;
+layout(set = 0, binding = 41) uniform sampler3D met_forth;
+layout(set = 0, binding = 42) uniform sampler3D met_back;
+
+// What planes across one axis hide. They are filtered along it, and go on beyond the grid's sides.
+float met_along(uint axis, vec3 at, vec3 d, float level) {
+    vec3 inside = clamp(at / float(EDGE), vec3(0.5 * exp2(level) / float(EDGE)), vec3(1.0 - 0.5 * exp2(level) / float(EDGE)));
+    inside[axis] = at[axis] / float(EDGE);
+    return abs(d[axis]) * (d[axis] < 0.0 ? textureLod(met_back, inside, level) : textureLod(met_forth, inside, level))[axis];
+}
+
+// Opacity over one edge of the level, to a traveller along unit d. `at`: voxels of the base grid.
+float opacity_at(vec3 at, vec3 d, float level) {
+    if (OPACITY_KIND == OPACITY_SAMPLES) {
+        COUNT(VOLUME_TEXELS, trilinear_texels(level));
+        return clamp(textureLod(met_forth, at / float(EDGE), level).a, 0.0, 1.0);
+    }
+    COUNT(VOLUME_TEXELS, 3u * trilinear_texels(level));
+    // Exact for planes along the axes; others are met at least once: Σ |dᵢ nᵢ| ≥ |d · n|.
+    return met_along(0u, at, d, level) + met_along(1u, at, d, level) + met_along(2u, at, d, level);
+}
+
+// One direction at one level, filtered among its voxels and not into the next block.
+vec4 map_at(ivec2 texel, vec3 at, float level) {
+    float edge = float(EDGE) / exp2(level);
+    vec3 inside = clamp(at / exp2(level), vec3(0.5), vec3(edge - 0.5));
+    COUNT(VOLUME_TEXELS, 8u);
+    uvec2 block = printed(ROW_SEAMS) ? uvec2(clamp(texel, ivec2(0), ivec2(3))) : folded(texel);
+    return textureLod(photons, vec3((inside.xy / edge + vec2(block)) / 4.0, inside.z / edge), level);
+}
+
+// The same, linear between levels.
+vec4 map_between(ivec2 texel, vec3 at, float level) {
+    float below = floor(level);
+    float part = level - below;
+    vec4 found = map_at(texel, at, below);
+    return part > 0.0 ? mix(found, map_at(texel, at, below + 1.0), part) : found;
+}
+
+// Mean stored radiance sent along unit d, of what faces it.
+vec3 radiance_towards(vec3 d, vec3 at, float level) {
+    vec2 place = octahedron_place(d) - 0.5;
+    vec2 corner = floor(place);
+    vec2 part = place - corner;
+    ivec2 texel = ivec2(corner);
+    vec4 sum = (1.0 - part.x) * (1.0 - part.y) * map_between(texel, at, level)
+        + part.x * (1.0 - part.y) * map_between(texel + ivec2(1, 0), at, level)
+        + (1.0 - part.x) * part.y * map_between(texel + ivec2(0, 1), at, level)
+        + part.x * part.y * map_between(texel + ivec2(1, 1), at, level);
+    // Light and area were filtered alike: neither an unevenly filled voxel nor the map's coarseness loses energy.
+    return sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);
+}

@@ -1,0 +1,253 @@
+//! The passes of the method `photons` against counts and sums on the CPU: coverage by samples, the light of a voxel's photons, mips.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+#[path = "common/scenes.rs"]
+mod scenes;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DVec3, UVec3, Vec3, Vec4};
+use gpu::twins::cover::{counts, dominant_axis};
+use gpu::twins::octahedron;
+use gpu::twins::volume::texel_index;
+use gpu::twins::voxelise::Polygon;
+use half::f16;
+use scenes::{Random, add, triangle};
+use twobounce::gi::photons::cover::samples;
+use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem, Triangle};
+use twobounce::renderer::Renderer;
+use twobounce::scene::{Material, Scene};
+use twobounce::settings::{Bounces, Settings};
+use twobounce::vk::{Context, Image, download, download_image};
+
+const EDGE: u32 = 16;
+const TEXELS: usize = 16;
+
+fn settings(changes: &[&str]) -> Settings {
+    let mut settings = Settings { voxels: EDGE, bounces: Bounces::One, ..Settings::photons() };
+    settings.lights.lamps = twobounce::settings::LampLight::Gathered;
+    settings.grid.center = Some([f64::from(EDGE) / 2.0; 3]);
+    settings.grid.side = Some(f64::from(EDGE));
+    gpu::with(settings, changes)
+}
+
+/// Triangles about three voxels large that emit on one side, each with a colour of its own.
+fn confetti() -> Scene {
+    let (mut scene, mut random) = (Scene::empty("confetti"), Random::new(3));
+    for _ in 0..60 {
+        let center = random.point() * 12.0 + 2.0;
+        let corners = triangle(&mut random, center, 4.0);
+        add(&mut scene, &[corners], Material::lamp("lamp", random.point().as_vec3() + 0.1));
+    }
+    scene
+}
+
+/// A square across the grid at x = 5.5 that sends 2 towards −x.
+fn wall() -> Scene {
+    let mut scene = Scene::empty("wall");
+    let at = |y: f64, z: f64| DVec3::new(5.5, y, z);
+    let e = f64::from(EDGE);
+    let halves = [[at(0.0, 0.0), at(0.0, e), at(e, e)], [at(0.0, 0.0), at(e, e), at(e, 0.0)]];
+    add(&mut scene, &halves, Material::lamp("lamp", Vec3::splat(2.0)));
+    scene
+}
+
+/// An item of the lists as the device left it.
+struct Item {
+    triangle: u32,
+    voxel: u32,
+    corners: [DVec3; 3],
+    samples: u32,
+    light: ItemLight,
+}
+
+fn items(context: &Arc<Context>, renderer: &Renderer) -> Vec<Item> {
+    let (ground, lists) = (renderer.ground(), renderer.ground().base());
+    let globals: Globals = download(context, &lists.globals).expect("counters")[0];
+    let entries: Vec<ListItem> = download(context, &lists.items).expect("items");
+    let counted: Vec<u32> = download(context, &lists.item_samples).expect("samples");
+    let parts: Vec<ItemPart> = download(context, &lists.item_parts).expect("parts");
+    let lights: Vec<ItemLight> = download(context, &lists.item_lights).expect("lights");
+    let triangles: Vec<Triangle> = download(context, &ground.triangles).expect("triangles");
+    let item = |i: usize| {
+        let entry = entries[i];
+        let vertices = triangles[entry.triangle as usize].vertices;
+        Item {
+            triangle: entry.triangle,
+            voxel: entry.voxel,
+            corners: vertices.map(|v| Vec3::from_array(v.position).as_dvec3()),
+            samples: counted[i],
+            light: lights[parts[i].lit_by as usize],
+        }
+    };
+    (0..globals.item_count as usize).map(item).collect()
+}
+
+/// A level of an image of the method; of the map, all of its blocks.
+fn level(context: &Arc<Context>, image: &Image, k: u32) -> Vec<Vec4> {
+    let texels: Vec<[u16; 4]> = download_image(context, image, k).expect("a level");
+    texels.iter().map(|t| Vec4::from_array(t.map(|b| f16::from_bits(b).to_f32()))).collect()
+}
+
+/// The sixteen directions of a voxel in a level of the map.
+fn directions(map: &[Vec4], at: UVec3, edge: u32) -> [Vec4; TEXELS] {
+    std::array::from_fn(|t| {
+        let [x, y] = [at.x + edge * (t as u32 % 4), at.y + edge * (t as u32 / 4)];
+        map[((at.z * 4 * edge + y) * 4 * edge + x) as usize]
+    })
+}
+
+fn voxel_at(index: u32) -> UVec3 {
+    UVec3::new(index % EDGE, index / EDGE % EDGE, index / (EDGE * EDGE))
+}
+
+#[test]
+fn every_item_counts_its_samples() {
+    let context = gpu::context();
+    for wanted in [1, 8] {
+        let per_pixel = samples(&context, wanted).expect("standard places");
+        let setting = format!("photons.samples={wanted}");
+        let renderer = gpu::render(&context, &confetti(), &settings(&[&setting]), 16);
+        let items = items(&context, &renderer);
+        let (mut counted, mut sure, mut expected) = (0, 0, BTreeMap::new());
+        for item in &items {
+            let of_triangle = expected.entry(item.triangle).or_insert_with(|| counts(item.corners, per_pixel, EDGE));
+            // What is not there has none. Between the two: within the rasteriser's snapping.
+            let [least, most] = of_triangle.remove(&item.voxel).unwrap_or_default();
+            assert!((least..=most).contains(&item.samples), "{} samples, not {least} to {most}", item.samples);
+            counted += item.samples;
+            sure += least;
+        }
+        // No voxel that is sure to have samples is missing from the lists.
+        assert!(expected.values().flatten().all(|(_, count)| count[0] == 0), "a sample found no list");
+        assert!(counted > 100 * per_pixel && f64::from(sure) > 0.9 * f64::from(counted), "{counted}, {sure} sure");
+    }
+}
+
+/// What more samples are worth: mean error of an item's area over the mean area.
+#[test]
+fn more_samples_measure_areas_better() {
+    let context = gpu::context();
+    let renderer = gpu::render(&context, &confetti(), &settings(&[]), 16);
+    let items = items(&context, &renderer);
+    let error = |per_pixel: u32| {
+        let (mut error, mut total) = (0.0, 0.0);
+        for item in &items {
+            let normal = (item.corners[1] - item.corners[0]).cross(item.corners[2] - item.corners[0]).normalize();
+            let low = voxel_at(item.voxel).as_dvec3();
+            let exact = Polygon::clipped(&item.corners, low, low + 1.0).area_vector().length();
+            let [least, most] = counts(item.corners, per_pixel, EDGE).get(&item.voxel).copied().unwrap_or_default();
+            let share = f64::from(least + most) / 2.0 / f64::from(per_pixel);
+            error += (share / normal.abs()[dominant_axis(normal)] - exact).abs();
+            total += exact;
+        }
+        error / total
+    };
+    let [one, four, eight] = [1, 4, 8].map(error);
+    println!("error of an item's area: {one:.3} by one sample, {four:.3} by four, {eight:.3} by eight");
+    // Samples spread over a pixel halve the error with every four times as many, or a little better.
+    assert!(four < 0.55 * one && eight < 0.75 * four && eight > 0.1 * four, "{one} {four} {eight}");
+}
+
+#[test]
+fn a_voxel_sends_what_its_photons_do() {
+    let context = gpu::context();
+    let renderer = gpu::render(&context, &confetti(), &settings(&[]), 16);
+    let per_pixel = samples(&context, 8).expect("standard places") as f32;
+    let images = renderer.frame().method.images();
+    let [map, forth, back] = [0, 1, 2].map(|k| level(&context, images[k], 0));
+    #[derive(Default)]
+    struct Sum {
+        exitance: Vec3,
+        forth: Vec3,
+        back: Vec3,
+        share: f32,
+    }
+    let mut sums: BTreeMap<u32, Sum> = BTreeMap::new();
+    for item in items(&context, &renderer) {
+        let n = (item.corners[1] - item.corners[0]).cross(item.corners[2] - item.corners[0]).normalize();
+        let share = item.samples as f32 / per_pixel;
+        let area = share / n.abs()[dominant_axis(n)] as f32;
+        let facing = area * n.abs().as_vec3();
+        let meets_forth = Vec3::from_array(n.to_array().map(|v| f32::from(u8::from(v < 0.0))));
+        let sum = sums.entry(item.voxel).or_default();
+        // Lambertian: exitance is π times radiance. Backs are dark, and left out.
+        sum.exitance += std::f32::consts::PI * area * Vec3::from_array(item.light.front);
+        sum.forth += facing * meets_forth;
+        sum.back += facing * (1.0 - meets_forth);
+        sum.share += share;
+    }
+    let mut uncut = 0;
+    for (voxel, sum) in sums {
+        let at = voxel_at(voxel);
+        let index = texel_index(at, EDGE);
+        // Half a unit of an f16.
+        let near = |got: Vec3, right: Vec3| (got - right).abs().max_element() <= right.max_element() / 1024.0 + 1e-6;
+        let (forth, back) = (forth[index], back[index]);
+        assert!(
+            near(forth.truncate(), sum.forth.min(Vec3::ONE)) && near(back.truncate(), sum.back.min(Vec3::ONE)),
+            "{at}"
+        );
+        assert!((forth.w - sum.share.min(1.0)).abs() < 1e-3, "{at}: {forth} is not {}", sum.share);
+        let texels = directions(&map, at, EDGE);
+        // What overfills its voxel is cut.
+        if texels.iter().all(|t| t.w < 0.999) {
+            let angles = (0..TEXELS).map(|t| octahedron::texel(t, DVec3::X).1 as f32);
+            let sent: Vec3 = texels.iter().zip(angles).map(|(t, angle)| t.truncate() * angle).sum();
+            // Sixteen roundings to f16.
+            let near = (sent - sum.exitance).abs().max_element() <= 2e-3 * sum.exitance.max_element();
+            assert!(near, "{at}: {sent} is not {}", sum.exitance);
+            uncut += usize::from(sum.share > 0.0);
+        }
+    }
+    assert!(uncut > 200, "{uncut} voxels are a test of little");
+}
+
+/// A plane is as opaque and as bright at every level; the mean of eight halves both, level by level.
+#[test]
+fn a_plane_keeps_its_opacity_in_mips_and_the_printed_mean_halves_it() {
+    let context = gpu::context();
+    for (form, kept) in [("right", 1.0_f32), ("printed", 0.5)] {
+        let setting = format!("photons.ledger.mips={form}");
+        let renderer = gpu::render(&context, &wall(), &settings(&[&setting]), 16);
+        let scale = renderer.frame().scale;
+        let images = renderer.frame().method.images();
+        for k in 0..=EDGE.ilog2() {
+            let edge = EDGE >> k;
+            let [map, forth, back] = [0, 1, 2].map(|i| level(&context, images[i], k));
+            let expected = kept.powi(k as i32);
+            for (y, z) in (0..edge).flat_map(|y| (0..edge).map(move |z| (y, z))) {
+                let at = UVec3::new(5 >> k, y, z);
+                let index = texel_index(at, edge);
+                // Met on one side alone. Rounding of f16.
+                let one_sided = [forth[index].x, back[index].x].map(|a| (a / expected - 1.0).abs() < 2e-3 || a == 0.0);
+                assert!(one_sided == [true; 2] && forth[index].x + back[index].x > 0.0, "{form}, level {k}, {at}");
+                let texels = directions(&map, at, edge);
+                let facing: Vec<&Vec4> = texels.iter().filter(|t| t.w > 0.0).collect();
+                assert!(facing.len() == 8 || facing.len() == 12, "{} directions face it", facing.len());
+                for t in facing {
+                    assert!((t.x / t.w / (2.0 * scale) - 1.0).abs() < 4e-3, "{form}, level {k}, {at}: {t}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn mips_hide_no_more_than_all_and_are_no_brighter_than_what_is_in_them() {
+    let context = gpu::context();
+    let renderer = gpu::render(&context, &confetti(), &settings(&[]), 16);
+    let brightest = 1.1 * renderer.frame().scale;
+    for (i, image) in renderer.frame().method.images().into_iter().enumerate() {
+        for k in 0..=EDGE.ilog2() {
+            for t in level(&context, image, k) {
+                let bounded = if i == 0 { t.w.max(t.w) } else { t.max_element() };
+                assert!(t.is_finite() && t.min_element() >= 0.0 && bounded <= 1.0, "level {k}: {t}");
+                // Two roundings to f16 for each level.
+                assert!(i > 0 || t.truncate().max_element() <= 1.02 * brightest * t.w + 1e-3, "level {k}: {t}");
+            }
+        }
+    }
+}

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use twobounce::gi::cones::constants::Cones;
+use twobounce::gi::lpv::LpvPush;
 use twobounce::ground::layout::*;
 use twobounce::ground::{cells, clearance};
 use twobounce::vk::shader;
@@ -49,6 +50,16 @@ fn structs_agree_with_the_shaders() {
     check("Frame", Frame::FIELDS, size_of::<Frame>());
     check("GridPush", GridPush::FIELDS, size_of::<GridPush>());
     check("Push", RecordPush::FIELDS, size_of::<RecordPush>());
+}
+
+/// Push blocks all have one name, so this method's stands apart.
+#[test]
+fn the_push_constants_of_lpv_agree() {
+    for shader in ["gi/lpv/light.comp", "gi/lpv/inject.comp", "gi/lpv/propagate.comp", "gi/lpv/propagate_beams.comp"] {
+        let push = &shader::structs(shader)["Push"];
+        let names: Vec<_> = push.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+        assert_eq!(names, LpvPush::FIELDS, "{shader}");
+    }
 }
 
 #[test]

@@ -120,27 +120,27 @@ pub const KEYS: &[&[Key]] = &[&[
         "edge of the grids that light travels through; they have lists of their own",
         "propagation ×16 per doubling: eight times the cells, twice the steps",
     ),
-    key(
+    rare(key(
         "lpv.iterations",
         "steps",
         Range::WholeOrAuto(1, 1024),
         "steps of propagation per bounce: light travels a cell a step; auto: as many as lpv.edge",
         "propagation in proportion",
-    ),
-    key(
+    )),
+    rare(key(
         "lpv.cascades",
         "grids",
         Range::Whole(1, 3),
         "nested grids: the coarsest is the base grid's cube, each finer one has half its side, about the camera",
         "every pass of the method, in proportion; lists are made anew when the camera leaves a cell",
-    ),
-    key(
+    )),
+    rare(key(
         "lpv.occlusion",
         "choice",
         names!(Occlusion),
         "what blocks light from cell to cell: nothing, blocking areas in two bands, or areas along the axes",
         "little",
-    ),
+    )),
     rare(key(
         "lpv.lobe",
         "choice",

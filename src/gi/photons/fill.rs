@@ -1,6 +1,6 @@
 //! Fill: lights the lists' items, then sums up what the photons of every occupied voxel send, and how much they stand in the way.
 //! Reads: lists, item samples, triangles, materials, lights, and what a look-up binds. Writes: item lights, level 0 of a volume.
-//! Twin: `tests/twins/photons.rs`.
+//! Held by `tests/passes_photons.rs`.
 
 use std::sync::Arc;
 

@@ -79,8 +79,8 @@ pub const ROWS: &[Row] = &[
     Row {
         id: "P9",
         printed: "one opacity per voxel: its share of samples",
-        right: "the area that faces the traveller: share · |nᵢ| / |n| along the dominant axis, per axis, to and fro. A slanting wall's \
-                shares add up to |n·axis| along its normal, 0.58 at worst, and it hides what leaves its own front",
+        right: "the area that faces the traveller: share · \\|nᵢ\\| / \\|n\\| along the dominant axis, per axis, to and fro. A slanting wall's \
+                shares add up to \\|n·axis\\| along its normal, 0.58 at worst, and it hides what leaves its own front",
         effect: Measured { right: &[], printed: &["photons.opacity=samples"] },
     },
     Row {

@@ -1,5 +1,5 @@
 //! Mips, level by level, of the parents of occupied cells; and what empties cells that are occupied no more.
-//! Reads: level k − 1. Writes: level k. Twin: `tests/twins/photons.rs`.
+//! Reads: level k − 1. Writes: level k. Held by `tests/passes_photons.rs`.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
 // Cones through a volume: spheres that touch. Positions and lengths in voxels; light is stored radiance (× frame.scale).
-// CPU twin: tests/twins/photon_cone.rs.
+// Held by tests/functions_photons.rs.
 
 #include "common/count.glsl"
 #include "gi/photons/volume.glsl"

@@ -3,7 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 //! with OPACITY
 // Mips of the parents of occupied cells: of the map, a thread per cell and direction; with OPACITY of what stands in the way, a
-// thread per cell. CPU twin: tests/twins/photons.rs.
+// thread per cell. Held by tests/passes_photons.rs.
 //
 // A photon is a flux: per area it weighs v²/D², the base voxel's face over the level's, and per level a quarter of the eight
 // children's sum. A plane, of which four children hold a part, keeps its opacity; printed, the mean of eight, halves it.

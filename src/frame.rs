@@ -136,8 +136,8 @@ impl Frame {
         let unlit = std::mem::take(&mut self.unlit);
         let eye = self.ground.desc.grid.voxel_from_world().transform_point3(seen.view.eye).as_vec3();
         let moved = self.ground.place_grids(&self.method.grids(eye));
-        let same = before.as_ref().is_some_and(|before| before.instances == now.instances);
-        let lists = std::mem::take(&mut self.stale) || moved || !same;
+        let stale = std::mem::take(&mut self.stale) || moved;
+        let lists = stale || before.as_ref().is_none_or(|b| b.instances != now.instances);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
         let same = |before: &MadeOf| bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky;
         // With feedback or jitter a frame's light differs from the last one's though nothing changes.

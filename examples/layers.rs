@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use twobounce::ground::Ground;
+use twobounce::ground::cell_passes::CellVolume;
 use twobounce::ground::constants::{Features, SHADOWS, SHADOWS_NONE, constants, with};
 use twobounce::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
 use twobounce::output::file;
@@ -214,7 +215,7 @@ impl Pass<'_> {
                 let edge = volume.edge >> level;
                 let mut binds = ground.item_binds();
                 if self.mips {
-                    binds = volume.sources(level).collect();
+                    binds = volume.sources(level);
                 } else {
                     binds.extend_from_slice(look_up);
                 }

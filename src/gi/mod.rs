@@ -1,5 +1,6 @@
 //! Global illumination: the closed list of methods, and what a method is to the rest of the house.
 
+mod bounces;
 pub mod ledger;
 
 use std::sync::Arc;

@@ -1,24 +1,21 @@
 //! A volume of seven faces, which holds what is seen along a ray that travels along +x +y +z −x −y −z, and on average, with
-//! all mips; and the passes that fill it from lit list items, by lists of occupied cells.
+//! all mips.
 
 use std::sync::Arc;
 
-use super::Ground;
-use super::constants::{DIRECT, with};
+use super::cell_passes::CellVolume;
 use super::memory_plan::MemoryRow;
 use crate::Result;
 use crate::gi::CoarseLight;
 use crate::settings::Settings;
 use crate::vk::{
-    Bind, ColorTarget, Compute, ComputeDesc, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags,
-    Load, Recorder, Sampler, SamplerAddressMode, ZoneKind,
+    Bind, ColorTarget, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Load, Sampler,
+    SamplerAddressMode,
 };
 
 pub const FACE_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 /// +x +y +z −x −y −z, isotropic.
 pub const FACES: usize = 7;
-/// Workgroups of 64 threads; each goes through many cells, most of which are occupied again.
-const EMPTYING_GROUPS: u32 = 16;
 
 /// Seven 3D images with full mip chains.
 pub struct FaceVolume {
@@ -94,22 +91,6 @@ impl FaceVolume {
         NAMES.iter().zip(&self.faces).map(|(name, face)| Bind::image(name, face.view(), &self.sampler))
     }
 
-    /// The level below `level`, to be read by the mips (`glsl/ground/faces/mips.glsl`).
-    pub fn sources(&self, level: u32) -> impl Iterator<Item = Bind<'_>> {
-        const NAMES: [&str; FACES] =
-            ["source_0", "source_1", "source_2", "source_3", "source_4", "source_5", "source_6"];
-        NAMES
-            .iter()
-            .zip(&self.faces)
-            .map(move |(name, face)| Bind::image(name, face.mip_view(level - 1), &self.sampler))
-    }
-
-    /// A level, to be stored to (`glsl/ground/faces/store.glsl`).
-    pub fn targets(&self, level: u32) -> [Bind<'_>; FACES] {
-        const NAMES: [&str; FACES] = ["faces_0", "faces_1", "faces_2", "faces_3", "faces_4", "faces_5", "faces_6"];
-        std::array::from_fn(|face| Bind::storage_image(NAMES[face], self.faces[face].mip_view(level)))
-    }
-
     /// A level as layered colour targets; every texel is written.
     pub fn colors(&self, level: u32) -> [ColorTarget<'_>; FACES] {
         std::array::from_fn(|face| ColorTarget {
@@ -120,122 +101,36 @@ impl FaceVolume {
         })
     }
 
-    /// What the pass is called that makes its mips.
-    pub fn mips_zone(&self) -> &'static str {
-        ["mips 1", "mips 2"][self.bounce]
-    }
-
     /// All light that it holds, coarsely: the isotropic face's level of 8³ texels.
     pub fn coarse(&self) -> CoarseLight<'_> {
         CoarseLight::Image(&self.faces[FACES - 1], self.levels - 4)
     }
 }
 
-/// Empties what the frame before filled and this one does not. Reads: both frames' cells. Writes: a volume.
-pub struct EmptyFaces {
-    empty: Compute,
-}
-
-impl EmptyFaces {
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)]) -> Result<Self> {
-        let desc = ComputeDesc { label: "empty", shader: "ground/faces/empty.comp", constants };
-        Ok(Self { empty: Compute::new(context, &desc)? })
+impl CellVolume for FaceVolume {
+    fn edge(&self) -> u32 {
+        self.edge
     }
 
-    /// `known`: whether the volume holds what the frame before filled and nothing else; else all of it is emptied.
-    pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &FaceVolume, known: bool) {
-        let lists = ground.base();
-        r.zone(["empty 1", "empty 2"][volume.bounce], ZoneKind::Compute, 0, |r| {
-            r.full_barrier(); // the cells are listed; the volume may have been read
-            if !known {
-                volume.faces.iter().for_each(|face| r.clear(face));
-                return;
-            }
-            for level in 0..volume.levels {
-                let (list, push) = lists.last_cells.level(level, volume.edge);
-                let binds = [
-                    list,
-                    Bind::buffer("cell_counts", &lists.last_cells.counts),
-                    Bind::buffer("heads", &lists.heads),
-                    Bind::buffer("listed", &lists.listed),
-                ];
-                let binds: Vec<Bind> = binds.into_iter().chain(volume.targets(level)).collect();
-                r.dispatch(&self.empty, &binds, &push, [EMPTYING_GROUPS, 1, 1]);
-            }
-        });
-    }
-}
-
-/// Lights the lists' items, then fills the occupied voxels. Reads: lists, triangles, materials, lights, lamps, kept direct
-/// light, and what a look-up binds. Writes: item lights, kept direct light, level 0 of a volume.
-/// Twin of the fill: `tests/twins/shade.rs`.
-pub struct FillFaces {
-    light: Compute,
-    fill: Compute,
-    label: &'static str,
-}
-
-/// What shades voxels.
-#[derive(Clone, Copy)]
-pub struct FillDesc<'a> {
-    pub label: &'static str,
-    /// The method's: of `light.comp` and `fill.comp`.
-    pub folder: &'a str,
-    /// Whether there is light to be looked up.
-    pub gathers: bool,
-    /// A value of [`DIRECT`].
-    pub direct: u32,
-    pub constants: &'a [(u32, u32)],
-}
-
-impl FillFaces {
-    pub fn new(context: &Arc<Context>, desc: &FillDesc) -> Result<Self> {
-        let FillDesc { label, folder, .. } = *desc;
-        let constants = with(desc.constants.to_vec(), &[(DIRECT, desc.direct)]);
-        let compute = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
-        let gathers = if desc.gathers { " LOOK_UP" } else { "" };
-        Ok(Self {
-            light: compute(&format!("gi/{folder}/light.comp{gathers}"))?,
-            fill: compute(&format!("gi/{folder}/fill.comp"))?,
-            label,
-        })
+    fn bounce(&self) -> usize {
+        self.bounce
     }
 
-    /// `look_up`: what the method's look-up binds.
-    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &FaceVolume, look_up: Vec<Bind<'_>>) {
-        let lists = ground.base();
-        recorder.zone(self.label, ZoneKind::Compute, 0, |r| {
-            r.full_barrier(); // the lists and the volume that is gathered from were written
-            let mut binds = ground.item_binds();
-            binds.extend(look_up);
-            lists.cells.dispatch_items(r, &self.light, binds.clone());
-            r.full_barrier(); // the items are lit
-            binds.extend(target.targets(0));
-            lists.cells.dispatch(r, &self.fill, binds, (0, target.edge));
-        });
-    }
-}
-
-/// Mips, level by level, of the parents of occupied cells. Reads: level k − 1. Writes: level k. Twin: `tests/twins/mips.rs`.
-pub struct MipFaces {
-    mips: Compute,
-}
-
-impl MipFaces {
-    /// `folder`: of the method's `mips.comp`.
-    pub fn new(context: &Arc<Context>, folder: &str, constants: &[(u32, u32)]) -> Result<Self> {
-        let shader = format!("gi/{folder}/mips.comp");
-        Ok(Self { mips: Compute::new(context, &ComputeDesc { label: "mips", shader: &shader, constants })? })
+    fn images(&self) -> Vec<&Image> {
+        self.faces.iter().collect()
     }
 
-    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, volume: &FaceVolume) {
-        recorder.zone(volume.mips_zone(), ZoneKind::Compute, 0, |r| {
-            for level in 1..volume.levels {
-                r.full_barrier(); // the level below was written
-                let mut binds: Vec<Bind> = volume.sources(level).collect();
-                binds.extend(volume.targets(level));
-                ground.base().cells.dispatch(r, &self.mips, binds, (level, volume.edge));
-            }
-        });
+    /// For `glsl/ground/faces/mips.glsl`.
+    fn sources(&self, level: u32) -> Vec<Bind<'_>> {
+        const NAMES: [&str; FACES] =
+            ["source_0", "source_1", "source_2", "source_3", "source_4", "source_5", "source_6"];
+        let faces = NAMES.iter().zip(&self.faces);
+        faces.map(|(name, face)| Bind::image(name, face.mip_view(level - 1), &self.sampler)).collect()
+    }
+
+    /// For `glsl/ground/faces/store.glsl`.
+    fn targets(&self, level: u32) -> Vec<Bind<'_>> {
+        const NAMES: [&str; FACES] = ["faces_0", "faces_1", "faces_2", "faces_3", "faces_4", "faces_5", "faces_6"];
+        NAMES.iter().zip(&self.faces).map(|(name, face)| Bind::storage_image(name, face.mip_view(level))).collect()
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod alike;
 pub mod atlas;
+pub mod cell_passes;
 pub mod cells;
 pub mod clearance;
 pub mod constants;

@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use half::f16;
 use twobounce::gi::photons::{PhotonVolume, constants};
+use twobounce::ground::cell_passes::CellVolume;
 use twobounce::ground::constants::{EDGE as GRID_EDGE, with};
 use twobounce::ground::layout;
 use twobounce::settings::Settings;

@@ -13,7 +13,7 @@
 #include "ground/heads.glsl"
 #include "gi/lpv/field.glsl"
 #include "gi/lpv/blockers.glsl"
-#include "gi/lpv/signed_sum.glsl"
+#include "common/fixed_sum.glsl"
 #include "gi/lpv/push.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
@@ -33,18 +33,18 @@ layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; 
 #endif
 
 struct Collected {
-    SignedSum flux;
-    SignedSum x;
-    SignedSum y;
-    SignedSum z;
+    FixedSum flux;
+    FixedSum x;
+    FixedSum y;
+    FixedSum z;
 };
 
 void collect(inout Collected sum, vec3 sent, vec3 n) {
     Field f = lobe(vec4(PI * sent, 0.0), n);
-    signed_add(sum.flux, f.flux);
-    signed_add(sum.x, f.x);
-    signed_add(sum.y, f.y);
-    signed_add(sum.z, f.z);
+    fixed_add(sum.flux, f.flux);
+    fixed_add(sum.x, f.x);
+    fixed_add(sum.y, f.y);
+    fixed_add(sum.z, f.z);
 }
 
 uint dominant_axis(vec3 n) {
@@ -78,8 +78,8 @@ void collect_list(inout Collected sum, ivec3 cell, ivec3 way) {
 }
 
 Blockers blockers_of(ivec3 cell) {
-    SignedSum up = signed_zero();
-    SignedSum down = signed_zero();
+    FixedSum up = fixed_zero();
+    FixedSum down = fixed_zero();
     uint item = grid_heads[cell_index(cell)];
     for (uint k = 0u; k < uint(grid_items.length()) && item != 0u; k++) {
         ListItem entry = grid_items[item - 1u];
@@ -92,12 +92,12 @@ Blockers blockers_of(ivec3 cell) {
         float area = light.opacity * light.area;
         vec3 front = area * max(n, vec3(0.0));
         vec3 back = area * max(-n, vec3(0.0));
-        signed_add(up, vec4(two_sided ? front + back : front, two_sided ? 0.5 * area : 0.25 * area));
-        signed_add(down, vec4(two_sided ? front + back : back, 0.0));
+        fixed_add(up, vec4(two_sided ? front + back : front, two_sided ? 0.5 * area : 0.25 * area));
+        fixed_add(down, vec4(two_sided ? front + back : back, 0.0));
         item = entry.next;
     }
-    vec4 looks_up = signed_value(up);
-    return Blockers(min(looks_up.xyz, vec3(1.0)), min(signed_value(down).xyz, vec3(1.0)), looks_up.w);
+    vec4 looks_up = fixed_signed_value(up);
+    return Blockers(min(looks_up.xyz, vec3(1.0)), min(fixed_signed_value(down).xyz, vec3(1.0)), looks_up.w);
 }
 
 void main() {
@@ -106,18 +106,18 @@ void main() {
     Blockers here = blockers_of(cell);
     Field started = no_light();
     if (INJECTION == INJECTION_CELL) {
-        Collected sum = Collected(signed_zero(), signed_zero(), signed_zero(), signed_zero());
+        Collected sum = Collected(fixed_zero(), fixed_zero(), fixed_zero(), fixed_zero());
         collect_list(sum, cell, ivec3(0));
-        started = Field(signed_value(sum.flux), signed_value(sum.x), signed_value(sum.y), signed_value(sum.z));
+        started = Field(fixed_signed_value(sum.flux), fixed_signed_value(sum.x), fixed_signed_value(sum.y), fixed_signed_value(sum.z));
     } else {
         vec3 open = 1.0 - across(here);
         for (int k = 0; k < 6; k++) {
             ivec3 way = ivec3(0);
             way[k % 3] = k < 3 ? 1 : -1;
             if (in_volume(cell - way)) {
-                Collected sum = Collected(signed_zero(), signed_zero(), signed_zero(), signed_zero());
+                Collected sum = Collected(fixed_zero(), fixed_zero(), fixed_zero(), fixed_zero());
                 collect_list(sum, cell - way, way);
-                Field f = Field(signed_value(sum.flux), signed_value(sum.x), signed_value(sum.y), signed_value(sum.z));
+                Field f = Field(fixed_signed_value(sum.flux), fixed_signed_value(sum.x), fixed_signed_value(sum.y), fixed_signed_value(sum.z));
                 started = add(started, scaled(f, OCCLUSION == OCCLUSION_SHEETS ? open[k % 3] : 1.0));
             }
         }

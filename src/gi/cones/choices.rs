@@ -1,5 +1,6 @@
 //! The settings of the method that are one of a few words.
 
+pub use crate::gi::ledger::Form;
 use crate::settings::choices;
 
 choices! {
@@ -61,11 +62,6 @@ choices! {
         /// OpenGL's default.
         Repeat = "repeat",
     }
-}
-
-choices! {
-    /// One row of the ledger: as the talk prints it, or as it should be.
-    Form { Printed = "printed", Right = "right" }
 }
 
 impl ConeSet {

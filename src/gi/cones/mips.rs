@@ -1,5 +1,5 @@
 //! Passes 2c and 4c, mips: level by level, six directional preintegrations and one plain average. Layered: all cells of a level,
-//! one triangle over the screen per slice. Cells: `src/ground/faces.rs`, the parents of occupied cells.
+//! one triangle over the screen per slice. Cells: `src/ground/cell_passes.rs`, the parents of occupied cells.
 //! Reads: level k − 1. Writes: level k. Twin: `tests/twins/mips.rs`.
 
 use std::sync::Arc;
@@ -8,12 +8,13 @@ use super::choices::Passes;
 use super::layered_target;
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume, MipFaces};
-use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
+use crate::ground::cell_passes::{CellVolume, MipCells};
+use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
+use crate::vk::{Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub enum Mips {
     Layered(Raster),
-    Cells(MipFaces),
+    Cells(MipCells),
 }
 
 impl Mips {
@@ -30,7 +31,7 @@ impl Mips {
                 };
                 Self::Layered(Raster::new(context, &desc)?)
             }
-            Passes::Cells => Self::Cells(MipFaces::new(context, "cones", constants)?),
+            Passes::Cells => Self::Cells(MipCells::new(context, "cones", &[""], constants)?),
         })
     }
 
@@ -43,7 +44,7 @@ impl Mips {
         r.zone(volume.mips_zone(), ZoneKind::Raster, bytes, |r| {
             for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written by shade or just before
-                let binds: Vec<Bind> = volume.sources(level).collect();
+                let binds = volume.sources(level);
                 r.raster(&layered_target(&volume.colors(level), volume.edge >> level), |pass| {
                     let call = DrawCall::Direct { vertices: 3, instances: volume.edge >> level };
                     pass.draw(pipeline, &binds, &(), call);

@@ -10,13 +10,15 @@ mod mips;
 mod settings;
 mod shade;
 
+use super::bounces::{BounceDesc, PerBounce};
 use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, SHADOWS, SHADOWS_NONE, with};
-use crate::ground::faces::{EmptyFaces, FACES, FaceVolume, FillDesc};
+use crate::ground::cell_passes::{CellVolume, EmptyCells, FillDesc};
+use crate::ground::constants::{LAMP_POINTS, SHADOWS, SHADOWS_NONE, with};
+use crate::ground::faces::{FACES, FaceVolume};
 use crate::ground::memory_plan::MemoryRow;
-use crate::settings::{Bounces, LampLight, Settings as AllSettings, Shadows};
+use crate::settings::{LampLight, Settings as AllSettings, Shadows};
 use crate::vk::{self, Bind, Buffer, ColorTarget, Recorder, RenderTarget};
 use choices::{Form, Passes};
 use mips::Mips;
@@ -27,12 +29,9 @@ pub use settings::{KEYS, Ledger, Settings, Start};
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 
 pub struct Lighting {
-    first: Shade,
-    /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
-    again: Option<Shade>,
-    second: Option<Shade>,
+    shade: PerBounce<Shade>,
     /// Absent in layered passes, which write every voxel.
-    empty: Option<EmptyFaces>,
+    empty: Option<EmptyCells>,
     mips: Mips,
     /// Whether the second bounce voxelises again.
     relists: bool,
@@ -76,17 +75,14 @@ impl Gi for Lighting {
         // The talk's first bounce has no volume that could shadow it.
         let unshadowed = with(voxels.clone(), &[(SHADOWS, SHADOWS_NONE)]);
         let plain = if own.first_bounce_shadows { &voxels } else { &unshadowed };
-        let (kept, read) =
-            if keeps_direct_light(settings) { (DIRECT_KEPT, DIRECT_READ) } else { (DIRECT_FOUND, DIRECT_FOUND) };
-        let shade = |label, gathers, constants: &Vec<_>, direct| {
-            Shade::new(context, own.passes, &FillDesc { label, folder: "cones", gathers, direct, constants })
+        let shade = |BounceDesc { bounce, gathers, direct }| {
+            let (label, constants) = (["shade 1", "shade 2"][bounce], if gathers { &voxels } else { plain });
+            let desc = FillDesc { label, folder: "cones", forms: &[""], gathers, direct, constants };
+            Shade::new(context, own.passes, &desc)
         };
-        let two = settings.bounces.volumes() > 1;
         Ok(Self {
-            first: shade("shade 1", false, plain, kept)?,
-            again: (settings.bounces == Bounces::All).then(|| shade("shade 1", true, &voxels, kept)).transpose()?,
-            second: two.then(|| shade("shade 2", true, &voxels, read)).transpose()?,
-            empty: (own.passes == Passes::Cells).then(|| EmptyFaces::new(context, &voxels)).transpose()?,
+            shade: PerBounce::new(settings.bounces, keeps_direct_light(settings), shade)?,
+            empty: (own.passes == Passes::Cells).then(|| EmptyCells::new(context, "ground/faces/empty.comp", &voxels)).transpose()?,
             mips: Mips::new(context, own.passes, &voxels)?,
             relists: own.passes == Passes::Layered,
             volumes: FaceVolume::per_bounce(context, settings, own.address_mode())?,
@@ -96,32 +92,21 @@ impl Gi for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        let [first, rest @ ..] = &self.volumes[..] else { return };
-        // What the last lists filled and these do not is emptied.
-        let empty = |r: &mut Recorder, volume| match &self.empty {
-            Some(empty) if update.lists => empty.record(r, ground, volume, update.known),
-            _ => (),
-        };
-        empty(r, first);
-        match (&self.again, rest) {
-            // 2b. Every voxel shades its list with direct light and, with all bounces, what the last frame left,
-            (Some(again), [second]) if update.history => again.record(r, ground, first, self.look_up(second)),
-            // or with direct light alone,
-            _ => self.first.record(r, ground, first, vec![Bind::buffer("cones", &self.block)]),
-        }
-        // 2c. and coarser voxels sum it up, per direction of travel.
-        self.mips.record(r, ground, first);
-        if let (Some(shade), [second]) = (&self.second, rest) {
-            if self.relists && update.lists {
+        self.shade.each(&self.volumes, update.history, |shade, from, to| {
+            if self.relists && update.lists && to.bounce() == 1 {
                 // 3, 4a. The lists are made once more; the triangles stay.
                 ground.relist(r);
             }
-            empty(r, second);
-            // 4b. Every voxel shades its list with direct light and cones into the first bounce,
-            shade.record(r, ground, second, self.look_up(first));
-            // 4c. and coarser voxels sum it up.
-            self.mips.record(r, ground, second);
-        }
+            // What the last lists filled and these do not is emptied.
+            if let (Some(empty), true) = (&self.empty, update.lists) {
+                empty.record(r, ground, to, update.known);
+            }
+            // 2b, 4b. Every voxel shades its list with direct light and cones into what is gathered from,
+            let block = || vec![Bind::buffer("cones", &self.block)];
+            shade.record(r, ground, to, from.map_or_else(block, |volume| self.look_up(volume)));
+            // 2c, 4c. and coarser voxels sum it up, per direction of travel.
+            self.mips.record(r, ground, to);
+        });
     }
 
     fn constants(&self) -> &[(u32, u32)] {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::choices::{Blend, ConeSet, Fill, Form, Passes, RoughnessFit, Weights, Wrap};
+use crate::gi::ledger::switches;
 use crate::settings::{Key, Range, auto, key, names, rare};
 use crate::vk::SamplerAddressMode;
 
@@ -57,33 +58,9 @@ pub struct Start {
     pub shadow_end: f32,
 }
 
-/// Declares the rows of the ledger that change an image: fields, keys and bits of one list.
-macro_rules! ledger {
-    ($($row:ident $number:literal $name:literal $meaning:literal),+ $(,)?) => {
-        /// The rows of `docs/ledger.md` that change an image and are neither a choice nor a number above.
-        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(default, deny_unknown_fields)]
-        pub struct Ledger { $(#[doc = $meaning] pub $row: Form),+ }
-
-        impl Ledger {
-            /// Every row in one form.
-            pub fn all(form: Form) -> Self {
-                Self { $($row: form),+ }
-            }
-
-            /// The rows that are as printed, one bit per number.
-            pub fn printed_bits(&self) -> u32 {
-                [$(($number, self.$row)),+].iter().filter(|(_, form)| *form == Form::Printed).map(|(row, _)| 1 << row).sum()
-            }
-        }
-
-        const LEDGER_KEYS: &[Key] = &[
-            $(rare(key($name, "form", names!(Form), $meaning, "see docs/ledger.md"))),+
-        ];
-    };
-}
-
-ledger! {
+switches! {
+    /// The rows of `docs/ledger.md` that change an image and are neither a choice nor a number above.
+    "see docs/ledger.md";
     d1 1 "cones.ledger.d1" "D1: which volumes the −x −y −z mips read",
     d2 2 "cones.ledger.d2" "D2: the −y mip's fourth column",
     d6 6 "cones.ledger.d6" "D6: the axis of cone set 6a",
@@ -187,12 +164,6 @@ impl Default for Start {
             shadow_along: 2.5,
             shadow_end: 2.0,
         }
-    }
-}
-
-impl Default for Ledger {
-    fn default() -> Self {
-        Self::all(Form::Right)
     }
 }
 

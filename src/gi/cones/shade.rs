@@ -1,5 +1,5 @@
 //! Passes 2b and 4b, shade: each voxel shades its list into seven faces. Layered: one triangle over the screen per slice. Cells:
-//! `src/ground/faces.rs`, a thread per item of the lists, then one per occupied voxel.
+//! `src/ground/cell_passes.rs`, a thread per item of the lists, then one per occupied voxel.
 //! Reads: lists, triangles, materials, lights, lamps; 4b the first bounce's volume.
 //! Writes: level 0 of a volume, premultiplied stored radiance. Twin of the fill: `tests/twins/shade.rs`.
 
@@ -9,12 +9,13 @@ use super::choices::Passes;
 use super::layered_target;
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume, FillDesc, FillFaces};
+use crate::ground::cell_passes::{FillCells, FillDesc};
+use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub enum Shade {
     Layered(Raster, &'static str),
-    Cells(FillFaces),
+    Cells(FillCells),
 }
 
 impl Shade {
@@ -32,7 +33,7 @@ impl Shade {
                 };
                 Self::Layered(Raster::new(context, &shade)?, label)
             }
-            Passes::Cells => Self::Cells(FillFaces::new(context, desc)?),
+            Passes::Cells => Self::Cells(FillCells::new(context, desc)?),
         })
     }
 

@@ -10,16 +10,17 @@ mod settings;
 
 use glam::Vec3;
 
+use super::bounces::{BounceDesc, PerBounce};
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::{Error, Result};
 use crate::ground::Ground;
 use crate::ground::cells::LIT_COUNTS;
-use crate::ground::constants::{DIRECT, DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, with};
+use crate::ground::constants::{DIRECT, LAMP_POINTS, with};
 use crate::ground::grid::GridPlace;
 use crate::ground::layout::{CellCount, shared};
 use crate::ground::lists::Lists;
 use crate::ground::memory_plan::MemoryRow;
-use crate::settings::{Bounces, Settings as AllSettings};
+use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Image, Recorder, ZoneKind};
 use field::{Field, FieldDesc};
 
@@ -46,10 +47,7 @@ shared! {
 }
 
 pub struct Lighting {
-    first: Light,
-    /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
-    again: Option<Light>,
-    second: Option<Light>,
+    light: PerBounce<Light>,
     inject: Compute,
     passages: Compute,
     first_step: Compute,
@@ -71,7 +69,8 @@ pub struct Lighting {
 /// The pass that lights list items.
 struct Light {
     pipeline: Compute,
-    gathers: bool,
+    /// 0 or 1.
+    bounce: usize,
 }
 
 impl Gi for Lighting {
@@ -111,13 +110,11 @@ impl Gi for Lighting {
         let constants = own_constants(own);
         let items = with(crate::ground::constants::constants(settings, features), &constants);
         let items = with(items, &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
-        let two = settings.bounces.volumes() > 1;
-        let direct = if two { DIRECT_KEPT } else { DIRECT_FOUND };
         let compute = |label, shader, constants: &[_]| Compute::new(context, &ComputeDesc { label, shader, constants });
-        let light = |gathers, direct| -> Result<Light> {
+        let light = |BounceDesc { bounce, gathers, direct }| {
             let shader = if gathers { "gi/lpv/light.comp LOOK_UP" } else { "gi/lpv/light.comp" };
             let pipeline = compute("light", shader, &with(items.clone(), &[(DIRECT, direct)]))?;
-            Ok(Light { pipeline, gathers })
+            Ok(Light { pipeline, bounce })
         };
         let [inject, propagate] = match own.lobe {
             Lobe::Beam => ["gi/lpv/inject.comp BEAMS", "gi/lpv/propagate_beams.comp"],
@@ -128,11 +125,9 @@ impl Gi for Lighting {
             let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
             Buffer::new(context, name, bytes, BufferKind::Device)
         };
-                let sums = &SUM_NAMES[..settings.bounces.volumes() as usize];
+        let sums = &SUM_NAMES[..settings.bounces.volumes() as usize];
         Ok(Self {
-            first: light(false, direct)?,
-            again: (settings.bounces == Bounces::All).then(|| light(true, direct)).transpose()?,
-            second: two.then(|| light(true, DIRECT_READ)).transpose()?,
+            light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
             inject: compute("inject", inject, &constants)?,
             passages: compute("passages", "gi/lpv/passages.comp", &constants)?,
             first_step: compute("propagate", propagate, &with(constants.clone(), &[(FIRST_STEP, 1)]))?,
@@ -153,22 +148,13 @@ impl Gi for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        let [first, rest @ ..] = &self.sums[..] else { return };
         if update.lists {
             let places: Vec<[f32; 4]> = further(ground).map(|lists| lists.place.from_base()).collect();
             r.full_barrier(); // the frame before read them
             r.update(&self.places, 0, &places);
         }
-        match (&self.again, rest) {
-            // Every item is lit directly and, with all bounces, by what the last frame left,
-            (Some(again), [second]) if update.history => self.bounce(r, ground, again, [second, first]),
-            // or directly alone; what it sends starts to travel.
-            _ => self.bounce(r, ground, &self.first, [first, first]),
-        }
-        if let (Some(light), [second]) = (&self.second, rest) {
-            // Every item is lit once more, with what arrived.
-            self.bounce(r, ground, light, [first, second]);
-        }
+        // Every item is lit; what it sends starts to travel.
+        self.light.each(&self.sums, update.history, |light, from, to| self.bounce(r, ground, light, (from, to)));
     }
 
     fn constants(&self) -> &[(u32, u32)] {
@@ -189,17 +175,13 @@ impl Gi for Lighting {
 }
 
 impl Lighting {
-    /// One bounce: items are lit, with what is in `from` where the pass gathers, and their light travels and adds up in `to`.
-    fn bounce(&self, r: &mut Recorder, ground: &Ground, light: &Light, [from, to]: [&Field; 2]) {
-        let bounce = usize::from(std::ptr::eq(to, self.sums.last().unwrap_or(to)) && self.sums.len() > 1);
-        let zone = |names: [&'static str; 2]| names[bounce];
-        r.zone(zone(["light 1", "light 2"]), ZoneKind::Compute, 0, |r| {
+    /// One bounce: items are lit, with what is in `from`, and their light travels and adds up in `to`.
+    fn bounce(&self, r: &mut Recorder, ground: &Ground, light: &Light, (from, to): (Option<&Field>, &Field)) {
+        r.zone(["light 1", "light 2"][light.bounce], ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists, and the sum that is gathered from, were written
             for (cascade, lists) in further(ground).enumerate() {
                 let mut binds = ground.binds();
-                if light.gathers {
-                    binds.extend(self.look_up(from));
-                }
+                binds.extend(from.into_iter().flat_map(|sum| self.look_up(sum)));
                 binds.extend([
                     Bind::buffer("direct_light", &lists.direct_light),
                     Bind::buffer("item_lights", &lists.item_lights),
@@ -213,7 +195,7 @@ impl Lighting {
             }
         });
         // The coarsest first: its sum is what comes into the finer ones.
-        r.zone(zone(["propagate 1", "propagate 2"]), ZoneKind::Compute, 0, |r| {
+        r.zone(["propagate 1", "propagate 2"][light.bounce], ZoneKind::Compute, 0, |r| {
             for (cascade, lists) in further(ground).enumerate().collect::<Vec<_>>().into_iter().rev() {
                 self.travel(r, ground, (cascade, lists), to);
             }

@@ -7,38 +7,36 @@
 
 pub mod constants;
 pub mod cover;
-mod fill;
 pub mod ledger;
-mod mips;
 mod settings;
 mod volume;
 
+use super::bounces::{BounceDesc, PerBounce};
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, LIT, with};
-use crate::ground::faces::FillDesc;
+use crate::ground::cell_passes::{CellVolume, EmptyCells, FillCells, FillDesc, MipCells};
+use crate::ground::constants::{LAMP_POINTS, LIT, with};
 use crate::ground::memory_plan::MemoryRow;
-use crate::settings::{Bounces, Settings as AllSettings};
+use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Image, Recorder};
 use constants::{DIFFUSE_CONES, SAMPLES};
 use cover::Cover;
-use fill::Fill;
-use mips::{Empty, Mips};
-pub use settings::{AoMultiplies, Composite, Form, KEYS, Ledger, Opacity, Settings};
+pub use super::ledger::Form;
+pub use settings::{AoMultiplies, Composite, KEYS, Ledger, Opacity, Settings};
 pub use volume::PhotonVolume;
 
 pub const PASS_UNITS: &[(&str, PassUnit)] =
     &[("cover", PassUnit::WalkedItems), ("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 
+/// Of fill and mips: the map of what is sent, and opacity. `tests/passes_photons.rs` holds both.
+const PARTS: &[&str] = &["", " OPACITY"];
+
 pub struct Lighting {
     cover: Cover,
-    first: Fill,
-    /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
-    again: Option<Fill>,
-    second: Option<Fill>,
-    empty: Empty,
-    mips: Mips,
+    shade: PerBounce<FillCells>,
+    empty: EmptyCells,
+    mips: MipCells,
     /// One per bounce.
     volumes: Vec<PhotonVolume>,
     constants: Vec<(u32, u32)>,
@@ -75,44 +73,36 @@ impl Gi for Lighting {
             (LIT, 1),
         ];
         let voxels = with(voxels, &of_items);
-        let fill = |label, gathers, direct| {
-            Fill::new(context, &FillDesc { label, folder: "photons", gathers, direct, constants: &voxels })
+        let shade = |BounceDesc { bounce, gathers, direct }| {
+            let label = ["shade 1", "shade 2"][bounce];
+            let desc = FillDesc { label, folder: "photons", forms: PARTS, gathers, direct, constants: &voxels };
+            FillCells::new(context, &desc)
         };
-        let two = settings.bounces.volumes() > 1;
-        let direct = if two { DIRECT_KEPT } else { DIRECT_FOUND };
         Ok(Self {
             cover: Cover::new(context, &voxels, samples)?,
-            first: fill("shade 1", false, direct)?,
-            again: (settings.bounces == Bounces::All).then(|| fill("shade 1", true, direct)).transpose()?,
-            second: two.then(|| fill("shade 2", true, DIRECT_READ)).transpose()?,
-            empty: Empty::new(context, &voxels)?,
-            mips: Mips::new(context, &voxels)?,
+            shade: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, shade)?,
+            empty: EmptyCells::new(context, "gi/photons/empty.comp", &voxels)?,
+            mips: MipCells::new(context, "photons", PARTS, &voxels)?,
             volumes: PhotonVolume::per_bounce(context, settings)?,
             constants,
         })
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        let [first, rest @ ..] = &self.volumes[..] else { return };
         if update.lists {
             // Samples say how much of its voxel every listed triangle fills.
             self.cover.record(r, ground);
+        }
+        self.shade.each(&self.volumes, update.history, |shade, from, to| {
             // What the last lists filled and these do not is emptied.
-            self.volumes.iter().for_each(|volume| self.empty.record(r, ground, volume, update.known));
-        }
-        match (&self.again, rest) {
-            // Every photon is lit directly and, with all bounces, by what the last frame left,
-            (Some(again), [second]) if update.history => again.record(r, ground, first, second.binds().collect()),
-            // or directly alone; the voxels sum up what their photons send,
-            _ => self.first.record(r, ground, first, Vec::new()),
-        }
-        // and coarser voxels sum up finer ones, per direction.
-        self.mips.record(r, ground, first);
-        if let (Some(light), [second]) = (&self.second, rest) {
-            // Every photon is lit once more, with what cones into the first bounce find.
-            light.record(r, ground, second, first.binds().collect());
-            self.mips.record(r, ground, second);
-        }
+            if update.lists {
+                self.empty.record(r, ground, to, update.known);
+            }
+            // Every photon is lit, the voxels sum up what their photons send,
+            shade.record(r, ground, to, from.map_or_else(Vec::new, |volume| volume.binds().collect()));
+            // and coarser voxels sum up finer ones, per direction.
+            self.mips.record(r, ground, to);
+        });
     }
 
     fn constants(&self) -> &[(u32, u32)] {
@@ -125,7 +115,7 @@ impl Gi for Lighting {
 
     /// Of each bounce the map, then opacity forth and back.
     fn images(&self) -> Vec<&Image> {
-        self.volumes.iter().flat_map(PhotonVolume::images).collect()
+        self.volumes.iter().flat_map(CellVolume::images).collect()
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::gi::ledger::{Form, switches};
 use crate::settings::{Key, Range, choices, key, names, rare};
 
 choices! {
@@ -32,11 +33,6 @@ choices! {
         /// All light that a cone finds.
         Light = "light",
     }
-}
-
-choices! {
-    /// A row of the ledger in one of its forms.
-    Form { Printed = "printed", Right = "right" }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -70,33 +66,9 @@ pub struct Settings {
     pub ledger: Ledger,
 }
 
-/// Declares the rows of the ledger that are neither a choice nor a number above: fields, keys and bits of one list.
-macro_rules! ledger {
-    ($($row:ident $bit:literal $name:literal $meaning:literal),+ $(,)?) => {
-        /// What the notes print that is wrong, each on its own.
-        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(default, deny_unknown_fields)]
-        pub struct Ledger { $(#[doc = $meaning] pub $row: Form),+ }
-
-        impl Ledger {
-            /// Every row in one form.
-            pub fn all(form: Form) -> Self {
-                Self { $($row: form),+ }
-            }
-
-            /// The rows that are as printed, a bit each.
-            pub fn printed_bits(&self) -> u32 {
-                [$(($bit, self.$row)),+].iter().filter(|(_, form)| *form == Form::Printed).map(|(bit, _)| 1 << bit).sum()
-            }
-        }
-
-        const LEDGER_KEYS: &[Key] = &[
-            $(rare(key($name, "form", names!(Form), $meaning, "see docs/photons.md"))),+
-        ];
-    };
-}
-
-ledger! {
+switches! {
+    /// What the notes print that is wrong and is neither a choice nor a number above, each on its own.
+    "see docs/photons.md";
     beer 0 "photons.ledger.beer" "exponent of Beer's law, with composite = over: diameter/increment, or length/edge",
     steps 1 "photons.ledger.steps" "spheres: h' = (h + hR)/(1 − R) for every R, or bounded",
     factor 2 "photons.ledger.factor" "a photon's area over the cone's: of the base voxel, or of the level that is read",
@@ -140,12 +112,6 @@ impl Settings {
             ledger: Ledger::all(Form::Printed),
             ..Self::default()
         }
-    }
-}
-
-impl Default for Ledger {
-    fn default() -> Self {
-        Self::all(Form::Right)
     }
 }
 

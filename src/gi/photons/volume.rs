@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::gi::CoarseLight;
+use crate::ground::cell_passes::CellVolume;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::Settings;
 use crate::vk::{
-    Bind, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder, Sampler, SamplerAddressMode,
+    Bind, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Sampler, SamplerAddressMode,
 };
 
 pub const FORMAT: Format = Format::R16G16B16A16_SFLOAT;
@@ -87,33 +88,40 @@ impl PhotonVolume {
         names[..settings.bounces.volumes() as usize].iter().map(|name| (*name, bytes)).collect()
     }
 
-    /// The map, opacity forth and back.
-    pub fn images(&self) -> [&Image; 3] {
-        [&self.map, &self.forth, &self.back]
-    }
-
     /// To be looked up (`glsl/gi/photons/volume.glsl`).
     pub fn binds(&self) -> impl Iterator<Item = Bind<'_>> {
         SAMPLED.iter().zip(self.images()).map(|(name, image)| Bind::image(name, image.view(), &self.sampler))
     }
 
-    /// The level below `level`, to be read by the mips (`glsl/gi/photons/mips.comp`).
-    pub fn sources(&self, level: u32) -> impl Iterator<Item = Bind<'_>> {
-        let views = self.images().map(|image| image.mip_view(level - 1));
-        BELOW.iter().zip(views).map(|(name, view)| Bind::image(name, view, &self.sampler))
-    }
-
-    /// A level, to be stored to (`glsl/gi/photons/store.glsl`).
-    pub fn targets(&self, level: u32) -> impl Iterator<Item = Bind<'_>> {
-        STORED.iter().zip(self.images()).map(move |(name, image)| Bind::storage_image(name, image.mip_view(level)))
-    }
-
-    pub fn clear(&self, r: &mut Recorder) {
-        self.images().into_iter().for_each(|image| r.clear(image));
-    }
-
     /// All light that it holds, coarsely: the map's level of 8³ voxels.
     pub fn coarse(&self) -> CoarseLight<'_> {
         CoarseLight::Image(&self.map, self.levels - 4)
+    }
+}
+
+impl CellVolume for PhotonVolume {
+    fn edge(&self) -> u32 {
+        self.edge
+    }
+
+    fn bounce(&self) -> usize {
+        self.bounce
+    }
+
+    /// The map, opacity forth and back.
+    fn images(&self) -> Vec<&Image> {
+        vec![&self.map, &self.forth, &self.back]
+    }
+
+    /// For `glsl/gi/photons/mips.comp`.
+    fn sources(&self, level: u32) -> Vec<Bind<'_>> {
+        let images = BELOW.iter().zip(self.images());
+        images.map(|(name, image)| Bind::image(name, image.mip_view(level - 1), &self.sampler)).collect()
+    }
+
+    /// For `glsl/gi/photons/store.glsl`.
+    fn targets(&self, level: u32) -> Vec<Bind<'_>> {
+        let images = STORED.iter().zip(self.images());
+        images.map(|(name, image)| Bind::storage_image(name, image.mip_view(level))).collect()
     }
 }

@@ -5,13 +5,15 @@
 
 mod settings;
 
+use super::bounces::{BounceDesc, PerBounce};
 use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, LAMP_POINTS, LIT, constants, with};
-use crate::ground::faces::{EmptyFaces, FaceVolume, FillDesc, FillFaces, MipFaces};
+use crate::ground::cell_passes::{EmptyCells, FillCells, FillDesc, MipCells};
+use crate::ground::constants::{LAMP_POINTS, LIT, constants, with};
+use crate::ground::faces::FaceVolume;
 use crate::ground::memory_plan::MemoryRow;
-use crate::settings::{Bounces, Settings as AllSettings};
+use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Recorder, SamplerAddressMode};
 
 pub use settings::{KEYS, Settings};
@@ -23,12 +25,9 @@ const LOBE_RAYS: u32 = 33;
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 
 pub struct Lighting {
-    first: FillFaces,
-    /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
-    again: Option<FillFaces>,
-    second: Option<FillFaces>,
-    empty: EmptyFaces,
-    mips: MipFaces,
+    shade: PerBounce<FillCells>,
+    empty: EmptyCells,
+    mips: MipCells,
     /// One per bounce.
     volumes: Vec<FaceVolume>,
     constants: [(u32, u32); 2],
@@ -57,17 +56,15 @@ impl Gi for Lighting {
         let own = &settings.of.rays;
         let voxels = [(DIFFUSE_RAYS, own.bounce), (LAMP_POINTS, settings.lights.voxel_lamp_points), (LIT, 1)];
         let voxels = with(constants(settings, features), &voxels);
-        let fill = |label, gathers, direct| {
-            FillFaces::new(context, &FillDesc { label, folder: "rays", gathers, direct, constants: &voxels })
+        let shade = |BounceDesc { bounce, gathers, direct }| {
+            let label = ["shade 1", "shade 2"][bounce];
+            let desc = FillDesc { label, folder: "rays", forms: &[""], gathers, direct, constants: &voxels };
+            FillCells::new(context, &desc)
         };
-        let two = settings.bounces.volumes() > 1;
-        let direct = if two { DIRECT_KEPT } else { DIRECT_FOUND };
         Ok(Self {
-            first: fill("shade 1", false, direct)?,
-            again: (settings.bounces == Bounces::All).then(|| fill("shade 1", true, direct)).transpose()?,
-            second: two.then(|| fill("shade 2", true, DIRECT_READ)).transpose()?,
-            empty: EmptyFaces::new(context, &voxels)?,
-            mips: MipFaces::new(context, "rays", &voxels)?,
+            shade: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, shade)?,
+            empty: EmptyCells::new(context, "ground/faces/empty.comp", &voxels)?,
+            mips: MipCells::new(context, "rays", &[""], &voxels)?,
             // There is nothing outside of the grid.
             volumes: FaceVolume::per_bounce(context, settings, SamplerAddressMode::CLAMP_TO_BORDER)?,
             constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)],
@@ -75,27 +72,16 @@ impl Gi for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        let [first, rest @ ..] = &self.volumes[..] else { return };
-        // What the last lists filled and these do not is emptied.
-        if update.lists {
-            self.empty.record(r, ground, first, update.known);
-        }
-        match (&self.again, rest) {
-            // Every item is lit directly and, with all bounces, by what the last frame left,
-            (Some(again), [second]) if update.history => again.record(r, ground, first, second.binds().collect()),
-            // or directly alone; the voxels sum up what their items send,
-            _ => self.first.record(r, ground, first, Vec::new()),
-        }
-        // and coarser voxels sum up finer ones, per direction of travel.
-        self.mips.record(r, ground, first);
-        if let (Some(light), [second]) = (&self.second, rest) {
+        self.shade.each(&self.volumes, update.history, |shade, from, to| {
+            // What the last lists filled and these do not is emptied.
             if update.lists {
-                self.empty.record(r, ground, second, update.known);
+                self.empty.record(r, ground, to, update.known);
             }
-            // Every item is lit once more, with what it gathers from the first bounce.
-            light.record(r, ground, second, first.binds().collect());
-            self.mips.record(r, ground, second);
-        }
+            // Every item is lit, the voxels sum up what their items send,
+            shade.record(r, ground, to, from.map_or_else(Vec::new, |volume| volume.binds().collect()));
+            // and coarser voxels sum up finer ones, per direction of travel.
+            self.mips.record(r, ground, to);
+        });
     }
 
     fn constants(&self) -> &[(u32, u32)] {

@@ -1,0 +1,156 @@
+//! The passes that fill a volume from lit list items, by lists of occupied cells, and empty it again. Methods differ in the volume
+//! and in the shaders, which stand in a folder of the method's own.
+
+use std::sync::Arc;
+
+use super::Ground;
+use super::constants::{DIRECT, with};
+use crate::Result;
+use crate::vk::{Bind, Compute, ComputeDesc, Context, Image, Recorder, ZoneKind};
+
+/// Workgroups of 64 threads; each goes through many cells, most of which are occupied again.
+const EMPTYING_GROUPS: u32 = 16;
+
+/// A volume with a full mip chain, of one bounce.
+pub trait CellVolume {
+    /// Of the finest level, cells.
+    fn edge(&self) -> u32;
+
+    /// 0 or 1.
+    fn bounce(&self) -> usize;
+
+    /// All that it consists of.
+    fn images(&self) -> Vec<&Image>;
+
+    /// The level below `level`, to be read by the mips.
+    fn sources(&self, level: u32) -> Vec<Bind<'_>>;
+
+    /// A level, to be stored to.
+    fn targets(&self, level: u32) -> Vec<Bind<'_>>;
+
+    fn levels(&self) -> u32 {
+        self.edge().ilog2() + 1
+    }
+
+    /// What the pass is called that makes its mips.
+    fn mips_zone(&self) -> &'static str {
+        ["mips 1", "mips 2"][self.bounce()]
+    }
+}
+
+/// Empties what the frame before filled and this one does not. Reads: both frames' cells. Writes: a volume.
+pub struct EmptyCells {
+    empty: Compute,
+}
+
+impl EmptyCells {
+    pub fn new(context: &Arc<Context>, shader: &str, constants: &[(u32, u32)]) -> Result<Self> {
+        Ok(Self { empty: Compute::new(context, &ComputeDesc { label: "empty", shader, constants })? })
+    }
+
+    /// `known`: whether the volume holds what the frame before filled and nothing else; else all of it is emptied.
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &dyn CellVolume, known: bool) {
+        let lists = ground.base();
+        r.zone(["empty 1", "empty 2"][volume.bounce()], ZoneKind::Compute, 0, |r| {
+            r.full_barrier(); // the cells are listed; the volume may have been read
+            if !known {
+                volume.images().into_iter().for_each(|image| r.clear(image));
+                return;
+            }
+            for level in 0..volume.levels() {
+                let (list, push) = lists.last_cells.level(level, volume.edge());
+                let mut binds = vec![
+                    list,
+                    Bind::buffer("cell_counts", &lists.last_cells.counts),
+                    Bind::buffer("heads", &lists.heads),
+                    Bind::buffer("listed", &lists.listed),
+                ];
+                binds.extend(volume.targets(level));
+                r.dispatch(&self.empty, &binds, &push, [EMPTYING_GROUPS, 1, 1]);
+            }
+        });
+    }
+}
+
+/// Lights the lists' items, then fills the occupied voxels. Reads: lists, triangles, materials, lights, lamps, kept direct
+/// light, and what a look-up binds. Writes: item lights, kept direct light, level 0 of a volume.
+pub struct FillCells {
+    light: Compute,
+    fills: Vec<Compute>,
+    label: &'static str,
+}
+
+/// What shades voxels.
+#[derive(Clone, Copy)]
+pub struct FillDesc<'a> {
+    pub label: &'static str,
+    /// The method's: of `light.comp` and `fill.comp`.
+    pub folder: &'a str,
+    /// Forms of `fill.comp`, each filling a part of the volume: `""`, or a space and a macro.
+    pub forms: &'a [&'a str],
+    /// Whether there is light to be looked up.
+    pub gathers: bool,
+    /// A value of [`DIRECT`].
+    pub direct: u32,
+    pub constants: &'a [(u32, u32)],
+}
+
+impl FillCells {
+    pub fn new(context: &Arc<Context>, desc: &FillDesc) -> Result<Self> {
+        let FillDesc { label, folder, .. } = *desc;
+        let constants = with(desc.constants.to_vec(), &[(DIRECT, desc.direct)]);
+        let compute = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
+        let gathers = if desc.gathers { " LOOK_UP" } else { "" };
+        let fill = |form: &&str| compute(&format!("gi/{folder}/fill.comp{form}"));
+        Ok(Self {
+            light: compute(&format!("gi/{folder}/light.comp{gathers}"))?,
+            fills: desc.forms.iter().map(fill).collect::<Result<_>>()?,
+            label,
+        })
+    }
+
+    /// `look_up`: what the method's look-up binds.
+    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &dyn CellVolume, look_up: Vec<Bind<'_>>) {
+        let lists = ground.base();
+        recorder.zone(self.label, ZoneKind::Compute, 0, |r| {
+            r.full_barrier(); // the lists and the volume that is gathered from were written
+            let mut binds = ground.item_binds();
+            binds.extend(look_up);
+            lists.cells.dispatch_items(r, &self.light, binds.clone());
+            r.full_barrier(); // the items are lit
+            binds.extend(target.targets(0));
+            for fill in &self.fills {
+                lists.cells.dispatch(r, fill, binds.clone(), (0, target.edge()));
+            }
+        });
+    }
+}
+
+/// Mips, level by level, of the parents of occupied cells. Reads: level k − 1. Writes: level k.
+pub struct MipCells {
+    mips: Vec<Compute>,
+}
+
+impl MipCells {
+    /// `folder`: of the method's `mips.comp`; `forms` as of [`FillDesc`].
+    pub fn new(context: &Arc<Context>, folder: &str, forms: &[&str], constants: &[(u32, u32)]) -> Result<Self> {
+        let mips = |form: &&str| {
+            let shader = format!("gi/{folder}/mips.comp{form}");
+            Compute::new(context, &ComputeDesc { label: "mips", shader: &shader, constants })
+        };
+        Ok(Self { mips: forms.iter().map(mips).collect::<Result<_>>()? })
+    }
+
+    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, volume: &dyn CellVolume) {
+        recorder.zone(volume.mips_zone(), ZoneKind::Compute, 0, |r| {
+            for level in 1..volume.levels() {
+                r.full_barrier(); // the level below was written
+                let mut binds = volume.sources(level);
+                binds.extend(volume.targets(level));
+                for mips in &self.mips {
+                    ground.base().cells.dispatch(r, mips, binds.clone(), (level, volume.edge()));
+                }
+            }
+        });
+    }
+}

@@ -146,7 +146,7 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, settings: &Settings, round
     // One volume per form: what shade 2 leaves in them, mips sum up.
     let volume = |_| FaceVolume::new(context, 0, settings.voxels, SamplerAddressMode::CLAMP_TO_EDGE);
     let volumes = (0..3).map(volume).collect::<Result<Vec<_>>>()?;
-    let look_up = frame.method.binds();
+    let look_up = frame.method.binds(&frame.ground);
     let run = |pass: &Pass| {
         let forms = pass.forms(context, settings)?;
         let mut measured = Measured { pass: pass.name, times: pass.times(), rounds: Vec::new() };

@@ -24,6 +24,9 @@ use crate::settings::{Bounces, GatherResolution, ImageSettings, LampLight, Setti
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
 use crate::{Error, Result};
 
+/// With `bounces = all`: frames after which light counts as settled. A closed room that loses nothing never settles.
+pub const MOST_SETTLING: u32 = 64;
+
 /// What a frame is made for.
 #[derive(Clone, Copy)]
 pub struct FrameDesc<'a> {
@@ -53,6 +56,8 @@ pub struct Frame {
     /// Counters as the device left them, per slot and grid.
     counters: Vec<Vec<Buffer>>,
     frame_index: u32,
+    /// Passes that the method's light has had since something changed that shows in it.
+    light_passes: u32,
     /// Whether the method holds the light of the frame before, to go on from.
     history: bool,
     /// What lists and light on the device were made of; `None` where they cannot be gone on from.
@@ -113,6 +118,7 @@ impl Frame {
             settings: settings.clone(),
             placed_lamps: (0, false),
             frame_index: 0,
+            light_passes: 0,
             history: false,
             made_of: None,
             stale: false,
@@ -140,25 +146,35 @@ impl Frame {
         let lists = stale || before.as_ref().is_none_or(|b| b.instances != now.instances);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
         let same = |before: &MadeOf| bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky;
-        // With feedback or jitter a frame's light differs from the last one's though nothing changes.
-        let unsteady = self.settings.bounces == Bounces::All || self.ground.desc.wants.unsteady;
-        let light = lists || unlit || unsteady || !before.as_ref().is_some_and(same);
-        self.upload(r, seen, &now.lights, lists || unlit);
+        if lists || unlit || !before.as_ref().is_some_and(same) {
+            self.light_passes = 0; // something changed that shows in the light
+        }
+        let light = self.light_passes == 0 || self.unsteady();
+        // Directions stay as they are until feedback has settled: a mean of light that still grows would be too dark.
+        let mean_pass = self.light_passes.saturating_sub(MOST_SETTLING);
+        self.upload(r, seen, &now.lights, (lists || unlit, mean_pass));
         if lists {
             // What stands where: triangles, and the voxels that they touch.
-            self.ground.swap_cell_lists();
+            self.ground.swap_lists();
             self.ground.record_lists(r, seen.pose);
         }
         if light {
             // The light that the method makes of it.
-            let update = Update { lists: lists || unlit, history: self.history, known: !unlit };
+            let update = Update {
+                lists: lists || unlit,
+                history: self.history,
+                known: !unlit,
+                share: 1.0 / (1 + mean_pass) as f32,
+                measured: !seen.image,
+            };
             self.method.update(r, &self.ground, &update);
+            self.light_passes += 1;
         }
         if seen.image {
             // The recorded triangles become the image, with what the method looks up.
             let (ground, target) = (&self.ground, &self.target);
             let frame = ImageFrame { ground, target, blended: self.counts().blended, sky: seen.scene.sky.into() };
-            self.image.record(r, &frame, &self.method.binds());
+            self.image.record(r, &frame, &self.method.binds(ground));
         }
         r.full_barrier(); // the counters were written
         for (lists, counters) in self.ground.lists.iter().zip(&self.counters[slot]) {
@@ -169,7 +185,7 @@ impl Frame {
     }
 
     /// What shaders read of this frame.
-    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lamps: bool) {
+    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], (lamps, mean_pass): (bool, u32)) {
         r.full_barrier(); // the frame before read the same buffers
         if lamps {
             let placed = self.lamps.place(seen.pose, &self.ground.desc.grid, self.settings.lights.lamp_points);
@@ -186,6 +202,7 @@ impl Frame {
             samples: self.settings.image.samples,
             frame_index: self.frame_index,
             lamps: self.placed_lamps,
+            passes: (mean_pass, 0),
         };
         r.update(&self.ground.frame, 0, &[uniforms.layout()]);
         r.update(&self.ground.lights, 0, lights);
@@ -276,6 +293,24 @@ impl Frame {
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
     pub fn make_anew(&mut self) {
         self.stale = true;
+    }
+
+    /// Whether the next frame's light differs from this one's though nothing changes: feedback goes on, or there is jitter.
+    pub fn unsteady(&self) -> bool {
+        let wants = &self.ground.desc.wants;
+        let feeds = self.settings.bounces == Bounces::All;
+        let goes_on = wants.mean_passes.is_none_or(|passes| self.light_passes <= MOST_SETTLING + passes);
+        wants.unsteady || (feeds && goes_on)
+    }
+
+    /// Whether a mean over passes is still being made.
+    pub fn averages(&self) -> bool {
+        self.ground.desc.wants.mean_passes.is_some() && self.unsteady()
+    }
+
+    /// Feedback has settled: where the method's light is a mean over passes, that begins with the next one.
+    pub fn settled(&mut self) {
+        self.light_passes = self.light_passes.max(MOST_SETTLING + 1);
     }
 
     /// The next frame's method continues from the light of this one.

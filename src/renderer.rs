@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::Result;
-use crate::frame::{Counters, Frame, FrameDesc, Seen, first_plan};
+use crate::frame::{Counters, Frame, FrameDesc, MOST_SETTLING, Seen, first_plan};
 use crate::gi::CoarseLight;
 use crate::ground::Ground;
 use crate::ground::image::target::{self, Readback};
@@ -58,9 +58,6 @@ pub struct FrameReport {
 
 /// With `bounces = all`: the share of all light by which one frame may still differ from the one before it.
 pub const SETTLED: f64 = 1e-3;
-/// And the number of frames after which it is left at that. A closed room that loses nothing never settles.
-pub const MOST_SETTLING: u32 = 32;
-
 pub struct Renderer {
     context: Arc<Context>,
     scene: Scene,
@@ -142,7 +139,7 @@ impl Renderer {
 
     /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated. With
     /// `bounces = all` the first frame is repeated until it settles: until the light changes by less than [`SETTLED`] from one
-    /// to the next, [`MOST_SETTLING`] times at most.
+    /// to the next, [`MOST_SETTLING`] times at most, and as often again as the method takes a mean of.
     ///
     /// # Errors
     /// A buffer cannot grow as far as the scene needs, or the device is lost.
@@ -162,6 +159,11 @@ impl Renderer {
                 break;
             }
             before = now;
+        }
+        self.frame.settled();
+        while self.frame.averages() {
+            repeats += self.draw(pose, view, false)?.repeats;
+            settling += 1;
         }
         let report = self.draw(pose, view, true)?;
         Ok(FrameReport { repeats: repeats + report.repeats, settling, ..report })
@@ -202,6 +204,10 @@ impl Renderer {
             Some(CoarseLight::Image(image, level)) => {
                 let texels: Vec<[u16; 4]> = vk::download_image(&self.context, image, level)?;
                 Some(texels.iter().flat_map(|t| t[..3].to_vec()).map(number).collect())
+            }
+            Some(CoarseLight::Sums(sums)) => {
+                let sums: Vec<u64> = vk::download(&self.context, sums)?;
+                Some(sums.into_iter().map(|sum| sum as f64).collect())
             }
             Some(CoarseLight::Full(image)) => {
                 let texels: Vec<[f32; 4]> = vk::download_image(&self.context, image, 0)?;

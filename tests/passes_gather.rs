@@ -7,9 +7,10 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
 use gpu::twins::closed_forms;
+use twobounce::frame::MOST_SETTLING;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
-use twobounce::renderer::{MOST_SETTLING, RenderOptions, Renderer};
+use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{
     Image, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
 };

@@ -48,9 +48,9 @@ void choose(uint first, uint voxel) {
         vec3 c = triangles[triangle].vertices[2].position;
         float area = area_in(a, b, c, voxel);
         uint cell = facing_cell(triangle_normal(a, b, c));
-        item_parts[item - 1u] = ItemPart(cell, area); // until it is known which item is lit for it
         uint material = triangles[triangle].material;
         uint source = triangles[triangle].source;
+        item_parts[item - 1u] = ItemPart(cell, area, source); // until it is known which item is lit for it
         bool same = chosen[cell] != 0u && material == materials_of[cell];
         bool better = chosen[cell] == 0u || material < materials_of[cell]
             || (same && (area > areas_of[cell] || (area == areas_of[cell] && source < sources_of[cell])));

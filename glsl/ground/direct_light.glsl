@@ -1,14 +1,10 @@
 // Direct light on a surface, with its shadows: lights, and points on sampled lamps.
 // A method that has shadows of its own defines METHOD_SHADOWS and method_shadow() before this file.
 
-#include "common/jitter.glsl"
+#include "ground/place_random.glsl"
 #include "ground/lights.glsl"
 #include "ground/lamps.glsl"
 #include "ground/ray.glsl"
-
-uvec4 place_seed(vec3 position) {
-    return uvec4(floatBitsToUint(position), 0u);
-}
 
 // The lit share of a light's disc, by rays to points spread evenly over it and turned from place to place; one ray goes to
 // its middle.
@@ -17,7 +13,7 @@ vec3 shadow_rays(Light light, LightSample to, vec3 position, vec3 facet) {
     uint count = light.radius > 0.0 ? SHADOW_RAYS : 1u;
     vec3 x = normalize(cross(to.direction, abs(to.direction.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
     vec3 y = cross(to.direction, x);
-    float turn = 2.0 * PI * jitter_hash(place_seed(position));
+    float turn = 2.0 * PI * (jitter_hash(place_seed(position)) + pass_shift().x);
     vec3 open = vec3(0.0);
     for (uint k = 0u; k < count; k++) {
         float r = count > 1u ? light.radius * sqrt((float(k) + 0.5) / float(count)) : 0.0;
@@ -40,12 +36,6 @@ vec3 shadow_towards(Light light, LightSample to, Surface s, vec3 position) {
     }
 #endif
     return vec3(1.0);
-}
-
-// Two random numbers of a place that lamps light.
-vec2 lamp_random(vec3 position) {
-    uvec4 seed = place_seed(position);
-    return vec2(jitter_hash(seed), jitter_hash(seed.wzyx ^ 0x9e3779b9u));
 }
 
 uint lamp_points() {

@@ -2,6 +2,7 @@
 // The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
 // voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
 
+#define LIGHTS_ITEMS
 #include "ground/brdf.glsl"
 #include "common/clip.glsl"
 #include "common/closest_point.glsl"
@@ -13,6 +14,8 @@
 
 // A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
 const float MEAN_COSINE = 0.6666667;
+
+const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of a face, or more
 
 layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
@@ -26,7 +29,7 @@ vec3 item_direct_light(Surface s, Lobes lobes) {
             irradiance += to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position));
         }
     }
-    vec2 random = lamp_random(s.position);
+    vec2 random = place_random(s.position);
     for (uint i = 0u; i < lamp_points(); i++) {
         LampPoint to = sample_lamp(i, s.position, s.normal, random);
         if (any(greaterThan(to.irradiance, vec3(0.0)))) {
@@ -66,6 +69,30 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
+// A point of the part of triangle abc inside the voxel about `center`, evenly distributed over it as far as few tries find one:
+// another in every pass, so that the mean over passes is the part's mean. The first pass takes its middle.
+vec3 point_in_voxel(vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
+    vec3 n = triangle_normal(a, b, c);
+    vec3 size = abs(n);
+    int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    int u = (axis + 1) % 3;
+    int v = (axis + 2) % 3;
+    uvec4 seed = uvec4(uvec3(center), 0u);
+    vec2 random = pass_shift() + vec2(jitter_hash(seed), jitter_hash(seed.wzyx));
+    vec3 found = middle;
+    for (uint i = 0u; i < (frame.light_pass == 0u ? 0u : POINT_TRIES); i++) {
+        vec2 at = fract(random + float(i) * vec2(0.618034, 0.414214)) - 0.5;
+        vec3 p = center;
+        p[u] += at.x;
+        p[v] += at.y;
+        p[axis] += dot(n, a - p) / n[axis];
+        vec2 bc = barycentric(a, b, c, p);
+        bool inside = abs(p[axis] - center[axis]) <= 0.5 && min(bc.x, bc.y) >= 0.0 && bc.x + bc.y <= 1.0;
+        found = inside ? p : found;
+    }
+    return found;
+}
+
 // The triangle of item `index` of the lists, cut to its voxel and lit on each of its sides. `corners`: in voxels of the lists'
 // own grid, as `voxel` is.
 ItemLight light_item(uint index, Triangle t, mat3 corners, uvec3 voxel) {
@@ -80,6 +107,7 @@ ItemLight light_item(uint index, Triangle t, mat3 corners, uvec3 voxel) {
     if (CLIPS_ITEMS) {
         vec3 middle;
         clip_to_voxel(a, b, c, center, area, middle);
+        middle = point_in_voxel(a, b, c, center, middle);
         bc = area > 0.0 ? barycentric(a, b, c, middle) : vec2(0.0);
     } else {
         bc = closest_point(a, b, c, center);

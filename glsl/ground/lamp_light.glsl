@@ -16,7 +16,7 @@ float lamps_in_lobe(float roughness) {
 }
 
 LampLight lamp_light(Surface s, vec3 view) {
-    vec2 random = lamp_random(s.position);
+    vec2 random = place_random(s.position);
     LampLight sum = LampLight(vec3(0.0), vec3(0.0));
     for (uint i = 0u; i < lamp_points(); i++) {
         LampPoint to = sample_lamp(i, s.position, s.normal, random);

@@ -49,6 +49,7 @@ struct ItemLight {
 struct ItemPart {
     uint lit_by;
     float area;
+    uint source; // of its triangle
 };
 
 struct ListItem {
@@ -161,4 +162,6 @@ struct Frame {
     uint samples;
     uint lamp_count;
     uint lamp_tree; // 1: pieces are chosen through the tree; 0: each as often
+    uint light_pass; // which of the passes whose mean is kept lights the list items,
+    uint image_pass; // and which makes the image
 };

@@ -192,13 +192,14 @@ vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
 
 struct RayHit {
     uint triangle; // 1-based; 0: nothing
+    uint item; // 1-based: stands for the triangle in the voxel where it was hit
     vec2 uv; // barycentric weights of b and c
     float distance;
 };
 
 // The nearest triangle further than `least` along unit d.
 RayHit trace_ray(vec3 origin, vec3 d, float least) {
-    RayHit best = RayHit(0u, vec2(0.0), 1e30);
+    RayHit best = RayHit(0u, 0u, vec2(0.0), 1e30);
     Walk w = start_walk(origin, d, least, 1e30);
     bool walking = known(w) < w.leave;
     for (uint guard = 0u; guard < 4u * EDGE && walking; guard++) {
@@ -206,15 +207,16 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
         uint item = take_list(w);
         for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
             ListItem entry = list_items[item - 1u];
-            item = entry.next;
             vec2 uv;
             float hit = hit_listed(entry, origin, d, uv);
-            // Equal distances: the lists' order is the GPU's to choose, the image must not be.
+            // Equal distances: the lists' order is the GPU's to choose, the image must not be. The same triangle again: the
+            // last voxel that lists it is the one where it was hit.
             bool nearer = hit < best.distance
-                || (hit == best.distance && triangles[entry.triangle].source < triangles[max(best.triangle, 1u) - 1u].source);
+                || (hit == best.distance && triangles[entry.triangle].source <= triangles[max(best.triangle, 1u) - 1u].source);
             if (hit > least && nearer) {
-                best = RayHit(entry.triangle + 1u, uv, hit);
+                best = RayHit(entry.triangle + 1u, item, uv, hit);
             }
+            item = entry.next;
         }
         // A triangle stands in many lists: what was hit beyond this voxel may yet be hidden.
         walking = known(w) < min(best.distance, w.leave);
@@ -226,6 +228,7 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
 struct Met {
     bool any;
     Triangle triangle;
+    uint item; // of the lists
     vec3 weights; // barycentric
     vec3 normal; // unit, of the front
     bool back; // is what was met,
@@ -239,6 +242,7 @@ Met meet(RayHit hit, vec3 d) {
     COUNT(TRIANGLES, m.any ? 1u : 0u);
     COUNT(MATERIALS, m.any ? 1u : 0u);
     m.triangle = triangles[max(hit.triangle, 1u) - 1u];
+    m.item = max(hit.item, 1u) - 1u;
     m.weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
     m.normal = normalize(triangle_normal(m.triangle.vertices[0].position, m.triangle.vertices[1].position,
         m.triangle.vertices[2].position));

@@ -17,10 +17,10 @@ pub struct BounceDesc {
 
 /// The passes that light things, bounce by bounce.
 pub struct PerBounce<P> {
-    first: P,
+    pub first: P,
     /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
-    again: Option<P>,
-    second: Option<P>,
+    pub again: Option<P>,
+    pub second: Option<P>,
 }
 
 impl<P> PerBounce<P> {

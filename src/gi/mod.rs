@@ -14,7 +14,7 @@ use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::{Counts, Ground};
 use crate::settings::Settings;
-use crate::vk::{Bind, Context, Image, Recorder};
+use crate::vk::{Bind, Buffer, Context, Image, Recorder};
 
 /// The list of methods: a variant, its name, which is the name of its folders too, and what it is.
 macro_rules! methods {
@@ -114,8 +114,8 @@ pub trait Gi: Send {
     /// What its look-up is compiled with, beside the ground's.
     fn constants(&self) -> &[(u32, u32)];
 
-    /// What its look-up binds.
-    fn binds(&self) -> Vec<Bind<'_>>;
+    /// What its look-up binds, of its own and of the ground.
+    fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>>;
 
     /// The volumes of faces that it holds, one per bounce.
     fn volumes(&self) -> &[FaceVolume] {
@@ -139,6 +139,8 @@ pub enum CoarseLight<'a> {
     Image(&'a Image, u32),
     /// The same of an RGBA32F image.
     Full(&'a Image),
+    /// Whole numbers of 64 bits.
+    Sums(&'a Buffer),
 }
 
 /// What a method asks of the ground. The ground makes nothing that is not asked for.
@@ -158,8 +160,12 @@ pub struct Wants {
     pub alike: bool,
     /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them.
     pub item_samples: bool,
-    /// Whether direct light is kept from one pass of a frame to the next.
+    /// Whether direct light is kept from one pass of a frame to the next,
     pub kept_direct_light: bool,
+    /// beside each lit item the light that others see of it,
+    pub seen_lights: bool,
+    /// which new lists take over from those before them.
+    pub carried_light: bool,
     /// Lists of further grids,
     pub grids: Vec<GridPlace>,
     /// and of their occupied cells, with items that are lit and direct light that is kept.
@@ -170,6 +176,8 @@ pub struct Wants {
     pub shadows: bool,
     /// Whether its light differs from frame to frame though nothing changes.
     pub unsteady: bool,
+    /// With feedback: once it has settled, the mean of so many further passes is its light, which then stays.
+    pub mean_passes: Option<u32>,
 }
 
 /// What a method is made from.
@@ -189,6 +197,10 @@ pub struct Update {
     pub history: bool,
     /// What the method holds is what the frame before filled, and nothing else.
     pub known: bool,
+    /// How much of the mean of its passes the newest one is; 1: all.
+    pub share: f32,
+    /// Whether [`Gi::coarse_light`] is going to be asked.
+    pub measured: bool,
 }
 
 /// What a pass works on; its time is given per unit too.

@@ -41,10 +41,22 @@ pub struct Lists {
     pub item_parts: Buffer,
     /// the samples of a multisampled raster that fall on it,
     pub item_samples: Buffer,
-    /// and the direct light of its sides, kept from one pass to the next.
+    /// the direct light of its sides, kept from one pass to the next,
     pub direct_light: Buffer,
+    /// and the light that others see of it.
+    pub seen_lights: Buffer,
     /// The items that are lit, where alike triangles are lit as one.
     pub lit_items: Buffer,
+    /// The lists before these, for light to be carried on.
+    pub last: LastLists,
+}
+
+/// Of lists that newer ones replaced: what tells the light of a triangle in a voxel.
+pub struct LastLists {
+    pub heads: Buffer,
+    pub items: Buffer,
+    pub item_parts: Buffer,
+    pub seen_lights: Buffer,
 }
 
 impl Lists {
@@ -68,7 +80,14 @@ impl Lists {
             item_parts: buffer("item parts")?,
             item_samples: buffer("item samples")?,
             direct_light: buffer("direct light")?,
+            seen_lights: buffer("seen lights")?,
             lit_items: buffer("lit items")?,
+            last: LastLists {
+                heads: buffer("last voxels")?,
+                items: buffer("last list items")?,
+                item_parts: buffer("last item parts")?,
+                seen_lights: buffer("last seen lights")?,
+            },
         })
     }
 
@@ -80,7 +99,8 @@ impl Lists {
         let plan = plan(self.place.edge, wants, capacity);
         let of_items = [&mut self.items, &mut self.item_lights, &mut self.item_parts, &mut self.direct_light];
         let others = [&mut self.item_samples, &mut self.lit_items, &mut self.cells.cells, &mut self.last_cells.cells];
-        for buffer in of_items.into_iter().chain(others) {
+        let last = [&mut self.last.items, &mut self.last.item_parts, &mut self.last.seen_lights, &mut self.seen_lights];
+        for buffer in of_items.into_iter().chain(others).chain(last) {
             let bytes = bytes_of(&plan, buffer.label());
             if bytes > buffer.bytes() {
                 let label = buffer.label().to_owned();
@@ -90,9 +110,17 @@ impl Lists {
         Ok(())
     }
 
-    /// A new frame: its cells take the place of those of the frame before the last.
-    pub fn swap_cell_lists(&mut self) {
-        std::mem::swap(&mut self.cells, &mut self.last_cells);
+    /// New lists take the place of those before the last.
+    pub fn swap(&mut self, wants: &Wants) {
+        if wants.cells {
+            std::mem::swap(&mut self.cells, &mut self.last_cells);
+        }
+        if wants.carried_light {
+            std::mem::swap(&mut self.heads, &mut self.last.heads);
+            std::mem::swap(&mut self.items, &mut self.last.items);
+            std::mem::swap(&mut self.item_parts, &mut self.last.item_parts);
+            std::mem::swap(&mut self.seen_lights, &mut self.last.seen_lights);
+        }
     }
 }
 
@@ -108,6 +136,7 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
     let items = |needed: bool| if needed { capacity.items } else { 1 };
     let cells_edge = if wants.cells { edge } else { 1 };
     let last_cells = if wants.cells { capacity.cells } else { 1 };
+    let last_items = items(wants.carried_light);
     vec![
         ("globals", array::<layout::Globals>(1)),
         ("list items", array::<layout::ListItem>(capacity.items)),
@@ -116,6 +145,11 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("lit items", array::<u32>(items(wants.alike))),
         ("item samples", array::<u32>(items(wants.item_samples))),
         ("direct light", array::<[[f32; 3]; 2]>(items(wants.kept_direct_light))),
+        ("seen lights", array::<layout::ItemLight>(items(wants.seen_lights))),
+        ("last list items", array::<layout::ListItem>(last_items)),
+        ("last item parts", array::<layout::ItemPart>(last_items)),
+        ("last seen lights", array::<layout::ItemLight>(last_items)),
+        ("last voxels", array::<u32>(if wants.carried_light { edge.pow(3) } else { 1 })),
         ("voxels", array::<u32>(edge.pow(3))),
         ("clearance", if wants.rays { clearance::bytes(edge) } else { 4 }),
         ("clearance scratch", if wants.rays { clearance::scratch_bytes(edge) } else { 4 }),

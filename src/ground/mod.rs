@@ -211,10 +211,10 @@ impl Ground {
         moved
     }
 
-    /// A new frame: its lists of cells take the place of those of the frame before the last.
-    pub fn swap_cell_lists(&mut self) {
-        if self.desc.wants.cells {
-            self.lists.iter_mut().for_each(Lists::swap_cell_lists);
+    /// New lists take the place of those before the last.
+    pub fn swap_lists(&mut self) {
+        for (index, lists) in self.lists.iter_mut().enumerate() {
+            lists.swap(&wants_of_grid(&self.desc.wants, index));
         }
     }
 

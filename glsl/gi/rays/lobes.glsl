@@ -2,6 +2,7 @@
 
 #include "common/directions.glsl"
 #include "common/lobe.glsl"
+#include "ground/place_random.glsl"
 #include "gi/rays/constants.glsl"
 #include "gi/rays/ray_light.glsl"
 
@@ -59,8 +60,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
         float way = travelled + met.distance;
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
-        vec3 held = volume_radiance(at, met.back ? met.normal : -met.normal, width);
-        vec3 sent = met.dark ? vec3(0.0) : held * texture_detail(met.triangle, m, met.weights, max(width, pixel_width));
+        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met) * texture_detail(met.triangle, m, met.weights, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
@@ -109,6 +109,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
     vec3 normal = normal_against(s.normal, -view);
     mat3 basis = tangent_frame(normal);
     vec3 v = view * basis;
+    vec2 shift = place_random(s.position);
     float strongest = brightest(lobes.specular);
     uint mirrored = mirrors ? lobe_ray_count(alpha, inside ? 1.0 : strongest) : 0u;
     uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;
@@ -118,8 +119,8 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         uint count = reflects ? mirrored : transmitted;
         uint k = reflects ? i : i - mirrored;
         bool one = count == 1u;
-        // A sunflower on the cap of normals.
-        vec2 u = vec2(fract(0.381966011 * float(k)), (float(k) + 0.5) / float(count));
+        // A sunflower on the cap of normals, turned and moved from place to place.
+        vec2 u = vec2(fract(0.381966011 * float(k) + shift.x), (float(k) + shift.y) / float(count));
         vec3 h = one ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, v, u);
         float cosine = clamp(dot(v, h), 0.0, 1.0);
         float in_air = cosine_in_air(cosine, ior, inside);

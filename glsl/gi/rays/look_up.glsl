@@ -1,6 +1,7 @@
-// Method `rays`: exact rays through the lists find what the voxels shade.
+// Method `rays`: exact rays through the lists find what list items send.
 
 #include "ground/interleave.glsl"
+#include "ground/place_random.glsl"
 #include "gi/rays/lobes.glsl"
 #include "ground/lamp_light.glsl"
 
@@ -8,21 +9,23 @@ const bool FINDS_LAMPS = true; // rays for what is mirrored or seen through glas
 
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     mat3 basis = tangent_frame(s.normal);
-    vec2 shift = INTERLEAVE > 1u ? interleaved_shift(place) : vec2(0.5, 0.0);
-    // Neighbours share what they find: a ray stands for its part of all their directions.
-    float aperture = cosine_aperture(DIFFUSE_RAYS) / float(INTERLEAVE);
+    vec2 shift = fract(interleaved_shift(place) + pass_shift());
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < DIFFUSE_RAYS; i++) {
-        vec4 seen = trace_light(s.position, s.facet, basis * cosine_direction(i, DIFFUSE_RAYS, shift), aperture);
+        vec4 seen = trace_light(s.position, s.facet, basis * cosine_direction(i, DIFFUSE_RAYS, shift));
         float open = 1.0 - min(seen.a, 1.0);
         sum += (1.0 / float(DIFFUSE_RAYS)) * vec4(seen.rgb + open * frame.sky * frame.scale, open);
     }
     return sum;
 }
 
-// One ray along the normal, as wide as the lobe.
+// One ray of the lobe about the normal.
 vec3 look_up_specular(Surface s) {
-    vec4 seen = trace_light(s.position, s.facet, s.normal, ggx_aperture(s.roughness));
+    float alpha = s.roughness * s.roughness;
+    vec2 u = fract(interleaved_shift(uvec3(s.position)) + pass_shift());
+    vec3 h = alpha < MIN_ALPHA ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, vec3(0.0, 0.0, 1.0), u);
+    vec3 d = tangent_frame(s.normal) * (2.0 * h.z * h - vec3(0.0, 0.0, 1.0));
+    vec4 seen = trace_light(s.position, s.facet, d);
     return seen.rgb + (1.0 - min(seen.a, 1.0)) * frame.sky * frame.scale;
 }
 

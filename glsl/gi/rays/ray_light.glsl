@@ -1,19 +1,20 @@
-// A ray that finds its triangle exactly and takes the light that the voxels hold there.
+// A ray that finds its triangle exactly and takes the light that the triangle itself sends there.
 
 #include "ground/ray.glsl"
-#include "ground/faces/look_up.glsl"
 
-// Stored radiance of a surface at `at`, from a footprint of `diameter` voxels; d: unit, against the normal of the side that
-// is met. Of its own faces alone: by the ray's direction, a bright top would show its dark sides to a ray along it.
-// Divided by alpha: neither a wall's thickness nor the grid can lose energy.
-vec3 volume_radiance(vec3 at, vec3 d, float diameter) {
-    vec4 v = mix_faces(look_up_faces(at, d, max(0.0, log2(diameter))), d * d);
-    return v.rgb / max(v.a, 1e-4);
+layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; }; // what list items sent one pass before
+
+// Stored radiance of what was met, on the side that is seen: what the list item sends that stands for it where it was met.
+// No other surface and no other side mixes into it, however thin a wall is.
+vec3 seen_radiance(Met met) {
+    COUNT(WORDS, met.any ? 4u : 0u);
+    uint item = item_parts[met.item].lit_by;
+    return met.back ? seen_lights[item].back : seen_lights[item].front;
 }
 
 // Leaves along unit d from a surface with normal `facet`: rgb = stored radiance of what it meets, a = 1 − what is open.
-// `aperture`: tangent of the half angle that the ray stands for.
-vec4 trace_light(vec3 position, vec3 facet, vec3 d, float aperture) {
+vec4 trace_light(vec3 position, vec3 facet, vec3 d) {
     // A shading normal's hemisphere reaches below the facet: what would go there is mirrored up.
     d -= 2.0 * min(dot(d, facet), 0.0) * facet;
     vec3 origin = position + facet * RAY_START;
@@ -23,9 +24,8 @@ vec4 trace_light(vec3 position, vec3 facet, vec3 d, float aperture) {
     bool going = true;
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
-        vec3 radiance = volume_radiance(origin + d * met.distance, met.back ? met.normal : -met.normal, 2.0 * aperture * met.distance);
         vec3 passed = transmittance(met);
-        sum += met.any && !met.dark ? through * (1.0 - passed) * radiance : vec3(0.0);
+        sum += met.any && !met.dark ? through * (1.0 - passed) * seen_radiance(met) : vec3(0.0);
         through *= met.any ? passed : vec3(1.0);
         bool spent = brightest(through) < SPENT;
         through = spent ? vec3(0.0) : through;

@@ -113,7 +113,7 @@ impl Gi for Lighting {
         &self.constants
     }
 
-    fn binds(&self) -> Vec<Bind<'_>> {
+    fn binds<'a>(&'a self, _ground: &'a Ground) -> Vec<Bind<'a>> {
         self.volumes.last().map_or_else(Vec::new, |volume| self.look_up(volume))
     }
 

@@ -161,7 +161,7 @@ impl Gi for Lighting {
         &self.constants
     }
 
-    fn binds(&self) -> Vec<Bind<'_>> {
+    fn binds<'a>(&'a self, _ground: &'a Ground) -> Vec<Bind<'a>> {
         self.sums.last().map_or_else(Vec::new, |sum| self.look_up(sum))
     }
 

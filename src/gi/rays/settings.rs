@@ -13,12 +13,14 @@ pub struct Settings {
     pub bounce: u32,
     /// Rays for a rough lobe that sends on all that it meets; a fainter one gets its share of them.
     pub glossy: u32,
+    /// Passes whose mean is the light, with all bounces, of what stands still.
+    pub passes: u32,
 }
 
 impl Default for Settings {
     /// The preset `balanced`.
     fn default() -> Self {
-        Self { diffuse: 8, bounce: 2, glossy: 4 }
+        Self { diffuse: 8, bounce: 2, glossy: 4, passes: 24 }
     }
 }
 
@@ -39,5 +41,13 @@ pub const KEYS: &[&[Key]] = &[&[
         "rays for a rough lobe, mirrored or transmitted; a lobe that sends on a tenth of its light takes a tenth of them, a \
          smooth one takes one",
         "a ray each, where something is glossy or transmits",
+    ),
+    key(
+        "rays.passes",
+        "passes",
+        Range::Whole(0, 4096),
+        "with bounces = all, passes over the voxels whose mean is the light once it has settled; then it stays until something \
+         changes. 0: the settled light of one set of directions",
+        "a second bounce's shading each, once; noise falls with the root of their number",
     ),
 ]];

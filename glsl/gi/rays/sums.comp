@@ -1,0 +1,35 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// What the lit items send, summed up over blocks of the grid in whole numbers, so that no order shows: feedback has settled once
+// these sums stay. A thread per lit item.
+#include "ground/constants.glsl"
+#include "ground/layout.glsl"
+#include "common/count.glsl"
+#include "ground/cells.glsl"
+
+const uint BLOCKS = 4u; // along each edge
+const float UNITS = 64.0; // per unit of stored radiance on a voxel's face
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; };
+layout(set = 0, binding = 36, scalar) buffer LightSums { uvec2 light_sums[]; }; // low word, high word
+
+void main() {
+    uint count = cell_counts[LIT_COUNTS].count;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        ItemLight light = seen_lights[lit_items[i]];
+        uvec3 block = cell_at(list_items[lit_items[i]].voxel, EDGE) * BLOCKS / EDGE;
+        COUNT(WORDS, 9u);
+        COUNT(LIST_ITEMS, 1u);
+        float sent = dot(light.front + light.back, vec3(light.opacity * light.area));
+        uint units = uint(min(sent * UNITS, 4.2e9));
+        uint place = block.x + BLOCKS * (block.y + BLOCKS * block.z);
+        if (atomicAdd(light_sums[place].x, units) + units < units) {
+            atomicAdd(light_sums[place].y, 1u);
+        }
+    }
+}

@@ -160,13 +160,7 @@ impl Frame {
         }
         if light {
             // The light that the method makes of it.
-            let update = Update {
-                lists: lists || unlit,
-                history: self.history,
-                known: !unlit,
-                share: 1.0 / (1 + mean_pass) as f32,
-                measured: !seen.image,
-            };
+            let update = Update { lists: lists || unlit, history: self.history, known: !unlit, measured: !seen.image };
             self.method.update(r, &self.ground, &update);
             self.light_passes += 1;
         }

@@ -50,7 +50,7 @@ void choose(uint first, uint voxel) {
         uint cell = facing_cell(triangle_normal(a, b, c));
         uint material = triangles[triangle].material;
         uint source = triangles[triangle].source;
-        item_parts[item - 1u] = ItemPart(cell, area, source); // until it is known which item is lit for it
+        item_parts[item - 1u] = ItemPart(cell, area, source, 0u); // until it is known which item is lit for it
         bool same = chosen[cell] != 0u && material == materials_of[cell];
         bool better = chosen[cell] == 0u || material < materials_of[cell]
             || (same && (area > areas_of[cell] || (area == areas_of[cell] && source < sources_of[cell])));
@@ -69,6 +69,8 @@ void main() {
         uint first = heads[cells[i]];
         COUNT(HEADS, 1u);
         choose(first, cells[i]);
+        uint lit = 0u; // items
+        uint last_lit = 0u; // 1-based
         for (uint item = first; item != 0u; item = list_items[item - 1u].next) {
             COUNT(LIST_ITEMS, 1u);
             COUNT(WORDS, 2u); // where it faces, and its material
@@ -79,7 +81,12 @@ void main() {
             item_parts[item - 1u].lit_by = lit_by - 1u;
             if (lit_by == item) {
                 lit_items[take_place(LIT_COUNTS)] = item - 1u;
+                lit++;
+                last_lit = item;
             }
+        }
+        if (lit == 1u) {
+            item_parts[last_lit - 1u].alone = 1u;
         }
     }
 }

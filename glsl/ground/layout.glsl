@@ -50,6 +50,7 @@ struct ItemPart {
     uint lit_by;
     float area;
     uint source; // of its triangle
+    uint alone; // 1: it is lit for everything in its voxel
 };
 
 struct ListItem {
@@ -164,4 +165,5 @@ struct Frame {
     uint lamp_tree; // 1: pieces are chosen through the tree; 0: each as often
     uint light_pass; // which of the passes whose mean is kept lights the list items,
     uint image_pass; // and which makes the image
+    float light_share; // of the newest pass in that mean; 1: all
 };

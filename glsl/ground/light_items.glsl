@@ -1,10 +1,10 @@
-// Lights the items of the lists, a thread per item that is lit. A thread per voxel would have rays in a loop: llvmpipe
+// Lights the items of the lists, a thread per item that is lit, or takes this pass into the mean of what they send. A thread per voxel would have rays in a loop: llvmpipe
 // ends every loop of an invocation once all of them together have gone round 65535 times.
 
 #include "ground/item_light.glsl"
 #include "ground/cells.glsl"
 
-layout(set = 0, binding = 22, scalar) writeonly buffer ItemLights { ItemLight item_lights[]; };
+layout(set = 0, binding = 22, scalar) buffer ItemLights { ItemLight item_lights[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
 
 void main() {
@@ -14,6 +14,12 @@ void main() {
         uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
         ListItem entry = list_items[item];
         Triangle t = triangles[entry.triangle];
-        item_lights[item] = light_item(item, t, corners_of(t), cell_at(entry.voxel, EDGE));
+        ItemLight light = light_item(item, t, corners_of(t), cell_at(entry.voxel, EDGE));
+        if (frame.light_share < 1.0) {
+            COUNT(WORDS, 6u);
+            light.front = mix(item_lights[item].front, light.front, frame.light_share);
+            light.back = mix(item_lights[item].back, light.back, frame.light_share);
+        }
+        item_lights[item] = light;
     }
 }

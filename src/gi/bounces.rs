@@ -17,9 +17,11 @@ pub struct BounceDesc {
 
 /// The passes that light things, bounce by bounce.
 pub struct PerBounce<P> {
+    /// Nothing is gathered.
     pub first: P,
     /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
     pub again: Option<P>,
+    /// What gathers from the first bounce; absent with one.
     pub second: Option<P>,
 }
 

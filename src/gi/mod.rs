@@ -197,8 +197,6 @@ pub struct Update {
     pub history: bool,
     /// What the method holds is what the frame before filled, and nothing else.
     pub known: bool,
-    /// How much of the mean of its passes the newest one is; 1: all.
-    pub share: f32,
     /// Whether [`Gi::coarse_light`] is going to be asked.
     pub measured: bool,
 }

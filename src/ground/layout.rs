@@ -45,9 +45,9 @@ shared! {
     ItemLight { front: [f32; 3], opacity: f32, back: [f32; 3], area: f32 }
 }
 shared! {
-    /// For a list item: the item whose light it copies, the area of its triangle inside the voxel, over a face's, and the
-    /// triangle's source.
-    ItemPart { lit_by: u32, area: f32, source: u32 }
+    /// For a list item: the item whose light it copies, the area of its triangle inside the voxel, over a face's, the
+    /// triangle's source, and whether it is lit for everything in its voxel.
+    ItemPart { lit_by: u32, area: f32, source: u32, alone: u32 }
 }
 shared! {
     /// A texture as a material uses it; `texture` is −1 where there is none.
@@ -92,7 +92,7 @@ shared! {
         down_per_ndc: [f32; 3], light_count: u32,
         sky: [f32; 3], frame_index: u32,
         image_size: [f32; 2], samples: u32,
-        lamp_count: u32, lamp_tree: u32, light_pass: u32, image_pass: u32,
+        lamp_count: u32, lamp_tree: u32, light_pass: u32, image_pass: u32, light_share: f32,
     }
 }
 shared! {

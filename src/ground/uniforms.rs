@@ -46,6 +46,7 @@ impl FrameUniforms<'_> {
             lamp_tree: u32::from(self.lamps.1),
             light_pass: self.passes.0,
             image_pass: self.passes.1,
+            light_share: 1.0 / (1 + self.passes.0) as f32,
         }
     }
 }

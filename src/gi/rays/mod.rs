@@ -30,8 +30,8 @@ const SUMS_BYTES: u64 = 4 * 4 * 4 * 8;
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems)];
 
 pub struct Lighting {
-    bounces: Bounces,
     light: PerBounce<Light>,
+    share: Compute,
     feedback: Option<Feedback>,
     constants: [(u32, u32); 2],
 }
@@ -45,7 +45,6 @@ struct Light {
 /// What only `bounces = all` needs.
 struct Feedback {
     carry: Compute,
-    mean: Compute,
     sum: Compute,
     sums: Buffer,
 }
@@ -60,7 +59,7 @@ impl Gi for Lighting {
             lit_items: true,
             alike: true,
             kept_direct_light: settings.bounces.volumes() > 1,
-            seen_lights: settings.bounces.volumes() > 1,
+            seen_lights: true,
             carried_light: all,
             mean_passes: all.then_some(settings.of.rays.passes),
             diffuse: true,
@@ -86,13 +85,12 @@ impl Gi for Lighting {
         let feedback = || {
             Ok(Feedback {
                 carry: compute("carry", "gi/rays/carry.comp", &items)?,
-                mean: compute("mean", "gi/rays/mean.comp", &items)?,
                 sum: compute("sums", "gi/rays/sums.comp", &items)?,
                 sums: Buffer::new(context, "light sums", SUMS_BYTES, BufferKind::Device)?,
             })
         };
         Ok(Self {
-            bounces: settings.bounces,
+            share: compute("share items", "gi/rays/share_items.comp", &items)?,
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
             feedback: (settings.bounces == Bounces::All).then(feedback).transpose()?,
             constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)],
@@ -100,14 +98,24 @@ impl Gi for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        if let Some(feedback) = &self.feedback {
-            return self.feed_back(r, ground, update, feedback);
+        match (&self.feedback, &self.light.again) {
+            (Some(feedback), Some(again)) if update.history => {
+                // Everything is lit directly and by what it saw before;
+                if update.lists {
+                    feedback.carry(r, ground);
+                }
+                self.light(r, ground, again);
+            }
+            // or directly alone.
+            _ => self.light(r, ground, &self.light.first),
         }
-        // Items are lit directly; then once more, with what they gather of that.
-        let lists = ground.base();
-        let lights = [&lists.item_lights, &lists.seen_lights];
-        let bounces = self.bounces.volumes() as usize;
-        self.light.each(&lights[..bounces], false, |light, from, to| light.record(r, ground, from.copied(), to));
+        // Then once more; with feedback only where lists are new: what was not in its voxel before has been dark until now.
+        if let Some(second) = self.light.second.as_ref().filter(|_| self.feedback.is_none() || update.lists) {
+            self.light(r, ground, second);
+        }
+        if let Some(feedback) = self.feedback.as_ref().filter(|_| update.measured) {
+            feedback.sum(r, ground);
+        }
     }
 
     fn constants(&self) -> &[(u32, u32)] {
@@ -116,8 +124,7 @@ impl Gi for Lighting {
 
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>> {
         let lists = ground.base();
-        let lights = if self.bounces.volumes() > 1 { &lists.seen_lights } else { &lists.item_lights };
-        vec![Bind::buffer("item_parts", &lists.item_parts), Bind::buffer("seen_lights", lights)]
+        vec![Bind::buffer("item_parts", &lists.item_parts), Bind::buffer("seen_lights", &lists.seen_lights)]
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
@@ -126,50 +133,26 @@ impl Gi for Lighting {
 }
 
 impl Lighting {
-    /// A pass of feedback: another bounce of everything.
-    fn feed_back(&self, r: &mut Recorder, ground: &Ground, update: &Update, feedback: &Feedback) {
+    /// Lights the items of the lists, and lets neighbours share. Reads: lists, triangles, materials, lights, lamps, kept direct
+    /// light, seen lights. Writes: item lights, kept direct light, seen lights.
+    fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light) {
         let lists = ground.base();
-        let (fresh, seen) = (&lists.item_lights, &lists.seen_lights);
-        match (&self.light.again, &self.light.second) {
-            (Some(again), Some(second)) if update.history => {
-                if update.lists {
-                    feedback.carry(r, ground);
-                }
-                again.record(r, ground, Some(seen), fresh);
-                feedback.mean(r, ground, update.share);
-                if update.lists {
-                    // What stands in a voxel where it did not stand before has been dark until now.
-                    second.record(r, ground, Some(seen), fresh);
-                    feedback.mean(r, ground, update.share);
-                }
-            }
-            _ => {
-                self.light.first.record(r, ground, None, fresh);
-                feedback.mean(r, ground, 1.0);
-            }
-        }
-        if update.measured {
-            feedback.sum(r, ground);
-        }
-    }
-}
-
-impl Light {
-    /// Lights the items of the lists. Reads: lists, triangles, materials, lights, lamps, kept direct light, `from`: what the
-    /// items sent before. Writes: `to`, kept direct light.
-    fn record(&self, r: &mut Recorder, ground: &Ground, from: Option<&Buffer>, to: &Buffer) {
-        let lists = ground.base();
-        r.zone(self.label, ZoneKind::Compute, 0, |r| {
+        r.zone(pass.label, ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists and what is gathered from were written
-            let mut binds = ground.binds();
-            binds.extend([
-                Bind::buffer("direct_light", &lists.direct_light),
+            let mut binds = ground.item_binds();
+            binds.push(Bind::buffer("seen_lights", &lists.seen_lights));
+            lists.cells.dispatch_items(r, &pass.pipeline, binds);
+        });
+        r.zone("share items", ZoneKind::Compute, 0, |r| {
+            r.full_barrier(); // the items are lit
+            let binds = [
+                Bind::buffer("triangles", &ground.triangles),
+                Bind::buffer("list_items", &lists.items),
+                Bind::buffer("heads", &lists.heads),
+                Bind::buffer("item_lights", &lists.item_lights),
                 Bind::buffer("item_parts", &lists.item_parts),
-                Bind::buffer("lit_items", &lists.lit_items),
-                Bind::buffer("item_lights", to),
-            ]);
-            binds.extend(from.map(|lights| Bind::buffer("seen_lights", lights)));
-            lists.cells.dispatch_items(r, &self.pipeline, binds);
+            ];
+            over_lit_items(r, ground, &self.share, &binds);
         });
     }
 }
@@ -188,16 +171,7 @@ impl Feedback {
         ];
         r.zone("carry", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the items that are lit were chosen
-            over_lit_items(r, ground, &self.carry, &binds, &());
-        });
-    }
-
-    /// The newest light becomes a `share` of the mean.
-    fn mean(&self, r: &mut Recorder, ground: &Ground, share: f32) {
-        let binds = [Bind::buffer("item_lights", &ground.base().item_lights)];
-        r.zone("mean", ZoneKind::Compute, 0, |r| {
-            r.full_barrier(); // the items are lit
-            over_lit_items(r, ground, &self.mean, &binds, &share);
+            over_lit_items(r, ground, &self.carry, &binds);
         });
     }
 
@@ -207,19 +181,13 @@ impl Feedback {
             r.full_barrier(); // the light was written, the sums before may have been read
             r.fill(&self.sums, 0, SUMS_BYTES, 0);
             r.full_barrier(); // they are 0
-            over_lit_items(r, ground, &self.sum, &binds, &());
+            over_lit_items(r, ground, &self.sum, &binds);
         });
     }
 }
 
 /// A thread per lit item. `binds`: besides the lists of items and their light.
-fn over_lit_items<'a, P: bytemuck::Pod>(
-    r: &mut Recorder,
-    ground: &'a Ground,
-    pipeline: &Compute,
-    binds: &[Bind<'a>],
-    push: &P,
-) {
+fn over_lit_items<'a>(r: &mut Recorder, ground: &'a Ground, pipeline: &Compute, binds: &[Bind<'a>]) {
     let lists = ground.base();
     let mut binds = binds.to_vec();
     binds.extend([
@@ -228,5 +196,5 @@ fn over_lit_items<'a, P: bytemuck::Pod>(
         Bind::buffer("cell_counts", &lists.cells.counts),
     ]);
     let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
-    r.dispatch_indirect(pipeline, &pipeline.select(&binds), push, (&lists.cells.counts, offset));
+    r.dispatch_indirect(pipeline, &pipeline.select(&binds), &(), (&lists.cells.counts, offset));
 }

@@ -1,0 +1,86 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// What others see of each lit item: the mean of what it and its neighbours on the same surface send, since each looks along
+// other directions. Where a voxel lists anything else beside, nothing is shared with it: the surface may end there at a wall,
+// and no light may pass that. A thread per lit item.
+#include "ground/constants.glsl"
+#include "ground/layout.glsl"
+#include "common/count.glsl"
+#include "common/alike.glsl"
+#include "common/triangle_box.glsl"
+#include "ground/cells.glsl"
+
+const float SAME_PLANE = 0.5; // voxels between two surfaces that count as one
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
+layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(set = 0, binding = 29, scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
+
+struct Plane {
+    vec3 normal; // unit
+    float offset;
+    uint facing;
+    uint material;
+};
+
+Plane plane_of(uint item) {
+    uint triangle = list_items[item].triangle;
+    vec3 a = triangles[triangle].vertices[0].position;
+    vec3 n = triangle_normal(a, triangles[triangle].vertices[1].position, triangles[triangle].vertices[2].position);
+    COUNT(LIST_ITEMS, 1u);
+    COUNT(CORNERS, 3u);
+    COUNT(WORDS, 1u);
+    vec3 unit = normalize(n);
+    return Plane(unit, dot(unit, a), facing_cell(n), triangles[triangle].material);
+}
+
+void main() {
+    uint count = cell_counts[LIT_COUNTS].count;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        uint item = lit_items[i];
+        COUNT(WORDS, 17u);
+        ItemLight sum = item_lights[item];
+        float total = sum.area;
+        sum.front *= total;
+        sum.back *= total;
+        Plane own = plane_of(item);
+        vec3 size = abs(own.normal);
+        int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        vec3 center = vec3(cell_at(list_items[item].voxel, EDGE)) + 0.5;
+        bool shares = item_parts[item].alone != 0u && total > 0.0;
+        for (int k = 0; k < (shares ? 9 : 0); k++) {
+            vec3 there = center;
+            there[(axis + 1) % 3] += float(k % 3 - 1);
+            there[(axis + 2) % 3] += float(k / 3 - 1);
+            there[axis] += (own.offset - dot(own.normal, there)) / own.normal[axis]; // where the plane goes on
+            ivec3 voxel = ivec3(floor(there));
+            bool inside = all(greaterThanEqual(voxel, ivec3(0))) && all(lessThan(voxel, ivec3(EDGE)));
+            uint head = inside && k != 4 ? heads[head_index(voxel)] : 0u;
+            uint neighbour = item_parts[max(head, 1u) - 1u].lit_by;
+            COUNT(HEADS, 1u);
+            COUNT(WORDS, 2u);
+            if (head != 0u && item_parts[neighbour].alone != 0u) {
+                Plane other = plane_of(neighbour);
+                vec3 middle = vec3(voxel) + 0.5;
+                float apart = abs(dot(own.normal, middle) - own.offset - dot(other.normal, middle) + other.offset);
+                if (other.facing == own.facing && other.material == own.material && apart < SAME_PLANE) {
+                    COUNT(WORDS, 8u);
+                    ItemLight light = item_lights[neighbour];
+                    sum.front += light.area * light.front;
+                    sum.back += light.area * light.back;
+                    total += light.area;
+                }
+            }
+        }
+        sum.front = total > 0.0 ? sum.front / total : item_lights[item].front;
+        sum.back = total > 0.0 ? sum.back / total : item_lights[item].back;
+        seen_lights[item] = sum;
+    }
+}

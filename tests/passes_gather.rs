@@ -236,7 +236,7 @@ fn a_light_that_goes_leaves_no_long_trail() {
     let mut gone = pose.clone();
     gone.lights[0].position.y += 1e4; // far above the closed ceiling
     let trail: Vec<f64> = (0..8).map(|_| mean(&gone) / lit).collect();
-    // Each frame keeps what two bounces off walls of 0.73 do: less than half.
-    assert!(trail.windows(2).all(|w| w[1] < 0.5 * w[0] + 1e-6), "{trail:?}");
+    // Each frame keeps what one bounce off walls of 0.73, a third of them coloured, and of what lies open does.
+    assert!(trail.windows(2).all(|w| w[1] < 0.55 * w[0] + 1e-6), "{trail:?}");
     assert!(trail[7] < 0.01, "{trail:?}");
 }

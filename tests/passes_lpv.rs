@@ -324,13 +324,13 @@ fn what_passes_into_a_cell_is_by_hand() {
     }
 }
 
-/// The finer of two grids has cells of half a voxel and starts at voxel (4, 2, 8). What comes in along each way is what the
-/// coarser grid's sum has for that way at the voxel beyond the border.
+/// The finer of two grids has cells of half a voxel and starts at voxel (4, 2, 8), the coarser one starts at voxel (1, 2, 3). What
+/// comes in along each way is what the coarser grid's sum has for that way at the voxel beyond the border.
 #[test]
 fn a_finer_grid_takes_in_what_the_coarser_one_has_there() {
     let (context, edge) = (gpu::context(), 16u32);
     let count = edge.pow(3) as usize;
-    let coarse = |k: usize, voxel: IVec3| (1000 * k as i32 + 1 + voxel.x + 16 * voxel.y + 256 * voxel.z) as f32;
+    let coarse = |k: usize, cell: IVec3| (1000 * k as i32 + 1 + cell.x + 16 * cell.y + 256 * cell.z) as f32;
     let place = |index: usize| IVec3::new(index as i32 % 16, index as i32 / 16 % 16, index as i32 / 256);
     let sums: Vec<Image> = (0..6)
         .map(|k| {
@@ -344,7 +344,7 @@ fn a_finer_grid_takes_in_what_the_coarser_one_has_there() {
     let corner = Vec3::new(4.0, 2.0, 8.0);
     let push = LpvPush { offset: (-2.0 * corner).into(), scale: 2.0, ..LpvPush::zeroed() };
     let [x, y, z] = push.offset;
-    let places = upload(&context, "cascades", &[[x, y, z, 2.0], [0.0, 0.0, 0.0, 1.0]]).expect("an upload");
+    let places = upload(&context, "cascades", &[[x, y, z, 2.0], [-1.0, -2.0, -3.0, 1.0]]).expect("an upload");
     let passages = upload(&context, "passages", &vec![[u32::MAX; 3]; count]).expect("an upload");
     let frame = upload(&context, "frame", &[layout::Frame { scale: 1.0, ..Zeroable::zeroed() }]).expect("an upload");
     let constants = [(32, edge), (33, 2), (34, 1), (35, 2), (39, 1), (49, 0.5f32.to_bits())];
@@ -374,7 +374,8 @@ fn a_finer_grid_takes_in_what_the_coarser_one_has_there() {
         });
         let comes_in = |(k, way): (usize, &IVec3)| {
             let voxel = corner + ((cell - *way).as_vec3() + 0.5) / 2.0;
-            coarse(k, voxel.floor().as_ivec3().clamp(IVec3::ZERO, IVec3::splat(15)))
+            let cell = voxel.floor().as_ivec3() - IVec3::new(1, 2, 3);
+            coarse(k, cell.clamp(IVec3::ZERO, IVec3::splat(15)))
         };
         let expected: f32 = beyond.map(comes_in).sum();
         assert!((flux[0] - expected).abs() <= 1e-5 * expected, "{cell}: {} is not {expected}", flux[0]);

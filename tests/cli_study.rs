@@ -71,7 +71,8 @@ fn the_rooms_in_docs_are_of_todays_presets() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study/rooms/README.md");
     let page = fs::read_to_string(path).expect("the page of `twobounce study --presets-only`");
     let presets: Vec<String> = twobounce::settings::PRESETS.iter().map(|preset| format!("`{}`", preset.name)).collect();
-    let shown: Vec<String> = table(&page).iter().map(|line| line.trim_start_matches("preset ").to_owned()).collect();
+    let shown: Vec<String> =
+        table(&page).iter().map(|line| line.trim_start_matches("preset").trim().to_owned()).collect();
     assert_eq!(shown, presets, "docs/study/rooms is stale: run `twobounce study --presets-only`");
 }
 

@@ -60,9 +60,9 @@ float lobe_mean(uint texel, vec3 n, vec3 toward, float alpha) {
     return sum.y / sum.x;
 }
 
-// Light towards a texel, times the cosine.
+// Light towards a texel, times the cosine; at most what an f16 holds.
 vec3 lobe_sent(LobeLight l, uint texel, vec3 n) {
-    return l.light == vec3(0.0) ? vec3(0.0) : l.light * lobe_mean(texel, n, l.toward, l.alpha);
+    return l.light == vec3(0.0) ? vec3(0.0) : min(l.light * lobe_mean(texel, n, l.toward, l.alpha), vec3(LARGEST_STORED));
 }
 
 // `sent`: stored radiance, had it been sent evenly. `mean`: of the unit directions to the lights.

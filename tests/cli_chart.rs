@@ -153,7 +153,11 @@ fn rows_pages_and_failures() {
     assert_eq!(page.matches("data:image/jpeg;base64,").count(), 2 * 3 + 2);
     assert!(!page.contains("{{"), "a place in the page was not filled in");
     let svg = fs::read_to_string(folder.path("out/chart.svg")).unwrap();
-    assert!(svg.matches("<circle").count() == 2 + 2 * 2 && svg.contains("polyline"), "{svg}");
+    let marks: Vec<&str> = svg.lines().filter(|line| line.contains(" scale(")).collect();
+    assert!(marks.len() == 2 + 2 * 2 && svg.contains("polyline"), "{svg}");
+    let shapes: BTreeSet<_> =
+        marks.iter().filter_map(|line| line.split('"').find(|part| part.starts_with('M'))).collect();
+    assert_eq!(shapes.len(), 2, "a shape for each method: {svg}");
 
     let mut written = BTreeSet::new();
     paths(&chart, "", &mut written);

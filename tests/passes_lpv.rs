@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3, IVec3, Vec3};
-use gpu::twins::propagation::{Cell, Cells, Rules, WAYS, shares};
+use gpu::twins::propagation::{Cell, Cells, Rules, WAYS, aim, shares};
 use scenes::Random;
 use twobounce::gi::lpv::LpvPush;
 use twobounce::ground::layout;
@@ -21,6 +21,34 @@ use twobounce::vk::*;
 
 const LOBES: Rules = Rules::Lobes { own: false };
 const BEAMS: Rules = Rules::Beams(0.5);
+
+/// An image of so many grids, one above the other, with these texels.
+fn volume(context: &Arc<Context>, edge: u32, grids: u32, texels: Option<&[[f32; 4]]>) -> Image {
+    let desc = ImageDesc {
+        label: "field",
+        dim: ImageDim::D3,
+        format: Format::R32G32B32A32_SFLOAT,
+        width: edge,
+        height: edge,
+        depth_or_layers: edge * grids,
+        usage: ImageUsageFlags::SAMPLED
+            | ImageUsageFlags::STORAGE
+            | ImageUsageFlags::TRANSFER_DST
+            | ImageUsageFlags::TRANSFER_SRC,
+        ..Default::default()
+    };
+    let image = Image::new(context, &desc).expect("an image");
+    if let Some(texels) = texels {
+        upload_image(context, &image, ImageRegion::level(&image, 0), texels).expect("an upload");
+    }
+    image
+}
+
+/// Two numbers of sixteen bits in a word.
+fn pack([low, high]: [f64; 2]) -> u32 {
+    let unorm = |v: f64| (v * 65535.0).round() as u32;
+    unorm(low) | unorm(high) << 16
+}
 
 /// Steps on the device.
 struct Steps {
@@ -48,26 +76,7 @@ impl Steps {
 
     /// Images with these texels, or empty ones.
     fn field(&self, parts: usize, texels: Option<&dyn Fn(usize) -> Vec<[f32; 4]>>) -> Vec<Image> {
-        let part = |part: usize| {
-            let desc = ImageDesc {
-                label: "field",
-                dim: ImageDim::D3,
-                format: Format::R32G32B32A32_SFLOAT,
-                width: self.edge,
-                height: self.edge,
-                depth_or_layers: self.edge,
-                usage: ImageUsageFlags::SAMPLED
-                    | ImageUsageFlags::STORAGE
-                    | ImageUsageFlags::TRANSFER_DST
-                    | ImageUsageFlags::TRANSFER_SRC,
-                ..Default::default()
-            };
-            let image = Image::new(&self.context, &desc).expect("an image");
-            if let Some(texels) = texels {
-                upload_image(&self.context, &image, ImageRegion::level(&image, 0), &texels(part)).expect("an upload");
-            }
-            image
-        };
+        let part = |part: usize| volume(&self.context, self.edge, 1, texels.map(|texels| texels(part)).as_deref());
         (0..parts).map(part).collect()
     }
 
@@ -80,26 +89,21 @@ impl Steps {
                 [moment, 2.0 * moment, 0.0, 0.0]
             }
             (Rules::Beams(sharpness), _) => {
-                let (share, moment) = shares(*cell, sharpness)[part - 1];
-                moment.extend(share).as_vec4().to_array().map(|v| v)
+                let (direction, whole) = aim(*cell, sharpness);
+                direction.extend(1.0 / whole).as_vec4().to_array()
             }
         };
-        let wxyz = |[x, y, z, w]: [f32; 4]| [w, x, y, z];
-        let beams = matches!(self.rules, Rules::Beams(_)) && part > 0;
-        start.cells.iter().map(texel).map(|t| if beams { wxyz(t) } else { t }).collect()
+        start.cells.iter().map(texel).collect()
     }
 
     /// The light after so many steps, and what they added up: parts of lobes, or what beams sent along each way.
     fn run(&self, start: &Cells, steps: u32) -> (Vec<f64>, Vec<Vec<f64>>) {
         let c = &self.context;
         let beams = matches!(self.rules, Rules::Beams(_));
-        let parts = if beams { 7 } else { 4 };
+        let group = if beams { [16, 4, 1] } else { [4; 3] };
+        let parts = if beams { 2 } else { 4 };
         let fields = [self.field(parts, Some(&|part| self.texels(start, part))), self.field(parts, None)];
         let sums = self.field(if beams { 6 } else { 4 }, None);
-        let pack = |[low, high]: [f64; 2]| {
-            let unorm = |v: f64| (v * 65535.0).round() as u32;
-            unorm(low) | unorm(high) << 16
-        };
         let packed = |p: &[f64; 6]| [pack([p[0], p[1]]), pack([p[2], p[3]]), pack([p[4], p[5]])];
         let passages: Vec<[u32; 3]> = start.passages.iter().map(packed).collect();
         let passages = upload(c, "passages", &passages).expect("an upload");
@@ -123,7 +127,7 @@ impl Steps {
                 ];
                 let pipeline = if step == 0 { &self.first } else { &self.next };
                 let push = LpvPush { scale: 1.0, ..LpvPush::zeroed() };
-                r.dispatch(pipeline, &pipeline.select(&binds), &push, [self.edge / 4; 3]);
+                r.dispatch(pipeline, &pipeline.select(&binds), &push, group.map(|threads| self.edge / threads));
             }
         });
         recorder.finish().expect("a dispatch");
@@ -276,6 +280,106 @@ fn light_is_bounded_after_a_thousand_steps() {
     assert_eq!((outside(&cells), sums.iter().map(|sum| outside(sum)).sum::<f64>()), (0.0, 0.0), "sheets leak");
     // Of every step's light half goes to the walls and is gone; what the steps sent is the start's light, over that half.
     assert!(sums.iter().flatten().sum::<f64>() < 3.0, "what walls take is not gone");
+}
+
+/// What looks along +x fills half of a cell's face, what looks along −y a quarter. Light is blocked where it comes into their
+/// cell through them, from either side, and where it leaves it through a front.
+#[test]
+fn what_passes_into_a_cell_is_by_hand() {
+    let (context, edge) = (gpu::context(), 16);
+    let empty = Cells::empty(edge as i32);
+    let index = |cell: IVec3| empty.index(cell).expect("a cell");
+    let cell = IVec3::splat(5);
+    let mut blockers = vec![[0u32; 4]; empty.cells.len()];
+    blockers[index(cell)] = [pack([0.5, 0.0]), pack([0.0, 0.0]), pack([0.25, 0.0]), 0];
+    let blockers = upload(&context, "blockers", &blockers).expect("an upload");
+    let passages = upload(&context, "passages", &vec![[0u32; 3]; empty.cells.len()]).expect("an upload");
+    let desc = ComputeDesc { label: "passages", shader: "gi/lpv/passages.comp", constants: &[(32, edge)] };
+    let pipeline = Compute::new(&context, &desc).expect("a pipeline");
+    let mut recorder = Recorder::new(&context, RecorderOptions::default()).expect("a recorder");
+    recorder.zone("passages", ZoneKind::Compute, 0, |r| {
+        let binds = [Bind::buffer("blockers", &blockers), Bind::buffer("passages", &passages)];
+        r.dispatch(&pipeline, &binds, &LpvPush::zeroed(), [edge / 4; 3]);
+    });
+    recorder.finish().expect("a dispatch");
+    let packed: Vec<[u32; 3]> = download(&context, &passages).expect("passages");
+    let into = |cell: IVec3, way: usize| {
+        let word = packed[index(cell)][way / 2];
+        f64::from(if way.is_multiple_of(2) { word & 0xffff } else { word >> 16 }) / 65535.0
+    };
+    for (from, way, expected) in [
+        (IVec3::ZERO, 0, 0.5), // into it, along +x and −x
+        (IVec3::ZERO, 3, 0.5),
+        (IVec3::ZERO, 1, 0.75), // along +y and −y
+        (IVec3::ZERO, 4, 0.75),
+        (IVec3::ZERO, 2, 1.0),
+        (IVec3::X, 0, 1.0), // out of it, along +x: away from the front
+        (IVec3::NEG_X, 3, 0.5),
+        (IVec3::Y, 1, 0.75),
+        (IVec3::NEG_Y, 4, 1.0),
+        (IVec3::Z, 2, 1.0),
+    ] {
+        let got = into(cell + from, way);
+        assert!((got - expected).abs() < 2e-5, "into the cell at {from}, along {}: {got}", WAYS[way]);
+    }
+}
+
+/// The finer of two grids has cells of half a voxel and starts at voxel (4, 2, 8), the coarser one starts at voxel (1, 2, 3). What
+/// comes in along each way is what the coarser grid's sum has for that way at the voxel beyond the border.
+#[test]
+fn a_finer_grid_takes_in_what_the_coarser_one_has_there() {
+    let (context, edge) = (gpu::context(), 16u32);
+    let count = edge.pow(3) as usize;
+    let coarse = |k: usize, cell: IVec3| (1000 * k as i32 + 1 + cell.x + 16 * cell.y + 256 * cell.z) as f32;
+    let place = |index: usize| IVec3::new(index as i32 % 16, index as i32 / 16 % 16, index as i32 / 256);
+    let sums: Vec<Image> = (0..6)
+        .map(|k| {
+            let texels: Vec<[f32; 4]> = (0..2 * count)
+                .map(|i| if i < count { [0.0; 4] } else { [coarse(k, place(i - count)), 0.0, 0.0, 0.0] })
+                .collect();
+            volume(&context, edge, 2, Some(&texels))
+        })
+        .collect();
+    let [old, new] = [0, 1].map(|_| [0, 1].map(|_| volume(&context, edge, 1, Some(&vec![[0.0; 4]; count]))));
+    let corner = Vec3::new(4.0, 2.0, 8.0);
+    let push = LpvPush { offset: (-2.0 * corner).into(), scale: 2.0, ..LpvPush::zeroed() };
+    let [x, y, z] = push.offset;
+    let places = upload(&context, "cascades", &[[x, y, z, 2.0], [-1.0, -2.0, -3.0, 1.0]]).expect("an upload");
+    let passages = upload(&context, "passages", &vec![[u32::MAX; 3]; count]).expect("an upload");
+    let frame = upload(&context, "frame", &[layout::Frame { scale: 1.0, ..Zeroable::zeroed() }]).expect("an upload");
+    let constants = [(32, edge), (33, 2), (34, 1), (35, 2), (39, 1), (49, 0.5f32.to_bits())];
+    let desc = ComputeDesc { label: "propagate", shader: "gi/lpv/propagate_beams.comp", constants: &constants };
+    let pipeline = Compute::new(&context, &desc).expect("a pipeline");
+    let sampler = Sampler::new(&context, Filter::NEAREST, SamplerAddressMode::CLAMP_TO_EDGE).expect("a sampler");
+    let mut recorder = Recorder::new(&context, RecorderOptions::default()).expect("a recorder");
+    recorder.zone("propagate", ZoneKind::Compute, 0, |r| {
+        let binds = [
+            Bind::buffer("passages", &passages),
+            Bind::buffer("cascades", &places),
+            Bind::buffer("frame", &frame),
+            Bind::images("old_light", old.iter().map(Image::view), &sampler),
+            Bind::storage_images("new_light", new.iter().map(|part| part.mip_view(0))),
+            Bind::storage_images("sums", sums.iter().map(|part| part.mip_view(0))),
+        ];
+        r.dispatch(&pipeline, &pipeline.select(&binds), &push, [1, 4, 16]);
+    });
+    recorder.finish().expect("a dispatch");
+    assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+    let flux: Vec<[f32; 4]> = download_image(&context, &new[0], 0).expect("a flux");
+    for (index, flux) in flux.iter().enumerate() {
+        let cell = place(index);
+        let beyond = WAYS.iter().enumerate().filter(|(_, way)| {
+            let from = cell - **way;
+            from.min_element() < 0 || from.max_element() > 15
+        });
+        let comes_in = |(k, way): (usize, &IVec3)| {
+            let voxel = corner + ((cell - *way).as_vec3() + 0.5) / 2.0;
+            let cell = voxel.floor().as_ivec3() - IVec3::new(1, 2, 3);
+            coarse(k, cell.clamp(IVec3::ZERO, IVec3::splat(15)))
+        };
+        let expected: f32 = beyond.map(comes_in).sum();
+        assert!((flux[0] - expected).abs() <= 1e-5 * expected, "{cell}: {} is not {expected}", flux[0]);
+    }
 }
 
 /// As printed, each step starts from the cell's own light: it grows without bound. Added up apart it does not.

@@ -18,6 +18,7 @@ use scenes::{Random, add, triangle};
 use twobounce::gi::photons::cover::samples;
 use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem, Triangle};
 use twobounce::renderer::Renderer;
+use twobounce::scene::LightKind;
 use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{Context, Image, download, download_image};
@@ -203,6 +204,56 @@ fn a_voxel_sends_what_its_photons_do() {
         }
     }
     assert!(uncut > 200, "{uncut} voxels are a test of little");
+}
+
+/// A slanting sheet of metal in the light of a sun: what its voxels send is what the same sheet sends evenly in another method,
+/// and nowhere is it brighter than where a mirror would send it.
+#[test]
+fn a_glossy_voxel_sends_its_lobe_whole_and_where_it_is_mirrored() {
+    let context = gpu::context();
+    let normal = DVec3::new(0.35, 0.8, -0.3).normalize();
+    let travel = DVec3::new(0.5, -0.7, 0.2).normalize();
+    let (u, v) = normal.any_orthonormal_pair();
+    let middle = DVec3::splat(8.3);
+    let at = |a: f64, b: f64| middle + 5.0 * (a * u + b * v);
+    let corners = [[at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0)], [at(-1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]];
+    for (roughness, least) in [(0.3, 0.3), (0.7, 0.28)] {
+        let mut scene = Scene::empty("sheet");
+        let metal = Material { metallic: 1.0, roughness, ..Material::lambert("metal", Vec3::new(0.9, 0.5, 0.2)) };
+        add(&mut scene, &corners, metal);
+        let turn = glam::DQuat::from_rotation_arc(DVec3::NEG_Z, travel);
+        scene.add_light(LightKind::Directional, Vec3::splat(3.0), glam::DAffine3::from_quat(turn));
+        let even =
+            gpu::render(&context, &scene, &Settings { method: twobounce::gi::Method::Cones, ..settings(&[]) }, 16);
+        let lists = even.ground().base();
+        let count = download::<Globals>(&context, &lists.globals).expect("counters")[0].item_count as usize;
+        let lights: Vec<ItemLight> = download(&context, &lists.item_lights).expect("lights");
+        let lights = &lights[..count];
+        let lit =
+            lights.iter().fold([0.0f32; 3], |most, light| if light.front[0] > most[0] { light.front } else { most });
+        assert!(lit[0] > 0.0, "the sun shines on its front");
+        let renderer = gpu::render(&context, &scene, &settings(&[]), 16);
+        let map = level(&context, renderer.frame().method.images()[0], 0);
+        let per_pixel = samples(&context, 8).expect("standard places") as f32;
+        let area: f32 = items(&context, &renderer).iter().map(|item| item.samples as f32 / per_pixel).sum();
+        let area = area / normal.abs().max_element() as f32;
+        let mut sent = [Vec3::ZERO; TEXELS];
+        for voxel in 0..EDGE.pow(3) {
+            for (t, texel) in directions(&map, voxel_at(voxel), EDGE).into_iter().enumerate() {
+                sent[t] += texel.truncate() * octahedron::texel(t, DVec3::X).1 as f32;
+            }
+        }
+        let whole: Vec3 = sent.iter().sum();
+        let expected =
+            std::f32::consts::PI * area * Vec3::from_array(lit) * renderer.frame().scale / even.frame().scale;
+        // Roundings to f16: of the lobe, and of its directions.
+        assert!((whole / expected - 1.0).abs().max_element() < 4e-3, "{roughness}: {whole} is not {expected}");
+        let mirrored = octahedron::place(travel - 2.0 * travel.dot(normal) * normal).floor();
+        let there = sent[mirrored.x as usize + 4 * mirrored.y as usize].x;
+        assert!(sent.iter().all(|texel| texel.x <= there), "{roughness}: {sent:?}, mirrored at {mirrored}");
+        // An even light sends no more than cos · Ω / π of all to any texel, 0.28.
+        assert!(there > least * whole.x, "{roughness}: {there} of {whole}");
+    }
 }
 
 /// A plane is as opaque and as bright at every level; the mean of eight halves both, level by level.

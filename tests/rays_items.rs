@@ -265,7 +265,7 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
     let view =
         View { eye, forward: (DVec3::new(0.3, 1.05, 0.0) - eye).normalize(), ..View::framing(scene.bounds(None)) };
     let options =
-        Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Samples(256), seed: 0, occlusion: false };
+        Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Noise(0.03), seed: 0, occlusion: false };
     let (mut film, never) = (Film::new(SIZE, SIZE), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
     render((&scene, &pose, &view), &options, &mut film, control).expect("nothing interrupts");

@@ -1,4 +1,5 @@
 // What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks up.
+// A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and keep_no_lobe() before this file.
 // The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
 // voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
 
@@ -19,26 +20,45 @@ const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of
 
 layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
-// Stored radiance that lights and sampled lamps make one side send, and what it emits itself.
-vec3 item_direct_light(Surface s, Lobes lobes) {
+// Stored radiance that lights and sampled lamps make one side send, and what it emits itself. `place`: of its lobe.
+vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
     vec3 irradiance = vec3(0.0);
+#ifdef METHOD_LOBES
+    vec4 toward = vec4(0.0); // weighted by what comes from there
+#endif
     for (uint i = 0u; i < frame.light_count; i++) {
         LightSample to = sample_light(lights[i], s.position, frame.voxel_m);
         float cosine = dot(s.normal, to.direction);
         if (cosine > 0.0 && any(greaterThan(to.irradiance, vec3(0.0)))) {
-            irradiance += to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position));
+            vec3 lit = to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position));
+            irradiance += lit;
+#ifdef METHOD_LOBES
+            toward += brightest(lit) * vec4(to.direction, 1.0);
+#endif
         }
     }
     vec2 random = place_random(s.position);
     for (uint i = 0u; i < lamp_points(); i++) {
         LampPoint to = sample_lamp(i, s.position, s.normal, random);
         if (any(greaterThan(to.irradiance, vec3(0.0)))) {
-            irradiance += to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
+            vec3 lit = to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
+            irradiance += lit;
+#ifdef METHOD_LOBES
+            toward += brightest(lit) * vec4(normalize(to.point - s.position), 1.0);
+#endif
         }
     }
     // Sampled lamps light every surface directly: a look-up must not find their light again.
     vec3 emitted = LAMPS == LAMPS_SAMPLED ? vec3(0.0) : s.emitted;
-    return (irradiance / PI * (s.diffuse * lobes.diffuse + lobes.specular) + emitted) * frame.scale;
+    vec3 specular = lobes.specular;
+#ifdef METHOD_LOBES
+    vec3 glossy = irradiance / PI * specular * frame.scale;
+    if (feature(FEATURE_SPECULAR) && brightest(glossy) > 0.0 && dot(toward.xyz, s.facet) > 0.0) {
+        keep_lobe(place, glossy, s.facet, toward.xyz / toward.w, s.roughness);
+        specular = vec3(0.0);
+    }
+#endif
+    return (irradiance / PI * (s.diffuse * lobes.diffuse + specular) + emitted) * frame.scale;
 }
 
 // What one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
@@ -52,7 +72,7 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
         COUNT(WORDS, 3u);
         stored = direct_light[place];
     } else {
-        stored = item_direct_light(s, lobes);
+        stored = item_direct_light(s, lobes, place);
     }
     if (DIRECT == DIRECT_KEPT) {
         direct_light[place] = stored;
@@ -118,6 +138,12 @@ ItemLight light_item(uint index, Triangle t, mat3 corners, uvec3 voxel) {
     bool two_sided = !LIGHTS_FRONTS && (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
     vec3 front = vec3(0.0);
     vec3 back = vec3(0.0);
+#ifdef METHOD_LOBES
+    if (DIRECT != DIRECT_READ) {
+        keep_no_lobe(2u * index);
+        keep_no_lobe(2u * index + 1u);
+    }
+#endif
     for (uint side = 0u; side < (fills ? two_sided ? 2u : 1u : 0u); side++) {
         front = back;
         back = light_side(s, voxel, 2u * index + side);

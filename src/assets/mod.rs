@@ -17,6 +17,7 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
         ("cornell-area.glb", concat!(include_str!("cornell.toml"), include_str!("cornell_area.toml"))),
         ("cornell-point.glb", concat!(include_str!("cornell.toml"), include_str!("cornell_point.toml"))),
         ("gallery.glb", include_str!("gallery.toml")),
+        ("thick-walls.glb", include_str!("thick_walls.toml")),
     ];
     described.into_iter().map(|(name, text)| Ok((name, glb::make(name.trim_end_matches(".glb"), text)?))).collect()
 }

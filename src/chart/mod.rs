@@ -5,6 +5,7 @@
 
 pub mod export;
 pub mod frontier;
+pub mod marks;
 pub mod measure;
 pub mod page;
 pub mod picture;

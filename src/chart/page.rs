@@ -4,17 +4,18 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::export::Chart;
+use super::marks::{Mark, marks};
 use super::measure::ChartScene;
 use super::store::Stored;
-use super::svg::presets;
 use crate::Result;
 use crate::output::svg::{COLORS, escape};
 
-/// What the page's program reads.
+/// What the page's program reads. `colors`: of the bar of passes.
 #[derive(Serialize)]
 struct Data<'a> {
     colors: &'static [&'static str],
-    presets: Vec<&'a str>,
+    /// Of the methods that rows are of.
+    marks: Vec<Mark>,
     scenes: Vec<Value>,
     rows: &'a [Stored],
 }
@@ -22,7 +23,8 @@ struct Data<'a> {
 /// The bytes of `index.html`. `stored`: the chart's rows with their pictures, in the chart's order.
 pub fn html(chart: &Chart, scenes: &[ChartScene], stored: &[Stored]) -> Result<String> {
     let scenes = scenes.iter().map(about).collect::<Result<_>>()?;
-    let data = serde_json::to_string(&Data { colors: COLORS, presets: presets(&chart.rows), scenes, rows: stored })
+    let marks = marks(chart.rows.iter().map(|row| row.settings.method));
+    let data = serde_json::to_string(&Data { colors: COLORS, marks, scenes, rows: stored })
         .expect("rows are plain data, which JSON can hold")
         // Inside a script nothing may look like the script's end.
         .replace('<', "\\u003c");

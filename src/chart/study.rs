@@ -83,6 +83,9 @@ pub const AXES: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
+/// The name of the presets' lines.
+pub const PRESETS_AXIS: &str = "preset";
+
 /// The marks around the handwritten part of the page, which is kept when the page is written again.
 const HANDWRITTEN: [&str; 2] = ["<!-- by hand, and kept: from here -->\n", "<!-- to here -->\n"];
 
@@ -97,7 +100,7 @@ pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Trial)>> {
         assignments.into_iter().try_for_each(|assignment| settings.set(assignment))?;
         Ok(Trial::base(preset, settings))
     };
-    let presets = PRESETS.iter().map(|preset| Ok(("preset", base(preset.name)?)));
+    let presets = PRESETS.iter().map(|preset| Ok((PRESETS_AXIS, base(preset.name)?)));
     let mut lines = presets.collect::<Result<Vec<_>>>()?;
     for (name, preset, tried) in AXES {
         // The first is the base itself, which the presets have.
@@ -131,10 +134,14 @@ pub fn handwritten(page: &str) -> Option<&str> {
 pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], handwritten: &str) -> String {
     let (device, driver, noise) = (&chart.device, &chart.driver, 100.0 * chart.reference_noise);
     let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
+    let [title, flag, axes] = match lines.iter().any(|(axis, _)| *axis != PRESETS_AXIS) {
+        true => ["setting", "", ", then every axis by itself, on\ntop of the preset that starts its line"],
+        false => ["preset", " --presets-only", ""],
+    };
     let mut page = format!(
-        "# Error and time of every setting\n\n\
-         Written by `twobounce study`; it is run again whenever a method changes. It measures every preset, then every axis by itself, on\n\
-         top of the preset that starts its line. `{base}`, unless a line says otherwise. Measured at {}×{} pixels on\n\
+        "# Error and time of every {title}\n\n\
+         Written by `twobounce study{flag}`; it is run again whenever a method changes. It measures every preset{axes}. `{base}`, \
+         unless a line says otherwise. Measured at {}×{} pixels on\n\
          {device} ({driver}). `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
          against light of as many bounces, `all` against all light; the references' own noise is {noise} %. *Indirect* is `rel` of the indirect\n\
          light alone, *diffuse* of the indirect light in pixels without metal, glass and sky, *whole* of the whole image, where only cones find\n\
@@ -145,17 +152,18 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
     for scene in &chart.scenes {
         page += &format!("![{0}: error against time]({0}.svg)\n\n", scene.name);
     }
-    page += "| axis | setting |";
+    page += "| axis | setting | method |";
     let columns: Vec<Columns> = chart.scenes.iter().map(|scene| Columns::new(chart, scene)).collect();
     for Columns { scene, errors, .. } in &columns {
         page += &format!(" {scene} ms |");
         errors.iter().for_each(|error| page += &format!(" {} |", error.title));
     }
     let numbers: usize = columns.iter().map(|scene| 1 + scene.errors.len()).sum();
-    page += &format!("\n|---|---|{}\n", "---:|".repeat(numbers));
+    page += &format!("\n|---|---|---|{}\n", "---:|".repeat(numbers));
     let mut last = "";
     for (name, trial) in lines {
-        page += &format!("| {} | `{}` |", if *name == last { "" } else { name }, trial.name());
+        let axis = if *name == last { "" } else { name };
+        page += &format!("| {axis} | `{}` | {} |", trial.name(), trial.settings.method);
         last = name;
         columns.iter().for_each(|scene| page += &scene.cells(trial));
         page += "\n";
@@ -259,12 +267,12 @@ mod tests {
         let two = "indirect, same | indirect, all |";
         assert_eq!(
             table[0],
-            format!("| axis | setting | box ms | {two} room ms | {two} diffuse, same | diffuse, all |")
+            format!("| axis | setting | method | box ms | {two} room ms | {two} diffuse, same | diffuse, all |")
         );
         let cells = "| 7 | **0.200** | **0.400** | 7 | **0.200** | **0.400** | **0.100** | **0.200** |";
         assert!(table[2].ends_with(cells), "{}", table[2]);
         assert!(table[3].ends_with("| – | – | – | – | – | – | – | – |"), "{}", table[3]);
-        assert!(table.iter().all(|line| line.matches('|').count() == 11), "{table:?}");
+        assert!(table.iter().all(|line| line.matches('|').count() == 12), "{table:?}");
     }
 
     #[test]

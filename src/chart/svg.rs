@@ -1,8 +1,9 @@
 //! Error against time as an SVG: one panel per scene and reference, log-log, with the frontier as a line.
 
 use super::frontier::frontier;
+use super::marks::{Mark, mark, marks};
 use super::row::{Part, Reference, Row};
-use crate::output::svg::{COLORS, LogAxis, escape};
+use crate::output::svg::{LogAxis, escape};
 
 /// Pixels of a panel, and what its axes' labels take on the left, on top, on the right and below.
 const WIDTH: f64 = 420.0;
@@ -31,21 +32,9 @@ const AIR: f64 = 0.125;
 /// The numbers of a decade that axes show.
 const TICKS: &[f64] = &[1.0, 2.0, 5.0];
 
-/// The presets of some rows in the order of their first row: a preset's place gives its colour.
-pub fn presets<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a str> {
-    let mut names = Vec::new();
-    for row in rows {
-        if !names.contains(&row.preset.as_str()) {
-            names.push(row.preset.as_str());
-        }
-    }
-    names
-}
-
-/// The panels in a grid of `columns`, and a legend of the presets.
+/// The panels in a grid of `columns`, and a legend of the methods.
 pub fn chart(panels: &[Panel], columns: usize) -> String {
     const LEGEND: f64 = 28.0;
-    let presets = presets(panels.iter().flat_map(|panel| panel.rows.iter().copied()));
     let width = WIDTH * columns as f64;
     let height = HEIGHT * panels.len().div_ceil(columns) as f64 + LEGEND;
     let mut svg = format!(
@@ -53,23 +42,25 @@ pub fn chart(panels: &[Panel], columns: usize) -> String {
          role=\"img\" aria-label=\"error against time\">\n<style>{STYLE}</style>\n"
     );
     let mut x = LEFT;
-    for (i, preset) in presets.iter().enumerate() {
-        svg += &format!("<circle cx=\"{x}\" cy=\"14\" r=\"5\" fill=\"{}\"/>\n", color(i));
-        svg += &format!("<text x=\"{}\" y=\"18\">{}</text>\n", x + 10.0, escape(preset));
-        x += 34.0 + 7.0 * preset.len() as f64;
+    for mark in marks(panels.iter().flat_map(|panel| &panel.rows).map(|row| row.settings.method)) {
+        svg += &format!("{}/>\n", path(mark, "", (x, 14.0), 5.0));
+        svg += &format!("<text x=\"{}\" y=\"18\">{}</text>\n", x + 10.0, escape(mark.method));
+        x += 34.0 + 7.0 * mark.method.len() as f64;
     }
     for (i, panel) in panels.iter().enumerate() {
         let (x, y) = (WIDTH * (i % columns) as f64, LEGEND + HEIGHT * (i / columns) as f64);
-        svg += &format!("<g transform=\"translate({x} {y})\">\n{}</g>\n", draw(panel, &presets));
+        svg += &format!("<g transform=\"translate({x} {y})\">\n{}</g>\n", draw(panel));
     }
     svg + "</svg>\n"
 }
 
-fn color(preset: usize) -> &'static str {
-    COLORS[preset % COLORS.len()]
+/// The start of a path's element.
+fn path(mark: Mark, class: &str, (x, y): (f64, f64), radius: f64) -> String {
+    let place = format!("transform=\"translate({x:.1} {y:.1}) scale({radius})\"");
+    format!("<path{class} d=\"{}\" {place} fill=\"{}\"", mark.shape, mark.color)
 }
 
-fn draw(panel: &Panel, presets: &[&str]) -> String {
+fn draw(panel: &Panel) -> String {
     // A logarithm has no zero; an error of none is drawn as one that no reference can show.
     let point = |row: &Row| Some((row.gpu_ms()?, row.rel(panel.reference, panel.part)?.max(1e-6)));
     let rows: Vec<(&Row, (f64, f64))> = panel.rows.iter().filter_map(|row| Some((*row, point(row)?))).collect();
@@ -110,12 +101,11 @@ fn draw(panel: &Panel, presets: &[&str]) -> String {
     let line = best.iter().map(|&i| place(points[i])).map(|(x, y)| format!("{x:.1},{y:.1}"));
     add(format!("<polyline class=\"frontier\" points=\"{}\"/>", line.collect::<Vec<_>>().join(" ")));
     for (i, (row, (cost, error))) in rows.into_iter().enumerate() {
-        let (cx, cy) = place((cost, error));
         let class = if best.contains(&i) { "" } else { " class=\"faint\"" };
         let radius = if row.swept.is_empty() { 6.0 } else { 4.0 };
-        let color = color(presets.iter().position(|p| *p == row.preset).unwrap_or(0));
-        let title = format!("<title>{}: {cost:.0} ms, {error:.3}</title>", escape(&row.name));
-        add(format!("<circle{class} cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"{radius}\" fill=\"{color}\">{title}</circle>"));
+        let mark = mark(row.settings.method);
+        let title = format!("<title>{}, {}: {cost:.0} ms, {error:.3}</title>", escape(&row.name), mark.method);
+        add(format!("{}>{title}</path>", path(mark, class, place((cost, error)), radius)));
     }
     svg
 }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::export::Chart;
-use twobounce::chart::study::{SCENES, document, handwritten, lines, settings};
+use twobounce::chart::study::{PRESETS_AXIS, SCENES, document, handwritten, lines, settings};
 use twobounce::chart::svg;
 use twobounce::output::file;
 use twobounce::{Error, Result};
@@ -31,6 +31,9 @@ pub struct StudyArgs {
     /// Size of the images in pixels
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = size)]
     pub size: (u32, u32),
+    /// Run the presets alone, without the axes
+    #[arg(long)]
+    pub presets_only: bool,
     /// In every preset, set this key first; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
@@ -39,7 +42,8 @@ pub struct StudyArgs {
 }
 
 pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
-    let lines = lines(&args.sets)?;
+    let mut lines = lines(&args.sets)?;
+    lines.retain(|(axis, _)| !args.presets_only || *axis == PRESETS_AXIS);
     handwritten_part(&args.output)?; // before anything is measured
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);

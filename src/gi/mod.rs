@@ -160,6 +160,8 @@ pub struct Wants {
     pub alike: bool,
     /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them.
     pub item_samples: bool,
+    /// The specular lobes that list items send direct light in.
+    pub item_lobes: bool,
     /// Whether direct light is kept from one pass of a frame to the next,
     pub kept_direct_light: bool,
     /// beside each lit item the light that others see of it,

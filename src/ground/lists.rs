@@ -41,6 +41,8 @@ pub struct Lists {
     pub item_parts: Buffer,
     /// the samples of a multisampled raster that fall on it,
     pub item_samples: Buffer,
+    /// the specular lobes of its sides,
+    pub item_lobes: Buffer,
     /// the direct light of its sides, kept from one pass to the next,
     pub direct_light: Buffer,
     /// and the light that others see of it.
@@ -79,6 +81,7 @@ impl Lists {
             item_lights: buffer("item lights")?,
             item_parts: buffer("item parts")?,
             item_samples: buffer("item samples")?,
+            item_lobes: buffer("item lobes")?,
             direct_light: buffer("direct light")?,
             seen_lights: buffer("seen lights")?,
             lit_items: buffer("lit items")?,
@@ -98,7 +101,13 @@ impl Lists {
     pub fn grow(&mut self, context: &Arc<Context>, wants: &Wants, capacity: ListCapacity) -> Result<()> {
         let plan = plan(self.place.edge, wants, capacity);
         let of_items = [&mut self.items, &mut self.item_lights, &mut self.item_parts, &mut self.direct_light];
-        let others = [&mut self.item_samples, &mut self.lit_items, &mut self.cells.cells, &mut self.last_cells.cells];
+        let others = [
+            &mut self.item_samples,
+            &mut self.item_lobes,
+            &mut self.lit_items,
+            &mut self.cells.cells,
+            &mut self.last_cells.cells,
+        ];
         let last = [&mut self.last.items, &mut self.last.item_parts, &mut self.last.seen_lights, &mut self.seen_lights];
         for buffer in of_items.into_iter().chain(others).chain(last) {
             let bytes = bytes_of(&plan, buffer.label());
@@ -144,6 +153,7 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("item parts", array::<layout::ItemPart>(items(wants.alike))),
         ("lit items", array::<u32>(items(wants.alike))),
         ("item samples", array::<u32>(items(wants.item_samples))),
+        ("item lobes", array::<[[u32; 4]; 2]>(items(wants.item_lobes))),
         ("direct light", array::<[[f32; 3]; 2]>(items(wants.kept_direct_light))),
         ("seen lights", array::<layout::ItemLight>(items(wants.seen_lights))),
         ("last list items", array::<layout::ListItem>(last_items)),

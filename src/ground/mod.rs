@@ -298,6 +298,7 @@ impl Ground {
             Bind::buffer("item_lights", &lists.item_lights),
             Bind::buffer("item_parts", &lists.item_parts),
             Bind::buffer("item_samples", &lists.item_samples),
+            Bind::buffer("item_lobes", &lists.item_lobes),
             Bind::buffer("lit_items", &lists.lit_items),
         ]);
         binds

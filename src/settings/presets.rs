@@ -78,8 +78,11 @@ impl Settings {
     pub fn lpv() -> Self {
         let mut lpv = Self { method: Method::Lpv, ..Self::default() };
         lpv.lights.shadow_rays = 1;
-        // A cell averages over its whole list, and neighbours have nothing to share.
+        // Nothing but shadow rays goes through the base grid.
+        lpv.voxels = 64;
+        // A cell averages over its whole list, and neighbours have nothing to share; its light is as smooth as cells are large.
         lpv.image.interleave = 1;
+        lpv.image.gather_resolution = GatherResolution::Quarter;
         lpv
     }
 

@@ -101,11 +101,24 @@ impl Cell {
     }
 }
 
-/// Of a beam's light that goes onto a face: Henyey and Greenstein's distribution at thirty directions, which are all there is.
+/// Of a beam's light what goes onto a face: Henyey and Greenstein's distribution at thirty directions, which are all there is.
 fn share(g: DVec3, way: IVec3, face: IVec3) -> f64 {
-    let sent = |way, face| solid_angle(way, face) * (1.0 + g.dot(g) - 2.0 * g.dot(direction(way, face))).powf(-1.5);
-    let faces = |way: IVec3| WAYS.into_iter().filter(move |face| *face != -way).map(move |face| (way, face));
-    sent(way, face) / WAYS.into_iter().flat_map(faces).map(|(way, face)| sent(way, face)).sum::<f64>()
+    part(g, way, face) / whole(g)
+}
+
+fn part(g: DVec3, way: IVec3, face: IVec3) -> f64 {
+    solid_angle(way, face) * (1.0 + g.dot(g) - 2.0 * g.dot(direction(way, face))).powf(-1.5)
+}
+
+fn whole(g: DVec3) -> f64 {
+    let faces = |way: IVec3| WAYS.into_iter().filter(move |face| *face != -way).map(move |face| part(g, way, face));
+    WAYS.into_iter().flat_map(faces).sum()
+}
+
+/// Mean direction of a beam, and the whole that its shares are divided by.
+pub fn aim(cell: Cell, sharpness: f64) -> (DVec3, f64) {
+    let g = cell.mean_direction(sharpness);
+    (g, whole(g))
 }
 
 /// Per way the share that goes to the neighbour there, and share × direction.

@@ -112,7 +112,29 @@ def the_tooltip_follows(browser):
     point = browser.run(POINTS)[0]
     browser.move(point["x"] + 3, point["y"])
     told = browser.run("const t = document.querySelector('.tooltip'); return t.hidden ? '' : t.textContent")
-    assert told.startswith(point["name"] + ":"), f"the tooltip says {told!r} at {point['name']}"
+    assert told.startswith(point["name"] + ", "), f"the tooltip says {told!r} at {point['name']}"
+
+
+def methods_differ(browser):
+    """By colour and by shape, in the drawing and in the legend, and by word for who sees neither."""
+    looks = """return [...document.querySelectorAll('.point')].map((p) => {
+      const d = p.querySelector('.dot');
+      return [p.dataset.method, d.getAttribute('fill'), d.getAttribute('d'), p.getAttribute('aria-label')];
+    })"""
+    legend = """return [...document.querySelectorAll('#legend li')].map((item) => {
+      const d = item.querySelector('path');
+      return [item.textContent, d.getAttribute('fill'), d.getAttribute('d')];
+    })"""
+    points, known = browser.run(looks), browser.run(legend)
+    used = {point[0] for point in points}
+    assert len(used) >= 2 and used <= {item[0] for item in known}, f"{used} are drawn, the legend has {known}"
+    for i in (1, 2):
+        assert len({item[i] for item in known}) == len(known), f"two methods look alike: {known}"
+    for method, *look, told in points:
+        assert [method, *look] in known, f"{told} does not look as in the legend"
+        assert f", {method}:" in told, f"{told} does not say its method"
+    title = browser.run("return document.querySelector('#name').textContent")
+    assert any(f" · {method} · " in title for method in used), f"{title} does not say the method"
 
 
 def nothing_is_wider_than(browser, width):
@@ -137,6 +159,7 @@ def main(page, folder):
         assert lines >= 2, f"the frontier has {lines} points"
         failures = browser.run("return document.querySelector('#failures').innerText")
         assert "fast voxels=64" in failures and "--memory-limit" in failures, f"no word of what failed: {failures!r}"
+        methods_differ(browser)
         every_point_by(browser, "mouse")
         every_point_by_keyboard(browser)
         the_tooltip_follows(browser)

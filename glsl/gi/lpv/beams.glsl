@@ -9,11 +9,6 @@ struct Beam {
     vec3 moment; // weight of the flux × mean direction of travel
 };
 
-// What of a cell's light goes to one neighbour: x: its share; yzw: share × mean direction.
-struct Shares {
-    vec4 to[6]; // along +x +y +z −x −y −z
-};
-
 // One direction serves all channels: that of their sum, the sky as bright as it is, or, where nothing else is, hardly at all.
 float beam_weight(vec4 flux) {
     vec3 sky = frame.sky * frame.scale;
@@ -28,30 +23,47 @@ float towards(float cosine_times_g, float one_and_g2) {
     return 1.0 / (x * sqrt(x));
 }
 
-// Along a way with the mean direction's part `a` along it, `b` and `c` across: share, and share × direction, in that frame.
-vec4 share_along(float a, float b, float c, float one_and_g2) {
-    float ahead = OPPOSITE * towards(a, one_and_g2);
-    float b0 = SIDE * towards(SIDE_ALONG * a + SIDE_ACROSS * b, one_and_g2);
-    float b1 = SIDE * towards(SIDE_ALONG * a - SIDE_ACROSS * b, one_and_g2);
-    float c0 = SIDE * towards(SIDE_ALONG * a + SIDE_ACROSS * c, one_and_g2);
-    float c1 = SIDE * towards(SIDE_ALONG * a - SIDE_ACROSS * c, one_and_g2);
+// Along a way, in whose frame g is the mean direction and x is along: share, and share × direction, in that frame; both are still
+// to be divided by the whole.
+vec4 share_along(vec3 g, float one_and_g2) {
+    float ahead = OPPOSITE * towards(g.x, one_and_g2);
+    float b0 = SIDE * towards(SIDE_ALONG * g.x + SIDE_ACROSS * g.y, one_and_g2);
+    float b1 = SIDE * towards(SIDE_ALONG * g.x - SIDE_ACROSS * g.y, one_and_g2);
+    float c0 = SIDE * towards(SIDE_ALONG * g.x + SIDE_ACROSS * g.z, one_and_g2);
+    float c1 = SIDE * towards(SIDE_ALONG * g.x - SIDE_ACROSS * g.z, one_and_g2);
     float sides = (b0 + b1) + (c0 + c1);
     return vec4(ahead + sides, ahead + SIDE_ALONG * sides, SIDE_ACROSS * (b0 - b1), SIDE_ACROSS * (c0 - c1));
 }
 
-Shares shares_of(Beam beam) {
+// Where a beam goes.
+struct Aim {
+    vec3 g; // mean direction
+    float to[6]; // shares of the neighbours along +x +y +z −x −y −z, times the whole
+    float whole;
+};
+
+Aim aim_of(Beam beam) {
     float weight = beam_weight(beam.flux);
     vec3 g = weight > 0.0 ? beam.moment / weight : vec3(0.0);
     g *= min(1.0, SHARPNESS / max(length(g), 1e-6));
     float one_and_g2 = 1.0 + dot(g, g);
-    vec4 px = share_along(g.x, g.y, g.z, one_and_g2);
-    vec4 py = share_along(g.y, g.z, g.x, one_and_g2);
-    vec4 pz = share_along(g.z, g.x, g.y, one_and_g2);
-    vec4 nx = share_along(-g.x, g.y, g.z, one_and_g2);
-    vec4 ny = share_along(-g.y, g.z, g.x, one_and_g2);
-    vec4 nz = share_along(-g.z, g.x, g.y, one_and_g2);
+    float px = share_along(g, one_and_g2).x;
+    float py = share_along(g.yzx, one_and_g2).x;
+    float pz = share_along(g.zxy, one_and_g2).x;
+    float nx = share_along(vec3(-g.x, g.yz), one_and_g2).x;
+    float ny = share_along(vec3(-g.y, g.zx), one_and_g2).x;
+    float nz = share_along(vec3(-g.z, g.xy), one_and_g2).x;
     // Thirty directions stand for the sphere: together they are all of the light.
-    float whole = 1.0 / (((px.x + py.x) + (pz.x + nx.x)) + (ny.x + nz.x));
-    return Shares(vec4[6](px * whole, vec4(py.x, py.w, py.y, py.z) * whole, vec4(pz.x, pz.z, pz.w, pz.y) * whole,
-        vec4(nx.x, -nx.y, nx.z, nx.w) * whole, vec4(ny.x, ny.w, -ny.y, ny.z) * whole, vec4(nz.x, nz.z, nz.w, -nz.y) * whole));
+    return Aim(g, float[6](px, py, pz, nx, ny, nz), ((px + py) + (pz + nx)) + (ny + nz));
+}
+
+// As a cell keeps it, in two texels, from which its neighbours work out what it sends to them: to write and read what each
+// of them gets costs more.
+struct KeptBeam {
+    vec4 flux;
+    vec4 direction; // mean one; 1 / whole
+};
+
+KeptBeam kept_beam(Beam beam, Aim aim) {
+    return KeptBeam(beam.flux, vec4(aim.g, 1.0 / aim.whole));
 }

@@ -126,7 +126,7 @@ void main() {
 #ifdef BEAMS
     // The mean cosine of two bands is a third of their moment: 2/3 of a clamped cosine.
     Beam beam = Beam(started.flux, vec3(beam_weight(started.x), beam_weight(started.y), beam_weight(started.z)) / 3.0);
-    store_new(cell, beam.flux, shares_of(beam));
+    store_new(cell, kept_beam(beam, aim_of(beam)));
 #else
     store_new(cell, started);
 #endif

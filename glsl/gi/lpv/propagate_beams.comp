@@ -11,12 +11,13 @@
 #include "gi/lpv/blockers.glsl"
 #include "gi/lpv/push.glsl"
 
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+// Rows: a CPU device has their cells in one vector.
+layout(local_size_x = 16, local_size_y = 4) in;
 
 layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
 layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
 layout(set = 0, binding = 36, scalar) readonly buffer Passages { uvec3 passages[]; };
-layout(set = 0, binding = 40) uniform sampler3D old_light[7]; // flux, shares
+layout(set = 0, binding = 40) uniform sampler3D old_light[2]; // a KeptBeam
 layout(set = 0, binding = 48, rgba32f) uniform image3D sums[6]; // along +x +y +z −x −y −z, the grids one above the other
 
 #include "gi/lpv/beams.glsl"
@@ -34,27 +35,28 @@ ivec3 in_coarser(ivec3 cell) {
     return in_sums(there, push.cascade + 1u);
 }
 
-// From the neighbour against `way`; what comes in from beyond the border does so once, as it adds up over all steps: the next
-// coarser grid's sum, or the sky.
-#define GATHER(k, way, open) { \
+// From the neighbour against `way`, whose mean direction is PARTS in the way's own frame, where it sends `s`; MOMENT is that in
+// the grid's. What comes in from beyond the border does so once, as it adds up over all steps: the next coarser grid's sum, or
+// the sky.
+#define GATHER(k, way, open, PARTS, MOMENT) { \
     ivec3 from = cell - way; \
     bool inside = in_volume(from); \
     ivec3 near = clamp(from, ivec3(0), ivec3(LPV_EDGE - 1u)); \
-    vec4 flux = (open) * texelFetch(old_light[0], near, 0); \
-    vec4 share = texelFetch(old_light[k + 1], near, 0); \
-    if (!inside) { \
-        flux = vec4(0.0); \
-        share = vec4(1.0, DIFFUSE_COSINE * vec3(way)); \
-        if (FIRST_STEP) { \
-            flux = (open) * (push.cascade + 1u == CASCADES ? vec4(0.0, 0.0, 0.0, PI) : imageLoad(sums[k], in_coarser(from))); \
-        } \
+    vec4 old = texelFetch(old_light[1], near, 0); \
+    vec3 g = old.xyz; \
+    vec4 s = old.w * share_along(PARTS, 1.0 + dot(g, g)); \
+    vec4 flux = (inside ? open : 0.0) * texelFetch(old_light[0], near, 0); \
+    beam.flux += flux * s.x; \
+    beam.moment += beam_weight(flux) * MOMENT; \
+    if (FIRST_STEP && !inside) { \
+        flux = (open) * (push.cascade + 1u == CASCADES ? vec4(0.0, 0.0, 0.0, PI) : imageLoad(sums[k], in_coarser(from))); \
+        beam.flux += flux; \
+        beam.moment += beam_weight(flux) * DIFFUSE_COSINE * vec3(way); \
     } \
-    beam.flux += flux * share.x; \
-    beam.moment += beam_weight(flux) * share.yzw; \
 }
 
 #define ADD_UP(k) { \
-    vec4 sent = beam.flux * shares.to[k].x; \
+    vec4 sent = kept.flux * (kept.direction.w * aim.to[k]); \
     if (!FIRST_STEP) { \
         sent += imageLoad(sums[k], at); \
     } \
@@ -68,15 +70,16 @@ void main() {
         passage = unpack_passage(passages[push.cascade * CELLS_PER_GRID + cell_index(cell)]);
     }
     Beam beam = Beam(vec4(0.0), vec3(0.0));
-    GATHER(0, ivec3(1, 0, 0), passage.up.x)
-    GATHER(1, ivec3(0, 1, 0), passage.up.y)
-    GATHER(2, ivec3(0, 0, 1), passage.up.z)
-    GATHER(3, ivec3(-1, 0, 0), passage.down.x)
-    GATHER(4, ivec3(0, -1, 0), passage.down.y)
-    GATHER(5, ivec3(0, 0, -1), passage.down.z)
-    COUNT(WORDS, 12u * 4u + 3u + 13u * 4u + 6u * 4u);
-    Shares shares = shares_of(beam);
-    store_new(cell, beam.flux, shares);
+    GATHER(0, ivec3(1, 0, 0), passage.up.x, g, s.yzw)
+    GATHER(1, ivec3(0, 1, 0), passage.up.y, g.yzx, s.wyz)
+    GATHER(2, ivec3(0, 0, 1), passage.up.z, g.zxy, s.zwy)
+    GATHER(3, ivec3(-1, 0, 0), passage.down.x, vec3(-g.x, g.yz), vec3(-s.y, s.z, s.w))
+    GATHER(4, ivec3(0, -1, 0), passage.down.y, vec3(-g.y, g.zx), vec3(s.w, -s.y, s.z))
+    GATHER(5, ivec3(0, 0, -1), passage.down.z, vec3(-g.z, g.xy), vec3(s.z, s.w, -s.y))
+    COUNT(WORDS, 12u * 4u + 3u + 2u * 4u + 12u * 4u);
+    Aim aim = aim_of(beam);
+    KeptBeam kept = kept_beam(beam, aim);
+    store_new(cell, kept);
     ivec3 at = in_sums(cell, push.cascade);
     ADD_UP(0)
     ADD_UP(1)

@@ -10,6 +10,7 @@
 #include "common/fixed_sum.glsl"
 #include "common/triangle_box.glsl"
 #include "gi/photons/constants.glsl"
+#include "gi/photons/lobes.glsl"
 #include "gi/photons/octahedron.glsl"
 #include "gi/photons/store.glsl"
 #include "ground/bindings.glsl"
@@ -28,6 +29,8 @@ struct Photon {
     vec3 normal; // unit, of the front
     float share; // of the column's samples, times opacity
     float area; // over a voxel's face, times opacity
+    LobeLight front_lobe;
+    LobeLight back_lobe;
     bool dark_back; // left out: on walls of zero thickness it would only darken what leaves the front
 };
 
@@ -36,7 +39,8 @@ Photon photon_of(uint item) {
     COUNT(LIST_ITEMS, 1u);
     COUNT(CORNERS, 3u);
     COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 9u);
-    ItemLight light = item_lights[LIT == LIT_ALIKE ? item_parts[item].lit_by : item];
+    uint lit_by = LIT == LIT_ALIKE ? item_parts[item].lit_by : item;
+    ItemLight light = item_lights[lit_by];
     vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
         triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
     Photon photon;
@@ -46,7 +50,15 @@ Photon photon_of(uint item) {
     photon.share = light.opacity * float(item_samples[item]) / float(SAMPLES);
     // Samples measure the area as seen along the axis that the triangle faces most.
     photon.area = photon.share / max(abs(n.x), max(abs(n.y), abs(n.z)));
-    photon.dark_back = KEEPS_BACKS == 0u && brightest(light.back) <= DARK_BACK * brightest(light.front);
+    photon.front_lobe = unpack_lobe(uvec4(0u));
+    photon.back_lobe = photon.front_lobe;
+    if (feature(FEATURE_SPECULAR)) {
+        COUNT(WORDS, 8u);
+        photon.front_lobe = unpack_lobe(item_lobes[2u * lit_by]);
+        photon.back_lobe = unpack_lobe(item_lobes[2u * lit_by + 1u]);
+    }
+    photon.dark_back = KEEPS_BACKS == 0u
+        && brightest(light.back + photon.back_lobe.light) <= DARK_BACK * brightest(light.front + photon.front_lobe.light);
     return photon;
 }
 
@@ -79,14 +91,22 @@ const uint THREADS = TEXELS;
 vec4 sent(Photon photon, uint texel) {
     if (printed(ROW_DIRECTIONS)) {
         // At the texel's middle alone: BRDF · E · opacity.
-        float cosine = dot(photon.normal, texel_middle(texel));
-        return vec4(cosine > 0.0 ? photon.front : cosine < 0.0 ? photon.back : vec3(0.0), 1.0) * photon.share;
+        vec3 d = texel_middle(texel);
+        float cosine = dot(photon.normal, d);
+        vec3 front = photon.front + photon.front_lobe.light * lobe_towards(d, photon.normal, photon.front_lobe.toward, photon.front_lobe.alpha);
+        vec3 back = photon.back + photon.back_lobe.light * lobe_towards(d, -photon.normal, photon.back_lobe.toward, photon.back_lobe.alpha);
+        return vec4(cosine > 0.0 ? front : cosine < 0.0 ? back : vec3(0.0), 1.0) * photon.share;
     }
     // The means' sum is made π for every normal: what leaves the voxel is what leaves its triangles.
     float whole = photon.area * PI / texels_total(photon.normal);
     float front = whole * texel_cosine(texel, photon.normal);
     float back = photon.dark_back ? 0.0 : whole * texel_cosine(texel, -photon.normal);
-    return vec4(photon.front * front + photon.back * back, front + back);
+    vec3 light = photon.front * front + photon.back * back;
+    if (feature(FEATURE_SPECULAR)) {
+        light += photon.area * lobe_sent(photon.front_lobe, texel, photon.normal);
+        light += (photon.dark_back ? 0.0 : photon.area) * lobe_sent(photon.back_lobe, texel, -photon.normal);
+    }
+    return vec4(light, front + back);
 }
 
 void fill(uvec3 cell, uint first, uint texel) {

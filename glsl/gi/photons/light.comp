@@ -4,6 +4,20 @@
 //! with LOOK_UP
 // Lights the items of the lists: the photons. With LOOK_UP they gather from the volume of the bounce before.
 #include "ground/constants.glsl"
+#include "common/color.glsl"
+#include "gi/photons/lobes.glsl"
+
+#define METHOD_LOBES
+
+void keep_no_lobe(uint place) {
+    item_lobes[place] = uvec4(0u);
+}
+
+void keep_lobe(uint place, vec3 sent, vec3 n, vec3 mean, float roughness) {
+    LobeLight lobe = lobe_light(sent, n, mean, roughness);
+    lobe.light = min(lobe.light, vec3(LARGEST_STORED));
+    item_lobes[place] = pack_lobe(lobe);
+}
 
 const bool CLIPS_ITEMS = true;
 const bool LIGHTS_FRONTS = false;

@@ -50,9 +50,9 @@ function errorOf(row, { truth, part, metric } = state) {
   return metric === "energy" ? Math.abs(value - 1) : value;
 }
 
-function colorOf(preset) {
-  return data.colors[data.presets.indexOf(preset) % data.colors.length];
-}
+const methodOf = (row) => row.settings.find(([key]) => key === "method")[1];
+/** How the points of a row's method look. */
+const markOf = (row) => data.marks.find(({ method }) => method === methodOf(row));
 
 function buildControls() {
   const form = at("controls");
@@ -76,12 +76,12 @@ function buildControls() {
     draw();
   });
   form.addEventListener("submit", (event) => event.preventDefault());
-  const used = data.presets.map((preset) => {
-    const swatch = element("span", { className: "swatch" });
-    swatch.style.background = colorOf(preset);
-    return element("li", {}, swatch, preset);
-  });
-  at("legend").append(...used);
+  at("legend").append(
+    ...data.marks.map((mark) => {
+      const svg = shape("svg", { viewBox: "-7 -7 14 14", width: 14, height: 14, "aria-hidden": true }, dot(mark, 5));
+      return element("li", {}, svg, mark.method);
+    }),
+  );
 }
 
 function draw() {
@@ -90,7 +90,7 @@ function draw() {
   state.row = rows.find((row) => row.name === state.row?.name) ?? state.row;
   const cost = COSTS[state.cost];
   const points = rows
-    .map((row) => ({ row, x: row.measured && cost.of(row.measured), y: errorOf(row), name: row.name, preset: row.swept.length === 0, color: colorOf(row.preset) }))
+    .map((row) => ({ row, x: row.measured && cost.of(row.measured), y: errorOf(row), name: row.name, preset: row.swept.length === 0, mark: markOf(row) }))
     .filter((p) => p.x && p.y !== undefined)
     .map((p) => ({ ...p, y: Math.max(p.y, LEAST) }));
   at("controls").querySelector("[name=metric][value=flip]").disabled = state.part !== "total";
@@ -112,7 +112,7 @@ function showDetail(row) {
   const measured = row.measured;
   const scene = data.scenes.find((s) => s.name === row.scene);
   const truth = scene.truths.find((t) => t.bounces === measured[state.truth].bounces);
-  at("name").textContent = `${row.name} · ${row.scene}`;
+  at("name").textContent = `${row.name} · ${methodOf(row)} · ${row.scene}`;
   const cpu = measured.frame_cpu_ms ? `, ${digits(measured.frame_cpu_ms.median)} ms of processor time` : "";
   const frames = measured.frames === 1 ? "one frame" : `the median of ${measured.frames} frames`;
   const spread = `${digits(measured.frame_gpu_ms.min)} to ${digits(measured.frame_gpu_ms.max)}`;

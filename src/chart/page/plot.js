@@ -49,7 +49,12 @@ function logAxis(values, start, end) {
   return { place, ticks };
 }
 
-// Draws into `host`. `points`: {row, x, y, color, name, preset}; `onSelect(row)` is called for every selection.
+// A point as its method's are drawn.
+function dot(mark, radius) {
+  return shape("path", { class: "dot", d: mark.shape, fill: mark.color, transform: `scale(${radius})` });
+}
+
+// Draws into `host`. `points`: {row, x, y, mark, name, preset}; `onSelect(row)` is called for every selection.
 function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {
   const hadFocus = host.contains(document.activeElement);
   host.replaceChildren();
@@ -73,13 +78,13 @@ function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {
   // Faint ones first, so that the frontier lies on top.
   for (const p of [...points].sort((a, b) => best.includes(a) - best.includes(b))) {
     const on = best.includes(p);
-    const told = `${p.name}: ${digits(p.x)} ${xTitle}, ${digits(p.y)} ${yTitle}${on ? ", on the frontier" : ""}`;
+    const told = `${p.name}, ${p.mark.method}: ${digits(p.x)} ${xTitle}, ${digits(p.y)} ${yTitle}${on ? ", on the frontier" : ""}`;
     const radius = p.preset ? 7 : 5;
     p.node = shape(
       "g",
       { class: on ? "point" : "point faint", role: "option", tabindex: -1, "aria-label": told, "aria-selected": false,
-        transform: `translate(${p.px} ${p.py})`, "data-name": p.name },
-      shape("circle", { class: "dot", r: radius, fill: p.color }),
+        transform: `translate(${p.px} ${p.py})`, "data-name": p.name, "data-method": p.mark.method },
+      dot(p.mark, radius),
       shape("circle", { class: "ring", r: radius + 3 }),
     );
     p.node.addEventListener("focus", () => tooltip.show(p));

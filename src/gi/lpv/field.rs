@@ -1,5 +1,5 @@
-//! Volumes of light, each of several RGBA32F images: two bands are four of them, `glsl/gi/lpv/field.glsl`; beams are their flux
-//! and six shares, `glsl/gi/lpv/beams.glsl`.
+//! Volumes of light, each of several RGBA32F images: two bands are four of them, `glsl/gi/lpv/field.glsl`; beams are
+//! two, and what they add up is six, `glsl/gi/lpv/beams.glsl`.
 
 use std::sync::Arc;
 

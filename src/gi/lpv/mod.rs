@@ -30,8 +30,9 @@ pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 
 /// Constant: whether a pipeline is of the first step.
 const FIRST_STEP: u32 = 39;
-/// Threads along each side of a workgroup of the passes over all cells.
-const GROUP: u32 = 4;
+/// Threads of a workgroup of the passes over all cells, and of a step of beams.
+const GROUP: [u32; 3] = [4; 3];
+const BEAMS_GROUP: [u32; 3] = [16, 4, 1];
 /// Per cell, as `glsl/gi/lpv/blockers.glsl` packs them.
 const BLOCKERS_BYTES: u64 = 16;
 const PASSAGES_BYTES: u64 = 12;
@@ -204,7 +205,7 @@ impl Lighting {
 
     /// What a grid's items send is injected, travels, and adds up in `sum`.
     fn travel(&self, r: &mut Recorder, ground: &Ground, (cascade, lists): (usize, &Lists), sum: &Field) {
-        let groups = [self.settings.edge / GROUP; 3];
+        let groups = |group: [u32; 3]| group.map(|threads| self.settings.edge / threads);
         r.full_barrier(); // the items are lit
         let mut binds = vec![
             Bind::buffer("triangles", &ground.triangles),
@@ -216,12 +217,13 @@ impl Lighting {
         ];
         binds.extend([self.travelling[0].stored("new_light"), Bind::buffer("frame", &ground.frame)]);
         let push = push_of(lists, cascade);
-        r.dispatch(&self.inject, &self.inject.select(&binds), &push, groups);
+        r.dispatch(&self.inject, &self.inject.select(&binds), &push, groups(GROUP));
         if self.settings.occlusion == Occlusion::Sheets {
             r.full_barrier(); // the blockers are known
             let binds = [Bind::buffer("blockers", &self.blockers), Bind::buffer("passages", &self.passages_into)];
-            r.dispatch(&self.passages, &binds, &push, groups);
+            r.dispatch(&self.passages, &binds, &push, groups(GROUP));
         }
+        let step_group = if self.settings.lobe == Lobe::Beam { BEAMS_GROUP } else { GROUP };
         for step in 0..self.settings.steps() {
             r.full_barrier(); // the step before wrote
             let (old, new) = (&self.travelling[step as usize % 2], &self.travelling[(step as usize + 1) % 2]);
@@ -233,7 +235,7 @@ impl Lighting {
             binds.extend([old.read("old_light", old.parts.len()), new.stored("new_light"), sum.stored("sums")]);
             binds.push(Bind::buffer("frame", &ground.frame));
             let pipeline = if step == 0 { &self.first_step } else { &self.propagate };
-            r.dispatch(pipeline, &pipeline.select(&binds), &push, groups);
+            r.dispatch(pipeline, &pipeline.select(&binds), &push, groups(step_group));
         }
     }
 
@@ -259,7 +261,7 @@ fn push_of(lists: &Lists, cascade: usize) -> LpvPush {
 
 /// The light that travels, of one grid.
 fn travelling(own: &Settings) -> FieldDesc<'static> {
-    let parts = if own.lobe == Lobe::Beam { 7 } else { 4 };
+    let parts = if own.lobe == Lobe::Beam { 2 } else { 4 };
     FieldDesc { label: "travelling light", parts, edge: own.edge, grids: 1 }
 }
 

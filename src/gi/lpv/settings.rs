@@ -146,7 +146,7 @@ pub const KEYS: &[&[Key]] = &[&[
         "choice",
         names!(Lobe),
         "how a cell's light is spread: the clamped cosine, cut off where it is negative, or a beam as narrow as it is",
-        "beam: a little faster, three more images",
+        "beam: a little slower, images of two texels a cell instead of four",
     )),
     rare(key(
         "lpv.sharpness",

@@ -50,6 +50,7 @@ impl Gi for Lighting {
             lit_items: true,
             alike: true,
             item_samples: true,
+            item_lobes: true,
             kept_direct_light: settings.bounces.volumes() > 1,
             diffuse: true,
             ..Wants::default()

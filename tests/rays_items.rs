@@ -262,8 +262,9 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
     let scene = two_rooms(0.03); // a fifth of a voxel at 32
     let pose = scene.pose(None, 0.0);
     let eye = DVec3::new(1.0, 1.2, 4.4);
-    let view =
-        View { eye, forward: (DVec3::new(0.3, 1.05, 0.0) - eye).normalize(), ..View::framing(scene.bounds(None)) };
+    let forward = (DVec3::new(0.3, 1.05, 0.0) - eye).normalize();
+    let up = forward.cross(DVec3::Y).cross(forward).normalize();
+    let view = View { eye, forward, up, ..View::framing(scene.bounds(None)) };
     let options =
         Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Noise(0.03), seed: 0, occlusion: false };
     let (mut film, never) = (Film::new(SIZE, SIZE), AtomicBool::new(false));
@@ -275,15 +276,13 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
         indirect(&gpu::render_layers(&context, &scene, &settings, SIZE, view, LAYERS.to_vec()).read(), &truth)
     };
     // What is left is the image's own: `fast` gathers at 24×24 pixels here. The truth's noise is 3 %.
-    for (base, most) in [(Settings::fast(), 0.20), (Settings::default(), 0.18), (Settings::accurate(), 0.12)] {
+    for (base, most) in [(Settings::fast(), 0.12), (Settings::default(), 0.08), (Settings::accurate(), 0.06)] {
         let (energy, rel) = error(base, &[]);
-        println!("energy {energy:.3}, rel {rel:.3}");
-        // An item that lies half under a wall is half as bright: 2 to 5 % of the light at such a grid.
-        assert!((energy - 1.0).abs() < 0.06 && rel < most, "energy {energy}, rel {rel} of {most}");
+        // An item that lies half under a wall is half as bright: 2 to 3 % of the light at such a grid.
+        assert!((energy - 1.0).abs() < 0.04 && rel < most, "energy {energy}, rel {rel} of {most}");
     }
-    // More passes come nearer.
+    // A mean over passes comes nearer than the settled light of one set of directions.
     let accurate = |passes: &str| error(Settings::accurate(), &[passes, "rays.bounce=1"]).1;
-    let errors = ["rays.passes=0", "rays.passes=4", "rays.passes=32"].map(accurate);
-    println!("{errors:?}");
-    assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
+    let [settled, mean] = ["rays.passes=0", "rays.passes=16"].map(accurate);
+    assert!(mean < 0.85 * settled, "{mean} after {settled}");
 }

@@ -67,7 +67,8 @@ fn growth_has_three_axes_and_a_picture() {
     let flags = ["--growth", "--plot", "growth.svg", "--json", "p.json", "--memory-limit", "100MiB"];
     let told = profiled(folder.path(), &[&["scene.gltf", "--method", "none"], &flags[..]].concat());
     assert!(told.contains("exponent"), "{told}");
-    let told = profiled(folder.path(), &[&["scene.gltf", "--set", "bounces=1"], &flags[..]].concat());
+    let told =
+        profiled(folder.path(), &[&["scene.gltf", "--method", "cones", "--set", "bounces=1"], &flags[..]].concat());
     assert!(told.contains("left out: 128 voxels"), "{told}");
     let report: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("p.json")).unwrap()).unwrap();
     let values = |axis: usize| report["growth"][axis]["values"].clone();

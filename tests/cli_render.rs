@@ -172,7 +172,7 @@ fn a_dark_scene_gets_a_light_and_says_so() {
 #[test]
 fn too_little_memory_is_refused_with_the_grid_that_fits() {
     let folder = folder();
-    let limited = ["scene.gltf", "-o", "a.png", "--memory-limit", "40MiB", "--set", "voxels=128"];
+    let limited = ["scene.gltf", "-o", "a.png", "--method", "cones", "--memory-limit", "40MiB", "--set", "voxels=128"];
     // The last --set wins, and SMALL's comes last; this one is about a grid of 128.
     let output = Command::new(env!("CARGO_BIN_EXE_twobounce"))
         .current_dir(folder.path())

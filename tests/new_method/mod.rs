@@ -60,7 +60,7 @@ impl Gi for Lighting {
         &[]
     }
 
-    fn binds(&self) -> Vec<Bind<'_>> {
+    fn binds<'a>(&'a self, _ground: &'a Ground) -> Vec<Bind<'a>> {
         vec![Bind::buffer("constant_light", &self.light)]
     }
 }

@@ -136,6 +136,34 @@ fn clipping_is_exact_where_it_matters() {
 }
 
 #[test]
+fn a_triangle_in_a_face_s_plane_belongs_half_to_each_voxel() {
+    let (mut random, mut triangles) = (Random::new(12), Vec::new());
+    for i in 0..600 {
+        let size = [0.3, 1.0, 8.0][i % 3];
+        let (axis, plane) = (i / 3 % 3, [7.0, 8.0][i / 9 % 2]);
+        let mut corner = || {
+            let mut p = (DVec3::splat(7.5) + (random.point() - 0.5) * size).as_vec3();
+            p[axis] = plane;
+            p
+        };
+        triangles.push([corner(), corner(), corner()]);
+    }
+    let center = 7.5f32;
+    let arguments = |t: &[Vec3; 3]| Arguments::of(t[0].extend(center), t[1].extend(center), t[2].extend(center));
+    let mut filled = 0;
+    for (t, out) in Gpu::new(&random_volume()).results(Function::ClipToVoxel, &triangles, arguments) {
+        let polygon = Polygon::clipped(&t.map(|p| p.as_dvec3()), DVec3::splat(7.0), DVec3::splat(8.0));
+        let area = 0.5 * polygon.area_vector().length();
+        assert!((f64::from(out.0[0][3]) - area).abs() < 2e-5, "{t:?}: {out:?} is not {area}");
+        if area > 1e-3 {
+            filled += 1;
+            assert!((out.vec3(0).as_dvec3() - polygon.centroid()).length() < 1e-3, "{t:?}: {out:?}");
+        }
+    }
+    assert!(filled > 300, "{filled}");
+}
+
+#[test]
 fn fixed_sums_know_no_order_and_lose_nothing_that_counts() {
     let gpu = Gpu::new(&random_volume());
     let mut random = Random::new(9);

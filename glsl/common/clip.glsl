@@ -51,6 +51,11 @@ void cross_face(vec3 p, vec3 q, float dp, float dq, inout vec3 leaves, inout vec
     }
 }
 
+// Whether the triangle lies in a plane across that axis.
+bool lies_across(vec3 a, vec3 b, vec3 c, int axis) {
+    return a[axis] == b[axis] && b[axis] == c[axis];
+}
+
 // The chord on the face where `axis`'s coordinate is `side` · ½.
 void add_chord(inout Clipped sum, vec3 a, vec3 b, vec3 c, int axis, float side) {
     vec3 distance = 0.5 - side * vec3(a[axis], b[axis], c[axis]);
@@ -62,16 +67,17 @@ void add_chord(inout Clipped sum, vec3 a, vec3 b, vec3 c, int axis, float side) 
     cross_face(c, a, distance.z, distance.x, leaves, enters, crosses);
     vec3 d = enters - leaves;
     vec2 range = vec2(0.0, crosses ? 1.0 : 0.0);
-    // A chord along an edge of the cube counts for one of the two faces.
+    // A chord along an edge of the cube counts for one of the two faces: the one that the triangle does not lie in.
     int u = (axis + 1) % 3;
     int v = (axis + 2) % 3;
-    clip_slab(leaves[u], d[u], axis < u, range);
-    clip_slab(leaves[v], d[v], axis < v, range);
+    clip_slab(leaves[u], d[u], axis < u || lies_across(a, b, c, u), range);
+    clip_slab(leaves[v], d[v], axis < v || lies_across(a, b, c, v), range);
     add_segment(sum, leaves, d, range);
 }
 
 // Area (voxel²) and middle of the part of the triangle inside the unit cube about `center`.
-// Where nothing is left (a touching triangle), the area is 0 and the middle the corner nearest to the cube.
+// Where nothing is left (a touching triangle), the area is 0 and the middle the corner nearest to the cube. A triangle in a face's
+// plane lies in two voxels: each has half of its area.
 void clip_to_voxel(vec3 a, vec3 b, vec3 c, vec3 center, out float area, out vec3 middle) {
     a -= center;
     b -= center;
@@ -89,6 +95,10 @@ void clip_to_voxel(vec3 a, vec3 b, vec3 c, vec3 center, out float area, out vec3
     add_chord(sum, a, b, c, 1, -1.0);
     add_chord(sum, a, b, c, 2, 1.0);
     add_chord(sum, a, b, c, 2, -1.0);
-    area = max(sum.area, 0.0);
-    middle = center + clamp(area > 1e-12 ? sum.weighted / area : (a + b + c) / 3.0, vec3(-0.5), vec3(0.5));
+    bool shared_face = false;
+    for (int axis = 0; axis < 3; axis++) {
+        shared_face = shared_face || (lies_across(a, b, c, axis) && abs(a[axis]) == 0.5);
+    }
+    area = max(sum.area, 0.0) * (shared_face ? 0.5 : 1.0);
+    middle = center + clamp(area > 1e-12 ? sum.weighted / sum.area : (a + b + c) / 3.0, vec3(-0.5), vec3(0.5));
 }

@@ -38,7 +38,7 @@ impl Settings {
         fast.lights.lamp_points = 4;
         fast.image.samples = 1;
         fast.image.gather_resolution = GatherResolution::Quarter;
-        fast.of.rays = rays::Settings { diffuse: 6, bounce: 1, glossy: 2, ..rays::Settings::default() };
+        fast.of.rays = rays::Settings { diffuse: 6, bounce: 1, glossy: 8, ..rays::Settings::default() };
         fast
     }
 
@@ -50,7 +50,7 @@ impl Settings {
         accurate.lights.voxel_lamp_points = 8;
         accurate.image.direct = DirectLight::Samples;
         accurate.image.gather_resolution = GatherResolution::Full;
-        accurate.of.rays = rays::Settings { diffuse: 32, bounce: 4, glossy: 16, ..rays::Settings::default() };
+        accurate.of.rays = rays::Settings { diffuse: 32, bounce: 4, glossy: 32, ..rays::Settings::default() };
         accurate
     }
 

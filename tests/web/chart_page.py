@@ -158,7 +158,7 @@ def main(page, folder):
         lines = browser.run("return document.querySelector('.frontier').points.numberOfItems")
         assert lines >= 2, f"the frontier has {lines} points"
         failures = browser.run("return document.querySelector('#failures').innerText")
-        assert "fast voxels=64" in failures and "--memory-limit" in failures, f"no word of what failed: {failures!r}"
+        assert "printed voxels=64" in failures and "--memory-limit" in failures, f"no word of what failed: {failures!r}"
         methods_differ(browser)
         every_point_by(browser, "mouse")
         every_point_by_keyboard(browser)

@@ -7,5 +7,5 @@ rm -rf out/web
 mkdir -p out/web
 target/release/twobounce chart assets/cornell-area.glb assets/cornell-point.glb -o out/web/chart \
   --size 64x64 --set voxels=16 --presets fast,printed --sweep cones.set=g6 --sweep rays.diffuse=1,32 --sweep voxels=64 \
-  --memory-limit 8MiB --reference-noise 5
+  --memory-limit 24MiB --reference-noise 5
 python3 tests/web/chart_page.py out/web/chart/index.html out/web

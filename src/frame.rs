@@ -196,7 +196,7 @@ impl Frame {
             samples: self.settings.image.samples,
             frame_index: self.frame_index,
             lamps: self.placed_lamps,
-            passes: (mean_pass, 0),
+            light_pass: mean_pass,
         };
         r.update(&self.ground.frame, 0, &[uniforms.layout()]);
         r.update(&self.ground.lights, 0, lights);

@@ -1,14 +1,15 @@
 // Which triangles face alike: cells of a cube's faces, a third of an edge each way. Within one, normals are at most 51° apart,
 // 16° on average. CPU twin: tests/twins/alike.rs.
 
+#include "common/dominant_axis.glsl"
+
 const uint CELLS_PER_EDGE = 3u;
 const uint FACING_CELLS = 6u * CELLS_PER_EDGE * CELLS_PER_EDGE;
 
 // n: any length but 0.
 uint facing_cell(vec3 n) {
-    vec3 size = abs(n);
-    uint axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
-    vec2 across = vec2(n[(axis + 1u) % 3u], n[(axis + 2u) % 3u]) / size[axis];
+    uint axis = dominant_axis(n);
+    vec2 across = vec2(n[(axis + 1u) % 3u], n[(axis + 2u) % 3u]) / abs(n[axis]);
     uvec2 place = min(uvec2((0.5 * across + 0.5) * float(CELLS_PER_EDGE)), CELLS_PER_EDGE - 1u);
     return ((n[axis] < 0.0 ? 3u + axis : axis) * CELLS_PER_EDGE + place.y) * CELLS_PER_EDGE + place.x;
 }

@@ -7,6 +7,7 @@
 #include "ground/brdf.glsl"
 #include "common/clip.glsl"
 #include "common/closest_point.glsl"
+#include "common/dominant_axis.glsl"
 #include "ground/surface.glsl"
 #ifdef LOOK_UP
 #include "method/look_up.glsl"
@@ -93,8 +94,7 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
 // another in every pass, so that the mean over passes is the part's mean. The first pass takes its middle.
 vec3 point_in_voxel(vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     vec3 n = triangle_normal(a, b, c);
-    vec3 size = abs(n);
-    int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    int axis = int(dominant_axis(n));
     int u = (axis + 1) % 3;
     int v = (axis + 2) % 3;
     uvec4 seed = uvec4(uvec3(center), 0u);

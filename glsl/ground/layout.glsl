@@ -163,7 +163,6 @@ struct Frame {
     uint samples;
     uint lamp_count;
     uint lamp_tree; // 1: pieces are chosen through the tree; 0: each as often
-    uint light_pass; // which of the passes whose mean is kept lights the list items,
-    uint image_pass; // and which makes the image
+    uint light_pass; // which of the passes whose mean is kept lights the list items
     float light_share; // of the newest pass in that mean; 1: all
 };

@@ -20,8 +20,8 @@ pub struct FrameUniforms<'a> {
     pub frame_index: u32,
     /// Pieces of lamps, and whether they are chosen through the tree.
     pub lamps: (u32, bool),
-    /// Which of the passes whose mean is kept lights the list items, and which makes the image.
-    pub passes: (u32, u32),
+    /// Which of the passes whose mean is kept lights the list items.
+    pub light_pass: u32,
 }
 
 impl FrameUniforms<'_> {
@@ -44,9 +44,8 @@ impl FrameUniforms<'_> {
             samples: self.samples,
             lamp_count: self.lamps.0,
             lamp_tree: u32::from(self.lamps.1),
-            light_pass: self.passes.0,
-            image_pass: self.passes.1,
-            light_share: 1.0 / (1 + self.passes.0) as f32,
+            light_pass: self.light_pass,
+            light_share: 1.0 / (1 + self.light_pass) as f32,
         }
     }
 }

@@ -8,6 +8,7 @@
 
 #include "gi/lpv/constants.glsl"
 #include "common/count.glsl"
+#include "common/dominant_axis.glsl"
 #include "common/triangle_box.glsl"
 #include "ground/layout.glsl"
 #include "ground/heads.glsl"
@@ -45,11 +46,6 @@ void collect(inout Collected sum, vec3 sent, vec3 n) {
     fixed_add(sum.x, f.x);
     fixed_add(sum.y, f.y);
     fixed_add(sum.z, f.z);
-}
-
-uint dominant_axis(vec3 n) {
-    vec3 size = abs(n);
-    return size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
 }
 
 // What the list of `cell` sends along `way`; all that it sends where `way` is 0.

@@ -5,6 +5,7 @@
 // most, without a geometry shader.
 
 #include "common/count.glsl"
+#include "common/dominant_axis.glsl"
 #include "common/triangle_box.glsl"
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -23,8 +24,7 @@ void main() {
     vec3 b = triangles[out_triangle].vertices[1].position;
     vec3 c = triangles[out_triangle].vertices[2].position;
     out_normal = triangle_normal(a, b, c);
-    vec3 size = abs(out_normal);
-    out_axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
+    out_axis = dominant_axis(out_normal);
     uint corner = uint(gl_VertexIndex) % 3u;
     vec3 own = corner == 0u ? a : corner == 1u ? b : c;
     vec2 pixel = vec2(own[(out_axis + 1u) % 3u], own[(out_axis + 2u) % 3u]);

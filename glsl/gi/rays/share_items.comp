@@ -51,8 +51,7 @@ void main() {
         sum.front *= total;
         sum.back *= total;
         Plane own = plane_of(item);
-        vec3 size = abs(own.normal);
-        int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        int axis = int(dominant_axis(own.normal));
         vec3 center = vec3(cell_at(list_items[item].voxel, EDGE)) + 0.5;
         bool shares = item_parts[item].alone != 0u && total > 0.0;
         for (int k = 0; k < (shares ? 9 : 0); k++) {

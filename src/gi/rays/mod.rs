@@ -11,9 +11,7 @@ use super::bounces::{BounceDesc, PerBounce};
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::cells::LIT_COUNTS;
 use crate::ground::constants::{DIRECT, LAMP_POINTS, LIT, constants, with};
-use crate::ground::layout::CellCount;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Recorder, ZoneKind};
@@ -145,14 +143,14 @@ impl Lighting {
         });
         r.zone("share items", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the items are lit
-            let binds = [
+            let binds = vec![
                 Bind::buffer("triangles", &ground.triangles),
                 Bind::buffer("list_items", &lists.items),
                 Bind::buffer("heads", &lists.heads),
                 Bind::buffer("item_lights", &lists.item_lights),
                 Bind::buffer("item_parts", &lists.item_parts),
             ];
-            over_lit_items(r, ground, &self.share, &binds);
+            over_lit_items(r, ground, &self.share, binds);
         });
     }
 }
@@ -161,7 +159,7 @@ impl Feedback {
     /// New lists take over the light of those before them.
     fn carry(&self, r: &mut Recorder, ground: &Ground) {
         let last = &ground.base().last;
-        let binds = [
+        let binds = vec![
             Bind::buffer("triangles", &ground.triangles),
             Bind::buffer("list_items", &ground.base().items),
             Bind::buffer("last_heads", &last.heads),
@@ -171,30 +169,25 @@ impl Feedback {
         ];
         r.zone("carry", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the items that are lit were chosen
-            over_lit_items(r, ground, &self.carry, &binds);
+            over_lit_items(r, ground, &self.carry, binds);
         });
     }
 
     fn sum(&self, r: &mut Recorder, ground: &Ground) {
-        let binds = [Bind::buffer("list_items", &ground.base().items), Bind::buffer("light_sums", &self.sums)];
+        let binds = vec![Bind::buffer("list_items", &ground.base().items), Bind::buffer("light_sums", &self.sums)];
         r.zone("sums", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the light was written, the sums before may have been read
             r.fill(&self.sums, 0, SUMS_BYTES, 0);
             r.full_barrier(); // they are 0
-            over_lit_items(r, ground, &self.sum, &binds);
+            over_lit_items(r, ground, &self.sum, binds);
         });
     }
 }
 
 /// A thread per lit item. `binds`: besides the lists of items and their light.
-fn over_lit_items<'a>(r: &mut Recorder, ground: &'a Ground, pipeline: &Compute, binds: &[Bind<'a>]) {
+fn over_lit_items<'a>(r: &mut Recorder, ground: &'a Ground, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
     let lists = ground.base();
-    let mut binds = binds.to_vec();
-    binds.extend([
-        Bind::buffer("lit_items", &lists.lit_items),
-        Bind::buffer("seen_lights", &lists.seen_lights),
-        Bind::buffer("cell_counts", &lists.cells.counts),
-    ]);
-    let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
-    r.dispatch_indirect(pipeline, &pipeline.select(&binds), &(), (&lists.cells.counts, offset));
+    binds.push(Bind::buffer("lit_items", &lists.lit_items));
+    binds.push(Bind::buffer("seen_lights", &lists.seen_lights));
+    lists.cells.dispatch_items(r, pipeline, binds);
 }

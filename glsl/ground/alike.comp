@@ -50,7 +50,7 @@ void choose(uint first, uint voxel) {
         uint cell = facing_cell(triangle_normal(a, b, c));
         uint material = triangles[triangle].material;
         uint source = triangles[triangle].source;
-        item_parts[item - 1u] = ItemPart(cell, area, source, 0u); // until it is known which item is lit for it
+        item_parts[item - 1u] = ItemPart(cell, area, source, 0u, 0u, 0u); // until it is known which item is lit for it
         bool same = chosen[cell] != 0u && material == materials_of[cell];
         bool better = chosen[cell] == 0u || material < materials_of[cell]
             || (same && (area > areas_of[cell] || (area == areas_of[cell] && source < sources_of[cell])));

@@ -1,5 +1,6 @@
 // What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks up.
 // A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and keep_no_lobe() before this file.
+// A method that lights other points than the middle of an item's part defines METHOD_POINTS before this file.
 // The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
 // voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
 
@@ -7,17 +8,17 @@
 #include "ground/brdf.glsl"
 #include "common/clip.glsl"
 #include "common/closest_point.glsl"
-#include "common/dominant_axis.glsl"
 #include "ground/surface.glsl"
 #ifdef LOOK_UP
 #include "method/look_up.glsl"
 #endif
 #include "ground/direct_light.glsl"
+#ifdef METHOD_POINTS
+#include "method/item_point.glsl"
+#endif
 
 // A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
 const float MEAN_COSINE = 0.6666667;
-
-const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of a face, or more
 
 layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
@@ -90,29 +91,6 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-// A point of the part of triangle abc inside the voxel about `center`, evenly distributed over it as far as few tries find one:
-// another in every pass, so that the mean over passes is the part's mean. The first pass takes its middle.
-vec3 point_in_voxel(vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
-    vec3 n = triangle_normal(a, b, c);
-    int axis = int(dominant_axis(n));
-    int u = (axis + 1) % 3;
-    int v = (axis + 2) % 3;
-    uvec4 seed = uvec4(uvec3(center), 0u);
-    vec2 random = pass_shift() + vec2(jitter_hash(seed), jitter_hash(seed.wzyx));
-    vec3 found = middle;
-    for (uint i = 0u; i < (frame.light_pass == 0u ? 0u : POINT_TRIES); i++) {
-        vec2 at = fract(random + float(i) * vec2(0.618034, 0.414214)) - 0.5;
-        vec3 p = center;
-        p[u] += at.x;
-        p[v] += at.y;
-        p[axis] += dot(n, a - p) / n[axis];
-        vec2 bc = barycentric(a, b, c, p);
-        bool inside = abs(p[axis] - center[axis]) <= 0.5 && min(bc.x, bc.y) >= 0.0 && bc.x + bc.y <= 1.0;
-        found = inside ? p : found;
-    }
-    return found;
-}
-
 // The triangle of item `index` of the lists, cut to its voxel and lit on each of its sides. `corners`: in voxels of the lists'
 // own grid, as `voxel` is.
 ItemLight light_item(uint index, Triangle t, mat3 corners, uvec3 voxel) {
@@ -127,7 +105,9 @@ ItemLight light_item(uint index, Triangle t, mat3 corners, uvec3 voxel) {
     if (CLIPS_ITEMS) {
         vec3 middle;
         clip_to_voxel(a, b, c, center, area, middle);
-        middle = point_in_voxel(a, b, c, center, middle);
+#ifdef METHOD_POINTS
+        middle = item_point(index, a, b, c, center, middle);
+#endif
         bc = area > 0.0 ? barycentric(a, b, c, middle) : vec2(0.0);
     } else {
         bc = closest_point(a, b, c, center);

@@ -51,6 +51,8 @@ struct ItemPart {
     float area;
     uint source; // of its triangle
     uint alone; // 1: it is lit for everything in its voxel
+    uint twin; // 1-based: the item that is lit where this one cannot see it; a twin's own; 0: it sees all of its part
+    uint anchor; // where in its voxel a split item is lit, along the two axes after its dominant one
 };
 
 struct ListItem {

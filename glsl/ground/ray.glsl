@@ -1,6 +1,7 @@
 // A ray that walks the voxels and tests the triangles listed in each: exact, on any device.
 #include "common/count.glsl"
 #include "common/color.glsl"
+#include "common/hit_triangle.glsl"
 #include "ground/clearance_code.glsl"
 #include "ground/heads.glsl"
 #include "ground/surface.glsl"
@@ -8,29 +9,6 @@
 // How many surfaces that let light through one ray may pass.
 const uint MOST_PASSED = 8u;
 const float SPENT = 0.005; // of its light: less does not change an 8-bit image
-const float RAY_START = 1e-3; // voxels along the facet: 100 times the rounding of a position at edge 128
-
-// Möller and Trumbore, both sides. Returns distance (negative: no hit), barycentric weights of b and c in `uv`.
-float hit_triangle(vec3 origin, vec3 d, vec3 a, vec3 b, vec3 c, out vec2 uv) {
-    vec3 e1 = b - a;
-    vec3 e2 = c - a;
-    vec3 p = cross(d, e2);
-    float det = dot(e1, p);
-    uv = vec2(0.0);
-    if (det == 0.0) {
-        return -1.0;
-    }
-    float inverse = 1.0 / det;
-    vec3 s = origin - a;
-    uv.x = dot(s, p) * inverse;
-    vec3 q = cross(s, e1);
-    uv.y = dot(d, q) * inverse;
-    // A hair of tolerance: no light between two triangles that share an edge.
-    if (uv.x < -1e-5 || uv.y < -1e-5 || uv.x + uv.y > 1.00001) {
-        return -1.0;
-    }
-    return dot(e2, q) * inverse;
-}
 
 // The same for the triangle of a list's entry.
 float hit_listed(ListItem entry, vec3 origin, vec3 d, out vec2 uv) {

@@ -156,8 +156,10 @@ pub struct Wants {
     pub cells: bool,
     /// List items lit, one by one,
     pub lit_items: bool,
-    /// one for all that are alike.
+    /// one for all that are alike,
     pub alike: bool,
+    /// and two where another surface cuts the part of an item that is lit.
+    pub split: bool,
     /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them.
     pub item_samples: bool,
     /// The specular lobes that list items send direct light in.

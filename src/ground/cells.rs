@@ -10,6 +10,8 @@ use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorde
 
 /// Where the count of the items that are lit stands among those of the levels; as in `glsl/ground/constants.glsl`.
 pub const LIT_COUNTS: u32 = 15;
+/// The same of those among them that are not twins (`glsl/gi/rays/split.comp`).
+const CHOSEN_COUNTS: u32 = 14;
 
 /// The occupied cells of one frame.
 pub struct CellLists {
@@ -40,6 +42,15 @@ impl CellLists {
     /// A thread per item that is lit. `binds`: besides the lists.
     pub fn dispatch_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
         self.dispatch_counted(recorder, pipeline, binds, LIT_COUNTS, self.level(0, 1));
+    }
+
+    /// The same while the list of such items grows by what `pipeline` adds.
+    pub fn dispatch_chosen<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
+        let bytes = size_of::<CellCount>() as u64;
+        let place = |entry: u32| (&self.counts, u64::from(entry) * bytes);
+        recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), bytes);
+        recorder.full_barrier(); // the count stands still
+        self.dispatch_counted(recorder, pipeline, binds, CHOSEN_COUNTS, self.level(0, 1));
     }
 
     /// A thread per occupied cell of `level`. `binds`: besides the lists.

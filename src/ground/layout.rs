@@ -46,8 +46,9 @@ shared! {
 }
 shared! {
     /// For a list item: the item whose light it copies, the area of its triangle inside the voxel, over a face's, the
-    /// triangle's source, and whether it is lit for everything in its voxel.
-    ItemPart { lit_by: u32, area: f32, source: u32, alone: u32 }
+    /// triangle's source, and whether it is lit for everything in its voxel. Where another surface splits that part: the item
+    /// that is lit for what cannot be seen from `anchor` (1-based), two coordinates in its voxel of 16 bits each.
+    ItemPart { lit_by: u32, area: f32, source: u32, alone: u32, twin: u32, anchor: u32 }
 }
 shared! {
     /// A texture as a material uses it; `texture` is −1 where there is none.

@@ -42,9 +42,10 @@ pub struct Work<'a> {
 }
 
 /// What the passes of the ground work on, by the start of their names.
-const GROUND_UNITS: [(&str, PassUnit); 4] = [
+const GROUND_UNITS: [(&str, PassUnit); 5] = [
     ("voxelise", PassUnit::MadeItems),
     ("alike", PassUnit::WalkedItems),
+    ("split", PassUnit::WalkedItems),
     ("gather", PassUnit::Pixels),
     ("image", PassUnit::Pixels),
 ];

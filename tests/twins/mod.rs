@@ -20,5 +20,6 @@ pub mod octahedron;
 pub mod propagation;
 pub mod record;
 pub mod shade;
+pub mod split;
 pub mod volume;
 pub mod voxelise;

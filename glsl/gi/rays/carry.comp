@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // New lists take over the light of the lists before them: a lit item that of the item which stood for the same triangle in the
-// same voxel. What was not there starts dark. A thread per lit item.
+// same voxel, a twin that of its twin. What was not there starts dark. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"
@@ -12,6 +12,7 @@ layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
 layout(set = 0, binding = 29, scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
 layout(set = 0, binding = 36, scalar) readonly buffer LastHeads { uint last_heads[]; };
@@ -22,7 +23,9 @@ layout(set = 0, binding = 39, scalar) readonly buffer LastLights { ItemLight las
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-        ListItem entry = list_items[lit_items[i]];
+        uint item = lit_items[i];
+        ListItem entry = list_items[item];
+        bool is_twin = item_parts[item].twin == item + 1u;
         uint source = triangles[entry.triangle].source;
         ItemLight before = ItemLight(vec3(0.0), 0.0, vec3(0.0), 0.0);
         uint last = last_heads[entry.voxel];
@@ -32,10 +35,12 @@ void main() {
             COUNT(LIST_ITEMS, 1u);
             bool same = last_parts[last - 1u].source == source;
             if (same) {
-                before = last_lights[last_parts[last - 1u].lit_by];
+                uint lit_by = last_parts[last - 1u].lit_by;
+                uint twin = last_parts[lit_by].twin;
+                before = last_lights[is_twin && twin != 0u ? twin - 1u : lit_by];
             }
             last = same ? 0u : last_items[last - 1u].next;
         }
-        seen_lights[lit_items[i]] = before;
+        seen_lights[item] = before;
     }
 }

@@ -5,6 +5,7 @@
 // Lights the items of the lists; with LOOK_UP they gather from the volume of the bounce before.
 #include "ground/constants.glsl"
 
+#define METHOD_POINTS
 const bool CLIPS_ITEMS = true;
 const bool LIGHTS_FRONTS = false;
 

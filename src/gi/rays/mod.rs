@@ -56,6 +56,7 @@ impl Gi for Lighting {
             cells: true,
             lit_items: true,
             alike: true,
+            split: true,
             kept_direct_light: settings.bounces.volumes() > 1,
             seen_lights: true,
             carried_light: all,
@@ -162,6 +163,7 @@ impl Feedback {
         let binds = vec![
             Bind::buffer("triangles", &ground.triangles),
             Bind::buffer("list_items", &ground.base().items),
+            Bind::buffer("item_parts", &ground.base().item_parts),
             Bind::buffer("last_heads", &last.heads),
             Bind::buffer("last_items", &last.items),
             Bind::buffer("last_parts", &last.item_parts),

@@ -1,0 +1,40 @@
+// Where the items of `rays` are lit.
+
+#include "ground/place_random.glsl"
+#include "ground/on_plane.glsl"
+#include "gi/rays/sees.glsl"
+
+const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of a face, or more
+
+// Whether p and q of item `index`, whose plane has unit normal n, see each other on all sides that are lit.
+bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
+    ListItem entry = list_items[index];
+    uint primary = item_parts[index].lit_by;
+    bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+    bool free = true;
+    for (float side = two_sided ? -1.0 : 1.0; side <= 1.0; side += 2.0) {
+        vec3 above = side * RAY_START * n;
+        free = free && sees(entry.voxel, primary, p + above, q + above);
+    }
+    return free;
+}
+
+// A point of the part of triangle abc inside the voxel about `center`, evenly distributed over what the item is lit for of it as
+// far as few tries find one: another in every pass, so that the mean over passes is the part's mean. The first pass takes the
+// part's middle; a split item its anchor.
+vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
+    vec3 n = triangle_normal(a, b, c);
+    uvec4 seed = uvec4(uvec3(center), 0u);
+    vec2 random = pass_shift() + vec2(jitter_hash(seed), jitter_hash(seed.wzyx));
+    ItemPart part = item_parts[index];
+    COUNT(WORDS, 6u);
+    bool split = part.twin != 0u;
+    vec3 anchor = split ? on_plane(a, n, center, unpackUnorm2x16(part.anchor) - 0.5) : middle;
+    vec3 found = anchor;
+    for (uint i = 0u; i < (frame.light_pass == 0u ? 0u : POINT_TRIES); i++) {
+        vec3 p = on_plane(a, n, center, fract(random + float(i) * vec2(0.618034, 0.414214)) - 0.5);
+        bool inside = in_part(a, b, c, n, center, p);
+        found = inside && (!split || sees_beside(index, anchor, p, normalize(n))) ? p : found;
+    }
+    return found;
+}

@@ -1,0 +1,153 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Split: where another surface cuts an item's part of its triangle, what is seen on one side of the cut is not the other side's. Such
+// an item gets a twin: each is lit where the other cannot be seen from, and a ray takes the one that sees where it hit. A thread
+// per item that is lit. Held against brute force in tests/rays_items.rs.
+#include "ground/constants.glsl"
+#include "ground/growing_lists.glsl"
+#include "common/clip.glsl"
+#include "common/count.glsl"
+#include "common/hit_triangle.glsl"
+#include "common/triangle_box.glsl"
+#include "ground/on_plane.glsl"
+
+const int ROW = 4;
+const int CANDIDATES = ROW * ROW; // points of a part, evenly over its voxel,
+const float APART = 0.3; // voxels between them: close to the voxel's border, where what is cut off may be narrow
+
+layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 3, scalar) buffer ListItems { ListItem list_items[]; };
+layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
+layout(set = 0, binding = 23, scalar) buffer ItemParts { ItemPart item_parts[]; };
+layout(set = 0, binding = 24, scalar) buffer LitItems { uint lit_items[]; };
+
+struct Part {
+    uint item;
+    uint voxel;
+    vec3 a, b, c;
+    vec3 n; // unit
+    vec3 center;
+    bool two_sided;
+};
+
+vec2 candidate_at(int k) {
+    return APART * (vec2(k % ROW, k / ROW) - 0.5 * float(ROW - 1));
+}
+
+vec3 candidate(Part part, int k) {
+    return on_plane(part.a, part.n, part.center, candidate_at(k));
+}
+
+// Which of the candidates, a bit each, cannot be seen from a point of the part. Their offset from it is the side's that is lit.
+uint hidden_from(Part part, vec3 from, uint candidates) {
+    uint hidden = 0u;
+    uint item = heads[part.voxel];
+    COUNT(HEADS, 1u);
+    for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
+        ListItem entry = list_items[item - 1u];
+        bool itself = item_parts[item - 1u].lit_by == part.item;
+        item = entry.next;
+        COUNT(LIST_ITEMS, 1u);
+        COUNT(CORNERS, 3u);
+        COUNT(WORDS, 1u);
+        vec3 a = triangles[entry.triangle].vertices[0].position;
+        vec3 b = triangles[entry.triangle].vertices[1].position;
+        vec3 c = triangles[entry.triangle].vertices[2].position;
+        vec3 heights = vec3(dot(part.n, a - part.a), dot(part.n, b - part.a), dot(part.n, c - part.a));
+        bool crosses = min(heights.x, min(heights.y, heights.z)) < 2.0 * RAY_START
+            && max(heights.x, max(heights.y, heights.z)) > -2.0 * RAY_START;
+        for (int k = 0; k < (crosses && !itself ? CANDIDATES : 0); k++) {
+            vec3 way = candidate(part, k) - from;
+            bool cut = false;
+            for (float side = part.two_sided ? -1.0 : 1.0; side <= 1.0; side += 2.0) {
+                vec2 uv;
+                float hit = hit_triangle(from + side * RAY_START * part.n, way, a, b, c, uv);
+                cut = cut || (hit > 0.0 && hit < 1.0);
+            }
+            hidden |= cut ? candidates & 1u << k : 0u;
+        }
+    }
+    return hidden;
+}
+
+// Of the points in the mask, none of which is empty, the one farthest from `from`.
+int farthest(Part part, vec3 from, uint points) {
+    int best = -1;
+    float most = -1.0;
+    for (int k = 0; k < CANDIDATES; k++) {
+        vec3 way = candidate(part, k) - from;
+        float square = dot(way, way);
+        bool better = (points & 1u << k) != 0u && square > most;
+        best = better ? k : best;
+        most = better ? square : most;
+    }
+    return best;
+}
+
+void split(Part part, vec3 middle) {
+    uint inside = 0u;
+    for (int k = 0; k < CANDIDATES; k++) {
+        vec3 p = candidate(part, k);
+        inside |= in_part(part.a, part.b, part.c, part.n, part.center, p) ? 1u << k : 0u;
+    }
+    uint hidden = hidden_from(part, middle, inside);
+    if (hidden == 0u) {
+        return;
+    }
+    // As far from each other as candidates are: what lies between may be within a wall.
+    int there = farthest(part, middle, hidden);
+    uint beyond = hidden_from(part, candidate(part, there), inside);
+    int axis = int(dominant_axis(part.n));
+    vec3 off = middle - part.center;
+    vec2 here = beyond == 0u ? vec2(off[(axis + 1) % 3], off[(axis + 2) % 3])
+                             : candidate_at(farthest(part, candidate(part, there), beyond));
+    uint twin = atomicAdd(globals.item_count, 1u);
+    if (twin >= uint(list_items.length())) {
+        atomicAdd(globals.item_overflow, 1u);
+        return;
+    }
+    ItemPart own = item_parts[part.item];
+    item_parts[part.item].twin = twin + 1u;
+    item_parts[part.item].anchor = packUnorm2x16(here + 0.5);
+    item_parts[twin] = ItemPart(part.item, own.area, own.source, 0u, twin + 1u, packUnorm2x16(candidate_at(there) + 0.5));
+    list_items[twin] = ListItem(list_items[part.item].triangle, 0u, part.voxel);
+    lit_items[take_place(LIT_COUNTS)] = twin;
+}
+
+// Splits a lit item if something cuts its part.
+void consider(uint item) {
+    ListItem entry = list_items[item];
+    Triangle t = triangles[entry.triangle];
+    COUNT(LIST_ITEMS, 1u);
+    COUNT(CORNERS, 3u);
+    COUNT(MATERIALS, 1u);
+    Part part;
+    part.item = item;
+    part.voxel = entry.voxel;
+    part.a = t.vertices[0].position;
+    part.b = t.vertices[1].position;
+    part.c = t.vertices[2].position;
+    part.n = normalize(triangle_normal(part.a, part.b, part.c));
+    part.center = vec3(cell_at(part.voxel, EDGE)) + 0.5;
+    part.two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+    float area;
+    vec3 middle;
+    clip_to_voxel(part.a, part.b, part.c, part.center, area, middle);
+    if (area > 0.0) {
+        split(part, middle);
+    }
+}
+
+void main() {
+    uint count = cell_counts[CHOSEN_COUNTS].count;
+    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        uint item = lit_items[i];
+        COUNT(WORDS, 2u);
+        if (item_parts[item].alone == 0u) {
+            consider(item);
+        }
+    }
+}

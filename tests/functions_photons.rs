@@ -106,6 +106,31 @@ fn texels_have_the_symmetries_of_z() {
     assert!(differ, "x and z are alike too: say so in docs");
 }
 
+/// A cone finds what is sent towards its apex: in a fog whose every direction has a light of its own, all that it sees is the
+/// map's light at minus its axis. No two texels are alike, so that no other order of them passes.
+#[test]
+fn a_cone_looks_up_the_direction_back_to_its_apex() {
+    let gpu = Gpu::new();
+    let light = |texel: u32| texel as f32 / 16.0 + if texel.is_multiple_of(3) { 1.0 } else { 0.0 };
+    gpu.fill_directions(|_, _, texel| (Vec4::new(light(texel), 0.0, 0.0, 1.0), Vec4::ONE));
+    for d in directions(40) {
+        let place = octahedron::place(-d.as_dvec3()).as_vec2() - 0.5;
+        let (corner, part) = (place.floor(), place - place.floor());
+        let mut expected = 0.0;
+        for k in [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE] {
+            let (at, weight) = (corner.as_ivec2() + k, (Vec2::ONE - part - k.as_vec2()).abs());
+            // The border is folded in its middle.
+            let inside = at.clamp(IVec2::ZERO, IVec2::splat(3));
+            let x = if at.y == inside.y { inside.x } else { 3 - inside.x };
+            let y = if at.x == inside.x { inside.y } else { 3 - inside.y };
+            expected += weight.x * weight.y * light((4 * y + x) as u32);
+        }
+        let [found, open, _] = gpu.trace(Vec3::splat(8.0), d, 0.1, &settings(&[]));
+        // Samplers may weigh equal texels of a filter by fractions of 1/256, whose sum is 1: rounding of f32 and f16 is left.
+        assert!((found - expected).abs() < 2e-3 && open == 0.0, "{d}: {found} is not {expected}, {open} open");
+    }
+}
+
 /// A value on the map's border, reconstructed from both sides of its fold.
 #[test]
 fn folding_joins_the_border_and_repeating_does_not() {

@@ -65,18 +65,29 @@ impl Gpu {
     /// `of`: for a level and a place in it, in its texels, what is sent in every direction (premultiplied, and its area) and what
     /// stands in the way of travellers along the axes, to and fro (and the share of samples).
     pub fn fill(&self, of: impl Fn(u32, [u32; 3]) -> (Vec4, Vec4)) {
+        self.fill_directions(|level, at, _| of(level, at));
+    }
+
+    /// The same, with what is sent in each of the sixteen directions on its own: the last argument is the direction's texel. What
+    /// stands in the way is that of texel 0.
+    pub fn fill_directions(&self, of: impl Fn(u32, [u32; 3], u32) -> (Vec4, Vec4)) {
         for level in 0..self.volume.levels {
             let edge = EDGE >> level;
-            let texels = |across: u32, pick: &dyn Fn([u32; 3]) -> Vec4| -> Vec<[u16; 4]> {
+            let texels = |across: u32, pick: &dyn Fn([u32; 3], u32) -> Vec4| -> Vec<[u16; 4]> {
                 let place = |i: u32| {
                     let width = across * edge;
-                    [i % width % edge, i / width % width % edge, i / (width * width)]
+                    let (x, y) = (i % width, i / width % width);
+                    ([x % edge, y % edge, i / (width * width)], y / edge * across + x / edge)
                 };
                 let bits = |v: Vec4| v.to_array().map(|x| f16::from_f32(x).to_bits());
-                (0..across * across * edge.pow(3)).map(|i| bits(pick(place(i)))).collect()
+                let texel = |i: u32| {
+                    let (at, direction) = place(i);
+                    bits(pick(at, direction))
+                };
+                (0..across * across * edge.pow(3)).map(texel).collect()
             };
-            let sent = texels(4, &|at| of(level, at).0);
-            let hidden = texels(1, &|at| of(level, at).1);
+            let sent = texels(4, &|at, texel| of(level, at, texel).0);
+            let hidden = texels(1, &|at, _| of(level, at, 0).1);
             for (image, texels) in self.volume.images().into_iter().zip([&sent, &hidden, &hidden]) {
                 upload_image(&self.context, image, ImageRegion::level(image, level), texels).expect("an upload");
             }

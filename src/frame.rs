@@ -131,17 +131,29 @@ impl Frame {
         })
     }
 
+    /// Whether the next frame starts from nothing, so that it is not known yet how much its lists take.
+    pub fn starts_from_nothing(&self) -> bool {
+        self.made_of.is_none()
+    }
+
+    /// Records the lists of such a frame alone: what is too small can grow before anything is lit, and the frame goes on from
+    /// them. `slot`: as for [`Self::record`].
+    pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
+        let now = self.made_now(seen);
+        self.place_grids(seen.view);
+        self.upload(r, seen, &now.lights, (true, 0));
+        self.ground.swap_lists();
+        self.ground.record_lists(r, seen.pose);
+        self.copy_counters(r, slot);
+        (self.made_of, self.stale, self.unlit) = (Some(now), false, true);
+    }
+
     /// Records a frame. `slot`: one of those in flight that is free again.
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
-        let now = MadeOf {
-            instances: seen.pose.world_from_instance.clone(),
-            lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
-            sky: seen.scene.sky,
-        };
+        let now = self.made_now(seen);
         let before = self.made_of.take();
         let unlit = std::mem::take(&mut self.unlit);
-        let eye = self.ground.desc.grid.voxel_from_world().transform_point3(seen.view.eye).as_vec3();
-        let moved = self.ground.place_grids(&self.method.grids(eye));
+        let moved = self.place_grids(seen.view);
         let stale = std::mem::take(&mut self.stale) || moved;
         let lists = stale || before.as_ref().is_none_or(|b| b.instances != now.instances);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
@@ -170,12 +182,30 @@ impl Frame {
             let frame = ImageFrame { ground, target, blended: self.counts().blended, sky: seen.scene.sky.into() };
             self.image.record(r, &frame, &self.method.binds(ground));
         }
+        self.copy_counters(r, slot);
+        self.frame_index += 1;
+        self.made_of = Some(now);
+    }
+
+    fn made_now(&self, seen: &Seen) -> MadeOf {
+        MadeOf {
+            instances: seen.pose.world_from_instance.clone(),
+            lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
+            sky: seen.scene.sky,
+        }
+    }
+
+    /// Puts the method's own grids about the camera. Returns whether one moved.
+    fn place_grids(&mut self, view: &View) -> bool {
+        let eye = self.ground.desc.grid.voxel_from_world().transform_point3(view.eye).as_vec3();
+        self.ground.place_grids(&self.method.grids(eye))
+    }
+
+    fn copy_counters(&self, r: &mut Recorder, slot: usize) {
         r.full_barrier(); // the counters were written
         for (lists, counters) in self.ground.lists.iter().zip(&self.counters[slot]) {
             r.copy(&lists.globals, counters);
         }
-        self.frame_index += 1;
-        self.made_of = Some(now);
     }
 
     /// What shaders read of this frame.

@@ -174,27 +174,49 @@ impl Renderer {
         self.frame.make_anew();
     }
 
-    /// One frame, repeated only where buffers had to grow; without its `image` the light alone.
+    /// One frame, repeated only where buffers had to grow; without its `image` the light alone. A frame that starts from nothing
+    /// makes its lists first, as often as it takes until they fit: no light is made from lists that are not whole.
     fn draw(&mut self, pose: &Pose, view: &View, image: bool) -> Result<FrameReport> {
-        let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
-        let mut repeats = 0;
+        let (mut repeats, mut listed) = (0, None);
         loop {
-            let mut recorder = Recorder::new(&self.context, options)?;
-            self.frame.record(&mut recorder, 0, &Seen { scene: &self.scene, pose, view, image });
+            let alone = self.frame.starts_from_nothing();
+            let (timings, log) = self.submit(pose, view, (alone, image))?;
+            let (counters, grown) = self.frame.poll(0);
+            if let Some(counts) = grown {
+                let plan = |voxels| self.frame.plan(&counts, voxels);
+                check_memory(&self.memory_limit, self.settings.voxels, &self.fixed_plan, &plan)?;
+                self.frame.grow(&self.context, counts)?;
+                repeats += u32::from(!alone);
+            } else if alone {
+                listed = Some((timings, log));
+            } else {
+                let (timings, log) = match listed {
+                    Some((lists, lists_log)) => (lists.then(timings), lists_log.then(log)),
+                    None => (timings, log),
+                };
+                if let Some(kept) = &mut self.log {
+                    *kept = log;
+                }
+                return Ok(FrameReport { timings, counters, repeats, settling: 0 });
+            }
+        }
+    }
+
+    /// Records the next frame, or its lists alone, and waits for it.
+    fn submit(&mut self, pose: &Pose, view: &View, (lists_alone, image): (bool, bool)) -> Result<(ZoneTimings, FrameLog)> {
+        let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
+        let mut recorder = Recorder::new(&self.context, options)?;
+        let seen = Seen { scene: &self.scene, pose, view, image };
+        if lists_alone {
+            self.frame.record_lists(&mut recorder, 0, &seen);
+        } else {
+            self.frame.record(&mut recorder, 0, &seen);
             if image {
                 self.readback.record(&mut recorder, &self.frame.target);
             }
-            if let Some(log) = &mut self.log {
-                log.clone_from(recorder.frame_log());
-            }
-            let timings = recorder.finish()?;
-            let (counters, grown) = self.frame.poll(0);
-            let Some(counts) = grown else { return Ok(FrameReport { timings, counters, repeats, settling: 0 }) };
-            let plan = |voxels| self.frame.plan(&counts, voxels);
-            check_memory(&self.memory_limit, self.settings.voxels, &self.fixed_plan, &plan)?;
-            self.frame.grow(&self.context, counts)?;
-            repeats += 1;
         }
+        let log = recorder.frame_log().clone();
+        Ok((recorder.finish()?, log))
     }
 
     /// What the method holds, coarsely.

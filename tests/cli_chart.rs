@@ -105,7 +105,7 @@ fn cells(line: &str) -> Vec<String> {
 fn rows_pages_and_failures() {
     let folder = Folder::new();
     let args = [SCENE, "-o", "out", "--presets", "fast,printed", "--sweep", "voxels=16,64", "--validation"];
-    let said = folder.charted(&[&args[..], &["--memory-limit", "8MiB"]].concat());
+    let said = folder.charted(&[&args[..], &["--memory-limit", "9MiB"]].concat());
     assert!(said.contains("settings that could not run: 2 of 4"), "{said}");
     assert_eq!(names(&folder.path("out")), ["chart.svg", "chart.txt", "index.html", "rows", "rows.csv", "rows.json"]);
 
@@ -130,7 +130,7 @@ fn rows_pages_and_failures() {
     let rel = |row: &Value| row["measured"]["same"]["indirect"]["rel"].as_f64().unwrap();
     assert!(rel(&rows[0]) < rel(&rows[1]), "{} and {}", rel(&rows[0]), rel(&rows[1]));
     for row in &rows[2..] {
-        assert!(row["failure"].as_str().unwrap().contains("--memory-limit of 8 MiB"), "{row}");
+        assert!(row["failure"].as_str().unwrap().contains("--memory-limit of 9 MiB"), "{row}");
     }
 
     let csv = fs::read_to_string(folder.path("out/rows.csv")).unwrap();

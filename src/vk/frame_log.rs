@@ -16,6 +16,13 @@ impl FrameLog {
         self.zones.iter().filter(move |zone| zone.name == name)
     }
 
+    /// Of a frame that goes on in a second submission.
+    #[must_use]
+    pub fn then(mut self, later: Self) -> Self {
+        self.zones.extend(later.zones);
+        self
+    }
+
     pub(super) fn push(&mut self, zone: Option<(&'static str, ZoneKind)>, command: CommandLog) {
         let (name, kind) = zone.unwrap_or(("", ZoneKind::Transfer));
         match self.zones.last_mut().filter(|last| last.open && last.name == name) {

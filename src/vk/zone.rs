@@ -40,6 +40,15 @@ pub struct ZoneTimings {
     pub wall_ms: f64,
 }
 
+impl ZoneTimings {
+    /// Of a frame that goes on in a second submission.
+    #[must_use]
+    pub fn then(mut self, later: Self) -> Self {
+        self.zones.extend(later.zones.into_iter().map(|zone| ZoneTiming { start_ms: self.gpu_ms + zone.start_ms, ..zone }));
+        Self { gpu_ms: self.gpu_ms + later.gpu_ms, wall_ms: self.wall_ms + later.wall_ms, ..self }
+    }
+}
+
 /// Processor time that this process has used over all threads, in milliseconds.
 #[cfg(unix)]
 pub fn process_cpu_ms() -> Option<f64> {

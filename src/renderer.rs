@@ -203,7 +203,12 @@ impl Renderer {
     }
 
     /// Records the next frame, or its lists alone, and waits for it.
-    fn submit(&mut self, pose: &Pose, view: &View, (lists_alone, image): (bool, bool)) -> Result<(ZoneTimings, FrameLog)> {
+    fn submit(
+        &mut self,
+        pose: &Pose,
+        view: &View,
+        (lists_alone, image): (bool, bool),
+    ) -> Result<(ZoneTimings, FrameLog)> {
         let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
         let mut recorder = Recorder::new(&self.context, options)?;
         let seen = Seen { scene: &self.scene, pose, view, image };

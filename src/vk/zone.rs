@@ -44,7 +44,8 @@ impl ZoneTimings {
     /// Of a frame that goes on in a second submission.
     #[must_use]
     pub fn then(mut self, later: Self) -> Self {
-        self.zones.extend(later.zones.into_iter().map(|zone| ZoneTiming { start_ms: self.gpu_ms + zone.start_ms, ..zone }));
+        self.zones
+            .extend(later.zones.into_iter().map(|zone| ZoneTiming { start_ms: self.gpu_ms + zone.start_ms, ..zone }));
         Self { gpu_ms: self.gpu_ms + later.gpu_ms, wall_ms: self.wall_ms + later.wall_ms, ..self }
     }
 }

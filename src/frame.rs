@@ -72,7 +72,7 @@ pub struct Frame {
 struct MadeOf {
     instances: Vec<DAffine3>,
     lights: Vec<layout::Light>,
-    sky: Vec3,
+    sky: [Vec3; 2],
 }
 
 /// What is seen.
@@ -191,7 +191,7 @@ impl Frame {
         MadeOf {
             instances: seen.pose.world_from_instance.clone(),
             lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
-            sky: seen.scene.sky,
+            sky: [seen.scene.sky, seen.scene.sky_gradient],
         }
     }
 

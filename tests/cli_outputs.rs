@@ -105,13 +105,13 @@ fn automatic_exposure_looks_at_surfaces_only() {
     let sky = [0.3, 0.5, 0.9];
     let mut pixels = vec![[0.05; 3]; 100];
     // 0.8 / 0.05 = 16: four stops.
-    assert_eq!(png::automatic_exposure(&pixels, sky), 4.0);
+    assert_eq!(png::automatic_exposure(&pixels, |_| sky), 4.0);
     pixels.extend([sky; 1000]);
     pixels.extend([[0.0; 3]; 1000]);
     pixels.extend([[f32::INFINITY; 3], [f32::NAN; 3]]);
-    assert_eq!(png::automatic_exposure(&pixels, sky), 4.0);
-    assert_eq!(png::automatic_exposure(&[sky; 4], sky), 0.0);
-    assert_eq!(png::automatic_exposure(&[], sky), 0.0);
+    assert_eq!(png::automatic_exposure(&pixels, |_| sky), 4.0);
+    assert_eq!(png::automatic_exposure(&[sky; 4], |_| sky), 0.0);
+    assert_eq!(png::automatic_exposure(&[], |_| sky), 0.0);
 }
 
 #[test]

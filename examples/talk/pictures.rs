@@ -49,7 +49,7 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
 
     let two_bounces = render(&context, &mut frame, &scene, &pose)?;
     let [beauty, direct, indirect] = [Aov::Beauty, Aov::Direct, Aov::Indirect].map(|layer| two_bounces.get(layer));
-    let ev = automatic_exposure(two_bounces.beauty(), scene.sky.into());
+    let ev = automatic_exposure(two_bounces.beauty(), |_| scene.sky.into());
     let shown = |pixels: Option<&[[f32; 3]]>| {
         let pixels = pixels.unwrap_or_default();
         tile(|x, y| exposed(Vec3::from(pixels[(y * SIZE + x) as usize]), ev))

@@ -24,3 +24,8 @@ float cosine_aperture(uint count) {
     float spread = count < 64u ? 0.6 : 0.5;
     return spread / sqrt(float(count));
 }
+
+// A shading normal's hemisphere reaches below the facet: what would go there is mirrored up.
+vec3 above_facet(vec3 d, vec3 facet) {
+    return d - 2.0 * min(dot(d, facet), 0.0) * facet;
+}

@@ -166,5 +166,6 @@ struct Frame {
     uint lamp_count;
     uint lamp_tree; // 1: pieces are chosen through the tree; 0: each as often
     uint light_pass; // which of the passes whose mean is kept lights the list items
+    vec3 sky_gradient; // radiance: how much brighter the sky is straight up than at its middle
     float light_share; // of the newest pass in that mean; 1: all
 };

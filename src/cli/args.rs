@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::{DVec3, Vec3};
 use twobounce::gi::Method;
 use twobounce::gi::ledger::SHEETS;
@@ -82,9 +82,17 @@ pub struct SceneArgs {
     /// Constant radiance of the sky, which is visible and lights the scene
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
     pub sky: Vec3,
-    /// Add no light to a scene without light, emission and sky
-    #[arg(long)]
-    pub no_default_light: bool,
+    /// Add a sky and a directional light: `auto` where the scene has no light and no sky and does not light itself
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t = DefaultLight::Auto)]
+    pub default_light: DefaultLight,
+}
+
+/// When light is added that the file does not have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DefaultLight {
+    On,
+    Off,
+    Auto,
 }
 
 /// Where the settings come from. Later ones win: preset, then file, then method, then single keys.

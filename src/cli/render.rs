@@ -106,7 +106,10 @@ impl Session<'_> {
             image.write_exr(&path, &self.header)?;
         } else {
             let ev = *self.report.exposure_ev.get_or_insert_with(|| {
-                let ev = automatic_exposure(image.beauty(), self.renderer.scene().sky.into());
+                let scene = self.renderer.scene();
+                let view = self.shot.view(scene, &self.shot.pose(scene, later_s));
+                let sky = |pixel| scene.sky_towards(view.direction(pixel, self.args.scene.size)).into();
+                let ev = automatic_exposure(image.beauty(), sky);
                 say!("exposure: {ev} EV, automatic (--exposure {ev} gives the same image)");
                 ev
             });

@@ -7,12 +7,13 @@ use std::sync::Arc;
 use clap::{Args, Command, FromArgMatches};
 use glam::DVec3;
 use twobounce::output::exr::Metadata;
+use twobounce::reference::lights_itself;
 use twobounce::renderer::RenderOptions;
 use twobounce::scene::{LoadOptions, Pose, Scene, View};
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, RunArgs, SceneArgs};
+use super::args::{DefaultLight, DeviceArgs, RunArgs, SceneArgs};
 use super::out;
 use crate::say;
 
@@ -76,14 +77,30 @@ impl SceneArgs {
         let (camera, words) = self.choose_camera(&scene, animation)?;
         let shot = Shot { animation, time_s: self.time, camera };
         let mut notes = std::mem::take(&mut scene.warnings);
-        if !scene.has_light() && self.no_default_light {
-            notes.push("the scene has no light, emission or sky: the image will be black".into());
-        } else if !scene.has_light() {
-            let view = shot.view(&scene, &shot.pose(&scene, 0.0));
-            notes.push(scene.add_default_light(&view));
+        if let Some(note) = self.light(&mut scene, &shot)? {
+            notes.push(note);
         }
         notes.iter().for_each(|note| out::warn(&format!("note: {}: {note}", scene.name)));
         Ok(Opened { scene, size: self.size, camera: words, shot })
+    }
+
+    /// Adds light where the scene needs some. Returns what is to be said about that.
+    fn light(&self, scene: &mut Scene, shot: &Shot) -> Result<Option<String>> {
+        let pose = shot.pose(scene, 0.0);
+        let view = shot.view(scene, &pose);
+        let why = match (scene.has_light(), scene.has_light_beside_emission()) {
+            (false, _) => "the scene has no light, emission or sky",
+            (_, true) => "",
+            _ if lights_itself(scene, &pose, &view)? => "",
+            _ => "the scene has no light or sky, and what it emits hardly lights anything that is seen",
+        };
+        Ok(match self.default_light {
+            DefaultLight::Off if why.is_empty() => None,
+            DefaultLight::Off => Some(format!("{why}: the image will be black or nearly so")),
+            DefaultLight::Auto if why.is_empty() => None,
+            DefaultLight::On if why.is_empty() => Some(scene.add_default_light(&view)),
+            _ => Some(format!("{why}: {}", scene.add_default_light(&view))),
+        })
     }
 
     /// Opens the scene and the device, and prints what they are.

@@ -1,5 +1,7 @@
 //! Specialisation constants of the ground: `glsl/ground/constants.glsl` is their twin. A method's own start at 32.
 
+use glam::Vec3;
+
 use crate::scene::{Alpha, Scene};
 use crate::settings::{DirectLight, LampLight, Settings, Shadows};
 
@@ -37,6 +39,7 @@ impl Features {
     pub const MASK: Self = Self(32);
     pub const BLEND: Self = Self(128);
     pub const DIRECT_PER_PIXEL: Self = Self(1 << 16);
+    pub const SKY_GRADIENT: Self = Self(1 << 17);
 
     /// Some material has a texture in slot `slot` of `layout::Material::slots`.
     fn texture_slot(slot: usize) -> Self {
@@ -72,6 +75,7 @@ impl Features {
             ask(Self::TRANSMISSION, transmits);
             ask(Self::SPECULAR, !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0)));
         }
+        ask(Self::SKY_GRADIENT, scene.sky_gradient != Vec3::ZERO);
         ask(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels);
         Self(bits)
     }

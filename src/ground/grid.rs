@@ -86,7 +86,7 @@ impl GridPlace {
 /// A point light's brightest patch is taken to be one voxel away; nearer ones saturate.
 pub fn radiance_scale(scene: &Scene, voxel_m: f64, bounces: Bounces) -> f32 {
     let largest = |v: Vec3| f64::from(v.max_element());
-    let mut peak = largest(scene.sky);
+    let mut peak = largest(scene.sky + scene.sky_gradient);
     for material in &scene.materials {
         peak = peak.max(largest(material.emissive));
     }

@@ -93,7 +93,8 @@ shared! {
         down_per_ndc: [f32; 3], light_count: u32,
         sky: [f32; 3], frame_index: u32,
         image_size: [f32; 2], samples: u32,
-        lamp_count: u32, lamp_tree: u32, light_pass: u32, light_share: f32,
+        lamp_count: u32, lamp_tree: u32, light_pass: u32, sky_gradient: [f32; 3],
+        light_share: f32,
     }
 }
 shared! {

@@ -45,6 +45,7 @@ impl FrameUniforms<'_> {
             lamp_count: self.lamps.0,
             lamp_tree: u32::from(self.lamps.1),
             light_pass: self.light_pass,
+            sky_gradient: self.scene.sky_gradient.into(),
             light_share: 1.0 / (1 + self.light_pass) as f32,
         }
     }

@@ -22,16 +22,16 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
     0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
-/// The automatic exposure of an image in EV, a multiple of 0.01. Pixels equal to the radiance `sky`, black pixels and
-/// non-finite ones are ignored; 0 if none is left.
-pub fn automatic_exposure(beauty: &[[f32; 3]], sky: [f32; 3]) -> f32 {
+/// The automatic exposure of an image in EV, a multiple of 0.01. Pixels equal to the radiance of the sky there, which `sky` tells
+/// of each pixel, black pixels and non-finite ones are ignored; 0 if none is left.
+pub fn automatic_exposure(beauty: &[[f32; 3]], sky: impl Fn(usize) -> [f32; 3]) -> f32 {
     const PERCENTILE: f64 = 0.95;
     const TARGET: f32 = 0.8;
     // The image stores the sky in half floats, with 11 significant bits.
     const HALF_FLOAT: f32 = 1.0 / 1024.0;
-    let is_sky = |p: &[f32; 3]| p.iter().zip(&sky).all(|(a, b)| (a - b).abs() <= HALF_FLOAT * b);
-    let mut seen: Vec<f32> =
-        beauty.iter().filter(|p| !is_sky(p)).map(|p| luminance(*p)).filter(|l| l.is_finite() && *l > 0.0).collect();
+    let is_sky = |(i, p): &(usize, &[f32; 3])| p.iter().zip(sky(*i)).all(|(a, b)| (a - b).abs() <= HALF_FLOAT * b);
+    let seen = beauty.iter().enumerate().filter(|pixel| !is_sky(pixel)).map(|(_, p)| luminance(*p));
+    let mut seen: Vec<f32> = seen.filter(|l| l.is_finite() && *l > 0.0).collect();
     if seen.is_empty() {
         return 0.0;
     }

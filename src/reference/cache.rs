@@ -92,6 +92,9 @@ pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> bl
     add(format!("twobounce reference {VERSION}: {width}x{height} depth {depth} seed {seed} ao {occlusion}").as_bytes());
     // Debug prints floats with enough digits to distinguish them.
     add(format!("{view:?} {pose:?} {:?} {:?} {:?}", scene.sky, scene.instances, scene.textures).as_bytes());
+    if scene.sky_gradient != glam::Vec3::ZERO {
+        add(format!("{:?}", scene.sky_gradient).as_bytes());
+    }
     add(format!("{:?} {:?}", scene.materials, scene.lights).as_bytes());
     for mesh in &scene.meshes {
         add(&mesh.material.to_le_bytes());

@@ -154,7 +154,7 @@ impl<'a> Integrator<'a> {
         let mut remaining = if path.scattered == 0 { 1.0 } else { 0.0 };
         loop {
             let Some(hit) = self.hit(&path.ray, path.scattered == 0) else {
-                path.add(self.lights.sky);
+                path.add(self.lights.sky_towards(path.ray.direction));
                 return None;
             };
             travelled += hit.t;

@@ -38,7 +38,8 @@ struct PunctualLight {
 pub struct Lights {
     punctual: Vec<PunctualLight>,
     emitters: Emitters,
-    pub sky: Vec3,
+    /// Mean, and what is added straight up.
+    sky: [Vec3; 2],
 }
 
 /// Emissive triangles and the cumulative distribution of their power.
@@ -55,12 +56,17 @@ impl Lights {
         let geometry = &materials.geometry;
         let scene = geometry.scene;
         let punctual = (0..scene.lights.len()).map(|i| PunctualLight::new(scene, pose, geometry, i)).collect();
-        Self { punctual, emitters: Emitters::new(materials), sky: scene.sky }
+        Self { punctual, emitters: Emitters::new(materials), sky: [scene.sky, scene.sky_gradient] }
+    }
+
+    /// Radiance of the sky towards unit d.
+    pub fn sky_towards(&self, d: Vec3) -> Vec3 {
+        self.sky[0] + self.sky[1] * d.y
     }
 
     /// Whether scattered rays can hit any light.
     pub fn can_be_hit(&self) -> bool {
-        !self.emitters.triangles.is_empty() || self.sky != Vec3::ZERO
+        !self.emitters.triangles.is_empty() || self.sky[0] != Vec3::ZERO
     }
 
     /// Samples one punctual light at `p`. `choice` selects it with probability proportional to its unoccluded irradiance.

@@ -10,6 +10,7 @@ mod camera;
 pub mod film;
 mod geometry;
 mod integrator;
+mod itself;
 mod lanes;
 mod lights;
 mod material;
@@ -30,6 +31,7 @@ use crate::{Error, Result};
 use camera::Camera;
 use film::{Film, Row, next_check};
 use integrator::Integrator;
+pub use itself::lights_itself;
 use sampler::Sampler;
 
 /// Must change whenever the same options could give another image: cached references of other versions are ignored.

@@ -35,8 +35,10 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     pub lights: Vec<Light>,
     pub cameras: Vec<Camera>,
-    /// Constant radiance from all directions beyond the scene. It is visible and it lights the scene.
+    /// Radiance from beyond the scene, mean over all directions. It is visible and it lights the scene.
     pub sky: Vec3,
+    /// How much brighter the sky is straight up (+Y) than level, and darker straight down: at most [`Self::sky`].
+    pub sky_gradient: Vec3,
     /// Hash of all bytes of the file, its buffers and its images, in hexadecimal.
     pub hash: String,
     /// One sentence for everything that the loader ignored or simplified.

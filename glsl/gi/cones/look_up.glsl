@@ -4,6 +4,7 @@
 #include "ground/interleave.glsl"
 #include "common/refraction.glsl"
 #include "ground/lights.glsl"
+#include "ground/sky.glsl"
 #include "gi/cones/cone.glsl"
 #include "gi/cones/cone_set.glsl"
 #include "gi/cones/roughness.glsl"
@@ -47,14 +48,14 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
         vec4 seen = trace_cone(from + cones.diffuse_offset * d, d, cone.aperture * cones.aperture, cones.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);
         // D21: printed drops alpha, and the sky with it.
-        sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * frame.sky * frame.scale, open);
+        sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * sky_towards(d), open);
     }
     return sum;
 }
 
 vec3 gather_along(vec3 from, vec3 d, float aperture, float start) {
     vec4 seen = trace_cone(from, d, aperture, start);
-    return printed(21) ? seen.rgb : seen.rgb + (1.0 - min(seen.a, 1.0)) * frame.sky * frame.scale;
+    return printed(21) ? seen.rgb : seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_towards(d);
 }
 
 vec3 gather_specular(Surface s, vec3 direction) {

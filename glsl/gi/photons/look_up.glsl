@@ -5,6 +5,7 @@
 #include "common/lobe.glsl"
 #include "common/refraction.glsl"
 #include "ground/interleave.glsl"
+#include "ground/sky.glsl"
 #include "gi/photons/cone.glsl"
 
 const bool FINDS_LAMPS = false;
@@ -15,13 +16,8 @@ vec4 cone_from(Surface s, vec3 normal, vec3 d, float ratio) {
     // Filtering reaches twice as far as a sphere: at R ≤ ½ cos θ not to the plane that the cone leaves, nor behind it.
     float bound = MOST_RATIO * max(dot(d, normal), LEAST_COSINE);
     ConeLight seen = trace_cone(s.position + START_NORMAL * normal, d, printed(ROW_STEPS) ? ratio : min(ratio, bound));
-    vec3 light = seen.light + seen.open * frame.sky * frame.scale;
+    vec3 light = seen.light + seen.open * sky_towards(d);
     return vec4(AO_MULTIPLIES == AO_LIGHT ? light * seen.near : light, seen.near);
-}
-
-// A shading normal's hemisphere reaches below the facet: what would go there is mirrored up.
-vec3 above_facet(vec3 d, vec3 facet) {
-    return d - 2.0 * min(dot(d, facet), 0.0) * facet;
 }
 
 vec4 look_up_diffuse(Surface s, uvec3 place) {

@@ -3,6 +3,7 @@
 #include "common/directions.glsl"
 #include "common/lobe.glsl"
 #include "ground/place_random.glsl"
+#include "ground/sky.glsl"
 #include "gi/rays/constants.glsl"
 #include "gi/rays/ray_light.glsl"
 
@@ -53,7 +54,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
     bool going = sends;
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_INTERFACES : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
-        seen.light += met.any ? vec3(0.0) : through * frame.sky * frame.scale;
+        seen.light += met.any ? vec3(0.0) : through * sky_towards(d);
         through = met.any ? through : vec3(0.0);
         Material m = materials[met.triangle.material];
         vec3 at = origin + d * met.distance;

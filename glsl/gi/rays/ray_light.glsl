@@ -47,10 +47,8 @@ vec3 seen_radiance(Met met) {
     return lit ? seen : vec3(0.0);
 }
 
-// Leaves along unit d from a surface with normal `facet`: rgb = stored radiance of what it meets, a = 1 − what is open.
+// Leaves along unit d, which is above a surface with normal `facet`: rgb = stored radiance of what it meets, a = 1 − what is open.
 vec4 trace_light(vec3 position, vec3 facet, vec3 d) {
-    // A shading normal's hemisphere reaches below the facet: what would go there is mirrored up.
-    d -= 2.0 * min(dot(d, facet), 0.0) * facet;
     vec3 origin = position + facet * RAY_START;
     vec3 through = vec3(1.0);
     vec3 sum = vec3(0.0);

@@ -24,6 +24,7 @@ pub struct ImagePass {
     depth: Raster,
     opaque: Raster,
     blended: Option<Raster>,
+    sky: Option<Raster>,
     gather: Option<Gather>,
 }
 
@@ -81,7 +82,15 @@ impl ImagePass {
             blend: Some(Blend::PremultipliedOver),
             ..common
         };
+        let sky = RasterDesc {
+            label: "sky",
+            vertex: "ground/image/sky.vert",
+            fragment: Some(if layers.is_empty() { "ground/image/sky.frag" } else { "ground/image/sky.frag AOVS" }),
+            depth: depth(CompareOp::EQUAL, false),
+            ..common
+        };
         Ok(Self {
+            sky: features.has(Features::SKY_GRADIENT).then(|| Raster::new(context, &sky)).transpose()?,
             depth: Raster::new(context, &depth_pass)?,
             opaque: Raster::new(context, &opaque)?,
             blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
@@ -126,6 +135,10 @@ impl ImagePass {
             let push = BandPush { first_row: band.first_row };
             pass.draw(&self.depth, &self.depth.select(&binds), &push, ground.recorded());
             pass.draw(&self.opaque, &self.opaque.select(&binds), &push, ground.recorded());
+            if let Some(pipeline) = &self.sky {
+                let call = DrawCall::Direct { vertices: 3, instances: 1 };
+                pass.draw(pipeline, &pipeline.select(&binds), &(), call);
+            }
             if let Some(pipeline) = &self.blended {
                 let call = DrawCall::Direct { vertices: 3 * blended, instances: 1 };
                 pass.draw(pipeline, &pipeline.select(&binds), &push, call);

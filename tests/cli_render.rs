@@ -223,3 +223,37 @@ fn ctrl_c_ends_tidily_with_130() {
         image::open(folder.path().join(name)).unwrap();
     }
 }
+
+/// What is said about an image of the scene that shows nothing.
+fn said_of(folder: &Path, flags: &[&str]) -> String {
+    let output = render(folder, &[&["scene.gltf", "-o", "a.png"], flags].concat());
+    assert_eq!(output.status.code(), Some(0));
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn an_image_that_shows_nothing_says_why() {
+    let folder = folder();
+    let path = folder.path();
+    assert_eq!(said_of(path, &[]), "", "it shows something");
+    let away = said_of(path, &["--eye", "0,0,50", "--target", "0,0,60"]);
+    assert!(away.contains("behind the camera"), "{away}");
+    let aside = said_of(path, &["--eye", "0,0,50", "--target", "60,0,49"]);
+    assert!(aside.contains("outside the camera's view"), "{aside}");
+    let dark = said_of(path, &["--exposure=-40"]);
+    assert!(dark.contains("black with --exposure -40"), "{dark}");
+    let white = said_of(path, &["--exposure", "40"]);
+    assert!(white.contains("white with --exposure 40"), "{white}");
+    fs::write(path.join("empty.gltf"), r#"{"asset":{"version":"2.0"}}"#).unwrap();
+    let empty = String::from_utf8(render(path, &["empty.gltf", "-o", "a.png"]).stderr).unwrap();
+    assert!(empty.contains("no triangles"), "{empty}");
+}
+
+#[test]
+fn the_memory_plan_is_printed_where_it_is_asked_for() {
+    let folder = folder();
+    let at = |flags: &[&str]| rendered(folder.path(), &[&["scene.gltf", "-o", "a.png"], flags].concat());
+    assert!(!at(&[]).contains("memory plan") && at(&[]).contains("wrote a.png"));
+    assert!(at(&["-v"]).contains("memory plan:") && at(&["--timings"]).contains("memory plan:"));
+    assert_eq!(at(&["-q"]), "");
+}

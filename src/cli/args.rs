@@ -165,9 +165,15 @@ pub struct RenderArgs {
     #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n > 0.0, "write frames per second, finite and above 0"))]
     pub fps: f64,
-    /// Print what each pass took
+    /// Print what each pass took, and what memory is taken
     #[arg(long)]
     pub timings: bool,
+    /// Print what memory is taken
+    #[arg(short, long)]
+    pub verbose: bool,
+    /// Print nothing but notes and errors
+    #[arg(short, long, conflicts_with_all = ["verbose", "timings"])]
+    pub quiet: bool,
     /// Write timings, counters and memory as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -5,6 +5,7 @@
 
 mod args;
 mod bench;
+mod blank;
 mod chart;
 mod compare;
 mod info;

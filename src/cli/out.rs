@@ -2,11 +2,20 @@
 
 use std::io::{ErrorKind, Write};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use tracing_subscriber::EnvFilter;
 
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
+/// Whether nothing goes to standard output.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on, what is said goes nowhere, or again to standard output. Notes and errors are written all the same.
+pub fn be_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
 
 /// Prints a line on standard output.
 #[macro_export]
@@ -16,6 +25,9 @@ macro_rules! say {
 
 /// Writes text to standard output. A closed pipe is no error: the work continues.
 pub fn write(text: &str) {
+    if QUIET.load(Ordering::Relaxed) {
+        return;
+    }
     let mut stdout = std::io::stdout().lock();
     let Err(error) = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) else { return };
     if error.kind() != ErrorKind::BrokenPipe

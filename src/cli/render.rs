@@ -17,6 +17,7 @@ use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::vk::Context;
 
 use super::args::RenderArgs;
+use super::blank::why_blank;
 use super::outputs::{self, ImageFiles};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
@@ -25,6 +26,7 @@ use crate::say;
 
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
+    out::be_quiet(args.quiet);
     let settings = args.settings.effective()?;
     args.scene.check()?;
     let files = ImageFiles::of(args)?;
@@ -52,7 +54,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let timings = Timings::new(warm_up as usize);
     let shot = opened.shot;
     let mut session = Session { args, files, context: &context, renderer, shot, header, report, timings };
-    session.print_memory(budget_bytes);
+    if args.timings || args.verbose {
+        session.print_memory(budget_bytes);
+    }
     (0..warm_up).try_for_each(|_| session.frame(0.0))?;
     match args.frames {
         Some(count) => (0..count).try_for_each(|frame| {
@@ -101,19 +105,27 @@ impl Session<'_> {
         let path = self.files.path(frame);
         let image = self.renderer.read();
         warn_of_non_finite(&image);
-        if self.files.exr {
-            self.header.insert("time".into(), self.shot.time_s(later_s).to_string());
-            image.write_exr(&path, &self.header)?;
-        } else {
-            let ev = *self.report.exposure_ev.get_or_insert_with(|| {
-                let scene = self.renderer.scene();
-                let view = self.shot.view(scene, &self.shot.pose(scene, later_s));
+        let scene = self.renderer.scene();
+        let pose = self.shot.pose(scene, later_s);
+        let view = self.shot.view(scene, &pose);
+        let exposure_ev = (!self.files.exr).then(|| {
+            *self.report.exposure_ev.get_or_insert_with(|| {
                 let sky = |pixel| scene.sky_towards(view.direction(pixel, self.args.scene.size)).into();
                 let ev = automatic_exposure(image.beauty(), sky);
                 say!("exposure: {ev} EV, automatic (--exposure {ev} gives the same image)");
                 ev
-            });
+            })
+        });
+        if frame == 0 {
+            let exposed = exposure_ev.map(|ev| (ev, self.args.exposure.is_none()));
+            let why = why_blank(&image, (scene, &pose, &view), exposed);
+            why.iter().for_each(|why| out::warn(&format!("note: {}: {why}", scene.name)));
+        }
+        if let Some(ev) = exposure_ev {
             image.write_png(&path, ev)?;
+        } else {
+            self.header.insert("time".into(), self.shot.time_s(later_s).to_string());
+            image.write_exr(&path, &self.header)?;
         }
         say!("wrote {}", path.display());
         Ok(())

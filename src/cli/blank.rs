@@ -1,0 +1,76 @@
+//! Why an image shows nothing, or hardly anything.
+
+use glam::DVec3;
+use twobounce::layers::Layers;
+use twobounce::output::png::{srgb_code, tone_curve};
+use twobounce::scene::{Pose, Projection, Scene, View};
+
+/// Of the pixels that show a surface: so many must be black, or white, to be worth a word.
+const MOST: f64 = 0.99;
+/// 8-bit codes that count as black and as white.
+const BLACK: u8 = 3;
+const WHITE: u8 = 253;
+
+/// A sentence about an image on which nothing, or hardly anything, is to be seen. `exposure_ev`: of a .png, what it is exposed
+/// with, and whether that was chosen automatically.
+pub fn why_blank(
+    image: &Layers,
+    (scene, pose, view): (&Scene, &Pose, &View),
+    exposure_ev: Option<(f32, bool)>,
+) -> Option<String> {
+    let size = (image.width, image.height);
+    let sky = |pixel: usize| -> [f32; 3] { scene.sky_towards(view.direction(pixel, size)).into() };
+    // The image stores the sky's radiance rounded.
+    let is_sky = |(i, p): &(usize, &[f32; 3])| p.iter().zip(sky(*i)).all(|(a, b)| (a - b).abs() <= 1e-3 * b);
+    let surfaces: Vec<&[f32; 3]> = image.beauty().iter().enumerate().filter(|p| !is_sky(p)).map(|(_, p)| p).collect();
+    if surfaces.is_empty() {
+        return where_it_is(scene, pose, view).map(|why| format!("nothing is to be seen: {why}"));
+    }
+    let (ev, automatic) = exposure_ev?;
+    let gain = ev.exp2();
+    let shown = |p: &[f32; 3]| tone_curve(p.map(|c| c * gain)).map(srgb_code);
+    let share = |kind: &dyn Fn(u8) -> bool| {
+        let count = surfaces.iter().filter(|p| shown(p).into_iter().all(kind)).count();
+        count as f64 / surfaces.len() as f64
+    };
+    let what = match (share(&|code| code <= BLACK) > MOST, share(&|code| code >= WHITE) > MOST) {
+        (true, _) => "black",
+        (_, true) => "white",
+        _ => return None,
+    };
+    Some(if automatic {
+        format!(
+            "nearly all that is seen is {what} beside what is brightest; try another --exposure than {ev}, or other lights"
+        )
+    } else {
+        format!(
+            "nearly all that is seen is {what} with --exposure {ev}; without it the exposure is chosen automatically"
+        )
+    })
+}
+
+/// Why no surface covers any pixel; `None` where one may, but shows exactly the sky's colour.
+fn where_it_is(scene: &Scene, pose: &Pose, view: &View) -> Option<String> {
+    if scene.triangle_count() == 0 {
+        return Some("the file has no triangles, and points and lines are not drawn".into());
+    }
+    let (Projection::Perspective { near, far, .. } | Projection::Orthographic { near, far, .. }) = view.projection;
+    let depth = |p: DVec3| (p - view.eye).dot(view.forward);
+    let places = scene.instances.iter().zip(&pose.world_from_instance);
+    let depths = places.flat_map(|(instance, place)| {
+        scene.meshes[instance.mesh].positions.iter().map(move |p| depth(place.transform_point3(p.as_dvec3())))
+    });
+    let (nearest, farthest) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(d), b.max(d)));
+    let moved = "move the camera, or choose one with --camera or --eye";
+    Some(if farthest <= 0.0 {
+        format!("the scene is behind the camera; {moved}")
+    } else if farthest < f64::from(near) {
+        format!("the scene ends {farthest:.3} m before the camera, nearer than its znear of {near} m; {moved}")
+    } else if nearest > f64::from(far) {
+        format!("the scene begins {nearest:.3} m before the camera, beyond its zfar of {far} m; {moved}")
+    } else if scene.has_light() {
+        format!("the scene is outside the camera's view, or shows it only the backs of single-sided surfaces; {moved}")
+    } else {
+        return None; // without light all is black, which was said
+    })
+}

@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use super::film::Film;
 use super::{Control, Depth, Options, Stop, render};
 use crate::Result;
-use crate::layers::Aov;
+use crate::layers::{Aov, Layers};
 use crate::output::png::luminance;
 use crate::scene::{Pose, Scene, View};
 
@@ -35,8 +35,9 @@ pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
         material.specular_color = Vec3::ZERO;
     }
     let [lit, emitted] = [image(scene, pose, view)?, image(&black, pose, view)?];
-    let surfaces = lit.1.iter().map(|normal| *normal != [0.0; 3]);
-    let reflected = lit.0.iter().zip(&emitted.0).map(|(lit, emitted)| luminance(*lit) - luminance(*emitted));
+    let surfaces = lit.get(Aov::Normal).unwrap_or_default().iter().map(|normal| *normal != [0.0; 3]);
+    let reflected =
+        lit.beauty().iter().zip(emitted.beauty()).map(|(lit, emitted)| luminance(*lit) - luminance(*emitted));
     let mut reflected: Vec<f32> = reflected.zip(surfaces).filter(|(_, surface)| *surface).map(|(l, _)| l).collect();
     if reflected.is_empty() {
         return Ok(true); // nothing to light
@@ -47,13 +48,12 @@ pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
 }
 
 /// Radiance and normals.
-fn image(scene: &Scene, pose: &Pose, view: &View) -> Result<(Vec<[f32; 3]>, Vec<[f32; 3]>)> {
+fn image(scene: &Scene, pose: &Pose, view: &View) -> Result<Layers> {
     let (width, height) = SIZE;
     let (depth, stop) = (Depth::Bounces(1), Stop::Samples(SAMPLES));
     let options = Options { width, height, depth, stop, seed: 0, occlusion: false };
     let (mut film, never) = (Film::new(width, height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
     render((scene, pose, view), &options, &mut film, control)?;
-    let layers = film.layers(&[Aov::Beauty, Aov::Normal]);
-    Ok((layers.beauty().to_vec(), layers.get(Aov::Normal).unwrap_or_default().to_vec()))
+    Ok(film.layers(&[Aov::Normal]))
 }

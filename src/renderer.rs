@@ -11,6 +11,7 @@ use crate::ground::image::target::{self, Readback};
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
 use crate::ground::scene_on_gpu::ScenePacked;
 use crate::layers::{Aov, Layers};
+use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{self, Context, FrameLog, Recorder, RecorderOptions, ZoneTimings};
@@ -68,7 +69,7 @@ pub struct Renderer {
     /// The scene on the device and the readback: what does not grow.
     fixed_plan: Vec<MemoryRow>,
     /// Bytes that may be taken, and what sets the limit.
-    memory_limit: (u64, String),
+    memory_limit: Limit,
     /// Where it is kept.
     log: Option<FrameLog>,
 }
@@ -89,11 +90,7 @@ impl Renderer {
         let desc = desc(&scene, &settings, &options);
         let mut fixed_plan = packed.plan();
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
-        let budget = context.memory_budget();
-        let memory_limit = match options.memory_limit {
-            Some(bytes) if bytes < budget => (bytes, "the --memory-limit".to_owned()),
-            _ => (budget, format!("the budget of {}", context.name)),
-        };
+        let memory_limit = memory_limit(context, options.memory_limit);
         // Before anything is uploaded: what is too large is refused at once.
         check_memory(&memory_limit, settings.voxels, &fixed_plan, &|voxels| first_plan(&desc, voxels))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
@@ -282,18 +279,22 @@ impl Renderer {
     }
 }
 
+/// What may be taken of a device's memory: what it has left, or `limit` bytes of that.
+pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
+    let budget = context.memory_budget();
+    match limit.filter(|bytes| *bytes < budget) {
+        Some(bytes) => Limit { bytes, words: "the --memory-limit".into() },
+        None => Limit { bytes: budget, words: format!("the budget of {}", context.name) },
+    }
+}
+
 /// One frame in flight.
 fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -> FrameDesc<'a> {
     let outputs = target::outputs(&options.aovs);
     FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1 }
 }
 
-/// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit (bytes, what it is called).
-fn check_memory(
-    limit: &(u64, String),
-    voxels: u32,
-    fixed: &[MemoryRow],
-    plan: &dyn Fn(u32) -> Vec<MemoryRow>,
-) -> Result<()> {
-    memory_plan::check(voxels, limit.0, &limit.1, |edge| fixed.iter().chain(&plan(edge)).map(|row| row.1).sum())
+/// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit.
+fn check_memory(limit: &Limit, voxels: u32, fixed: &[MemoryRow], plan: &dyn Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
+    memory_plan::check(voxels, limit, |edge| fixed.iter().copied().chain(plan(edge)).collect())
 }

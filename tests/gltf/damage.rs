@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use crate::files::{F32, File, U8, U16, load_bytes, png, write};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use twobounce::memory::Limit;
 use twobounce::scene::texture::Textures;
 use twobounce::scene::{LoadOptions, Scene, View};
 
@@ -270,6 +271,57 @@ fn declared_sizes_without_data_allocate_nothing() {
     refused(&file, "cannot be decoded");
     // Each takes a millisecond; four billion elements would take minutes and more memory than there is.
     assert!(start.elapsed() < Duration::from_secs(20));
+}
+
+/// Every kind of content is held against the limit, and a limit that the small file needs is enough.
+#[test]
+fn a_limit_of_memory_names_what_takes_most() {
+    let refusal = |file: &File, bytes: u64| {
+        let (_folder, path) = write("scene.glb", &file.glb());
+        let memory = Some(Limit { bytes, words: "the test's limit".into() });
+        Scene::load(&path, &LoadOptions { memory, ..LoadOptions::default() }).err().map(|e| e.to_string())
+    };
+    let mebi = 1 << 20;
+    assert_eq!(refusal(&everything(), mebi), None);
+    let mut file = everything();
+    file.json["materials"] = Value::Array(vec![json!({}); 3000]);
+    assert!(refusal(&file, mebi).unwrap().contains("objects and list entries"));
+    let mut file = everything();
+    let texels = png(256, 256, &[0; 4 << 16]);
+    let texture = file.texture(&texels);
+    file.material(json!({"emissiveTexture": {"index": texture}, "normalTexture": {"index": texture}}));
+    // 65536 texels: 4 bytes, and 12 for each of two colour spaces.
+    assert!(refusal(&file, 7 * mebi / 4).unwrap().contains("65540 texels"));
+    assert_eq!(refusal(&file, 2 * mebi), None);
+    let mut file = everything();
+    file.view(&[0; 1 << 20]);
+    let sentence = refusal(&file, mebi).unwrap();
+    assert!(sentence.contains("bytes in its files") && sentence.contains("more than the test's limit"), "{sentence}");
+}
+
+#[test]
+fn a_limit_on_the_device_counts_mip_chains_alone() {
+    let mut file = File::quad();
+    let texture = file.texture(&png(256, 256, &[0; 4 << 16]));
+    file.material(json!({"emissiveTexture": {"index": texture}}));
+    let (_folder, path) = write("scene.glb", &file.glb());
+    let load = |bytes: u64| {
+        let texture_memory = Some(Limit { bytes, words: "the device's".into() });
+        Scene::load(&path, &LoadOptions { texture_memory, ..LoadOptions::default() })
+    };
+    assert!(load(6 << 16).is_ok());
+    // Occlusion textures stay off the device, and so do materials that nothing has.
+    let slot = json!({"index": texture});
+    file.material(json!({"emissiveTexture": slot, "occlusionTexture": slot}));
+    file.push("materials", json!({"normalTexture": slot}));
+    std::fs::write(&path, file.glb()).unwrap();
+    assert!(load(6 << 16).is_ok());
+    let sentence = load((6 << 16) - 1).unwrap_err().to_string();
+    assert!(
+        sentence.contains("need 0.38 MiB on the device, more") && sentence.contains("the device's of 0.37 MiB"),
+        "{sentence}"
+    );
+    check(Err(sentence));
 }
 
 #[test]

@@ -1,22 +1,27 @@
 //! The textures and images that materials use. Images are decoded in parallel.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap};
+use std::io::Cursor;
 use std::path::Path;
 
 use gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked::{self, Valid};
-use image::{DynamicImage, ImageReader, Limits};
+use image::{ImageError, ImageReader, ImageResult, Limits};
 use rayon::prelude::*;
 
 use super::accessor::{Data, Problem, missing};
-use super::container::{resolve, shorten};
+use super::container::{Source, find, shorten};
 use super::document::{Document, image_of};
 use super::hash_part;
-use crate::scene::{Image, Mip, Texture, Wrap};
+use super::need::{Kind, Need};
+use crate::memory::{Limit, apart};
+use crate::scene::texture::ColorSpace;
+use crate::scene::{Image, Material, Mip, Texture, TextureRef, Wrap};
 
-/// Limits of an image: its longest side in texels and its size in bytes. They bound what a damaged header can allocate.
+/// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel.
 const SIDE_MAX: u32 = 16384;
-const BYTES_MAX: u64 = 1 << 30;
+const BYTES_MAX: u64 = 8 * (SIDE_MAX as u64) * (SIDE_MAX as u64);
 
 /// Textures and images in the order of their first use. The maps go from indices of the document to indices of the scene.
 #[derive(Default)]
@@ -75,57 +80,174 @@ fn texture(image: usize, sampler: &Sampler) -> Texture {
     Texture { image, wrap, mag_linear, min_linear, mip }
 }
 
-/// Reads and decodes all used images and adds their bytes to `hash`.
-pub fn load(
-    data: &Data,
-    folder: &Path,
-    used: Used,
-    hash: &mut blake3::Hasher,
-) -> Result<(Vec<Texture>, Vec<Image>), Problem> {
-    let loaded: Vec<_> = used.images.par_iter().map(|&index| load_image(data, folder, index)).collect();
-    let mut images = Vec::new();
-    for loaded in loaded {
-        let (image, bytes_hash, warning) = loaded?;
-        hash_part(hash, bytes_hash.as_bytes());
-        warning.into_iter().for_each(|w| data.document.warn(w));
-        images.push(image);
-    }
-    Ok((used.made, images))
+/// The used images, read and not yet decoded.
+pub struct Images<'a> {
+    textures: Vec<Texture>,
+    opened: Vec<Opened<'a>>,
 }
 
-fn load_image(data: &Data, folder: &Path, index: usize) -> Result<(Image, blake3::Hash, Option<String>), Problem> {
-    let source = &data.document.images[index];
-    let what = format!("image {index}");
-    let external;
-    let bytes = match (&source.uri, source.buffer_view) {
-        (Some(uri), _) => {
-            external = resolve(folder, &what, uri)?;
-            &external[..]
+/// An image in the bytes of its format, and its size in texels.
+struct Opened<'a> {
+    /// "image 3 ("wood.png")", for messages.
+    what: String,
+    name: String,
+    bytes: Cow<'a, [u8]>,
+    size: (u32, u32),
+}
+
+/// Reads all used images as far as their headers; `need` gets the bytes of their files.
+pub fn open<'a>(data: &Data<'a>, folder: &Path, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
+    let found = used.images.iter().map(|&index| Found::new(data, folder, index)).collect::<Result<Vec<_>, _>>()?;
+    for found in &found {
+        need.add(Kind::Bytes, found.bytes(), 1);
+    }
+    need.check()?;
+    let opened = found.into_par_iter().map(Found::open).collect::<Result<_, _>>()?;
+    Ok(Images { textures: used.made, opened })
+}
+
+/// An image whose place is known.
+struct Found<'a> {
+    what: String,
+    name: String,
+    source: Encoded<'a>,
+}
+
+enum Encoded<'a> {
+    View(&'a [u8]),
+    Uri(Source),
+}
+
+impl<'a> Found<'a> {
+    fn new(data: &Data<'a>, folder: &Path, index: usize) -> Result<Self, Problem> {
+        let source = &data.document.images[index];
+        let mut name = source.name.clone().unwrap_or_default();
+        if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && !uri.starts_with("data:")) {
+            name.clone_from(uri);
         }
-        (None, Some(view)) => data.view(view.value())?,
-        (None, None) => return Err(format!("{what} has neither a URI nor a buffer view; export the file again")),
-    };
-    let mut name = source.name.clone().unwrap_or_default();
-    if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && !uri.starts_with("data:")) {
-        name.clone_from(uri);
+        let what = format!("image {index}");
+        let encoded = match (&source.uri, source.buffer_view) {
+            (Some(uri), _) => Encoded::Uri(find(folder, &what, uri)?),
+            (None, Some(view)) => Encoded::View(data.view(view.value())?),
+            (None, None) => return Err(format!("{what} has neither a URI nor a buffer view; export the file again")),
+        };
+        Ok(Self { what: format!("{what} (\"{}\")", shorten(&name)), name, source: encoded })
     }
-    let decoded = decode(bytes).map_err(|e| {
-        format!("{what} (\"{}\") cannot be decoded ({e}); save it as PNG or JPEG again", shorten(&name))
-    })?;
-    let color = decoded.color();
-    let deep = color.bytes_per_pixel() == 2 * color.channel_count();
-    let warning = deep.then(|| "images with 16 bits per channel are rounded to 8".to_string());
-    let rgba = decoded.into_rgba8();
-    let image = Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() };
-    Ok((image, blake3::hash(bytes), warning))
+
+    /// A view's bytes are those of a buffer.
+    fn bytes(&self) -> u64 {
+        match &self.source {
+            Encoded::View(_) => 0,
+            Encoded::Uri(source) => source.bytes(),
+        }
+    }
+
+    fn open(self) -> Result<Opened<'a>, Problem> {
+        let Self { what, name, source } = self;
+        let bytes = match source {
+            Encoded::View(bytes) => Cow::Borrowed(bytes),
+            // No image has more, so that no file is read to an end far away.
+            Encoded::Uri(source) if source.bytes() > BYTES_MAX => {
+                return Err(format!(
+                    "{what} has {} bytes, more than any image that can be read; check the file",
+                    source.bytes()
+                ));
+            }
+            Encoded::Uri(source) => Cow::Owned(source.read(&what, u64::MAX)?),
+        };
+        let size = match reader(&bytes).and_then(ImageReader::into_dimensions) {
+            Ok(size) => size,
+            // Some decoders refuse such headers themselves.
+            Err(ImageError::Limits(_)) => (u32::MAX, u32::MAX),
+            Err(e) => return Err(undecodable(&what, &e)),
+        };
+        Ok(Opened { what, name, bytes, size })
+    }
 }
 
-fn decode(bytes: &[u8]) -> image::ImageResult<DynamicImage> {
-    let mut reader = ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format()?;
+fn undecodable(what: &str, e: &ImageError) -> Problem {
+    format!("{what} cannot be decoded ({e}); save it as PNG or JPEG again")
+}
+
+impl Images<'_> {
+    /// Adds the texels of all images and of the mip chains that `materials` need.
+    pub fn check(&self, materials: &[Material], need: &mut Need) -> Result<(), Problem> {
+        for image in &self.opened {
+            if image.size.0.max(image.size.1) > SIDE_MAX {
+                return Err(format!("{} has more than {SIDE_MAX} texels a side; make it smaller", image.what));
+            }
+        }
+        let chains = self.chains(materials.iter().flat_map(Material::texture_slots));
+        for (index, image) in self.opened.iter().enumerate() {
+            let spaces = chains.range((index, ColorSpace::Srgb)..=(index, ColorSpace::Linear)).count();
+            need.add_image(image.size, spaces as u64);
+        }
+        need.check()
+    }
+
+    /// Refuses `materials` whose mip chains need more than `limit` on a device.
+    pub fn check_device<'m>(
+        &self,
+        materials: impl Iterator<Item = &'m Material>,
+        limit: &Limit,
+    ) -> Result<(), Problem> {
+        let on_device = |m: &Material| Material { occlusion_texture: None, ..m.clone() };
+        let chains = self.chains(materials.flat_map(|m| on_device(m).texture_slots().collect::<Vec<_>>()));
+        let texels = |&(image, _): &(usize, ColorSpace)| {
+            let (width, height) = self.opened[image].size;
+            u64::from(width) * u64::from(height)
+        };
+        let texels: u64 = chains.iter().map(texels).sum();
+        // A chain lies in a rectangle of one and a half times its largest level, 4 bytes per texel.
+        let bytes = 6 * texels;
+        if bytes <= limit.bytes {
+            return Ok(());
+        }
+        let ([needed, most], words) = (apart([bytes, limit.bytes]), &limit.words);
+        let millions = texels as f64 / 1e6;
+        Err(format!(
+            "has textures of {millions:.1} million texels, which need {needed} on the device, more than {words} of {most}: use smaller textures"
+        ))
+    }
+
+    /// The images and colour spaces of these slots: each has a mip chain.
+    fn chains(&self, slots: impl Iterator<Item = (TextureRef, ColorSpace)>) -> BTreeSet<(usize, ColorSpace)> {
+        slots.map(|(slot, space)| (self.textures[slot.texture].image, space)).collect()
+    }
+
+    /// Decodes all images and adds their bytes to `hash`.
+    pub fn decode(self, document: &Document, hash: &mut blake3::Hasher) -> Result<(Vec<Texture>, Vec<Image>), Problem> {
+        let decoded: Vec<_> = self.opened.into_par_iter().map(Opened::decode).collect();
+        let mut images = Vec::new();
+        for decoded in decoded {
+            let (image, bytes_hash, deep) = decoded?;
+            hash_part(hash, bytes_hash.as_bytes());
+            if deep {
+                document.warn("images with 16 bits per channel are rounded to 8");
+            }
+            images.push(image);
+        }
+        Ok((self.textures, images))
+    }
+}
+
+impl Opened<'_> {
+    /// The image, the hash of its bytes, and whether it has 16 bits per channel.
+    fn decode(self) -> Result<(Image, blake3::Hash, bool), Problem> {
+        let decoded = reader(&self.bytes).and_then(ImageReader::decode).map_err(|e| undecodable(&self.what, &e))?;
+        let color = decoded.color();
+        let deep = color.bytes_per_pixel() == 2 * color.channel_count();
+        let rgba = decoded.into_rgba8();
+        let image = Image { name: self.name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() };
+        Ok((image, blake3::hash(&self.bytes), deep))
+    }
+}
+
+/// Sizes are checked when they are known; what a decoder takes beyond its image is bounded here.
+fn reader(bytes: &[u8]) -> ImageResult<ImageReader<Cursor<&[u8]>>> {
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let mut limits = Limits::default();
-    limits.max_image_width = Some(SIDE_MAX);
-    limits.max_image_height = Some(SIDE_MAX);
     limits.max_alloc = Some(BYTES_MAX);
     reader.limits(limits);
-    reader.decode()
+    Ok(reader)
 }

@@ -92,7 +92,9 @@ impl Renderer {
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
         let memory_limit = memory_limit(context, options.memory_limit);
         // Before anything is uploaded: what is too large is refused at once.
-        check_memory(&memory_limit, settings.voxels, &fixed_plan, &|voxels| first_plan(&desc, voxels))?;
+        check_memory((context, &memory_limit), (&scene, settings.voxels), &fixed_plan, &|voxels| {
+            first_plan(&desc, voxels)
+        })?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let log = None;
@@ -109,7 +111,9 @@ impl Renderer {
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
-        check_memory(&self.memory_limit, settings.voxels, &fixed_plan, &|voxels| first_plan(&desc, voxels))?;
+        check_memory((&self.context, &self.memory_limit), (&self.scene, settings.voxels), &fixed_plan, &|voxels| {
+            first_plan(&desc, voxels)
+        })?;
         self.frame.change(&self.context, &desc)?;
         if size != self.options.size {
             self.readback = Readback::new(&self.context, &self.frame.target)?;
@@ -181,7 +185,12 @@ impl Renderer {
             let (counters, grown) = self.frame.poll(0);
             if let Some(counts) = grown {
                 let plan = |voxels| self.frame.plan(&counts, voxels);
-                check_memory(&self.memory_limit, self.settings.voxels, &self.fixed_plan, &plan)?;
+                check_memory(
+                    (&self.context, &self.memory_limit),
+                    (&self.scene, self.settings.voxels),
+                    &self.fixed_plan,
+                    &plan,
+                )?;
                 self.frame.grow(&self.context, counts)?;
                 repeats += u32::from(!alone);
             } else if alone {
@@ -294,7 +303,16 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -
     FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1 }
 }
 
-/// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit.
-fn check_memory(limit: &Limit, voxels: u32, fixed: &[MemoryRow], plan: &dyn Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
-    memory_plan::check(voxels, limit, |edge| fixed.iter().copied().chain(plan(edge)).collect())
+/// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit or what the device binds at once.
+fn check_memory(
+    (context, limit): (&Context, &Limit),
+    (scene, voxels): (&Scene, u32),
+    fixed: &[MemoryRow],
+    plan: &dyn Fn(u32) -> Vec<MemoryRow>,
+) -> Result<()> {
+    let rows_at = |edge: u32| fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
+    memory_plan::check(voxels, limit, rows_at)?;
+    let words = format!("the largest buffer that {} binds", context.name);
+    let largest = Limit { bytes: context.limits.max_storage_buffer_range.into(), words };
+    memory_plan::check_buffers(&rows_at(voxels), scene.triangle_count() as u64, &largest)
 }

@@ -56,10 +56,27 @@ pub fn check(voxels: u32, limit: &Limit, rows_at: impl Fn(u32) -> Vec<MemoryRow>
     Err(Error::Memory(format!("voxels = {voxels} needs {total}, more than {words} of {bytes}: {remedy}")))
 }
 
+/// Refuses rows of triangles that are larger than a device binds as one buffer; of these, every row is one.
+///
+/// # Errors
+/// [`Error::Memory`]
+pub fn check_buffers(rows: &[MemoryRow], triangles: u64, limit: &Limit) -> Result<()> {
+    let Some((name, bytes)) = rows.iter().find(|(name, bytes)| of_triangles(name) && *bytes > limit.bytes) else {
+        return Ok(());
+    };
+    let ([bytes, most], words) = (apart([*bytes, limit.bytes]), &limit.words);
+    Err(Error::Memory(format!(
+        "the scene has {triangles} triangles, too many for this grid: the buffer \"{name}\" needs {bytes}, more than {words} of {most}: use a scene of fewer or a smaller --set voxels"
+    )))
+}
+
+/// Whether a row grows with the scene's triangles.
+fn of_triangles(name: &str) -> bool {
+    ["scene ", "triangles", "blend", "lamp", "list ", "item"].iter().any(|part| name.contains(part))
+}
+
 /// What takes the most of `rows`: its bytes, its name, and how to need less.
 fn most(rows: &[MemoryRow]) -> (u64, &'static str, &'static str) {
-    const OF_TRIANGLES: [&str; 6] = ["scene ", "triangles", "blend", "lamp", "list ", "item"];
-    let of_triangles = |name: &str| OF_TRIANGLES.iter().any(|part| name.contains(part));
     let sum = |belongs: &dyn Fn(&str) -> bool| rows.iter().filter(|row| belongs(row.0)).map(|row| row.1).sum();
     let groups: [(u64, _, _); 3] = [
         (sum(&|name| name == "textures"), "textures", "use smaller or fewer ones"),
@@ -90,6 +107,11 @@ mod tests {
             said(&[("textures", 10 << 20), small])
                 .contains("needs 10486784 bytes, more than the limit of 10485760 bytes")
         );
+        let rows = [("textures", 90 << 20), ("list items", 9 << 20), ("scene vertices", 11 << 20)];
+        let said = check_buffers(&rows, 1234, &limit).unwrap_err().to_string();
+        assert!(said.contains("1234 triangles") && said.contains("\"scene vertices\" needs 11 MiB"), "{said}");
+        assert!(said.contains("more than the limit of 10 MiB") && said.contains("fewer"), "{said}");
+        assert!(check_buffers(&rows[..2], 1234, &limit).is_ok());
         let grid = check(64, &limit, |edge| vec![("voxels", u64::from(edge).pow(3) * 64)]).unwrap_err().to_string();
         assert!(grid.contains("needs 16 MiB, more than the limit of 10 MiB") && grid.contains("voxels=32"), "{grid}");
         assert!(check(32, &limit, |edge| vec![("voxels", u64::from(edge).pow(3) * 64)]).is_ok());

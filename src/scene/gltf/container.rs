@@ -187,6 +187,9 @@ pub fn find(folder: &Path, what: &str, uri: &str) -> Result<Source, Problem> {
     };
     match length_of(&path) {
         Ok(bytes) => Ok(Source::File { path, name, bytes }),
+        Err(Refusal::Missing) if name.starts_with('/') => {
+            Err(format!("{what}: \"{name}\" does not exist; put it there"))
+        }
         Err(Refusal::Missing) => {
             Err(format!("{what}: \"{name}\" does not exist in the folder of the scene; put it there"))
         }
@@ -215,15 +218,19 @@ fn locate(folder: &Path, what: &str, uri: &str) -> Result<Place, Problem> {
             |bytes| Ok(Place::Inline(bytes)),
         );
     }
+    // An absolute path on this machine. Validators warn of it; exporters write it.
+    let local = uri.strip_prefix("file://").map(|rest| rest.strip_prefix("localhost").unwrap_or(rest));
+    let local = local.filter(|path| path.starts_with('/'));
     // This also refuses Windows drive letters, which are no relative paths either.
     let scheme =
         uri.split_once(':').is_some_and(|(s, _)| s.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b)));
-    if scheme || uri.starts_with('/') || uri.starts_with('\\') {
+    if local.is_none() && (scheme || uri.starts_with('/') || uri.starts_with('\\')) {
         return refuse(format!(
             "\"{}\" is not a relative path; only files in the folder of the scene are read",
             shorten(uri)
         ));
     }
+    let uri = local.unwrap_or(uri);
     let Ok(relative) = String::from_utf8(decode_percent(uri)) else {
         return refuse(format!("\"{}\" is not UTF-8; rename the file", shorten(uri)));
     };

@@ -166,6 +166,18 @@ fn damaged_scenes_are_refused_in_a_sentence() {
     ] {
         refused(folder.path(), &["render", name, "-o", "a.png"], &[name]);
     }
+    let texture = "\"images\":[{\"uri\":\"oak.png\"}],\"textures\":[{\"source\":0}],\"materials\":[{\"emissiveTexture\":{\"index\":0}}],";
+    fs::write(at("oak.gltf"), text.replace("\"scenes\"", &format!("{texture}\"scenes\""))).unwrap();
+    refused(
+        folder.path(),
+        &["render", "oak.gltf", "-o", "a.png", "--strict"],
+        &["oak.gltf", "oak.png", "does not exist"],
+    );
+    // Without --strict only the driver is missing.
+    let lenient = twobounce(folder.path(), &["render", "oak.gltf", "-o", "a.png"]);
+    let message = String::from_utf8(lenient.stderr).unwrap();
+    let [note, refusal] = message.lines().collect::<Vec<_>>()[..] else { panic!("{message}") };
+    assert!(note.contains("note: oak: image 0: \"oak.png\"") && refusal.contains("Vulkan"), "{message}");
     for (flag, value) in [("--scene", "Hall"), ("--camera", "3"), ("--animation", "walk")] {
         refused(folder.path(), &["render", "scene.gltf", "-o", "a.png", flag, value], &[value]);
     }

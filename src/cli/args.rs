@@ -82,6 +82,9 @@ pub struct SceneArgs {
     /// Constant radiance of the sky, which is visible and lights the scene
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
     pub sky: Vec3,
+    /// Refuse a scene of which a texture or a required extension would be left out
+    #[arg(long)]
+    pub strict: bool,
     /// Add no light to a scene without light, emission and sky
     #[arg(long)]
     pub no_default_light: bool,

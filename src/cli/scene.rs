@@ -73,7 +73,7 @@ impl SceneArgs {
     /// The same, with a limit on what textures may take on a device.
     fn open_within(&self, texture_memory: Option<Limit>) -> Result<Opened> {
         self.check()?;
-        let options = LoadOptions { scene: self.scene.clone(), texture_memory, ..LoadOptions::default() };
+        let options = LoadOptions { scene: self.scene.clone(), strict: self.strict, texture_memory, memory: None };
         let mut scene = Scene::load(&self.path, &options)?;
         scene.sky = self.sky;
         let animation = match &self.animation {

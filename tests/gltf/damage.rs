@@ -214,7 +214,6 @@ fn wrong_values_are_refused_by_name() {
         ("/textures/0/source", json!(1), "image 1 is used but does not exist"),
         ("/textures/0/sampler", json!(0), "sampler 0 is used but does not exist"),
         ("/materials/0/normalTexture/index", json!(4), "texture 4 is used but does not exist"),
-        ("/images/0/bufferView", json!(0), "image 0 (\"\") cannot be decoded"),
         ("/cameras/0/perspective/yfov", json!(0), "camera 0 has no valid projection"),
         ("/cameras/0/perspective/zfar", json!(0.05), "camera 0 has no valid projection"),
         ("/extensions/KHR_lights_punctual/lights/0/type", json!("moon"), "unknown type \"moon\""),
@@ -262,13 +261,6 @@ fn declared_sizes_without_data_allocate_nothing() {
     let mut file = File::triangle();
     file.json["accessors"][0] = json!({"componentType": F32, "type": "VEC3", "count": 4_000_000_000u64});
     refused(&file, "declares 4000000000 elements without data");
-    // A PNG that claims 2³¹ × 2³¹ texels.
-    let mut bytes = png(1, 1, &[0; 4]);
-    bytes[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
-    let mut file = File::quad();
-    let texture = file.texture(&bytes);
-    file.material(json!({"emissiveTexture": {"index": texture}}));
-    refused(&file, "cannot be decoded");
     // Each takes a millisecond; four billion elements would take minutes and more memory than there is.
     assert!(start.elapsed() < Duration::from_secs(20));
 }

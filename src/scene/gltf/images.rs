@@ -17,7 +17,7 @@ use super::hash_part;
 use super::need::{Kind, Need};
 use crate::memory::{Limit, apart};
 use crate::scene::texture::ColorSpace;
-use crate::scene::{Image, Material, Mip, Texture, TextureRef, Wrap};
+use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
 
 /// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel.
 const SIDE_MAX: u32 = 16384;
@@ -31,9 +31,15 @@ pub struct Used {
     /// Indices of the document.
     images: Vec<usize>,
     made: Vec<Texture>,
+    /// Whether to refuse what would be left out.
+    strict: bool,
 }
 
 impl Used {
+    pub fn new(strict: bool) -> Self {
+        Self { strict, ..Self::default() }
+    }
+
     /// The scene's index of texture `index` of the document; `None` if the texture has no image of a supported format.
     pub fn texture(&mut self, document: &Document, index: usize) -> Result<Option<usize>, Problem> {
         if let Some(&at) = self.textures.get(&index) {
@@ -41,7 +47,11 @@ impl Used {
         }
         let source = document.textures.get(index).ok_or_else(|| missing("texture", index))?;
         let Some(image) = image_of(source) else {
-            document.warn(format!("texture {index} has no PNG or JPEG image and was left out"));
+            let problem = format!("texture {index} has no PNG or JPEG image");
+            if self.strict {
+                return Err(format!("{problem}; add one or leave out --strict"));
+            }
+            document.warn(format!("{problem} and was left out"));
             return Ok(None);
         };
         document.images.get(image).ok_or_else(|| missing("image", image))?;
@@ -83,7 +93,9 @@ fn texture(image: usize, sampler: &Sampler) -> Texture {
 /// The used images, read and not yet decoded.
 pub struct Images<'a> {
     textures: Vec<Texture>,
-    opened: Vec<Opened<'a>>,
+    /// Those that cannot be read with the reason.
+    opened: Vec<Result<Opened<'a>, Problem>>,
+    strict: bool,
 }
 
 /// An image in the bytes of its format, and its size in texels.
@@ -97,13 +109,16 @@ struct Opened<'a> {
 
 /// Reads all used images as far as their headers; `need` gets the bytes of their files.
 pub fn open<'a>(data: &Data<'a>, folder: &Path, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
-    let found = used.images.iter().map(|&index| Found::new(data, folder, index)).collect::<Result<Vec<_>, _>>()?;
-    for found in &found {
+    let found: Vec<_> = used.images.iter().map(|&index| Found::new(data, folder, index)).collect();
+    for found in found.iter().flatten() {
         need.add(Kind::Bytes, found.bytes(), 1);
     }
     need.check()?;
-    let opened = found.into_par_iter().map(Found::open).collect::<Result<_, _>>()?;
-    Ok(Images { textures: used.made, opened })
+    let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(Found::open)).collect();
+    match opened.iter().find_map(|opened| opened.as_ref().err()).filter(|_| used.strict) {
+        Some(problem) => Err(problem.clone()),
+        None => Ok(Images { textures: used.made, opened, strict: used.strict }),
+    }
 }
 
 /// An image whose place is known.
@@ -128,7 +143,9 @@ impl<'a> Found<'a> {
         let what = format!("image {index}");
         let encoded = match (&source.uri, source.buffer_view) {
             (Some(uri), _) => Encoded::Uri(find(folder, &what, uri)?),
-            (None, Some(view)) => Encoded::View(data.view(view.value())?),
+            (None, Some(view)) => {
+                Encoded::View(data.view(view.value()).map_err(|problem| format!("{what}: {problem}"))?)
+            }
             (None, None) => return Err(format!("{what} has neither a URI nor a buffer view; export the file again")),
         };
         Ok(Self { what: format!("{what} (\"{}\")", shorten(&name)), name, source: encoded })
@@ -172,15 +189,15 @@ fn undecodable(what: &str, e: &ImageError) -> Problem {
 impl Images<'_> {
     /// Adds the texels of all images and of the mip chains that `materials` need.
     pub fn check(&self, materials: &[Material], need: &mut Need) -> Result<(), Problem> {
-        for image in &self.opened {
+        for image in self.opened.iter().flatten() {
             if image.size.0.max(image.size.1) > SIDE_MAX {
                 return Err(format!("{} has more than {SIDE_MAX} texels a side; make it smaller", image.what));
             }
         }
         let chains = self.chains(materials.iter().flat_map(Material::texture_slots));
-        for (index, image) in self.opened.iter().enumerate() {
+        for index in 0..self.opened.len() {
             let spaces = chains.range((index, ColorSpace::Srgb)..=(index, ColorSpace::Linear)).count();
-            need.add_image(image.size, spaces as u64);
+            need.add_image(self.size(index), spaces as u64);
         }
         need.check()
     }
@@ -194,7 +211,7 @@ impl Images<'_> {
         let on_device = |m: &Material| Material { occlusion_texture: None, ..m.clone() };
         let chains = self.chains(materials.flat_map(|m| on_device(m).texture_slots().collect::<Vec<_>>()));
         let texels = |&(image, _): &(usize, ColorSpace)| {
-            let (width, height) = self.opened[image].size;
+            let (width, height) = self.size(image);
             u64::from(width) * u64::from(height)
         };
         let texels: u64 = chains.iter().map(texels).sum();
@@ -215,20 +232,58 @@ impl Images<'_> {
         slots.map(|(slot, space)| (self.textures[slot.texture].image, space)).collect()
     }
 
-    /// Decodes all images and adds their bytes to `hash`.
-    pub fn decode(self, document: &Document, hash: &mut blake3::Hasher) -> Result<(Vec<Texture>, Vec<Image>), Problem> {
-        let decoded: Vec<_> = self.opened.into_par_iter().map(Opened::decode).collect();
-        let mut images = Vec::new();
-        for decoded in decoded {
-            let (image, bytes_hash, deep) = decoded?;
-            hash_part(hash, bytes_hash.as_bytes());
-            if deep {
-                document.warn("images with 16 bits per channel are rounded to 8");
-            }
-            images.push(image);
-        }
-        Ok((self.textures, images))
+    /// In texels; none for an image that cannot be read.
+    fn size(&self, image: usize) -> (u32, u32) {
+        self.opened[image].as_ref().map_or((0, 0), |opened| opened.size)
     }
+
+    /// Decodes all images into `scene` and adds their bytes to `hash`. Its materials lose the slots of those that cannot be
+    /// read: their factors alone remain.
+    pub fn decode(self, document: &Document, scene: &mut Scene, hash: &mut blake3::Hasher) -> Result<(), Problem> {
+        let decoded: Vec<_> = self.opened.into_par_iter().map(|opened| opened.and_then(Opened::decode)).collect();
+        let mut place_of_image = Vec::new();
+        for decoded in decoded {
+            place_of_image.push(decoded.is_ok().then_some(scene.images.len()));
+            match decoded {
+                Ok((image, bytes_hash, deep)) => {
+                    hash_part(hash, bytes_hash.as_bytes());
+                    if deep {
+                        document.warn("images with 16 bits per channel are rounded to 8");
+                    }
+                    scene.images.push(image);
+                }
+                Err(problem) if self.strict => return Err(problem),
+                Err(problem) => {
+                    hash_part(hash, &[]);
+                    document.warn(format!("{problem}; until then its materials have their factors alone"));
+                }
+            }
+        }
+        let mut place_of_texture = Vec::new();
+        for texture in self.textures {
+            let image = place_of_image[texture.image];
+            place_of_texture.push(image.map(|_| scene.textures.len()));
+            scene.textures.extend(image.map(|image| Texture { image, ..texture }));
+        }
+        for slot in scene.materials.iter_mut().flat_map(slots_mut) {
+            *slot = slot.and_then(|s| Some(TextureRef { texture: place_of_texture[s.texture]?, ..s }));
+        }
+        Ok(())
+    }
+}
+
+fn slots_mut(m: &mut Material) -> [&mut Option<TextureRef>; 9] {
+    [
+        &mut m.base_color_texture,
+        &mut m.metallic_roughness_texture,
+        &mut m.normal_texture,
+        &mut m.occlusion_texture,
+        &mut m.emissive_texture,
+        &mut m.specular_texture,
+        &mut m.specular_color_texture,
+        &mut m.transmission_texture,
+        &mut m.thickness_texture,
+    ]
 }
 
 impl Opened<'_> {

@@ -32,13 +32,16 @@ use crate::memory::Limit;
 pub struct LoadOptions {
     /// The name or index of a scene; `None` is the file's default scene.
     pub scene: Option<String>,
+    /// Whether to refuse a file of which a texture or a required extension would be left out.
+    pub strict: bool,
     /// What loading and rendering may take of the machine's memory; `None` is half of what is free.
     pub memory: Option<Limit>,
     /// What textures may take on the device, if there is one.
     pub texture_memory: Option<Limit>,
 }
 
-/// The supported extensions. A file that requires another one is refused; one that only uses it causes a warning.
+/// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
+/// it causes a warning.
 const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -71,7 +74,7 @@ impl Scene {
         let mut hash = blake3::Hasher::new();
         hash_part(&mut hash, &document.source);
         let load = || -> Result<Self, Problem> {
-            check_extensions(&document)?;
+            check_extensions(&document, options.strict)?;
             let folder = path.parent().unwrap_or(Path::new(""));
             let buffers = load_buffers(&document, folder, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
@@ -120,16 +123,31 @@ fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     }
 }
 
-fn check_extensions(document: &Document) -> Result<(), Problem> {
+fn check_extensions(document: &Document, strict: bool) -> Result<(), Problem> {
     let unknown = |name: &&String| !KNOWN_EXTENSIONS.contains(&name.as_str());
-    if let Some(name) = document.extensions_required.iter().find(unknown) {
-        let name = container::shorten(name);
-        return Err(format!("requires the extension {name}, which is not supported; export the scene without it"));
+    let required: Vec<_> = document.extensions_required.iter().filter(unknown).collect();
+    for full_name in &required {
+        let name = container::shorten(full_name);
+        if !changes_looks_alone(full_name) {
+            return Err(format!("requires the extension {name}, which is not supported; export the scene without it"));
+        }
+        if strict {
+            return Err(format!(
+                "requires the extension {name}, which is not supported; export the scene without it or leave out --strict"
+            ));
+        }
+        document.warn(format!("the extension {name} is required, but not supported: what uses it looks different"));
     }
-    for name in document.extensions_used.iter().filter(unknown) {
+    for name in document.extensions_used.iter().filter(unknown).filter(|name| !required.contains(name)) {
         document.warn(format!("the extension {} is not supported and was ignored", container::shorten(name)));
     }
     Ok(())
+}
+
+/// Whether a scene without this extension has the same geometry: extensions of materials and lights, and descriptions.
+fn changes_looks_alone(name: &str) -> bool {
+    const OTHERS: [&str; 4] = ["EXT_lights_ies", "EXT_lights_image_based", "KHR_xmp", "KHR_xmp_json_ld"];
+    name.contains("_materials_") || OTHERS.contains(&name)
 }
 
 /// `None` for a buffer without a URI: it may belong to an ignored extension.
@@ -177,7 +195,7 @@ impl Loading<'_> {
         let tree = nodes::Tree::new(document)?;
         let shown = tree.reachable(document, &nodes::choose_roots(document, self.options.scene.as_deref())?)?;
         let mut scene = Scene { nodes: tree.nodes(document)?, ..Scene::default() };
-        let mut used = images::Used::default();
+        let mut used = images::Used::new(self.options.strict);
         scene.materials = materials::load(document, &mut used)?;
         nodes::load_cameras(document, &tree, &shown, &mut scene)?;
         nodes::load_lights(document, &tree, &shown, &mut scene)?;
@@ -190,7 +208,7 @@ impl Loading<'_> {
         if let Some(limit) = &self.options.texture_memory {
             images.check_device(materials::drawn(document, &shown).map(|index| &scene.materials[index]), limit)?;
         }
-        (scene.textures, scene.images) = images.decode(document, self.hash)?;
+        images.decode(document, &mut scene, self.hash)?;
         load_meshes(data, &tree, &shown, &mut scene)?;
         animations::load(data, &tree, &mut scene)?;
         Ok(scene)

@@ -282,9 +282,9 @@ fn a_limit_of_memory_names_what_takes_most() {
     let texels = png(256, 256, &[0; 4 << 16]);
     let texture = file.texture(&texels);
     file.material(json!({"emissiveTexture": {"index": texture}, "normalTexture": {"index": texture}}));
-    // 65536 texels: 4 bytes, and 12 for each of two colour spaces.
-    assert!(refusal(&file, 7 * mebi / 4).unwrap().contains("65540 texels"));
-    assert_eq!(refusal(&file, 2 * mebi), None);
+    // 65536 texels: 4 bytes, 12 for each of two colour spaces, and 12 on their way.
+    assert!(refusal(&file, 5 * mebi / 2).unwrap().contains("65540 texels"));
+    assert_eq!(refusal(&file, 11 * mebi / 4), None);
     let mut file = everything();
     file.view(&[0; 1 << 20]);
     let sentence = refusal(&file, mebi).unwrap();

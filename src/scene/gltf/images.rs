@@ -199,6 +199,7 @@ impl Images<'_> {
             let spaces = chains.range((index, ColorSpace::Srgb)..=(index, ColorSpace::Linear)).count();
             need.add_image(self.size(index), spaces as u64);
         }
+        need.add_upload((0..self.opened.len()).map(|index| self.texels(index)).max().unwrap_or(0));
         need.check()
     }
 
@@ -210,11 +211,7 @@ impl Images<'_> {
     ) -> Result<(), Problem> {
         let on_device = |m: &Material| Material { occlusion_texture: None, ..m.clone() };
         let chains = self.chains(materials.flat_map(|m| on_device(m).texture_slots().collect::<Vec<_>>()));
-        let texels = |&(image, _): &(usize, ColorSpace)| {
-            let (width, height) = self.size(image);
-            u64::from(width) * u64::from(height)
-        };
-        let texels: u64 = chains.iter().map(texels).sum();
+        let texels: u64 = chains.iter().map(|&(image, _)| self.texels(image)).sum();
         // A chain lies in a rectangle of one and a half times its largest level, 4 bytes per texel.
         let bytes = 6 * texels;
         if bytes <= limit.bytes {
@@ -235,6 +232,11 @@ impl Images<'_> {
     /// In texels; none for an image that cannot be read.
     fn size(&self, image: usize) -> (u32, u32) {
         self.opened[image].as_ref().map_or((0, 0), |opened| opened.size)
+    }
+
+    fn texels(&self, image: usize) -> u64 {
+        let (width, height) = self.size(image);
+        u64::from(width) * u64::from(height)
     }
 
     /// Decodes all images into `scene` and adds their bytes to `hash`. Its materials lose the slots of those that cannot be

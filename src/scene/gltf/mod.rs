@@ -61,10 +61,12 @@ impl Scene {
     /// Loads the glTF 2.0 file at `path`: buffers, images, the chosen scene, every animation.
     ///
     /// The README lists the supported extensions. Skins and morph targets are applied once, with the file's own node
-    /// transforms and default weights. Points and lines are left out. Each simplification adds one of [`Scene::warnings`].
+    /// transforms and default weights. Points and lines are left out, and so are textures that cannot be read, unless
+    /// `options.strict`. Each simplification adds one of [`Scene::warnings`].
     ///
     /// # Errors
-    /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0 and unsupported required extensions.
+    /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0, unsupported required extensions, and scenes
+    /// that need more memory than `options` allow: these are refused from their headers, before it is taken.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         let mut need = Need::within(options.memory.clone().unwrap_or_else(Limit::host));
         let file = container::read(path, &mut need)?;

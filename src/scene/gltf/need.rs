@@ -167,6 +167,11 @@ impl Need {
         }
     }
 
+    /// Adds what the largest image takes on its way to the device: two copies of its chain's rectangle.
+    pub fn add_upload(&mut self, texels: u64) {
+        self.add_bytes(Kind::Texels, texels.saturating_mul(2 * 6));
+    }
+
     /// Adds an image that is used in so many colour spaces.
     pub fn add_image(&mut self, (width, height): (u32, u32), spaces: u64) {
         self.add(Kind::Texels, u64::from(width) * u64::from(height), TEXEL + spaces * TEXEL_CHAIN);

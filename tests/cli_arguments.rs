@@ -68,6 +68,8 @@ fn what_was_mistyped_is_named_with_the_nearest() {
         &["render", "scene.gltf", "-o", "a.png", "--config", "bad.toml"],
         &["bad.toml", "\"cones.fil\"", "\"cones.fill\""],
     );
+    #[cfg(target_os = "linux")]
+    refused(&["settings", "--config", "/dev/zero"], &["/dev/zero", "larger than 1 MiB"]);
     for (text, parts) in [
         ("voxels = \"64\"", ["\"voxels\"", "quotes", "write 64 without"]),
         ("cones.jitter = \"true\"", ["\"cones.jitter\"", "quotes", "write true without"]),

@@ -8,6 +8,7 @@ pub mod gi;
 pub mod ground;
 pub mod layers;
 pub mod measure;
+pub mod memory;
 pub mod output;
 pub mod profile;
 pub mod reference;

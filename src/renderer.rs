@@ -11,6 +11,7 @@ use crate::ground::image::target::{self, Readback};
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
 use crate::ground::scene_on_gpu::ScenePacked;
 use crate::layers::{Aov, Layers};
+use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{self, Context, FrameLog, Recorder, RecorderOptions, ZoneTimings};
@@ -68,7 +69,7 @@ pub struct Renderer {
     /// The scene on the device and the readback: what does not grow.
     fixed_plan: Vec<MemoryRow>,
     /// Bytes that may be taken, and what sets the limit.
-    memory_limit: (u64, String),
+    memory_limit: Limit,
     /// Where it is kept.
     log: Option<FrameLog>,
 }
@@ -89,13 +90,11 @@ impl Renderer {
         let desc = desc(&scene, &settings, &options);
         let mut fixed_plan = packed.plan();
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
-        let budget = context.memory_budget();
-        let memory_limit = match options.memory_limit {
-            Some(bytes) if bytes < budget => (bytes, "the --memory-limit".to_owned()),
-            _ => (budget, format!("the budget of {}", context.name)),
-        };
+        let memory_limit = memory_limit(context, options.memory_limit);
         // Before anything is uploaded: what is too large is refused at once.
-        check_memory(&memory_limit, settings.voxels, &fixed_plan, &|voxels| first_plan(&desc, voxels))?;
+        check_memory((context, &memory_limit), (&scene, settings.voxels), &fixed_plan, &|voxels| {
+            first_plan(&desc, voxels)
+        })?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let log = None;
@@ -112,7 +111,9 @@ impl Renderer {
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
-        check_memory(&self.memory_limit, settings.voxels, &fixed_plan, &|voxels| first_plan(&desc, voxels))?;
+        check_memory((&self.context, &self.memory_limit), (&self.scene, settings.voxels), &fixed_plan, &|voxels| {
+            first_plan(&desc, voxels)
+        })?;
         self.frame.change(&self.context, &desc)?;
         if size != self.options.size {
             self.readback = Readback::new(&self.context, &self.frame.target)?;
@@ -184,7 +185,12 @@ impl Renderer {
             let (counters, grown) = self.frame.poll(0);
             if let Some(counts) = grown {
                 let plan = |voxels| self.frame.plan(&counts, voxels);
-                check_memory(&self.memory_limit, self.settings.voxels, &self.fixed_plan, &plan)?;
+                check_memory(
+                    (&self.context, &self.memory_limit),
+                    (&self.scene, self.settings.voxels),
+                    &self.fixed_plan,
+                    &plan,
+                )?;
                 self.frame.grow(&self.context, counts)?;
                 repeats += u32::from(!alone);
             } else if alone {
@@ -282,18 +288,31 @@ impl Renderer {
     }
 }
 
+/// What may be taken of a device's memory: what it has left, or `limit` bytes of that.
+pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
+    let budget = context.memory_budget();
+    match limit.filter(|bytes| *bytes < budget) {
+        Some(bytes) => Limit { bytes, words: "the --memory-limit".into() },
+        None => Limit { bytes: budget, words: format!("the budget of {}", context.name) },
+    }
+}
+
 /// One frame in flight.
 fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -> FrameDesc<'a> {
     let outputs = target::outputs(&options.aovs);
     FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1 }
 }
 
-/// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit (bytes, what it is called).
+/// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit or what the device binds at once.
 fn check_memory(
-    limit: &(u64, String),
-    voxels: u32,
+    (context, limit): (&Context, &Limit),
+    (scene, voxels): (&Scene, u32),
     fixed: &[MemoryRow],
     plan: &dyn Fn(u32) -> Vec<MemoryRow>,
 ) -> Result<()> {
-    memory_plan::check(voxels, limit.0, &limit.1, |edge| fixed.iter().chain(&plan(edge)).map(|row| row.1).sum())
+    let rows_at = |edge: u32| fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
+    memory_plan::check(voxels, limit, rows_at)?;
+    let words = format!("the largest buffer that {} binds", context.name);
+    let largest = Limit { bytes: context.limits.max_storage_buffer_range.into(), words };
+    memory_plan::check_buffers(&rows_at(voxels), scene.triangle_count() as u64, &largest)
 }

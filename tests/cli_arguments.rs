@@ -68,6 +68,16 @@ fn what_was_mistyped_is_named_with_the_nearest() {
         &["render", "scene.gltf", "-o", "a.png", "--config", "bad.toml"],
         &["bad.toml", "\"cones.fil\"", "\"cones.fill\""],
     );
+    #[cfg(target_os = "linux")]
+    refused(&["settings", "--config", "/dev/zero"], &["/dev/zero", "larger than 1 MiB"]);
+    for (text, parts) in [
+        ("voxels = \"64\"", ["\"voxels\"", "quotes", "write 64 without"]),
+        ("cones.jitter = \"true\"", ["\"cones.jitter\"", "quotes", "write true without"]),
+        ("grid.center = \"1,2,3\"", ["\"grid.center\"", "quotes", "write [1.0, 2.0, 3.0] without"]),
+    ] {
+        fs::write(folder.path().join("quoted.toml"), text).unwrap();
+        refused(&["settings", "--config", "quoted.toml"], &parts);
+    }
     refused(&["render", "scene.gltf"], &["--output"]);
     refused(&["render", "-o", "a.png"], &["SCENE"]);
 }
@@ -122,6 +132,8 @@ fn outputs_that_cannot_be_written_are_refused_before_anything_is_done() {
     to("sub.png", &[], &["sub.png", "is a folder"]);
     to("a_%04d.png", &[], &["--frames"]);
     to("a_%s.png", &["--frames", "2"], &["out_%04d.png"]);
+    #[cfg(target_os = "linux")]
+    to("/proc/a.png", &[], &["/proc/a.png", "/proc takes no new files", "choose another folder"]);
     to("none/a_%04d.png", &["--frames", "2"], &["no folder none"]);
     to("a.exr", &["--exposure", "1"], &["--exposure", ".png"]);
     to("a.png", &["--json", "none/t.json"], &["none/t.json", "no folder none"]);
@@ -156,6 +168,18 @@ fn damaged_scenes_are_refused_in_a_sentence() {
     ] {
         refused(folder.path(), &["render", name, "-o", "a.png"], &[name]);
     }
+    let texture = "\"images\":[{\"uri\":\"oak.png\"}],\"textures\":[{\"source\":0}],\"materials\":[{\"emissiveTexture\":{\"index\":0}}],";
+    fs::write(at("oak.gltf"), text.replace("\"scenes\"", &format!("{texture}\"scenes\""))).unwrap();
+    refused(
+        folder.path(),
+        &["render", "oak.gltf", "-o", "a.png", "--strict"],
+        &["oak.gltf", "oak.png", "does not exist"],
+    );
+    // Without --strict only the driver is missing.
+    let lenient = twobounce(folder.path(), &["render", "oak.gltf", "-o", "a.png"]);
+    let message = String::from_utf8(lenient.stderr).unwrap();
+    let [note, refusal] = message.lines().collect::<Vec<_>>()[..] else { panic!("{message}") };
+    assert!(note.contains("note: oak: image 0: \"oak.png\"") && refusal.contains("Vulkan"), "{message}");
     for (flag, value) in [("--scene", "Hall"), ("--camera", "3"), ("--animation", "walk")] {
         refused(folder.path(), &["render", "scene.gltf", "-o", "a.png", flag, value], &[value]);
     }

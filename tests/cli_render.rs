@@ -188,6 +188,20 @@ fn too_little_memory_is_refused_with_the_grid_that_fits() {
 }
 
 #[test]
+fn textures_larger_than_the_devices_memory_are_refused_before_they_are_decoded() {
+    let folder = folder();
+    let text = fs::read_to_string(folder.path().join("scene.gltf")).unwrap();
+    let parts = r#""images":[{"uri":"oak.png"}],"textures":[{"source":0}],"materials":[{"emissiveTexture":{"index":0}}],"scenes""#;
+    let text = text.replace("\"scenes\"", parts).replace("{\"attributes\"", "{\"material\":0,\"attributes\"");
+    fs::write(folder.path().join("oak.gltf"), text).unwrap();
+    image::RgbImage::new(1024, 1024).save(folder.path().join("oak.png")).unwrap();
+    let message = refused(folder.path(), &["oak.gltf", "-o", "a.png", "--memory-limit", "5MiB", "--method", "none"]);
+    assert!(message.contains("1.0 million texels, which need 6 MiB on the device"), "{message}");
+    assert!(message.contains("more than the --memory-limit of 5 MiB: use smaller textures"), "{message}");
+    assert_eq!(names(folder.path()), ["oak.gltf", "oak.png", "other.toml", "scene.gltf"]);
+}
+
+#[test]
 fn an_unknown_device_is_refused_with_those_there_are() {
     let folder = folder();
     let message = refused(folder.path(), &["scene.gltf", "-o", "a.png", "--device", "Voodoo 2"]);

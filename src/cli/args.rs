@@ -82,6 +82,9 @@ pub struct SceneArgs {
     /// Constant radiance of the sky, which is visible and lights the scene
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
     pub sky: Vec3,
+    /// Refuse a scene of which a texture or a required extension would be left out
+    #[arg(long)]
+    pub strict: bool,
     /// Add a sky and a directional light: `auto` where the scene has no light and no sky and does not light itself
     #[arg(long, value_name = "WHEN", value_enum, default_value_t = DefaultLight::Auto)]
     pub default_light: DefaultLight,

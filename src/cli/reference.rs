@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use twobounce::layers::Aov;
+use twobounce::memory;
 use twobounce::output::file;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
@@ -91,18 +92,11 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
 /// Refuses a film that does not fit into memory.
 pub fn check_memory((width, height): (u32, u32)) -> Result<()> {
     let needed = Film::bytes(width, height);
-    let Some(available) = available_memory().filter(|available| needed > *available) else { return Ok(()) };
+    let Some(available) = memory::available().filter(|available| needed > *available) else { return Ok(()) };
     let [needed, available] = [needed, available].map(|bytes| bytes >> 20);
     let text =
         format!("a reference of {width}x{height} needs {needed} MiB, {available} are free; choose a smaller --size");
     Err(Error::Memory(text))
-}
-
-/// Bytes of memory that programs can still get, where the system says.
-fn available_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
-    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib << 10)
 }
 
 fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {

@@ -4,11 +4,11 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use twobounce::Result;
-use twobounce::ground::memory_plan::mib;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::refuse_invalid;
 use twobounce::measure::timing::Timings;
 use twobounce::measure::trace::chrome_trace;
+use twobounce::memory::mib;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;
@@ -34,7 +34,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let inputs = [Some(&args.scene.path), args.settings.config.as_ref()];
     outputs::check(&inputs, &[Some(&image), args.json.as_ref(), args.trace.as_ref()])?;
     interrupt::install()?;
-    let (opened, context) = args.scene.open_on(&args.run.device)?;
+    let (opened, context) = args.scene.open_on(&args.run)?;
     let header = opened.header([
         ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),
         ("method", settings.method.name().to_owned()),

@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use clap::{Args, Command, FromArgMatches};
 use glam::DVec3;
+use twobounce::memory::Limit;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
-use twobounce::renderer::RenderOptions;
+use twobounce::renderer::{RenderOptions, memory_limit};
 use twobounce::scene::{LoadOptions, Pose, Scene, View};
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
@@ -67,8 +68,14 @@ impl SceneArgs {
     /// Loads the scene, chooses animation and camera, adds the sky and, without any light, a light. Prints what was ignored,
     /// simplified or added.
     pub fn open(&self) -> Result<Opened> {
+        self.open_within(None)
+    }
+
+    /// The same, with a limit on what textures may take on a device.
+    fn open_within(&self, texture_memory: Option<Limit>) -> Result<Opened> {
         self.check()?;
-        let mut scene = Scene::load(&self.path, &LoadOptions { scene: self.scene.clone() })?;
+        let options = LoadOptions { scene: self.scene.clone(), strict: self.strict, texture_memory, memory: None };
+        let mut scene = Scene::load(&self.path, &options)?;
         scene.sky = self.sky;
         let animation = match &self.animation {
             Some(name) => Some(scene.animation_named(name)?),
@@ -104,9 +111,12 @@ impl SceneArgs {
     }
 
     /// Opens the scene and the device, and prints what they are.
-    pub fn open_on(&self, device: &DeviceArgs) -> Result<(Opened, Arc<Context>)> {
-        let opened = self.open()?;
-        let context = device.open(opened.size)?;
+    pub fn open_on(&self, run: &RunArgs) -> Result<(Opened, Arc<Context>)> {
+        // The device comes first, for its memory; what is wrong with the scene is said first.
+        let context = run.device.open(self.size);
+        let limit = context.as_ref().ok().map(|context| memory_limit(context, run.memory_limit));
+        let opened = self.open_within(limit)?;
+        let context = context?;
         let (Opened { scene, camera, .. }, (width, height)) = (&opened, opened.size);
         say!("{}: triangles {}, camera {camera}, {width}x{height}", scene.name, scene.triangle_count());
         say!("{}: {}", context.name, context.driver);

@@ -7,12 +7,12 @@ use glam::DAffine3;
 
 use super::atlas::Atlas;
 use super::layout::{self, material_flags};
-use crate::Result;
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Alpha, Material, Mesh, Mip, Pose, Scene, Texture, TextureRef, Wrap};
 use crate::vk::{
     self, Buffer, Context, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Recorder, Sampler,
 };
+use crate::{Error, Result};
 
 /// One instance of a mesh: a draw of the recording pass.
 #[derive(Clone, Copy, Debug)]
@@ -202,6 +202,16 @@ impl ScenePacked {
 
 impl ScenePacked {
     fn upload_atlas(&self, context: &Arc<Context>) -> Result<Image> {
+        let most = context.limits.max_image_dimension2_d;
+        if self.atlas.width.max(self.atlas.height) > most {
+            // Below a chain's largest level lie the others, half as high.
+            return Err(Error::Memory(format!(
+                "the largest texture has {} texels a side, more than the {} that {} holds with mips: make it smaller",
+                self.chains.iter().map(|c| c.levels[0].width.max(c.levels[0].height)).max().unwrap_or_default(),
+                most / 3 * 2,
+                context.name
+            )));
+        }
         let image = Image::new(
             context,
             &ImageDesc {

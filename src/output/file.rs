@@ -95,6 +95,10 @@ fn resolve(path: &Path) -> Result<PathBuf> {
 fn failed(path: &Path, error: &io::Error) -> Error {
     let folder = folder_of(path);
     let problem = match error.kind() {
+        // As in /proc.
+        ErrorKind::NotFound if folder.is_dir() => {
+            format!("cannot be written: {} takes no new files; choose another folder", folder.display())
+        }
         ErrorKind::NotFound => format!("cannot be written: there is no folder {}; create it first", folder.display()),
         ErrorKind::NotADirectory => format!("cannot be written: {} is not a folder", folder.display()),
         ErrorKind::PermissionDenied => {

@@ -210,7 +210,12 @@ pub struct Textures {
 impl Textures {
     /// Computes the chains in parallel.
     pub fn new(scene: &Scene) -> Self {
-        let slots = scene.materials.iter().flat_map(Material::texture_slots);
+        Self::of(scene, &scene.materials)
+    }
+
+    /// The same for these of its materials alone.
+    pub fn of<'m>(scene: &Scene, materials: impl IntoIterator<Item = &'m Material>) -> Self {
+        let slots = materials.into_iter().flat_map(Material::texture_slots);
         let used: BTreeSet<_> = slots.map(|(slot, space)| (scene.textures[slot.texture].image, space)).collect();
         let make = |key: (usize, ColorSpace)| (key, MipChain::new(&scene.images[key.0], key.1));
         Self { chains: used.into_par_iter().map(make).collect() }

@@ -192,10 +192,16 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
         let given = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         let hint = match key.range {
             Range::Choice(names) => nearest_choice(&given, &names()),
-            _ => String::new(),
+            _ => value.as_str().and_then(|text| unquoted(key, text)).unwrap_or_default(),
         };
         usage(format!("setting {:?} takes {}, not {given:?}{hint}", key.name, key.range))
     })
+}
+
+/// For a number or a truth value in quotes, which TOML takes for text.
+fn unquoted(key: &Key, text: &str) -> Option<String> {
+    let meant = Some(parse(key, text.trim_matches(['"', '\'']))).filter(|value| !value.is_str())?;
+    check(key, &meant).ok().map(|_| format!(", which the quotes make a text: write {} without them", write(&meant)))
 }
 
 fn nearest_choice(given: &str, names: &[&str]) -> String {

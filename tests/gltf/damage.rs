@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use crate::files::{F32, File, U8, U16, load_bytes, png, write};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use twobounce::memory::Limit;
 use twobounce::scene::texture::Textures;
 use twobounce::scene::{LoadOptions, Scene, View};
 
@@ -213,7 +214,6 @@ fn wrong_values_are_refused_by_name() {
         ("/textures/0/source", json!(1), "image 1 is used but does not exist"),
         ("/textures/0/sampler", json!(0), "sampler 0 is used but does not exist"),
         ("/materials/0/normalTexture/index", json!(4), "texture 4 is used but does not exist"),
-        ("/images/0/bufferView", json!(0), "image 0 (\"\") cannot be decoded"),
         ("/cameras/0/perspective/yfov", json!(0), "camera 0 has no valid projection"),
         ("/cameras/0/perspective/zfar", json!(0.05), "camera 0 has no valid projection"),
         ("/extensions/KHR_lights_punctual/lights/0/type", json!("moon"), "unknown type \"moon\""),
@@ -261,15 +261,59 @@ fn declared_sizes_without_data_allocate_nothing() {
     let mut file = File::triangle();
     file.json["accessors"][0] = json!({"componentType": F32, "type": "VEC3", "count": 4_000_000_000u64});
     refused(&file, "declares 4000000000 elements without data");
-    // A PNG that claims 2³¹ × 2³¹ texels.
-    let mut bytes = png(1, 1, &[0; 4]);
-    bytes[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
-    let mut file = File::quad();
-    let texture = file.texture(&bytes);
-    file.material(json!({"emissiveTexture": {"index": texture}}));
-    refused(&file, "cannot be decoded");
     // Each takes a millisecond; four billion elements would take minutes and more memory than there is.
     assert!(start.elapsed() < Duration::from_secs(20));
+}
+
+/// Every kind of content is held against the limit, and a limit that the small file needs is enough.
+#[test]
+fn a_limit_of_memory_names_what_takes_most() {
+    let refusal = |file: &File, bytes: u64| {
+        let (_folder, path) = write("scene.glb", &file.glb());
+        let memory = Some(Limit { bytes, words: "the test's limit".into() });
+        Scene::load(&path, &LoadOptions { memory, ..LoadOptions::default() }).err().map(|e| e.to_string())
+    };
+    let mebi = 1 << 20;
+    assert_eq!(refusal(&everything(), mebi), None);
+    let mut file = everything();
+    file.json["materials"] = Value::Array(vec![json!({}); 3000]);
+    assert!(refusal(&file, mebi).unwrap().contains("objects and list entries"));
+    let mut file = everything();
+    let texels = png(256, 256, &[0; 4 << 16]);
+    let texture = file.texture(&texels);
+    file.material(json!({"emissiveTexture": {"index": texture}, "normalTexture": {"index": texture}}));
+    // 65536 texels: 4 bytes, 12 for each of two colour spaces, and 12 on their way.
+    assert!(refusal(&file, 5 * mebi / 2).unwrap().contains("65540 texels"));
+    assert_eq!(refusal(&file, 11 * mebi / 4), None);
+    let mut file = everything();
+    file.view(&[0; 1 << 20]);
+    let sentence = refusal(&file, mebi).unwrap();
+    assert!(sentence.contains("bytes in its files") && sentence.contains("more than the test's limit"), "{sentence}");
+}
+
+#[test]
+fn a_limit_on_the_device_counts_mip_chains_alone() {
+    let mut file = File::quad();
+    let texture = file.texture(&png(256, 256, &[0; 4 << 16]));
+    file.material(json!({"emissiveTexture": {"index": texture}}));
+    let (_folder, path) = write("scene.glb", &file.glb());
+    let load = |bytes: u64| {
+        let texture_memory = Some(Limit { bytes, words: "the device's".into() });
+        Scene::load(&path, &LoadOptions { texture_memory, ..LoadOptions::default() })
+    };
+    assert!(load(6 << 16).is_ok());
+    // Occlusion textures stay off the device, and so do materials that nothing has.
+    let slot = json!({"index": texture});
+    file.material(json!({"emissiveTexture": slot, "occlusionTexture": slot}));
+    file.push("materials", json!({"normalTexture": slot}));
+    std::fs::write(&path, file.glb()).unwrap();
+    assert!(load(6 << 16).is_ok());
+    let sentence = load((6 << 16) - 1).unwrap_err().to_string();
+    assert!(
+        sentence.contains("need 0.38 MiB on the device, more") && sentence.contains("the device's of 0.37 MiB"),
+        "{sentence}"
+    );
+    check(Err(sentence));
 }
 
 #[test]

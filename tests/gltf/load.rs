@@ -59,7 +59,7 @@ fn scenes_are_chosen_by_name_index_or_default() {
     file.push("scenes", json!({"name": "empty", "nodes": []}));
     let (_folder, path) = write("scene.glb", &file.glb());
     let triangles = |scene: Option<&str>| {
-        let options = LoadOptions { scene: scene.map(str::to_string) };
+        let options = LoadOptions { scene: scene.map(str::to_string), ..LoadOptions::default() };
         Scene::load(&path, &options).map(|s| s.triangle_count()).map_err(|e| e.to_string())
     };
     assert_eq!(triangles(None), Ok(1));

@@ -1,47 +1,98 @@
 //! The bytes of a `.gltf` or `.glb` file and of the buffers and images that it names by relative path or data URI.
 
-use std::path::Path;
+use std::fs::File;
+use std::io::{ErrorKind, Read, Seek};
+use std::path::{Path, PathBuf};
 
 use super::accessor::Problem;
+use super::need::{Kind, Need};
 use crate::Error;
 
 /// The two parts of a file: its JSON and, in a `.glb`, the binary chunk.
 pub struct Container {
     pub json: Vec<u8>,
-    pub binary: Option<Vec<u8>>,
+    pub binary: Option<Part>,
+}
+
+/// A part of a file that is read when it is known how much of it is used.
+pub struct Part {
+    /// At the part's first byte.
+    file: File,
+    pub bytes: u64,
 }
 
 const MAGIC: &[u8; 4] = b"glTF";
-/// Bytes of a `.glb` before its first chunk.
+/// Bytes of a `.glb` before its first chunk, and of a chunk before its content.
 const HEADER: usize = 12;
+const CHUNK_HEADER: u64 = 8;
 
-/// Reads the file at `path`. Its first bytes decide the format, not its name.
-pub fn read(path: &Path) -> Result<Container, Error> {
-    let bytes = read_file(path)?;
-    if bytes.starts_with(MAGIC) {
-        return split_glb(path, &bytes);
-    }
-    let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
-    let json = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
-    match first {
-        Some(b'{' | 0xEF) => Ok(Container { json: json.to_vec(), binary: None }),
-        _ => Err(Error::file(path, "is neither glTF JSON nor a binary .glb; export the scene as glTF 2.0")),
-    }
-}
-
-fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
+/// Reads the JSON of the file at `path` and finds the binary chunk. Its first bytes decide the format, not its name.
+pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
+    let problem = |problem| Error::file(path, problem);
+    let failed = |e: std::io::Error| problem(unreadable(&e));
     if path.is_dir() {
-        return Err(Error::file(path, "is a directory; name the .gltf or .glb file in it"));
+        return Err(problem("is a directory; name the .gltf or .glb file in it".into()));
     }
-    std::fs::read(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => Error::file(path, "does not exist; check the path"),
-        _ => Error::file(path, format!("cannot be read ({e}); check its permissions")),
-    })
+    let length = length_of(path).map_err(|refusal| {
+        problem(match refusal {
+            Refusal::Missing => "does not exist; check the path".into(),
+            Refusal::Other(sentence) => sentence,
+        })
+    })?;
+    let mut file = File::open(path).map_err(failed)?;
+    let mut start = Vec::new();
+    (&mut file).take(HEADER as u64).read_to_end(&mut start).map_err(failed)?;
+    if start.starts_with(MAGIC) {
+        return split_glb(path, &start, Part { file, bytes: length }, need);
+    }
+    let no_gltf = || problem("is neither glTF JSON nor a binary .glb; export the scene as glTF 2.0".into());
+    // A file of another format is not read to its end.
+    let first = |bytes: &[u8]| bytes.iter().find(|b| !b.is_ascii_whitespace()).copied();
+    if first(&start).is_some_and(|byte| !matches!(byte, b'{' | 0xEF)) {
+        return Err(no_gltf());
+    }
+    need.add(Kind::Bytes, length, 1);
+    need.check().map_err(problem)?;
+    let mut json = start;
+    file.take(length.saturating_sub(HEADER as u64)).read_to_end(&mut json).map_err(failed)?;
+    if json.starts_with(b"\xEF\xBB\xBF") {
+        json.drain(..3);
+    }
+    if first(&json).is_none() {
+        return Err(no_gltf());
+    }
+    Ok(Container { json, binary: None })
 }
 
-fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
-    let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?)) };
+/// Why a file cannot be read.
+enum Refusal {
+    Missing,
+    /// A sentence without the file's name.
+    Other(Problem),
+}
+
+/// The bytes of a regular file. Others are refused before they are opened: a pipe may never say anything, and a device never
+/// end.
+fn length_of(path: &Path) -> Result<u64, Refusal> {
+    let found = std::fs::metadata(path).map_err(|e| match e.kind() {
+        ErrorKind::NotFound => Refusal::Missing,
+        _ => Refusal::Other(unreadable(&e)),
+    })?;
+    if !found.is_file() {
+        return Err(Refusal::Other("is no regular file; copy what it holds into one and name that".into()));
+    }
+    Ok(found.len())
+}
+
+fn unreadable(e: &std::io::Error) -> Problem {
+    format!("cannot be read ({e}); check its permissions")
+}
+
+fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<Container, Error> {
+    let Part { mut file, bytes: on_disk } = part;
+    let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(start.get(at..at + 4)?.try_into().ok()?)) };
     let truncated = |what: &str| Error::file(path, format!("is truncated: {what}; copy or export the file again"));
+    let failed = |e: std::io::Error| Error::file(path, unreadable(&e));
     let (Some(version), Some(length)) = (word(4), word(8)) else {
         return Err(truncated("it ends within its header"));
     };
@@ -49,44 +100,137 @@ fn split_glb(path: &Path, bytes: &[u8]) -> Result<Container, Error> {
         let name = if version == 1 { "glTF 1.0 binary".into() } else { format!("binary glTF version {version}") };
         return Err(Error::file(path, format!("is {name}, only 2.0 can be read; convert it to glTF 2.0")));
     }
-    if length as usize > bytes.len() {
-        return Err(truncated(&format!("its header states {length} bytes and the file has {}", bytes.len())));
+    let length = u64::from(length);
+    if length > on_disk {
+        return Err(truncated(&format!("its header states {length} bytes and the file has {on_disk}")));
     }
-    let mut rest = bytes.get(HEADER..length as usize).unwrap_or_default();
-    // The next chunk, if it is of this kind. The specification says that unknown chunks are ignored.
-    let mut chunk = |kind: &[u8]| {
-        let Some((head, after)) = rest.split_first_chunk::<8>().filter(|(head, _)| head[4..] == *kind) else {
-            return Ok(None);
-        };
-        let size = u32::from_le_bytes([head[0], head[1], head[2], head[3]]) as usize;
-        let (content, after) =
-            after.split_at_checked(size).ok_or_else(|| truncated("a chunk ends after the end of the file"))?;
-        rest = after;
-        Ok(Some(content.to_vec()))
-    };
-    let json = chunk(b"JSON")?.filter(|json| !json.is_empty()).ok_or_else(|| truncated("it has no JSON chunk"))?;
-    Ok(Container { json, binary: chunk(b"BIN\0")? })
+    // Bytes from here to the end that the header states.
+    let mut left = length.saturating_sub(HEADER as u64);
+    let mut json: Option<Vec<u8>> = None;
+    // The specification says that unknown chunks are ignored; some exporters write them before the binary one too.
+    while left >= CHUNK_HEADER {
+        let mut head = [0; CHUNK_HEADER as usize];
+        file.read_exact(&mut head).map_err(failed)?;
+        left -= CHUNK_HEADER;
+        let (size, kind) = (u64::from(u32::from_le_bytes([head[0], head[1], head[2], head[3]])), &head[4..]);
+        match (&json, kind) {
+            (None, b"JSON") | (Some(_), b"BIN\0") if size > left => {
+                return Err(truncated("a chunk ends after the end of the file"));
+            }
+            (None, b"JSON") => {
+                need.add(Kind::Bytes, size, 1);
+                need.check().map_err(|problem| Error::file(path, problem))?;
+                let mut text = Vec::new();
+                (&mut file).take(size).read_to_end(&mut text).map_err(failed)?;
+                json = Some(text);
+            }
+            (None, _) => break,
+            (Some(_), b"BIN\0") => {
+                return Ok(Container { json: json.unwrap_or_default(), binary: Some(Part { file, bytes: size }) });
+            }
+            _ if size > left => break,
+            _ => drop(file.seek_relative(size as i64).map_err(failed)?),
+        }
+        left -= size;
+    }
+    let json = json.filter(|json| !json.is_empty()).ok_or_else(|| truncated("it has no JSON chunk"))?;
+    Ok(Container { json, binary: None })
 }
 
-/// The bytes that `uri` names: inline data, or a file relative to `folder`. `what` ("buffer 3") is for messages.
-pub fn resolve(folder: &Path, what: &str, uri: &str) -> Result<Vec<u8>, Problem> {
+/// Where the bytes of a buffer or an image are, and how many. Files are opened when they are read: a scene may have more of
+/// them than a process may open.
+pub enum Source {
+    File {
+        path: PathBuf,
+        /// For messages.
+        name: String,
+        bytes: u64,
+    },
+    Chunk(Part),
+    /// In the URI itself.
+    Inline(Vec<u8>),
+}
+
+impl Source {
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Self::File { bytes, .. } | Self::Chunk(Part { bytes, .. }) => *bytes,
+            Self::Inline(bytes) => bytes.len() as u64,
+        }
+    }
+
+    /// The first `count` bytes, or as many as there are. `what` is for messages.
+    pub fn read(self, what: &str, count: u64) -> Result<Vec<u8>, Problem> {
+        let count = count.min(self.bytes());
+        let read = |file: File| {
+            let mut bytes = Vec::new();
+            file.take(count).read_to_end(&mut bytes).map(|_| bytes)
+        };
+        match self {
+            Self::File { path, name, .. } => {
+                File::open(path).and_then(read).map_err(|e| format!("{what}: \"{name}\" {}", unreadable(&e)))
+            }
+            Self::Chunk(part) => read(part.file).map_err(|e| format!("{what} {}", unreadable(&e))),
+            Self::Inline(mut bytes) => {
+                bytes.truncate(count as usize);
+                Ok(bytes)
+            }
+        }
+    }
+}
+
+/// Finds what `uri` names. `what` ("buffer 3") is for messages.
+pub fn find(folder: &Path, what: &str, uri: &str) -> Result<Source, Problem> {
+    let (path, name) = match locate(folder, what, uri)? {
+        Place::Inline(bytes) => return Ok(Source::Inline(bytes)),
+        Place::File(path, name) => (path, name),
+    };
+    match length_of(&path) {
+        Ok(bytes) => Ok(Source::File { path, name, bytes }),
+        Err(Refusal::Missing) if name.starts_with('/') => {
+            Err(format!("{what}: \"{name}\" does not exist; put it there"))
+        }
+        Err(Refusal::Missing) => {
+            Err(format!("{what}: \"{name}\" does not exist in the folder of the scene; put it there"))
+        }
+        Err(Refusal::Other(problem)) => Err(format!("{what}: \"{name}\" {problem}")),
+    }
+}
+
+/// What a URI names.
+enum Place {
+    /// A file, and its name for messages.
+    File(PathBuf, String),
+    /// The bytes that the URI itself holds.
+    Inline(Vec<u8>),
+}
+
+/// Where the bytes are that `uri` names: in the URI itself, or in a file relative to `folder`.
+fn locate(folder: &Path, what: &str, uri: &str) -> Result<Place, Problem> {
     let refuse = |problem: String| Err(format!("{what}: {problem}"));
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((head, body)) = data.split_once(',') else {
             return refuse("its data URI has no comma; export the file again".into());
         };
         let bytes = if head.ends_with(";base64") { decode_base64(body) } else { Some(decode_percent(body)) };
-        return bytes.map_or_else(|| refuse("its data URI is not valid base64; export the file again".into()), Ok);
+        return bytes.map_or_else(
+            || refuse("its data URI is not valid base64; export the file again".into()),
+            |bytes| Ok(Place::Inline(bytes)),
+        );
     }
+    // An absolute path on this machine. Validators warn of it; exporters write it.
+    let local = uri.strip_prefix("file://").map(|rest| rest.strip_prefix("localhost").unwrap_or(rest));
+    let local = local.filter(|path| path.starts_with('/'));
     // This also refuses Windows drive letters, which are no relative paths either.
     let scheme =
         uri.split_once(':').is_some_and(|(s, _)| s.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b)));
-    if scheme || uri.starts_with('/') || uri.starts_with('\\') {
+    if local.is_none() && (scheme || uri.starts_with('/') || uri.starts_with('\\')) {
         return refuse(format!(
             "\"{}\" is not a relative path; only files in the folder of the scene are read",
             shorten(uri)
         ));
     }
+    let uri = local.unwrap_or(uri);
     let Ok(relative) = String::from_utf8(decode_percent(uri)) else {
         return refuse(format!("\"{}\" is not UTF-8; rename the file", shorten(uri)));
     };
@@ -95,15 +239,8 @@ pub fn resolve(folder: &Path, what: &str, uri: &str) -> Result<Vec<u8>, Problem>
     }
     // Some exporters do not percent-encode: if only a file with the raw name exists, that file is meant.
     let verbatim = Some(folder.join(uri)).filter(|file| file.exists() && !folder.join(&relative).exists());
-    std::fs::read(verbatim.unwrap_or(folder.join(&relative))).or_else(|e| {
-        let name = shorten(&relative);
-        match e.kind() {
-            std::io::ErrorKind::NotFound => {
-                refuse(format!("\"{name}\" does not exist in the folder of the scene; put it there"))
-            }
-            _ => refuse(format!("\"{name}\" cannot be read ({e}); check the file")),
-        }
-    })
+    let name = shorten(&relative);
+    Ok(Place::File(verbatim.unwrap_or(folder.join(&relative)), name))
 }
 
 /// At most 80 characters of a text from a file, without control characters, for messages.

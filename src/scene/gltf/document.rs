@@ -47,7 +47,8 @@ const WARNINGS_MAX: usize = 50;
 
 impl Document {
     pub fn parse(source: Vec<u8>) -> Result<Self, serde_json::Error> {
-        let document: Self = serde_json::from_slice(&source)?;
+        let document: Self =
+            serde_json::from_slice(&source).or_else(|_| serde_json::from_slice(&plain_integers(&source)))?;
         Ok(Self { source, ..document })
     }
 
@@ -79,6 +80,36 @@ impl Document {
             None => String::new(),
         }
     }
+}
+
+/// The same JSON with whole numbers written as such: `1.0` and `1e2` as `1` and `100`. To JSON they are the same numbers, and
+/// some exporters write indices so, but the types of indices take integers alone.
+fn plain_integers(json: &[u8]) -> Vec<u8> {
+    let mut out = Vec::with_capacity(json.len());
+    let mut rest = json;
+    let mut in_string = false;
+    while let Some((&byte, after)) = rest.split_first() {
+        let of_number = |b: &u8| b.is_ascii_digit() || b"+-.eE".contains(b);
+        if !in_string && (byte.is_ascii_digit() || byte == b'-') {
+            let length = rest.iter().take_while(|b| of_number(b)).count();
+            let (token, tail) = rest.split_at(length);
+            let number = std::str::from_utf8(token).ok().and_then(|t| t.parse::<f64>().ok());
+            // Beyond 2⁵³ the nearest f64 may be another number.
+            match number.filter(|n| n.fract() == 0.0 && n.abs() < f64::exp2(53.0)) {
+                // Spaces keep the columns that messages name.
+                Some(whole) => out.extend(format!("{:<length$}", whole as i64).bytes()),
+                None => out.extend(token),
+            }
+            rest = tail;
+            continue;
+        }
+        in_string ^= byte == b'"';
+        // An escaped quotation mark ends no string.
+        let taken = if in_string && byte == b'\\' { rest.len().min(2) } else { 1 };
+        out.extend(&rest[..taken]);
+        rest = if taken == 2 { &rest[2..] } else { after };
+    }
+    out
 }
 
 #[derive(Deserialize, Default)]
@@ -139,4 +170,18 @@ pub fn image_of(texture: &json::Texture) -> Option<usize> {
 /// A size or an offset. A value that does not fit becomes the maximum, which fails every later bounds check.
 pub fn size(size: USize64) -> usize {
     usize::try_from(size.0).unwrap_or(usize::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_become_integers_and_strings_stay() {
+        let plain = |text: &str| String::from_utf8(plain_integers(text.as_bytes())).unwrap();
+        assert_eq!(plain("[1.0, -2.50, 1e2,3.000E+1,-0.0, 0.1e1]"), "[1  , -2.50, 100,30      ,0   , 1    ]");
+        let strings = r#"{"a\"1.0":"\\","b":"2.0\\\"3.0"}"#;
+        assert_eq!(plain(strings), strings);
+        assert_eq!(plain("[1e300,9007199254740993.0,1.0.0,\"x"), "[1e300,9007199254740993.0,1.0.0,\"x");
+    }
 }

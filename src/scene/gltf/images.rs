@@ -1,22 +1,27 @@
 //! The textures and images that materials use. Images are decoded in parallel.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap};
+use std::io::Cursor;
 use std::path::Path;
 
 use gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked::{self, Valid};
-use image::{DynamicImage, ImageReader, Limits};
+use image::{ImageError, ImageReader, ImageResult, Limits};
 use rayon::prelude::*;
 
 use super::accessor::{Data, Problem, missing};
-use super::container::{resolve, shorten};
+use super::container::{Source, find, shorten};
 use super::document::{Document, image_of};
 use super::hash_part;
-use crate::scene::{Image, Mip, Texture, Wrap};
+use super::need::{Kind, Need};
+use crate::memory::{Limit, apart};
+use crate::scene::texture::ColorSpace;
+use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
 
-/// Limits of an image: its longest side in texels and its size in bytes. They bound what a damaged header can allocate.
+/// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel.
 const SIDE_MAX: u32 = 16384;
-const BYTES_MAX: u64 = 1 << 30;
+const BYTES_MAX: u64 = 8 * (SIDE_MAX as u64) * (SIDE_MAX as u64);
 
 /// Textures and images in the order of their first use. The maps go from indices of the document to indices of the scene.
 #[derive(Default)]
@@ -26,9 +31,15 @@ pub struct Used {
     /// Indices of the document.
     images: Vec<usize>,
     made: Vec<Texture>,
+    /// Whether to refuse what would be left out.
+    strict: bool,
 }
 
 impl Used {
+    pub fn new(strict: bool) -> Self {
+        Self { strict, ..Self::default() }
+    }
+
     /// The scene's index of texture `index` of the document; `None` if the texture has no image of a supported format.
     pub fn texture(&mut self, document: &Document, index: usize) -> Result<Option<usize>, Problem> {
         if let Some(&at) = self.textures.get(&index) {
@@ -36,7 +47,11 @@ impl Used {
         }
         let source = document.textures.get(index).ok_or_else(|| missing("texture", index))?;
         let Some(image) = image_of(source) else {
-            document.warn(format!("texture {index} has no PNG or JPEG image and was left out"));
+            let problem = format!("texture {index} has no PNG or JPEG image");
+            if self.strict {
+                return Err(format!("{problem}; add one or leave out --strict"));
+            }
+            document.warn(format!("{problem} and was left out"));
             return Ok(None);
         };
         document.images.get(image).ok_or_else(|| missing("image", image))?;
@@ -75,57 +90,221 @@ fn texture(image: usize, sampler: &Sampler) -> Texture {
     Texture { image, wrap, mag_linear, min_linear, mip }
 }
 
-/// Reads and decodes all used images and adds their bytes to `hash`.
-pub fn load(
-    data: &Data,
-    folder: &Path,
-    used: Used,
-    hash: &mut blake3::Hasher,
-) -> Result<(Vec<Texture>, Vec<Image>), Problem> {
-    let loaded: Vec<_> = used.images.par_iter().map(|&index| load_image(data, folder, index)).collect();
-    let mut images = Vec::new();
-    for loaded in loaded {
-        let (image, bytes_hash, warning) = loaded?;
-        hash_part(hash, bytes_hash.as_bytes());
-        warning.into_iter().for_each(|w| data.document.warn(w));
-        images.push(image);
-    }
-    Ok((used.made, images))
+/// The used images, read and not yet decoded.
+pub struct Images<'a> {
+    textures: Vec<Texture>,
+    /// Those that cannot be read with the reason.
+    opened: Vec<Result<Opened<'a>, Problem>>,
+    strict: bool,
 }
 
-fn load_image(data: &Data, folder: &Path, index: usize) -> Result<(Image, blake3::Hash, Option<String>), Problem> {
-    let source = &data.document.images[index];
-    let what = format!("image {index}");
-    let external;
-    let bytes = match (&source.uri, source.buffer_view) {
-        (Some(uri), _) => {
-            external = resolve(folder, &what, uri)?;
-            &external[..]
+/// An image in the bytes of its format, and its size in texels.
+struct Opened<'a> {
+    /// "image 3 ("wood.png")", for messages.
+    what: String,
+    name: String,
+    bytes: Cow<'a, [u8]>,
+    size: (u32, u32),
+}
+
+/// Reads all used images as far as their headers; `need` gets the bytes of their files.
+pub fn open<'a>(data: &Data<'a>, folder: &Path, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
+    let found: Vec<_> = used.images.iter().map(|&index| Found::new(data, folder, index)).collect();
+    for found in found.iter().flatten() {
+        need.add(Kind::Bytes, found.bytes(), 1);
+    }
+    need.check()?;
+    let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(Found::open)).collect();
+    match opened.iter().find_map(|opened| opened.as_ref().err()).filter(|_| used.strict) {
+        Some(problem) => Err(problem.clone()),
+        None => Ok(Images { textures: used.made, opened, strict: used.strict }),
+    }
+}
+
+/// An image whose place is known.
+struct Found<'a> {
+    what: String,
+    name: String,
+    source: Encoded<'a>,
+}
+
+enum Encoded<'a> {
+    View(&'a [u8]),
+    Uri(Source),
+}
+
+impl<'a> Found<'a> {
+    fn new(data: &Data<'a>, folder: &Path, index: usize) -> Result<Self, Problem> {
+        let source = &data.document.images[index];
+        let mut name = source.name.clone().unwrap_or_default();
+        if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && !uri.starts_with("data:")) {
+            name.clone_from(uri);
         }
-        (None, Some(view)) => data.view(view.value())?,
-        (None, None) => return Err(format!("{what} has neither a URI nor a buffer view; export the file again")),
-    };
-    let mut name = source.name.clone().unwrap_or_default();
-    if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && !uri.starts_with("data:")) {
-        name.clone_from(uri);
+        let what = format!("image {index}");
+        let encoded = match (&source.uri, source.buffer_view) {
+            (Some(uri), _) => Encoded::Uri(find(folder, &what, uri)?),
+            (None, Some(view)) => {
+                Encoded::View(data.view(view.value()).map_err(|problem| format!("{what}: {problem}"))?)
+            }
+            (None, None) => return Err(format!("{what} has neither a URI nor a buffer view; export the file again")),
+        };
+        Ok(Self { what: format!("{what} (\"{}\")", shorten(&name)), name, source: encoded })
     }
-    let decoded = decode(bytes).map_err(|e| {
-        format!("{what} (\"{}\") cannot be decoded ({e}); save it as PNG or JPEG again", shorten(&name))
-    })?;
-    let color = decoded.color();
-    let deep = color.bytes_per_pixel() == 2 * color.channel_count();
-    let warning = deep.then(|| "images with 16 bits per channel are rounded to 8".to_string());
-    let rgba = decoded.into_rgba8();
-    let image = Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() };
-    Ok((image, blake3::hash(bytes), warning))
+
+    /// A view's bytes are those of a buffer.
+    fn bytes(&self) -> u64 {
+        match &self.source {
+            Encoded::View(_) => 0,
+            Encoded::Uri(source) => source.bytes(),
+        }
+    }
+
+    fn open(self) -> Result<Opened<'a>, Problem> {
+        let Self { what, name, source } = self;
+        let bytes = match source {
+            Encoded::View(bytes) => Cow::Borrowed(bytes),
+            // No image has more, so that no file is read to an end far away.
+            Encoded::Uri(source) if source.bytes() > BYTES_MAX => {
+                return Err(format!(
+                    "{what} has {} bytes, more than any image that can be read; check the file",
+                    source.bytes()
+                ));
+            }
+            Encoded::Uri(source) => Cow::Owned(source.read(&what, u64::MAX)?),
+        };
+        let size = match reader(&bytes).and_then(ImageReader::into_dimensions) {
+            Ok(size) => size,
+            // Some decoders refuse such headers themselves.
+            Err(ImageError::Limits(_)) => (u32::MAX, u32::MAX),
+            Err(e) => return Err(undecodable(&what, &e)),
+        };
+        Ok(Opened { what, name, bytes, size })
+    }
 }
 
-fn decode(bytes: &[u8]) -> image::ImageResult<DynamicImage> {
-    let mut reader = ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format()?;
+fn undecodable(what: &str, e: &ImageError) -> Problem {
+    format!("{what} cannot be decoded ({e}); save it as PNG or JPEG again")
+}
+
+impl Images<'_> {
+    /// Adds the texels of all images and of the mip chains that `materials` need.
+    pub fn check(&self, materials: &[Material], need: &mut Need) -> Result<(), Problem> {
+        for image in self.opened.iter().flatten() {
+            if image.size.0.max(image.size.1) > SIDE_MAX {
+                return Err(format!("{} has more than {SIDE_MAX} texels a side; make it smaller", image.what));
+            }
+        }
+        let chains = self.chains(materials.iter().flat_map(Material::texture_slots));
+        for index in 0..self.opened.len() {
+            let spaces = chains.range((index, ColorSpace::Srgb)..=(index, ColorSpace::Linear)).count();
+            need.add_image(self.size(index), spaces as u64);
+        }
+        need.add_upload((0..self.opened.len()).map(|index| self.texels(index)).max().unwrap_or(0));
+        need.check()
+    }
+
+    /// Refuses `materials` whose mip chains need more than `limit` on a device.
+    pub fn check_device<'m>(
+        &self,
+        materials: impl Iterator<Item = &'m Material>,
+        limit: &Limit,
+    ) -> Result<(), Problem> {
+        let on_device = |m: &Material| Material { occlusion_texture: None, ..m.clone() };
+        let chains = self.chains(materials.flat_map(|m| on_device(m).texture_slots().collect::<Vec<_>>()));
+        let texels: u64 = chains.iter().map(|&(image, _)| self.texels(image)).sum();
+        // A chain lies in a rectangle of one and a half times its largest level, 4 bytes per texel.
+        let bytes = 6 * texels;
+        if bytes <= limit.bytes {
+            return Ok(());
+        }
+        let ([needed, most], words) = (apart([bytes, limit.bytes]), &limit.words);
+        let millions = texels as f64 / 1e6;
+        Err(format!(
+            "has textures of {millions:.1} million texels, which need {needed} on the device, more than {words} of {most}: use smaller textures"
+        ))
+    }
+
+    /// The images and colour spaces of these slots: each has a mip chain.
+    fn chains(&self, slots: impl Iterator<Item = (TextureRef, ColorSpace)>) -> BTreeSet<(usize, ColorSpace)> {
+        slots.map(|(slot, space)| (self.textures[slot.texture].image, space)).collect()
+    }
+
+    /// In texels; none for an image that cannot be read.
+    fn size(&self, image: usize) -> (u32, u32) {
+        self.opened[image].as_ref().map_or((0, 0), |opened| opened.size)
+    }
+
+    fn texels(&self, image: usize) -> u64 {
+        let (width, height) = self.size(image);
+        u64::from(width) * u64::from(height)
+    }
+
+    /// Decodes all images into `scene` and adds their bytes to `hash`. Its materials lose the slots of those that cannot be
+    /// read: their factors alone remain.
+    pub fn decode(self, document: &Document, scene: &mut Scene, hash: &mut blake3::Hasher) -> Result<(), Problem> {
+        let decoded: Vec<_> = self.opened.into_par_iter().map(|opened| opened.and_then(Opened::decode)).collect();
+        let mut place_of_image = Vec::new();
+        for decoded in decoded {
+            place_of_image.push(decoded.is_ok().then_some(scene.images.len()));
+            match decoded {
+                Ok((image, bytes_hash, deep)) => {
+                    hash_part(hash, bytes_hash.as_bytes());
+                    if deep {
+                        document.warn("images with 16 bits per channel are rounded to 8");
+                    }
+                    scene.images.push(image);
+                }
+                Err(problem) if self.strict => return Err(problem),
+                Err(problem) => {
+                    hash_part(hash, &[]);
+                    document.warn(format!("{problem}; until then its materials have their factors alone"));
+                }
+            }
+        }
+        let mut place_of_texture = Vec::new();
+        for texture in self.textures {
+            let image = place_of_image[texture.image];
+            place_of_texture.push(image.map(|_| scene.textures.len()));
+            scene.textures.extend(image.map(|image| Texture { image, ..texture }));
+        }
+        for slot in scene.materials.iter_mut().flat_map(slots_mut) {
+            *slot = slot.and_then(|s| Some(TextureRef { texture: place_of_texture[s.texture]?, ..s }));
+        }
+        Ok(())
+    }
+}
+
+fn slots_mut(m: &mut Material) -> [&mut Option<TextureRef>; 9] {
+    [
+        &mut m.base_color_texture,
+        &mut m.metallic_roughness_texture,
+        &mut m.normal_texture,
+        &mut m.occlusion_texture,
+        &mut m.emissive_texture,
+        &mut m.specular_texture,
+        &mut m.specular_color_texture,
+        &mut m.transmission_texture,
+        &mut m.thickness_texture,
+    ]
+}
+
+impl Opened<'_> {
+    /// The image, the hash of its bytes, and whether it has 16 bits per channel.
+    fn decode(self) -> Result<(Image, blake3::Hash, bool), Problem> {
+        let decoded = reader(&self.bytes).and_then(ImageReader::decode).map_err(|e| undecodable(&self.what, &e))?;
+        let color = decoded.color();
+        let deep = color.bytes_per_pixel() == 2 * color.channel_count();
+        let rgba = decoded.into_rgba8();
+        let image = Image { name: self.name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() };
+        Ok((image, blake3::hash(&self.bytes), deep))
+    }
+}
+
+/// Sizes are checked when they are known; what a decoder takes beyond its image is bounded here.
+fn reader(bytes: &[u8]) -> ImageResult<ImageReader<Cursor<&[u8]>>> {
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let mut limits = Limits::default();
-    limits.max_image_width = Some(SIDE_MAX);
-    limits.max_image_height = Some(SIDE_MAX);
     limits.max_alloc = Some(BYTES_MAX);
     reader.limits(limits);
-    reader.decode()
+    Ok(reader)
 }

@@ -1,5 +1,7 @@
 //! Materials: checks and clamps the factors, resolves the texture slots.
 
+use std::collections::BTreeSet;
+
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use gltf::json;
 use gltf::json::extensions::texture::TextureTransform;
@@ -25,6 +27,14 @@ pub fn load(document: &Document, used: &mut Used) -> Result<Vec<Material>, Probl
         materials.push(loader.material(source)?);
     }
     Ok(materials)
+}
+
+/// The materials, as the scene counts them, of all primitives at the nodes `shown`.
+pub fn drawn(document: &Document, shown: &[usize]) -> impl Iterator<Item = usize> + use<> {
+    let meshes: BTreeSet<usize> = shown.iter().filter_map(|&node| document.nodes[node].mesh).collect();
+    let primitives = meshes.into_iter().filter_map(|mesh| document.meshes.get(mesh)).flat_map(|mesh| &mesh.primitives);
+    let drawn: BTreeSet<usize> = primitives.map(|p| p.material.map_or(0, |m| m.value() + 1)).collect();
+    drawn.into_iter()
 }
 
 struct Loader<'a> {

@@ -13,6 +13,7 @@ mod document;
 mod images;
 mod materials;
 mod mesh;
+mod need;
 mod nodes;
 mod tangents;
 
@@ -21,17 +22,26 @@ use std::path::Path;
 
 use self::accessor::{Data, Problem, missing};
 use self::document::Document;
+use self::need::{Kind, Need};
 use super::{Instance, Scene};
 use crate::Error;
+use crate::memory::Limit;
 
-/// Which part of a file to load.
+/// Which part of a file to load, and within which limits.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// The name or index of a scene; `None` is the file's default scene.
     pub scene: Option<String>,
+    /// Whether to refuse a file of which a texture or a required extension would be left out.
+    pub strict: bool,
+    /// What loading and rendering may take of the machine's memory; `None` is half of what is free.
+    pub memory: Option<Limit>,
+    /// What textures may take on the device, if there is one.
+    pub texture_memory: Option<Limit>,
 }
 
-/// The supported extensions. A file that requires another one is refused; one that only uses it causes a warning.
+/// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
+/// it causes a warning.
 const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -51,23 +61,29 @@ impl Scene {
     /// Loads the glTF 2.0 file at `path`: buffers, images, the chosen scene, every animation.
     ///
     /// The README lists the supported extensions. Skins and morph targets are applied once, with the file's own node
-    /// transforms and default weights. Points and lines are left out. Each simplification adds one of [`Scene::warnings`].
+    /// transforms and default weights. Points and lines are left out, and so are textures that cannot be read, unless
+    /// `options.strict`. Each simplification adds one of [`Scene::warnings`].
     ///
     /// # Errors
-    /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0 and unsupported required extensions.
+    /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0, unsupported required extensions, and scenes
+    /// that need more memory than `options` allow: these are refused from their headers, before it is taken.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
-        let file = container::read(path)?;
+        let mut need = Need::within(options.memory.clone().unwrap_or_else(Limit::host));
+        let file = container::read(path, &mut need)?;
+        need.add_json(&file.json);
+        need.check().map_err(|problem| Error::file(path, problem))?;
         let document = parse(path, file.json)?;
         let mut hash = blake3::Hasher::new();
         hash_part(&mut hash, &document.source);
         let load = || -> Result<Self, Problem> {
-            check_extensions(&document)?;
+            check_extensions(&document, options.strict)?;
             let folder = path.parent().unwrap_or(Path::new(""));
-            let buffers = load_buffers(&document, folder, file.binary)?;
+            let buffers = load_buffers(&document, folder, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let data = Data { document: &document, buffers: &buffers };
             check::document(&data)?;
-            assemble(&data, folder, options, &mut hash)
+            let mut source = Loading { data: &data, folder, options, need, hash: &mut hash };
+            source.assemble()
         };
         let scene = load().map_err(|problem| Error::file(path, problem))?;
         Ok(Self {
@@ -109,56 +125,96 @@ fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     }
 }
 
-fn check_extensions(document: &Document) -> Result<(), Problem> {
+fn check_extensions(document: &Document, strict: bool) -> Result<(), Problem> {
     let unknown = |name: &&String| !KNOWN_EXTENSIONS.contains(&name.as_str());
-    if let Some(name) = document.extensions_required.iter().find(unknown) {
-        let name = container::shorten(name);
-        return Err(format!("requires the extension {name}, which is not supported; export the scene without it"));
+    let required: Vec<_> = document.extensions_required.iter().filter(unknown).collect();
+    for full_name in &required {
+        let name = container::shorten(full_name);
+        if !changes_looks_alone(full_name) {
+            return Err(format!("requires the extension {name}, which is not supported; export the scene without it"));
+        }
+        if strict {
+            return Err(format!(
+                "requires the extension {name}, which is not supported; export the scene without it or leave out --strict"
+            ));
+        }
+        document.warn(format!("the extension {name} is required, but not supported: what uses it looks different"));
     }
-    for name in document.extensions_used.iter().filter(unknown) {
+    for name in document.extensions_used.iter().filter(unknown).filter(|name| !required.contains(name)) {
         document.warn(format!("the extension {} is not supported and was ignored", container::shorten(name)));
     }
     Ok(())
+}
+
+/// Whether a scene without this extension has the same geometry: extensions of materials and lights, and descriptions.
+fn changes_looks_alone(name: &str) -> bool {
+    const OTHERS: [&str; 4] = ["EXT_lights_ies", "EXT_lights_image_based", "KHR_xmp", "KHR_xmp_json_ld"];
+    name.contains("_materials_") || OTHERS.contains(&name)
 }
 
 /// `None` for a buffer without a URI: it may belong to an ignored extension.
 fn load_buffers(
     document: &Document,
     folder: &Path,
-    mut binary: Option<Vec<u8>>,
+    mut binary: Option<container::Part>,
+    need: &mut Need,
 ) -> Result<Vec<Option<Vec<u8>>>, Problem> {
-    let load = |(index, buffer): (usize, &gltf::json::Buffer)| {
-        let what = format!("buffer {index}");
-        let bytes = match &buffer.uri {
-            Some(uri) => Some(container::resolve(folder, &what, uri)?),
-            None if index == 0 => binary.take(),
+    let what = |index: usize| format!("buffer {index}");
+    let mut opened = Vec::new();
+    for (index, buffer) in document.buffers.iter().enumerate() {
+        let source = match &buffer.uri {
+            Some(uri) => Some(container::find(folder, &what(index), uri)?),
+            None if index == 0 => binary.take().map(container::Source::Chunk),
             None => None,
         };
-        match bytes {
-            Some(bytes) if bytes.len() < document::size(buffer.byte_length) => Err(format!(
-                "{what} holds {} of its {} bytes; copy or export the file again",
-                bytes.len(),
-                buffer.byte_length.0
-            )),
-            bytes => Ok(bytes),
+        let (has, states) = (source.as_ref().map(container::Source::bytes), buffer.byte_length.0);
+        if let Some(has) = has.filter(|has| *has < states) {
+            return Err(format!("{} holds {has} of its {states} bytes; copy or export the file again", what(index)));
         }
+        need.add(Kind::Bytes, has.map_or(0, |_| states), 1);
+        need.check()?;
+        opened.push(source);
+    }
+    let read = |(index, source): (usize, Option<container::Source>)| {
+        let bytes = document.buffers[index].byte_length.0;
+        source.map(|source| source.read(&what(index), bytes)).transpose()
     };
-    document.buffers.iter().enumerate().map(load).collect()
+    opened.into_iter().enumerate().map(read).collect()
 }
 
-fn assemble(data: &Data, folder: &Path, options: &LoadOptions, hash: &mut blake3::Hasher) -> Result<Scene, Problem> {
-    let document = data.document;
-    let tree = nodes::Tree::new(document)?;
-    let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref())?)?;
-    let mut scene = Scene { nodes: tree.nodes(document)?, ..Scene::default() };
-    let mut used = images::Used::default();
-    scene.materials = materials::load(document, &mut used)?;
-    nodes::load_cameras(document, &tree, &shown, &mut scene)?;
-    nodes::load_lights(document, &tree, &shown, &mut scene)?;
-    load_meshes(data, &tree, &shown, &mut scene)?;
-    animations::load(data, &tree, &mut scene)?;
-    (scene.textures, scene.images) = images::load(data, folder, used, hash)?;
-    Ok(scene)
+/// A file whose buffers are read and checked.
+struct Loading<'a> {
+    data: &'a Data<'a>,
+    folder: &'a Path,
+    options: &'a LoadOptions,
+    need: Need,
+    hash: &'a mut blake3::Hasher,
+}
+
+impl Loading<'_> {
+    fn assemble(&mut self) -> Result<Scene, Problem> {
+        let (data, document) = (self.data, self.data.document);
+        let tree = nodes::Tree::new(document)?;
+        let shown = tree.reachable(document, &nodes::choose_roots(document, self.options.scene.as_deref())?)?;
+        let mut scene = Scene { nodes: tree.nodes(document)?, ..Scene::default() };
+        let mut used = images::Used::new(self.options.strict);
+        scene.materials = materials::load(document, &mut used)?;
+        nodes::load_cameras(document, &tree, &shown, &mut scene)?;
+        nodes::load_lights(document, &tree, &shown, &mut scene)?;
+        // All sizes are known before anything large is made.
+        self.need.add_meshes(document, &shown);
+        self.need.add_animations(document);
+        self.need.check()?;
+        let images = images::open(data, self.folder, used, &mut self.need)?;
+        images.check(&scene.materials, &mut self.need)?;
+        if let Some(limit) = &self.options.texture_memory {
+            images.check_device(materials::drawn(document, &shown).map(|index| &scene.materials[index]), limit)?;
+        }
+        images.decode(document, &mut scene, self.hash)?;
+        load_meshes(data, &tree, &shown, &mut scene)?;
+        animations::load(data, &tree, &mut scene)?;
+        Ok(scene)
+    }
 }
 
 /// One mesh per primitive, shared by all nodes that use it without deformation.

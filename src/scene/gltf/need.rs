@@ -1,0 +1,234 @@
+//! The memory that a file's content will take, added up from headers and counts before any of it is taken.
+//!
+//! The sums are estimates from above, for loading and for the copies that rendering makes: small files can describe scenes
+//! that no machine holds, and a program that runs out of memory is killed without a word.
+
+use gltf::json;
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked::Valid;
+
+use super::accessor::Problem;
+use super::document::{Document, Node, size};
+use crate::memory::{Limit, apart};
+
+/// What takes the memory.
+#[derive(Clone, Copy)]
+pub enum Kind {
+    Bytes,
+    Objects,
+    Vertices,
+    Triangles,
+    Texels,
+    Numbers,
+}
+
+/// The name of a [`Kind`], and how to need less of it.
+const KINDS: [(&str, &str); 6] = [
+    ("bytes in its files", "split it into smaller ones"),
+    ("objects and list entries in its JSON", "split it into smaller files"),
+    ("vertices", "use fewer triangles"),
+    ("triangles over all instances", "use fewer triangles or instances"),
+    ("texels in its textures", "use smaller textures"),
+    ("numbers of animations and skins", "use fewer keys or joints"),
+];
+
+/// Triangles over all instances: three indices of each are counted in 32 bits.
+const TRIANGLES_MAX: u64 = 1 << 30;
+
+/// Bytes while a vertex is read, of all its attributes and their first copies.
+const VERTEX_READ: u64 = 104;
+/// The same with joints: a blended transform, and joints with weights.
+const VERTEX_SKINNED: u64 = VERTEX_READ + 136;
+/// Bytes of an element of one attribute, and its copy, that the file's size does not limit: these are added up, for time's sake.
+const UNBACKED: u64 = 32;
+/// Bytes of a vertex that is kept: in the scene, packed, and on a device that shares the machine's memory.
+const VERTEX_KEPT: u64 = 72 + 64 + 64;
+/// Bytes of an index in the same three places.
+const INDEX_KEPT: u64 = 12;
+/// Bytes of a triangle of an instance: what blending, sampling of lamps and tracing note of it.
+const TRIANGLE_POSED: u64 = 64;
+/// Bytes of an instance: its transforms, its draw.
+const INSTANCE: u64 = 512;
+/// Bytes of a texel in the scene, and for every colour space that it is used in: its mip chain while this is made, and its
+/// place on the device.
+const TEXEL: u64 = 4;
+const TEXEL_CHAIN: u64 = 12;
+
+/// Bytes of the largest object of a document. A list that grows holds three times its content while it moves.
+const OBJECT: u64 = 3 * {
+    let sizes = [
+        size_of::<Node>(),
+        size_of::<json::Mesh>(),
+        size_of::<Primitive>(),
+        size_of::<json::Material>(),
+        size_of::<json::Accessor>(),
+        size_of::<json::Image>(),
+        size_of::<json::Texture>(),
+        size_of::<json::Skin>(),
+        size_of::<json::Camera>(),
+        size_of::<json::buffer::View>(),
+        size_of::<json::Buffer>(),
+    ];
+    let (mut largest, mut i) = (0, 0);
+    while i < sizes.len() {
+        if sizes[i] > largest {
+            largest = sizes[i];
+        }
+        i += 1;
+    }
+    largest as u64
+};
+/// Bytes of an entry of a list of plain values, which extensions may keep as JSON.
+const ENTRY: u64 = 3 * size_of::<serde_json::Value>() as u64;
+
+/// Sums by [`Kind`]: how many, and bytes.
+pub struct Need {
+    limit: Limit,
+    sums: [(u64, u64); KINDS.len()],
+}
+
+impl Need {
+    pub fn within(limit: Limit) -> Self {
+        Self { limit, sums: Default::default() }
+    }
+
+    pub fn add(&mut self, kind: Kind, count: u64, bytes_each: u64) {
+        let sum = &mut self.sums[kind as usize].0;
+        *sum = sum.saturating_add(count);
+        self.add_bytes(kind, count.saturating_mul(bytes_each));
+    }
+
+    fn add_bytes(&mut self, kind: Kind, bytes: u64) {
+        let sum = &mut self.sums[kind as usize].1;
+        *sum = sum.saturating_add(bytes);
+    }
+
+    /// Refuses what needs more than the limit; the sentence names what takes most.
+    pub fn check(&self) -> Result<(), Problem> {
+        let total = self.sums.iter().fold(0u64, |sum, (_, bytes)| sum.saturating_add(*bytes));
+        let most = (0..KINDS.len()).max_by_key(|&kind| self.sums[kind].1).unwrap_or_default();
+        let (count, (name, remedy)) = (words(self.sums[most].0), KINDS[most]);
+        if total > self.limit.bytes {
+            let [total, _] = apart([total, self.limit.bytes]);
+            let limit = &self.limit.words;
+            return Err(format!(
+                "needs about {total} of memory, most of it for {count} {name}, more than {limit}: {remedy}"
+            ));
+        }
+        let triangles = self.sums[Kind::Triangles as usize].0;
+        if triangles > TRIANGLES_MAX {
+            let (count, limit) = (words(triangles), words(TRIANGLES_MAX));
+            let (name, remedy) = KINDS[Kind::Triangles as usize];
+            return Err(format!("has {count} {name}, more than the {limit} that can be counted: {remedy}"));
+        }
+        Ok(())
+    }
+
+    /// Adds what parsing a document's text takes.
+    pub fn add_json(&mut self, text: &[u8]) {
+        // In the text of strings these bytes count for nothing, but there they are few.
+        let count = |byte: u8| text.iter().filter(|b| **b == byte).count() as u64;
+        self.add(Kind::Objects, count(b'{'), OBJECT);
+        self.add(Kind::Objects, count(b','), ENTRY);
+    }
+
+    /// Adds the meshes of the nodes `shown`: loaded once, or once for each node that deforms them.
+    pub fn add_meshes(&mut self, document: &Document, shown: &[usize]) {
+        let sizes: Vec<MeshSize> = document.meshes.iter().map(|mesh| MeshSize::new(document, mesh)).collect();
+        let mut loaded = vec![false; sizes.len()];
+        let mut read = 0;
+        for node in shown.iter().map(|&index| &document.nodes[index]) {
+            let Some((mesh, size)) = node.mesh.and_then(|mesh| Some((mesh, sizes.get(mesh)?))) else { continue };
+            self.add(Kind::Triangles, size.corners / 3, TRIANGLE_POSED);
+            self.add(Kind::Objects, size.primitives, INSTANCE);
+            let skin = node.skin.and_then(|skin| document.skins.get(skin));
+            if skin.is_some() || node.weights.is_some() || !loaded[mesh] {
+                self.add(Kind::Vertices, size.kept, VERTEX_KEPT);
+                self.add_bytes(Kind::Vertices, size.unbacked.saturating_mul(UNBACKED));
+                self.add_bytes(Kind::Triangles, size.corners.saturating_mul(INDEX_KEPT));
+                read = read.max(size.largest.saturating_mul(if skin.is_some() { VERTEX_SKINNED } else { VERTEX_READ }));
+            }
+            loaded[mesh] = true;
+            if let Some(skin) = skin {
+                let matrices = skin.inverse_bind_matrices.map_or(0, |accessor| elements(document, accessor.value()));
+                self.add(Kind::Numbers, 16 * (skin.joints.len() as u64).saturating_add(matrices), 12);
+            }
+        }
+        self.add_bytes(Kind::Vertices, read);
+    }
+
+    /// Adds the keys of all animations.
+    pub fn add_animations(&mut self, document: &Document) {
+        for animation in &document.animations {
+            for sampler in animation.channels.iter().filter_map(|c| animation.samplers.get(c.sampler)) {
+                self.add(Kind::Numbers, elements(document, sampler.input.value()), 8);
+                self.add(Kind::Numbers, elements(document, sampler.output.value()).saturating_mul(4), 8);
+            }
+        }
+    }
+
+    /// Adds what the largest image takes on its way to the device: two copies of its chain's rectangle.
+    pub fn add_upload(&mut self, texels: u64) {
+        self.add_bytes(Kind::Texels, texels.saturating_mul(2 * 6));
+    }
+
+    /// Adds an image that is used in so many colour spaces.
+    pub fn add_image(&mut self, (width, height): (u32, u32), spaces: u64) {
+        self.add(Kind::Texels, u64::from(width) * u64::from(height), TEXEL + spaces * TEXEL_CHAIN);
+    }
+}
+
+/// Sizes of all triangle primitives of a mesh.
+#[derive(Default)]
+struct MeshSize {
+    primitives: u64,
+    /// Three per triangle.
+    corners: u64,
+    /// Vertices that loading keeps.
+    kept: u64,
+    /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no limit.
+    unbacked: u64,
+    /// Vertices of the largest primitive, of which loading drops those that no triangle uses.
+    largest: u64,
+}
+
+impl MeshSize {
+    fn new(document: &Document, mesh: &json::Mesh) -> Self {
+        let mut sum = Self::default();
+        for primitive in &mesh.primitives {
+            let Some(position) = primitive.attributes.get(&Valid(Semantic::Positions)) else { continue };
+            let vertices = elements(document, position.value());
+            let drawn = primitive.indices.map_or(vertices, |indices| elements(document, indices.value()));
+            let corners = match primitive.mode {
+                Valid(Mode::Triangles) => drawn,
+                Valid(Mode::TriangleStrip | Mode::TriangleFan) => drawn.saturating_mul(3),
+                _ => continue,
+            };
+            let welded = primitive.attributes.contains_key(&Valid(Semantic::Normals));
+            let targets =
+                primitive.targets.iter().flatten().flat_map(|t| [t.positions, t.normals, t.tangents]).flatten();
+            let unbacked = primitive.attributes.values().copied().chain(targets).map(|a| a.value());
+            let unbacked = unbacked.filter(|&a| document.accessors.get(a).is_some_and(|a| a.buffer_view.is_none()));
+            let unbacked = unbacked.fold(0u64, |sum, a| sum.saturating_add(elements(document, a)));
+            sum.primitives += 1;
+            sum.corners = sum.corners.saturating_add(corners);
+            sum.kept = sum.kept.saturating_add(if welded { corners.min(vertices) } else { corners });
+            sum.unbacked = sum.unbacked.saturating_add(unbacked);
+            sum.largest = sum.largest.max(vertices);
+        }
+        sum
+    }
+}
+
+fn elements(document: &Document, accessor: usize) -> u64 {
+    document.accessors.get(accessor).map_or(0, |accessor| size(accessor.count) as u64)
+}
+
+/// A count in at most five digits and words.
+fn words(count: u64) -> String {
+    match count {
+        0..100_000 => count.to_string(),
+        100_000..100_000_000_000 => format!("{:.1} million", count as f64 / 1e6),
+        _ => format!("{:.1e}", count as f64),
+    }
+}

@@ -103,6 +103,7 @@ fn values_out_of_range_are_refused_before_anything_is_done() {
     }
     with(&["--sky=-1,0,0"], &["--sky", "at least 0"]);
     with(&["--sky=inf,0,0"], &["--sky", "finite"]);
+    with(&["--sky=1,1,1", "--default-light=on"], &["--default-light on and --sky", "leave one"]);
     with(&["--time=-1"], &["--time"]);
     with(&["--time=inf"], &["--time"]);
     with(&["--exposure=nan"], &["--exposure", "between -60 and 60"]);

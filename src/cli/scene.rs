@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use clap::{Args, Command, FromArgMatches};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use twobounce::memory::Limit;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
@@ -54,6 +54,9 @@ impl SceneArgs {
     /// What can be found wrong without opening the file.
     pub fn check(&self) -> Result<()> {
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
+        if self.default_light == DefaultLight::On && self.sky != Vec3::ZERO {
+            return usage("--default-light on and --sky both give a sky; leave one of them out");
+        }
         let (Some(eye), Some(target)) = (self.eye, self.target) else { return Ok(()) };
         let Some(forward) = (target - eye).try_normalize() else {
             return usage("--eye and --target are the same point; move one of them");

@@ -1,5 +1,5 @@
-// Lights the items of the lists, a thread per item that is lit, or takes this pass into the mean of what they send. A thread per voxel would have rays in a loop: llvmpipe
-// ends every loop of an invocation once all of them together have gone round 65535 times.
+// Lights the items of the lists, a thread per item that is lit, or takes this pass into the mean of what they send. A thread per
+// voxel would have rays in a loop: llvmpipe ends every loop of an invocation once all of them together have gone round 65535 times.
 
 #include "ground/item_light.glsl"
 #include "ground/cells.glsl"

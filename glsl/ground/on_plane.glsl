@@ -20,3 +20,8 @@ bool in_part(vec3 a, vec3 b, vec3 c, vec3 n, vec3 center, vec3 p) {
     vec2 bc = barycentric(a, b, c, p);
     return abs(p[axis] - center[axis]) <= 0.5 && min(bc.x, bc.y) >= 0.0 && bc.x + bc.y <= 1.0;
 }
+
+// Where a split item is lit; `anchor` as in ItemPart.
+vec3 anchor_point(vec3 a, vec3 n, vec3 center, uint anchor) {
+    return on_plane(a, n, center, unpackUnorm2x16(anchor) - 0.5);
+}

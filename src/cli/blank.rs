@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use twobounce::layers::Layers;
-use twobounce::output::png::{srgb_code, tone_curve};
+use twobounce::output::png::{of_surfaces, srgb_code, tone_curve};
 use twobounce::scene::{Pose, Projection, Scene, View};
 
 /// Of the pixels that show a surface: so many must be black, or white, to be worth a word.
@@ -20,9 +20,7 @@ pub fn why_blank(
 ) -> Option<String> {
     let size = (image.width, image.height);
     let sky = |pixel: usize| -> [f32; 3] { scene.sky_towards(view.direction(pixel, size)).into() };
-    // The image stores the sky's radiance rounded.
-    let is_sky = |(i, p): &(usize, &[f32; 3])| p.iter().zip(sky(*i)).all(|(a, b)| (a - b).abs() <= 1e-3 * b);
-    let surfaces: Vec<&[f32; 3]> = image.beauty().iter().enumerate().filter(|p| !is_sky(p)).map(|(_, p)| p).collect();
+    let surfaces: Vec<&[f32; 3]> = of_surfaces(image.beauty(), sky).collect();
     if surfaces.is_empty() {
         return where_it_is(scene, pose, view).map(|why| format!("nothing is to be seen: {why}"));
     }

@@ -17,7 +17,6 @@ pub mod memory_plan;
 pub mod record;
 pub mod reset;
 pub mod scene_on_gpu;
-mod split;
 pub mod uniforms;
 pub mod voxelise;
 
@@ -37,7 +36,6 @@ use lists::{ListCapacity, Lists};
 use memory_plan::MemoryRow;
 use record::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Record};
 use scene_on_gpu::SceneOnGpu;
-use split::Split;
 use voxelise::Voxelise;
 
 /// How much of everything a scene brings, and how much the buffers that grow hold.
@@ -132,7 +130,6 @@ pub struct Ground {
     record: Record,
     makers: Vec<ListMakers>,
     alike: Option<Alike>,
-    split: Option<Split>,
 }
 
 /// The passes that make one grid's lists; absent where they are not asked for.
@@ -191,8 +188,7 @@ impl Ground {
                 },
             )?,
             record: Record::new(context, &base)?,
-            alike: wants.alike.then(|| Alike::new(context, &base)).transpose()?,
-            split: wants.split.then(|| Split::new(context, &base)).transpose()?,
+            alike: wants.alike.then(|| Alike::new(context, &base, wants.split)).transpose()?,
             desc,
             scene,
             lists,
@@ -242,13 +238,9 @@ impl Ground {
                 cells.record(r, lists);
             }
         }
-        // Of triangles that are alike one is chosen to be lit.
+        // Of triangles that are alike one is chosen to be lit; what another surface cuts in two is lit as two.
         if let Some(alike) = &self.alike {
             alike.record(r, self);
-        }
-        // Those that another surface cuts in two are lit as two.
-        if let Some(split) = &self.split {
-            split.record(r, self);
         }
     }
 

@@ -22,15 +22,20 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
     0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
+/// The pixels that show something else than the radiance of the sky there, which `sky` tells of each pixel.
+pub fn of_surfaces(beauty: &[[f32; 3]], sky: impl Fn(usize) -> [f32; 3]) -> impl Iterator<Item = &[f32; 3]> {
+    // The image stores the sky in half floats, with 11 significant bits.
+    const HALF_FLOAT: f32 = 1.0 / 1024.0;
+    let is_sky = move |i: usize, p: &[f32; 3]| p.iter().zip(sky(i)).all(|(a, b)| (a - b).abs() <= HALF_FLOAT * b);
+    beauty.iter().enumerate().filter(move |(i, p)| !is_sky(*i, p)).map(|(_, p)| p)
+}
+
 /// The automatic exposure of an image in EV, a multiple of 0.01. Pixels equal to the radiance of the sky there, which `sky` tells
 /// of each pixel, black pixels and non-finite ones are ignored; 0 if none is left.
 pub fn automatic_exposure(beauty: &[[f32; 3]], sky: impl Fn(usize) -> [f32; 3]) -> f32 {
     const PERCENTILE: f64 = 0.95;
     const TARGET: f32 = 0.8;
-    // The image stores the sky in half floats, with 11 significant bits.
-    const HALF_FLOAT: f32 = 1.0 / 1024.0;
-    let is_sky = |(i, p): &(usize, &[f32; 3])| p.iter().zip(sky(*i)).all(|(a, b)| (a - b).abs() <= HALF_FLOAT * b);
-    let seen = beauty.iter().enumerate().filter(|pixel| !is_sky(pixel)).map(|(_, p)| luminance(*p));
+    let seen = of_surfaces(beauty, sky).map(|p| luminance(*p));
     let mut seen: Vec<f32> = seen.filter(|l| l.is_finite() && *l > 0.0).collect();
     if seen.is_empty() {
         return 0.0;

@@ -29,7 +29,7 @@ vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     ItemPart part = item_parts[index];
     COUNT(WORDS, 6u);
     bool split = part.twin != 0u;
-    vec3 anchor = split ? on_plane(a, n, center, unpackUnorm2x16(part.anchor) - 0.5) : middle;
+    vec3 anchor = split ? anchor_point(a, n, center, part.anchor) : middle;
     vec3 found = anchor;
     for (uint i = 0u; i < (frame.light_pass == 0u ? 0u : POINT_TRIES); i++) {
         vec3 p = on_plane(a, n, center, fract(random + float(i) * vec2(0.618034, 0.414214)) - 0.5);

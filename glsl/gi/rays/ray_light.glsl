@@ -28,11 +28,11 @@ uint lit_for(Met met) {
     mat3 corners = corners_of(met.triangle);
     vec3 hit = corners * met.weights + side * met.normal;
     vec3 above = side * normalize(n);
-    if (sees(entry.voxel, item, hit, on_plane(a, n, center, unpackUnorm2x16(part.anchor) - 0.5) + above)) {
+    if (sees(entry.voxel, item, hit, anchor_point(a, n, center, part.anchor) + above)) {
         return item;
     }
     uint twin = part.twin - 1u;
-    vec3 other = on_plane(a, n, center, unpackUnorm2x16(item_parts[twin].anchor) - 0.5) + above;
+    vec3 other = anchor_point(a, n, center, item_parts[twin].anchor) + above;
     return sees(entry.voxel, item, hit, other) ? twin : UNLIT;
 }
 

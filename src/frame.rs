@@ -103,7 +103,7 @@ impl Frame {
     pub fn new(context: &Arc<Context>, desc: &FrameDesc, scene_on_gpu: &Arc<SceneOnGpu>) -> Result<Self> {
         let settings = desc.settings;
         let lamps = lamps(desc.scene, settings);
-        let ground = Ground::new(context, scene_on_gpu.clone(), ground_desc(desc, &lamps)?)?;
+        let ground = Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps)?)?;
         let method = settings.method.make(&maker(context, settings, &ground))?;
         let target = ImageTarget::new(context, desc.size, settings.image.samples, desc.outputs)?;
         let image = image_pass(context, desc, &*method, &target)?;
@@ -405,7 +405,6 @@ fn wants(settings: &Settings) -> Wants {
     let mut wants = settings.method.wants(settings);
     let direct = settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled;
     wants.rays |= direct;
-    wants.lists |= direct;
     wants
 }
 

@@ -5,7 +5,7 @@
 #ifdef COUNTED
 const uint CONE_STEPS = 0u; // diffuse, specular and refraction cones
 const uint SHADOW_STEPS = 1u; // shadow cones
-const uint RAY_STEPS = 2u; // from voxel to voxel
+const uint RAY_STEPS = 2u; // from box to box of a tree
 const uint VOLUME_TEXELS = 3u;
 const uint ATLAS_TEXELS = 4u;
 const uint TEXTURE_RECORDS = 5u; // TextureEntry or TextureLevel

@@ -8,7 +8,6 @@ layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals glo
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
 layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 5, scalar) readonly buffer Clearance { uint clearance[]; };
 layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
 layout(set = 0, binding = 7, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer Lamps { Lamp lamps[]; };

@@ -43,7 +43,6 @@ bool slot_in_use(uint slot) {
     return (FEATURES & (256u << slot)) != 0u;
 }
 
-const uint BRICK = 4u; // voxels along the edge of a brick
 const float LARGEST_STORED = 65504.0; // of an f16
 const uint LIT_COUNTS = 15u; // where CellCounts counts the items that are lit: after the levels
 const uint CHOSEN_COUNTS = 14u; // and those among them that are not twins

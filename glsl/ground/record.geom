@@ -55,7 +55,7 @@ void main() {
     uint source = push.first_source + uint(gl_PrimitiveIDIn);
     triangles[slot].source = source;
     triangles[slot].translucent = push.translucent;
-    if (feature(FEATURE_BLEND)) {
-        slots[source] = slot + 1u; // the image draws blended triangles in an order of its own
+    if (source < uint(slots.length())) {
+        slots[source] = slot + 1u; // rays find triangles by their source, and the image draws blended ones in an order of its own
     }
 }

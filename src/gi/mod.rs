@@ -150,7 +150,7 @@ pub struct Wants {
     pub lists: bool,
     /// of what the dilated triangles touch: more than the triangles do.
     pub dilated: bool,
-    /// Exact rays through them.
+    /// Exact rays, through a tree of boxes about the triangles.
     pub rays: bool,
     /// Lists of its occupied cells, level by level.
     pub cells: bool,

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::cells::{self, CellLists};
-use super::clearance;
 use super::grid::GridPlace;
 use super::layout;
 use super::memory_plan::MemoryRow;
@@ -26,9 +25,6 @@ pub struct Lists {
     pub items: Buffer,
     /// First item of every voxel's list, 1-based.
     pub heads: Buffer,
-    /// How far around every voxel nothing is listed (`glsl/ground/clearance_code.glsl`).
-    pub clearance: Buffer,
-    pub clearance_scratch: Buffer,
     /// What is occupied in this frame,
     pub cells: CellLists,
     /// and in the one before.
@@ -73,8 +69,6 @@ impl Lists {
             globals: buffer("globals")?,
             items: buffer("list items")?,
             heads: buffer("voxels")?,
-            clearance: buffer("clearance")?,
-            clearance_scratch: buffer("clearance scratch")?,
             cells: CellLists::new(context, buffer("voxel cells")?, edge)?,
             last_cells: CellLists::new(context, buffer("last voxel cells")?, edge)?,
             listed: buffer("listed parents")?,
@@ -161,8 +155,6 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("last seen lights", array::<layout::ItemLight>(last_items)),
         ("last voxels", array::<u32>(if wants.carried_light { edge.pow(3) } else { 1 })),
         ("voxels", array::<u32>(edge.pow(3))),
-        ("clearance", if wants.rays { clearance::bytes(edge) } else { 4 }),
-        ("clearance scratch", if wants.rays { clearance::scratch_bytes(edge) } else { 4 }),
         ("voxel cells", array::<u32>(capacity.cells)),
         ("last voxel cells", array::<u32>(last_cells)),
         ("listed parents", cells::listed_bytes(cells_edge)),

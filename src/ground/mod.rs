@@ -5,7 +5,6 @@ pub mod alike;
 pub mod atlas;
 pub mod cell_passes;
 pub mod cells;
-pub mod clearance;
 pub mod constants;
 pub mod faces;
 pub mod grid;
@@ -17,6 +16,7 @@ pub mod memory_plan;
 pub mod record;
 pub mod reset;
 pub mod scene_on_gpu;
+pub mod tree;
 pub mod uniforms;
 pub mod voxelise;
 
@@ -29,13 +29,13 @@ use crate::settings::Conservative;
 use crate::vk::{Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder};
 use alike::Alike;
 use cells::Cells;
-use clearance::Clearance;
 use constants::{EDGE, FEATURES, Features, LIT};
 use grid::{Grid, GridPlace};
 use lists::{ListCapacity, Lists};
 use memory_plan::MemoryRow;
 use record::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Record};
 use scene_on_gpu::SceneOnGpu;
+use tree::{Tree, TreeSize};
 use voxelise::Voxelise;
 
 /// How much of everything a scene brings, and how much the buffers that grow hold.
@@ -47,6 +47,8 @@ pub struct Counts {
     /// Pieces of lamps.
     pub lamps: u32,
     pub triangle_capacity: u32,
+    /// Of the boxes about them.
+    pub tree: TreeSize,
     /// Of every grid, the base grid first.
     pub lists: Vec<ListCapacity>,
 }
@@ -66,6 +68,7 @@ impl Counts {
             lights: scene.lights.len() as u32,
             lamps,
             triangle_capacity,
+            tree: TreeSize::of(scene),
             lists: vec![ListCapacity { items, cells: 1 << 15 }; 1 + grids],
         }
     }
@@ -120,7 +123,9 @@ pub struct Ground {
     pub lamp_nodes: Buffer,
     /// As recorded, positions in voxels of the base grid.
     pub triangles: Buffer,
-    /// Source → 1 + place among the triangles, for the blended ones.
+    /// Boxes about them, for rays.
+    pub tree: Tree,
+    /// Source → 1 + place among the triangles, for rays and for blended ones.
     pub slots: Buffer,
     /// Sources of the blended triangles, back to front.
     pub order: Buffer,
@@ -135,18 +140,17 @@ pub struct Ground {
 /// The passes that make one grid's lists; absent where they are not asked for.
 struct ListMakers {
     voxelise: Option<Voxelise>,
-    clearance: Option<Clearance>,
     cells: Option<Cells>,
 }
 
 impl Ground {
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(context: &Arc<Context>, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, of: &Scene, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
         let GroundDesc { grid, conservative, wants, features, counts } = &desc;
         let constants_of = |edge, alike| [(FEATURES, features.0), (EDGE, edge), (LIT, u32::from(alike))];
         let base = constants_of(grid.edge, wants.alike);
-        let plan = shared_plan(counts);
+        let plan = shared_plan(wants, counts);
         let buffer = |name: &str| {
             let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
             Buffer::new(context, name, bytes, BufferKind::Device)
@@ -163,7 +167,6 @@ impl Ground {
                     .lists
                     .then(|| Voxelise::new(context, &constants, *conservative, wants.dilated))
                     .transpose()?,
-                clearance: wants.rays.then(|| Clearance::new(context, &constants)).transpose()?,
                 cells: wants.cells.then(|| Cells::new(context, &constants)).transpose()?,
             });
         }
@@ -173,7 +176,8 @@ impl Ground {
             lamps: buffer("lamps")?,
             lamp_nodes: buffer("lamp nodes")?,
             triangles: buffer("triangles")?,
-            slots: buffer("blended slots")?,
+            tree: Tree::new(context, &base, (&scene, wants.rays.then(|| scene.trees(of))), tree_size(wants, counts))?,
+            slots: buffer("slots")?,
             order: buffer("blend order")?,
             front_view: Image::new(
                 context,
@@ -224,16 +228,14 @@ impl Ground {
         reset::all(r, self);
         // The scene is drawn into an empty screen; the geometry shader keeps its triangles.
         self.record.record(r, self, &self.scene, pose);
+        // Boxes are put about them, for rays.
+        self.tree.record(r, self, pose);
         for (lists, makers) in self.lists.iter().zip(&self.makers) {
             // Every voxel lists the triangles that touch it,
             if let Some(voxelise) = &makers.voxelise {
                 voxelise.record(r, "voxelise", self, lists);
             }
-            // and knows how far around it nothing is listed: what rays pass at once.
-            if let Some(clearance) = &makers.clearance {
-                clearance.record(r, lists);
-            }
-            // The occupied ones are listed, with their parents: no other need be shaded.
+            // and the occupied ones are listed, with their parents: no other need be shaded.
             if let Some(cells) = &makers.cells {
                 cells.record(r, lists);
             }
@@ -271,13 +273,12 @@ impl Ground {
     /// What every shading pass reads (`glsl/ground/bindings.glsl`).
     pub fn binds(&self) -> Vec<Bind<'_>> {
         let (lists, scene) = (self.base(), &self.scene);
-        vec![
+        let mut binds = vec![
             Bind::buffer("frame", &self.frame),
             Bind::buffer("globals", &lists.globals),
             Bind::buffer("triangles", &self.triangles),
             Bind::buffer("list_items", &lists.items),
             Bind::buffer("heads", &lists.heads),
-            Bind::buffer("clearance", &lists.clearance),
             Bind::buffer("materials", &scene.materials),
             Bind::buffer("lights", &self.lights),
             Bind::buffer("lamps", &self.lamps),
@@ -286,7 +287,10 @@ impl Ground {
             Bind::buffer("texture_levels", &scene.texture_levels),
             Bind::image("atlas_linear", scene.atlas.view(), &scene.texel_sampler),
             Bind::image("atlas_srgb", scene.atlas.view_as(Format::R8G8B8A8_SRGB), &scene.texel_sampler),
-        ]
+            Bind::buffer("slots", &self.slots),
+        ];
+        binds.extend(self.tree.binds());
+        binds
     }
 
     /// The same, and what passes that light list items read and write.
@@ -307,12 +311,12 @@ impl Ground {
     /// The same as [`Self::binds`], and the order of blended triangles.
     pub fn image_binds(&self) -> Vec<Bind<'_>> {
         let mut binds = self.binds();
-        binds.extend([Bind::buffer("slots", &self.slots), Bind::buffer("order", &self.order)]);
+        binds.push(Bind::buffer("order", &self.order));
         binds
     }
 }
 
-/// A further grid has lists, and where it is lit, lists of cells and items that are lit each; no rays.
+/// A further grid has lists, and where it is lit, lists of cells and items that are lit each.
 fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
     let lit = wants.lit_grids;
     let further = Wants { lists: true, cells: lit, lit_items: lit, kept_direct_light: lit, ..Wants::default() };
@@ -320,25 +324,32 @@ fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
 }
 
 /// Bytes of what all grids share.
-fn shared_plan(counts: &Counts) -> Vec<MemoryRow> {
+fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
     fn array<T>(count: u32) -> u64 {
         u64::from(count.max(1)) * size_of::<T>() as u64
     }
-    vec![
+    let slots = if wants.rays || counts.blended > 0 { counts.triangles } else { 1 };
+    let mut rows = vec![
         ("frame", array::<layout::Frame>(1)),
         ("lights", array::<layout::Light>(counts.lights)),
         ("lamps", array::<layout::Lamp>(counts.lamps)),
         ("lamp nodes", array::<layout::LampNode>(lamps::node_count(counts.lamps))),
         ("triangles", array::<layout::Triangle>(counts.triangle_capacity)),
-        ("blended slots", array::<u32>(if counts.blended == 0 { 1 } else { counts.triangles })),
+        ("slots", array::<u32>(slots)),
         ("blend order", array::<u32>(counts.blended)),
         ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),
-    ]
+    ];
+    rows.extend(tree_size(wants, counts).plan());
+    rows
+}
+
+fn tree_size(wants: &Wants, counts: &Counts) -> TreeSize {
+    if wants.rays { counts.tree } else { TreeSize::default() }
 }
 
 /// Bytes of every resource that [`Ground::new`] makes for a base grid of edge `edge`.
 pub fn plan(edge: u32, wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
-    let mut rows = shared_plan(counts);
+    let mut rows = shared_plan(wants, counts);
     let edges = std::iter::once(edge).chain(wants.grids.iter().map(|place| place.edge));
     for (index, (edge, capacity)) in edges.zip(&counts.lists).enumerate() {
         rows.extend(lists::plan(edge, &wants_of_grid(wants, index), *capacity));

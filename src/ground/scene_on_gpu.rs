@@ -1,12 +1,13 @@
 //! A [`Scene`] as buffers and one texture array, uploaded once.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DAffine3;
 
 use super::atlas::Atlas;
 use super::layout::{self, material_flags};
+use super::tree::links::MeshTrees;
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Alpha, Material, Mesh, Mip, Pose, Scene, Texture, TextureRef, Wrap};
 use crate::vk::{
@@ -18,6 +19,7 @@ use crate::{Error, Result};
 #[derive(Clone, Copy, Debug)]
 pub struct SceneDraw {
     pub instance: usize,
+    pub mesh: usize,
     pub first_index: u32,
     pub index_count: u32,
     pub vertex_offset: i32,
@@ -45,9 +47,17 @@ pub struct SceneOnGpu {
     pub blended: Vec<BlendedTriangle>,
     /// First vertex of every mesh.
     first_vertex: Vec<i32>,
+    /// Where instances stood at first.
+    world_from_instance: Vec<DAffine3>,
+    trees: OnceLock<Arc<MeshTrees>>,
 }
 
 impl SceneOnGpu {
+    /// The trees over the triangles of the meshes of `scene`, which it was made of: made when they are first asked for.
+    pub fn trees(&self, scene: &Scene) -> Arc<MeshTrees> {
+        self.trees.get_or_init(|| Arc::new(MeshTrees::new(scene, &self.world_from_instance))).clone()
+    }
+
     /// Records that the vertices of mesh `index` are those of `mesh` from now on: as many as before.
     pub fn update_mesh(&self, r: &mut Recorder, index: usize, mesh: &Mesh) {
         r.full_barrier(); // the frame before read them
@@ -86,6 +96,7 @@ pub struct ScenePacked {
     atlas: Atlas,
     draws: Vec<SceneDraw>,
     first_vertex: Vec<i32>,
+    world_from_instance: Vec<DAffine3>,
     /// Triangles over all instances.
     pub triangles: u32,
     /// Of them, those of blended materials.
@@ -130,6 +141,7 @@ impl ScenePacked {
             let index_count = mesh.indices.len() as u32;
             draws.push(SceneDraw {
                 instance: i,
+                mesh: instance.mesh,
                 first_index,
                 index_count,
                 vertex_offset,
@@ -161,6 +173,7 @@ impl ScenePacked {
             atlas,
             draws,
             first_vertex: mesh_start.iter().map(|start| start.1).collect(),
+            world_from_instance: pose.world_from_instance.clone(),
             triangles,
             blended,
         }
@@ -196,6 +209,8 @@ impl ScenePacked {
             draws: self.draws.clone(),
             blended: self.blended.clone(),
             first_vertex: self.first_vertex.clone(),
+            world_from_instance: self.world_from_instance.clone(),
+            trees: OnceLock::new(),
         })
     }
 }

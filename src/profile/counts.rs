@@ -35,8 +35,8 @@ kinds! {
     cone_steps "CONE_STEPS" 0,
     /// Of shadow cones.
     shadow_steps "SHADOW_STEPS" 0,
-    /// Of rays, from voxel to voxel.
-    ray_steps "RAY_STEPS" 0,
+    /// Of rays, from box to box: three words of a box, one of its links.
+    ray_steps "RAY_STEPS" 16,
     /// RGBA16F: 8 or 16 behind one trilinear look-up.
     volume_texels "VOLUME_TEXELS" 8,
     /// RGBA8.

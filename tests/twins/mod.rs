@@ -21,5 +21,6 @@ pub mod propagation;
 pub mod record;
 pub mod shade;
 pub mod split;
+pub mod tree;
 pub mod volume;
 pub mod voxelise;

@@ -1,6 +1,7 @@
 // A ray that finds its triangle exactly and takes the light that the triangle itself sends there.
 
 #include "ground/ray.glsl"
+#include "ground/heads.glsl"
 #include "ground/on_plane.glsl"
 #include "gi/rays/sees.glsl"
 
@@ -8,14 +9,36 @@ layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight see
 
 const uint UNLIT = ~0u; // no item is lit for it
 
+// 1-based: the item that stands for a recorded triangle at a place on it; 0 if there is none.
+uint item_at(uint triangle, vec3 at) {
+    uint found = 0u;
+    // Beside a plane between voxels rounding may lead into the other one.
+    vec3 aside = 1e-3 * mix(vec3(-1.0), vec3(1.0), greaterThanEqual(fract(at), vec3(0.5)));
+    for (uint k = 0u; k < 8u && found == 0u; k++) {
+        ivec3 voxel = ivec3(floor(at + aside * vec3((uvec3(k) >> uvec3(0u, 1u, 2u)) & 1u)));
+        uint item = heads[head_index(clamp(voxel, ivec3(0), ivec3(int(EDGE) - 1)))];
+        COUNT(HEADS, 1u);
+        for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
+            ListItem entry = list_items[item - 1u];
+            COUNT(LIST_ITEMS, 1u);
+            found = entry.triangle == triangle ? item : 0u;
+            item = found == 0u ? entry.next : 0u;
+        }
+    }
+    return found;
+}
+
 // Which item is lit for what was met: of a split item and its twin the one that sees it. What neither sees is cut off from both:
 // it stays dark, since no light may pass there.
 uint lit_for(Met met) {
-    uint item = item_parts[met.item].lit_by;
+    mat3 corners = corners_of(met.triangle);
+    vec3 hit = corners * met.weights;
+    uint own = item_at(met.place, hit);
+    uint item = item_parts[max(own, 1u) - 1u].lit_by;
     ItemPart part = item_parts[item];
     COUNT(WORDS, 3u);
-    if (part.twin == 0u) {
-        return item;
+    if (own == 0u || part.twin == 0u) {
+        return own == 0u ? UNLIT : item;
     }
     ListItem entry = list_items[item];
     COUNT(LIST_ITEMS, 1u);
@@ -25,8 +48,7 @@ uint lit_for(Met met) {
     vec3 n = triangle_normal(a, triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position);
     vec3 center = vec3(cell_at(entry.voxel, EDGE)) + 0.5;
     float side = met.back ? -RAY_START : RAY_START;
-    mat3 corners = corners_of(met.triangle);
-    vec3 hit = corners * met.weights + side * met.normal;
+    hit += side * met.normal;
     vec3 above = side * normalize(n);
     if (sees(entry.voxel, item, hit, anchor_point(a, n, center, part.anchor) + above)) {
         return item;

@@ -10,9 +10,10 @@ bool sees(uint voxel, uint lit_by, vec3 from, vec3 to) {
     COUNT(HEADS, 1u);
     for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
         ListItem entry = list_items[item - 1u];
+        COUNT(LIST_ITEMS, 1u);
         COUNT(WORDS, 1u);
         vec2 uv;
-        float hit = hit_listed(entry, from, to - from, uv);
+        float hit = hit_recorded(entry.triangle, from, to - from, uv);
         free = free && !(hit > 0.0 && hit < 1.0 && item_parts[item - 1u].lit_by != lit_by);
         item = free ? entry.next : 0u;
     }

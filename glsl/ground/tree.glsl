@@ -1,0 +1,102 @@
+// A way through the tree of all triangles: nearer boxes first, without a stack. On the way it stands at a node of the tree over all
+// instances, or of one instance's.
+//
+// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes boxes, and triangles are tested outside
+// of it. And it ends every loop of an invocation once all its loops together have gone round 65535 times (Mesa, gallivm): loops
+// are left at their heads, where nothing is pending for lanes that have left.
+
+#include "common/count.glsl"
+#include "ground/tree_nodes.glsl"
+
+layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place among the triangles
+layout(set = 0, binding = 32, scalar) readonly buffer TreeLinks { uint tree_links[]; };
+layout(set = 0, binding = 56, scalar) readonly buffer TreeBoxes { uvec3 tree_boxes[]; };
+layout(set = 0, binding = 57, scalar) readonly buffer TreeInstances { TreeInstance tree_instances[]; };
+
+struct Way {
+    vec3 inverse; // planes: distance = plane × inverse + bias
+    vec3 bias;
+    uvec3 begins; // shifts to the plane of a box where the way enters
+    uint octant;
+    float enter; // distances between which it lies in the volume
+    float leave;
+    uint node; // 1-based; 0: it is over
+    uint links; // first node of the instance's mesh; 0: in the tree over all instances
+    uint boxes; // first of the instance
+    uint source; // of the instance's first triangle
+    uint after; // where the tree over all instances goes on
+};
+
+Way start_way(vec3 origin, vec3 d) {
+    Way w;
+    vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
+    w.inverse = inverse / planes_per_voxel();
+    w.bias = -(origin * planes_per_voxel() + 1.0) * w.inverse;
+    bvec3 negative = lessThan(inverse, vec3(0.0));
+    w.begins = mix(uvec3(0u), uvec3(16u), negative);
+    w.octant = (negative.x ? 1u : 0u) | (negative.y ? 2u : 0u) | (negative.z ? 4u : 0u);
+    vec3 t0 = -origin * inverse;
+    vec3 t1 = (vec3(float(EDGE)) - origin) * inverse;
+    vec3 near = min(t0, t1);
+    vec3 far = max(t0, t1);
+    w.enter = max(near.x, max(near.y, near.z));
+    w.leave = min(far.x, min(far.y, far.z));
+    w.node = w.enter <= w.leave && w.leave >= 0.0 ? 1u : 0u;
+    w.links = 0u;
+    w.boxes = 0u;
+    w.source = 0u;
+    w.after = 0u;
+    return w;
+}
+
+// What comes after a node at the end of an instance's tree.
+void out_of_instance(inout Way w) {
+    bool out_of = w.node == 0u;
+    w.node = out_of ? w.after : w.node;
+    w.after = out_of ? 0u : w.after;
+    w.links = out_of ? 0u : w.links;
+    w.boxes = out_of ? 0u : w.boxes;
+}
+
+// On to the next leaf whose box the way meets between the distances `least` and `most`. Returns its first word; 0 at the end.
+uint next_leaf(inout Way w, float least, float most) {
+    uint leaf = 0u;
+    for (uint k = 0u; k < 65535u && leaf == 0u && w.node != 0u; k++) {
+        COUNT(RAY_STEPS, 1u);
+        uvec3 box = tree_boxes[w.boxes + w.node - 1u];
+        vec3 near = vec3((box >> w.begins) & 0xffffu) * w.inverse + w.bias;
+        vec3 far = vec3((box >> (16u - w.begins)) & 0xffffu) * w.inverse + w.bias;
+        float t0 = max(max(near.x, least), max(near.y, near.z));
+        float t1 = min(min(far.x, most), min(far.y, far.z));
+        bool met = t0 <= t1;
+        uint word = tree_links[NODE_WORDS * (w.links + w.node - 1u) + (met ? 0u : NODE_NEXT + w.octant)];
+        bool at_leaf = met && (word & 3u) == LEAF;
+        leaf = at_leaf ? word : 0u;
+        w.node = at_leaf ? w.node : met ? (word >> 2u) + ((w.octant >> (word & 3u)) & 1u) : word;
+        out_of_instance(w);
+    }
+    return leaf;
+}
+
+// Past a leaf, or into the instance that it stands for. Returns 1 + the place of its triangle; 0 if it has none.
+uint take_leaf(inout Way w, uint leaf) {
+    uint slot = 0u;
+    bool any = leaf != 0u;
+    if (any) {
+        bool whole = w.links == 0u;
+        uint next = tree_links[NODE_WORDS * (w.links + w.node - 1u) + NODE_NEXT + w.octant];
+        if (whole) {
+            TreeInstance instance = tree_instances[leaf >> 2u];
+            w.links = instance.links;
+            w.boxes = instance.boxes;
+            w.source = instance.source;
+            w.after = next;
+            w.node = 1u;
+        } else {
+            slot = slots[w.source + (leaf >> 2u)];
+            w.node = next;
+            out_of_instance(w);
+        }
+    }
+    return slot;
+}

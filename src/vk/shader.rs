@@ -32,13 +32,6 @@ pub(super) fn entry(name: &str) -> (&'static str, &'static [u32]) {
         .binary_search_by(|(known, _)| (*known).cmp(name))
         .unwrap_or_else(|_| panic!("there is no shader glsl/{name}"));
     let (name, bytes) = SHADERS[index];
-    if let Some(dir) = std::env::var_os("TB_SPV") { // TEMPORARY
-        let file = std::path::Path::new(&dir).join(name.replace(['/', ' '], "_") + ".spv");
-        if let Ok(b) = std::fs::read(file) {
-            let words: Vec<u32> = b.chunks_exact(4).map(|c| u32::from_le_bytes(c.try_into().unwrap())).collect();
-            return (name, words.leak());
-        }
-    }
     (name, bytemuck::cast_slice(&bytes.0))
 }
 

@@ -119,7 +119,7 @@ pub struct SettingsArgs {
 #[derive(Args, Debug)]
 pub struct RunArgs {
     /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
-    #[arg(long, default_value = "frame", value_parser = submit())]
+    #[arg(long, default_value = "short", value_parser = submit())]
     pub submit: Submit,
     /// Use no more device memory than this
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
@@ -305,7 +305,12 @@ pub fn aov() -> impl TypedValueParser<Value = Aov> {
 }
 
 fn submit() -> impl TypedValueParser<Value = Submit> {
+    let short = PossibleValue::new("short").help("What takes well below 100 ms on a GPU, a second on a CPU device");
     let frame = PossibleValue::new("frame").help("The whole frame at once");
     let pass = PossibleValue::new("pass").help("Each pass by itself");
-    PossibleValuesParser::new([frame, pass]).map(|name| if name == "pass" { Submit::PerPass } else { Submit::Frame })
+    PossibleValuesParser::new([short, frame, pass]).map(|name| match name.as_str() {
+        "pass" => Submit::PerPass,
+        "frame" => Submit::Frame,
+        _ => Submit::Short,
+    })
 }

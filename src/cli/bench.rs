@@ -21,6 +21,7 @@ use twobounce::{Error, Result};
 use super::args::{DeviceArgs, SceneArgs, memory_size, minutes, percent};
 use super::progress::RowProgress;
 use super::reference::{check_memory, traced};
+use super::report::say_compiled;
 use super::{interrupt, out};
 use crate::say;
 
@@ -39,6 +40,9 @@ pub struct BenchArgs {
     /// Keep rows that another build of the program measured; without this they are measured again
     #[arg(long)]
     pub any_build: bool,
+    /// Print nothing but notes and errors
+    #[arg(short, long)]
+    pub quiet: bool,
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -66,13 +70,14 @@ impl Bench<'_> {
     /// Measures the missing rows and writes the folder's files; calls `write` with a chart that has any row; says what is
     /// still missing.
     pub fn run(&self, write: impl FnOnce(&Chart) -> Result<()>) -> anyhow::Result<ExitCode> {
+        out::be_quiet(self.args.quiet);
         self.scene.check()?;
+        interrupt::install()?;
         check_memory(self.scene.size)?;
         let store = Store::open(self.folder, self.args.any_build)?;
         let mut scenes = self.open()?;
         let context = self.args.device.open(self.scene.size)?;
         let (device, driver) = (context.name.clone(), context.driver.clone());
-        interrupt::install()?;
         self.references(&mut scenes)?;
         let keys = Keys::new(&context, self.args.device.validation, self.args.reference_noise);
         let pairs = self.trials.iter().flat_map(|trial| scenes.iter().map(move |scene| (scene, trial)));
@@ -99,6 +104,7 @@ impl Bench<'_> {
                 planned,
                 rows: stored.iter().map(|stored| stored.row.clone()).collect(),
             };
+            let _writing = file::writing();
             chart.write(&store, &scenes, &stored)?;
             say!("wrote {}", store.path("index.html").display());
             write(&chart)?;
@@ -170,11 +176,11 @@ impl Bench<'_> {
     /// Makes the rows that are not measured yet, the first settings of every scene first. Whether the budget ended it.
     fn measure(&self, store: &Store, rows: &mut [PlannedRow], context: Arc<Context>) -> Result<bool> {
         let missing = rows.iter().filter(|row| !row.is_measured()).count();
-        let progress = RowProgress::new(missing, rows.len());
+        let mut progress = RowProgress::new(missing, rows.len());
         let start = Instant::now();
         let in_time = || self.args.budget_minutes.is_none_or(|budget| start.elapsed() < budget);
         let go_on = || in_time() && interrupt::check().is_ok();
-        let mut device = Some(context);
+        let (mut device, mut told) = (Some(context), false);
         for planned in rows.iter_mut().filter(|row| !row.is_measured()) {
             if !go_on() {
                 break;
@@ -185,7 +191,7 @@ impl Bench<'_> {
                 None => self.args.device.open(self.scene.size)?,
             };
             let stored = match planned.scene.measure(&context, &planned.trial.settings, &go_on) {
-                Ok(None) => break,
+                Ok(None) | Err(Error::Interrupted) => break,
                 Ok(Some((measured, pictures))) => {
                     device = Some(context);
                     store.save(Row { measured: Some(measured), ..planned.row.clone() }, Some(pictures))?
@@ -196,10 +202,13 @@ impl Bench<'_> {
                     store.save(Row { failure: Some(error.to_string()), ..planned.row.clone() }, None)?
                 }
             };
+            if let Some(context) = device.as_ref().filter(|_| !std::mem::replace(&mut told, true)) {
+                say_compiled(context);
+            }
             progress.finish(&stored.row);
             planned.stored = Some(stored);
         }
-        progress.clear();
+        drop(progress);
         Ok(interrupt::check().is_ok() && !in_time() && rows.iter().any(|row| row.stored.is_none()))
     }
 }

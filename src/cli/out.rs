@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use tracing_subscriber::EnvFilter;
 
+use super::progress;
+
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
 
@@ -15,6 +17,7 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 /// From now on, what is said goes nowhere, or again to standard output. Notes and errors are written all the same.
 pub fn be_quiet(quiet: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
+    progress::be_quiet(quiet);
 }
 
 /// Prints a line on standard output.
@@ -28,6 +31,7 @@ pub fn write(text: &str) {
     if QUIET.load(Ordering::Relaxed) {
         return;
     }
+    progress::clear();
     let mut stdout = std::io::stdout().lock();
     let Err(error) = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) else { return };
     if error.kind() != ErrorKind::BrokenPipe
@@ -45,6 +49,7 @@ pub fn init_log() {
 
 /// Prints a line on standard error, unless it is closed.
 pub fn warn(line: &str) {
+    progress::clear();
     let _ = writeln!(std::io::stderr(), "twobounce: {line}");
 }
 

@@ -16,7 +16,7 @@ use twobounce::scene::{Pose, Scene, View};
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
-use super::progress::bar;
+use super::progress::{Work, left};
 use super::{interrupt, out};
 use crate::say;
 
@@ -42,6 +42,9 @@ pub struct ReferenceArgs {
     /// Further layers, separated by commas
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
+    /// Print nothing but notes and errors
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 fn depth(text: &str) -> std::result::Result<Depth, String> {
@@ -54,6 +57,7 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
 
 /// Renders the image, or takes it from the cache, and writes it.
 pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
+    out::be_quiet(args.quiet);
     args.scene.check()?;
     if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         let text = "is no .exr; a reference holds linear radiance, name it something.exr";
@@ -61,13 +65,13 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     }
     file::check_writable(&args.output)?;
     check_memory(args.scene.size)?;
+    interrupt::install()?;
     let opened = args.scene.open()?;
     let (width, height) = opened.size;
     let stop = args.spp.map_or(Stop::Noise(args.noise), Stop::Samples);
     let occlusion = args.aov.contains(&Aov::Ao);
     let options = Options { width, height, depth: args.depth, stop, seed: args.seed, occlusion };
     let (pose, view) = opened.at_time();
-    interrupt::install()?;
     let (film, traced) = traced(&Cache::of_user()?, (&opened.scene, &pose, &view), &options).inspect_err(|error| {
         if matches!(error, Error::Interrupted) {
             out::warn("finished samples are kept; the same command continues from there");
@@ -121,24 +125,25 @@ pub struct Traced {
     pub seconds: f64,
 }
 
-/// The film of a scene as a camera sees it, traced behind a progress bar on standard error, as far as the cache lacks it.
+/// The film of a scene as a camera sees it, traced as far as the cache lacks it, with a line about how far it is.
 pub fn traced(cache: &Cache, of: (&Scene, &Pose, &View), options: &Options) -> Result<(Film, Traced)> {
-    let bar = bar(1, "{wide_bar} {percent} %, {eta} left{msg}");
+    let name = &of.0.name;
+    let work = Work::begin(&format!("{name}: reference"));
     // When the first path began, and the latest count of paths since.
     let seen: Mutex<Option<(Instant, u64)>> = Mutex::new(None);
     let show = |progress: Progress| {
-        bar.set_length(progress.expected);
-        bar.set_position(progress.paths);
-        if let Some(noise) = progress.noise {
-            bar.set_message(format!(", noise {:.2} %", 100.0 * noise));
-        }
         if let Ok(mut seen) = seen.lock() {
             let (start, latest) = seen.unwrap_or((Instant::now(), 0));
-            *seen = Some((start, latest.max(progress.paths - progress.before)));
+            let latest = latest.max(progress.paths - progress.before);
+            *seen = Some((start, latest));
+            let share = 100.0 * progress.paths as f64 / progress.expected as f64;
+            let noise = progress.noise.map_or(String::new(), |noise| format!(", noise {:.2} %", 100.0 * noise));
+            let left = left(start.elapsed(), latest, progress.expected.max(progress.paths) - progress.before);
+            work.is_at(format!("{name}: reference {share:.0} %{noise}"), left);
         }
     };
     let film = cache.render(of, options, &show, &interrupt::PRESSED);
-    bar.finish_and_clear();
+    drop(work);
     let seen = seen.lock().ok().and_then(|seen| *seen);
     let (seconds, paths) = seen.map_or((0.0, 0), |(start, paths)| (start.elapsed().as_secs_f64(), paths));
     Ok((film?, Traced { paths, seconds }))

@@ -16,6 +16,7 @@ use twobounce::{Error, Result};
 
 use super::args::{DefaultLight, DeviceArgs, RunArgs, SceneArgs};
 use super::out;
+use super::progress::watch;
 use crate::say;
 
 /// A scene ready to render.
@@ -155,7 +156,8 @@ impl Opened {
 
     /// The image alone, within a limit on device memory.
     pub fn options(&self, memory_limit: Option<u64>) -> RenderOptions {
-        RenderOptions { memory_limit, ..RenderOptions::new(self.size, self.scene.bounds(self.shot.animation)) }
+        let bounds = self.scene.bounds(self.shot.animation);
+        RenderOptions { memory_limit, watch: Some(watch()), ..RenderOptions::new(self.size, bounds) }
     }
 
     /// The image alone, as the flags say.

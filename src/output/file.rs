@@ -3,10 +3,40 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 
 use crate::{Error, Result};
+
+/// How many writes are under way that are not to be left half done.
+static WRITES: Mutex<u32> = Mutex::new(0);
+static WRITTEN: Condvar = Condvar::new();
+
+/// A write under way, until it is dropped; they may nest.
+pub struct Writing(());
+
+/// Something begins to be written.
+pub fn writing() -> Writing {
+    *writes() += 1;
+    Writing(())
+}
+
+/// Waits until nothing is being written; nothing begins to be until the result is dropped.
+pub fn wait_for_writes() -> impl Sized {
+    WRITTEN.wait_while(writes(), |writes| *writes > 0).unwrap_or_else(PoisonError::into_inner)
+}
+
+fn writes() -> MutexGuard<'static, u32> {
+    WRITES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Drop for Writing {
+    fn drop(&mut self) {
+        *writes() -= 1;
+        WRITTEN.notify_all();
+    }
+}
 
 /// Writes `bytes` to `path`. A failure leaves an existing file unchanged and no temporary file.
 ///
@@ -14,8 +44,10 @@ use crate::{Error, Result};
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let target = resolve(path)?;
     let written = if is_special(&target) {
+        // Another program may never read it: no reason to wait.
         OpenOptions::new().write(true).open(&target).and_then(|mut file| file.write_all(bytes))
     } else {
+        let _writing = writing();
         let temporary = beside(&target);
         let renamed = fill(&temporary, bytes).and_then(|()| fs::rename(&temporary, &target));
         // Whether it was there is of no interest after the first error.

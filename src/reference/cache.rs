@@ -65,6 +65,7 @@ impl Cache {
                 return Ok(());
             }
             saved = Instant::now();
+            let _writing = file::writing();
             match file::write(&path, &encode(film, &key)) {
                 // The film is finished: a failure to save it only costs time in the next run.
                 Err(error) if finished => tracing::warn!("the reference could not be saved in the cache: {error}"),

@@ -8,6 +8,7 @@ use crate::frame::{Counters, Frame, FrameDesc, MOST_SETTLING, Seen, first_plan};
 use crate::gi::CoarseLight;
 use crate::ground::Ground;
 use crate::ground::image::target::{self, Readback};
+use crate::ground::layout::Triangle;
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
 use crate::ground::scene_on_gpu::ScenePacked;
 use crate::layers::{Aov, Layers};
@@ -307,6 +308,12 @@ pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
         Some(bytes) => Limit { bytes, words: "the --memory-limit".into() },
         None => Limit { bytes: budget, words: format!("the budget of {}", context.name) },
     }
+}
+
+/// How many triangles, over all instances, a device's buffers hold at most, and what says so.
+pub fn most_triangles(context: &Context) -> (u64, String) {
+    let most = u64::from(context.limits.max_storage_buffer_range) / size_of::<Triangle>() as u64;
+    (most, format!("the largest buffer that {} binds", context.name))
 }
 
 /// One frame in flight.

@@ -7,7 +7,7 @@
 layout(set = 0, binding = 22, scalar) buffer ItemLights { ItemLight item_lights[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
 
-layout(push_constant) uniform Push {
+layout(push_constant) uniform SharesPush {
     uint first; // of the items, in 1/ITEM_SHARES
     uint end;
 } push;

@@ -1,10 +1,12 @@
 //! Standard output and error, which may close early (`twobounce settings | head`) or fail, without a panic.
 
 use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use tracing_subscriber::EnvFilter;
+use twobounce::output::file;
 
 use super::progress;
 
@@ -20,6 +22,19 @@ pub fn be_quiet(quiet: bool) {
     progress::be_quiet(quiet);
 }
 
+/// Whether a file goes to standard output, so that what is said goes to standard error.
+static GIVEN_AWAY: AtomicBool = AtomicBool::new(false);
+
+/// Where one of these files is `-`, nothing but files goes to standard output from now on.
+pub fn leave_to(files: &[Option<&PathBuf>]) {
+    GIVEN_AWAY.store(files.iter().flatten().any(|path| file::is_standard(path)), Ordering::Relaxed);
+}
+
+/// A file's name in a sentence.
+pub fn name(path: &Path) -> String {
+    if file::is_standard(path) { "standard output".into() } else { path.display().to_string() }
+}
+
 /// Prints a line on standard output.
 #[macro_export]
 macro_rules! say {
@@ -32,6 +47,10 @@ pub fn write(text: &str) {
         return;
     }
     progress::clear();
+    if GIVEN_AWAY.load(Ordering::Relaxed) {
+        let _ = std::io::stderr().write_all(text.as_bytes());
+        return;
+    }
     let mut stdout = std::io::stdout().lock();
     let Err(error) = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) else { return };
     if error.kind() != ErrorKind::BrokenPipe

@@ -99,11 +99,11 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
         let (voxels, device) = (settings.voxels, &context.name);
         let title = format!("{}, {}×{}, {voxels} voxels, {device}", scene.name, size.0, size.1);
         file::write(path, plot::svg(&title, &growth).as_bytes())?;
-        say!("wrote {}", path.display());
+        say!("wrote {}", out::name(path));
     }
     if let Some(path) = &args.json {
         file::write_json(path, &ProfileReport { version: VERSION, render, copy, costs, growth })?;
-        say!("wrote {}", path.display());
+        say!("wrote {}", out::name(path));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -17,14 +17,14 @@ use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
 use super::progress::{Work, left};
-use super::{interrupt, out};
+use super::{interrupt, out, outputs};
 use crate::say;
 
 #[derive(Args, Debug)]
 pub struct ReferenceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The image to write: linear radiance
+    /// The image to write: linear radiance; - is standard output
     #[arg(short, long, value_name = "REF.exr")]
     pub output: PathBuf,
     /// Samples per pixel
@@ -59,11 +59,11 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
 pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
     args.scene.check()?;
-    if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+    if !file::is_standard(&args.output) && args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         let text = "is no .exr; a reference holds linear radiance, name it something.exr";
         return Err(Error::file(&args.output, text).into());
     }
-    file::check_writable(&args.output)?;
+    outputs::check(&[Some(&args.scene.path)], &[Some(&args.output)])?;
     check_memory(args.scene.size)?;
     interrupt::install()?;
     let opened = args.scene.open()?;
@@ -72,8 +72,9 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     let occlusion = args.aov.contains(&Aov::Ao);
     let options = Options { width, height, depth: args.depth, stop, seed: args.seed, occlusion };
     let (pose, view) = opened.at_time();
-    let (film, traced) = traced(&Cache::of_user()?, (&opened.scene, &pose, &view), &options).inspect_err(|error| {
-        if matches!(error, Error::Interrupted) {
+    let cache = cache();
+    let (film, traced) = traced(&cache, (&opened.scene, &pose, &view), &options).inspect_err(|error| {
+        if matches!(error, Error::Interrupted) && cache.problem().is_none() {
             out::warn("finished samples are kept; the same command continues from there");
         }
     })?;
@@ -93,6 +94,15 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The user's cache, with a note where nothing can be kept in it.
+pub fn cache() -> Cache {
+    let cache = Cache::of_user();
+    if let Some(problem) = cache.problem() {
+        out::warn(&format!("note: {problem}; references are not kept, unless TWOBOUNCE_CACHE names a folder for them"));
+    }
+    cache
+}
+
 /// Refuses a film that does not fit into memory.
 pub fn check_memory((width, height): (u32, u32)) -> Result<()> {
     let needed = Film::bytes(width, height);
@@ -106,7 +116,7 @@ pub fn check_memory((width, height): (u32, u32)) -> Result<()> {
 fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
     let (width, height) = (film.width, film.rows.len());
     let (samples, noise) = (film.done(), 100.0 * film.noise());
-    say!("{}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS", args.output.display());
+    say!("{}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS", out::name(&args.output));
     if traced.paths == 0 {
         say!("taken from the cache");
     } else {

@@ -153,7 +153,7 @@ impl Session<'_> {
             self.header.insert("time".into(), self.shot.time_s(later_s).to_string());
             image.write_exr(&path, &self.header)?;
         }
-        say!("wrote {}", path.display());
+        say!("wrote {}", out::name(&path));
         Ok(())
     }
 

@@ -64,19 +64,21 @@ impl Pace {
 
     /// How many units of `all` go into the next submission, after `last` before; at least one.
     fn units(&self, key: Key, all: f64, last: Option<f64>) -> f64 {
-        let Some(cost) = self.costs.get(&key) else { return all / f64::from(self.first_share) };
+        let least = all / f64::from(self.first_share);
+        let (Some(cost), Some(last)) = (self.costs.get(&key), last.or(Some(0.5 * least))) else { return least };
         let most = cost.units(self.aim_ms - self.expected_ms(), self.aim_ms);
-        match last {
+        match cost.parts.len() {
             _ if cost.done_once => most,
-            Some(last) => most.min(2.0 * last).min(all / f64::from(LARGEST_UNKNOWN_SHARE)),
-            None => most.min(all / f64::from(self.first_share)),
+            // Parts of two sizes tell what a submission costs by itself.
+            0 | 1 => 2.0 * last,
+            _ => most.max(least).min(2.0 * last).min(all / f64::from(LARGEST_UNKNOWN_SHARE)),
         }
     }
 
     /// Adds work to what waits. Returns whether it is to be submitted now.
     fn add(&mut self, key: Key, units: f64) -> bool {
-        let known = self.costs.get(&key).map(|cost| cost.ms(units));
-        self.waiting.push((key, units, known.unwrap_or(0.0)));
+        let known = self.costs.get(&key).filter(|cost| cost.done_once);
+        self.waiting.push((key, units, known.map_or(0.0, |cost| cost.ms(units))));
         known.is_none() || self.expected_ms() >= self.aim_ms
     }
 
@@ -86,16 +88,24 @@ impl Pace {
         let equal = 1.0 / self.waiting.len() as f64;
         for (key, units, own) in std::mem::take(&mut self.waiting) {
             let share = if expected > 0.0 { own / expected } else { equal };
-            self.costs.entry(key).or_default().learn(units, share * ms);
+            let cost = self.costs.entry(key).or_default();
+            cost.learn(units, share * ms);
+            if key.1 == WHOLE {
+                cost.done();
+            }
         }
     }
 }
 
 /// A line through measured times: so much per submission and so much per unit.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct Cost {
     /// Sums over measurements, the older the less they count: number, units, milliseconds, units², units · milliseconds.
     sums: [f64; 5],
+    /// Units and milliseconds of the parts so far.
+    parts: Vec<(f64, f64)>,
+    /// Milliseconds per unit of the dearest part, of the last time that it was done.
+    dearest: f64,
     done_once: bool,
 }
 
@@ -103,9 +113,17 @@ impl Cost {
     fn learn(&mut self, units: f64, ms: f64) {
         let new = [1.0, units, ms, units * units, units * ms];
         self.sums.iter_mut().zip(new).for_each(|(sum, new)| *sum = *sum * FORGET + new);
+        self.parts.push((units, ms));
     }
 
-    /// Milliseconds per submission and per unit.
+    /// The work is done for this time.
+    fn done(&mut self) {
+        let (fixed, slope) = self.line();
+        self.dearest = self.parts.drain(..).map(|(units, ms)| (ms - fixed) / units).fold(slope, f64::max);
+        self.done_once = true;
+    }
+
+    /// Milliseconds per submission and, in the mean, per unit.
     fn line(&self) -> (f64, f64) {
         let [n, u, t, uu, ut] = self.sums;
         let (mean, spread) = (t / u, n * uu - u * u);
@@ -116,13 +134,19 @@ impl Cost {
     }
 
     fn ms(&self, units: f64) -> f64 {
-        let (fixed, slope) = self.line();
+        let (fixed, slope) = self.most();
         fixed + slope * units
+    }
+
+    /// Milliseconds per submission and, where it is dearest, per unit.
+    fn most(&self) -> (f64, f64) {
+        let (fixed, slope) = self.line();
+        (fixed, slope.max(self.dearest))
     }
 
     /// Units that take `room_ms`, or at most as much as a submission costs by itself.
     fn units(&self, room_ms: f64, aim_ms: f64) -> f64 {
-        let (fixed, slope) = self.line();
+        let (fixed, slope) = self.most();
         let room = if fixed > 0.5 * aim_ms { fixed } else { room_ms - fixed };
         if slope > 0.0 { room / slope } else { f64::INFINITY }
     }
@@ -174,7 +198,7 @@ impl Recorder {
         if let Some(pacing) = &self.pacing
             && let Some(cost) = pacing.pace().costs.get_mut(&key)
         {
-            cost.done_once = true;
+            cost.done();
         }
     }
 
@@ -214,31 +238,33 @@ impl Recorder {
 mod tests {
     use super::*;
 
-    /// Parts of a work whose unit costs `ms(at)`, and which costs `fixed` per submission.
-    fn parts(pace: &Mutex<Pace>, fixed: f64, ms: impl Fn(u32) -> f64) -> Vec<(u32, f64)> {
+    /// Submissions of a work whose unit costs `ms(at)`, and which costs `fixed` per part: units and milliseconds of each.
+    fn submissions(pace: &Mutex<Pace>, fixed: f64, ms: impl Fn(u32) -> f64) -> Vec<(u32, f64)> {
         const UNITS: u32 = 1024;
         let mut pace = pace.lock().unwrap();
-        let (key, mut at, mut last, mut parts) = (("gather", 0), 0, None, Vec::new());
+        let (key, mut at, mut last, mut done) = (("gather", 0), 0, None, Vec::new());
+        let mut waiting = (0, 0.0);
         while at < UNITS {
             let count = (pace.units(key, f64::from(UNITS), last) as u32).clamp(1, UNITS - at);
             let took = fixed + (at..at + count).map(&ms).sum::<f64>();
+            waiting = (waiting.0 + count, waiting.1 + took);
             if pace.add(key, f64::from(count)) || at + count == UNITS {
-                pace.measured(took);
+                pace.measured(waiting.1);
+                done.push(std::mem::take(&mut waiting));
             }
-            parts.push((count, took));
             (at, last) = (at + count, Some(f64::from(count)));
         }
-        pace.costs.get_mut(&key).unwrap().done_once = true;
-        parts
+        pace.costs.get_mut(&key).unwrap().done();
+        done
     }
 
     #[test]
     fn what_was_done_before_is_cut_by_what_it_took() {
         let pace = Pace::new(false, None);
-        parts(&pace, 0.1, |_| 0.5);
-        let parts = parts(&pace, 0.1, |_| 0.5);
-        assert!(parts.iter().all(|(_, ms)| *ms < 1.2 * AIM_MS), "{parts:?}");
-        assert!(parts.len() <= 13, "512 ms make ten or eleven submissions: {parts:?}");
+        submissions(&pace, 0.1, |_| 0.5);
+        let done = submissions(&pace, 0.1, |_| 0.5);
+        assert!(done.iter().all(|(_, ms)| *ms < 1.2 * AIM_MS), "{done:?}");
+        assert!(done.len() <= 13, "512 ms make ten or eleven submissions: {done:?}");
     }
 
     #[test]
@@ -246,23 +272,25 @@ mod tests {
         // A sky above, then pixels that cost 400 times as much.
         let ms = |at: u32| if at < 512 { 0.001 } else { 0.4 };
         let pace = Pace::new(false, None);
-        let first = parts(&pace, 0.05, ms);
+        let first = submissions(&pace, 0.05, ms);
         assert_eq!(first[0].0, 1024 / FIRST_SHARE);
-        assert!(first.iter().all(|(_, ms)| *ms < 1.5 * AIM_MS), "{first:?}");
+        assert!(first.iter().all(|(units, ms)| *units <= 128 && *ms < 1.2 * AIM_MS), "{first:?}");
+        let second = submissions(&pace, 0.05, ms);
+        assert!(second.iter().all(|(_, ms)| *ms < 1.2 * AIM_MS) && second.len() < 12, "{second:?}");
     }
 
     #[test]
     fn light_work_is_one_part_once_it_is_known() {
         let pace = Pace::new(false, None);
-        parts(&pace, 0.01, |_| 0.001);
-        assert_eq!(parts(&pace, 0.01, |_| 0.001).len(), 1);
+        submissions(&pace, 0.01, |_| 0.001);
+        assert_eq!(submissions(&pace, 0.01, |_| 0.001).len(), 1);
     }
 
     #[test]
     fn what_a_submission_costs_by_itself_is_not_paid_over_and_over() {
         let pace = Pace::new(false, None);
-        parts(&pace, 200.0, |_| 0.01);
-        let parts = parts(&pace, 200.0, |_| 0.01);
-        assert!(parts.len() <= 2, "cutting does not shorten this: {parts:?}");
+        submissions(&pace, 200.0, |_| 0.01);
+        let done = submissions(&pace, 200.0, |_| 0.01);
+        assert!(done.len() <= 8, "cutting does not shorten this: {done:?}");
     }
 }

@@ -213,7 +213,7 @@ fn textures_are_scaled_down_on_demand() {
         .save(folder.path().join("oak.png"))
         .unwrap();
     let said = |args: &[&str]| {
-        let fixed = ["oak.gltf", "-o", "a.png", "--size", "16x16", "--method", "none", "--memory-limit", "5MiB"];
+        let fixed = ["oak.gltf", "-o", "a.png", "--method", "none", "--memory-limit", "5MiB"];
         let output = render(folder.path(), &[&fixed[..], args].concat());
         (output.status.code(), String::from_utf8(output.stderr).unwrap())
     };
@@ -228,7 +228,7 @@ fn textures_are_scaled_down_on_demand() {
 #[test]
 fn scenes_and_results_go_through_pipes() {
     let folder = folder();
-    let fixed = ["--size", "24x16", "--method", "none"];
+    let fixed = ["--method", "none"];
     rendered(folder.path(), &[&["scene.gltf", "-o", "a.png"], &fixed[..]].concat());
     let piped = |args: &[&str]| {
         let scene = fs::File::open(folder.path().join("scene.gltf")).unwrap();
@@ -251,8 +251,7 @@ fn scenes_and_results_go_through_pipes() {
 #[test]
 fn a_field_of_view_changes_the_camera_that_frames_the_scene() {
     let folder = folder();
-    let said =
-        rendered(folder.path(), &["scene.gltf", "-o", "a.png", "--size", "16x16", "--method", "none", "--fov", "20"]);
+    let said = rendered(folder.path(), &["scene.gltf", "-o", "a.png", "--method", "none", "--fov", "20"]);
     assert!(said.contains("camera framing the scene fov 20"), "{said}");
 }
 
@@ -261,7 +260,7 @@ fn a_field_of_view_changes_the_camera_that_frames_the_scene() {
 fn short_submissions_give_the_same_image() {
     let folder = folder();
     let image = |output: &str, submit: &str| {
-        let args = ["--size", "80x144", "--preset", "fast", "--set", "voxels=16", "--submit", submit];
+        let args = ["--preset", "fast", "--set", "voxels=16", "--submit", submit];
         rendered(folder.path(), &[&["scene.gltf", "-o", output, "--timings"], &args[..]].concat());
         fs::read(folder.path().join(output)).unwrap()
     };
@@ -293,8 +292,10 @@ fn signals_end_a_long_frame_soon() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gallery.glb");
     let before = names(folder.path());
     for (signal, code) in [("-TERM", 143), ("-HUP", 129), ("-INT", 130)] {
-        let args = [scene, "-o", "a.png", "--size", "4096x4096", "--preset", "accurate"];
-        let mut child = command(folder.path(), &args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
+        command.args(["render", scene, "-o", "a.png", "--size", "4096x4096", "--preset", "accurate"]);
+        let mut child =
+            command.current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map_while(Result::ok);
         assert!(lines.by_ref().any(|line| line.contains("triangles")), "it never began");
         std::thread::sleep(Duration::from_secs(3));
@@ -320,7 +321,7 @@ fn ctrl_c_ends_tidily_with_130() {
     let wrote = 1 + lines.map_while(Result::ok).filter(|line| line.starts_with("wrote")).count();
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
-    assert_eq!(String::from_utf8_lossy(&output.stderr), "twobounce: interrupted\n");
+    assert!(String::from_utf8_lossy(&output.stderr).ends_with("twobounce: interrupted\n"));
     let images = names(folder.path()).len() - 2;
     assert_eq!(images, wrote, "every image that was announced is there, and nothing else");
     for name in names(folder.path()).iter().filter(|name| name.ends_with(".png")) {
@@ -330,7 +331,8 @@ fn ctrl_c_ends_tidily_with_130() {
 
 /// What is said about an image of the scene that shows nothing.
 fn said_of(folder: &Path, flags: &[&str]) -> String {
-    let output = render(folder, &[&["scene.gltf", "-o", "a.png"], flags].concat());
+    // Quietly: a busy machine takes long enough for a line about that.
+    let output = render(folder, &[&["scene.gltf", "-q", "-o", "a.png"], flags].concat());
     assert_eq!(output.status.code(), Some(0));
     String::from_utf8(output.stderr).unwrap()
 }

@@ -269,8 +269,13 @@ impl Frame {
     pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
         tracing::info!("buffers grow: {:?} to {:?}", self.counts(), counts);
         self.ground.grow(context, counts)?;
-        (self.made_of, self.history, self.unlit) = (None, false, true);
+        self.start_over();
         Ok(())
+    }
+
+    /// The next frame starts from nothing: the last one was not finished, or what it made is gone.
+    pub fn start_over(&mut self) {
+        (self.made_of, self.history, self.unlit) = (None, false, true);
     }
 
     /// Changes to the settings, the size and the lights of `desc`, of the same scene, and remakes only what depends on what

@@ -1,5 +1,8 @@
 //! Memory of the machine: how much is free, how much may be taken, and sizes in words.
 
+use std::fs;
+use std::path::Path;
+
 /// Bytes that a scene may take where the system does not say what is free.
 const UNKNOWN: u64 = 4 << 30;
 
@@ -24,11 +27,47 @@ impl Limit {
     }
 }
 
-/// Bytes of memory that programs can still get, where the system says.
+/// Bytes of memory that programs can still get, where the system says: of the machine, and of what a container or a service
+/// may take of it.
 pub fn available() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
-    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib << 10)
+    let machine = || {
+        let text = fs::read_to_string("/proc/meminfo").ok()?;
+        let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
+        line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib << 10)
+    };
+    let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    machine().into_iter().chain(left_in_groups(&groups, Path::new("/sys/fs/cgroup"))).min()
+}
+
+/// Bytes that the control groups in the text of `/proc/self/cgroup` still allow, those around them too, of both versions.
+/// `root`: where their files are.
+fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
+    let left = |line: &str| {
+        let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
+        let version_1 = controllers.split(',').any(|controller| controller == "memory");
+        if !version_1 && !controllers.is_empty() {
+            return None;
+        }
+        let root = if version_1 { root.join("memory") } else { root.to_owned() };
+        let names = if version_1 {
+            ["memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"]
+        } else {
+            ["memory.max", "memory.current", "inactive_file"]
+        };
+        // Inside of a container the path may be one of the machine: then what is mounted is the container's own group.
+        let inside = Path::new(path.trim_start_matches('/'));
+        inside.ancestors().filter_map(|group| left_in_group(&root.join(group), names)).min()
+    };
+    groups.lines().filter_map(left).min()
+}
+
+/// The limit less what is taken; cached files give way.
+fn left_in_group(folder: &Path, [limit, taken, cached]: [&str; 3]) -> Option<u64> {
+    let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
+    let statistics = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
+    let statistic = |line: &str| line.strip_prefix(cached)?.trim().parse::<u64>().ok();
+    let cached = statistics.lines().find_map(statistic).unwrap_or(0);
+    Some(number(limit)?.saturating_sub(number(taken)?.saturating_sub(cached)))
 }
 
 pub fn mib(bytes: u64) -> f64 {
@@ -45,6 +84,31 @@ pub fn apart(sizes: [u64; 2]) -> [String; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_least_that_any_control_group_allows_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |path: &str, text: &str| {
+            let path = folder.path().join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        let left = |groups: &str| left_in_groups(groups, folder.path());
+        assert_eq!(left("0::/a/b\n"), None, "no limits");
+        write("a/b/memory.max", "max\n");
+        write("a/b/memory.current", "50\n");
+        assert_eq!(left("0::/a/b\n"), None, "`max` is no limit");
+        write("a/memory.max", "1000\n");
+        write("a/memory.current", "700\n");
+        write("a/memory.stat", "anon 400\ninactive_file 300\nactive_file 9\n");
+        assert_eq!(left("0::/a/b\n"), Some(600), "the group around it, without what is cached");
+        write("memory/c/memory.limit_in_bytes", "500\n");
+        write("memory/c/memory.usage_in_bytes", "100\n");
+        assert_eq!(left("12:cpu:/x\n4:hugetlb,memory:/c\n0::/a/b\n"), Some(400), "both versions at once");
+        write("memory.max", "90\n");
+        write("memory.current", "100\n");
+        assert_eq!(left("0::/../elsewhere\n"), Some(0), "a container's own group is what is mounted");
+    }
 
     #[test]
     fn sizes_that_differ_read_differently() {

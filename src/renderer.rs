@@ -1,26 +1,29 @@
 //! A host of its own, as the command line uses it: a scene, a [`Frame`] and a [`Readback`] on one device. Renders frames, lets
 //! buffers grow, waits for feedback to settle, reads images back.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use crate::Result;
 use crate::frame::{Counters, Frame, FrameDesc, MOST_SETTLING, Seen, first_plan};
 use crate::gi::CoarseLight;
 use crate::ground::Ground;
 use crate::ground::image::target::{self, Readback};
+use crate::ground::layout::Triangle;
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
 use crate::ground::scene_on_gpu::ScenePacked;
 use crate::layers::{Aov, Layers};
 use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
-use crate::vk::{self, Context, FrameLog, Recorder, RecorderOptions, ZoneTimings};
+use crate::vk::{self, Context, FrameLog, Pace, Recorder, RecorderOptions, Watch, ZoneTimings};
 
 /// How a frame is handed to the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Submit {
-    /// One command buffer.
+    /// In parts that each take well below 100 ms on a GPU and about a second on a CPU device, as far as passes can be cut.
     #[default]
+    Short,
+    /// One command buffer.
     Frame,
     /// One submission per pass, waited for: CPU time per pass too, for CPU devices.
     PerPass,
@@ -37,12 +40,14 @@ pub struct RenderOptions {
     pub memory_limit: Option<u64>,
     /// Of the scene over the whole animation: where the grid stands.
     pub bounds: Bounds,
+    /// With [`Submit::Short`], asked after each of them; an error ends the frame.
+    pub watch: Option<Watch>,
 }
 
 impl RenderOptions {
-    /// The image alone, a frame at once and within the budget.
+    /// The image alone, in short submissions and within the budget.
     pub fn new(size: (u32, u32), bounds: Bounds) -> Self {
-        Self { size, aovs: vec![], submit: Submit::Frame, memory_limit: None, bounds }
+        Self { size, aovs: vec![], submit: Submit::Short, memory_limit: None, bounds, watch: None }
     }
 }
 
@@ -72,6 +77,8 @@ pub struct Renderer {
     memory_limit: Limit,
     /// Where it is kept.
     log: Option<FrameLog>,
+    /// How long what passes take, where submissions are short.
+    pace: Arc<Mutex<Pace>>,
 }
 
 impl Renderer {
@@ -97,8 +104,8 @@ impl Renderer {
         })?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
-        let log = None;
-        Ok(Self { context: context.clone(), scene, settings, options, frame, readback, fixed_plan, memory_limit, log })
+        let (pace, context) = (Pace::new(context.is_cpu, options.watch.clone()), context.clone());
+        Ok(Self { context, scene, settings, options, frame, readback, fixed_plan, memory_limit, log: None, pace })
     }
 
     /// Changes to other settings and another size; only what depends on them is remade.
@@ -115,6 +122,7 @@ impl Renderer {
             first_plan(&desc, voxels)
         })?;
         self.frame.change(&self.context, &desc)?;
+        self.pace = Pace::new(self.context.is_cpu, options.watch.clone());
         if size != self.options.size {
             self.readback = Readback::new(&self.context, &self.frame.target)?;
         }
@@ -143,7 +151,7 @@ impl Renderer {
     /// to the next, [`MOST_SETTLING`] times at most, and as often again as the method takes a mean of.
     ///
     /// # Errors
-    /// A buffer cannot grow as far as the scene needs, or the device is lost.
+    /// A buffer cannot grow as far as the scene needs, the device is lost, or what watches says so.
     pub fn render(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
         if self.settings.bounces != Bounces::All || self.frame.has_history() || self.coarse_light()?.is_none() {
             return self.draw(pose, view, true);
@@ -217,6 +225,10 @@ impl Renderer {
     ) -> Result<(ZoneTimings, FrameLog)> {
         let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
         let mut recorder = Recorder::new(&self.context, options)?;
+        // A log tells of a frame as a host records it: whole.
+        if self.options.submit == Submit::Short && self.log.is_none() {
+            recorder = recorder.paced(&self.pace);
+        }
         let seen = Seen { scene: &self.scene, pose, view, image };
         if lists_alone {
             self.frame.record_lists(&mut recorder, 0, &seen);
@@ -227,7 +239,8 @@ impl Renderer {
             }
         }
         let log = recorder.frame_log().clone();
-        Ok((recorder.finish()?, log))
+        let timings = recorder.finish().inspect_err(|_| self.frame.start_over())?;
+        Ok((timings, log))
     }
 
     /// What the method holds, coarsely.
@@ -295,6 +308,12 @@ pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
         Some(bytes) => Limit { bytes, words: "the --memory-limit".into() },
         None => Limit { bytes: budget, words: format!("the budget of {}", context.name) },
     }
+}
+
+/// How many triangles, over all instances, a device's buffers hold at most, and what says so.
+pub fn most_triangles(context: &Context) -> (u64, String) {
+    let most = u64::from(context.limits.max_storage_buffer_range) / size_of::<Triangle>() as u64;
+    (most, format!("the largest buffer that {} binds", context.name))
 }
 
 /// One frame in flight.

@@ -181,10 +181,19 @@ fn killed_or_interrupted_it_goes_on() {
     let folder = Folder::new();
     let args = [SCENE, "--presets", "fast,printed", "--sweep", "voxels=32,64"];
     let mut child = folder.started("killed", &args);
+    // A second chart leaves it alone.
+    let second = folder.chart(&[&args[..], &["-o", "killed"]].concat());
+    let said = text(&second.stderr);
+    assert!(second.status.code() == Some(2) && said.contains("is being filled by another chart"), "{said}");
+    while !folder.path("killed/index.html").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "no page while it runs");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
     child.kill().unwrap();
     child.wait().unwrap();
     let before = finished(&folder.path("killed"));
-    assert!(!folder.path("killed/rows.json").exists(), "it was not killed at work");
+    let page = fs::read_to_string(folder.path("killed/index.html")).unwrap();
+    assert!(page.contains("settings are not measured yet"), "it was not killed at work, or the page does not say so");
 
     let child = folder.started("stopped", &args);
     let stopped = interrupted(child);

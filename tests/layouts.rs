@@ -49,6 +49,7 @@ fn structs_agree_with_the_shaders() {
     check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
     check("Frame", Frame::FIELDS, size_of::<Frame>());
     check("GridPush", GridPush::FIELDS, size_of::<GridPush>());
+    check("SharesPush", SharesPush::FIELDS, size_of::<SharesPush>());
     check("Push", RecordPush::FIELDS, size_of::<RecordPush>());
 }
 

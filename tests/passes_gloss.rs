@@ -45,7 +45,7 @@ fn truth(scene: &Scene, depth: Depth) -> Layers {
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: true };
     let of = (scene, &pose, &view);
     let film = if std::env::var_os("TWOBOUNCE_CACHE").is_some() {
-        Cache::of_user().and_then(|cache| cache.render(of, &options, &|_| {}, &never)).expect("a reference")
+        Cache::of_user().render(of, &options, &|_| {}, &never).expect("a reference")
     } else {
         let mut film = Film::new(SIZE, SIZE);
         render(of, &options, &mut film, Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never })

@@ -99,6 +99,40 @@ fn compare_prints_writes_and_judges() {
     assert!(code == Some(0) && said.contains("needs the diffuse layer in the reference"), "{said}");
 }
 
+/// Without a place for the cache a note says so, and the same image is made.
+#[test]
+fn a_reference_needs_no_cache() {
+    let folder = Folder::new();
+    let (code, _) = folder.reference("a.exr", &["--spp", "2"]);
+    assert_eq!(code, Some(0));
+    std::fs::remove_dir_all(folder.path("cache")).expect("a cache");
+    std::fs::write(folder.path("cache"), b"a file").expect("written");
+    let (code, said) = folder.reference("b.exr", &["--spp", "2"]);
+    assert!(code == Some(0) && said.contains("references are not kept"), "{said}");
+    let read = |name: &str| std::fs::read(folder.path(name)).expect("an image");
+    assert!(read("a.exr") == read("b.exr"));
+    let output = folder.run(&["reference", "-q", "none.glb", "-o", "-"]);
+    assert!(output.status.code() == Some(2) && output.stdout.is_empty());
+}
+
+/// The header of an image states more pixels than a machine holds.
+#[test]
+fn a_huge_image_is_refused_by_its_header() {
+    let folder = Folder::new();
+    folder.reference("a.exr", &["--spp", "2"]);
+    let mut bytes = std::fs::read(folder.path("a.exr")).expect("an image");
+    let windows: Vec<usize> =
+        (0..bytes.len() - 8).filter(|&at| bytes[at..].starts_with(b"dataWindow\0box2i\0")).collect();
+    for at in windows {
+        let corner = at + b"dataWindow\0box2i\0".len() + 4 + 8;
+        bytes[corner..corner + 8].copy_from_slice(&[0xff, 0xff, 0x0f, 0, 0xff, 0xff, 0x0f, 0]);
+    }
+    std::fs::write(folder.path("huge.exr"), bytes).expect("written");
+    let start = std::time::Instant::now();
+    let (code, said) = folder.said(&["compare", "huge.exr", "a.exr"]);
+    assert!(code == Some(2) && said.contains("huge.exr: ") && start.elapsed().as_secs() < 2, "{said}");
+}
+
 #[test]
 fn invalid_arguments_give_one_sentence() {
     let folder = Folder::new();
@@ -110,6 +144,8 @@ fn invalid_arguments_give_one_sentence() {
         (&["compare", "a.exr", "a.exr", "--max-indirect-rel", "1"], "needs the direct layer"),
         (&["compare", "a.exr", "a.exr", "--max-indirect-diffuse-rel", "1"], "needs the diffuse layer"),
         (&["compare", "a.exr", "none.exr"], "none.exr: cannot be read"),
+        #[cfg(unix)]
+        (&["compare", "/dev/zero", "a.exr"], "/dev/zero: is no regular file"),
         (&["compare", "noise.exr", "a.exr"], "noise.exr: is not a readable OpenEXR image"),
         (&["compare", "a.exr", "a.exr", "--json", "a.exr"], "is read and written by the same command"),
         (&["compare", "a.exr", "a.exr", "--json", "./a.exr"], "is read and written by the same command"),

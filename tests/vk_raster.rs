@@ -204,8 +204,11 @@ fn four_samples_are_averaged_and_depth_decides() {
         let colors =
             [ColorTarget { view: color.attachment_view(0), resolve, load: Load::Clear([0.0; 4]), store: false }];
         let depth = Some(DepthTarget { view: depth.attachment_view(0), load: Load::Clear(1.0), store: false });
-        let scissor = Some(Rect { x: 0, y: 0, width: 8, height: 7 });
-        let target = RenderTarget { colors: &colors, depth, width: 8, height: 8, scissor, ..Default::default() };
+        let area = Some(Rect { x: 0, y: 0, width: 8, height: 7 });
+        let target = RenderTarget { colors: &colors, depth, width: 8, height: 8, ..Default::default() };
+        r.raster(&target, |_| {});
+        r.full_barrier();
+        let target = RenderTarget { area, ..target };
         r.raster(&target, |draws| {
             for vertex_offset in [0, 4] {
                 let (vertices, indices) = (&vertices, &indices);
@@ -222,7 +225,7 @@ fn four_samples_are_averaged_and_depth_decides() {
     assert_eq!(pixel(1, 3), [8.0, 0.0, 0.0, 1.0], "near");
     assert_eq!(pixel(4, 3), [4.0, 2.0, 0.0, 1.0], "two samples of four are near");
     assert_eq!(pixel(6, 3), [0.0, 4.0, 0.0, 1.0], "far");
-    assert_eq!(pixel(1, 7), [0.0; 4], "outside of the scissor");
+    assert_eq!(pixel(1, 7), [0.0; 4], "outside of the area");
     let draw = log.zones[0].draws().next().unwrap();
     assert_eq!(draw.target.colors[0].resolve.as_deref(), Some("resolved"));
     assert_eq!((draw.target.colors[0].samples, draw.target.depth.as_ref().unwrap().samples), (4, 4));

@@ -46,4 +46,5 @@ bool slot_in_use(uint slot) {
 const float LARGEST_STORED = 65504.0; // of an f16
 const uint LIT_COUNTS = 15u; // where CellCounts counts the items that are lit: after the levels
 const uint CHOSEN_COUNTS = 14u; // and those among them that are not twins
+const uint ITEM_SHARES = 1024u; // of all items: what passes over them can be cut into
 const uint MOST_GROUPS = 65535u; // of 64 threads, what every device takes in one dispatch; threads go on beyond

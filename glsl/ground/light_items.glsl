@@ -7,9 +7,20 @@
 layout(set = 0, binding = 22, scalar) buffer ItemLights { ItemLight item_lights[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
 
+layout(push_constant) uniform SharesPush {
+    uint first; // of the items, in 1/ITEM_SHARES
+    uint end;
+} push;
+
+// Where a share of `count` items begins; whole groups of threads, so that items share one as they do without parts.
+uint share_start(uint count, uint share) {
+    return (count / ITEM_SHARES * share + count % ITEM_SHARES * share / ITEM_SHARES) & ~63u;
+}
+
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;
-    for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+    uint end = push.end == ITEM_SHARES ? count : share_start(count, push.end);
+    for (uint i = share_start(count, push.first) + gl_GlobalInvocationID.x; i < end; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         COUNT(WORDS, LIT == LIT_ALIKE ? 1u : 0u);
         uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
         ListItem entry = list_items[item];

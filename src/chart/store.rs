@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::VERSION;
 use super::measure::ChartScene;
 use super::row::Row;
-use crate::output::file;
+use crate::output::file::{self, FolderLock};
 use crate::reference::{Depth, Stop, cache};
 use crate::settings::Settings;
 use crate::vk::Context;
@@ -28,6 +28,7 @@ pub struct Store {
     /// Hash of the program's own bytes.
     program: String,
     any_build: bool,
+    _lock: FolderLock,
 }
 
 /// A row and its pictures.
@@ -54,17 +55,21 @@ impl Store {
     /// them, or with `any_build`.
     ///
     /// # Errors
-    /// [`Error::File`]: it holds something else, or nothing can be written there.
+    /// [`Error::File`]: it holds something else, another process fills it, or nothing can be written there.
     pub fn open(folder: &Path, any_build: bool) -> Result<Self> {
         if folder.exists() && !folder.is_dir() {
             return Err(Error::file(folder, "is a file; -o takes a folder"));
         }
         let made = !folder.exists();
         file::create_folder(folder)?;
-        let store = Self { folder: folder.to_owned(), made, program: program()?, any_build };
+        let failed = |e: std::io::Error| Error::file(folder, format!("cannot be read: {e}"));
+        let lock = FolderLock::take(folder).map_err(failed)?.ok_or_else(|| {
+            Error::file(folder, "is being filled by another chart; wait for its end or name another folder")
+        })?;
+        let store = Self { folder: folder.to_owned(), made, program: program()?, any_build, _lock: lock };
         // What a killed program left half written does not count.
         let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
-        let entries = fs::read_dir(folder).map_err(|e| Error::file(folder, format!("cannot be read: {e}")))?;
+        let entries = fs::read_dir(folder).map_err(failed)?;
         if !store.is_marked() && entries.flatten().any(|entry| !is_part(entry)) {
             return Err(Error::file(folder, "holds something else than a chart; name an empty or a new folder"));
         }

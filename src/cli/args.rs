@@ -14,11 +14,17 @@ use twobounce::settings::PRESETS;
 
 /// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
 #[derive(Debug, Parser)]
-#[command(version, subcommand_required = true, arg_required_else_help = true)]
+#[command(version, subcommand_required = true, arg_required_else_help = true, after_help = OWN_DOCS)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
 }
+
+/// The commands that the list hides.
+const OWN_DOCS: &str = "For this project's own pages and scenes:
+  study        Run the default study and write docs/study again
+  ledger       Measure what each error in the talk's listings changes, and write docs/ledger.md again
+  make-assets  Write the scenes in assets/ again";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -30,24 +36,27 @@ pub enum Command {
     Compare(super::compare::CompareArgs),
     /// Chart error against time over many settings: a page, an SVG and rows
     Chart(super::chart::ChartArgs),
-    /// Run the default study and write docs/study again
-    Study(super::study::StudyArgs),
     /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
     Profile(super::profile::ProfileArgs),
     /// List every setting, or print the settings that flags add up to
     Settings(SettingsCommandArgs),
     /// List the Vulkan devices, what twobounce needs of them, and what they lack
     Info(InfoArgs),
-    /// Write the scenes in assets/ again
-    MakeAssets(MakeAssetsArgs),
+    /// Run the default study and write docs/study again
+    #[command(hide = true)]
+    Study(super::study::StudyArgs),
     /// Measure what each error in the talk's listings changes, and write docs/ledger.md again
+    #[command(hide = true)]
     Ledger(LedgerArgs),
+    /// Write the scenes in assets/ again
+    #[command(hide = true)]
+    MakeAssets(MakeAssetsArgs),
 }
 
 /// A scene and how to look at it.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArgs {
-    /// The scene: glTF 2.0, .gltf or .glb
+    /// The scene: glTF 2.0, .gltf or .glb; - is standard input
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
     /// Size of the image in pixels
@@ -65,10 +74,10 @@ pub struct SceneArgs {
     /// The up direction for --eye
     #[arg(long, value_name = "X,Y,Z", requires = "eye", default_value = "0,1,0", value_parser = point, allow_hyphen_values = true)]
     pub up: DVec3,
-    /// Vertical field of view for --eye, in degrees
-    #[arg(long, value_name = "DEGREES", requires = "eye", default_value_t = 45.0, allow_negative_numbers = true)]
+    /// Vertical field of view, in degrees [default: 45, or that of the file's camera]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n > 0.0 && n < 180.0, "write degrees between 0 and 180"))]
-    pub fov: f64,
+    pub fov: Option<f64>,
     /// The file's scene to load; by default the one that the file names
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,
@@ -82,6 +91,9 @@ pub struct SceneArgs {
     /// Constant radiance of the sky, which is visible and lights the scene
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
     pub sky: Vec3,
+    /// Scale textures down to at most this many texels a side, by halves
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_texture: Option<u32>,
     /// Refuse a scene of which a texture or a required extension would be left out
     #[arg(long)]
     pub strict: bool,
@@ -119,7 +131,7 @@ pub struct SettingsArgs {
 #[derive(Args, Debug)]
 pub struct RunArgs {
     /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
-    #[arg(long, default_value = "frame", value_parser = submit())]
+    #[arg(long, default_value = "short", value_parser = submit())]
     pub submit: Submit,
     /// Use no more device memory than this
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
@@ -143,7 +155,8 @@ pub struct DeviceArgs {
 pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The image to write: .png (exposed, tone-mapped) or .exr (linear radiance)
+    /// The image to write: .png (exposed, tone-mapped) or .exr (linear radiance); - is standard output, a .png or, with --aov,
+    /// an .exr
     #[arg(short, long, value_name = "OUT.png|OUT.exr")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -177,7 +190,7 @@ pub struct RenderArgs {
     /// Print nothing but notes and errors
     #[arg(short, long, conflicts_with_all = ["verbose", "timings"])]
     pub quiet: bool,
-    /// Write timings, counters and memory as JSON
+    /// Write timings, counters and memory as JSON; - is standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Write a Chrome trace (Perfetto opens it)
@@ -305,7 +318,12 @@ pub fn aov() -> impl TypedValueParser<Value = Aov> {
 }
 
 fn submit() -> impl TypedValueParser<Value = Submit> {
+    let short = PossibleValue::new("short").help("What takes well below 100 ms on a GPU, a second on a CPU device");
     let frame = PossibleValue::new("frame").help("The whole frame at once");
     let pass = PossibleValue::new("pass").help("Each pass by itself");
-    PossibleValuesParser::new([frame, pass]).map(|name| if name == "pass" { Submit::PerPass } else { Submit::Frame })
+    PossibleValuesParser::new([short, frame, pass]).map(|name| match name.as_str() {
+        "pass" => Submit::PerPass,
+        "frame" => Submit::Frame,
+        _ => Submit::Short,
+    })
 }

@@ -20,9 +20,13 @@ use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, SceneArgs, memory_size, minutes, percent};
 use super::progress::RowProgress;
-use super::reference::{check_memory, traced};
+use super::reference::{cache, check_memory, traced};
+use super::report::say_compiled;
 use super::{interrupt, out};
 use crate::say;
+
+/// How often pages are written while rows are measured, at most.
+const PAGES_EVERY: Duration = Duration::from_secs(10);
 
 /// How rows are measured.
 #[derive(clap::Args, Debug)]
@@ -39,6 +43,9 @@ pub struct BenchArgs {
     /// Keep rows that another build of the program measured; without this they are measured again
     #[arg(long)]
     pub any_build: bool,
+    /// Print nothing but notes and errors
+    #[arg(short, long)]
+    pub quiet: bool,
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -66,48 +73,36 @@ impl Bench<'_> {
     /// Measures the missing rows and writes the folder's files; calls `write` with a chart that has any row; says what is
     /// still missing.
     pub fn run(&self, write: impl FnOnce(&Chart) -> Result<()>) -> anyhow::Result<ExitCode> {
+        out::be_quiet(self.args.quiet);
         self.scene.check()?;
+        interrupt::install()?;
         check_memory(self.scene.size)?;
         let store = Store::open(self.folder, self.args.any_build)?;
         let mut scenes = self.open()?;
         let context = self.args.device.open(self.scene.size)?;
-        let (device, driver) = (context.name.clone(), context.driver.clone());
-        interrupt::install()?;
+        let device = [context.name.clone(), context.driver.clone()];
         self.references(&mut scenes)?;
         let keys = Keys::new(&context, self.args.device.validation, self.args.reference_noise);
         let pairs = self.trials.iter().flat_map(|trial| scenes.iter().map(move |scene| (scene, trial)));
         let mut rows: Vec<_> = pairs.map(|(scene, trial)| PlannedRow::new(&store, &keys, scene, trial)).collect();
         let planned = rows.len();
-        let spent = self.measure(&store, &mut rows, context)?;
-        let mut stored: Vec<Stored> = rows.into_iter().filter_map(|row| row.stored).collect();
-        // The settings of one scene stand together.
-        stored.sort_by_key(|stored| scenes.iter().position(|scene| scene.name == stored.row.scene));
-        if stored.is_empty() && spent {
+        let pages = |rows: &[PlannedRow]| self.write(&store, &scenes, &device, rows);
+        let spent = self.measure(&store, &mut rows, context, &pages)?;
+        let there = rows.iter().filter(|row| row.stored.is_some()).count();
+        if there == 0 && spent {
             let text = "--budget-minutes: too small for one run; the time is over and the first row is not finished";
             return Err(Error::Usage(text.to_owned()).into());
         }
-        if !stored.is_empty() {
-            let chart = Chart {
-                version: VERSION,
-                program: env!("CARGO_PKG_VERSION"),
-                device,
-                driver,
-                width: self.scene.size.0,
-                height: self.scene.size.1,
-                reference_noise: self.args.reference_noise,
-                scenes: scenes.iter().map(ChartScene::line).collect(),
-                planned,
-                rows: stored.iter().map(|stored| stored.row.clone()).collect(),
-            };
-            chart.write(&store, &scenes, &stored)?;
+        if there > 0 {
+            let _writing = file::writing();
+            let chart = pages(&rows)?;
             say!("wrote {}", store.path("index.html").display());
             write(&chart)?;
         }
-        let failed = stored.iter().filter(|stored| stored.row.measured.is_none()).count();
+        let failed = rows.iter().filter(|row| row.stored.is_some() && !row.is_measured()).count();
         if failed > 0 {
             say!("settings that could not run: {failed} of {planned}; their rows say why");
         }
-        let there = stored.len();
         if spent {
             say!("the budget is spent after {there} of {planned} rows; the same command continues from there");
         }
@@ -115,6 +110,28 @@ impl Bench<'_> {
             out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
         })?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Writes the folder's files with the rows that there are.
+    fn write(&self, store: &Store, scenes: &[ChartScene], device: &[String; 2], rows: &[PlannedRow]) -> Result<Chart> {
+        let mut stored: Vec<Stored> = rows.iter().filter_map(|row| row.stored.clone()).collect();
+        // The settings of one scene stand together.
+        stored.sort_by_key(|stored| scenes.iter().position(|scene| scene.name == stored.row.scene));
+        let [device, driver] = device.clone();
+        let chart = Chart {
+            version: VERSION,
+            program: env!("CARGO_PKG_VERSION"),
+            device,
+            driver,
+            width: self.scene.size.0,
+            height: self.scene.size.1,
+            reference_noise: self.args.reference_noise,
+            scenes: scenes.iter().map(ChartScene::line).collect(),
+            planned: rows.len(),
+            rows: stored.iter().map(|stored| stored.row.clone()).collect(),
+        };
+        chart.write(store, scenes, &stored)?;
+        Ok(chart)
     }
 
     /// Opens the scenes, without references yet.
@@ -138,7 +155,7 @@ impl Bench<'_> {
 
     /// Makes every reference that the rows will be compared with, or takes it from the cache.
     fn references(&self, scenes: &mut [ChartScene]) -> Result<()> {
-        let cache = Cache::of_user()?;
+        let cache = cache();
         for scene in scenes {
             let mut depths = vec![Depth::Full];
             for trial in &self.trials {
@@ -167,15 +184,27 @@ impl Bench<'_> {
             .map_err(|error| Error::Usage(format!("{}: {error}; light the scene", scene.name)))
     }
 
-    /// Makes the rows that are not measured yet, the first settings of every scene first. Whether the budget ended it.
-    fn measure(&self, store: &Store, rows: &mut [PlannedRow], context: Arc<Context>) -> Result<bool> {
+    /// Makes the rows that are not measured yet, the first settings of every scene first, and writes pages of what there is now
+    /// and then: a program that is killed leaves them. Whether the budget ended it.
+    fn measure(
+        &self,
+        store: &Store,
+        rows: &mut [PlannedRow],
+        context: Arc<Context>,
+        pages: &dyn Fn(&[PlannedRow]) -> Result<Chart>,
+    ) -> Result<bool> {
+        let mut written: Option<(Instant, Duration)> = None;
         let missing = rows.iter().filter(|row| !row.is_measured()).count();
-        let progress = RowProgress::new(missing, rows.len());
+        let mut progress = RowProgress::new(missing, rows.len());
         let start = Instant::now();
         let in_time = || self.args.budget_minutes.is_none_or(|budget| start.elapsed() < budget);
         let go_on = || in_time() && interrupt::check().is_ok();
-        let mut device = Some(context);
-        for planned in rows.iter_mut().filter(|row| !row.is_measured()) {
+        let (mut device, mut told) = (Some(context), false);
+        for index in 0..rows.len() {
+            let planned = &mut rows[index];
+            if planned.is_measured() {
+                continue;
+            }
             if !go_on() {
                 break;
             }
@@ -185,7 +214,7 @@ impl Bench<'_> {
                 None => self.args.device.open(self.scene.size)?,
             };
             let stored = match planned.scene.measure(&context, &planned.trial.settings, &go_on) {
-                Ok(None) => break,
+                Ok(None) | Err(Error::Interrupted) => break,
                 Ok(Some((measured, pictures))) => {
                     device = Some(context);
                     store.save(Row { measured: Some(measured), ..planned.row.clone() }, Some(pictures))?
@@ -196,10 +225,19 @@ impl Bench<'_> {
                     store.save(Row { failure: Some(error.to_string()), ..planned.row.clone() }, None)?
                 }
             };
+            if let Some(context) = device.as_ref().filter(|_| !std::mem::replace(&mut told, true)) {
+                say_compiled(context);
+            }
             progress.finish(&stored.row);
             planned.stored = Some(stored);
+            // Of many rows pages take a while: at most a twentieth of the time goes into them.
+            if written.is_none_or(|(at, took)| at.elapsed() > PAGES_EVERY.max(20 * took)) {
+                let begin = Instant::now();
+                pages(rows)?;
+                written = Some((Instant::now(), begin.elapsed()));
+            }
         }
-        progress.clear();
+        drop(progress);
         Ok(interrupt::check().is_ok() && !in_time() && rows.iter().any(|row| row.stored.is_none()))
     }
 }

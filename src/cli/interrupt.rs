@@ -1,21 +1,104 @@
-//! Ctrl-C sets a flag that long work looks at between steps, and then stops cleanly; a second Ctrl-C ends the program at once.
+//! Ctrl-C, SIGTERM and SIGHUP set a flag that long work looks at between steps, and then stops cleanly. What has not stopped soon
+//! is ended all the same, as after a second signal, but not while a file is being written.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::time::{Duration, Instant};
+
+use twobounce::output::file;
+
+/// How long work may take to look at the flag, and then to say how it ended.
+const PATIENCE: Duration = Duration::from_millis(1200);
+const LAST_WORDS: Duration = Duration::from_millis(300);
 
 /// The flag.
 pub static PRESSED: AtomicBool = AtomicBool::new(false);
 
-/// From now on Ctrl-C (and SIGTERM) sets the flag.
+/// 128 and the number of the signal.
+static EXIT_CODE: AtomicU8 = AtomicU8::new(130);
+
+/// From now on these signals set the flag. Called before anything that takes long, and before other threads are started.
 pub fn install() -> anyhow::Result<()> {
-    ctrlc::set_handler(|| {
-        if PRESSED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })?;
-    Ok(())
+    imp::install()
 }
 
-/// [`twobounce::Error::Interrupted`] once Ctrl-C was pressed.
+/// [`twobounce::Error::Interrupted`] once the flag is set.
 pub fn check() -> twobounce::Result<()> {
     if PRESSED.load(Ordering::Relaxed) { Err(twobounce::Error::Interrupted) } else { Ok(()) }
+}
+
+/// What an interrupted program exits with.
+pub fn exit_code() -> u8 {
+    EXIT_CODE.load(Ordering::Relaxed)
+}
+
+fn signalled(exit_code: u8) {
+    EXIT_CODE.store(exit_code, Ordering::Relaxed);
+    if PRESSED.swap(true, Ordering::Relaxed) {
+        end();
+    }
+    std::thread::spawn(|| {
+        std::thread::sleep(PATIENCE);
+        let waiting = Instant::now();
+        drop(file::wait_for_writes());
+        if waiting.elapsed() > LAST_WORDS / 10 {
+            std::thread::sleep(LAST_WORDS);
+        }
+        end();
+    });
+}
+
+/// Ends the program at once: destructors would wait for the device.
+fn end() -> ! {
+    let _nothing_is_written = file::wait_for_writes();
+    super::out::warn("interrupted");
+    imp::exit(i32::from(exit_code()))
+}
+
+#[cfg(unix)]
+mod imp {
+    /// Takes the signals in a thread of its own, so that they interrupt no call.
+    pub(super) fn install() -> anyhow::Result<()> {
+        // SAFETY: the set is initialised before it is used, and all pointers are valid for their calls.
+        let signals = unsafe {
+            let mut signals = std::mem::zeroed();
+            libc::sigemptyset(&mut signals);
+            libc::sigaddset(&mut signals, libc::SIGINT);
+            libc::sigaddset(&mut signals, libc::SIGTERM);
+            let mut before: libc::sigaction = std::mem::zeroed();
+            libc::sigaction(libc::SIGHUP, std::ptr::null(), &mut before);
+            // `nohup` asks for it to be ignored.
+            if before.sa_sigaction != libc::SIG_IGN {
+                libc::sigaddset(&mut signals, libc::SIGHUP);
+            }
+            let result = libc::pthread_sigmask(libc::SIG_BLOCK, &signals, std::ptr::null_mut());
+            anyhow::ensure!(result == 0, "signals cannot be handled (error {result})");
+            signals
+        };
+        std::thread::spawn(move || {
+            loop {
+                let mut signal = 0;
+                // SAFETY: both pointers are valid.
+                if unsafe { libc::sigwait(&signals, &mut signal) } == 0 {
+                    super::signalled((128 + signal) as u8);
+                }
+            }
+        });
+        Ok(())
+    }
+
+    pub(super) fn exit(code: i32) -> ! {
+        // SAFETY: output is not buffered. Handlers at exit would run beside a driver's threads.
+        unsafe { libc::_exit(code) }
+    }
+}
+
+#[cfg(not(unix))]
+mod imp {
+    pub(super) fn install() -> anyhow::Result<()> {
+        Ok(ctrlc::set_handler(|| super::signalled(130))?)
+    }
+
+    pub(super) fn exit(code: i32) -> ! {
+        std::process::exit(code)
+    }
 }

@@ -17,6 +17,7 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::LedgerArgs;
+use super::progress::watch;
 use super::{interrupt, out};
 
 /// Pixels a side of a furnace's image: every pixel should be the same.
@@ -115,7 +116,13 @@ impl Renders<'_> {
 fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32)) -> Result<Pixels> {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
-    let mut renderer = Renderer::new(context, scene, &pose, settings, RenderOptions::new(size, bounds))?;
+    let mut renderer = Renderer::new(
+        context,
+        scene,
+        &pose,
+        settings,
+        RenderOptions { watch: Some(watch()), ..RenderOptions::new(size, bounds) },
+    )?;
     interrupt::check()?;
     renderer.render(&pose, &view)?;
     Ok(renderer.read().beauty().to_vec())

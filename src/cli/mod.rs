@@ -1,7 +1,7 @@
 //! The command line: [`args`] is what was typed, [`scene`] opens it, [`outputs`] checks where files go, then one file per
 //! subcommand.
 //!
-//! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 130 interrupted.
+//! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 128 and the signal's number interrupted.
 
 mod args;
 mod bench;
@@ -41,7 +41,7 @@ pub fn main() -> ExitCode {
     run(&cli).and_then(|code| out::finish().map(|()| code)).unwrap_or_else(|error| {
         out::warn(&one_line(&format!("{error:#}")));
         let interrupted = matches!(error.downcast_ref(), Some(twobounce::Error::Interrupted));
-        ExitCode::from(if interrupted { 130 } else { 2 })
+        ExitCode::from(if interrupted { interrupt::exit_code() } else { 2 })
     })
 }
 

@@ -1,10 +1,14 @@
 //! Standard output and error, which may close early (`twobounce settings | head`) or fail, without a panic.
 
 use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use tracing_subscriber::EnvFilter;
+use twobounce::output::file;
+
+use super::progress;
 
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
@@ -15,6 +19,20 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 /// From now on, what is said goes nowhere, or again to standard output. Notes and errors are written all the same.
 pub fn be_quiet(quiet: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
+    progress::be_quiet(quiet);
+}
+
+/// Whether a file goes to standard output, so that what is said goes to standard error.
+static GIVEN_AWAY: AtomicBool = AtomicBool::new(false);
+
+/// Where one of these files is `-`, nothing but files goes to standard output from now on.
+pub fn leave_to(files: &[Option<&PathBuf>]) {
+    GIVEN_AWAY.store(files.iter().flatten().any(|path| file::is_standard(path)), Ordering::Relaxed);
+}
+
+/// A file's name in a sentence.
+pub fn name(path: &Path) -> String {
+    if file::is_standard(path) { "standard output".into() } else { path.display().to_string() }
 }
 
 /// Prints a line on standard output.
@@ -26,6 +44,11 @@ macro_rules! say {
 /// Writes text to standard output. A closed pipe is no error: the work continues.
 pub fn write(text: &str) {
     if QUIET.load(Ordering::Relaxed) {
+        return;
+    }
+    progress::clear();
+    if GIVEN_AWAY.load(Ordering::Relaxed) {
+        let _ = std::io::stderr().write_all(text.as_bytes());
         return;
     }
     let mut stdout = std::io::stdout().lock();
@@ -45,6 +68,7 @@ pub fn init_log() {
 
 /// Prints a line on standard error, unless it is closed.
 pub fn warn(line: &str) {
+    progress::clear();
     let _ = writeln!(std::io::stderr(), "twobounce: {line}");
 }
 

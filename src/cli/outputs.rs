@@ -24,11 +24,12 @@ struct Number {
     after: String,
 }
 
-/// Every file to be written, where one is named, can be, is no input, and is written once.
+/// Every file to be written, where one is named, can be, is no input, and is written once; `-` is standard output.
 pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Result<()> {
     for (i, output) in outputs.iter().enumerate().filter_map(|(i, output)| Some((i, (*output)?))) {
+        let standard = file::is_standard(output);
         let is_among = |files: &[Option<&PathBuf>]| files.iter().flatten().any(|file| file::is_same(output, file));
-        if is_among(inputs) {
+        if !standard && is_among(inputs) {
             return Err(Error::file(output, "is read and written by the same command; name another output"));
         }
         // A pipe or a device takes several.
@@ -37,13 +38,19 @@ pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Resul
         }
         file::check_writable(output)?;
     }
+    super::out::leave_to(outputs);
     Ok(())
 }
 
 impl ImageFiles {
     /// Checks the flags that depend on the kind of image.
     pub fn of(args: &RenderArgs) -> Result<Self> {
-        let files = Self::named(&args.output, args.frames.is_some())?;
+        let standard = file::is_standard(&args.output) && args.frames.is_none();
+        let files = if standard {
+            Self { exr: !args.aov.is_empty(), path: args.output.clone(), number: None }
+        } else {
+            Self::named(&args.output, args.frames.is_some())?
+        };
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
         if !files.exr && !args.aov.is_empty() {
             return usage("--aov adds layers to an .exr; name one with -o");

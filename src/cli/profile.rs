@@ -13,6 +13,7 @@ use twobounce::profile::growth::{self, Growth};
 use twobounce::profile::{Subject, plot};
 
 use super::args::{RunArgs, SceneArgs, SettingsArgs};
+use super::progress;
 use super::report::{self, RenderReport};
 use super::{interrupt, out, outputs};
 use crate::say;
@@ -74,6 +75,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
         options: opened.run_options(&args.run),
         check: interrupt::check,
     };
+    let line = progress::Work::begin(&format!("{}: profile", scene.name));
     let frames = subject.run(&context, args.frames)?;
     render.add(&frames);
     let timings = frames.timings;
@@ -90,17 +92,18 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     out::write(&format!("\n{}", costs::table(&costs, &copy)));
     let growth =
         if args.growth { growth::measure(&context, &subject, args.frames.min(GROWTH_FRAMES))? } else { vec![] };
+    drop(line);
     growth.iter().for_each(|axis| out::write(&format!("\n{}", growth::table(axis))));
     refuse_invalid(&context)?;
     if let Some(path) = &args.plot {
         let (voxels, device) = (settings.voxels, &context.name);
         let title = format!("{}, {}×{}, {voxels} voxels, {device}", scene.name, size.0, size.1);
         file::write(path, plot::svg(&title, &growth).as_bytes())?;
-        say!("wrote {}", path.display());
+        say!("wrote {}", out::name(path));
     }
     if let Some(path) = &args.json {
         file::write_json(path, &ProfileReport { version: VERSION, render, copy, costs, growth })?;
-        say!("wrote {}", path.display());
+        say!("wrote {}", out::name(path));
     }
     Ok(ExitCode::SUCCESS)
 }

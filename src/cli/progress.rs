@@ -1,20 +1,177 @@
-//! The progress bar over the rows of a chart that are still to be made, and a line for each.
+//! What long work is at, on standard error: on a terminal one line that is rewritten, otherwise a line every ten seconds.
 
-use std::time::Duration;
+use std::io::{IsTerminal, Write};
+use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
+use std::time::{Duration, Instant};
 
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use twobounce::chart::row::Row;
+use twobounce::vk::{Step, Watch};
 
+use super::interrupt;
 use crate::say;
 
-pub struct RowProgress {
-    bar: ProgressBar,
+/// How often the line is written again where there is no terminal, and on one.
+const EVERY: Duration = Duration::from_secs(10);
+const EVERY_ON_TERMINAL: Duration = Duration::from_millis(200);
+/// Work that takes less shows nothing on a terminal.
+const SHORT: Duration = Duration::from_millis(500);
+/// Characters: a longer line would wrap, and could not be rewritten.
+const WIDTH: usize = 79;
+
+static LINE: Mutex<Line> = Mutex::new(Line { quiet: false, work: None, on_terminal: false });
+
+struct Line {
+    quiet: bool,
+    work: Option<Shown>,
+    /// Whether a terminal shows it now.
+    on_terminal: bool,
 }
 
-/// A progress bar on standard error that looks like `template`.
-pub fn bar(length: u64, template: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template(template).expect("the template is valid");
-    ProgressBar::new(length).with_style(style)
+/// The work under way.
+struct Shown {
+    began: Instant,
+    written: Instant,
+    text: String,
+    /// How long the work still takes, as far as that is known, and since when.
+    left: Option<(Instant, Duration)>,
+    pass: Option<Pass>,
+}
+
+struct Pass {
+    name: &'static str,
+    share: f64,
+    began: Instant,
+    /// When its share was this.
+    at: Instant,
+}
+
+/// Work under way; the line goes when this is dropped.
+pub struct Work(());
+
+impl Work {
+    pub fn begin(text: &str) -> Self {
+        static WRITER: Once = Once::new();
+        WRITER.call_once(|| drop(std::thread::spawn(write_now_and_then)));
+        let (began, text) = (Instant::now(), text.to_owned());
+        line().work = Some(Shown { began, written: began, text, left: None, pass: None });
+        Self(())
+    }
+
+    /// What it is at, and how long it still takes.
+    pub fn is_at(&self, text: String, left: Option<Duration>) {
+        if let Some(work) = &mut line().work {
+            (work.text, work.pass) = (text, None);
+            work.left = left.map(|left| (Instant::now(), left));
+        }
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        clear();
+        line().work = None;
+    }
+}
+
+/// Says nothing from now on.
+pub fn be_quiet(quiet: bool) {
+    line().quiet = quiet;
+}
+
+/// Takes the line off the terminal, before something else is written there.
+pub fn clear() {
+    let mut line = line();
+    if std::mem::take(&mut line.on_terminal) {
+        let _ = write!(std::io::stderr(), "\r\x1b[K");
+    }
+}
+
+/// Shows how far a frame's passes are, and ends it after Ctrl-C.
+pub fn watch() -> Watch {
+    Arc::new(|step| {
+        if let Some(work) = &mut line().work {
+            work.step(step, Instant::now());
+        }
+        interrupt::check()
+    })
+}
+
+fn line() -> MutexGuard<'static, Line> {
+    LINE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn write_now_and_then() {
+    let terminal = std::io::stderr().is_terminal();
+    loop {
+        std::thread::sleep(EVERY_ON_TERMINAL);
+        let mut line = line();
+        let quiet = line.quiet;
+        let Some(work) = line.work.as_mut().filter(|_| !quiet) else { continue };
+        if let Some(text) = work.due(Instant::now(), terminal) {
+            let _ = std::io::stderr().write_all(text.as_bytes());
+            line.on_terminal = terminal;
+        }
+    }
+}
+
+impl Shown {
+    fn step(&mut self, step: Step, now: Instant) {
+        let began = self.pass.as_ref().filter(|pass| pass.name == step.pass && step.share > 0.0);
+        let began = began.map_or(now, |pass| pass.began);
+        self.pass = Some(Pass { name: step.pass, share: step.share, began, at: now });
+    }
+
+    /// What is to be written now, if anything.
+    fn due(&mut self, now: Instant, terminal: bool) -> Option<String> {
+        let due = if terminal { now - self.began >= SHORT } else { now - self.written >= EVERY };
+        due.then(|| {
+            self.written = now;
+            let text: String = self.words(now).chars().take(WIDTH).collect();
+            if terminal { format!("\r\x1b[K{text}") } else { format!("twobounce: {text}\n") }
+        })
+    }
+
+    fn words(&self, now: Instant) -> String {
+        let mut words = self.text.clone();
+        if let Some(pass) = &self.pass {
+            words += &format!(": {} {:.0} %", pass.name, 100.0 * pass.share);
+        }
+        let own = self.left.map(|(since, left)| (left.saturating_sub(now - since), ""));
+        let left = own.or_else(|| Some((self.pass.as_ref()?.left(now)?, " of this pass")));
+        words + &left.map_or(String::new(), |(left, of)| format!(", {} left{of}", duration(left)))
+    }
+}
+
+impl Pass {
+    /// How long it still takes if the rest takes as long as what is done; unknown at its beginning and of too little.
+    fn left(&self, now: Instant) -> Option<Duration> {
+        let spent = self.at - self.began;
+        let known = (0.01..1.0).contains(&self.share) && !spent.is_zero();
+        known.then(|| spent.mul_f64((1.0 - self.share) / self.share).saturating_sub(now - self.at))
+    }
+}
+
+/// Such as `40 s`, `3 min 20 s` or `2 h 5 min`.
+pub fn duration(time: Duration) -> String {
+    match time.as_secs_f64().round() as u64 {
+        seconds @ 0..60 => format!("{seconds} s"),
+        seconds @ 60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
+        seconds => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+/// How long the rest takes if it takes as long as all before, which `spent` went into. The latest alone would say less: rows
+/// alternate between scenes, and one takes ten times as long as another.
+pub fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
+    (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
+}
+
+/// The rows of a chart that are still to be made, with a line on standard output for each that is finished.
+pub struct RowProgress {
+    work: Work,
+    began: Instant,
+    done: u64,
+    all: u64,
 }
 
 impl RowProgress {
@@ -23,16 +180,16 @@ impl RowProgress {
         if missing < all {
             say!("rows kept from earlier calls: {} of {all}", all - missing);
         }
-        Self { bar: bar(missing as u64, "{wide_bar} {msg}") }
+        Self { work: Work::begin("rows"), began: Instant::now(), done: 0, all: missing as u64 }
     }
 
     pub fn begin(&self, row: &Row) {
-        self.bar.set_message(format!("{}: {} {}", self.progress(), row.scene, row.name));
-        self.bar.tick();
+        let text = format!("{} of {} rows: {} {}", self.done, self.all, row.scene, row.name);
+        self.work.is_at(text, left(self.began.elapsed(), self.done, self.all));
     }
 
-    pub fn finish(&self, row: &Row) {
-        self.bar.inc(1);
+    pub fn finish(&mut self, row: &Row) {
+        self.done += 1;
         let result = match &row.measured {
             Some(measured) => {
                 let (full, same) = (measured.full.total.rel, measured.same.total.rel);
@@ -41,27 +198,10 @@ impl RowProgress {
             }
             None => row.failure.clone().unwrap_or_default(),
         };
-        // Into a log too, which shows no bar. Made before: a suspended bar cannot be asked.
-        let progress = self.progress();
-        self.bar.suspend(|| say!("{} {}: {result} ({progress})", row.scene, row.name));
+        let left = left(self.began.elapsed(), self.done, self.all);
+        let left = left.map_or(String::new(), |left| format!(", {} left", duration(left)));
+        say!("{} {}: {result} ({} of {} rows{left})", row.scene, row.name, self.done, self.all);
     }
-
-    pub fn clear(&self) {
-        self.bar.finish_and_clear();
-    }
-
-    /// Rows made, and how long the others take, over all scenes.
-    fn progress(&self) -> String {
-        let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
-        let left = left(self.bar.elapsed(), done, all);
-        format!("{done} of {all} rows") + &left.map_or(String::new(), |left| format!(", {} left", HumanDuration(left)))
-    }
-}
-
-/// How long the rest takes if its rows take as long as all those before, which `spent` went into. The latest ones alone would
-/// say less: scenes alternate, and one takes ten times as long as another.
-fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
-    (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
 }
 
 #[cfg(test)]
@@ -72,5 +212,29 @@ mod tests {
     fn the_rest_takes_as_long_as_rows_took_in_the_mean() {
         let spent = Duration::from_secs(60);
         assert_eq!([0, 3, 12].map(|done| left(spent, done, 12)), [None, Some(3 * spent), None]);
+    }
+
+    #[test]
+    fn a_line_says_what_is_done_and_what_is_left() {
+        let began = Instant::now();
+        let at = |seconds| began + Duration::from_secs(seconds);
+        let mut work = Shown { began, written: began, text: "duck".into(), left: None, pass: None };
+        assert_eq!(work.due(at(0), true), None, "nothing at once");
+        assert_eq!(work.due(at(9), false), None, "nothing before ten seconds without a terminal");
+        work.step(Step { pass: "gather", share: 0.0 }, at(2));
+        work.step(Step { pass: "gather", share: 0.25 }, at(4));
+        assert_eq!(work.due(at(5), true).as_deref(), Some("\r\x1b[Kduck: gather 25 %, 5 s left of this pass"));
+        assert_eq!(work.due(at(5), false), None, "the last line is younger than ten seconds");
+        work.left = Some((at(4), Duration::from_secs(125)));
+        assert_eq!(work.due(at(15), false).as_deref(), Some("twobounce: duck: gather 25 %, 1 min 54 s left\n"));
+        work.step(Step { pass: "image", share: 0.5 }, at(16));
+        work.left = None;
+        assert_eq!(work.words(at(16)), "duck: image 50 %", "one look tells no speed");
+    }
+
+    #[test]
+    fn durations_are_read_at_a_glance() {
+        let words = [0.2, 59.4, 60.0, 3599.0, 7500.0].map(|s| duration(Duration::from_secs_f64(s)));
+        assert_eq!(words, ["0 s", "59 s", "1 min 0 s", "59 min 59 s", "2 h 5 min"]);
     }
 }

@@ -16,15 +16,15 @@ use twobounce::scene::{Pose, Scene, View};
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
-use super::progress::bar;
-use super::{interrupt, out};
+use super::progress::{Work, left};
+use super::{interrupt, out, outputs};
 use crate::say;
 
 #[derive(Args, Debug)]
 pub struct ReferenceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The image to write: linear radiance
+    /// The image to write: linear radiance; - is standard output
     #[arg(short, long, value_name = "REF.exr")]
     pub output: PathBuf,
     /// Samples per pixel
@@ -42,6 +42,9 @@ pub struct ReferenceArgs {
     /// Further layers, separated by commas
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
+    /// Print nothing but notes and errors
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 fn depth(text: &str) -> std::result::Result<Depth, String> {
@@ -54,22 +57,24 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
 
 /// Renders the image, or takes it from the cache, and writes it.
 pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
+    out::be_quiet(args.quiet);
     args.scene.check()?;
-    if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+    if !file::is_standard(&args.output) && args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         let text = "is no .exr; a reference holds linear radiance, name it something.exr";
         return Err(Error::file(&args.output, text).into());
     }
-    file::check_writable(&args.output)?;
+    outputs::check(&[Some(&args.scene.path)], &[Some(&args.output)])?;
     check_memory(args.scene.size)?;
+    interrupt::install()?;
     let opened = args.scene.open()?;
     let (width, height) = opened.size;
     let stop = args.spp.map_or(Stop::Noise(args.noise), Stop::Samples);
     let occlusion = args.aov.contains(&Aov::Ao);
     let options = Options { width, height, depth: args.depth, stop, seed: args.seed, occlusion };
     let (pose, view) = opened.at_time();
-    interrupt::install()?;
-    let (film, traced) = traced(&Cache::of_user()?, (&opened.scene, &pose, &view), &options).inspect_err(|error| {
-        if matches!(error, Error::Interrupted) {
+    let cache = cache();
+    let (film, traced) = traced(&cache, (&opened.scene, &pose, &view), &options).inspect_err(|error| {
+        if matches!(error, Error::Interrupted) && cache.problem().is_none() {
             out::warn("finished samples are kept; the same command continues from there");
         }
     })?;
@@ -89,6 +94,15 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The user's cache, with a note where nothing can be kept in it.
+pub fn cache() -> Cache {
+    let cache = Cache::of_user();
+    if let Some(problem) = cache.problem() {
+        out::warn(&format!("note: {problem}; references are not kept, unless TWOBOUNCE_CACHE names a folder for them"));
+    }
+    cache
+}
+
 /// Refuses a film that does not fit into memory.
 pub fn check_memory((width, height): (u32, u32)) -> Result<()> {
     let needed = Film::bytes(width, height);
@@ -102,7 +116,7 @@ pub fn check_memory((width, height): (u32, u32)) -> Result<()> {
 fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
     let (width, height) = (film.width, film.rows.len());
     let (samples, noise) = (film.done(), 100.0 * film.noise());
-    say!("{}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS", args.output.display());
+    say!("{}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS", out::name(&args.output));
     if traced.paths == 0 {
         say!("taken from the cache");
     } else {
@@ -121,24 +135,25 @@ pub struct Traced {
     pub seconds: f64,
 }
 
-/// The film of a scene as a camera sees it, traced behind a progress bar on standard error, as far as the cache lacks it.
+/// The film of a scene as a camera sees it, traced as far as the cache lacks it, with a line about how far it is.
 pub fn traced(cache: &Cache, of: (&Scene, &Pose, &View), options: &Options) -> Result<(Film, Traced)> {
-    let bar = bar(1, "{wide_bar} {percent} %, {eta} left{msg}");
+    let name = &of.0.name;
+    let work = Work::begin(&format!("{name}: reference"));
     // When the first path began, and the latest count of paths since.
     let seen: Mutex<Option<(Instant, u64)>> = Mutex::new(None);
     let show = |progress: Progress| {
-        bar.set_length(progress.expected);
-        bar.set_position(progress.paths);
-        if let Some(noise) = progress.noise {
-            bar.set_message(format!(", noise {:.2} %", 100.0 * noise));
-        }
         if let Ok(mut seen) = seen.lock() {
             let (start, latest) = seen.unwrap_or((Instant::now(), 0));
-            *seen = Some((start, latest.max(progress.paths - progress.before)));
+            let latest = latest.max(progress.paths - progress.before);
+            *seen = Some((start, latest));
+            let share = 100.0 * progress.paths as f64 / progress.expected as f64;
+            let noise = progress.noise.map_or(String::new(), |noise| format!(", noise {:.2} %", 100.0 * noise));
+            let left = left(start.elapsed(), latest, progress.expected.max(progress.paths) - progress.before);
+            work.is_at(format!("{name}: reference {share:.0} %{noise}"), left);
         }
     };
     let film = cache.render(of, options, &show, &interrupt::PRESSED);
-    bar.finish_and_clear();
+    drop(work);
     let seen = seen.lock().ok().and_then(|seen| *seen);
     let (seconds, paths) = seen.map_or((0.0, 0), |(start, paths)| (start.elapsed().as_secs_f64(), paths));
     Ok((film?, Traced { paths, seconds }))

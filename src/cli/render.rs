@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Instant;
 
 use twobounce::Result;
 use twobounce::layers::{Aov, Layers};
@@ -19,6 +20,7 @@ use twobounce::vk::Context;
 use super::args::RenderArgs;
 use super::blank::why_blank;
 use super::outputs::{self, ImageFiles};
+use super::progress::{Work, left};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
 use super::{interrupt, out};
@@ -48,12 +50,16 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let aovs = Aov::ALL.iter().filter(|aov| args.aov.contains(aov)).copied().collect();
     let options = RenderOptions { aovs, ..opened.run_options(&args.run) };
     let (pose, _) = opened.at_time();
+    let doing = context.compiled_anew().map_or("making passes", |_| "compiling pipelines, once");
+    let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
     let renderer = Renderer::new(&context, opened.scene, &pose, settings, options)?;
+    report::say_compiled(&context);
     let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
     let shot = opened.shot;
-    let mut session = Session { args, files, context: &context, renderer, shot, header, report, timings };
+    let frames = Frames { work, done: 0, all: warm_up + args.frames.unwrap_or(args.repeat), began: Instant::now() };
+    let mut session = Session { args, files, context: &context, renderer, shot, header, report, timings, frames };
     if args.timings || args.verbose {
         session.print_memory(budget_bytes);
     }
@@ -84,11 +90,30 @@ struct Session<'a> {
     /// Its exposure is the one asked for, or the one that the first image of a sequence chooses for all of them.
     report: RenderReport,
     timings: Timings,
+    frames: Frames,
+}
+
+/// How far a render is.
+struct Frames {
+    work: Work,
+    done: u32,
+    all: u32,
+    began: Instant,
+}
+
+impl Frames {
+    fn begin(&self, scene: &str) {
+        let (done, all) = (self.done, self.all);
+        let left = left(self.began.elapsed(), done.into(), all.into());
+        let text = if all > 1 { format!("{scene}, frame {} of {all}", done + 1) } else { scene.to_owned() };
+        self.work.is_at(text, left);
+    }
 }
 
 impl Session<'_> {
     fn frame(&mut self, later_s: f64) -> Result<()> {
         interrupt::check()?;
+        self.frames.begin(&self.renderer.scene().name);
         // An animation reuses what did not change; else each frame is made from scratch, to be timed.
         if !self.args.still && self.args.frames.is_none() {
             self.renderer.make_anew();
@@ -96,6 +121,7 @@ impl Session<'_> {
         let pose = self.shot.pose(self.renderer.scene(), later_s);
         let view = self.shot.view(self.renderer.scene(), &pose);
         self.timings.push(self.renderer.render(&pose, &view)?);
+        self.frames.done += 1;
         interrupt::check()
     }
 
@@ -127,7 +153,7 @@ impl Session<'_> {
             self.header.insert("time".into(), self.shot.time_s(later_s).to_string());
             image.write_exr(&path, &self.header)?;
         }
-        say!("wrote {}", path.display());
+        say!("wrote {}", out::name(&path));
         Ok(())
     }
 

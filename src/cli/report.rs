@@ -10,6 +10,7 @@ use twobounce::settings::Settings;
 use twobounce::vk::Context;
 
 use super::scene::Opened;
+use crate::say;
 
 /// The version of the form. It must grow when a key changes its name, unit or meaning.
 const VERSION: u32 = 1;
@@ -94,6 +95,13 @@ pub fn counters(timings: &Timings) -> BTreeMap<&'static str, u32> {
         ("occupied_voxels", last.counters.occupied_voxels),
         ("frames_repeated", timings.all().iter().map(|frame| frame.repeats).sum()),
     ])
+}
+
+/// Says once what a first run does and later ones need not.
+pub fn say_compiled(context: &Context) {
+    if let Some(pipelines) = context.compiled_anew() {
+        say!("compiled {pipelines} pipelines, once: later runs find them in the cache");
+    }
 }
 
 /// The same as text.

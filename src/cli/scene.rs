@@ -6,16 +6,16 @@ use std::sync::Arc;
 
 use clap::{Args, Command, FromArgMatches};
 use glam::{DVec3, Vec3};
-use twobounce::memory::Limit;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
-use twobounce::renderer::{RenderOptions, memory_limit};
-use twobounce::scene::{LoadOptions, Pose, Scene, View};
+use twobounce::renderer::{RenderOptions, memory_limit, most_triangles};
+use twobounce::scene::{DEFAULT_FOV_DEGREES, LoadOptions, Pose, Projection, Scene, View};
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
 use super::args::{DefaultLight, DeviceArgs, RunArgs, SceneArgs};
 use super::out;
+use super::progress::watch;
 use crate::say;
 
 /// A scene ready to render.
@@ -34,6 +34,8 @@ pub struct Shot {
     animation: Option<usize>,
     time_s: f64,
     camera: Camera,
+    /// What a file's camera has instead of its own, radians.
+    fov: Option<f32>,
 }
 
 /// A camera of the file moves with its node; the others stand still.
@@ -71,13 +73,19 @@ impl SceneArgs {
     /// Loads the scene, chooses animation and camera, adds the sky and, without any light, a light. Prints what was ignored,
     /// simplified or added.
     pub fn open(&self) -> Result<Opened> {
-        self.open_within(None)
+        self.open_within(LoadOptions::default())
     }
 
-    /// The same, with a limit on what textures may take on a device.
-    fn open_within(&self, texture_memory: Option<Limit>) -> Result<Opened> {
+    /// The same, with what a device sets limits to.
+    fn open_within(&self, device: LoadOptions) -> Result<Opened> {
         self.check()?;
-        let options = LoadOptions { scene: self.scene.clone(), strict: self.strict, texture_memory, memory: None };
+        let options = LoadOptions {
+            scene: self.scene.clone(),
+            strict: self.strict,
+            max_texture: self.max_texture,
+            memory: None,
+            ..device
+        };
         let mut scene = Scene::load(&self.path, &options)?;
         scene.sky = self.sky;
         let animation = match &self.animation {
@@ -85,7 +93,7 @@ impl SceneArgs {
             None => (!scene.animations.is_empty()).then_some(0),
         };
         let (camera, words) = self.choose_camera(&scene, animation)?;
-        let shot = Shot { animation, time_s: self.time, camera };
+        let shot = Shot { animation, time_s: self.time, camera, fov: self.fov_rad() };
         let mut notes = std::mem::take(&mut scene.warnings);
         if let Some(note) = self.light(&mut scene, &shot)? {
             notes.push(note);
@@ -117,8 +125,15 @@ impl SceneArgs {
     pub fn open_on(&self, run: &RunArgs) -> Result<(Opened, Arc<Context>)> {
         // The device comes first, for its memory; what is wrong with the scene is said first.
         let context = run.device.open(self.size);
-        let limit = context.as_ref().ok().map(|context| memory_limit(context, run.memory_limit));
-        let opened = self.open_within(limit)?;
+        let device = context.as_ref().map_or_else(
+            |_| LoadOptions::default(),
+            |context| LoadOptions {
+                texture_memory: Some(memory_limit(context, run.memory_limit)),
+                triangles: Some(most_triangles(context)),
+                ..LoadOptions::default()
+            },
+        );
+        let opened = self.open_within(device)?;
         let context = context?;
         let (Opened { scene, camera, .. }, (width, height)) = (&opened, opened.size);
         say!("{}: triangles {}, camera {camera}, {width}x{height}", scene.name, scene.triangle_count());
@@ -129,9 +144,10 @@ impl SceneArgs {
     /// The camera, and its words.
     fn choose_camera(&self, scene: &Scene, animation: Option<usize>) -> Result<(Camera, String)> {
         if let (Some(eye), Some(target)) = (self.eye, self.target) {
-            let view = View::look_at(eye, target, self.up, self.fov.to_radians() as f32);
+            let fov = self.fov.unwrap_or(f64::from(DEFAULT_FOV_DEGREES));
+            let view = View::look_at(eye, target, self.up, fov.to_radians() as f32);
             let point = |p: DVec3| format!("{},{},{}", p.x, p.y, p.z);
-            let words = format!("eye {} target {} up {} fov {}", point(eye), point(target), point(self.up), self.fov);
+            let words = format!("eye {} target {} up {} fov {}", point(eye), point(target), point(self.up), fov);
             return Ok((Camera::Fixed(view), words));
         }
         let index = match &self.camera {
@@ -139,9 +155,29 @@ impl SceneArgs {
             None => (!scene.cameras.is_empty()).then_some(0),
         };
         Ok(match index {
-            Some(index) => (Camera::OfFile(index), format!("{index} {:?}", scene.cameras[index].name)),
-            None => (Camera::Fixed(View::framing(scene.bounds(animation))), "framing the scene".into()),
+            Some(index) => {
+                let camera = &scene.cameras[index];
+                if self.fov.is_some() && !matches!(camera.projection, Projection::Perspective { .. }) {
+                    let text =
+                        format!("--fov: camera {index} is orthographic; leave it out or look with --eye and --target");
+                    return Err(Error::Usage(text));
+                }
+                (Camera::OfFile(index), format!("{index} {:?}{}", camera.name, self.fov_words()))
+            }
+            None => {
+                let fov = self.fov_rad().unwrap_or(DEFAULT_FOV_DEGREES.to_radians());
+                let view = View::framing_within(scene.bounds(animation), fov);
+                (Camera::Fixed(view), format!("framing the scene{}", self.fov_words()))
+            }
         })
+    }
+
+    fn fov_rad(&self) -> Option<f32> {
+        self.fov.map(|fov| fov.to_radians() as f32)
+    }
+
+    fn fov_words(&self) -> String {
+        self.fov.map_or(String::new(), |fov| format!(" fov {fov}"))
     }
 }
 
@@ -155,7 +191,8 @@ impl Opened {
 
     /// The image alone, within a limit on device memory.
     pub fn options(&self, memory_limit: Option<u64>) -> RenderOptions {
-        RenderOptions { memory_limit, ..RenderOptions::new(self.size, self.scene.bounds(self.shot.animation)) }
+        let bounds = self.scene.bounds(self.shot.animation);
+        RenderOptions { memory_limit, watch: Some(watch()), ..RenderOptions::new(self.size, bounds) }
     }
 
     /// The image alone, as the flags say.
@@ -183,7 +220,13 @@ impl Shot {
     /// The camera in a pose.
     pub fn view(&self, scene: &Scene, pose: &Pose) -> View {
         match self.camera {
-            Camera::OfFile(index) => scene.view(pose, index),
+            Camera::OfFile(index) => {
+                let mut view = scene.view(pose, index);
+                if let (Some(own), Projection::Perspective { fov, .. }) = (self.fov, &mut view.projection) {
+                    *fov = own;
+                }
+                view
+            }
             Camera::Fixed(view) => view,
         }
     }

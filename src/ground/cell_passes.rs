@@ -116,7 +116,7 @@ impl FillCells {
             r.full_barrier(); // the lists and the volume that is gathered from were written
             let mut binds = ground.item_binds();
             binds.extend(look_up);
-            lists.cells.dispatch_items(r, &self.light, binds.clone());
+            lists.cells.light_items(r, &self.light, binds.clone());
             r.full_barrier(); // the items are lit
             binds.extend(target.targets(0));
             for fill in &self.fills {

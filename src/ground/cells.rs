@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::layout::{CellCount, LevelPush};
+use super::layout::{CellCount, LevelPush, SharesPush};
 use super::lists::Lists;
 use crate::Result;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorder, ZoneKind};
@@ -12,6 +12,9 @@ use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorde
 pub const LIT_COUNTS: u32 = 15;
 /// The same of those among them that are not twins (`glsl/gi/rays/split.comp`).
 const CHOSEN_COUNTS: u32 = 14;
+
+/// Of all items: what passes that light them can be cut into; as in `glsl/ground/constants.glsl`.
+const ITEM_SHARES: u32 = 1024;
 
 /// The occupied cells of one frame.
 pub struct CellLists {
@@ -44,11 +47,20 @@ impl CellLists {
         self.dispatch_counted(recorder, pipeline, binds, LIT_COUNTS, self.level(0, 1));
     }
 
+    /// The same in parts, for pipelines that light items (`glsl/ground/light_items.glsl`).
+    pub fn light_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
+        binds.extend([self.level(0, 1).0, Bind::buffer("cell_counts", &self.counts)]);
+        let binds = pipeline.select(&binds);
+        recorder.in_parts(ITEM_SHARES, 1, |r, shares| {
+            let push = SharesPush { first: shares.start, end: shares.end };
+            r.dispatch_indirect(pipeline, &binds, &push, (&self.counts, count_offset(LIT_COUNTS)));
+        });
+    }
+
     /// The same while the list of such items grows by what `pipeline` adds.
     pub fn dispatch_chosen<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
-        let bytes = size_of::<CellCount>() as u64;
-        let place = |entry: u32| (&self.counts, u64::from(entry) * bytes);
-        recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), bytes);
+        let place = |entry: u32| (&self.counts, count_offset(entry));
+        recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), size_of::<CellCount>() as u64);
         recorder.full_barrier(); // the count stands still
         self.dispatch_counted(recorder, pipeline, binds, CHOSEN_COUNTS, self.level(0, 1));
     }
@@ -74,10 +86,14 @@ impl CellLists {
         (list, push): (Bind<'a>, LevelPush),
     ) {
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
-        let offset = u64::from(entry) * size_of::<CellCount>() as u64;
         let binds = pipeline.select(&binds);
-        recorder.dispatch_indirect(pipeline, &binds, &push, (&self.counts, offset));
+        recorder.dispatch_indirect(pipeline, &binds, &push, (&self.counts, count_offset(entry)));
     }
+}
+
+/// Bytes before an entry of the counts.
+fn count_offset(entry: u32) -> u64 {
+    u64::from(entry) * size_of::<CellCount>() as u64
 }
 
 /// Where the list of `level` starts among the parents.

@@ -123,6 +123,10 @@ shared! {
     LevelPush { level: u32, first: u32 }
 }
 shared! {
+    /// Push constants of the passes that light items: which share of them.
+    SharesPush { first: u32, end: u32 }
+}
+shared! {
     /// Push constants of the passes that go along one axis: 0, 1, 2.
     AxisPush { axis: u32 }
 }

@@ -79,7 +79,7 @@ fn of_triangles(name: &str) -> bool {
 fn most(rows: &[MemoryRow]) -> (u64, &'static str, &'static str) {
     let sum = |belongs: &dyn Fn(&str) -> bool| rows.iter().filter(|row| belongs(row.0)).map(|row| row.1).sum();
     let groups: [(u64, _, _); 3] = [
-        (sum(&|name| name == "textures"), "textures", "use smaller or fewer ones"),
+        (sum(&|name| name == "textures"), "textures", "use smaller or fewer ones or --max-texture TEXELS"),
         (sum(&of_triangles), "triangles", "use a scene of fewer"),
         (sum(&|name| name != "textures" && !of_triangles(name)), "image and its buffers", "choose a smaller --size"),
     ];
@@ -96,7 +96,8 @@ mod tests {
         let said = |rows: &[MemoryRow]| check(64, &limit, |_| rows.to_vec()).unwrap_err().to_string();
         let small = ("globals", 1 << 10);
         assert!(
-            said(&[("textures", 11 << 20), small]).ends_with("the textures need 11.0 MiB: use smaller or fewer ones")
+            said(&[("textures", 11 << 20), small])
+                .ends_with("the textures need 11.0 MiB: use smaller or fewer ones or --max-texture TEXELS")
         );
         assert!(
             said(&[("scene vertices", 6 << 20), ("triangles", 6 << 20), ("textures", 7 << 20)])

@@ -221,7 +221,7 @@ impl ScenePacked {
         if self.atlas.width.max(self.atlas.height) > most {
             // Below a chain's largest level lie the others, half as high.
             return Err(Error::Memory(format!(
-                "the largest texture has {} texels a side, more than the {} that {} holds with mips: make it smaller",
+                "the largest texture has {} texels a side, more than the {} that {} holds with mips: make it smaller or use --max-texture TEXELS",
                 self.chains.iter().map(|c| c.levels[0].width.max(c.levels[0].height)).max().unwrap_or_default(),
                 most / 3 * 2,
                 context.name

@@ -1,15 +1,18 @@
 //! OpenEXR files: linear float32, channels `R G B` for the image and `direct.R` … for further layers, text in the header.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::Cursor;
 use std::path::Path;
 
+use exr::meta::MetaData;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels, ReadLayers, Text,
     WritableImage,
 };
 
 use crate::layers::{Aov, Layers};
+use crate::memory::{Limit, apart};
 use crate::{Error, Result};
 
 /// Header entries by name. Names have at most 31 bytes; values are UTF-8.
@@ -27,9 +30,33 @@ impl Layers {
         if path.is_dir() {
             return Err(Error::file(path, "is a folder, not an OpenEXR image"));
         }
-        let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+        let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
+        let about = std::fs::metadata(path).map_err(failed)?;
+        // A pipe may never say anything, and a device never end.
+        if !about.is_file() {
+            return Err(Error::file(path, "is no regular file; copy what it holds into one and name that"));
+        }
+        check_memory(path, about.len())?;
+        let mut file = File::open(path).map_err(failed)?;
+        let meta = MetaData::read_from_unbuffered(&mut file, false);
+        let meta = meta.map_err(|e| Error::file(path, format!("is not a readable OpenEXR image: {e}")))?;
+        let pixels: u64 = meta.headers.iter().map(|header| header.layer_size.area() as u64).sum();
+        let channels = meta.headers.iter().map(|header| header.channels.list.len() as u64).max().unwrap_or(0);
+        // As read, and as layers.
+        check_memory(path, about.len().saturating_add(pixels.saturating_mul(channels).saturating_mul(8)))?;
+        let bytes = std::fs::read(path).map_err(failed)?;
         decode(&bytes).map_err(|problem| Error::file(path, problem))
     }
+}
+
+/// Refuses an image that needs so many bytes.
+fn check_memory(path: &Path, bytes: u64) -> Result<()> {
+    let limit = Limit::host();
+    if bytes <= limit.bytes {
+        return Ok(());
+    }
+    let [needed, _] = apart([bytes, limit.bytes]);
+    Err(Error::file(path, format!("needs {needed} of memory, more than {}; name a smaller image", limit.words)))
 }
 
 /// The bytes of an OpenEXR file.

@@ -3,19 +3,57 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 
 use crate::{Error, Result};
 
+/// How many writes are under way that are not to be left half done.
+static WRITES: Mutex<u32> = Mutex::new(0);
+static WRITTEN: Condvar = Condvar::new();
+
+/// A write under way, until it is dropped; they may nest.
+pub struct Writing(());
+
+/// Something begins to be written.
+pub fn writing() -> Writing {
+    *writes() += 1;
+    Writing(())
+}
+
+/// Waits until nothing is being written; nothing begins to be until the result is dropped.
+pub fn wait_for_writes() -> impl Sized {
+    WRITTEN.wait_while(writes(), |writes| *writes > 0).unwrap_or_else(PoisonError::into_inner)
+}
+
+fn writes() -> MutexGuard<'static, u32> {
+    WRITES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Drop for Writing {
+    fn drop(&mut self) {
+        *writes() -= 1;
+        WRITTEN.notify_all();
+    }
+}
+
 /// Writes `bytes` to `path`. A failure leaves an existing file unchanged and no temporary file.
 ///
-/// Links are followed. If `path` is not a regular file (a pipe, `/dev/stdout`), the bytes are written to it directly.
+/// Links are followed. If `path` is not a regular file (a pipe, `/dev/stdout`), the bytes are written to it directly. `-` is
+/// standard output.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    if is_standard(path) {
+        let mut stdout = io::stdout().lock();
+        let written = stdout.write_all(bytes).and_then(|()| stdout.flush());
+        return written.map_err(|e| Error::Usage(format!("standard output cannot be written: {e}")));
+    }
     let target = resolve(path)?;
     let written = if is_special(&target) {
+        // Another program may never read it: no reason to wait.
         OpenOptions::new().write(true).open(&target).and_then(|mut file| file.write_all(bytes))
     } else {
+        let _writing = writing();
         let temporary = beside(&target);
         let renamed = fill(&temporary, bytes).and_then(|()| fs::rename(&temporary, &target));
         // Whether it was there is of no interest after the first error.
@@ -32,6 +70,9 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
 
 /// Fails if [`write()`] to `path` would: its folder must exist and accept a new file. Leaves no file.
 pub fn check_writable(path: &Path) -> Result<()> {
+    if is_standard(path) {
+        return Ok(());
+    }
     let target = resolve(path)?;
     let opened = if is_special(&target) {
         OpenOptions::new().write(true).open(&target).map(drop)
@@ -42,10 +83,50 @@ pub fn check_writable(path: &Path) -> Result<()> {
     opened.map_err(|e| failed(path, &e))
 }
 
+/// Whether a path is `-`: standard input or output. A file of that name is `./-`.
+pub fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
 /// Makes a folder and those that it lies in, unless it is there.
 pub fn create_folder(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder)
         .map_err(|e| Error::file(folder, format!("cannot be created: {e}; choose another folder")))
+}
+
+/// A folder that this process has for itself.
+pub struct FolderLock {
+    /// Closing it gives the folder back.
+    #[cfg(unix)]
+    _opened: File,
+}
+
+impl FolderLock {
+    /// Takes a folder until the result is dropped or the process ends, however it does; `None`: another one has it. Where the
+    /// system or the disk knows no such locks, every process gets one.
+    pub fn take(folder: &Path) -> io::Result<Option<Self>> {
+        imp::lock(folder)
+    }
+}
+
+#[cfg(unix)]
+mod imp {
+    use std::os::fd::AsRawFd;
+
+    pub(super) fn lock(folder: &std::path::Path) -> std::io::Result<Option<super::FolderLock>> {
+        let opened = std::fs::File::open(folder)?;
+        // SAFETY: the descriptor is open.
+        let result = unsafe { libc::flock(opened.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) };
+        let taken = result != 0 && std::io::Error::last_os_error().kind() == std::io::ErrorKind::WouldBlock;
+        Ok((!taken).then_some(super::FolderLock { _opened: opened }))
+    }
+}
+
+#[cfg(not(unix))]
+mod imp {
+    pub(super) fn lock(_folder: &std::path::Path) -> std::io::Result<Option<super::FolderLock>> {
+        Ok(Some(super::FolderLock {}))
+    }
 }
 
 /// Whether two paths name the same file, also by another spelling or a link.

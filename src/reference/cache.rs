@@ -1,16 +1,17 @@
 //! A cache of references between runs: films, stored under a hash of everything that determines their samples.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use bytemuck::{AnyBitPattern, cast_slice, pod_read_unaligned};
 
 use super::film::{Film, Pixel};
 use super::{Control, Depth, Options, Progress, VERSION, render};
+use crate::Result;
 use crate::output::file;
 use crate::scene::{Pose, Scene, View};
-use crate::{Error, Result};
 
 /// The first bytes of a film's file; the last one is the version of the format.
 const MAGIC: [u8; 8] = *b"2bfilm\0\x02";
@@ -18,30 +19,40 @@ const MAGIC: [u8; 8] = *b"2bfilm\0\x02";
 /// A crash loses at most this much work.
 const SAVE_EVERY: Duration = Duration::from_secs(30);
 
-/// A folder of films.
+/// Bytes of films that are kept: beyond these, those go that were not used for longest.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// A folder of films, or nowhere to keep any.
 #[derive(Clone, Debug)]
 pub struct Cache {
-    folder: PathBuf,
+    folder: Option<PathBuf>,
 }
 
 impl Cache {
     /// The folder `TWOBOUNCE_CACHE`, else `twobounce` in `XDG_CACHE_HOME`, else `twobounce` in `~/.cache`.
-    pub fn of_user() -> Result<Self> {
+    pub fn of_user() -> Self {
         let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
         let folder = set("TWOBOUNCE_CACHE")
             .or_else(|| set("XDG_CACHE_HOME").map(|d| d.join("twobounce")))
             .or_else(|| set("HOME").map(|d| d.join(".cache/twobounce")));
-        folder.map(Self::at).ok_or_else(|| {
-            Error::Usage("there is no folder for the cache of references; set TWOBOUNCE_CACHE to a folder".to_owned())
-        })
+        Self { folder }
     }
 
     pub fn at(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: folder.into() }
+        Self { folder: Some(folder.into()) }
+    }
+
+    /// Why films cannot be kept, if they cannot.
+    pub fn problem(&self) -> Option<String> {
+        let Some(folder) = &self.folder else { return Some("no folder is known for the cache of references".into()) };
+        file::create_folder(folder)
+            .and_then(|()| file::check_writable(&folder.join("new.film")))
+            .err()
+            .map(|e| e.to_string())
     }
 
     /// The finished film for `options`: from the cache, or rendered from the state in the cache on. After `cancel` is set, the
-    /// finished part is saved and the result is [`Error::Interrupted`].
+    /// finished part is saved and the result is [`crate::Error::Interrupted`]. What cannot be saved only costs time in the next run.
     pub fn render(
         &self,
         of: (&Scene, &Pose, &View),
@@ -49,31 +60,55 @@ impl Cache {
         progress: &(dyn Fn(Progress) + Sync),
         cancel: &AtomicBool,
     ) -> Result<Film> {
-        std::fs::create_dir_all(&self.folder).map_err(|e| {
-            Error::file(&self.folder, format!("cannot be created: {e}; set TWOBOUNCE_CACHE to another folder"))
-        })?;
         let key = key(of, options);
-        let path = self.folder.join(format!("{}.film", key.to_hex()));
-        let mut film = match load(&path, &key, options) {
+        let mut path = match (&self.folder, self.problem()) {
+            (Some(folder), None) => Some(folder.join(format!("{}.film", key.to_hex()))),
+            _ => None,
+        };
+        let kept = path.as_ref().and_then(|path| load(path, &key, options));
+        let mut film = match kept {
             Some(film) if !options.stop.passed(&film) => film,
             _ => Film::new(options.width, options.height),
         };
-        let mut saved = Instant::now();
+        let (mut saved, mut saved_paths) = (Instant::now(), film.paths());
         let mut save = |film: &Film| {
-            let finished = options.stop.reached(film);
-            if !(finished || cancel.load(Ordering::Relaxed) || saved.elapsed() > SAVE_EVERY) {
-                return Ok(());
+            let due = options.stop.reached(film) || cancel.load(Ordering::Relaxed) || saved.elapsed() > SAVE_EVERY;
+            let Some(to) = path.as_ref().filter(|_| due && film.paths() > saved_paths) else { return Ok(()) };
+            let _writing = file::writing();
+            match file::write(to, &encode(film, &key)) {
+                Ok(()) => make_room(to, MOST_BYTES),
+                Err(error) => {
+                    tracing::warn!("the reference is not kept: {error}");
+                    path = None;
+                }
             }
-            saved = Instant::now();
-            match file::write(&path, &encode(film, &key)) {
-                // The film is finished: a failure to save it only costs time in the next run.
-                Err(error) if finished => tracing::warn!("the reference could not be saved in the cache: {error}"),
-                other => other?,
-            }
+            (saved, saved_paths) = (Instant::now(), film.paths());
             Ok(())
         };
         render(of, options, &mut film, Control { progress, save: &mut save, cancel })?;
         Ok(film)
+    }
+}
+
+/// Removes the films that were not used for longest, until those in the folder of `newest` have at most so many bytes or it is
+/// the only one.
+fn make_room(newest: &Path, most_bytes: u64) {
+    let entries = newest.parent().and_then(|folder| folder.read_dir().ok()).into_iter().flatten().flatten();
+    let film = |entry: std::fs::DirEntry| {
+        let (path, about) = (entry.path(), entry.metadata().ok()?);
+        let is_film = path.extension().is_some_and(|e| e == "film") && about.is_file();
+        is_film.then_some((path == newest, about.modified().ok()?, about.len(), path))
+    };
+    let mut films: Vec<_> = entries.filter_map(film).collect();
+    films.sort(); // the oldest use first, the newest film last
+    let mut bytes: u64 = films.iter().map(|film| film.2).sum();
+    for (_, _, own, path) in films.iter().filter(|film| !film.0) {
+        if bytes <= most_bytes {
+            break;
+        }
+        // Another process may have removed it.
+        let _ = std::fs::remove_file(path);
+        bytes -= own;
     }
 }
 
@@ -150,6 +185,8 @@ fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
             *pixel = take(&mut rest)?;
         }
     }
+    // Its last use decides how long it is kept.
+    let _ = File::options().write(true).open(path).and_then(|file| file.set_modified(SystemTime::now()));
     rest.is_empty().then_some(film)
 }
 
@@ -157,4 +194,30 @@ fn take<T: AnyBitPattern>(rest: &mut &[u8]) -> Option<T> {
     let (here, after) = rest.split_at_checked(size_of::<T>())?;
     *rest = after;
     Some(pod_read_unaligned(here))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_films_that_were_not_used_for_longest_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let (now, minute) = (SystemTime::now(), Duration::from_secs(60));
+        // "c" was written last and used first.
+        for (age, name) in [(3, "a.film"), (1, "b.film"), (4, "c.film"), (9, "pipelines.bin")] {
+            std::fs::write(path(name), [0; 100]).unwrap();
+            File::options().write(true).open(path(name)).unwrap().set_modified(now - age * minute).unwrap();
+        }
+        make_room(&path("c.film"), 300);
+        assert!(path("a.film").exists(), "there is room for three");
+        make_room(&path("c.film"), 299);
+        assert_eq!(
+            ["a.film", "b.film", "c.film", "pipelines.bin"].map(|n| path(n).exists()),
+            [false, true, true, true]
+        );
+        make_room(&path("c.film"), 1);
+        assert_eq!(["b.film", "c.film", "pipelines.bin"].map(|n| path(n).exists()), [false, true, true]);
+    }
 }

@@ -164,7 +164,7 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Renders every row up to `target` samples per pixel; after `cancel` is set, only the rows of tiles that have begun.
+    /// Renders every row up to `target` samples per pixel; after `cancel` is set, rows that are not finished stay as they were.
     fn pass(&self, film: &mut Film, target: u32) {
         let Options { width, height, stop, .. } = *self.options;
         let noise = film.history.last().map(|(_, noise)| *noise);
@@ -175,8 +175,13 @@ impl Job<'_> {
             if self.cancel.load(Ordering::Relaxed) || done >= target {
                 return;
             }
+            let before = rows.to_vec();
             for x in (0..width as usize).step_by(tile::SIDE) {
                 for index in done..target {
+                    if self.cancel.load(Ordering::Relaxed) {
+                        rows.clone_from_slice(&before);
+                        return;
+                    }
                     self.trace_tile(rows, [x, i * tile::SIDE], index);
                 }
             }

@@ -5,7 +5,8 @@ use glam::{DAffine3, DVec3};
 use super::{Bounds, Pose, Projection, Scene, View};
 
 /// Vertical field of view of [`View::framing`], degrees.
-const DEFAULT_FOV_DEGREES: f32 = 45.0;
+/// Vertical, of cameras that nobody chose.
+pub const DEFAULT_FOV_DEGREES: f32 = 45.0;
 /// The distance of the near plane over that of the target.
 const NEAR_PART: f64 = 1e-3;
 
@@ -22,7 +23,11 @@ impl View {
     /// A view from the front, slightly from above and the right, that shows all of `bounds` in an image at least as wide as
     /// high.
     pub fn framing(bounds: Bounds) -> Self {
-        let fov = DEFAULT_FOV_DEGREES.to_radians();
+        Self::framing_within(bounds, DEFAULT_FOV_DEGREES.to_radians())
+    }
+
+    /// The same with a vertical field of view of `fov` radians, from as far as that asks for.
+    pub fn framing_within(bounds: Bounds, fov: f32) -> Self {
         let radius = 0.5 * bounds.size().length();
         let radius = if radius > 0.0 { radius } else { 1.0 };
         let distance = radius / f64::from(0.5 * fov).sin();

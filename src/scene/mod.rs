@@ -13,6 +13,7 @@ mod lights;
 pub mod surface;
 pub mod texture;
 
+pub use camera::DEFAULT_FOV_DEGREES;
 pub use gltf::LoadOptions;
 
 use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};

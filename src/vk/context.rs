@@ -53,6 +53,7 @@ pub struct Context {
     /// Without a queue: images that the next recording brings into their layout.
     untransitioned: Mutex<Vec<Weak<RawImage>>>,
     pub(super) pipeline_cache: PipelineCache,
+    pub(super) compiled: AtomicU64,
     /// Those in use, by what they were made of.
     pub(super) pipelines: Mutex<HashMap<String, Weak<RawPipeline>>>,
     pub(super) functions: Functions,
@@ -119,6 +120,11 @@ impl Context {
         })
     }
 
+    /// How many pipelines were compiled so far, where no earlier run had left any: it takes long, and only once.
+    pub fn compiled_anew(&self) -> Option<u64> {
+        Some(self.compiled.load(Ordering::Relaxed)).filter(|_| self.pipeline_cache.is_cold())
+    }
+
     /// The context over a device that has everything that is needed.
     pub(super) fn assemble(parts: Parts) -> Result<Arc<Self>> {
         let Parts { own, instance, debug_utils, physical, device, capabilities, counting, .. } = parts;
@@ -149,6 +155,7 @@ impl Context {
             queue_family: parts.queue_family,
             commands: Mutex::default(),
             pipeline_cache: parts.pipeline_cache,
+            compiled: AtomicU64::new(0),
             pipelines: Mutex::default(),
             functions: Functions::load(&instance, &device, capabilities.is_1_3(), debug_utils),
             labels: Labels::default(),

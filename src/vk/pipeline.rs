@@ -7,6 +7,7 @@ use super::reflect::{self, Binding, BindingKind, Stage, StageInfo};
 use super::shader;
 use crate::{Error, Result};
 use ash::vk;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError, Weak};
 
 /// What every Vulkan device offers for push constants.
@@ -237,6 +238,7 @@ fn alive_or(
     }
     // Not under the lock: other threads compile theirs meanwhile.
     let made = Arc::new(make()?);
+    context.compiled.fetch_add(1, Ordering::Relaxed);
     let mut pipelines = pipelines();
     pipelines.retain(|_, pipeline| pipeline.strong_count() > 0);
     pipelines.insert(made_of, Arc::downgrade(&made));

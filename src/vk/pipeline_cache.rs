@@ -32,6 +32,11 @@ impl PipelineCache {
         Self { handle, file: None, loaded: Vec::new(), own: false }
     }
 
+    /// Whether no earlier run left a pipeline.
+    pub(super) fn is_cold(&self) -> bool {
+        self.own && self.loaded.is_empty()
+    }
+
     /// Writes what is new and destroys the cache. Failure to write is only logged.
     pub(super) unsafe fn close(&self, device: &ash::Device) {
         if !self.own {

@@ -63,8 +63,22 @@ pub struct RenderTarget<'a> {
     pub samples: u32,
     /// `None`: all of it.
     pub viewport: Option<Rect>,
-    /// `None`: all of it.
-    pub scissor: Option<Rect>,
+    /// Nothing outside of it is cleared, drawn or resolved. `None`: all of it.
+    pub area: Option<Rect>,
+}
+
+impl RenderTarget<'_> {
+    /// Rows of a part are multiples of this: pixels are shaded in squares of four, CPU devices work on far larger ones.
+    const PART_ROWS: u32 = 16;
+
+    /// A rendering scope over all of it, or one per part where the recorder cuts its work: `draw` draws the same into each.
+    pub fn draw_in_parts(&self, recorder: &mut Recorder, mut draw: impl FnMut(&mut RasterPass<'_>)) {
+        recorder.in_parts(self.height, Self::PART_ROWS, |r, rows| {
+            let part = Rect { x: 0, y: rows.start as i32, width: self.width, height: rows.len() as u32 };
+            let area = (part.height < self.height).then_some(part);
+            r.raster(&RenderTarget { area, ..*self }, &mut draw);
+        });
+    }
 }
 
 /// Where a draw gets its counts.
@@ -112,16 +126,17 @@ impl<'r> RasterPass<'r> {
             (colors[index], formats[index]) = (color_attachment(color), color.view.raw.format);
         }
         let depth = target.depth.as_ref().map(depth_attachment);
+        let whole = Rect { x: 0, y: 0, width: target.width, height: target.height };
+        let cut = target.area.unwrap_or(whole);
         let area = vk::Rect2D {
-            offset: vk::Offset2D::default(),
-            extent: vk::Extent2D { width: target.width, height: target.height },
+            offset: vk::Offset2D { x: cut.x, y: cut.y },
+            extent: vk::Extent2D { width: cut.width, height: cut.height },
         };
         let mut info =
             vk::RenderingInfo::default().render_area(area).layer_count(layers).color_attachments(&colors[..count]);
         if let Some(depth) = &depth {
             info = info.depth_attachment(depth);
         }
-        let whole = Rect { x: 0, y: 0, width: target.width, height: target.height };
         let view = target.viewport.unwrap_or(whole);
         let viewport = [vk::Viewport {
             x: view.x as f32,
@@ -131,18 +146,13 @@ impl<'r> RasterPass<'r> {
             min_depth: 0.0,
             max_depth: 1.0,
         }];
-        let cut = target.scissor.unwrap_or(whole);
-        let scissor = [vk::Rect2D {
-            offset: vk::Offset2D { x: cut.x, y: cut.y },
-            extent: vk::Extent2D { width: cut.width, height: cut.height },
-        }];
         let context = recorder.context().clone();
         let commands = recorder.handle();
         // SAFETY: the attachments are kept below; the buffer is recording, outside of another scope.
         unsafe {
             context.cmd_begin_rendering(commands, &info);
             context.device().cmd_set_viewport(commands, 0, &viewport);
-            context.device().cmd_set_scissor(commands, 0, &scissor);
+            context.device().cmd_set_scissor(commands, 0, &[area]);
         }
         for color in target.colors {
             recorder.keep(color.view.raw.clone());

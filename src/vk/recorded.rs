@@ -8,14 +8,16 @@ use super::zone::{ZoneKind, ZoneTiming, ZoneTimings};
 use crate::Result;
 use ash::vk;
 use std::any::Any;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// A zone that is over: its second timestamp follows its first.
+/// A zone that is over.
 pub(super) struct Zone {
     pub(super) name: &'static str,
     pub(super) kind: ZoneKind,
     pub(super) bytes: u64,
-    pub(super) first_timestamp: u32,
+    /// Pairs of the beginning and the end of each submission that it is in.
+    pub(super) timestamps: RangeInclusive<u32>,
     pub(super) cpu_ms: Option<f64>,
     pub(super) wall_ms: Option<f64>,
 }
@@ -25,8 +27,11 @@ pub(super) struct Recorded {
     /// What the commands use, kept alive until they are over.
     pub(super) keep: Vec<Arc<dyn Any + Send + Sync>>,
     pub(super) zones: Vec<Zone>,
-    /// How many were written.
+    /// How many were written since the last submission.
     pub(super) timestamps: u32,
+    /// Of earlier submissions, and where each of them ends.
+    pub(super) ticks: Vec<u64>,
+    pub(super) ends: Vec<usize>,
     /// Empty unless it was asked for.
     pub(super) log: FrameLog,
     /// On a context that counts.
@@ -40,10 +45,27 @@ impl Recorded {
         self.keep.clear();
         self.zones.clear();
         self.timestamps = 0;
+        self.ticks.clear();
+        self.ends.clear();
         self.log.zones.clear();
         if let Some(counting) = &mut self.counting {
             counting.restart();
         }
+    }
+
+    /// The number of the next submission's first timestamp, over all submissions.
+    pub(super) fn first_timestamp(&self) -> u32 {
+        self.ticks.len() as u32
+    }
+
+    /// Reads the timestamps of a submission that is over.
+    pub(super) fn take_ticks(&mut self, context: &Context, pool: vk::QueryPool) -> Result<()> {
+        if let Some(ticks) = self.read(context, pool, vk::QueryResultFlags::WAIT)? {
+            self.ticks.extend(ticks);
+            self.ends.push(self.ticks.len());
+        }
+        self.timestamps = 0;
+        Ok(())
     }
 
     /// The zones' times. `None` where the device has not written all timestamps yet and `flags` do not wait.
@@ -54,33 +76,51 @@ impl Recorded {
         flags: vk::QueryResultFlags,
         wall_ms: f64,
     ) -> Result<Option<ZoneTimings>> {
+        let last = self.read(context, pool, flags)?;
+        Ok(last.map(|last| self.timings_of(context, &[&self.ticks[..], &last].concat(), wall_ms)))
+    }
+
+    /// The timestamps since the last submission.
+    fn read(&self, context: &Context, pool: vk::QueryPool, flags: vk::QueryResultFlags) -> Result<Option<Vec<u64>>> {
         let mut ticks = vec![0_u64; self.timestamps as usize];
         let flags = flags | vk::QueryResultFlags::TYPE_64;
         // SAFETY: the pool is alive and has that many queries.
         match unsafe { context.device().get_query_pool_results(pool, 0, &mut ticks, flags) } {
-            Ok(()) => Ok(Some(self.timings_of(context, &ticks, wall_ms))),
+            Ok(()) => Ok(Some(ticks)),
             Err(vk::Result::NOT_READY) => Ok(None),
             Err(result) => Err(context.error("reading the timestamps", result)),
         }
     }
 
     fn timings_of(&self, context: &Context, ticks: &[u64], wall_ms: f64) -> ZoneTimings {
-        let ms = |from: u32, to: u32| {
-            let ticks = ticks[to as usize].saturating_sub(ticks[from as usize]);
-            ticks as f64 * f64::from(context.limits.timestamp_period) * 1e-6
+        let ms = |ticks: u64| ticks as f64 * f64::from(context.limits.timestamp_period) * 1e-6;
+        let between = |from: usize, to: usize| ms(ticks[to].saturating_sub(ticks[from]));
+        // Milliseconds of device time before a timestamp: what passes between submissions is not the device's.
+        let before = |timestamp: usize| {
+            let mut start = 0;
+            let mut sum = 0.0;
+            for &end in self.ends.iter().take_while(|end| **end <= timestamp) {
+                sum += between(start, end - 1);
+                start = end;
+            }
+            sum + between(start, timestamp)
+        };
+        let inside = |zone: &Zone| {
+            let (first, last) = (*zone.timestamps.start() as usize, *zone.timestamps.end() as usize);
+            (first..=last).step_by(2).map(|first| between(first, first + 1)).sum()
         };
         let counts = |index| self.counting.as_ref().map_or_else(Vec::new, |counting| counting.read(index));
         let timing = |(index, zone): (usize, &Zone)| ZoneTiming {
             name: zone.name,
             kind: zone.kind,
-            start_ms: ms(0, zone.first_timestamp),
-            gpu_ms: ms(zone.first_timestamp, zone.first_timestamp + 1),
+            start_ms: before(*zone.timestamps.start() as usize),
+            gpu_ms: inside(zone),
             cpu_ms: zone.cpu_ms,
             wall_ms: zone.wall_ms,
             bytes: zone.bytes,
             counts: counts(index),
         };
         let zones = self.zones.iter().enumerate().map(timing).collect();
-        ZoneTimings { zones, gpu_ms: ms(0, self.timestamps.saturating_sub(1)), wall_ms }
+        ZoneTimings { zones, gpu_ms: before(ticks.len().saturating_sub(1)), wall_ms }
     }
 }

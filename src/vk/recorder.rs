@@ -3,6 +3,7 @@
 use super::context::Context;
 use super::counting::Counting;
 use super::frame_log::{CommandLog, FrameLog};
+use super::pace::Pacing;
 use super::pending::Pending;
 use super::recorded::{Recorded, Zone};
 use super::submit::{Commands, MAX_TIMESTAMPS};
@@ -10,7 +11,7 @@ use super::zone::{ZoneKind, ZoneTimings, process_cpu_ms};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
 /// How to submit what is recorded.
@@ -38,6 +39,7 @@ pub struct Recorder {
     options: RecorderOptions,
     zone: Option<(&'static str, ZoneKind)>,
     pub(super) recorded: Recorded,
+    pub(super) pacing: Option<Pacing>,
     error: Option<Error>,
     started: Instant,
 }
@@ -53,12 +55,8 @@ impl Recorder {
     /// Starts to record to `target`.
     pub(super) fn start(context: &Arc<Context>, target: Target, options: RecorderOptions, recorded: Recorded) -> Self {
         let (context, started) = (context.clone(), Instant::now());
-        let mut this = Self { context, target, options, zone: None, recorded, error: None, started };
-        if this.pool() != vk::QueryPool::null() {
-            let device = this.context.device();
-            // SAFETY: the buffer is recording; the pool is not in use.
-            unsafe { device.cmd_reset_query_pool(this.handle(), this.pool(), 0, MAX_TIMESTAMPS) };
-        }
+        let mut this = Self { context, target, options, zone: None, recorded, pacing: None, error: None, started };
+        this.reset_timestamps();
         for image in this.context.take_untransitioned() {
             if let Some(image) = image.upgrade() {
                 image.record_first_transition(this.handle());
@@ -112,9 +110,13 @@ impl Recorder {
     /// Zones do not nest.
     pub fn zone(&mut self, name: &'static str, kind: ZoneKind, bytes_written: u64, record: impl FnOnce(&mut Self)) {
         assert!(self.zone.is_none(), "zone {name} inside of zone {:?}", self.zone);
+        if !self.goes_on() {
+            return;
+        }
         if self.options.per_pass {
             self.flush();
         }
+        self.pace_pass(name);
         self.recorded.log.close();
         self.start_counts();
         let (cpu, wall) = if self.options.per_pass { (process_cpu_ms(), Some(Instant::now())) } else { (None, None) };
@@ -123,7 +125,7 @@ impl Recorder {
         self.context.begin_label(self.handle(), name);
         record(self);
         self.context.end_label(self.handle());
-        self.timestamp();
+        let last_timestamp = self.timestamp();
         self.zone = None;
         self.recorded.log.close();
         self.keep_counts();
@@ -134,10 +136,26 @@ impl Recorder {
             name,
             kind,
             bytes: bytes_written,
-            first_timestamp,
+            timestamps: first_timestamp..=last_timestamp,
             cpu_ms: cpu.and_then(|before| Some(process_cpu_ms()? - before)),
             wall_ms: wall.map(|before| before.elapsed().as_secs_f64() * 1e3),
         });
+        self.pace_pass_end(name);
+    }
+
+    /// The open pass.
+    pub(super) fn zone_name(&self) -> Option<&'static str> {
+        self.zone.map(|(name, _)| name)
+    }
+
+    /// Whether nothing has failed so far: what is recorded afterwards is never submitted.
+    pub(super) fn goes_on(&self) -> bool {
+        self.error.is_none()
+    }
+
+    /// The first error is kept for [`Self::submit`].
+    pub(super) fn fail(&mut self, error: Error) {
+        self.error.get_or_insert(error);
     }
 
     /// Submits and does not wait. What was submitted before is done before this starts.
@@ -159,7 +177,13 @@ impl Recorder {
     /// # Errors
     /// As [`Self::submit`], or the device took longer than ten minutes.
     pub fn finish(self) -> Result<ZoneTimings> {
-        self.submit()?.wait()
+        let (pace, submitted) = (self.pacing.as_ref().map(|pacing| pacing.pace.clone()), Instant::now());
+        let timings = self.submit()?.wait()?;
+        if let Some(pace) = pace {
+            let ms = submitted.elapsed().as_secs_f64() * 1e3;
+            pace.lock().unwrap_or_else(PoisonError::into_inner).measured(ms);
+        }
+        Ok(timings)
     }
 
     /// What is left after the last command, and the milliseconds that recording took.
@@ -172,20 +196,52 @@ impl Recorder {
         let (index, pool) = (self.recorded.timestamps, self.pool());
         self.recorded.timestamps += 1;
         if pool != vk::QueryPool::null() {
-            assert!(index < MAX_TIMESTAMPS, "more than {} zones in one recording", MAX_TIMESTAMPS / 2 - 1);
+            assert!(index < MAX_TIMESTAMPS, "more than {} zones in one submission", MAX_TIMESTAMPS / 2 - 1);
             let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
             // SAFETY: the query was reset and not written since.
             unsafe { self.context.device().cmd_write_timestamp(self.handle(), stage, pool, index) };
         }
-        index
+        self.recorded.first_timestamp() + index
     }
 
-    /// Submits what was recorded, waits, and goes on recording. The first error is kept for `submit`.
-    fn flush(&mut self) {
-        let Target::Own(commands) = &mut self.target else { return };
-        if self.error.is_none() {
-            let waited = commands.submit_and_wait("rendering").and_then(|()| commands.begin_again());
-            self.error = waited.err();
+    fn reset_timestamps(&self) {
+        if self.pool() != vk::QueryPool::null() {
+            let device = self.context.device();
+            // SAFETY: the buffer is recording; the pool is not in use.
+            unsafe { device.cmd_reset_query_pool(self.handle(), self.pool(), 0, MAX_TIMESTAMPS) };
         }
+    }
+
+    /// Submits what was recorded, waits, and goes on recording. Returns the milliseconds that this took; `None` where there is
+    /// nothing to submit or an error, the first of which is kept for `submit`.
+    pub(super) fn flush(&mut self) -> Option<f64> {
+        if matches!(self.target, Target::Host(..)) || self.error.is_some() {
+            return None;
+        }
+        if self.zone.is_some() {
+            self.context.end_label(self.handle());
+        }
+        self.timestamp();
+        let submitted = Instant::now();
+        let flushed = self.submit_and_begin_again();
+        let ms = submitted.elapsed().as_secs_f64() * 1e3;
+        if let Err(error) = flushed {
+            self.error = Some(error);
+            return None;
+        }
+        self.reset_timestamps();
+        self.timestamp();
+        if let Some((name, _)) = self.zone {
+            self.context.begin_label(self.handle(), name);
+        }
+        Some(ms)
+    }
+
+    fn submit_and_begin_again(&mut self) -> Result<()> {
+        let pool = self.pool();
+        let Target::Own(commands) = &mut self.target else { return Ok(()) };
+        commands.submit_and_wait("rendering")?;
+        self.recorded.take_ticks(&self.context, pool)?;
+        commands.begin_again()
     }
 }

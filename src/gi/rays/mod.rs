@@ -140,7 +140,7 @@ impl Lighting {
             r.full_barrier(); // the lists and what is gathered from were written
             let mut binds = ground.item_binds();
             binds.push(Bind::buffer("seen_lights", &lists.seen_lights));
-            lists.cells.dispatch_items(r, &pass.pipeline, binds);
+            lists.cells.light_items(r, &pass.pipeline, binds);
         });
         r.zone("share items", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the items are lit

@@ -171,11 +171,12 @@ impl Gather {
             }),
             ..Default::default()
         };
-        r.raster(&target, |pass| {
-            let mut binds = ground.image_binds();
-            binds.extend_from_slice(look_up);
-            pass.draw(&self.depth_pass, &self.depth_pass.select(&binds), &BandPush { first_row }, ground.recorded());
-            pass.draw(&self.gather, &self.gather.select(&binds), &BandPush { first_row }, ground.recorded());
+        let mut binds = ground.image_binds();
+        binds.extend_from_slice(look_up);
+        let (depth_binds, binds) = (self.depth_pass.select(&binds), self.gather.select(&binds));
+        target.draw_in_parts(r, |pass| {
+            pass.draw(&self.depth_pass, &depth_binds, &BandPush { first_row }, ground.recorded());
+            pass.draw(&self.gather, &binds, &BandPush { first_row }, ground.recorded());
         });
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;

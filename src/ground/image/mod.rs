@@ -126,13 +126,13 @@ impl ImagePass {
     fn draw_band(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>], band: &Band) {
         let ImageFrame { ground, target, blended, sky } = *frame;
         r.full_barrier(); // the method wrote its light, gather and share theirs; the band before was copied from the same targets
-        r.raster(&target.render_target(&target.colors(sky), band), |pass| {
-            let mut binds = ground.image_binds();
-            binds.extend_from_slice(look_up);
-            if let Some(gather) = &self.gather {
-                binds.extend(gather.binds(ground));
-            }
-            let push = BandPush { first_row: band.first_row };
+        let mut binds = ground.image_binds();
+        binds.extend_from_slice(look_up);
+        if let Some(gather) = &self.gather {
+            binds.extend(gather.binds(ground));
+        }
+        let push = BandPush { first_row: band.first_row };
+        target.render_target(&target.colors(sky), band).draw_in_parts(r, |pass| {
             pass.draw(&self.depth, &self.depth.select(&binds), &push, ground.recorded());
             pass.draw(&self.opaque, &self.opaque.select(&binds), &push, ground.recorded());
             if let Some(pipeline) = &self.sky {

@@ -1,12 +1,13 @@
 //! The bytes of a `.gltf` or `.glb` file and of the buffers and images that it names by relative path or data URI.
 
 use std::fs::File;
-use std::io::{ErrorKind, Read, Seek};
+use std::io::{Cursor, ErrorKind, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use super::accessor::Problem;
 use super::need::{Kind, Need};
 use crate::Error;
+use crate::output::file::is_standard;
 
 /// The two parts of a file: its JSON and, in a `.glb`, the binary chunk.
 pub struct Container {
@@ -17,9 +18,13 @@ pub struct Container {
 /// A part of a file that is read when it is known how much of it is used.
 pub struct Part {
     /// At the part's first byte.
-    file: File,
+    file: Box<dyn Content>,
     pub bytes: u64,
 }
+
+/// A file, or what came from standard input.
+trait Content: Read + Seek + Send {}
+impl<T: Read + Seek + Send> Content for T {}
 
 const MAGIC: &[u8; 4] = b"glTF";
 /// Bytes of a `.glb` before its first chunk, and of a chunk before its content.
@@ -28,6 +33,9 @@ const CHUNK_HEADER: u64 = 8;
 
 /// Reads the JSON of the file at `path` and finds the binary chunk. Its first bytes decide the format, not its name.
 pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
+    if is_standard(path) {
+        return standard_input(path, need);
+    }
     let problem = |problem| Error::file(path, problem);
     let failed = |e: std::io::Error| problem(unreadable(&e));
     if path.is_dir() {
@@ -39,7 +47,32 @@ pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
             Refusal::Other(sentence) => sentence,
         })
     })?;
-    let mut file = File::open(path).map_err(failed)?;
+    let file = File::open(path).map_err(failed)?;
+    parts(path, (Box::new(file), length), need)
+}
+
+/// Standard input, whose length is not known before its end: no more than fits into memory is read.
+fn standard_input(path: &Path, need: &mut Need) -> Result<Container, Error> {
+    let (mut bytes, room) = (Vec::new(), need.room());
+    let read = std::io::stdin().lock().take(room.saturating_add(1)).read_to_end(&mut bytes);
+    read.map_err(|e| Error::file(path, format!("standard input cannot be read ({e})")))?;
+    if bytes.len() as u64 > room {
+        return Err(Error::file(
+            path,
+            format!("standard input holds more than {}; name a smaller scene", need.limit()),
+        ));
+    }
+    if bytes.is_empty() {
+        return Err(Error::file(path, "standard input is empty; send a scene to it"));
+    }
+    need.add(Kind::Bytes, bytes.len() as u64, 1);
+    let length = bytes.len() as u64;
+    parts(path, (Box::new(Cursor::new(bytes)), length), need)
+}
+
+fn parts(path: &Path, (mut file, length): (Box<dyn Content>, u64), need: &mut Need) -> Result<Container, Error> {
+    let problem = |problem| Error::file(path, problem);
+    let failed = |e: std::io::Error| problem(unreadable(&e));
     let mut start = Vec::new();
     (&mut file).take(HEADER as u64).read_to_end(&mut start).map_err(failed)?;
     if start.starts_with(MAGIC) {
@@ -162,14 +195,14 @@ impl Source {
     /// The first `count` bytes, or as many as there are. `what` is for messages.
     pub fn read(self, what: &str, count: u64) -> Result<Vec<u8>, Problem> {
         let count = count.min(self.bytes());
-        let read = |file: File| {
+        let read = |file: Box<dyn Content>| {
             let mut bytes = Vec::new();
             file.take(count).read_to_end(&mut bytes).map(|_| bytes)
         };
         match self {
-            Self::File { path, name, .. } => {
-                File::open(path).and_then(read).map_err(|e| format!("{what}: \"{name}\" {}", unreadable(&e)))
-            }
+            Self::File { path, name, .. } => File::open(path)
+                .and_then(|file| read(Box::new(file)))
+                .map_err(|e| format!("{what}: \"{name}\" {}", unreadable(&e))),
             Self::Chunk(part) => read(part.file).map_err(|e| format!("{what} {}", unreadable(&e))),
             Self::Inline(mut bytes) => {
                 bytes.truncate(count as usize);

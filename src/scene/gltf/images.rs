@@ -16,7 +16,7 @@ use super::document::{Document, image_of};
 use super::hash_part;
 use super::need::{Kind, Need};
 use crate::memory::{Limit, apart};
-use crate::scene::texture::ColorSpace;
+use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
 
 /// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel.
@@ -33,11 +33,14 @@ pub struct Used {
     made: Vec<Texture>,
     /// Whether to refuse what would be left out.
     strict: bool,
+    /// Texels a side.
+    most: Option<u32>,
 }
 
 impl Used {
-    pub fn new(strict: bool) -> Self {
-        Self { strict, ..Self::default() }
+    /// `most`: larger images are halved until they have so many texels a side.
+    pub fn new(strict: bool, most: Option<u32>) -> Self {
+        Self { strict, most, ..Self::default() }
     }
 
     /// The scene's index of texture `index` of the document; `None` if the texture has no image of a supported format.
@@ -96,6 +99,7 @@ pub struct Images<'a> {
     /// Those that cannot be read with the reason.
     opened: Vec<Result<Opened<'a>, Problem>>,
     strict: bool,
+    most: Option<u32>,
 }
 
 /// An image in the bytes of its format, and its size in texels.
@@ -117,7 +121,7 @@ pub fn open<'a>(data: &Data<'a>, folder: &Path, used: Used, need: &mut Need) -> 
     let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(Found::open)).collect();
     match opened.iter().find_map(|opened| opened.as_ref().err()).filter(|_| used.strict) {
         Some(problem) => Err(problem.clone()),
-        None => Ok(Images { textures: used.made, opened, strict: used.strict }),
+        None => Ok(Images { textures: used.made, opened, strict: used.strict, most: used.most }),
     }
 }
 
@@ -199,6 +203,8 @@ impl Images<'_> {
             let spaces = chains.range((index, ColorSpace::Srgb)..=(index, ColorSpace::Linear)).count();
             need.add_image(self.size(index), spaces as u64);
         }
+        let halved = self.opened.iter().flatten().filter(|image| self.halvings(image.size) > 0);
+        need.add_halving(halved.map(|image| u64::from(image.size.0) * u64::from(image.size.1)).max().unwrap_or(0));
         need.add_upload((0..self.opened.len()).map(|index| self.texels(index)).max().unwrap_or(0));
         need.check()
     }
@@ -220,7 +226,7 @@ impl Images<'_> {
         let ([needed, most], words) = (apart([bytes, limit.bytes]), &limit.words);
         let millions = texels as f64 / 1e6;
         Err(format!(
-            "has textures of {millions:.1} million texels, which need {needed} on the device, more than {words} of {most}: use smaller textures"
+            "has textures of {millions:.1} million texels, which need {needed} on the device, more than {words} of {most}: use smaller textures or --max-texture TEXELS"
         ))
     }
 
@@ -229,9 +235,17 @@ impl Images<'_> {
         slots.map(|(slot, space)| (self.textures[slot.texture].image, space)).collect()
     }
 
-    /// In texels; none for an image that cannot be read.
+    /// In texels, as it is kept; none for an image that cannot be read.
     fn size(&self, image: usize) -> (u32, u32) {
-        self.opened[image].as_ref().map_or((0, 0), |opened| opened.size)
+        let size = self.opened[image].as_ref().map_or((0, 0), |opened| opened.size);
+        let halvings = self.halvings(size);
+        if halvings == 0 { size } else { ((size.0 >> halvings).max(1), (size.1 >> halvings).max(1)) }
+    }
+
+    /// How often an image of this size is halved.
+    fn halvings(&self, (width, height): (u32, u32)) -> u32 {
+        let Some(most) = self.most else { return 0 };
+        (0..32).find(|&times| width.max(height) >> times <= most).unwrap_or(0)
     }
 
     fn texels(&self, image: usize) -> u64 {
@@ -242,7 +256,21 @@ impl Images<'_> {
     /// Decodes all images into `scene` and adds their bytes to `hash`. Its materials lose the slots of those that cannot be
     /// read: their factors alone remain.
     pub fn decode(self, document: &Document, scene: &mut Scene, hash: &mut blake3::Hasher) -> Result<(), Problem> {
-        let decoded: Vec<_> = self.opened.into_par_iter().map(|opened| opened.and_then(Opened::decode)).collect();
+        let of_colors = self.chains(scene.materials.iter().flat_map(Material::texture_slots));
+        let halvings: Vec<u32> =
+            self.opened.iter().map(|opened| opened.as_ref().map_or(0, |image| self.halvings(image.size))).collect();
+        let halved = halvings.iter().filter(|times| **times > 0).count();
+        let plan = |index| {
+            let color = of_colors.contains(&(index, ColorSpace::Srgb));
+            (halvings[index], if color { ColorSpace::Srgb } else { ColorSpace::Linear })
+        };
+        let decode = |(index, opened): (usize, Result<Opened, Problem>)| opened.and_then(|o| o.decode(plan(index)));
+        let decoded: Vec<_> = self.opened.into_par_iter().enumerate().map(decode).collect();
+        if let Some(most) = self.most.filter(|_| halved > 0) {
+            document.warn(format!(
+                "--max-texture: {halved} images were halved until they had at most {most} texels a side"
+            ));
+        }
         let mut place_of_image = Vec::new();
         for decoded in decoded {
             place_of_image.push(decoded.is_ok().then_some(scene.images.len()));
@@ -289,13 +317,17 @@ fn slots_mut(m: &mut Material) -> [&mut Option<TextureRef>; 9] {
 }
 
 impl Opened<'_> {
-    /// The image, the hash of its bytes, and whether it has 16 bits per channel.
-    fn decode(self) -> Result<(Image, blake3::Hash, bool), Problem> {
+    /// The image, so often halved in that colour space, the hash of its bytes, and whether it has 16 bits per channel.
+    fn decode(self, (halvings, space): (u32, ColorSpace)) -> Result<(Image, blake3::Hash, bool), Problem> {
         let decoded = reader(&self.bytes).and_then(ImageReader::decode).map_err(|e| undecodable(&self.what, &e))?;
         let color = decoded.color();
         let deep = color.bytes_per_pixel() == 2 * color.channel_count();
         let rgba = decoded.into_rgba8();
-        let image = Image { name: self.name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() };
+        let mut image = Image { name: self.name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() };
+        if halvings > 0 {
+            let level = MipChain::new(&image, space).levels.swap_remove(halvings as usize);
+            (image.width, image.height, image.rgba) = (level.width, level.height, level.rgba);
+        }
         Ok((image, blake3::hash(&self.bytes), deep))
     }
 }

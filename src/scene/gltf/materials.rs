@@ -125,7 +125,7 @@ impl Loader<'_> {
 
     fn unit(&mut self, value: f32, name: &str) -> f32 {
         if value > 1.0 {
-            self.document.warn(format!("{} has a {name} above 1; it was lowered to 1", self.what));
+            self.document.warn(format!("{} has {} above 1; it was lowered to 1", self.what, with_article(name)));
         }
         self.clamp(value, 0.0, name).min(1.0)
     }
@@ -137,7 +137,7 @@ impl Loader<'_> {
     /// Clamps to at least `min` and to finite values: JSON has no infinity, but a number too large for f32 becomes infinite.
     fn clamp(&mut self, value: f32, min: f32, name: &str) -> f32 {
         if value < min {
-            self.document.warn(format!("{} has a {name} below {min}; it was raised to {min}", self.what));
+            self.document.warn(format!("{} has {} below {min}; it was raised to {min}", self.what, with_article(name)));
         }
         value.max(min).clamp(f32::MIN, f32::MAX)
     }
@@ -175,4 +175,10 @@ impl Loader<'_> {
 fn uv_transform(t: &TextureTransform) -> Affine2 {
     let linear = Mat2::from_angle(-t.rotation.0) * Mat2::from_diagonal(Vec2::from(t.scale.0));
     Affine2 { matrix2: linear, translation: Vec2::from(t.offset.0) }
+}
+
+/// "a normal scale", "an index of refraction".
+fn with_article(noun: &str) -> String {
+    let article = if noun.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
+    format!("{article} {noun}")
 }

@@ -26,6 +26,7 @@ use self::need::{Kind, Need};
 use super::{Instance, Scene};
 use crate::Error;
 use crate::memory::Limit;
+use crate::output::file::is_standard;
 
 /// Which part of a file to load, and within which limits.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +39,10 @@ pub struct LoadOptions {
     pub memory: Option<Limit>,
     /// What textures may take on the device, if there is one.
     pub texture_memory: Option<Limit>,
+    /// How many triangles a device holds over all instances, and what says so.
+    pub triangles: Option<(u64, String)>,
+    /// Larger textures are halved until they have at most so many texels a side.
+    pub max_texture: Option<u32>,
 }
 
 /// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
@@ -58,7 +63,7 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
 const COORDINATE_MAX: f64 = 1e15;
 
 impl Scene {
-    /// Loads the glTF 2.0 file at `path`: buffers, images, the chosen scene, every animation.
+    /// Loads the glTF 2.0 file at `path`, `-` for standard input: buffers, images, the chosen scene, every animation.
     ///
     /// The README lists the supported extensions. Skins and morph targets are applied once, with the file's own node
     /// transforms and default weights. Points and lines are left out, and so are textures that cannot be read, unless
@@ -86,8 +91,9 @@ impl Scene {
             source.assemble()
         };
         let scene = load().map_err(|problem| Error::file(path, problem))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
         Ok(Self {
-            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            name: if is_standard(path) { "stdin".into() } else { name.into_owned() },
             hash: hash.finalize().to_hex().to_string(),
             warnings: document.into_warnings(),
             ..scene
@@ -197,7 +203,7 @@ impl Loading<'_> {
         let tree = nodes::Tree::new(document)?;
         let shown = tree.reachable(document, &nodes::choose_roots(document, self.options.scene.as_deref())?)?;
         let mut scene = Scene { nodes: tree.nodes(document)?, ..Scene::default() };
-        let mut used = images::Used::new(self.options.strict);
+        let mut used = images::Used::new(self.options.strict, self.options.max_texture);
         scene.materials = materials::load(document, &mut used)?;
         nodes::load_cameras(document, &tree, &shown, &mut scene)?;
         nodes::load_lights(document, &tree, &shown, &mut scene)?;
@@ -205,6 +211,9 @@ impl Loading<'_> {
         self.need.add_meshes(document, &shown);
         self.need.add_animations(document);
         self.need.check()?;
+        if let Some((most, words)) = &self.options.triangles {
+            self.need.check_triangles(*most, words)?;
+        }
         let images = images::open(data, self.folder, used, &mut self.need)?;
         images.check(&scene.materials, &mut self.need)?;
         if let Some(limit) = &self.options.texture_memory {

@@ -28,7 +28,7 @@ const KINDS: [(&str, &str); 6] = [
     ("objects and list entries in its JSON", "split it into smaller files"),
     ("vertices", "use fewer triangles"),
     ("triangles over all instances", "use fewer triangles or instances"),
-    ("texels in its textures", "use smaller textures"),
+    ("texels in its textures", "use smaller textures or --max-texture TEXELS"),
     ("numbers of animations and skins", "use fewer keys or joints"),
 ];
 
@@ -124,6 +124,26 @@ impl Need {
         Ok(())
     }
 
+    /// Refuses more triangles than a device holds.
+    pub fn check_triangles(&self, most: u64, limit: &str) -> Result<(), Problem> {
+        let triangles = self.sums[Kind::Triangles as usize].0;
+        if triangles <= most {
+            return Ok(());
+        }
+        let ([count, most], (name, remedy)) = ([triangles, most].map(words), KINDS[Kind::Triangles as usize]);
+        Err(format!("has {count} {name}, more than the {most} that fit into {limit}: {remedy}"))
+    }
+
+    /// Bytes that may still be taken.
+    pub fn room(&self) -> u64 {
+        self.sums.iter().fold(self.limit.bytes, |left, (_, bytes)| left.saturating_sub(*bytes))
+    }
+
+    /// What sets the limit.
+    pub fn limit(&self) -> &str {
+        &self.limit.words
+    }
+
     /// Adds what parsing a document's text takes.
     pub fn add_json(&mut self, text: &[u8]) {
         // In the text of strings these bytes count for nothing, but there they are few.
@@ -170,6 +190,11 @@ impl Need {
     /// Adds what the largest image takes on its way to the device: two copies of its chain's rectangle.
     pub fn add_upload(&mut self, texels: u64) {
         self.add_bytes(Kind::Texels, texels.saturating_mul(2 * 6));
+    }
+
+    /// Adds what images take that are halved once they are decoded: several at once, as they are and while they are halved.
+    pub fn add_halving(&mut self, texels: u64) {
+        self.add_bytes(Kind::Texels, texels.saturating_mul(12).saturating_mul(rayon::current_num_threads() as u64));
     }
 
     /// Adds an image that is used in so many colour spaces.

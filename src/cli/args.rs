@@ -32,6 +32,8 @@ pub enum Command {
     Chart(super::chart::ChartArgs),
     /// Run the default study and write docs/study again
     Study(super::study::StudyArgs),
+    /// Measure where methods fail: leaks, flicker, lost light and more, each a number with an ideal
+    Stability(super::stability::StabilityArgs),
     /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
     Profile(super::profile::ProfileArgs),
     /// List every setting, or print the settings that flags add up to

@@ -10,7 +10,7 @@ use twobounce::chart::export::Chart;
 use twobounce::chart::measure::{ChartScene, ReferenceImage, same_depth};
 use twobounce::chart::plan::Trial;
 use twobounce::chart::row::Row;
-use twobounce::chart::store::{Keys, Store, Stored};
+use twobounce::chart::store::{CHART, Keys, Store, Stored};
 use twobounce::layers::Aov;
 use twobounce::output::file;
 use twobounce::reference::cache::Cache;
@@ -68,7 +68,7 @@ impl Bench<'_> {
     pub fn run(&self, write: impl FnOnce(&Chart) -> Result<()>) -> anyhow::Result<ExitCode> {
         self.scene.check()?;
         check_memory(self.scene.size)?;
-        let store = Store::open(self.folder, self.args.any_build)?;
+        let store = Store::open(CHART, self.folder, self.args.any_build)?;
         let mut scenes = self.open()?;
         let context = self.args.device.open(self.scene.size)?;
         let (device, driver) = (context.name.clone(), context.driver.clone());
@@ -179,7 +179,7 @@ impl Bench<'_> {
             if !go_on() {
                 break;
             }
-            progress.begin(&planned.row);
+            progress.begin(&format!("{} {}", planned.row.scene, planned.row.name));
             let context = match device.take() {
                 Some(context) => context,
                 None => self.args.device.open(self.scene.size)?,
@@ -196,12 +196,25 @@ impl Bench<'_> {
                     store.save(Row { failure: Some(error.to_string()), ..planned.row.clone() }, None)?
                 }
             };
-            progress.finish(&stored.row);
+            progress.finish(&result(&stored.row));
             planned.stored = Some(stored);
         }
         progress.clear();
         Ok(interrupt::check().is_ok() && !in_time() && rows.iter().any(|row| row.stored.is_none()))
     }
+}
+
+/// A finished row in a line.
+fn result(row: &Row) -> String {
+    let result = match &row.measured {
+        Some(measured) => {
+            let (full, same) = (measured.full.total.rel, measured.same.total.rel);
+            let ms = measured.frame_gpu_ms.median;
+            format!("{ms:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces")
+        }
+        None => row.failure.clone().unwrap_or_default(),
+    };
+    format!("{} {}: {result}", row.scene, row.name)
 }
 
 impl<'a> PlannedRow<'a> {

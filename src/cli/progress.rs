@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use twobounce::chart::row::Row;
 
 use crate::say;
 
@@ -26,24 +25,18 @@ impl RowProgress {
         Self { bar: bar(missing as u64, "{wide_bar} {msg}") }
     }
 
-    pub fn begin(&self, row: &Row) {
-        self.bar.set_message(format!("{}: {} {}", self.progress(), row.scene, row.name));
+    /// `name`: of the row that is being made.
+    pub fn begin(&self, name: &str) {
+        self.bar.set_message(format!("{}: {name}", self.progress()));
         self.bar.tick();
     }
 
-    pub fn finish(&self, row: &Row) {
+    /// `result`: the finished row in a line.
+    pub fn finish(&self, result: &str) {
         self.bar.inc(1);
-        let result = match &row.measured {
-            Some(measured) => {
-                let (full, same) = (measured.full.total.rel, measured.same.total.rel);
-                let ms = measured.frame_gpu_ms.median;
-                format!("{ms:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces")
-            }
-            None => row.failure.clone().unwrap_or_default(),
-        };
         // Into a log too, which shows no bar. Made before: a suspended bar cannot be asked.
         let progress = self.progress();
-        self.bar.suspend(|| say!("{} {}: {result} ({progress})", row.scene, row.name));
+        self.bar.suspend(|| say!("{result} ({progress})"));
     }
 
     pub fn clear(&self) {

@@ -91,7 +91,10 @@ impl Store {
         let entries = fs::read_dir(folder).map_err(|e| Error::file(folder, format!("cannot be read: {e}")))?;
         if !store.is_marked() && entries.flatten().any(|entry| !is_part(entry)) {
             let words = kind.words;
-            return Err(Error::file(folder, format!("holds something else than {words}; name an empty or a new folder")));
+            return Err(Error::file(
+                folder,
+                format!("holds something else than {words}; name an empty or a new folder"),
+            ));
         }
         file::check_writable(&store.mark())?;
         Ok(store)

@@ -1,6 +1,7 @@
 //! `twobounce stability`: the table of where methods fail.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -14,6 +15,8 @@ use twobounce::settings::{PRESETS, Settings};
 use twobounce::stability::case::Case;
 use twobounce::stability::cell::{Cell, Effort, settings};
 use twobounce::stability::export::{Table, case_lines, csv};
+use twobounce::stability::markdown::page;
+use twobounce::stability::page::html;
 use twobounce::stability::row::{Pictures, Row};
 use twobounce::stability::{FOLDER, GRIDS, SIZE, VERSION, cases};
 use twobounce::vk::Context;
@@ -29,7 +32,7 @@ use crate::say;
 #[derive(Args, Debug)]
 pub struct StabilityArgs {
     /// The folder to write into: a new one, an empty one, or one of an earlier table
-    #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["list", "markdown"])]
     pub output: Option<PathBuf>,
     /// The cases to run, separated by commas; the start of a name takes all that begin so [default: all]
     #[arg(long = "case", value_name = "NAME,…", value_delimiter = ',')]
@@ -49,6 +52,9 @@ pub struct StabilityArgs {
     /// Print the cases and what they measure
     #[arg(long)]
     pub list: bool,
+    /// Print a page in Markdown about a rows.csv that was written before
+    #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "output"])]
+    pub markdown: Option<PathBuf>,
     /// Use no more device memory than this; what needs more becomes a row that says so
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub memory_limit: Option<u64>,
@@ -60,7 +66,7 @@ pub struct StabilityArgs {
 }
 
 /// What `--quick` runs.
-const QUICK_PRESETS: &[&str] = &["fast", "balanced", "accurate", "cones", "lpv", "photons"];
+const QUICK_PRESETS: &[&str] = &["balanced", "cones", "lpv", "photons"];
 const QUICK_GRIDS: &[u32] = &[32, 64];
 
 type StoredRow = Stored<Row, Pictures>;
@@ -74,6 +80,10 @@ struct PlannedRow {
 }
 
 pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
+    if let Some(path) = &args.markdown {
+        print_markdown(path)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let cases = args.cases()?;
     if args.list {
         cases.iter().for_each(|case| say!("{:18} {}", case.name, case.meaning));
@@ -106,10 +116,20 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn write(store: &Store, table: &Table, _stored: &[StoredRow]) -> Result<()> {
+fn write(store: &Store, table: &Table, stored: &[StoredRow]) -> Result<()> {
     file::write_json(&store.path("rows.json"), table)?;
     file::write(&store.path("rows.csv"), csv(&table.rows).as_bytes())?;
-    say!("wrote {}", store.path("rows.csv").display());
+    file::write(&store.path("index.html"), html(table, stored).as_bytes())?;
+    say!("wrote {}", store.path("index.html").display());
+    Ok(())
+}
+
+/// Prints the page of a table.
+fn print_markdown(path: &Path) -> Result<()> {
+    let text = fs::read_to_string(path).map_err(|e| Error::file(path, e.to_string()))?;
+    out::write(
+        &page(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))?,
+    );
     Ok(())
 }
 

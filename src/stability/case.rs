@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec3};
 
 use super::cell::Cell;
+use super::row::NOT_FINITE;
 use crate::Result;
 
 /// A scene that is rendered at several places, and a number of each.
@@ -45,7 +46,8 @@ impl Unit {
     /// A number for readers.
     pub fn words(self, value: f64) -> String {
         match self {
-            _ if !value.is_finite() => "not finite".to_owned(),
+            // With a median that lies between both.
+            _ if !value.is_finite() || value.abs() >= 0.1 * NOT_FINITE => "not finite".to_owned(),
             Self::Share if value == 0.0 => "0".to_owned(),
             Self::Share if value.abs() < 5e-6 => format!("{:.0e} %", 100.0 * value),
             Self::Share if value.abs() < 0.1 => format!("{:.3} %", 100.0 * value),
@@ -131,8 +133,8 @@ mod tests {
 
     #[test]
     fn numbers_are_written_for_readers() {
-        let words = [0.0, 1e-7, 0.00123, 0.25, f64::NAN].map(|value| Unit::Share.words(value));
-        assert_eq!(words, ["0", "1e-5 %", "0.123 %", "25.0 %", "not finite"]);
+        let words = [0.0, 1e-7, 0.00123, 0.25, f64::NAN, 5e8].map(|value| Unit::Share.words(value));
+        assert_eq!(words, ["0", "1e-5 %", "0.123 %", "25.0 %", "not finite", "not finite"]);
         assert_eq!(Unit::Ratio.words(1.0), "1.000");
     }
 }

@@ -97,6 +97,8 @@ fn escape(cell: &str) -> String {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kept {
     pub median: f64,
+    pub min: f64,
+    pub max: f64,
     pub distance: f64,
 }
 
@@ -112,10 +114,13 @@ pub fn read_csv(text: &str) -> Result<BTreeMap<(String, String, u32), Option<Kep
     let read = |line: &str| {
         // Only the last cells, which are not read, may be quoted.
         let cells: Vec<&str> = line.split(',').collect();
-        let [case, preset, grid, _, _, median, _, _, distance, ..] = cells[..] else { return None };
-        let kept = match (median, distance) {
-            ("", "") => None,
-            _ => Some(Kept { median: median.parse().ok()?, distance: distance.parse().ok()? }),
+        let [case, preset, grid, _, _, median, min, max, distance, ..] = cells[..] else { return None };
+        let number = |cell: &str| cell.parse::<f64>().ok();
+        let kept = if distance.is_empty() {
+            None
+        } else {
+            let (median, min, max) = (number(median)?, number(min)?, number(max)?);
+            Some(Kept { median, min, max, distance: number(distance)? })
         };
         Some(((case.to_owned(), preset.to_owned(), grid.parse().ok()?), kept))
     };
@@ -154,7 +159,7 @@ mod tests {
         assert!(text.contains("0.01235,0,0.5,0.5,\"0.1, 0.2, 0.3 voxels\",rel = 1e-7,\n"), "{text}");
         let read = read_csv(&text).unwrap();
         let key = |grid| ("leak-1".to_owned(), "fast".to_owned(), grid);
-        assert_eq!(read[&key(64)], Some(Kept { median: 0.01235, distance: 0.5 }));
+        assert_eq!(read[&key(64)], Some(Kept { median: 0.01235, min: 0.0, max: 0.5, distance: 0.5 }));
         assert_eq!(read[&key(32)], None);
         assert!(read_csv("something else\n").is_err());
     }

@@ -8,11 +8,14 @@ pub mod case;
 pub mod cases;
 pub mod cell;
 pub mod export;
+pub mod markdown;
 pub mod motion;
+pub mod page;
 pub mod random;
 pub mod row;
 pub mod scenes;
 pub mod stage;
+pub mod warnings;
 
 use crate::chart::store::Kind;
 

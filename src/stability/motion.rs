@@ -22,8 +22,11 @@ impl Motion {
     /// `frames` and `truths`: as many of each, at least two.
     pub fn of(frames: &[Layers], truths: &[Layers]) -> Result<Self> {
         let (excess, worst) = excess(frames, truths)?;
-        let flips: Vec<f64> =
-            frames.iter().zip(truths).map(|(frame, truth)| Ok(metrics::compare(frame, truth)?.flip)).collect::<Result<_>>()?;
+        let flips: Vec<f64> = frames
+            .iter()
+            .zip(truths)
+            .map(|(frame, truth)| Ok(metrics::compare(frame, truth)?.flip))
+            .collect::<Result<_>>()?;
         Ok(Self { excess, worst, flip: flips.iter().sum::<f64>() / flips.len() as f64 })
     }
 }

@@ -96,7 +96,10 @@ fn add_part(scene: &mut Scene, random: &mut Random) {
         // Boxes in boxes.
         0 => {
             let half = Vec3::new(random.between(0.1, 0.5), random.between(0.1, 0.5), random.between(0.1, 0.5));
-            scene.add_mesh(Mesh::cuboid("inner", material, -0.5 * half, 0.5 * half, random.below(2) == 0), DAffine3::IDENTITY);
+            scene.add_mesh(
+                Mesh::cuboid("inner", material, -0.5 * half, 0.5 * half, random.below(2) == 0),
+                DAffine3::IDENTITY,
+            );
             Mesh::cuboid("outer", material, -half, half, false)
         }
         // Of any size down to a tenth of a millimetre.
@@ -121,7 +124,8 @@ fn add_part(scene: &mut Scene, random: &mut Random) {
         }
         // Loose triangles.
         4 => {
-            let triangles: Vec<_> = (0..50).map(|_| [random.point(0.7), random.point(0.7), random.point(0.7)]).collect();
+            let triangles: Vec<_> =
+                (0..50).map(|_| [random.point(0.7), random.point(0.7), random.point(0.7)]).collect();
             Mesh::triangles("loose", material, &triangles)
         }
         // Far larger than the volume.

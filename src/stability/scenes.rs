@@ -244,22 +244,24 @@ pub fn thousand_lamps() -> Stage {
     })
 }
 
-/// A room with triangles that are none: 100 without area, 100 needles, one surface of the block 100 times, and some far away.
-pub fn with_bad_triangles(stage: &Stage) -> Stage {
+/// Kinds of triangles that change nothing that is seen, and should change nothing else.
+pub const BAD_TRIANGLES: [&str; 4] = ["without area", "needles", "a surface twice", "far outside"];
+
+/// A room with triangles of one of [`BAD_TRIANGLES`].
+pub fn with_bad_triangles(stage: &Stage, kind: &str) -> Stage {
     let mut stage = stage.clone();
-    let grey = stage.scene.instances[1].mesh;
-    let grey = stage.scene.meshes[grey].material;
+    let grey = stage.scene.meshes[stage.scene.instances[1].mesh].material;
     let point = |i: usize| Vec3::new(0.37 * i as f32, 0.71 * i as f32, 0.53 * i as f32).fract() * 1.6 - 0.8;
-    let flat = (0..100).map(|i| match i % 3 {
-        0 => [point(i); 3],
-        1 => [point(i), point(i + 1), point(i)],
-        _ => [point(i), point(i) * 0.5, Vec3::ZERO],
-    });
-    // Far thinner than any pixel or voxel.
-    let needles = (0..100).map(|i| [point(i), point(i + 7), point(i + 7) + Vec3::new(0.0, 1e-7, 0.0)]);
-    let top = [Vec3::new(0.05, -0.2, -0.6), Vec3::new(0.05, -0.2, 0.0), Vec3::new(0.65, -0.2, 0.0)];
-    let far = (0..10).map(|i| [point(i) + 50.0, point(i + 1) + 50.0, point(i + 2) * 1e4 + 2e4]);
-    let bad: Vec<_> = flat.chain(needles).chain([top; 100]).chain(far).collect();
+    let triangle = |i: usize| match kind {
+        "without area" if i % 2 == 0 => [point(i); 3],
+        "without area" => [point(i), point(i) * 0.5, Vec3::ZERO],
+        // Far thinner than any pixel or voxel.
+        "needles" => [point(i), point(i + 7), point(i + 7) + Vec3::new(0.0, 1e-7, 0.0)],
+        // Half of the block's top.
+        "a surface twice" => [Vec3::new(0.05, -0.2, -0.6), Vec3::new(0.05, -0.2, 0.0), Vec3::new(0.65, -0.2, 0.0)],
+        _ => [point(i) + 50.0, point(i + 1) + 50.0, point(i + 2) * 1e4 + 2e4],
+    };
+    let bad: Vec<_> = (0..if kind == "far outside" { 10 } else { 100 }).map(triangle).collect();
     stage.scene.add_mesh(Mesh::triangles("bad", grey, &bad), DAffine3::IDENTITY);
     stage
 }

@@ -3,8 +3,8 @@
 use glam::{DAffine3, DVec3};
 
 use super::SIZE;
-use super::cell::Cell;
 use super::case::Place;
+use super::cell::Cell;
 use crate::Result;
 use crate::layers::{Aov, Layers};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
@@ -73,6 +73,12 @@ impl<'a> Studio<'a> {
         self.shoot_at(&place.world(self.voxel_m), &self.stage.pose(), self.stage.view)
     }
 
+    /// The same without the light of earlier frames.
+    pub fn shoot_anew(&mut self, place: &Place) -> Result<Layers> {
+        self.renderer.forget_light();
+        self.shoot(place)
+    }
+
     /// The same of a scene that stands otherwise, and another view.
     pub fn shoot_as(&mut self, place: &Place, pose: &Pose, view: View) -> Result<Layers> {
         self.shoot_at(&place.world(self.voxel_m), pose, view)
@@ -97,9 +103,11 @@ impl<'a> Studio<'a> {
         self.renderer.make_anew();
     }
 
-    /// Lights and materials of `scene` from now on; its meshes are those that were there.
-    pub fn relight(&mut self, scene: Scene, pose: &Pose) -> Result<()> {
-        self.renderer.change_scene(scene, pose, &[])
+    /// Lights and materials of another stage from now on; its meshes are those that were there.
+    pub fn relight(&mut self, stage: Stage) -> Result<()> {
+        self.renderer.change_scene(stage.scene.clone(), &stage.pose(), &[])?;
+        self.stage = stage;
+        Ok(())
     }
 }
 

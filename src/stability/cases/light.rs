@@ -41,7 +41,7 @@ pub const CASES: &[Case] = &[
         ideal: 1.0,
         limit: 0.01,
         advice: "With bounces = all an error feeds back into itself: prefer two bounces, or the method rays.",
-        quick: true,
+        quick: false,
         run: |cell| furnaces(cell, 0.5, true),
     },
     Case {
@@ -51,7 +51,7 @@ pub const CASES: &[Case] = &[
         ideal: 1.0,
         limit: 0.01,
         advice: "Smooth objects darken themselves where cones start inside their own voxels: raise voxels.",
-        quick: true,
+        quick: false,
         run: spheres,
     },
     Case {
@@ -72,7 +72,7 @@ pub const CASES: &[Case] = &[
         ideal: 1.0,
         limit: 0.1,
         advice: "Mirrors that face each other show two bounces at most: break them up with diffuse surfaces, or path-trace.",
-        quick: true,
+        quick: false,
         run: |cell| against_truth(cell, mirror_room(), |image, truth| sum(image) / sum(truth)),
     },
     Case {
@@ -93,7 +93,7 @@ pub const CASES: &[Case] = &[
         ideal: 1.0,
         limit: 0.1,
         advice: "What is outside the grid neither blocks nor sends light: leave grid.side at auto, or make it hold the scene.",
-        quick: true,
+        quick: false,
         run: outside,
     },
 ];
@@ -107,10 +107,9 @@ fn furnaces(cell: &Cell, albedo: f32, all: bool) -> Result<Vec<Sample>> {
         // Emission, its direct light, and as many bounces.
         Depth::Bounces(n) => (0..n + 2).map(|k| albedo.powi(k as i32)).sum(),
     };
+    let mut studio = Studio::with(cell, stage, settings, DVec3::ZERO)?;
     let sample = |place: &_| {
-        // With feedback each place starts from nothing, as it would in a program of its own.
-        let mut studio = Studio::with(cell, stage.clone(), settings.clone(), DVec3::ZERO)?;
-        let image = studio.shoot(place)?;
+        let image = studio.shoot_anew(place)?;
         let values = image.beauty().iter().flatten().map(|v| f64::from(*v) / ideal);
         let (least, most) = values.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
         let number = sum(image.beauty()) / (3 * image.beauty().len()) as f64 / ideal;
@@ -152,9 +151,9 @@ fn corridors(cell: &Cell) -> Result<Vec<Sample>> {
     let film = cell.film(&stage, (&stage.pose(), &stage.view), Depth::Full, 0)?;
     let truth = film.layers(&[]).beauty().to_vec();
     let settings = cell.changed("bounces=all")?;
+    let mut studio = Studio::with(cell, stage, settings, DVec3::ZERO)?;
     let sample = |place: &_| {
-        let mut studio = Studio::with(cell, stage.clone(), settings.clone(), DVec3::ZERO)?;
-        let image = studio.shoot(place)?.beauty().to_vec();
+        let image = studio.shoot_anew(place)?.beauty().to_vec();
         let number = sum(&image) / sum(&truth);
         Ok(Sample { truth: Some(truth.clone()), ..Sample::new(place, number, image) })
     };

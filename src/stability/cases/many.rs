@@ -28,7 +28,7 @@ pub const CASES: &[Case] = &[
         ideal: 0.0,
         limit: 0.1,
         advice: "Replace lamps far smaller than a voxel by point lights, or keep lights.lamps at sampled.",
-        quick: true,
+        quick: false,
         run: bright_lamp,
     },
     Case {
@@ -39,7 +39,7 @@ pub const CASES: &[Case] = &[
         ideal: 1.0,
         limit: 0.2,
         advice: "Compare your own scene with `twobounce reference`: the worst scenes have small bright lamps and mirrors.",
-        quick: true,
+        quick: false,
         run: random_scenes,
     },
 ];
@@ -57,11 +57,13 @@ fn random_scenes(cell: &Cell) -> Result<Vec<Sample>> {
         let stage = random::stage(seed);
         let (pose, view) = (stage.pose(), stage.view);
         let depth = same_depth(&stage.scene, &cell.settings);
-        let [a, b] = [0, 1].map(|seed| Ok(cell.film(&stage, (&pose, &view), depth, seed)?.layers(&[]).beauty().to_vec()));
+        let [a, b] =
+            [0, 1].map(|seed| Ok(cell.film(&stage, (&pose, &view), depth, seed)?.layers(&[]).beauty().to_vec()));
         let (a, b): (Vec<[f32; 3]>, Vec<[f32; 3]>) = (a?, b?);
         let image = Studio::new(cell, stage)?.shoot(&place)?.beauty().to_vec();
         let truth = 0.5 * (sum(&a) + sum(&b));
-        let more = vec![("the reference's spread", (sum(&a) - sum(&b)).abs() / (2.0 * truth)), ("rel", rel(&image, &a))];
+        let more =
+            vec![("the reference's spread", (sum(&a) - sum(&b)).abs() / (2.0 * truth)), ("rel", rel(&image, &a))];
         let words = format!("seed {seed}");
         Ok(Sample { more, truth: Some(a), ..Sample::new(words, sum(&image) / truth, image) })
     };

@@ -9,9 +9,7 @@ use super::SIZE;
 use super::case::{Case, Place, Sample};
 use super::row::{Measured, Pictures, Row};
 use super::stage::Stage;
-use crate::chart::measure::same_depth;
 use crate::chart::picture;
-use crate::layers::{Aov, Layers};
 use crate::measure::{metrics, refuse_invalid};
 use crate::reference::cache::Cache;
 use crate::reference::film::Film;
@@ -118,14 +116,7 @@ impl<'a> Cell<'a> {
         self.frame_ms.borrow_mut().push(report.timings.gpu_ms);
     }
 
-    /// A path-traced image of as many bounces as the settings have, and its direct layer. A scene that is moved as a whole,
-    /// its view too, has the same one.
-    pub fn truth(&self, stage: &Stage, pose: &Pose, view: &View) -> Result<Layers> {
-        let depth = same_depth(&stage.scene, &self.settings);
-        Ok(self.film(stage, (pose, view), depth, 0)?.layers(&[Aov::Direct]))
-    }
-
-    /// The same, of any depth and seed.
+    /// A path-traced image. A scene that is moved as a whole, its view too, has the same one.
     pub fn film(&self, stage: &Stage, (pose, view): (&Pose, &View), depth: Depth, seed: u64) -> Result<Film> {
         let stop = Stop::Samples(self.effort.samples);
         let options = Options { width: SIZE, height: SIZE, depth, stop, seed, occlusion: false };

@@ -11,7 +11,7 @@ use crate::reference::Depth;
 use crate::stability::case::{Case, Sample, Unit};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{ROOM, corridor, furnace, lit_square, mirror_room, room, sphere};
-use crate::stability::stage::Studio;
+use crate::stability::stage::{Stage, Studio};
 
 pub const CASES: &[Case] = &[
     Case {
@@ -94,7 +94,7 @@ pub const CASES: &[Case] = &[
         limit: 0.1,
         advice: "What is outside the grid neither blocks nor sends light: leave grid.side at auto, or make it hold the scene.",
         quick: false,
-        run: outside,
+        run: |cell| against_truth(cell, Stage { reach: 0.5 * ROOM, ..room() }, |image, truth| sum(image) / sum(truth)),
     },
 ];
 
@@ -158,17 +158,4 @@ fn corridors(cell: &Cell) -> Result<Vec<Sample>> {
         Ok(Sample { truth: Some(truth.clone()), ..Sample::new(place, number, image) })
     };
     cell.turned_places().iter().map(sample).collect()
-}
-
-fn outside(cell: &Cell) -> Result<Vec<Sample>> {
-    let mut stage = room();
-    let truth = cell.truth(&stage, &stage.pose(), &stage.view)?;
-    stage.reach = 0.5 * ROOM;
-    let mut studio = Studio::new(cell, stage)?;
-    let sample = |place| {
-        let image = studio.shoot(place)?;
-        let number = sum(image.beauty()) / sum(truth.beauty());
-        Ok(Sample { truth: Some(truth.beauty().to_vec()), ..Sample::new(place, number, image.beauty().to_vec()) })
-    };
-    cell.places().iter().map(sample).collect()
 }

@@ -2,6 +2,7 @@
 
 use super::{rel, sum};
 use crate::Result;
+use crate::chart::measure::same_depth;
 use crate::layers::Aov;
 use crate::stability::case::{Case, Sample, Unit};
 use crate::stability::cell::Cell;
@@ -9,7 +10,7 @@ use crate::stability::scenes::{DARK, LIT, back_side, behind, divided, fenced, tw
 use crate::stability::stage::{Stage, Studio};
 
 const fn leak(name: &'static str, meaning: &'static str, quick: bool, run: fn(&Cell) -> Result<Vec<Sample>>) -> Case {
-    let advice = "Raise voxels until walls are a voxel thick, thicken the walls, or use a preset of the method rays.";
+    let advice = "Raise voxels until walls are some voxels thick, thicken the walls, align them with the axes, or use the method rays.";
     Case { name, meaning, unit: Unit::Share, ideal: 0.0, limit: 1e-3, advice, quick, run }
 }
 
@@ -86,12 +87,15 @@ pub fn against_truth(
     stage: Stage,
     number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64,
 ) -> Result<Vec<Sample>> {
-    let truth = cell.truth(&stage, &stage.pose(), &stage.view)?;
+    let depth = same_depth(&stage.scene, &cell.settings);
+    let film = cell.film(&stage, (&stage.pose(), &stage.view), depth, 0)?;
+    let (truth, noise) = (film.layers(&[]), film.noise());
     let mut studio = Studio::new(cell, stage)?;
     let sample = |place| {
         let image = studio.shoot(place)?;
         let [image, truth] = [&image, &truth].map(|layers| layers.beauty().to_vec());
-        let more = vec![("rel", rel(&image, &truth)), ("energy", sum(&image) / sum(&truth))];
+        let energy = sum(&image) / sum(&truth);
+        let more = vec![("rel", rel(&image, &truth)), ("energy", energy), ("the reference's noise", noise)];
         let number = number(&image, &truth);
         Ok(Sample { more, truth: Some(truth), ..Sample::new(place, number, image) })
     };

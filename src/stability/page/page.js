@@ -7,7 +7,7 @@ const at = (id) => document.getElementById(id);
 const unique = (values) => [...new Set(values)];
 const grids = unique(data.rows.map((row) => row.grid)).sort((a, b) => a - b);
 const presets = unique(data.rows.map((row) => row.preset));
-const state = { grid: grids[Math.min(1, grids.length - 1)], of: "median", case: data.cases[0].name, preset: presets[0] };
+const state = { grid: grids[Math.min(1, grids.length - 1)], of: "worst", case: data.cases[0].name, preset: presets[0] };
 
 // Distance over the limit: colour, mark and words, so that none is needed alone.
 const GRADES = [
@@ -167,7 +167,7 @@ function choose(name, preset, focus) {
 }
 
 segments("grid", grids.map((grid) => [grid, `${grid}³`]));
-segments("of", [["median", "median"], ["worst", "worst"]]);
+segments("of", [["worst", "worst"], ["median", "median"]]);
 buildTable();
 at("controls").addEventListener("change", (event) => {
   const { name, value } = event.target;

@@ -109,6 +109,22 @@ fn rows_are_kept_and_the_page_is_whole() {
     assert_eq!(rows["rows"][0]["measured"]["places"].as_array().unwrap().len(), 2);
 }
 
+/// Scenes made by chance: nothing hangs, every pixel is finite, and most are as bright as the path tracer's. Seeds 0, 6 and 10
+/// are darker (0.47, 0.85 and 0.89 of it), which is not explained yet.
+#[test]
+fn scenes_made_by_chance_are_finite() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--case", "random", "--preset", "balanced", "--grid", "32", "--quick", "--validation", "-o", "table"];
+    let output = stability(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let rows = fs::read_to_string(folder.path().join("table/rows.json")).unwrap();
+    let rows: serde_json::Value = serde_json::from_str(&rows).unwrap();
+    let places = rows["rows"][0]["measured"]["places"].as_array().unwrap();
+    let ratios: Vec<f64> = places.iter().map(|place| place[1].as_f64().unwrap()).collect();
+    assert!(ratios.len() >= 12 && ratios.iter().all(|ratio| (0.4..1.1).contains(ratio)), "{places:?}");
+    assert!(ratios.iter().filter(|ratio| (*ratio - 1.0).abs() < 0.05).count() >= 9, "{places:?}");
+}
+
 #[test]
 fn mistakes_are_told_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();

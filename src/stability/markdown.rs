@@ -91,7 +91,7 @@ fn anchor(case: &Case) -> String {
     case.name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect()
 }
 
-/// Who is beyond the limit, by how much, and what to do; or that nobody is.
+/// Who is beyond the limit, by how much, and what to do; or who was measured and is not.
 fn sentence(rows: &Rows, case: &Case) -> String {
     let presets = presets(rows.keys().filter(|(name, _, _)| name == case.name));
     let mut failing = Vec::new();
@@ -106,7 +106,8 @@ fn sentence(rows: &Rows, case: &Case) -> String {
         }
     }
     if failing.is_empty() {
-        return format!("- **{}**: every preset keeps the limit.\n", case.name);
+        let names: Vec<String> = presets.iter().map(|preset| format!("`{preset}`")).collect();
+        return format!("- **{}**: nothing; measured were {}, which keep the limit.\n", case.name, names.join(", "));
     }
     format!("- **{}**: {} {}.\n", case.name, case.advice, failing.join("; "))
 }
@@ -139,7 +140,7 @@ flicker,fast,64,share,0,0,0,0,0,,,
     fn failures_are_named_and_the_rest_is_not() {
         let page = page(TABLE).unwrap();
         assert!(page.contains("| `cones` | **2.000 % (3.000 %)** |\n| `fast` | 0 |"), "{page}");
-        assert!(page.contains("- **flicker**: every preset keeps the limit."));
+        assert!(page.contains("- **flicker**: nothing; measured were `fast`, which keep the limit."));
         assert!(page.contains("`cones` reaches 3.000 % at 64³.") && !page.contains("`fast` reaches"));
         assert!(page.contains("| case | ideal | `fast` | `cones` |"));
         assert!(super::page("nonsense").is_err());

@@ -134,7 +134,7 @@ fn mistakes_are_told_in_a_sentence() {
     let cases: [(&[&str], &str); 6] = [
         (&["--case", "leek", "-o", "a"], "there is no \"leek\"; there are leak-sheet"),
         (&["--preset", "quick", "-o", "a"], "there is no preset \"quick\""),
-        (&["--grid", "33", "-o", "a"], "--grid: voxels"),
+        (&["--grid", "33", "-o", "a"], "--grid: setting \"voxels\" takes a power of two"),
         (&["--preset", "fast", "--method", "lpv", "-o", "a"], "--method: none of the presets"),
         (&["--case", "turn", "-o", "mine"], "holds something else than rows of stability"),
         (&["--markdown", "file"], "file: is no rows.csv"),

@@ -306,7 +306,7 @@ impl Frame {
         if let (Some(method), Some(lamps)) = (method, lamps) {
             (self.method, self.lamps) = (method, lamps);
             self.scale = radiance_scale(desc.scene, ground.grid.voxel_m, new.bounces);
-            (self.history, self.unlit) = (false, true);
+            self.forget_light();
         }
         self.settings = new.clone();
         Ok(())
@@ -322,6 +322,11 @@ impl Frame {
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
     pub fn make_anew(&mut self) {
         self.stale = true;
+    }
+
+    /// The next frame starts without the light of those before it.
+    pub fn forget_light(&mut self) {
+        (self.history, self.unlit) = (false, true);
     }
 
     /// Whether the next frame's light differs from this one's though nothing changes: feedback goes on, or there is jitter.

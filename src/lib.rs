@@ -16,6 +16,7 @@ pub mod renderer;
 pub mod requirements;
 pub mod scene;
 pub mod settings;
+pub mod stability;
 pub mod vk;
 
 pub use error::{Error, Result};

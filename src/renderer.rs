@@ -183,6 +183,11 @@ impl Renderer {
         self.frame.make_anew();
     }
 
+    /// With `bounces = all`: the next frame starts without the light of those before it, as the first one did.
+    pub fn forget_light(&mut self) {
+        self.frame.forget_light();
+    }
+
     /// One frame, repeated only where buffers had to grow; without its `image` the light alone. A frame that starts from nothing
     /// makes its lists first, as often as it takes until they fit: no light is made from lists that are not whole.
     fn draw(&mut self, pose: &Pose, view: &View, image: bool) -> Result<FrameReport> {

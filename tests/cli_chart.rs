@@ -184,7 +184,7 @@ fn killed_or_interrupted_it_goes_on() {
     // A second chart leaves it alone.
     let second = folder.chart(&[&args[..], &["-o", "killed"]].concat());
     let said = text(&second.stderr);
-    assert!(second.status.code() == Some(2) && said.contains("is being filled by another chart"), "{said}");
+    assert!(second.status.code() == Some(2) && said.contains("is being filled by another process"), "{said}");
     while !folder.path("killed/index.html").exists() {
         assert!(child.try_wait().unwrap().is_none(), "no page while it runs");
         std::thread::sleep(std::time::Duration::from_millis(5));

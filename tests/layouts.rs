@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use twobounce::gi::cones::constants::Cones;
 use twobounce::gi::lpv::LpvPush;
-use twobounce::ground::layout::*;
 use twobounce::ground::cells;
+use twobounce::ground::layout::*;
 use twobounce::vk::shader;
 
 #[test]

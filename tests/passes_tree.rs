@@ -26,7 +26,12 @@ fn scene(places: &[DAffine3]) -> Scene {
     let mut random = Random::new(5);
     let mut scene = Scene::empty("crumbs");
     for count in [1, 2, 3, 300] {
-        let mut crumbs: Vec<_> = (0..count).map(|_| { let p = 2.0 + 12.0 * random.point(); triangle(&mut random, p, 0.5) }).collect();
+        let mut crumbs: Vec<_> = (0..count)
+            .map(|_| {
+                let p = 2.0 + 12.0 * random.point();
+                triangle(&mut random, p, 0.5)
+            })
+            .collect();
         if count == 3 {
             crumbs[1] = [crumbs[1][0]; 3];
         }

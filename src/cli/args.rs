@@ -36,6 +36,8 @@ pub enum Command {
     Compare(super::compare::CompareArgs),
     /// Chart error against time over many settings: a page, an SVG and rows
     Chart(super::chart::ChartArgs),
+    /// Measure where methods fail: leaks, flicker, lost light and more, each a number with an ideal
+    Stability(super::stability::StabilityArgs),
     /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
     Profile(super::profile::ProfileArgs),
     /// List every setting, or print the settings that flags add up to

@@ -10,7 +10,7 @@ use twobounce::chart::export::Chart;
 use twobounce::chart::measure::{ChartScene, ReferenceImage, same_depth};
 use twobounce::chart::plan::Trial;
 use twobounce::chart::row::Row;
-use twobounce::chart::store::{Keys, Store, Stored};
+use twobounce::chart::store::{CHART, Keys, Store, Stored};
 use twobounce::layers::Aov;
 use twobounce::output::file;
 use twobounce::reference::cache::Cache;
@@ -77,7 +77,7 @@ impl Bench<'_> {
         self.scene.check()?;
         interrupt::install()?;
         check_memory(self.scene.size)?;
-        let store = Store::open(self.folder, self.args.any_build)?;
+        let store = Store::open(CHART, self.folder, self.args.any_build)?;
         let mut scenes = self.open()?;
         let context = self.args.device.open(self.scene.size)?;
         let device = [context.name.clone(), context.driver.clone()];
@@ -208,7 +208,7 @@ impl Bench<'_> {
             if !go_on() {
                 break;
             }
-            progress.begin(&planned.row);
+            progress.begin(&format!("{} {}", planned.row.scene, planned.row.name));
             let context = match device.take() {
                 Some(context) => context,
                 None => self.args.device.open(self.scene.size)?,
@@ -228,7 +228,7 @@ impl Bench<'_> {
             if let Some(context) = device.as_ref().filter(|_| !std::mem::replace(&mut told, true)) {
                 say_compiled(context);
             }
-            progress.finish(&stored.row);
+            progress.finish(&result(&stored.row));
             planned.stored = Some(stored);
             // Of many rows pages take a while: at most a twentieth of the time goes into them.
             if written.is_none_or(|(at, took)| at.elapsed() > PAGES_EVERY.max(20 * took)) {
@@ -240,6 +240,19 @@ impl Bench<'_> {
         drop(progress);
         Ok(interrupt::check().is_ok() && !in_time() && rows.iter().any(|row| row.stored.is_none()))
     }
+}
+
+/// A finished row in a line.
+fn result(row: &Row) -> String {
+    let result = match &row.measured {
+        Some(measured) => {
+            let (full, same) = (measured.full.total.rel, measured.same.total.rel);
+            let ms = measured.frame_gpu_ms.median;
+            format!("{ms:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces")
+        }
+        None => row.failure.clone().unwrap_or_default(),
+    };
+    format!("{} {}: {result}", row.scene, row.name)
 }
 
 impl<'a> PlannedRow<'a> {

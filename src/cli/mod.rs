@@ -21,6 +21,7 @@ mod render;
 mod report;
 mod scene;
 mod settings;
+mod stability;
 mod study;
 
 use std::io::Write;
@@ -81,6 +82,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Compare(args) => compare::run(args),
         Command::Chart(args) => chart::run(args),
         Command::Study(args) => study::run(args),
+        Command::Stability(args) => stability::run(args),
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
     }

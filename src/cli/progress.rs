@@ -4,7 +4,6 @@ use std::io::{IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, Instant};
 
-use twobounce::chart::row::Row;
 use twobounce::vk::{Step, Watch};
 
 use super::interrupt;
@@ -183,24 +182,18 @@ impl RowProgress {
         Self { work: Work::begin("rows"), began: Instant::now(), done: 0, all: missing as u64 }
     }
 
-    pub fn begin(&self, row: &Row) {
-        let text = format!("{} of {} rows: {} {}", self.done, self.all, row.scene, row.name);
+    /// `name`: of the row that is being made.
+    pub fn begin(&self, name: &str) {
+        let text = format!("{} of {} rows: {name}", self.done, self.all);
         self.work.is_at(text, left(self.began.elapsed(), self.done, self.all));
     }
 
-    pub fn finish(&mut self, row: &Row) {
+    /// `result`: the finished row in a line.
+    pub fn finish(&mut self, result: &str) {
         self.done += 1;
-        let result = match &row.measured {
-            Some(measured) => {
-                let (full, same) = (measured.full.total.rel, measured.same.total.rel);
-                let ms = measured.frame_gpu_ms.median;
-                format!("{ms:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces")
-            }
-            None => row.failure.clone().unwrap_or_default(),
-        };
         let left = left(self.began.elapsed(), self.done, self.all);
         let left = left.map_or(String::new(), |left| format!(", {} left", duration(left)));
-        say!("{} {}: {result} ({} of {} rows{left})", row.scene, row.name, self.done, self.all);
+        say!("{result} ({} of {} rows{left})", self.done, self.all);
     }
 }
 

@@ -15,6 +15,7 @@ use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;
 use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{RenderOptions, Renderer};
+use twobounce::stability::warnings::known_failures;
 use twobounce::vk::Context;
 
 use super::args::RenderArgs;
@@ -50,6 +51,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let aovs = Aov::ALL.iter().filter(|aov| args.aov.contains(aov)).copied().collect();
     let options = RenderOptions { aovs, ..opened.run_options(&args.run) };
     let (pose, _) = opened.at_time();
+    let failures = known_failures(&opened.scene, &pose, options.bounds, &settings);
+    if !failures.is_empty() {
+        out::warn(&format!("note: {}: {} (docs/stability.md)", opened.scene.name, failures.join("; ")));
+    }
     let doing = context.compiled_anew().map_or("making passes", |_| "compiling pipelines, once");
     let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
     let renderer = Renderer::new(&context, opened.scene, &pose, settings, options)?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use twobounce::ground::layout::{Triangle, TreeInstance};
+use twobounce::ground::layout::{TreeInstance, Triangle};
 use twobounce::ground::tree::links::{WORDS, primitive};
 use twobounce::renderer::Renderer;
 use twobounce::vk::{Context, download};
@@ -63,7 +63,10 @@ impl Tree {
                 }
                 self.check_inner((links, boxes));
             }
-            assert!(instances.iter().all(|&times| times == 1), "octant {octant}: instances are met {instances:?} times");
+            assert!(
+                instances.iter().all(|&times| times == 1),
+                "octant {octant}: instances are met {instances:?} times"
+            );
         }
         self.check_inner((0, 0));
         assert!(seen.iter().all(|&times| times == 0 || times == 8), "a triangle is met once on each octant's way");
@@ -83,7 +86,11 @@ impl Tree {
                 let (left, axis) = ((words[0] >> 2) as usize, words[0] & 3);
                 let near = left + (octant >> axis & 1);
                 let far = 2 * left + 1 - near;
-                assert_eq!(self.links[links + near - 1][NEXT + octant] as usize, far, "what is far comes after what is near");
+                assert_eq!(
+                    self.links[links + near - 1][NEXT + octant] as usize,
+                    far,
+                    "what is far comes after what is near"
+                );
                 assert_eq!(self.links[links + far - 1][NEXT + octant], words[NEXT + octant]);
                 node = near;
             }
@@ -98,9 +105,11 @@ impl Tree {
         let corners = self.triangles[slot].vertices.map(|vertex| vertex.position);
         for axis in 0..3 {
             let planes = corners.map(|p| f64::from(p[axis]) * 65533.0 / f64::from(self.edge) + 1.0);
-            let [low, high] = [planes.iter().copied().fold(f64::MAX, f64::min), planes.iter().copied().fold(f64::MIN, f64::max)];
+            let [low, high] =
+                [planes.iter().copied().fold(f64::MAX, f64::min), planes.iter().copied().fold(f64::MIN, f64::max)];
             let [begin, end] = [found[axis] & 0xffff, found[axis] >> 16].map(f64::from);
-            let within = |x: f64, least: f64, most: f64| (least.clamp(0.0, 65535.0)..=most.clamp(0.0, 65535.0)).contains(&x);
+            let within =
+                |x: f64, least: f64, most: f64| (least.clamp(0.0, 65535.0)..=most.clamp(0.0, 65535.0)).contains(&x);
             assert!(within(begin, low - 2.01, low - 0.99), "axis {axis}: {begin} for {low}");
             assert!(within(end, high + 0.99, high + 2.01), "axis {axis}: {end} for {high}");
         }

@@ -138,8 +138,7 @@ impl Tree {
             r.update(&self.boxes, 0, &[EMPTY_BOX]); // stays where there is no triangle
             let first_top = (self.size.placed_joins() * size_of::<TreeJoin>()) as u64;
             r.update(&self.joins, first_top, &top.joins.concat());
-            let mut binds =
-                vec![Bind::buffer("triangles", &ground.triangles), Bind::buffer("slots", &ground.slots)];
+            let mut binds = vec![Bind::buffer("triangles", &ground.triangles), Bind::buffer("slots", &ground.slots)];
             binds.extend(self.binds());
             dispatch(r, &maker.leaves, &binds, &nodes);
             let binds = [Bind::buffer("tree_boxes", &self.boxes), Bind::buffer("tree_joins", &self.joins)];

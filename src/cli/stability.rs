@@ -1,0 +1,256 @@
+//! `twobounce stability`: the table of where methods fail.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use twobounce::chart::store::{Store, Stored};
+use twobounce::gi::Method;
+use twobounce::output::file;
+use twobounce::reference::cache::Cache;
+use twobounce::settings::{PRESETS, Settings};
+use twobounce::stability::case::Case;
+use twobounce::stability::cell::{Cell, Effort, settings};
+use twobounce::stability::export::{Table, case_lines, csv};
+use twobounce::stability::markdown::page;
+use twobounce::stability::page::html;
+use twobounce::stability::row::{Pictures, Row};
+use twobounce::stability::{FOLDER, GRIDS, SIZE, VERSION, cases};
+use twobounce::vk::Context;
+use twobounce::{Error, Result};
+
+use super::args::{DeviceArgs, memory_size};
+use super::progress::RowProgress;
+use super::{interrupt, out};
+use crate::say;
+
+/// Every case is run by every preset on every grid, at several places in the grid. Each row is kept as soon as it is finished:
+/// after an interruption the same command continues. A number further from its ideal than its limit is shown, not hidden.
+#[derive(Args, Debug)]
+pub struct StabilityArgs {
+    /// The folder to write into: a new one, an empty one, or one of an earlier table
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["list", "markdown"])]
+    pub output: Option<PathBuf>,
+    /// The cases to run, separated by commas; the start of a name takes all that begin so [default: all]
+    #[arg(long = "case", value_name = "NAME,…", value_delimiter = ',')]
+    pub cases: Vec<String>,
+    /// The presets to run, separated by commas [default: all]
+    #[arg(long = "preset", value_name = "NAME,…", value_delimiter = ',')]
+    pub presets: Vec<String>,
+    /// Only presets of this method
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|m| m.name())))]
+    pub method: Option<String>,
+    /// Voxels along the grid's edge, separated by commas [default: 32,64,128]
+    #[arg(long = "grid", value_name = "N,…", value_delimiter = ',')]
+    pub grids: Vec<u32>,
+    /// A subset of cases, presets, grids and places, in a minute or two
+    #[arg(long)]
+    pub quick: bool,
+    /// Print the cases and what they measure
+    #[arg(long)]
+    pub list: bool,
+    /// Print a page in Markdown about a rows.csv that was written before
+    #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "output"])]
+    pub markdown: Option<PathBuf>,
+    /// Use no more device memory than this; what needs more becomes a row that says so
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub memory_limit: Option<u64>,
+    /// Keep rows that another build of the program measured; without this they are measured again
+    #[arg(long)]
+    pub any_build: bool,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+/// What `--quick` runs. Cones take too long on finer grids.
+const QUICK: [(&str, &[u32]); 4] = [("balanced", &[32, 64]), ("cones", &[32]), ("lpv", &[32, 64]), ("photons", &[32])];
+
+type StoredRow = Stored<Row, Pictures>;
+
+/// A row of the table, to be made or already there.
+struct PlannedRow {
+    case: &'static Case,
+    settings: Settings,
+    row: Row,
+    stored: Option<StoredRow>,
+}
+
+pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
+    if let Some(path) = &args.markdown {
+        print_markdown(path)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let cases = args.cases()?;
+    if args.list {
+        cases.iter().for_each(|case| say!("{:18} {}", case.name, case.meaning));
+        return Ok(ExitCode::SUCCESS);
+    }
+    let (presets, grids) = (args.presets()?, args.grids()?);
+    let folder = args.output.as_deref().expect("the arguments require it");
+    let store = Store::open(FOLDER, folder, args.any_build)?;
+    let context = args.device.open((SIZE, SIZE))?;
+    interrupt::install()?;
+    let (device, driver) = (context.name.clone(), context.driver.clone());
+    let mut rows = Vec::new();
+    for case in cases {
+        for (preset, grid) in presets.iter().flat_map(|preset| grids.iter().map(move |grid| (preset, *grid))) {
+            let is_quick = || QUICK.iter().any(|(name, grids)| name == preset && grids.contains(&grid));
+            if args.quick && args.presets.is_empty() && args.grids.is_empty() && !is_quick() {
+                continue;
+            }
+            rows.push(args.planned(&store, &context, case, (preset, grid))?);
+        }
+    }
+    let planned = rows.len();
+    args.measure(&store, &mut rows, context)?;
+    let stored: Vec<StoredRow> = rows.into_iter().filter_map(|row| row.stored).collect();
+    let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
+    let there = rows.len();
+    if there > 0 {
+        let (program, cases) = (env!("CARGO_PKG_VERSION"), case_lines(&rows));
+        write(&store, &Table { version: VERSION, program, device, driver, planned, cases, rows }, &stored)?;
+    }
+    interrupt::check().inspect_err(|_| {
+        out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write(store: &Store, table: &Table, stored: &[StoredRow]) -> Result<()> {
+    file::write_json(&store.path("rows.json"), table)?;
+    file::write(&store.path("rows.csv"), csv(&table.rows).as_bytes())?;
+    file::write(&store.path("index.html"), html(table, stored).as_bytes())?;
+    say!("wrote {}", store.path("index.html").display());
+    Ok(())
+}
+
+/// Prints the page of a table.
+fn print_markdown(path: &Path) -> Result<()> {
+    let text = fs::read_to_string(path).map_err(|e| Error::file(path, e.to_string()))?;
+    out::write(
+        &page(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))?,
+    );
+    Ok(())
+}
+
+impl StabilityArgs {
+    fn cases(&self) -> Result<Vec<&'static Case>> {
+        let wanted = |name: &String| {
+            let found: Vec<_> = match cases::named(name) {
+                Some(case) => vec![case],
+                None => cases::all().filter(|case| !name.is_empty() && case.name.starts_with(name.as_str())).collect(),
+            };
+            if found.is_empty() {
+                let names: Vec<&str> = cases::all().map(|case| case.name).collect();
+                return Err(Error::Usage(format!("--case: there is no {name:?}; there are {}", names.join(", "))));
+            }
+            Ok(found)
+        };
+        if self.cases.is_empty() {
+            return Ok(cases::all().filter(|case| case.quick || !self.quick).collect());
+        }
+        let named: Vec<&Case> = self.cases.iter().map(wanted).collect::<Result<Vec<_>>>()?.concat();
+        // In the order of the table, each once.
+        Ok(cases::all().filter(|case| named.iter().any(|other| other.name == case.name)).collect())
+    }
+
+    fn presets(&self) -> Result<Vec<String>> {
+        let is_quick = |name: &&str| QUICK.iter().any(|(quick, _)| quick == name);
+        let all = PRESETS.iter().map(|preset| preset.name).filter(|name| !self.quick || is_quick(name));
+        let mut presets = if self.presets.is_empty() { all.map(str::to_owned).collect() } else { self.presets.clone() };
+        let mut of_method = Vec::new();
+        for preset in presets.drain(..) {
+            let method = Settings::preset(&preset)?.method.name();
+            if self.method.as_ref().is_none_or(|wanted| wanted == method) {
+                of_method.push(preset);
+            }
+        }
+        if of_method.is_empty() {
+            return Err(Error::Usage("--method: none of the presets is of this method; leave --preset out".into()));
+        }
+        Ok(of_method)
+    }
+
+    fn grids(&self) -> Result<Vec<u32>> {
+        let all = if self.quick { &[32, 64][..] } else { GRIDS };
+        let grids = if self.grids.is_empty() { all.to_vec() } else { self.grids.clone() };
+        let refused = |e| Error::Usage(format!("--grid: {e}"));
+        grids.iter().try_for_each(|grid| settings(PRESETS[0].name, *grid).map(drop)).map_err(refused)?;
+        Ok(grids)
+    }
+
+    fn effort(&self) -> Effort {
+        if self.quick { Effort::QUICK } else { Effort::FULL }
+    }
+
+    fn planned(
+        &self,
+        store: &Store,
+        context: &Context,
+        case: &'static Case,
+        (preset, grid): (&str, u32),
+    ) -> Result<PlannedRow> {
+        let settings = settings(preset, grid)?;
+        let device = format!("{} / {} / {:?}", context.name, context.driver, context.api_version);
+        let about = serde_json::json!([device, case.name, settings.to_toml(), self.effort(), self.device.validation]);
+        let key = blake3::hash(about.to_string().as_bytes()).to_hex()[..32].to_owned();
+        let quick = if self.quick { " --quick" } else { "" };
+        let row = Row {
+            case: case.name.to_owned(),
+            preset: preset.to_owned(),
+            method: settings.method.name().to_owned(),
+            grid,
+            command: format!("twobounce stability --case {} --preset {preset} --grid {grid}{quick} -o cell", case.name),
+            measured: None,
+            failure: None,
+            key,
+        };
+        // A failure is tried again: memory may be free by now.
+        let stored = store.load(&row.key).filter(|stored: &StoredRow| stored.row.measured.is_some());
+        Ok(PlannedRow { case, settings, row, stored })
+    }
+
+    /// Makes the rows that are not measured yet.
+    fn measure(&self, store: &Store, rows: &mut [PlannedRow], context: Arc<Context>) -> Result<()> {
+        let missing = rows.iter().filter(|row| row.stored.is_none()).count();
+        let mut progress = RowProgress::new(missing, rows.len());
+        let cache = Cache::of_user();
+        let mut device = Some(context);
+        for planned in rows.iter_mut().filter(|row| row.stored.is_none()) {
+            if interrupt::check().is_err() {
+                break;
+            }
+            let Row { case, preset, grid, .. } = &planned.row;
+            let name = format!("{case} {preset} {grid}³");
+            progress.begin(&name);
+            let context = match device.take() {
+                Some(context) => context,
+                None => self.device.open((SIZE, SIZE))?,
+            };
+            let limits = (self.effort(), self.memory_limit);
+            let cell = Cell::new(&context, &cache, planned.settings.clone(), limits, &interrupt::PRESSED);
+            let result = cell.run(planned.case, &planned.row);
+            // A device that failed may be lost; the next row opens it again.
+            device = (!matches!(result, Err(Error::Device(_)))).then_some(context);
+            let stored = match result {
+                Err(Error::Interrupted) => break,
+                Ok((row, pictures)) => store.save(row, Some(pictures))?,
+                Err(error) => store.save(Row { failure: Some(error.to_string()), ..planned.row.clone() }, None)?,
+            };
+            progress.finish(&format!("{name}: {}", result_of(planned.case, &stored.row)));
+            planned.stored = Some(stored);
+        }
+        drop(progress);
+        Ok(())
+    }
+}
+
+/// A finished row in a line.
+fn result_of(case: &Case, row: &Row) -> String {
+    let Some(m) = &row.measured else { return row.failure.clone().unwrap_or_default() };
+    let [median, min, max] = [m.number.median, m.number.min, m.number.max].map(|value| case.unit.words(value));
+    format!("{median} ({min} to {max}), {:.1} s", m.seconds)
+}

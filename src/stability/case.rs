@@ -1,0 +1,140 @@
+//! What a case is: a scene, a number with an ideal, and how far from it the number may lie.
+
+use glam::{DAffine3, DVec3};
+
+use super::cell::Cell;
+use super::row::NOT_FINITE;
+use crate::Result;
+
+/// A scene that is rendered at several places, and a number of each.
+pub struct Case {
+    pub name: &'static str,
+    /// What stands there and what is measured, in a sentence.
+    pub meaning: &'static str,
+    pub unit: Unit,
+    pub ideal: f64,
+    /// How far from the ideal presets of the method `rays` may be, wherever the scene stands. Others show what they show.
+    pub limit: f64,
+    /// What a user should do about it, in a sentence.
+    pub advice: &'static str,
+    /// Whether it is part of `--quick`.
+    pub quick: bool,
+    /// A sample for each place.
+    pub run: fn(&Cell) -> Result<Vec<Sample>>,
+}
+
+/// How a number is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A part of something, shown in per cent.
+    Share,
+    /// One quantity over another, ideally 1.
+    Ratio,
+    Frames,
+}
+
+impl Unit {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Share => "share",
+            Self::Ratio => "ratio",
+            Self::Frames => "frames",
+        }
+    }
+
+    /// A number for readers.
+    pub fn words(self, value: f64) -> String {
+        match self {
+            // With a median that lies between both.
+            _ if !value.is_finite() || value.abs() >= 0.1 * NOT_FINITE => "not finite".to_owned(),
+            Self::Share if value == 0.0 => "0".to_owned(),
+            Self::Share if value.abs() < 5e-6 => format!("{:.0e} %", 100.0 * value),
+            Self::Share if value.abs() < 0.1 => format!("{:.3} %", 100.0 * value),
+            Self::Share => format!("{:.1} %", 100.0 * value),
+            Self::Ratio => format!("{value:.3}"),
+            Self::Frames => format!("{value:.0}"),
+        }
+    }
+}
+
+/// One place of a case.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// The place in words.
+    pub place: String,
+    pub number: f64,
+    /// Further numbers, by name.
+    pub more: Vec<(&'static str, f64)>,
+    /// Radiance of an image that shows it, [`super::SIZE`] pixels a side.
+    pub image: Vec<[f32; 3]>,
+    /// What it should be, where that is known.
+    pub truth: Option<Vec<[f32; 3]>>,
+}
+
+impl Sample {
+    pub fn new(place: impl ToString, number: f64, image: Vec<[f32; 3]>) -> Self {
+        Self { place: place.to_string(), number, more: Vec::new(), image, truth: None }
+    }
+}
+
+/// Where a scene stands in the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Voxels, each from 0 to 1.
+    pub offset: DVec3,
+    /// About the vertical axis.
+    pub degrees: f64,
+}
+
+/// The angles that places take in turn.
+const DEGREES: [f64; 3] = [0.0, 15.0, 45.0];
+
+impl Place {
+    /// The first is the grid's own; then offsets that fill the voxel evenly (the R3 sequence), and three angles in turn if
+    /// `turned`.
+    pub fn all(count: usize, turned: bool) -> Vec<Self> {
+        // 1, 2 and 3 times the negative powers of the root of x⁴ = x + 1.
+        const STEP: DVec3 = DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);
+        let offset = |i: usize| (STEP * i as f64).fract();
+        let degrees = |i: usize| if turned { DEGREES[i % DEGREES.len()] } else { 0.0 };
+        (0..count).map(|i| Self { offset: offset(i), degrees: degrees(i) }).collect()
+    }
+
+    /// Where the scene goes on a grid of such voxels.
+    pub fn world(&self, voxel_m: f64) -> DAffine3 {
+        DAffine3::from_translation(self.offset * voxel_m) * DAffine3::from_rotation_y(self.degrees.to_radians())
+    }
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let DVec3 { x, y, z } = self.offset;
+        write!(f, "{x:.2}, {y:.2}, {z:.2} voxels")?;
+        if self.degrees == 0.0 { Ok(()) } else { write!(f, ", {}°", self.degrees) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_fill_the_voxel() {
+        let places = Place::all(9, true);
+        assert_eq!(places[0], Place { offset: DVec3::ZERO, degrees: 0.0 });
+        for axis in 0..3 {
+            let mut at: Vec<f64> = places.iter().map(|place| place.offset[axis]).collect();
+            at.sort_by(f64::total_cmp);
+            assert!(at.windows(2).all(|w| w[1] - w[0] < 0.3), "{at:?}");
+        }
+        assert_eq!(places.iter().filter(|place| place.degrees == 45.0).count(), 3);
+    }
+
+    #[test]
+    fn numbers_are_written_for_readers() {
+        let words = [0.0, 1e-7, 0.00123, 0.25, f64::NAN, 5e8].map(|value| Unit::Share.words(value));
+        assert_eq!(words, ["0", "1e-5 %", "0.123 %", "25.0 %", "not finite", "not finite"]);
+        assert_eq!(Unit::Ratio.words(1.0), "1.000");
+    }
+}

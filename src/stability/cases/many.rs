@@ -1,0 +1,71 @@
+//! Lamps, many or bright, and scenes made by chance.
+
+use super::walls::against_truth;
+use super::{rel, sum};
+use crate::Result;
+use crate::chart::measure::same_depth;
+use crate::stability::case::{Case, Place, Sample, Unit};
+use crate::stability::cell::Cell;
+use crate::stability::random;
+use crate::stability::scenes::{add_lamp, at, room_with, thousand_lamps};
+use crate::stability::stage::Studio;
+
+pub const CASES: &[Case] = &[
+    Case {
+        name: "thousand-lamps",
+        meaning: "A room under 1024 lamps of 2 cm: mean |error| against the path tracer over its mean.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.1,
+        advice: "Raise lights.lamp_points where many lamps make noise, or join them into larger ones.",
+        quick: false,
+        run: |cell| against_truth(cell, thousand_lamps(), rel),
+    },
+    Case {
+        name: "bright-lamp",
+        meaning: "A room lit by a lamp of 4 mm and a radiance of 10⁶: mean |error| against the path tracer over its mean.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.1,
+        advice: "Replace lamps far smaller than a voxel by point lights, or keep lights.lamps at sampled.",
+        quick: false,
+        run: bright_lamp,
+    },
+    Case {
+        name: "random",
+        meaning: "Scenes made by chance, of boxes in boxes, slivers, triangles without area, tiny and huge parts, all materials and \
+                  kinds of lights: mean of the image over the path tracer's of as many bounces.",
+        unit: Unit::Ratio,
+        ideal: 1.0,
+        limit: 0.2,
+        advice: "Compare your own scene with `twobounce reference`: the worst scenes have small bright lamps and mirrors.",
+        quick: false,
+        run: random_scenes,
+    },
+];
+
+fn bright_lamp(cell: &Cell) -> Result<Vec<Sample>> {
+    let stage = room_with(|scene| {
+        add_lamp(scene, 1e6, 0.004, at(0.1, 0.9, 0.1));
+    });
+    against_truth(cell, stage, rel)
+}
+
+fn random_scenes(cell: &Cell) -> Result<Vec<Sample>> {
+    let place = Place::all(2, false)[1];
+    let sample = |seed| {
+        let stage = random::stage(seed);
+        let (pose, view) = (stage.pose(), stage.view);
+        let depth = same_depth(&stage.scene, &cell.settings);
+        let [a, b] =
+            [0, 1].map(|seed| Ok(cell.film(&stage, (&pose, &view), depth, seed)?.layers(&[]).beauty().to_vec()));
+        let (a, b): (Vec<[f32; 3]>, Vec<[f32; 3]>) = (a?, b?);
+        let image = Studio::new(cell, stage)?.shoot(&place)?.beauty().to_vec();
+        let truth = 0.5 * (sum(&a) + sum(&b));
+        let more =
+            vec![("the reference's spread", (sum(&a) - sum(&b)).abs() / (2.0 * truth)), ("rel", rel(&image, &a))];
+        let words = format!("seed {seed}");
+        Ok(Sample { more, truth: Some(a), ..Sample::new(words, sum(&image) / truth, image) })
+    };
+    (0..cell.effort.seeds).map(sample).collect()
+}

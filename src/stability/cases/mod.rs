@@ -1,0 +1,54 @@
+//! The cases.
+
+mod invariance;
+mod light;
+mod many;
+mod time;
+mod walls;
+
+use super::case::Case;
+
+/// Every case, in the order of the page.
+pub fn all() -> impl Iterator<Item = &'static Case> {
+    [walls::CASES, light::CASES, invariance::CASES, time::CASES, many::CASES].into_iter().flatten()
+}
+
+/// The case called `name`.
+pub fn named(name: &str) -> Option<&'static Case> {
+    all().find(|case| case.name == name)
+}
+
+/// The sum over a layer's pixels and channels.
+fn sum(pixels: &[[f32; 3]]) -> f64 {
+    pixels.iter().flatten().map(|v| f64::from(*v)).sum()
+}
+
+/// Mean |a − b| over mean b.
+fn rel(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
+    let difference: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from((a - b).abs())).sum();
+    difference / sum(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_case_has_a_name_of_its_own_and_says_what_to_do() {
+        let names: BTreeSet<&str> = all().map(|case| case.name).collect();
+        assert_eq!(names.len(), all().count());
+        for case in all() {
+            let sentences = [case.meaning, case.advice];
+            assert!(sentences.iter().all(|s| s.len() > 30 && s.ends_with('.')), "{}", case.name);
+            assert!(case.limit >= 0.0 && case.ideal.is_finite(), "{}", case.name);
+            assert_eq!(named(case.name).map(|found| found.meaning), Some(case.meaning));
+        }
+    }
+
+    #[test]
+    fn differences_are_over_the_mean() {
+        assert_eq!(rel(&[[2.0, 1.0, 1.0]], &[[1.0; 3]]), 1.0 / 3.0);
+        assert!(rel(&[[f32::NAN; 3]], &[[1.0; 3]]).is_nan());
+    }
+}

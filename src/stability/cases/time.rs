@@ -1,0 +1,277 @@
+//! What happens from frame to frame.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::sum;
+use crate::Result;
+use crate::chart::measure::same_depth;
+use crate::layers::Layers;
+use crate::scene::{LightKind, Pose, View};
+use crate::stability::case::{Case, Place, Sample, Unit};
+use crate::stability::cell::Cell;
+use crate::stability::motion::{Motion, excess};
+use crate::stability::scenes::{DOOR, add_lamp, at, doorway, room, room_with};
+use crate::stability::stage::{Stage, Studio};
+
+const MOVE: &str = "Raise voxels, or take more directions, so that what crosses a voxel's border changes less.";
+
+pub const CASES: &[Case] = &[
+    Case {
+        name: "slide",
+        meaning: "A room that slides through the grid by an eighth of a voxel a frame, its view with it, so that nothing should \
+                  change: mean |change| from frame to frame over the image's mean.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.02,
+        advice: MOVE,
+        quick: true,
+        run: slide,
+    },
+    Case {
+        name: "block",
+        meaning: "A block that moves through a room by an eighth of a voxel a frame: mean |change − the path tracer's change| over \
+                  the image's mean.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.02,
+        advice: MOVE,
+        quick: false,
+        run: block,
+    },
+    Case {
+        name: "lamp-crossing",
+        meaning: "The same of a lamp of 0.2 m under the ceiling.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.02,
+        advice: "Keep moving lamps larger than a voxel, and sampled (lights.lamps).",
+        quick: false,
+        run: lamp,
+    },
+    Case {
+        name: "door",
+        meaning: "A door between a lit and a dark room that slides shut, seen from the dark one: mean |change − the path tracer's \
+                  change| over the image's mean.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.02,
+        advice: "Make doors as thick as a voxel, or use the method rays.",
+        quick: false,
+        run: door,
+    },
+    Case {
+        name: "flicker",
+        meaning: "A still room, frame after frame, nothing remade and all remade: share of the pixels of which any bit changes.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.0,
+        advice: "A still scene is to give the same bits: this is a fault, please report it.",
+        quick: true,
+        run: |cell| flicker(cell, false),
+    },
+    Case {
+        name: "flicker-all",
+        meaning: "The same with all bounces, once the first image is there.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.0,
+        advice: "With bounces = all light goes on settling after the first image: wait some frames before keeping one.",
+        quick: false,
+        run: |cell| flicker(cell, true),
+    },
+    Case {
+        name: "turn",
+        meaning: "The camera turns away in a still room and back: share of the pixels of which any bit is another than before.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.0,
+        advice: "What is seen depends on what was seen before: keep the camera still, or this is a fault.",
+        quick: false,
+        run: turn,
+    },
+    Case {
+        name: "light-on",
+        meaning: "A room's light becomes fifty times as bright, with all bounces: frames until the image's mean stays within 1 % \
+                  of that of a room that was always so bright.",
+        unit: Unit::Frames,
+        ideal: 1.0,
+        limit: 8.0,
+        advice: "With bounces = all light arrives over several frames: prefer bounces = 2 where lights switch.",
+        quick: false,
+        run: |cell| step(cell, [0.02, 1.0]),
+    },
+    Case {
+        name: "light-off",
+        meaning: "The same, of a light that becomes fifty times as dim.",
+        unit: Unit::Frames,
+        ideal: 1.0,
+        limit: 8.0,
+        advice: "With bounces = all light leaves over several frames: prefer bounces = 2 where lights switch.",
+        quick: false,
+        run: |cell| step(cell, [1.0, 0.02]),
+    },
+];
+
+/// Steps along the way, counted from 0 to the effort's.
+fn along(cell: &Cell) -> impl Iterator<Item = f64> + use<> {
+    (0..=cell.effort.steps).map(|step| step as f64)
+}
+
+fn sample_of(place: &Place, frames: &[Layers], truths: &[Layers], more: Vec<(&'static str, f64)>) -> Result<Sample> {
+    let Motion { excess, worst, flip } = Motion::of(frames, truths)?;
+    let last = |images: &[Layers]| images.last().map(|image| image.beauty().to_vec()).unwrap_or_default();
+    let more = [vec![("worst 1 % of pixels", worst), ("FLIP of a frame", flip)], more].concat();
+    Ok(Sample { more, truth: Some(last(truths)), ..Sample::new(place, excess, last(frames)) })
+}
+
+fn slide(cell: &Cell) -> Result<Vec<Sample>> {
+    let mut studio = Studio::new(cell, room())?;
+    let (pose, view) = (studio.stage.pose(), studio.stage.view);
+    let voxel_m = studio.stage.voxel_m(&cell.settings);
+    let sample = |place: &Place| {
+        let way = DVec3::new(1.0, 0.37, -0.61) * (voxel_m / 8.0);
+        let frame =
+            |step| studio.shoot_at(&(DAffine3::from_translation(way * step) * place.world(voxel_m)), &pose, view);
+        let frames = along(cell).map(frame).collect::<Result<Vec<_>>>()?;
+        sample_of(place, &frames, &vec![frames[0].clone(); frames.len()], vec![])
+    };
+    cell.turned_places().iter().map(sample).collect()
+}
+
+/// A motion against the path tracer's: the pose at each step.
+fn motion(cell: &Cell, stage: Stage, pose: impl Fn(f64) -> Pose) -> Result<Vec<Sample>> {
+    let view = stage.view;
+    let (truths, noise) = truths(cell, &stage, &view, &pose)?;
+    let mut studio = Studio::new(cell, stage)?;
+    let sample = |place: &Place| {
+        let frames = along(cell).map(|step| studio.shoot_as(place, &pose(step), view)).collect::<Result<Vec<_>>>()?;
+        sample_of(place, &frames, &truths, vec![("the reference's noise", noise)])
+    };
+    cell.turned_places().iter().map(sample).collect()
+}
+
+/// Path-traced frames, and how much of an excess their own noise is. Each is the mean of two of other seeds, so half the
+/// difference of these has the error's distribution; one seed gives every frame the same random numbers, and what does not
+/// change the same noise.
+fn truths(cell: &Cell, stage: &Stage, view: &View, pose: &impl Fn(f64) -> Pose) -> Result<(Vec<Layers>, f64)> {
+    let depth = same_depth(&stage.scene, &cell.settings);
+    let series = |seed| {
+        let frame = |step| Ok(cell.film(stage, (&pose(step), view), depth, seed)?.layers(&[]));
+        along(cell).map(frame).collect::<Result<Vec<Layers>>>()
+    };
+    let (a, b) = (series(0)?, series(1)?);
+    let noise = 0.5 * excess(&a, &b)?.0;
+    let mean = |(a, b): (&Layers, &Layers)| {
+        let pixels = a.beauty().iter().zip(b.beauty());
+        Layers::new(a.width, a.height, pixels.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect())
+    };
+    Ok((a.iter().zip(&b).map(mean).collect(), noise))
+}
+
+/// The pose with one instance moved.
+fn with_moved(stage: &Stage, instance: usize, by: DVec3) -> Pose {
+    let mut pose = stage.pose();
+    let place = &mut pose.world_from_instance[instance];
+    *place = DAffine3::from_translation(by) * *place;
+    pose
+}
+
+fn block(cell: &Cell) -> Result<Vec<Sample>> {
+    let stage = room();
+    let step_m = stage.voxel_m(&cell.settings) / 8.0;
+    motion(cell, stage.clone(), |step| with_moved(&stage, 1, DVec3::NEG_X * step * step_m))
+}
+
+fn lamp(cell: &Cell) -> Result<Vec<Sample>> {
+    let mut lamp = 0;
+    let stage = room_with(|scene| lamp = add_lamp(scene, 20.0, 0.2, at(-0.1, 0.9, 0.05)));
+    let step_m = stage.voxel_m(&cell.settings) / 8.0;
+    motion(cell, stage.clone(), |step| with_moved(&stage, lamp, DVec3::X * step * step_m))
+}
+
+fn door(cell: &Cell) -> Result<Vec<Sample>> {
+    let stage = doorway();
+    let door = stage.scene.instances.len() - 1;
+    // From beside the doorway.
+    let (open, steps) = (2.0 * f64::from(DOOR[1]) + 0.04, cell.effort.steps as f64);
+    motion(cell, stage.clone(), |step| with_moved(&stage, door, DVec3::Z * open * (1.0 - step / steps)))
+}
+
+/// Share of the pixels that differ in any bit.
+fn changed(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
+    let differ = |(a, b): &(&[f32; 3], &[f32; 3])| a.map(f32::to_bits) != b.map(f32::to_bits);
+    a.iter().zip(b).filter(differ).count() as f64 / a.len() as f64
+}
+
+fn flicker(cell: &Cell, all: bool) -> Result<Vec<Sample>> {
+    let settings = if all { cell.changed("bounces=all")? } else { cell.settings.clone() };
+    let mut studio = Studio::with(cell, room(), settings, DVec3::ZERO)?;
+    let sample = |place: &Place| {
+        let first = studio.shoot_anew(place)?;
+        let mut worst = 0.0f64;
+        for frame in 0..4 {
+            // With feedback light made anew goes on from what it was.
+            if frame >= 2 && !all {
+                studio.make_anew();
+            }
+            worst = worst.max(changed(studio.shoot(place)?.beauty(), first.beauty()));
+        }
+        Ok(Sample::new(place, worst, first.beauty().to_vec()))
+    };
+    cell.turned_places().iter().map(sample).collect()
+}
+
+fn turn(cell: &Cell) -> Result<Vec<Sample>> {
+    let mut studio = Studio::new(cell, room())?;
+    let (pose, view) = (studio.stage.pose(), studio.stage.view);
+    let sample = |place: &Place| {
+        let first = studio.shoot(place)?;
+        for degrees in [10.0f64, 25.0, 60.0, 20.0] {
+            let turned = View {
+                forward: DAffine3::from_axis_angle(view.up, degrees.to_radians()).transform_vector3(view.forward),
+                ..view
+            };
+            studio.shoot_as(place, &pose, turned)?;
+        }
+        let last = studio.shoot(place)?.beauty().to_vec();
+        Ok(Sample { truth: Some(first.beauty().to_vec()), ..Sample::new(place, changed(&last, first.beauty()), last) })
+    };
+    cell.turned_places().iter().map(sample).collect()
+}
+
+/// The most frames that a step is followed for.
+const MOST_FRAMES: usize = 24;
+
+/// A light that goes from one brightness to another.
+fn step(cell: &Cell, [before, after]: [f32; 2]) -> Result<Vec<Sample>> {
+    let settings = cell.changed("bounces=all")?;
+    let lit = |brightness: f32| {
+        room_with(|scene| {
+            scene.add_light(LightKind::Point, Vec3::splat(2.0 * brightness), at(0.2, 0.6, 0.1));
+        })
+    };
+    let mut studio = Studio::with(cell, lit(after), settings, DVec3::ZERO)?;
+    let sample = |place: &Place| {
+        let truth = studio.shoot_anew(place)?.beauty().to_vec();
+        studio.relight(lit(before))?;
+        studio.shoot_anew(place)?;
+        studio.relight(lit(after))?;
+        let images = (0..MOST_FRAMES).map(|_| Ok(studio.shoot(place)?.beauty().to_vec()));
+        let images = images.collect::<Result<Vec<_>>>()?;
+        let settled = |image: &Vec<[f32; 3]>| (sum(image) / sum(&truth) - 1.0).abs() <= 0.01;
+        let number = images.iter().rposition(|image| !settled(image)).map_or(1, |last| last + 2);
+        let more = vec![("first frame over settled", sum(&images[0]) / sum(&truth))];
+        Ok(Sample { more, truth: Some(truth), ..Sample::new(place, number as f64, images[0].clone()) })
+    };
+    cell.places().iter().take(3).map(sample).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_compared() {
+        assert_eq!(changed(&[[0.0; 3]; 4], &[[0.0; 3], [0.0; 3], [-0.0; 3], [1.0; 3]]), 0.5);
+    }
+}

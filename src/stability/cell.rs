@@ -1,0 +1,125 @@
+//! A cell of the table: runs a case with a preset on a grid.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::SIZE;
+use super::case::{Case, Place, Sample};
+use super::row::{Measured, Pictures, Row};
+use super::stage::Stage;
+use crate::chart::picture;
+use crate::measure::{metrics, refuse_invalid};
+use crate::reference::cache::Cache;
+use crate::reference::film::Film;
+use crate::reference::{Depth, Options, Stop};
+use crate::renderer::FrameReport;
+use crate::scene::{Pose, View};
+use crate::settings::Settings;
+use crate::vk::Context;
+use crate::{Error, Result};
+
+/// How much a row is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Effort {
+    /// Places in the grid; in thirds, so that each angle has as many.
+    pub places: usize,
+    /// Steps of a motion.
+    pub steps: usize,
+    /// Samples per pixel of references.
+    pub samples: u32,
+    /// Random scenes.
+    pub seeds: u64,
+}
+
+impl Effort {
+    pub const FULL: Self = Self { places: 9, steps: 8, samples: 256, seeds: 24 };
+    /// Of `--quick`.
+    pub const QUICK: Self = Self { places: 2, steps: 3, samples: 32, seeds: 12 };
+}
+
+/// What a row is made with.
+pub struct Cell<'a> {
+    pub context: &'a Arc<Context>,
+    pub cache: &'a Cache,
+    /// The preset's, with the grid's edge.
+    pub settings: Settings,
+    pub effort: Effort,
+    /// Bytes of device memory.
+    pub memory_limit: Option<u64>,
+    /// Ends the row soon after it is set.
+    pub cancel: &'a AtomicBool,
+    frame_ms: RefCell<Vec<f64>>,
+}
+
+/// The settings of a preset on a grid. Where light propagation has a grid of its own, that keeps its proportion to the base grid.
+pub fn settings(preset: &str, grid: u32) -> Result<Settings> {
+    let mut settings = Settings::preset(preset)?;
+    settings.of.lpv.edge = (settings.of.lpv.edge * grid / 64).clamp(16, 64);
+    settings.set(&format!("voxels={grid}"))?;
+    Ok(settings)
+}
+
+impl<'a> Cell<'a> {
+    pub fn new(
+        context: &'a Arc<Context>,
+        cache: &'a Cache,
+        settings: Settings,
+        (effort, memory_limit): (Effort, Option<u64>),
+        cancel: &'a AtomicBool,
+    ) -> Self {
+        Self { context, cache, settings, effort, memory_limit, cancel, frame_ms: RefCell::default() }
+    }
+
+    /// Runs a case and fills in its row.
+    ///
+    /// # Errors
+    /// What keeps it from running: too little memory, a lost device; or [`Error::Interrupted`].
+    pub fn run(&self, case: &Case, row: &Row) -> Result<(Row, Pictures)> {
+        let start = Instant::now();
+        let samples = (case.run)(self)?;
+        refuse_invalid(self.context)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let (measured, worst) = Measured::of(case, &samples, &self.frame_ms.borrow(), seconds);
+        let Sample { image, truth, .. } = &samples[worst];
+        let exposure = metrics::exposure(truth.as_ref().unwrap_or(image));
+        let uri = |pixels: &Vec<[f32; 3]>| picture::uri((SIZE, SIZE), metrics::exposed(pixels, exposure));
+        let pictures = Pictures { image: uri(image)?, truth: truth.as_ref().map(uri).transpose()? };
+        Ok((Row { measured: Some(measured), ..row.clone() }, pictures))
+    }
+
+    /// Places with three angles.
+    pub fn turned_places(&self) -> Vec<Place> {
+        Place::all(self.effort.places, true)
+    }
+
+    /// Places with one angle.
+    pub fn places(&self) -> Vec<Place> {
+        Place::all(self.effort.places, false)
+    }
+
+    /// Settings with one key changed.
+    pub fn changed(&self, assignment: &str) -> Result<Settings> {
+        let mut settings = self.settings.clone();
+        settings.set(assignment)?;
+        Ok(settings)
+    }
+
+    /// [`Error::Interrupted`] once [`Self::cancel`] is set.
+    pub fn go_on(&self) -> Result<()> {
+        if self.cancel.load(std::sync::atomic::Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+    }
+
+    /// A frame of this row took so long.
+    pub fn took(&self, report: &FrameReport) {
+        self.frame_ms.borrow_mut().push(report.timings.gpu_ms);
+    }
+
+    /// A path-traced image. A scene that is moved as a whole, its view too, has the same one.
+    pub fn film(&self, stage: &Stage, (pose, view): (&Pose, &View), depth: Depth, seed: u64) -> Result<Film> {
+        let stop = Stop::Samples(self.effort.samples);
+        let options = Options { width: SIZE, height: SIZE, depth, stop, seed, occlusion: false };
+        self.cache.render((&stage.scene, pose, view), &options, &|_| {}, self.cancel)
+    }
+}

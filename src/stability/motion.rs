@@ -1,0 +1,82 @@
+//! What changes from frame to frame beyond what should.
+
+use crate::layers::Layers;
+use crate::measure::metrics;
+use crate::{Error, Result};
+
+/// Share of the pixels that [`Motion::worst`] is taken over.
+const WORST: f64 = 0.01;
+
+/// Temporal excess of frames over those that they should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Mean |ΔI − ΔR| over mean R, Δ from one frame to the next.
+    pub excess: f64,
+    /// The same over the worst hundredth of the pixels.
+    pub worst: f64,
+    /// Mean FLIP of each frame against its reference.
+    pub flip: f64,
+}
+
+impl Motion {
+    /// `frames` and `truths`: as many of each, at least two.
+    pub fn of(frames: &[Layers], truths: &[Layers]) -> Result<Self> {
+        let (excess, worst) = excess(frames, truths)?;
+        let flips: Vec<f64> = frames
+            .iter()
+            .zip(truths)
+            .map(|(frame, truth)| Ok(metrics::compare(frame, truth)?.flip))
+            .collect::<Result<_>>()?;
+        Ok(Self { excess, worst, flip: flips.iter().sum::<f64>() / flips.len() as f64 })
+    }
+}
+
+/// The excess, and that of the worst pixels.
+pub fn excess(frames: &[Layers], truths: &[Layers]) -> Result<(f64, f64)> {
+    let pixels = frames[0].beauty().len();
+    let mut changes = vec![0.0; pixels];
+    for (pair, true_pair) in frames.windows(2).zip(truths.windows(2)) {
+        let lights = [&pair[0], &pair[1], &true_pair[0], &true_pair[1]].map(Layers::beauty);
+        for (i, change) in changes.iter_mut().enumerate() {
+            let [a, b, c, d] = lights.map(|light| light[i].map(f64::from));
+            *change += (0..3).map(|k| ((b[k] - a[k]) - (d[k] - c[k])).abs()).sum::<f64>();
+        }
+    }
+    let values: f64 = truths.iter().flat_map(|truth| truth.beauty().iter().flatten()).map(|v| f64::from(*v)).sum();
+    let mean = values / (pixels * truths.len()) as f64;
+    if mean <= 0.0 {
+        return Err(Error::Usage("a case's reference is black".to_owned()));
+    }
+    let scale = 1.0 / (mean * (frames.len() - 1) as f64);
+    changes.sort_by(|a, b| b.total_cmp(a));
+    let most = ((pixels as f64 * WORST) as usize).max(1);
+    let share = |changes: &[f64]| scale * changes.iter().sum::<f64>() / changes.len() as f64;
+    Ok((share(&changes), share(&changes[..most])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(values: &[f32]) -> Layers {
+        Layers::new(values.len() as u32, 1, values.iter().map(|v| [*v; 3]).collect())
+    }
+
+    #[test]
+    fn what_the_reference_does_too_is_no_excess() {
+        let truths = [frame(&[1.0; 100]), frame(&[3.0; 100])];
+        assert_eq!(excess(&truths, &truths).unwrap(), (0.0, 0.0));
+        // Half as bright throughout: the change is 1 where it should be 2; the mean of the reference is 2.
+        let frames = [frame(&[0.5; 100]), frame(&[1.5; 100])];
+        assert_eq!(excess(&frames, &truths).unwrap(), (0.5, 0.5));
+    }
+
+    #[test]
+    fn one_pixel_that_flickers_is_among_the_worst() {
+        let still = [frame(&[1.0; 100]), frame(&[1.0; 100])];
+        let mut flickers = still.clone();
+        flickers[1].layers[0].1[7] = [2.0; 3];
+        let (all, worst) = excess(&flickers, &still).unwrap();
+        assert!((all - 0.01).abs() < 1e-12 && (worst - 1.0).abs() < 1e-12, "{all} {worst}");
+    }
+}

@@ -1,0 +1,192 @@
+//! Scenes made by chance from a seed: boxes in boxes, slivers, triangles without area, tiny and huge parts, every kind of
+//! material and of light. A seed gives the same scene on every machine.
+
+use std::f64::consts::TAU;
+
+use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
+
+use super::scenes::{add_lamp, add_shell};
+use super::stage::Stage;
+use crate::scene::{Alpha, LightKind, Material, Mesh, Scene, View};
+
+/// Numbers that look like chance: SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// From 0 to 1.
+    fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    fn between(&mut self, least: f32, most: f32) -> f32 {
+        least + (most - least) * self.unit()
+    }
+
+    /// As many in each decade.
+    fn decades(&mut self, least: f32, most: f32) -> f32 {
+        (self.between(least.ln(), most.ln())).exp()
+    }
+
+    fn below(&mut self, count: u64) -> u64 {
+        self.next() % count
+    }
+
+    fn color(&mut self, most: f32) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit()) * most
+    }
+
+    /// In a cube of such a half side.
+    fn point(&mut self, half: f32) -> Vec3 {
+        Vec3::new(self.between(-half, half), self.between(-half, half), self.between(-half, half))
+    }
+
+    fn place(&mut self, half: f32) -> DAffine3 {
+        let axis = (self.point(1.0) + Vec3::new(0.0, 0.01, 0.0)).as_dvec3().normalize();
+        let angle = TAU * f64::from(self.unit());
+        DAffine3::from_rotation_translation(DQuat::from_axis_angle(axis, angle), self.point(half).as_dvec3())
+    }
+
+    fn material(&mut self) -> Material {
+        let plain = Material { double_sided: self.below(2) == 0, ..Material::lambert("chance", self.color(0.9)) };
+        match self.below(8) {
+            0 => Material { metallic: 1.0, roughness: self.unit(), ..plain },
+            1 => Material { specular: 1.0, roughness: self.unit(), ..plain },
+            2 => Material { transmission: self.unit(), specular: 1.0, roughness: 0.0, ..plain },
+            3 => Material { alpha: Alpha::Blend, base_color: self.color(0.9).extend(self.unit()), ..plain },
+            4 => Material { alpha: Alpha::Mask(0.5), base_color: self.color(0.9).extend(self.unit()), ..plain },
+            5 => Material { base_color: Vec4::ONE, ..plain },
+            _ => plain,
+        }
+    }
+}
+
+/// The scene of a seed, within a cube of half side 1.
+pub fn stage(seed: u64) -> Stage {
+    let mut random = Random(seed);
+    let mut scene = Scene::empty(&format!("seed {seed}"));
+    // Two in three stand in a room, so that light meets many surfaces.
+    let closed = random.below(3) > 0;
+    if closed {
+        let walls = Material { double_sided: true, ..Material::lambert("walls", random.color(0.9)) };
+        let walls = scene.add_material(walls);
+        add_shell(&mut scene, walls, [0.95; 3]);
+    }
+    for _ in 0..=random.below(8) {
+        add_part(&mut scene, &mut random);
+    }
+    add_lights(&mut scene, &mut random, closed);
+    let eye = if closed { random.point(0.6) } else { random.point(1.0).normalize_or(Vec3::Z) * 3.0 }.as_dvec3();
+    let target = random.point(0.3).as_dvec3();
+    let fov = if closed { 80f32 } else { 40.0 };
+    Stage::new(scene, 1.0, View::look_at(eye, target, DVec3::Y, fov.to_radians()))
+}
+
+fn add_part(scene: &mut Scene, random: &mut Random) {
+    let material = random.material();
+    let material = scene.add_material(material);
+    let mesh = match random.below(6) {
+        // Boxes in boxes.
+        0 => {
+            let half = Vec3::new(random.between(0.1, 0.5), random.between(0.1, 0.5), random.between(0.1, 0.5));
+            scene.add_mesh(
+                Mesh::cuboid("inner", material, -0.5 * half, 0.5 * half, random.below(2) == 0),
+                DAffine3::IDENTITY,
+            );
+            Mesh::cuboid("outer", material, -half, half, false)
+        }
+        // Of any size down to a tenth of a millimetre.
+        1 => {
+            let half = Vec3::splat(random.decades(1e-4, 0.5));
+            Mesh::cuboid("box", material, -half, half, false)
+        }
+        // Slivers.
+        2 => {
+            let sliver = |random: &mut Random| {
+                let (a, b) = (random.point(0.5), random.point(0.5));
+                let width = random.decades(1e-7, 1e-2);
+                [a, b, b + random.point(width)]
+            };
+            let slivers: Vec<_> = (0..20).map(|_| sliver(random)).collect();
+            Mesh::triangles("slivers", material, &slivers)
+        }
+        // Without area, and twice the same.
+        3 => {
+            let (a, b, c) = (random.point(0.6), random.point(0.6), random.point(0.6));
+            Mesh::triangles("degenerate", material, &[[a; 3], [a, b, a], [a, b, c], [a, b, c], [a, (a + b) * 0.5, b]])
+        }
+        // Loose triangles.
+        4 => {
+            let triangles: Vec<_> =
+                (0..50).map(|_| [random.point(0.7), random.point(0.7), random.point(0.7)]).collect();
+            Mesh::triangles("loose", material, &triangles)
+        }
+        // Far larger than the volume.
+        _ => {
+            let side = random.decades(2.0, 1e3);
+            Mesh::quad("huge", material, Vec3::new(-0.5 * side, 0.0, -0.5 * side), Vec3::Z * side, Vec3::X * side)
+        }
+    };
+    let place = if mesh.name == "huge" { DAffine3::from_translation(DVec3::NEG_Y * 0.9) } else { random.place(0.4) };
+    scene.add_mesh(mesh, place);
+}
+
+/// One to three lights of any kind; in the open a sky, so that nothing is black.
+fn add_lights(scene: &mut Scene, random: &mut Random, closed: bool) {
+    for _ in 0..=random.below(3) {
+        let place = random.place(0.6);
+        let color = Vec3::splat(0.2) + random.color(1.0);
+        let outer = random.between(0.2, 1.2);
+        match random.below(4) {
+            0 => scene.add_light(LightKind::Point, color, place),
+            1 => scene.add_light(LightKind::Spot { inner: 0.5 * outer, outer }, color * 3.0, place),
+            2 if !closed => scene.add_light(LightKind::Directional, color, place),
+            _ => {
+                let side = random.decades(0.01, 0.5);
+                add_lamp(scene, 0.5 / (side * side), side, place)
+            }
+        };
+    }
+    if closed {
+        // Whatever else hides: some light in the room.
+        scene.add_light(LightKind::Point, Vec3::splat(0.3), DAffine3::from_translation(DVec3::new(0.8, 0.8, 0.8)));
+    } else {
+        scene.sky = Vec3::splat(random.between(0.1, 1.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_is_a_scene() {
+        let [a, b, c] = [3, 3, 4].map(|seed| stage(seed).scene);
+        assert_eq!(a.triangle_count(), b.triangle_count());
+        assert_eq!(format!("{:?}", a.lights), format!("{:?}", b.lights));
+        assert_ne!(format!("{:?}", a.lights), format!("{:?}", c.lights));
+    }
+
+    #[test]
+    fn every_kind_occurs_and_all_is_finite() {
+        let scenes: Vec<Scene> = (0..200).map(|seed| stage(seed).scene).collect();
+        let kinds = ["outer", "box", "slivers", "degenerate", "loose", "huge", "lamp"];
+        for kind in kinds {
+            assert!(scenes.iter().any(|scene| scene.meshes.iter().any(|mesh| mesh.name == kind)), "{kind}");
+        }
+        let lights = || scenes.iter().flat_map(|scene| &scene.lights);
+        assert!(lights().any(|light| matches!(light.kind, LightKind::Spot { .. })));
+        assert!(lights().any(|light| light.kind == LightKind::Directional));
+        for scene in &scenes {
+            assert!(scene.meshes.iter().flat_map(|mesh| &mesh.positions).all(|p| p.is_finite()));
+            assert!(scene.has_light());
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! A case, a preset and a grid: its number over all places.
+
+use serde::{Deserialize, Serialize};
+
+use super::case::{Case, Sample};
+use crate::chart::store::Keyed;
+use crate::measure::timing::Spread;
+
+/// `docs/json.md` lists the keys.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    pub key: String,
+    pub case: String,
+    pub preset: String,
+    pub method: String,
+    /// Voxels along the grid's edge.
+    pub grid: u32,
+    /// What makes this row again.
+    pub command: String,
+    /// Absent where it could not run.
+    pub measured: Option<Measured>,
+    /// Why it could not.
+    pub failure: Option<String>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Over the places; one that is not finite counts as [`NOT_FINITE`].
+    pub number: Spread,
+    /// Of the place that is the farthest from the ideal: how far.
+    pub distance: f64,
+    /// That place in words.
+    pub worst: String,
+    /// Every place and its number.
+    pub places: Vec<(String, f64)>,
+    /// Further numbers, each the median over the places.
+    pub more: Vec<(String, f64)>,
+    /// Device time of a frame.
+    pub frame_gpu_ms: Spread,
+    /// Seconds for the whole row, references that were not in the cache included.
+    pub seconds: f64,
+}
+
+/// Embedded images of the worst place.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pictures {
+    pub image: String,
+    /// What it should be, where that is known.
+    pub truth: Option<String>,
+}
+
+/// Stands for a number that is not finite, which JSON has no word for.
+pub const NOT_FINITE: f64 = 1e9;
+
+impl Keyed for Row {
+    fn key(&self) -> &str {
+        &self.key
+    }
+}
+
+impl Measured {
+    /// `samples`: at least one. Returns the worst one too.
+    pub fn of(case: &Case, samples: &[Sample], frame_ms: &[f64], seconds: f64) -> (Self, usize) {
+        let finite = |value: f64| if value.is_finite() { value } else { NOT_FINITE };
+        let numbers: Vec<f64> = samples.iter().map(|sample| finite(sample.number)).collect();
+        let distance = |i: &usize| (numbers[*i] - case.ideal).abs();
+        let worst = (0..numbers.len()).max_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default();
+        let more = samples[0].more.iter().enumerate().map(|(i, (name, _))| {
+            let values = samples.iter().map(|sample| finite(sample.more[i].1));
+            ((*name).to_owned(), Spread::of(values).median)
+        });
+        let measured = Self {
+            number: Spread::of(numbers.iter().copied()),
+            distance: distance(&worst),
+            worst: samples[worst].place.clone(),
+            places: samples.iter().map(|sample| sample.place.clone()).zip(numbers.iter().copied()).collect(),
+            more: more.collect(),
+            frame_gpu_ms: Spread::of(frame_ms.iter().copied()),
+            seconds,
+        };
+        (measured, worst)
+    }
+}

@@ -281,7 +281,7 @@ pub const SLIDES: &[Slide] = &[
         title: "Soft shadows",
         statements: &[S(
             "a picture of shadows by cones",
-            "`lights.shadows = method`, as `printed` has it; rays through the lists are this project's",
+            "`lights.shadows = method`, as `printed` has it; rays are this project's",
             &["D12", "D13", "D15", "D16", "S3"],
         )],
         pictures: &[("direct.png", "what lights send directly, shadowed by cones, and what lamps show of themselves")],

@@ -66,7 +66,6 @@ struct TreeInstance {
     uint links; // first node of its mesh among the links,
     uint boxes; // and its own first among the boxes
     uint source; // of its first triangle
-    uint top; // the node that stands for it in the tree of all instances
 };
 
 // Boxes of the tree: one is about two others, or about one that is named twice.

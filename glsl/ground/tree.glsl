@@ -11,7 +11,6 @@
 layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place among the triangles
 layout(set = 0, binding = 32, scalar) readonly buffer TreeLinks { uint tree_links[]; };
 layout(set = 0, binding = 56, scalar) readonly buffer TreeBoxes { uvec3 tree_boxes[]; };
-layout(set = 0, binding = 57, scalar) readonly buffer TreeInstances { TreeInstance tree_instances[]; };
 
 struct Way {
     vec3 inverse; // planes: distance = plane × inverse + bias
@@ -86,10 +85,10 @@ uint take_leaf(inout Way w, uint leaf) {
         bool whole = w.links == 0u;
         uint next = tree_links[NODE_WORDS * (w.links + w.node - 1u) + NODE_NEXT + w.octant];
         if (whole) {
-            TreeInstance instance = tree_instances[leaf >> 2u];
-            w.links = instance.links;
-            w.boxes = instance.boxes;
-            w.source = instance.source;
+            uint instance = NODE_WORDS * (leaf >> 2u);
+            w.links = tree_links[instance];
+            w.boxes = tree_links[instance + 1u];
+            w.source = tree_links[instance + 2u];
             w.after = next;
             w.node = 1u;
         } else {

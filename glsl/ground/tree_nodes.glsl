@@ -1,4 +1,5 @@
-// The tree's nodes. `links` of a node: 9 words, written by src/ground/tree/links.rs; `box`: on which of 65536 planes along each axis
+// The tree's nodes. `links` of a node: 9 words, written by src/ground/tree/links.rs; an instance, which leaves of the tree over all
+// instances name, takes the place of one: `links`, `boxes` and `source` of TreeInstance; `box`: on which of 65536 planes along each axis
 // the volume's part that holds the node's triangles begins (low half) and ends (high half).
 
 const uint NODE_WORDS = 9u;

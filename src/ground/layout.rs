@@ -51,9 +51,9 @@ shared! {
     ItemPart { lit_by: u32, area: f32, source: u32, alone: u32, twin: u32, anchor: u32 }
 }
 shared! {
-    /// An instance of a mesh in the tree: its mesh's first node among the links, its own first among the boxes, the source of
-    /// its first triangle, and the node that stands for it in the tree of all instances.
-    TreeInstance { links: u32, boxes: u32, source: u32, top: u32 }
+    /// An instance of a mesh in the tree: its mesh's first node among the links, its own first among the boxes, and the source
+    /// of its first triangle.
+    TreeInstance { links: u32, boxes: u32, source: u32 }
 }
 shared! {
     /// Boxes of the tree: `node` is about `first` and `second`.

@@ -59,7 +59,7 @@ choices! {
         None = "none",
         /// By the method: the talk's shadow cones.
         Method = "method",
-        /// By exact rays through the triangle lists.
+        /// By exact rays.
         Rays = "rays",
     }
 }

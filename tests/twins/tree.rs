@@ -45,10 +45,11 @@ impl Tree {
         for octant in 0..8 {
             let mut instances = vec![0_u32; self.instances.len()];
             for leaf in self.leaves((0, 0), octant) {
-                let index = primitive(&self.links[leaf.0]).expect("a leaf");
+                let record = primitive(&self.links[leaf.0]).expect("a leaf");
+                let index = record - (2 * self.instances.len() - 1);
                 let instance = self.instances[index];
                 instances[index] += 1;
-                assert_eq!(instance.top as usize, leaf.0);
+                assert_eq!(self.links[record][..3], [instance.links, instance.boxes, instance.source]);
                 let (links, boxes) = (instance.links as usize, instance.boxes as usize);
                 assert_eq!(self.boxes[leaf.1], self.boxes[boxes], "an instance's node is its root's box");
                 for leaf in self.leaves((links, boxes), octant) {

@@ -1,4 +1,4 @@
-// Method `rays`: exact rays through the lists find what list items send.
+// Method `rays`: exact rays find what list items send.
 
 #include "ground/interleave.glsl"
 #include "ground/place_random.glsl"

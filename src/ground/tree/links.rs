@@ -19,6 +19,11 @@ pub const WORDS: usize = 9;
 const NEXT: usize = 1;
 const LEAF: u32 = 3;
 
+/// Puts something else into a leaf.
+pub fn set_primitive(node: &mut [u32; WORDS], primitive: u32) {
+    node[0] = primitive << 2 | LEAF;
+}
+
 /// What a leaf holds; none of an inner node.
 pub fn primitive(node: &[u32; WORDS]) -> Option<usize> {
     (node[0] & 3 == LEAF).then_some((node[0] >> 2) as usize)

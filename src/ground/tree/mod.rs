@@ -50,7 +50,7 @@ impl TreeSize {
     pub fn plan(&self) -> Vec<MemoryRow> {
         let bytes = |count: usize, each: usize| (count.max(1) * each) as u64;
         vec![
-            ("tree links", bytes(self.top + self.meshes, 4 * WORDS)),
+            ("tree links", bytes(self.top + self.instances + self.meshes, 4 * WORDS)),
             ("tree boxes", bytes(self.top + self.placed, 12)),
             ("tree instances", bytes(self.instances, size_of::<TreeInstance>())),
             ("tree joins", bytes(self.placed_joins() + self.top, size_of::<TreeJoin>())),
@@ -87,6 +87,7 @@ struct RangePush {
 /// What the tree over all instances is in a pose.
 struct Top {
     instances: Vec<TreeInstance>,
+    /// Behind them the instances once more, which its leaves name: rays have no binding to spare.
     links: Links,
     /// Of each level, from the leaves on.
     joins: Vec<Vec<TreeJoin>>,
@@ -109,7 +110,7 @@ impl Tree {
         let mut tree =
             Self { size, links: buffer(0)?, boxes: buffer(1)?, instances: buffer(2)?, joins: buffer(3)?, maker: None };
         if let Some(trees) = trees {
-            let mut links: Links = vec![[0; WORDS]; size.top];
+            let mut links: Links = vec![[0; WORDS]; size.top + size.instances];
             links.extend(&trees.links);
             upload_into(context, &tree.links, &links)?;
             let levels = placed_joins(&placed(&size, &trees, &scene.draws), &trees, &scene.draws);
@@ -138,7 +139,11 @@ impl Tree {
             r.update(&self.boxes, 0, &[EMPTY_BOX]); // stays where there is no triangle
             let first_top = (self.size.placed_joins() * size_of::<TreeJoin>()) as u64;
             r.update(&self.joins, first_top, &top.joins.concat());
-            let mut binds = vec![Bind::buffer("triangles", &ground.triangles), Bind::buffer("slots", &ground.slots)];
+            let mut binds = vec![
+                Bind::buffer("triangles", &ground.triangles),
+                Bind::buffer("slots", &ground.slots),
+                Bind::buffer("tree_instances", &self.instances),
+            ];
             binds.extend(self.binds());
             dispatch(r, &maker.leaves, &binds, &nodes);
             let binds = [Bind::buffer("tree_boxes", &self.boxes), Bind::buffer("tree_joins", &self.joins)];
@@ -147,28 +152,26 @@ impl Tree {
     }
 
     /// What rays read.
-    pub fn binds(&self) -> [Bind<'_>; 3] {
-        [
-            Bind::buffer("tree_links", &self.links),
-            Bind::buffer("tree_boxes", &self.boxes),
-            Bind::buffer("tree_instances", &self.instances),
-        ]
+    pub fn binds(&self) -> [Bind<'_>; 2] {
+        [Bind::buffer("tree_links", &self.links), Bind::buffer("tree_boxes", &self.boxes)]
     }
 
     fn top(&self, trees: &MeshTrees, draws: &[SceneDraw], pose: &Pose) -> Top {
         let boxes = with_triangles(draws)
             .map(|draw| links::placed(&trees.bounds[draw.mesh], &pose.world_from_instance[draw.instance]));
-        let links = links::of_boxes(&boxes.collect::<Vec<_>>());
-        let mut instances = placed(&self.size, trees, draws);
+        let mut links = links::of_boxes(&boxes.collect::<Vec<_>>());
+        let instances = placed(&self.size, trees, draws);
         let mut joins = vec![Vec::new()];
-        for (node, words) in links.iter().enumerate() {
+        for (node, words) in links.iter_mut().enumerate() {
             if let Some(instance) = links::primitive(words) {
                 let root = instances[instance].boxes;
-                instances[instance].top = node as u32;
                 joins[0].push(TreeJoin { node: node as u32, first: root, second: root });
+                links::set_primitive(words, (self.size.top + instance) as u32);
             }
         }
         joins.extend(joins_by_level(&links, 0));
+        let record = |of: &TreeInstance| [of.links, of.boxes, of.source, 0, 0, 0, 0, 0, 0];
+        links.extend(instances.iter().map(record));
         Top { instances, links, joins }
     }
 }
@@ -183,7 +186,11 @@ fn placed(size: &TreeSize, trees: &MeshTrees, draws: &[SceneDraw]) -> Vec<TreeIn
     let mut place = |draw: &SceneDraw| {
         let boxes = next;
         next += node_count(draw.index_count as usize / 3) as u32;
-        TreeInstance { links: size.top as u32 + trees.first[draw.mesh], boxes, source: draw.first_source, top: 0 }
+        TreeInstance {
+            links: (size.top + size.instances) as u32 + trees.first[draw.mesh],
+            boxes,
+            source: draw.first_source,
+        }
     };
     with_triangles(draws).map(&mut place).collect()
 }

@@ -103,10 +103,13 @@ pub struct Kept {
 }
 
 /// The lines of a table by case, preset and grid; `None` where a row could not run.
+pub type Rows = BTreeMap<(String, String, u32), Option<Kept>>;
+
+/// Reads a table.
 ///
 /// # Errors
 /// A sentence about the line that cannot be read.
-pub fn read_csv(text: &str) -> Result<BTreeMap<(String, String, u32), Option<Kept>>, String> {
+pub fn read_csv(text: &str) -> Result<Rows, String> {
     let mut lines = text.lines();
     if lines.next() != Some(COLUMNS) {
         return Err(format!("the first line is not {COLUMNS}"));

@@ -1,10 +1,10 @@
 //! The page `docs/stability.md`, from a table that is kept as `rows.csv`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::case::Case;
 use super::cases;
-use super::export::{Kept, read_csv};
+use super::export::{Kept, Rows, read_csv};
 use crate::settings::PRESETS;
 
 const OPENING: &str = "# Where methods fail
@@ -18,8 +18,6 @@ places, the worst one behind. **Bold** is further from the ideal than the limit,
 What cannot be seen from outside is held by tests: opacity and radiance bounds of mips by `tests/twins_values.rs` and `tests/passes_cells.rs`, counters and overflow by
 `tests/passes_voxelise.rs` and `tests/passes_order.rs`, propagation by `tests/passes_lpv.rs`, refraction and lobes by `tests/passes_gloss.rs`.
 ";
-
-type Rows = BTreeMap<(String, String, u32), Option<Kept>>;
 
 /// The page of a table.
 ///

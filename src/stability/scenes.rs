@@ -253,7 +253,7 @@ pub fn with_bad_triangles(stage: &Stage, kind: &str) -> Stage {
     let grey = stage.scene.meshes[stage.scene.instances[1].mesh].material;
     let point = |i: usize| Vec3::new(0.37 * i as f32, 0.71 * i as f32, 0.53 * i as f32).fract() * 1.6 - 0.8;
     let triangle = |i: usize| match kind {
-        "without area" if i % 2 == 0 => [point(i); 3],
+        "without area" if i.is_multiple_of(2) => [point(i); 3],
         "without area" => [point(i), point(i) * 0.5, Vec3::ZERO],
         // Far thinner than any pixel or voxel.
         "needles" => [point(i), point(i + 7), point(i + 7) + Vec3::new(0.0, 1e-7, 0.0)],

@@ -7,7 +7,7 @@ export RUST_TEST_THREADS ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ $$n -gt
 # A driver that hangs must not hang the run.
 TEST_SECONDS ?= 3000
 DEMO_SECONDS ?= 300
-WEB_SECONDS ?= 400
+WEB_SECONDS ?= 900
 
 .PHONY: demo test test-web test-mesa25 faults corpus assets docs clean
 

@@ -5,6 +5,7 @@
 //! the node after it and all below it, 1-based, 0 at the end: nearer children come first. Children stand after their parents.
 //! (Multiple threaded hierarchies: Hachisuka, "Implementing a Photorealistic Rendering System using GLSL", 2015.)
 
+use std::ops::Range;
 use std::time::Duration;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -100,14 +101,39 @@ fn in_words(tree: &Bvh2) -> Links {
     links
 }
 
-/// A tree per mesh over its triangles.
+/// Triangles that stand together in a tree, at most: meshes may lie through one another, so that the tree over all pieces parts
+/// space far better than a tree per mesh. Of a large mesh more, so that there are not too many pieces to be put in order for a frame.
+fn most_in_piece(triangles: usize) -> usize {
+    (triangles / 1024).max(64)
+}
+
+/// Into how many pieces a mesh of so many triangles is cut.
+pub fn piece_count(triangles: usize) -> usize {
+    fn halves(triangles: usize, most: usize) -> usize {
+        if triangles <= most {
+            triangles.min(1)
+        } else {
+            halves(triangles / 2, most) + halves(triangles.div_ceil(2), most)
+        }
+    }
+    halves(triangles, most_in_piece(triangles))
+}
+
+/// Some of a mesh's triangles, with a tree of their own.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Where it stands among the links.
+    pub nodes: Range<usize>,
+    /// About it, in the mesh's own space.
+    pub bounds: Corners,
+}
+
+/// Trees over the triangles of meshes.
 #[derive(Debug, Default)]
 pub struct MeshTrees {
     pub links: Links,
-    /// First node of every mesh; at last, how many nodes there are.
-    pub first: Vec<u32>,
-    /// Corners of the box about every mesh, in its own space.
-    pub bounds: Vec<Corners>,
+    /// Of every mesh.
+    pub pieces: Vec<Vec<Piece>>,
 }
 
 impl MeshTrees {
@@ -117,13 +143,44 @@ impl MeshTrees {
         for (index, mesh) in scene.meshes.iter().enumerate() {
             let place = scene.instances.iter().position(|instance| instance.mesh == index);
             let place = place.map_or(DAffine3::IDENTITY, |instance| world_from_instance[instance]);
-            trees.first.push(trees.links.len() as u32);
-            trees.links.extend(of_boxes(&triangle_boxes(mesh, &place)));
-            trees.bounds.push(bounds(mesh.positions.iter().map(|p| p.as_dvec3())));
+            let boxes = triangle_boxes(mesh, &place);
+            let mut triangles: Vec<u32> = (0..boxes.len() as u32).collect();
+            let mut pieces = Vec::new();
+            halve(&mut triangles, &boxes, most_in_piece(boxes.len()), &mut |piece| {
+                let own: Vec<Corners> = piece.iter().map(|&triangle| boxes[triangle as usize]).collect();
+                let first = trees.links.len();
+                trees.links.extend(of_boxes(&own));
+                for node in &mut trees.links[first..] {
+                    if let Some(at) = primitive(node) {
+                        set_primitive(node, piece[at]);
+                    }
+                }
+                let corners = |&triangle: &u32| &mesh.indices[3 * triangle as usize..][..3];
+                let points = piece.iter().flat_map(corners).map(|&i| mesh.positions[i as usize].as_dvec3());
+                pieces.push(Piece { nodes: first..trees.links.len(), bounds: bounds(points) });
+            });
+            trees.pieces.push(pieces);
         }
-        trees.first.push(trees.links.len() as u32);
         trees
     }
+}
+
+/// Cuts triangles in two where half of them lie on each side, until there are at most `most`.
+fn halve(triangles: &mut [u32], boxes: &[Corners], most: usize, keep: &mut impl FnMut(&[u32])) {
+    if triangles.len() <= most {
+        if !triangles.is_empty() {
+            keep(triangles);
+        }
+        return;
+    }
+    let center = |&triangle: &u32| boxes[triangle as usize][0] + boxes[triangle as usize][1];
+    let [min, max] = bounds(triangles.iter().map(center));
+    let axis = (max - min).max_position();
+    let half = triangles.len() / 2;
+    triangles.select_nth_unstable_by(half, |a, b| center(a)[axis].total_cmp(&center(b)[axis]).then(a.cmp(b)));
+    let (before, behind) = triangles.split_at_mut(half);
+    halve(before, boxes, most, keep);
+    halve(behind, boxes, most, keep);
 }
 
 fn bounds(points: impl IntoIterator<Item = DVec3>) -> Corners {

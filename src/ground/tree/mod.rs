@@ -1,6 +1,6 @@
-//! Tree: boxes about the recorded triangles, for rays: a tree per mesh over its triangles, made once, and one over all instances, made
-//! anew with every record. Its boxes are put about the triangles as they were recorded, wherever those have moved.
-//! Reads: triangles, slots. Writes: tree links (of the instances), tree boxes. Held by `tests/passes_tree.rs`.
+//! Tree: boxes about the recorded triangles, for rays: trees over the triangles of each mesh's pieces, made once, and one over the
+//! pieces of all instances, made anew with every record. Its boxes are put about the triangles as they were recorded, wherever those have moved.
+//! Reads: triangles, slots. Writes: tree links (of the pieces), tree boxes. Held by `tests/passes_tree.rs`.
 
 pub mod links;
 
@@ -16,13 +16,13 @@ use super::scene_on_gpu::{SceneDraw, SceneOnGpu};
 use crate::Result;
 use crate::scene::{Pose, Scene};
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorder, ZoneKind, upload_into};
-use links::{Links, MeshTrees, WORDS, inner_by_level, left_child, node_count};
+use links::{Links, MeshTrees, Piece, WORDS, inner_by_level, left_child, node_count, piece_count};
 
 /// How many nodes there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TreeSize {
-    /// Instances that have triangles.
-    instances: usize,
+    /// Of all instances.
+    pieces: usize,
     /// Nodes of the tree over these, of all meshes' trees, and of these for every instance.
     top: usize,
     meshes: usize,
@@ -31,28 +31,28 @@ pub struct TreeSize {
 
 impl TreeSize {
     pub fn of(scene: &Scene) -> Self {
-        let nodes = |mesh: usize| node_count(scene.meshes[mesh].indices.len() / 3);
-        let sizes = || scene.instances.iter().map(|i| nodes(i.mesh)).filter(|&nodes| nodes > 0);
-        let instances = sizes().count();
+        let triangles = |mesh: usize| scene.meshes[mesh].indices.len() / 3;
+        let nodes = |mesh: usize| 2 * triangles(mesh) - piece_count(triangles(mesh));
+        let pieces = scene.instances.iter().map(|i| piece_count(triangles(i.mesh))).sum();
         Self {
-            instances,
-            top: node_count(instances).max(1),
+            pieces,
+            top: node_count(pieces).max(1),
             meshes: (0..scene.meshes.len()).map(nodes).sum(),
-            placed: sizes().sum(),
+            placed: scene.instances.iter().map(|i| nodes(i.mesh)).sum(),
         }
     }
 
-    /// Joins of the instances' inner nodes; those of the tree over them follow.
+    /// Joins of the pieces' inner nodes; those of the tree over them follow.
     fn placed_joins(&self) -> usize {
-        self.placed.saturating_sub(self.instances) / 2
+        (self.placed - self.pieces) / 2
     }
 
     pub fn plan(&self) -> Vec<MemoryRow> {
         let bytes = |count: usize, each: usize| (count.max(1) * each) as u64;
         vec![
-            ("tree links", bytes(self.top + self.instances + self.meshes, 4 * WORDS)),
+            ("tree links", bytes(self.top + self.pieces + self.meshes, 4 * WORDS)),
             ("tree boxes", bytes(self.top + self.placed, 12)),
-            ("tree instances", bytes(self.instances, size_of::<TreeInstance>())),
+            ("tree instances", bytes(self.pieces, size_of::<TreeInstance>())),
             ("tree joins", bytes(self.placed_joins() + self.top, size_of::<TreeJoin>())),
         ]
     }
@@ -72,7 +72,7 @@ struct TreeMaker {
     trees: Arc<MeshTrees>,
     leaves: Compute,
     join: Compute,
-    /// Of the instances' inner nodes: the deepest ones first.
+    /// Of the pieces' inner nodes: the deepest ones first.
     levels: Vec<Range<u32>>,
 }
 
@@ -84,10 +84,10 @@ struct RangePush {
     end: u32,
 }
 
-/// What the tree over all instances is in a pose.
+/// What the tree over all pieces is in a pose.
 struct Top {
-    instances: Vec<TreeInstance>,
-    /// Behind them the instances once more, which its leaves name: rays have no binding to spare.
+    pieces: Vec<TreeInstance>,
+    /// Behind them the pieces once more, which its leaves name: rays have no binding to spare.
     links: Links,
     /// Of each level, from the leaves on.
     joins: Vec<Vec<TreeJoin>>,
@@ -110,7 +110,7 @@ impl Tree {
         let mut tree =
             Self { size, links: buffer(0)?, boxes: buffer(1)?, instances: buffer(2)?, joins: buffer(3)?, maker: None };
         if let Some(trees) = trees {
-            let mut links: Links = vec![[0; WORDS]; size.top + size.instances];
+            let mut links: Links = vec![[0; WORDS]; size.top + size.pieces];
             links.extend(&trees.links);
             upload_into(context, &tree.links, &links)?;
             let levels = placed_joins(&placed(&size, &trees, &scene.draws), &trees, &scene.draws);
@@ -135,7 +135,7 @@ impl Tree {
         recorder.zone("tree", ZoneKind::Compute, self.boxes.bytes(), |r| {
             r.full_barrier(); // the frame before read the tree
             r.update(&self.links, 0, &top.links);
-            r.update(&self.instances, 0, &top.instances);
+            r.update(&self.instances, 0, &top.pieces);
             r.update(&self.boxes, 0, &[EMPTY_BOX]); // stays where there is no triangle
             let first_top = (self.size.placed_joins() * size_of::<TreeJoin>()) as u64;
             r.update(&self.joins, first_top, &top.joins.concat());
@@ -157,42 +157,39 @@ impl Tree {
     }
 
     fn top(&self, trees: &MeshTrees, draws: &[SceneDraw], pose: &Pose) -> Top {
-        let boxes = with_triangles(draws)
-            .map(|draw| links::placed(&trees.bounds[draw.mesh], &pose.world_from_instance[draw.instance]));
-        let mut links = links::of_boxes(&boxes.collect::<Vec<_>>());
-        let instances = placed(&self.size, trees, draws);
+        let place = |(draw, piece): (&SceneDraw, &Piece)| {
+            links::placed(&piece.bounds, &pose.world_from_instance[draw.instance])
+        };
+        let mut links = links::of_boxes(&pieces_of(trees, draws).map(place).collect::<Vec<_>>());
+        let pieces = placed(&self.size, trees, draws);
         let mut joins = vec![Vec::new()];
         for (node, words) in links.iter_mut().enumerate() {
-            if let Some(instance) = links::primitive(words) {
-                let root = instances[instance].boxes;
+            if let Some(piece) = links::primitive(words) {
+                let root = pieces[piece].boxes;
                 joins[0].push(TreeJoin { node: node as u32, first: root, second: root });
-                links::set_primitive(words, (self.size.top + instance) as u32);
+                links::set_primitive(words, (self.size.top + piece) as u32);
             }
         }
         joins.extend(joins_by_level(&links, 0));
         let record = |of: &TreeInstance| [of.links, of.boxes, of.source, 0, 0, 0, 0, 0, 0];
-        links.extend(instances.iter().map(record));
-        Top { instances, links, joins }
+        links.extend(pieces.iter().map(record));
+        Top { pieces, links, joins }
     }
 }
 
-fn with_triangles(draws: &[SceneDraw]) -> impl Iterator<Item = &SceneDraw> {
-    draws.iter().filter(|draw| draw.index_count >= 3)
+fn pieces_of<'a>(trees: &'a MeshTrees, draws: &'a [SceneDraw]) -> impl Iterator<Item = (&'a SceneDraw, &'a Piece)> {
+    draws.iter().flat_map(|draw| trees.pieces[draw.mesh].iter().map(move |piece| (draw, piece)))
 }
 
-/// The instances that have triangles: where their nodes stand.
+/// The pieces of all instances: where their nodes stand.
 fn placed(size: &TreeSize, trees: &MeshTrees, draws: &[SceneDraw]) -> Vec<TreeInstance> {
-    let mut next = size.top as u32;
-    let mut place = |draw: &SceneDraw| {
-        let boxes = next;
-        next += node_count(draw.index_count as usize / 3) as u32;
-        TreeInstance {
-            links: (size.top + size.instances) as u32 + trees.first[draw.mesh],
-            boxes,
-            source: draw.first_source,
-        }
+    let mut next = size.top;
+    let mut place = |(draw, piece): (&SceneDraw, &Piece)| {
+        let (links, boxes) = (size.top + size.pieces + piece.nodes.start, next);
+        next += piece.nodes.len();
+        TreeInstance { links: links as u32, boxes: boxes as u32, source: draw.first_source }
     };
-    with_triangles(draws).map(&mut place).collect()
+    pieces_of(trees, draws).map(&mut place).collect()
 }
 
 /// The joins of one tree's inner nodes, the deepest ones first. `boxes`: its first box.
@@ -204,13 +201,13 @@ fn joins_by_level(links: &[[u32; WORDS]], boxes: u32) -> Vec<Vec<TreeJoin>> {
     inner_by_level(links).iter().rev().map(|level| level.iter().map(join).collect()).collect()
 }
 
-/// The joins of all instances' inner nodes, those that all others stand on first.
-fn placed_joins(instances: &[TreeInstance], trees: &MeshTrees, draws: &[SceneDraw]) -> Vec<Vec<TreeJoin>> {
+/// The joins of all pieces' inner nodes, those that all others stand on first.
+fn placed_joins(placed: &[TreeInstance], trees: &MeshTrees, draws: &[SceneDraw]) -> Vec<Vec<TreeJoin>> {
     let mut all: Vec<Vec<TreeJoin>> = Vec::new();
-    for (instance, draw) in instances.iter().zip(with_triangles(draws)) {
-        let nodes = trees.first[draw.mesh] as usize..trees.first[draw.mesh + 1] as usize;
+    for (at, (_, piece)) in placed.iter().zip(pieces_of(trees, draws)) {
         // All roots' level is the last.
-        for (level, joins) in joins_by_level(&trees.links[nodes], instance.boxes).into_iter().rev().enumerate() {
+        for (level, joins) in joins_by_level(&trees.links[piece.nodes.clone()], at.boxes).into_iter().rev().enumerate()
+        {
             all.resize_with(all.len().max(level + 1), Vec::new);
             all[level].extend(joins);
         }

@@ -140,7 +140,7 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     })
 }
 
-/// The specialisation constants that the module depends on: the optimiser left no other.
+/// The specialisation constants that the module depends on: the build left no other.
 pub(super) fn constant_ids(words: &[u32]) -> impl Iterator<Item = u32> {
     const DECORATE: u32 = 71;
     const SPEC_ID: u32 = 1;

@@ -17,6 +17,7 @@ use crate::ground::lamps::Lamps;
 use crate::ground::layout::{self, Globals};
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::SceneOnGpu;
+use crate::ground::tree::groups::{TreeSize, TreesOnce};
 use crate::ground::uniforms::{self, FrameUniforms};
 use crate::ground::{self, Counts, Ground, GroundDesc};
 use crate::scene::{Bounds, Pose, Scene, View};
@@ -103,7 +104,8 @@ impl Frame {
     pub fn new(context: &Arc<Context>, desc: &FrameDesc, scene_on_gpu: &Arc<SceneOnGpu>) -> Result<Self> {
         let settings = desc.settings;
         let lamps = lamps(desc.scene, settings);
-        let ground = Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps)?)?;
+        let ground =
+            Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps, &scene_on_gpu.trees)?)?;
         let method = settings.method.make(&maker(context, settings, &ground))?;
         let target = ImageTarget::new(context, desc.size, settings.image.samples, desc.outputs)?;
         let image = image_pass(context, desc, &*method, &target)?;
@@ -288,7 +290,7 @@ impl Frame {
         let (old, new) = (&self.settings, desc.settings);
         let relit = !of_light(old).means_same(&of_light(new));
         let lamps = relit.then(|| lamps(desc.scene, new));
-        let ground = ground_desc(desc, lamps.as_ref().unwrap_or(&self.lamps))?;
+        let ground = ground_desc(desc, lamps.as_ref().unwrap_or(&self.lamps), &self.ground.scene.trees)?;
         if !self.ground.desc.serves(&ground) {
             *self = Self::new(context, desc, &self.ground.scene.clone())?;
             return Ok(());
@@ -368,24 +370,25 @@ impl Frame {
 }
 
 /// What [`Frame::new`] allocates on a grid of edge `voxels`, before any buffer grows.
-pub fn first_plan(desc: &FrameDesc, voxels: u32) -> Vec<MemoryRow> {
-    let counts = first_counts(desc, &lamps(desc.scene, desc.settings));
+pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<MemoryRow> {
+    let counts = first_counts(desc, &lamps(desc.scene, desc.settings), trees);
     plan(desc.settings, desc.size, desc.outputs, (voxels, &counts))
 }
 
-fn first_counts(desc: &FrameDesc, lamps: &Lamps) -> Counts {
-    let settings = desc.settings;
-    Counts::of(desc.scene, lamps.count(settings.lights.lamp_points), wants(settings).grids.len())
+fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
+    let wants = wants(desc.settings);
+    let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
+    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), wants.grids.len(), tree)
 }
 
-fn ground_desc(desc: &FrameDesc, lamps: &Lamps) -> Result<GroundDesc> {
+fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
     let (scene, settings) = (desc.scene, desc.settings);
     Ok(GroundDesc {
         grid: Grid::place(desc.bounds, settings)?,
         conservative: settings.grid.conservative,
         wants: checked_wants(settings)?,
         features: Features::of(scene, settings),
-        counts: first_counts(desc, lamps),
+        counts: first_counts(desc, lamps, trees),
     })
 }
 

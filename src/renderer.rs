@@ -100,7 +100,7 @@ impl Renderer {
         let memory_limit = memory_limit(context, options.memory_limit);
         // Before anything is uploaded: what is too large is refused at once.
         check_memory((context, &memory_limit), (&scene, settings.voxels), &fixed_plan, &|voxels| {
-            first_plan(&desc, voxels)
+            first_plan(&desc, &packed.trees, voxels)
         })?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
@@ -119,7 +119,7 @@ impl Renderer {
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
         check_memory((&self.context, &self.memory_limit), (&self.scene, settings.voxels), &fixed_plan, &|voxels| {
-            first_plan(&desc, voxels)
+            first_plan(&desc, &self.frame.ground.scene.trees, voxels)
         })?;
         self.frame.change(&self.context, &desc)?;
         self.pace = Pace::new(self.context.is_cpu, options.watch.clone());

@@ -6,10 +6,12 @@ mod gpu;
 #[path = "common/scenes.rs"]
 mod scenes;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3, Vec4};
 use gpu::twins::tree::Tree;
 use scenes::{Random, add, triangle};
-use twobounce::scene::{Bounds, Instance, Material, Node, Scene, Transform, View};
+use twobounce::scene::{
+    Animation, Bounds, Channel, Instance, Interpolation, Material, Node, Property, Scene, Transform, View,
+};
 use twobounce::settings::{Bounces, Settings};
 
 const EDGE: u32 = 16;
@@ -87,7 +89,17 @@ fn a_tree_of_one_triangle_and_of_none() {
 #[test]
 fn boxes_follow_what_moves() {
     let context = gpu::context();
-    let scene = scene(&places());
+    let mut scene = scene(&places());
+    // Of six places, the last three of each mesh move by an animation; the others are moved all the same.
+    let nodes = (0..scene.nodes.len()).filter(|node| node % 6 >= 3);
+    let channel = |node| Channel {
+        node,
+        times: vec![0.0],
+        property: Property::Translation,
+        values: vec![Vec4::ZERO],
+        interpolation: Interpolation::Step,
+    };
+    scene.animations.push(Animation { name: String::new(), duration: 0.0, channels: nodes.map(channel).collect() });
     let mut renderer = gpu::render(&context, &scene, &settings(), 8);
     let mut pose = scene.pose(None, 0.0);
     let view = View::framing(Bounds { min: DVec3::ZERO, max: DVec3::splat(16.0) });

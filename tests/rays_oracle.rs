@@ -1,6 +1,6 @@
-//! Rays and shadow rays over the lists of a frame, against brute force over all recorded triangles (`rays_oracle/oracle.rs`).
+//! Rays and shadow rays through the tree of a frame, against brute force over all recorded triangles (`rays_oracle/oracle.rs`).
 //!
-//! Every triangle lies within the grid. What sticks out of it is not listed, and rays promise nothing about it.
+//! Every triangle lies within the grid. Rays end where it does, and promise nothing about what sticks out of it.
 
 #[path = "common/gpu.rs"]
 mod gpu;

@@ -61,20 +61,6 @@ struct ListItem {
     uint voxel; // whose list it is
 };
 
-// An instance of a mesh in the tree of all triangles.
-struct TreeInstance {
-    uint links; // first node of its mesh among the links,
-    uint boxes; // and its own first among the boxes
-    uint source; // of its first triangle
-};
-
-// Boxes of the tree: one is about two others, or about one that is named twice.
-struct TreeJoin {
-    uint node;
-    uint first;
-    uint second;
-};
-
 struct TextureSlot {
     int texture; // into the texture table; −1: none
     uint uv_set;

@@ -49,19 +49,27 @@ vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
     bool blocked = false;
     // Optical depth in fixed point: the order of the hits cannot matter.
     uvec3 depth = uvec3(0u);
+    uint tested = 0u; // triangles of the leaf at which the way stands
     for (uint k = 0u; k < 65535u && !blocked && w.node != 0u; k++) {
         uint passing = 0u; // 1 + the place of a triangle that was hit and may let light through: its textures are looked at out here
         vec2 passing_uv = vec2(0.0);
-        for (uint i = 0u; i < 65535u && !blocked && passing == 0u && w.node != 0u; i++) {
-            uint triangle = take_leaf(w, next_leaf(w, max(w.enter, 0.0), most));
-            uint place = max(triangle, 1u) - 1u;
-            vec2 uv;
-            float hit = hit_recorded(place, origin, d, uv);
-            bool met = triangle != 0u && hit > 0.0 && hit < distance && hit <= w.leave;
-            bool passes = met && feature(FEATURE_ALPHA) && triangles[place].translucent != 0u;
-            blocked = met && !passes;
-            passing = passes ? triangle : 0u;
-            passing_uv = uv;
+        for (uint l = 0u; l < 65535u && !blocked && passing == 0u && w.node != 0u; l++) {
+            uint leaf = next_leaf(w, max(w.enter, 0.0), most);
+            uint count = leaf_count(leaf);
+            for (; tested < count && !blocked && passing == 0u; tested++) {
+                uint triangle = leaf_triangle(leaf, tested);
+                uint place = max(triangle, 1u) - 1u;
+                vec2 uv;
+                float hit = hit_recorded(place, origin, d, uv);
+                bool met = triangle != 0u && hit > 0.0 && hit < distance && hit <= w.leave;
+                bool passes = met && feature(FEATURE_ALPHA) && triangles[place].translucent != 0u;
+                blocked = met && !passes;
+                passing = passes ? triangle : 0u;
+                passing_uv = uv;
+            }
+            bool done = tested >= count;
+            tested = done ? 0u : tested;
+            pass_leaf(w, done);
         }
         if (feature(FEATURE_ALPHA)) {
             vec3 passed = triangle_transmittance(triangles[max(passing, 1u) - 1u], passing_uv);
@@ -83,16 +91,20 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
     Way w = start_way(origin, d);
     for (uint k = 0u; k < 65535u && w.node != 0u; k++) {
-        uint triangle = take_leaf(w, next_leaf(w, max(w.enter, least), min(w.leave, best.distance)));
-        uint place = max(triangle, 1u) - 1u;
-        vec2 uv;
-        float hit = hit_recorded(place, origin, d, uv);
-        // Equal distances: the order of the triangles is the GPU's to choose, the image must not be.
-        bool nearer = hit < best.distance
-            || (hit == best.distance && triangles[place].source <= triangles[max(best.triangle, 1u) - 1u].source);
-        if (triangle != 0u && hit > least && hit <= w.leave && nearer) {
-            best = RayHit(triangle, uv, hit);
+        uint leaf = next_leaf(w, max(w.enter, least), min(w.leave, best.distance));
+        for (uint i = 0u; i < leaf_count(leaf); i++) {
+            uint triangle = leaf_triangle(leaf, i);
+            uint place = max(triangle, 1u) - 1u;
+            vec2 uv;
+            float hit = hit_recorded(place, origin, d, uv);
+            // Equal distances: the order of the triangles is the GPU's to choose, the image must not be.
+            bool nearer = hit < best.distance
+                || (hit == best.distance && triangles[place].source <= triangles[max(best.triangle, 1u) - 1u].source);
+            if (triangle != 0u && hit > least && hit <= w.leave && nearer) {
+                best = RayHit(triangle, uv, hit);
+            }
         }
+        pass_leaf(w, true);
     }
     return best;
 }

@@ -1,5 +1,4 @@
-// A way through the tree of all triangles: nearer boxes first, without a stack. On the way it stands at a node of the tree over all
-// instances, or of one instance's.
+// A way through the tree of all triangles: nearer boxes first, without a stack.
 //
 // A CPU device runs both sides of every branch and leaves only loops early: so one loop passes boxes, and triangles are tested outside
 // of it. And it ends every loop of an invocation once all its loops together have gone round 65535 times (Mesa, gallivm): loops
@@ -20,10 +19,6 @@ struct Way {
     float enter; // distances between which it lies in the volume
     float leave;
     uint node; // 1-based; 0: it is over
-    uint links; // first node of the instance's mesh; 0: in the tree over all instances
-    uint boxes; // first of the instance
-    uint source; // of the instance's first triangle
-    uint after; // where the tree over all instances goes on
 };
 
 Way start_way(vec3 origin, vec3 d) {
@@ -41,61 +36,37 @@ Way start_way(vec3 origin, vec3 d) {
     w.enter = max(near.x, max(near.y, near.z));
     w.leave = min(far.x, min(far.y, far.z));
     w.node = w.enter <= w.leave && w.leave >= 0.0 ? 1u : 0u;
-    w.links = 0u;
-    w.boxes = 0u;
-    w.source = 0u;
-    w.after = 0u;
     return w;
 }
 
-// What comes after a node at the end of an instance's tree.
-void out_of_instance(inout Way w) {
-    bool out_of = w.node == 0u;
-    w.node = out_of ? w.after : w.node;
-    w.after = out_of ? 0u : w.after;
-    w.links = out_of ? 0u : w.links;
-    w.boxes = out_of ? 0u : w.boxes;
-}
-
-// On to the next leaf whose box the way meets between the distances `least` and `most`. Returns its first word; 0 at the end.
+// On to the next leaf whose box the way meets between the distances `least` and `most`. Returns its first word; 0, as
+// of a leaf without triangles, at the end.
 uint next_leaf(inout Way w, float least, float most) {
     uint leaf = 0u;
     for (uint k = 0u; k < 65535u && leaf == 0u && w.node != 0u; k++) {
         COUNT(RAY_STEPS, 1u);
-        uvec3 box = tree_boxes[w.boxes + w.node - 1u];
+        uvec3 box = tree_boxes[w.node - 1u];
         vec3 near = vec3((box >> w.begins) & 0xffffu) * w.inverse + w.bias;
         vec3 far = vec3((box >> (16u - w.begins)) & 0xffffu) * w.inverse + w.bias;
         float t0 = max(max(near.x, least), max(near.y, near.z));
         float t1 = min(min(far.x, most), min(far.y, far.z));
         bool met = t0 <= t1;
-        uint word = tree_links[NODE_WORDS * (w.links + w.node - 1u) + (met ? 0u : NODE_NEXT + w.octant)];
+        uint word = tree_links[NODE_WORDS * (w.node - 1u) + (met ? 0u : NODE_NEXT + w.octant)];
         bool at_leaf = met && (word & 3u) == LEAF;
         leaf = at_leaf ? word : 0u;
         w.node = at_leaf ? w.node : met ? (word >> 2u) + ((w.octant >> (word & 3u)) & 1u) : word;
-        out_of_instance(w);
     }
     return leaf;
 }
 
-// Past a leaf, or into the instance that it stands for. Returns 1 + the place of its triangle; 0 if it has none.
-uint take_leaf(inout Way w, uint leaf) {
-    uint slot = 0u;
-    bool any = leaf != 0u;
-    if (any) {
-        bool whole = w.links == 0u;
-        uint next = tree_links[NODE_WORDS * (w.links + w.node - 1u) + NODE_NEXT + w.octant];
-        if (whole) {
-            uint instance = NODE_WORDS * (leaf >> 2u);
-            w.links = tree_links[instance];
-            w.boxes = tree_links[instance + 1u];
-            w.source = tree_links[instance + 2u];
-            w.after = next;
-            w.node = 1u;
-        } else {
-            slot = slots[w.source + (leaf >> 2u)];
-            w.node = next;
-            out_of_instance(w);
-        }
+// Past the leaf at which the way stands.
+void pass_leaf(inout Way w, bool done) {
+    if (done && w.node != 0u) {
+        w.node = tree_links[NODE_WORDS * (w.node - 1u) + NODE_NEXT + w.octant];
     }
-    return slot;
+}
+
+// 1 + the place of triangle `i` of a leaf; 0 if it was dropped.
+uint leaf_triangle(uint leaf, uint i) {
+    return slots[tree_links[leaf_first(leaf) + i]];
 }

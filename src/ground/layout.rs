@@ -51,15 +51,6 @@ shared! {
     ItemPart { lit_by: u32, area: f32, source: u32, alone: u32, twin: u32, anchor: u32 }
 }
 shared! {
-    /// An instance of a mesh in the tree: its mesh's first node among the links, its own first among the boxes, and the source
-    /// of its first triangle.
-    TreeInstance { links: u32, boxes: u32, source: u32 }
-}
-shared! {
-    /// Boxes of the tree: `node` is about `first` and `second`.
-    TreeJoin { node: u32, first: u32, second: u32 }
-}
-shared! {
     /// A texture as a material uses it; `texture` is −1 where there is none.
     TextureSlot { texture: i32, uv_set: u32, linear: [f32; 4], offset: [f32; 2] }
 }

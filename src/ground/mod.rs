@@ -35,7 +35,8 @@ use lists::{ListCapacity, Lists};
 use memory_plan::MemoryRow;
 use record::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Record};
 use scene_on_gpu::SceneOnGpu;
-use tree::{Tree, TreeSize};
+use tree::Tree;
+use tree::groups::TreeSize;
 use voxelise::Voxelise;
 
 /// How much of everything a scene brings, and how much the buffers that grow hold.
@@ -47,7 +48,7 @@ pub struct Counts {
     /// Pieces of lamps.
     pub lamps: u32,
     pub triangle_capacity: u32,
-    /// Of the boxes about them.
+    /// Of the boxes about them, where rays are traced.
     pub tree: TreeSize,
     /// Of every grid, the base grid first.
     pub lists: Vec<ListCapacity>,
@@ -56,7 +57,7 @@ pub struct Counts {
 impl Counts {
     /// Room for every triangle of `scene`, and for the list items and cells of a typical one, to be grown if need be. `lamps`:
     /// pieces. `grids`: beside the base.
-    pub fn of(scene: &Scene, lamps: u32, grids: usize) -> Self {
+    pub fn of(scene: &Scene, lamps: u32, grids: usize, tree: TreeSize) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;
@@ -68,7 +69,7 @@ impl Counts {
             lights: scene.lights.len() as u32,
             lamps,
             triangle_capacity,
-            tree: TreeSize::of(scene),
+            tree,
             lists: vec![ListCapacity { items, cells: 1 << 15 }; 1 + grids],
         }
     }
@@ -176,7 +177,7 @@ impl Ground {
             lamps: buffer("lamps")?,
             lamp_nodes: buffer("lamp nodes")?,
             triangles: buffer("triangles")?,
-            tree: Tree::new(context, &base, (&scene, wants.rays.then(|| scene.trees(of))), tree_size(wants, counts))?,
+            tree: Tree::new(context, &base, wants.rays.then(|| scene.trees.of(of)))?,
             slots: buffer("slots")?,
             order: buffer("blend order")?,
             front_view: Image::new(
@@ -339,12 +340,8 @@ fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
         ("blend order", array::<u32>(counts.blended)),
         ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),
     ];
-    rows.extend(tree_size(wants, counts).plan());
+    rows.extend(counts.tree.plan());
     rows
-}
-
-fn tree_size(wants: &Wants, counts: &Counts) -> TreeSize {
-    if wants.rays { counts.tree } else { TreeSize::default() }
 }
 
 /// Bytes of every resource that [`Ground::new`] makes for a base grid of edge `edge`.

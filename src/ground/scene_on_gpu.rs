@@ -1,13 +1,13 @@
 //! A [`Scene`] as buffers and one texture array, uploaded once.
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::DAffine3;
 
 use super::atlas::Atlas;
 use super::layout::{self, material_flags};
-use super::tree::links::MeshTrees;
+use super::tree::groups::TreesOnce;
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Alpha, Material, Mesh, Mip, Pose, Scene, Texture, TextureRef, Wrap};
 use crate::vk::{
@@ -47,17 +47,10 @@ pub struct SceneOnGpu {
     pub blended: Vec<BlendedTriangle>,
     /// First vertex of every mesh.
     first_vertex: Vec<i32>,
-    /// Where instances stood at first.
-    world_from_instance: Vec<DAffine3>,
-    trees: OnceLock<Arc<MeshTrees>>,
+    pub trees: TreesOnce,
 }
 
 impl SceneOnGpu {
-    /// The trees over the triangles of the meshes of `scene`, which it was made of: made when they are first asked for.
-    pub fn trees(&self, scene: &Scene) -> Arc<MeshTrees> {
-        self.trees.get_or_init(|| Arc::new(MeshTrees::new(scene, &self.world_from_instance))).clone()
-    }
-
     /// Records that the vertices of mesh `index` are those of `mesh` from now on: as many as before.
     pub fn update_mesh(&self, r: &mut Recorder, index: usize, mesh: &Mesh) {
         r.full_barrier(); // the frame before read them
@@ -96,7 +89,7 @@ pub struct ScenePacked {
     atlas: Atlas,
     draws: Vec<SceneDraw>,
     first_vertex: Vec<i32>,
-    world_from_instance: Vec<DAffine3>,
+    pub trees: TreesOnce,
     /// Triangles over all instances.
     pub triangles: u32,
     /// Of them, those of blended materials.
@@ -173,7 +166,7 @@ impl ScenePacked {
             atlas,
             draws,
             first_vertex: mesh_start.iter().map(|start| start.1).collect(),
-            world_from_instance: pose.world_from_instance.clone(),
+            trees: TreesOnce::new(&pose.world_from_instance),
             triangles,
             blended,
         }
@@ -209,8 +202,7 @@ impl ScenePacked {
             draws: self.draws.clone(),
             blended: self.blended.clone(),
             first_vertex: self.first_vertex.clone(),
-            world_from_instance: self.world_from_instance.clone(),
-            trees: OnceLock::new(),
+            trees: self.trees.clone(),
         })
     }
 }

@@ -25,6 +25,16 @@ impl Scene {
         }
     }
 
+    /// Of every node, whether an animation moves it.
+    pub fn moving_nodes(&self) -> Vec<bool> {
+        let mut moves = vec![false; self.nodes.len()];
+        self.animations.iter().flat_map(|animation| &animation.channels).for_each(|channel| moves[channel.node] = true);
+        for (index, node) in self.nodes.iter().enumerate() {
+            moves[index] |= node.parent.is_some_and(|parent| moves[parent]);
+        }
+        moves
+    }
+
     /// The transform of every node without animation.
     pub(super) fn world_from_nodes(&self) -> Vec<DAffine3> {
         self.compose(&self.nodes.iter().map(|n| n.local).collect::<Vec<_>>())

@@ -17,8 +17,8 @@ use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 pub const WORDS: usize = 9;
 /// Where the eight nodes after it begin.
 pub const NEXT: usize = 1;
-/// Primitives of a leaf: at most what three bits hold.
-pub const MOST_IN_LEAF: u32 = 8;
+/// Primitives of a leaf, at most 8. Measured in the atrium on llvmpipe: 1 and 2 are as quick, 4 takes 1.05 to 1.1 times as long.
+pub const MOST_IN_LEAF: u32 = 2;
 const LEAF: u32 = 3;
 
 pub type Node = [u32; WORDS];
@@ -67,7 +67,8 @@ impl Links {
         let scale = if span > 0.0 { 1024.0 / span } else { 1.0 };
         let scaled = |p: DVec3| ((p - min) * scale).as_vec3().into();
         let boxes: Vec<_> = boxes.iter().map(|[min, max]| Aabb { min: scaled(*min), max: scaled(*max) }).collect();
-        let params = BvhBuildParams { max_prims_per_leaf: most, ..BvhBuildParams::medium_build() };
+        let params =
+            BvhBuildParams { max_prims_per_leaf: most, reinsertion_batch_ratio: 0.2, ..BvhBuildParams::medium_build() };
         Self::of(&build_bvh2(&boxes, params, &mut Duration::default()))
     }
 

@@ -70,9 +70,9 @@ struct PlannedRow<'a> {
 }
 
 impl Bench<'_> {
-    /// Measures the missing rows and writes the folder's files; calls `write` with a chart that has any row; says what is
-    /// still missing.
-    pub fn run(&self, write: impl FnOnce(&Chart) -> Result<()>) -> anyhow::Result<ExitCode> {
+    /// Measures the missing rows and writes the folder's files; says what is still missing. `further` writes a page of its own from
+    /// the chart, as often as the others are written, and says where.
+    pub fn run(&self, further: impl Fn(&Chart) -> Result<Option<PathBuf>>) -> anyhow::Result<ExitCode> {
         out::be_quiet(self.args.quiet);
         self.scene.check()?;
         interrupt::install()?;
@@ -86,7 +86,7 @@ impl Bench<'_> {
         let pairs = self.trials.iter().flat_map(|trial| scenes.iter().map(move |scene| (scene, trial)));
         let mut rows: Vec<_> = pairs.map(|(scene, trial)| PlannedRow::new(&store, &keys, scene, trial)).collect();
         let planned = rows.len();
-        let pages = |rows: &[PlannedRow]| self.write(&store, &scenes, &device, rows);
+        let pages = |rows: &[PlannedRow]| further(&self.write(&store, &scenes, &device, rows)?);
         let spent = self.measure(&store, &mut rows, context, &pages)?;
         let there = rows.iter().filter(|row| row.stored.is_some()).count();
         if there == 0 && spent {
@@ -95,9 +95,10 @@ impl Bench<'_> {
         }
         if there > 0 {
             let _writing = file::writing();
-            let chart = pages(&rows)?;
-            say!("wrote {}", store.path("index.html").display());
-            write(&chart)?;
+            let further = pages(&rows)?;
+            for page in [Some(store.path("index.html")), further].iter().flatten() {
+                say!("wrote {}", page.display());
+            }
         }
         let failed = rows.iter().filter(|row| row.stored.is_some() && !row.is_measured()).count();
         if failed > 0 {
@@ -191,7 +192,7 @@ impl Bench<'_> {
         store: &Store,
         rows: &mut [PlannedRow],
         context: Arc<Context>,
-        pages: &dyn Fn(&[PlannedRow]) -> Result<Chart>,
+        pages: &dyn Fn(&[PlannedRow]) -> Result<Option<PathBuf>>,
     ) -> Result<bool> {
         let mut written: Option<(Instant, Duration)> = None;
         let missing = rows.iter().filter(|row| !row.is_measured()).count();

@@ -13,7 +13,6 @@ use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, size};
 use super::bench::{Bench, BenchArgs};
-use crate::say;
 
 /// Runs every preset and every axis by itself, keeps rows as `chart` does, and writes the page again, except for its
 /// handwritten part.
@@ -50,8 +49,7 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let bench = Bench { scene, paths, trials: settings(&lines), folder: &args.rows, args: &args.bench };
     bench.run(|chart| {
         write(&args.output, chart, &document(chart, &lines, &args.sets, &handwritten_part(&args.output)?))?;
-        say!("wrote {}", args.output.join("README.md").display());
-        Ok(())
+        Ok(Some(args.output.join("README.md")))
     })
 }
 

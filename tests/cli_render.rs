@@ -188,13 +188,19 @@ fn too_little_memory_is_refused_with_the_grid_that_fits() {
     assert_eq!(names(folder.path()), ["other.toml", "scene.gltf"]);
 }
 
-#[test]
-fn textures_larger_than_the_devices_memory_are_refused_before_they_are_decoded() {
+/// As [`folder`], with a scene oak.gltf that has a texture oak.png, which is not there yet.
+fn folder_of_oak() -> tempfile::TempDir {
     let folder = folder();
     let text = fs::read_to_string(folder.path().join("scene.gltf")).unwrap();
     let parts = r#""images":[{"uri":"oak.png"}],"textures":[{"source":0}],"materials":[{"emissiveTexture":{"index":0}}],"scenes""#;
     let text = text.replace("\"scenes\"", parts).replace("{\"attributes\"", "{\"material\":0,\"attributes\"");
     fs::write(folder.path().join("oak.gltf"), text).unwrap();
+    folder
+}
+
+#[test]
+fn textures_larger_than_the_devices_memory_are_refused_before_they_are_decoded() {
+    let folder = folder_of_oak();
     image::RgbImage::new(1024, 1024).save(folder.path().join("oak.png")).unwrap();
     let message = refused(folder.path(), &["oak.gltf", "-o", "a.png", "--memory-limit", "5MiB", "--method", "none"]);
     assert!(message.contains("1.0 million texels, which need 6 MiB on the device"), "{message}");
@@ -204,11 +210,7 @@ fn textures_larger_than_the_devices_memory_are_refused_before_they_are_decoded()
 
 #[test]
 fn textures_are_scaled_down_on_demand() {
-    let folder = folder();
-    let text = fs::read_to_string(folder.path().join("scene.gltf")).unwrap();
-    let parts = r#""images":[{"uri":"oak.png"}],"textures":[{"source":0}],"materials":[{"emissiveTexture":{"index":0}}],"scenes""#;
-    let text = text.replace("\"scenes\"", parts).replace("{\"attributes\"", "{\"material\":0,\"attributes\"");
-    fs::write(folder.path().join("oak.gltf"), text).unwrap();
+    let folder = folder_of_oak();
     image::RgbImage::from_fn(1024, 512, |x, _| image::Rgb([(x / 4) as u8; 3]))
         .save(folder.path().join("oak.png"))
         .unwrap();

@@ -6,7 +6,7 @@ import pathlib
 import sys
 import time
 
-from driver import Browser
+from driver import Browser, nothing_is_wider_than, quiet
 
 HOME, TAB, LEFT, RIGHT = "\ue011", "\ue004", "\ue012", "\ue014"
 
@@ -135,18 +135,6 @@ def methods_differ(browser):
         assert f", {method}:" in told, f"{told} does not say its method"
     title = browser.run("return document.querySelector('#name').textContent")
     assert any(f" · {method} · " in title for method in used), f"{title} does not say the method"
-
-
-def nothing_is_wider_than(browser, width):
-    wide = browser.run("return document.scrollingElement.scrollWidth")
-    assert wide <= width, f"the page is {wide} pixels wide on a screen of {width}"
-
-
-def quiet(browser, when):
-    messages = browser.console()
-    assert not messages, f"the console says, {when}: {messages}"
-    resources = browser.run("return performance.getEntriesByType('resource').map((r) => r.name).filter((n) => !n.startsWith('data:'))")
-    assert not resources, f"the page loads {resources}"
 
 
 def main(page, folder):

@@ -105,3 +105,15 @@ class Browser:
     def screenshot(self, path):
         """Of the viewport."""
         path.write_bytes(base64.b64decode(self._request("GET", "/screenshot", None)))
+
+
+def nothing_is_wider_than(browser, width):
+    wide = browser.run("return document.scrollingElement.scrollWidth")
+    assert wide <= width, f"the page is {wide} pixels wide on a screen of {width}"
+
+
+def quiet(browser, when):
+    messages = browser.console()
+    assert not messages, f"the console says, {when}: {messages}"
+    resources = browser.run("return performance.getEntriesByType('resource').map((r) => r.name).filter((n) => !n.startsWith('data:'))")
+    assert not resources, f"the page loads {resources}"

@@ -5,7 +5,7 @@ The table must have several cases, two presets and two grids. Screenshots go int
 import pathlib
 import sys
 
-from driver import Browser
+from driver import Browser, nothing_is_wider_than, quiet
 
 TAB, LEFT, UP, RIGHT, DOWN = "\ue004", "\ue012", "\ue013", "\ue014", "\ue015"
 
@@ -67,13 +67,6 @@ def grids_change_the_table(browser):
     assert len(seen) == len(grids) == 2, "a grid does not change the table"
 
 
-def quiet(browser, when):
-    messages = browser.console()
-    assert not messages, f"the console says, {when}: {messages}"
-    resources = browser.run("return performance.getEntriesByType('resource').map((r) => r.name).filter((n) => !n.startsWith('data:'))")
-    assert not resources, f"the page loads {resources}"
-
-
 def main(page, folder):
     with Browser() as browser:
         browser.look(1280, 900, "light")
@@ -86,8 +79,7 @@ def main(page, folder):
         browser.screenshot(folder / "stability-wide.png")
         for scheme in ("light", "dark"):
             browser.look(375, 812, scheme)
-            wide = browser.run("return document.scrollingElement.scrollWidth")
-            assert wide <= 375, f"the page is {wide} pixels wide on a screen of 375"
+            nothing_is_wider_than(browser, 375)
             browser.screenshot(folder / f"stability-phone-{scheme}.png")
         quiet(browser, "at the end")
     print(f"the page of stability works; screenshots are in {folder}")

@@ -1,0 +1,116 @@
+//! Light propagation as a whole: images of scenes whose light is known. `passes_lpv.rs` holds its steps.
+
+#[path = "common/gpu.rs"]
+mod gpu;
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DVec3, Vec3};
+use twobounce::layers::Aov;
+use twobounce::scene::{LightKind, Material, Mesh, Scene, View, analytic};
+use twobounce::settings::Settings;
+
+fn lpv(changes: &[&str]) -> Settings {
+    gpu::with(Settings { voxels: 32, ..Settings::lpv() }, &[&["image.gather_resolution=full"], changes].concat())
+}
+
+/// A small plate under a sky of radiance 1: nothing but the sky, which comes in from all sides. Its front is as bright as its
+/// albedo times what is open: all of the hemisphere.
+#[test]
+fn the_sky_arrives_whole() {
+    let mut scene = Scene::empty("plate");
+    let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
+    let plate = Mesh::quad("plate", grey, Vec3::new(-0.02, 0.0, -0.02), Vec3::Z * 0.04, Vec3::X * 0.04);
+    scene.add_mesh(plate, DAffine3::IDENTITY);
+    scene.sky = Vec3::ONE;
+    let view = View::look_at(DVec3::Y * 0.06, DVec3::ZERO, DVec3::Z, 20f32.to_radians());
+    let settings = lpv(&["grid.side=1", "grid.center=0,0,0", "lpv.edge=16", "lpv.iterations=1000", "bounces=1"]);
+    let renderer = gpu::render_layers(&gpu::context(), &scene, &settings, 8, view, vec![Aov::Ao]);
+    let image = renderer.read();
+    let mean = image.beauty().iter().map(|p| f64::from(p[1])).sum::<f64>() / 64.0;
+    // 1000 steps of 16³ cells leave a thousandth on its way; the plate, of two thirds of a cell, takes some of its own light.
+    assert!((mean / 0.5 - 1.0).abs() < 0.05, "{mean}");
+}
+
+/// Light from a closed room does not come through its walls, one-sided or not, and a room next to it stays dark.
+#[test]
+fn sheets_do_not_leak() {
+    for double_sided in [false, true] {
+        let mut scene = Scene::empty("two rooms");
+        let wall = Material { double_sided, ..Material::lambert("wall", Vec3::splat(0.7)) };
+        let wall = scene.add_material(wall);
+        for x in [-2.1, 0.1] {
+            let (min, max) = (Vec3::new(x, -1.0, -1.0), Vec3::new(x + 2.0, 1.0, 1.0));
+            scene.add_mesh(Mesh::cuboid("room", wall, min, max, true), DAffine3::IDENTITY);
+        }
+        scene.add_light(LightKind::Point, Vec3::splat(5.0), DAffine3::from_translation(DVec3::new(-1.1, 0.0, 0.0)));
+        let mean = |x: f64, changes: &[&str]| {
+            let view = View::look_at(DVec3::new(x, 0.3, 0.9), DVec3::new(x, 0.0, -1.0), DVec3::Y, 80f32.to_radians());
+            let image = gpu::render_from(&gpu::context(), &scene, &lpv(changes), 24, view).read();
+            image.beauty().iter().map(|p| f64::from(p[1])).sum::<f64>() / 576.0
+        };
+        let (lit, dark) = (mean(-1.1, &[]), mean(1.1, &[]));
+        // Areas clipped in f32 and kept in sixteen bits, in every cell of the wall; nothing else passes.
+        assert!(dark < 5e-4 * lit, "doubleSided {double_sided}: {dark} of {lit}");
+        let (lit, leaked) = (mean(-1.1, &["lpv.occlusion=none"]), mean(1.1, &["lpv.occlusion=none"]));
+        assert!(leaked > 1e-2 * lit, "without occlusion it must leak: {leaked} of {lit}");
+    }
+}
+
+/// What a surface sends is what is injected: a wall of one metre by one that sends 2, in cells of a sixteenth of a metre.
+#[test]
+fn a_wall_injects_pi_times_radiance_times_area() {
+    let mut scene = Scene::empty("wall");
+    let lamp = scene.add_material(Material::lamp("lamp", Vec3::splat(2.0)));
+    let quad = Mesh::quad("wall", lamp, Vec3::new(-0.5, 0.03, -0.5), Vec3::Z, Vec3::X);
+    scene.add_mesh(quad, DAffine3::from_rotation_z(0.3) * DAffine3::from_rotation_x(0.4));
+    let settings = lpv(&[
+        "lights.lamps=gathered",
+        "grid.side=2",
+        "grid.center=0,0,0",
+        "lpv.iterations=1",
+        "lpv.lobe=cosine",
+        "lpv.occlusion=none",
+        "bounces=1",
+    ]);
+    let context = gpu::context();
+    let renderer = gpu::render(&context, &scene, &settings, 8);
+    let Some(twobounce::gi::CoarseLight::Full(flux)) = renderer.frame().method.coarse_light() else {
+        panic!("no flux")
+    };
+    let flux: Vec<[f32; 4]> = download_image(&context, flux, 0).expect("a flux");
+    let total: f64 = flux.iter().map(|f| f64::from(f[0])).sum::<f64>() / f64::from(renderer.frame().scale);
+    // After one step: lobes that are cut off have gained 0.1382 where they look along an axis, and nearly that elsewhere.
+    let expected = PI * 2.0 / (2.0f64 / 32.0).powi(2);
+    assert!((1.10..1.14).contains(&(total / expected)), "{total} is not {expected}");
+}
+
+/// A closed box whose walls shine and reflect half: what they send arrives somewhere, so that its mean is right.
+#[test]
+fn a_furnace_keeps_its_energy() {
+    for (bounces, expected) in [("bounces=1", 1.5), ("bounces=2", 1.75)] {
+        let scene = analytic::furnace(0.5, 1.0, false);
+        let view = scene.view(&scene.pose(None, 0.0), 0);
+        let settings = lpv(&["lights.lamps=gathered", "lpv.iterations=128", bounces]);
+        let image = gpu::render_from(&gpu::context(), &scene, &settings, 32, view).read();
+        let mean = image.beauty().iter().map(|p| f64::from(p[1])).sum::<f64>() / 1024.0;
+        // Cells at edges and corners hold two or three walls, and their light partly stays between them.
+        assert!((mean / expected - 1.0).abs() < 0.1, "{bounces}: {mean} is not {expected}");
+    }
+}
+
+/// The same image from a scene that fills the coarsest of three grids, as long as the camera's grid shows what the coarse one
+/// does: light of all sides.
+#[test]
+fn cascades_agree_in_even_light() {
+    let scene = analytic::furnace(0.5, 1.0, false);
+    let view = scene.view(&scene.pose(None, 0.0), 0);
+    let mean = |cascades: &str| {
+        let settings = lpv(&["lights.lamps=gathered", "lpv.iterations=128", "lpv.edge=16", "bounces=1", cascades]);
+        let image = gpu::render_from(&gpu::context(), &scene, &settings, 32, view).read();
+        image.beauty().iter().map(|p| f64::from(p[1])).sum::<f64>() / 1024.0
+    };
+    let (one, three) = (mean("lpv.cascades=1"), mean("lpv.cascades=3"));
+    // Finer cells at edges and corners.
+    assert!((three / one - 1.0).abs() < 0.1, "{three} is not {one}");
+}

@@ -9,6 +9,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use twobounce::layers::Aov;
 use twobounce::scene::{LightKind, Material, Mesh, Scene, View, analytic};
 use twobounce::settings::Settings;
+use twobounce::vk::download_image;
 
 fn lpv(changes: &[&str]) -> Settings {
     gpu::with(Settings { voxels: 32, ..Settings::lpv() }, &[&["image.gather_resolution=full"], changes].concat())

@@ -4,44 +4,33 @@
 //! It makes, submits and waits for nothing, and the image stays on the device. Buffers that turned out too small are told by
 //! [`Frame::poll`] once the commands are done. Several frames may be in flight, each in a slot of its own.
 
+mod desc;
+
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use crate::gi::{Gi, Maker, Update, Wants};
+use crate::Result;
+use crate::gi::{Gi, Maker, Update};
 use crate::ground::constants::{Features, constants, with};
-use crate::ground::grid::{Grid, radiance_scale};
-use crate::ground::image::target::{self, ImageTarget};
-use crate::ground::image::{ImageFrame, ImagePass, ImagePassDesc, gather};
+use crate::ground::grid::radiance_scale;
+use crate::ground::image::target::ImageTarget;
+use crate::ground::image::{ImageFrame, ImagePass, ImagePassDesc};
 use crate::ground::lamps::Lamps;
 use crate::ground::layout::{self, Globals};
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::SceneOnGpu;
-use crate::ground::tree::groups::{TreeSize, TreesOnce};
 use crate::ground::uniforms::{self, FrameUniforms};
-use crate::ground::{self, Counts, Ground, GroundDesc};
-use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::{Bounces, GatherResolution, ImageSettings, LampLight, Settings, Shadows};
+use crate::ground::{Counts, Ground};
+use crate::scene::{Pose, Scene, View};
+use crate::settings::{Bounces, Settings};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
-use crate::{Error, Result};
+
+pub use desc::{FrameDesc, first_plan};
+use desc::{ground_desc, lamps, of_light, plan, wants};
 
 /// With `bounces = all`: frames after which light counts as settled. A closed room that loses nothing never settles.
 pub const MOST_SETTLING: u32 = 64;
-
-/// What a frame is made for.
-#[derive(Clone, Copy)]
-pub struct FrameDesc<'a> {
-    pub scene: &'a Scene,
-    pub settings: &'a Settings,
-    /// Pixels.
-    pub size: (u32, u32),
-    /// As [`target::outputs`] counts them.
-    pub outputs: usize,
-    /// Of the scene over the whole animation: where the grid stands.
-    pub bounds: Bounds,
-    /// Frames that may be in flight at once.
-    pub slots: usize,
-}
 
 pub struct Frame {
     pub ground: Ground,
@@ -369,35 +358,8 @@ impl Frame {
     }
 }
 
-/// What [`Frame::new`] allocates on a grid of edge `voxels`, before any buffer grows.
-pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<MemoryRow> {
-    let counts = first_counts(desc, &lamps(desc.scene, desc.settings), trees);
-    plan(desc.settings, desc.size, desc.outputs, (voxels, &counts))
-}
-
-fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
-    let wants = wants(desc.settings);
-    let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
-    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), wants.grids.len(), tree)
-}
-
-fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
-    let (scene, settings) = (desc.scene, desc.settings);
-    Ok(GroundDesc {
-        grid: Grid::place(desc.bounds, settings)?,
-        conservative: settings.grid.conservative,
-        wants: checked_wants(settings)?,
-        features: Features::of(scene, settings),
-        counts: first_counts(desc, lamps, trees),
-    })
-}
-
 fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Ground) -> Maker<'a> {
     Maker { context, settings, features: ground.desc.features, counts: &ground.desc.counts }
-}
-
-fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
-    if settings.lights.lamps == LampLight::Sampled { Lamps::new(scene) } else { Lamps::default() }
 }
 
 fn image_pass(context: &Arc<Context>, desc: &FrameDesc, method: &dyn Gi, target: &ImageTarget) -> Result<ImagePass> {
@@ -411,45 +373,4 @@ fn image_pass(context: &Arc<Context>, desc: &FrameDesc, method: &dyn Gi, target:
         constants: &with(constants(settings, features), method.constants()),
     };
     ImagePass::new(context, &pass, target)
-}
-
-/// What settings ask of the ground: what the method asks, and what direct light does.
-fn wants(settings: &Settings) -> Wants {
-    let mut wants = settings.method.wants(settings);
-    let direct = settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled;
-    wants.rays |= direct;
-    wants
-}
-
-/// The same, of settings that make sense.
-fn checked_wants(settings: &Settings) -> Result<Wants> {
-    let wants = wants(settings);
-    if settings.lights.shadows == Shadows::Method && !wants.shadows {
-        return Err(Error::Usage(format!(
-            "lights.shadows = method: the method {} has no shadows of its own; set lights.shadows to rays or none",
-            settings.method
-        )));
-    }
-    Ok(wants)
-}
-
-/// The same settings with those parts of `image` at their defaults that neither lists nor light depend on.
-fn of_light(settings: &Settings) -> Settings {
-    let (samples, gather_resolution) = (1, GatherResolution::Full);
-    let image = ImageSettings { samples, gather_resolution, ..settings.image.clone() };
-    Settings { image, ..settings.clone() }
-}
-
-/// Bytes of every resource of a frame with such settings, with buffers as large as `counts` on a grid of edge `voxels`.
-fn plan(settings: &Settings, size: (u32, u32), outputs: usize, (voxels, counts): (u32, &Counts)) -> Vec<MemoryRow> {
-    let settings = Settings { voxels, ..settings.clone() };
-    let wants = wants(&settings);
-    let mut rows = ground::plan(voxels, &wants, counts);
-    rows.extend(settings.method.plan(&settings));
-    rows.extend(target::plan(size, settings.image.samples, outputs));
-    if wants.diffuse && settings.image.gathers_apart() {
-        let band_rows = target::band_rows(size.0, size.1, settings.image.samples, outputs);
-        rows.push(gather::plan(&settings.image, size, band_rows));
-    }
-    rows
 }

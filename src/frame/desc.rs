@@ -1,0 +1,101 @@
+//! What a frame is made for: what that asks of the ground, and the memory that it takes.
+
+use crate::gi::Wants;
+use crate::ground::constants::Features;
+use crate::ground::grid::Grid;
+use crate::ground::image::{gather, target};
+use crate::ground::lamps::Lamps;
+use crate::ground::memory_plan::MemoryRow;
+use crate::ground::tree::groups::{TreeSize, TreesOnce};
+use crate::ground::{self, Counts, GroundDesc};
+use crate::scene::{Bounds, Scene};
+use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shadows};
+use crate::{Error, Result};
+
+/// What a frame is made for.
+#[derive(Clone, Copy)]
+pub struct FrameDesc<'a> {
+    pub scene: &'a Scene,
+    pub settings: &'a Settings,
+    /// Pixels.
+    pub size: (u32, u32),
+    /// As [`target::outputs`] counts them.
+    pub outputs: usize,
+    /// Of the scene over the whole animation: where the grid stands.
+    pub bounds: Bounds,
+    /// Frames that may be in flight at once.
+    pub slots: usize,
+}
+
+/// What [`super::Frame::new`] allocates on a grid of edge `voxels`, before any buffer grows.
+pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<MemoryRow> {
+    let counts = first_counts(desc, &lamps(desc.scene, desc.settings), trees);
+    plan(desc.settings, desc.size, desc.outputs, (voxels, &counts))
+}
+
+fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
+    let wants = wants(desc.settings);
+    let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
+    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), wants.grids.len(), tree)
+}
+
+pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
+    let (scene, settings) = (desc.scene, desc.settings);
+    Ok(GroundDesc {
+        grid: Grid::place(desc.bounds, settings)?,
+        conservative: settings.grid.conservative,
+        wants: checked_wants(settings)?,
+        features: Features::of(scene, settings),
+        counts: first_counts(desc, lamps, trees),
+    })
+}
+
+pub(super) fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
+    if settings.lights.lamps == LampLight::Sampled { Lamps::new(scene) } else { Lamps::default() }
+}
+
+/// What settings ask of the ground: what the method asks, and what direct light does.
+pub(super) fn wants(settings: &Settings) -> Wants {
+    let mut wants = settings.method.wants(settings);
+    let direct = settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled;
+    wants.rays |= direct;
+    wants
+}
+
+/// The same, of settings that make sense.
+fn checked_wants(settings: &Settings) -> Result<Wants> {
+    let wants = wants(settings);
+    if settings.lights.shadows == Shadows::Method && !wants.shadows {
+        return Err(Error::Usage(format!(
+            "lights.shadows = method: the method {} has no shadows of its own; set lights.shadows to rays or none",
+            settings.method
+        )));
+    }
+    Ok(wants)
+}
+
+/// The same settings with those parts of `image` at their defaults that neither lists nor light depend on.
+pub(super) fn of_light(settings: &Settings) -> Settings {
+    let (samples, gather_resolution) = (1, GatherResolution::Full);
+    let image = ImageSettings { samples, gather_resolution, ..settings.image.clone() };
+    Settings { image, ..settings.clone() }
+}
+
+/// Bytes of every resource of a frame with such settings, with buffers as large as `counts` on a grid of edge `voxels`.
+pub(super) fn plan(
+    settings: &Settings,
+    size: (u32, u32),
+    outputs: usize,
+    (voxels, counts): (u32, &Counts),
+) -> Vec<MemoryRow> {
+    let settings = Settings { voxels, ..settings.clone() };
+    let wants = wants(&settings);
+    let mut rows = ground::plan(voxels, &wants, counts);
+    rows.extend(settings.method.plan(&settings));
+    rows.extend(target::plan(size, settings.image.samples, outputs));
+    if wants.diffuse && settings.image.gathers_apart() {
+        let band_rows = target::band_rows(size.0, size.1, settings.image.samples, outputs);
+        rows.push(gather::plan(&settings.image, size, band_rows));
+    }
+    rows
+}

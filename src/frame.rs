@@ -163,7 +163,13 @@ impl Frame {
         }
         if light {
             // The light that the method makes of it.
-            let update = Update { lists: lists || unlit, history: self.history, known: !unlit, measured: !seen.image };
+            let update = Update {
+                lists: lists || unlit,
+                history: self.history,
+                known: !unlit,
+                measured: !seen.image,
+                sky: seen.scene.sky != Vec3::ZERO,
+            };
             self.method.update(r, &self.ground, &update);
             self.light_passes += 1;
         }

@@ -9,11 +9,11 @@ const uint EMPTY_BOX = 0x0000ffffu; // begins where others end
 
 // Of a leaf, by its first word: how many triangles it has, and the word that holds the first one's source. 0 has none.
 uint leaf_count(uint word) {
-    return word == 0u ? 0u : (word >> 2u & 7u) + 1u;
+    return word == 0u ? 0u : (word >> 2u & 1u) + 1u;
 }
 
 uint leaf_first(uint word) {
-    return word >> 5u;
+    return word >> 3u;
 }
 
 // One plane lies outside of the volume on each side.

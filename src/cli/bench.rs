@@ -234,6 +234,7 @@ impl Bench<'_> {
             // Of many rows pages take a while: at most a twentieth of the time goes into them.
             if written.is_none_or(|(at, took)| at.elapsed() > PAGES_EVERY.max(20 * took)) {
                 let begin = Instant::now();
+                let _writing = file::writing();
                 pages(rows)?;
                 written = Some((Instant::now(), begin.elapsed()));
             }

@@ -203,6 +203,8 @@ pub struct Update {
     pub known: bool,
     /// Whether [`Gi::coarse_light`] is going to be asked.
     pub measured: bool,
+    /// Whether light comes from beyond the scene.
+    pub sky: bool,
 }
 
 /// What a pass works on; its time is given per unit too.

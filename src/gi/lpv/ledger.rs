@@ -65,7 +65,7 @@ pub const ROWS: &[Row] = &[
     Row {
         id: "L9",
         printed: "the number of steps is not on the page; published programs take about 8",
-        right: "as many as cells along the edge: light may cross the grid once",
+        right: "as many as cells along the edge: light may cross the grid once; twice as many under a sky",
         effect: Measured { right: &[], printed: &["lpv.iterations=8"] },
     },
     Row {

@@ -155,7 +155,8 @@ impl Gi for Lighting {
             r.update(&self.places, 0, &places);
         }
         // Every item is lit; what it sends starts to travel.
-        self.light.each(&self.sums, update.history, |light, from, to| self.bounce(r, ground, light, (from, to)));
+        let steps = self.settings.steps(update.sky);
+        self.light.each(&self.sums, update.history, |light, from, to| self.bounce(r, ground, (light, steps), (from, to)));
     }
 
     fn constants(&self) -> &[(u32, u32)] {
@@ -177,7 +178,7 @@ impl Gi for Lighting {
 
 impl Lighting {
     /// One bounce: items are lit, with what is in `from`, and their light travels and adds up in `to`.
-    fn bounce(&self, r: &mut Recorder, ground: &Ground, light: &Light, (from, to): (Option<&Field>, &Field)) {
+    fn bounce(&self, r: &mut Recorder, ground: &Ground, (light, steps): (&Light, u32), (from, to): (Option<&Field>, &Field)) {
         r.zone(["light 1", "light 2"][light.bounce], ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists, and the sum that is gathered from, were written
             for (cascade, lists) in further(ground).enumerate() {
@@ -198,13 +199,13 @@ impl Lighting {
         // The coarsest first: its sum is what comes into the finer ones.
         r.zone(["propagate 1", "propagate 2"][light.bounce], ZoneKind::Compute, 0, |r| {
             for (cascade, lists) in further(ground).enumerate().collect::<Vec<_>>().into_iter().rev() {
-                self.travel(r, ground, (cascade, lists), to);
+                self.travel(r, ground, (cascade, lists, steps), to);
             }
         });
     }
 
     /// What a grid's items send is injected, travels, and adds up in `sum`.
-    fn travel(&self, r: &mut Recorder, ground: &Ground, (cascade, lists): (usize, &Lists), sum: &Field) {
+    fn travel(&self, r: &mut Recorder, ground: &Ground, (cascade, lists, steps): (usize, &Lists, u32), sum: &Field) {
         let groups = |group: [u32; 3]| group.map(|threads| self.settings.edge / threads);
         r.full_barrier(); // the items are lit
         let mut binds = vec![
@@ -224,7 +225,7 @@ impl Lighting {
             r.dispatch(&self.passages, &binds, &push, groups(GROUP));
         }
         let step_group = if self.settings.lobe == Lobe::Beam { BEAMS_GROUP } else { GROUP };
-        for step in 0..self.settings.steps() {
+        for step in 0..steps {
             r.full_barrier(); // the step before wrote
             let (old, new) = (&self.travelling[step as usize % 2], &self.travelling[(step as usize + 1) % 2]);
             let mut binds = vec![

@@ -60,7 +60,7 @@ choices! {
 pub struct Settings {
     /// Cells along the edge of each grid.
     pub edge: u32,
-    /// Steps of propagation per bounce; absent: as many as cells along the edge.
+    /// Steps of propagation per bounce; absent: as many as cells along the edge, twice as many under a sky.
     #[serde(with = "auto")]
     pub iterations: Option<u32>,
     /// Nested grids about the camera.
@@ -105,9 +105,10 @@ impl Settings {
         }
     }
 
-    /// Steps of propagation per bounce.
-    pub fn steps(&self) -> u32 {
-        self.iterations.unwrap_or(self.edge)
+    /// Steps of propagation per bounce. A sky comes in from the border: in as many steps as cells half of its light has not reached
+    /// the middle.
+    pub fn steps(&self, sky: bool) -> u32 {
+        self.iterations.unwrap_or(if sky { 2 * self.edge } else { self.edge })
     }
 }
 
@@ -124,7 +125,7 @@ pub const KEYS: &[&[Key]] = &[&[
         "lpv.iterations",
         "steps",
         Range::WholeOrAuto(1, 1024),
-        "steps of propagation per bounce: light travels a cell a step; auto: as many as lpv.edge",
+        "steps of propagation per bounce: light travels a cell a step; auto: as many as lpv.edge, under a sky twice as many",
         "propagation in proportion",
     )),
     rare(key(

@@ -1,7 +1,7 @@
 //! Binary trees as words: what a ray needs to go through them without a stack.
 //!
 //! A node has nine words. The first: where its left child stands (1-based; the right one follows) and the axis along which they lie
-//! apart in its two low bits. A leaf: where its primitives stand, in bits 2 to 4 how many they are less one, and 3. Then for each
+//! apart in its two low bits. A leaf: where its primitives stand, in bit 2 whether they are two, and 3. Then for each
 //! octant of directions (bit per axis: the direction is negative) the node after it and all below it, 1-based, 0 at the end: nearer
 //! children come first. (Multiple threaded hierarchies: Hachisuka, "Implementing a Photorealistic Rendering System using GLSL", 2015.)
 
@@ -17,7 +17,7 @@ use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 pub const WORDS: usize = 9;
 /// Where the eight nodes after it begin.
 pub const NEXT: usize = 1;
-/// Primitives of a leaf, at most 8. Measured in the atrium on llvmpipe: 1 and 2 are as quick, 4 takes 1.05 to 1.1 times as long.
+/// Primitives of a leaf. Measured in the atrium on llvmpipe: 1 and 2 are as quick, 4 takes 1.05 to 1.1 times as long.
 pub const MOST_IN_LEAF: u32 = 2;
 const LEAF: u32 = 3;
 
@@ -28,8 +28,8 @@ pub type Corners = [DVec3; 2];
 
 /// What a leaf holds; none of an inner node.
 pub fn primitives(node: &Node) -> Option<Range<usize>> {
-    let first = (node[0] >> 5) as usize;
-    (node[0] & 3 == LEAF).then_some(first..first + (node[0] >> 2 & 7) as usize + 1)
+    let first = (node[0] >> 3) as usize;
+    (node[0] & 3 == LEAF).then_some(first..first + (node[0] >> 2 & 1) as usize + 1)
 }
 
 /// Where the left child of an inner node stands, the right one follows; none of a leaf.
@@ -42,7 +42,7 @@ pub fn left_child(node: &Node) -> Option<usize> {
 pub fn moved(node: &Node, place: impl Fn(usize) -> usize, end: u32, primitives: usize) -> Node {
     let first = match left_child(node) {
         Some(child) => (place(child) as u32 + 1) << 2 | node[0] & 3,
-        None => node[0] + ((primitives as u32) << 5),
+        None => node[0] + ((primitives as u32) << 3),
     };
     let next = |node: u32| if node == 0 { end } else { place(node as usize - 1) as u32 + 1 };
     std::array::from_fn(|word| if word < NEXT { first } else { next(node[word]) })
@@ -59,7 +59,7 @@ pub struct Links {
 }
 
 impl Links {
-    /// `most`: boxes in a leaf.
+    /// `most`: boxes in a leaf, up to [`MOST_IN_LEAF`].
     pub fn over(boxes: &[Corners], most: u32) -> Self {
         let Some([min, max]) = boxes.iter().copied().reduce(union) else { return Self::default() };
         // obvhs ignores boxes smaller than 10⁻⁴: all are scaled to a size where none is that matters.
@@ -93,7 +93,7 @@ impl Links {
         let first = node.first_index as usize;
         if node.is_leaf() {
             let own = &tree.primitive_indices[first..first + node.prim_count as usize];
-            self.nodes[at][0] = (self.primitives.len() as u32) << 5 | (own.len() as u32 - 1) << 2 | LEAF;
+            self.nodes[at][0] = (self.primitives.len() as u32) << 3 | (own.len() as u32 - 1) << 2 | LEAF;
             self.primitives.extend(own);
             return;
         }

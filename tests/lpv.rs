@@ -16,7 +16,7 @@ fn lpv(changes: &[&str]) -> Settings {
 }
 
 /// The image of a small plate under a sky of radiance 1.
-fn plate_under_sky(changes: &[&str]) -> Vec<[f32; 4]> {
+fn plate_under_sky(changes: &[&str]) -> Vec<[f32; 3]> {
     let mut scene = Scene::empty("plate");
     let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
     let plate = Mesh::quad("plate", grey, Vec3::new(-0.02, 0.0, -0.02), Vec3::Z * 0.04, Vec3::X * 0.04);

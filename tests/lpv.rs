@@ -37,11 +37,33 @@ fn the_sky_arrives_whole() {
     assert!((mean / 0.5 - 1.0).abs() < 0.05, "{mean}");
 }
 
+/// Deep inside a room that is open to one side, the sky's light arrives by way of the walls: later than a step per cell.
 #[test]
 fn under_a_sky_light_goes_twice_as_many_steps() {
-    let steps = |count: &str| plate_under_sky(&[&format!("lpv.iterations={count}")]);
-    assert_eq!(steps("auto"), steps("32"));
-    assert_ne!(steps("auto"), steps("16"));
+    let mut scene = Scene::empty("room");
+    let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.8)) });
+    let side = 0.9;
+    let mut wall = |corner: [f32; 3], u: Vec3, v: Vec3| {
+        scene.add_mesh(
+            Mesh::quad("wall", white, side * Vec3::from(corner) * 0.5, side * u, side * v),
+            DAffine3::IDENTITY,
+        );
+    };
+    wall([-1.0, -1.0, -1.0], Vec3::X, Vec3::Y);
+    wall([-1.0, -1.0, -1.0], Vec3::X, Vec3::Z);
+    wall([-1.0, 1.0, -1.0], Vec3::X, Vec3::Z);
+    wall([-1.0, -1.0, -1.0], Vec3::Y, Vec3::Z);
+    wall([1.0, -1.0, -1.0], Vec3::Y, Vec3::Z);
+    scene.sky = Vec3::ONE;
+    let view = View::look_at(DVec3::Z * 0.4, DVec3::ZERO, DVec3::Y, 60f32.to_radians());
+    let image = |changes: &[&str]| {
+        let settings = lpv(&[&["grid.side=1", "grid.center=0,0,0", "lpv.edge=16"], changes].concat());
+        gpu::render_from(&gpu::context(), &scene, &settings, 8, view).read().beauty().to_vec()
+    };
+    let mean = |image: &[[f32; 3]]| image.iter().map(|p| f64::from(p[1])).sum::<f64>() / image.len() as f64;
+    let [auto, once, twice] = [&[][..], &["lpv.iterations=16"], &["lpv.iterations=32"]].map(image);
+    assert_eq!(auto, twice);
+    assert!(mean(&twice) > 1.02 * mean(&once), "{} and {}", mean(&twice), mean(&once));
 }
 
 /// Light from a closed room does not come through its walls, one-sided or not, and a room next to it stays dark.

@@ -7,15 +7,23 @@
 
 const bool FINDS_LAMPS = true; // rays for what is mirrored or seen through glass meet them on their way
 
+// Tangent of the half angle of a cone as wide as what one direction with that cosine stands for, of all that neighbours share: the sky
+// is as even there as rays can tell.
+float share_aperture(float cosine) {
+    float versine = min(0.5 / (float(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE) * max(cosine, 1e-3)), 0.99);
+    return sqrt(versine * (2.0 - versine)) / (1.0 - versine);
+}
+
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     mat3 basis = tangent_frame(s.normal);
     vec2 shift = fract(interleaved_shift(place) + pass_shift());
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < DIFFUSE_RAYS; i++) {
-        vec3 d = above_facet(basis * cosine_direction(i, DIFFUSE_RAYS, shift), s.facet);
+        vec3 local = cosine_direction(i, DIFFUSE_RAYS, shift);
+        vec3 d = above_facet(basis * local, s.facet);
         vec4 seen = trace_light(s.position, s.facet, d);
         float open = 1.0 - min(seen.a, 1.0);
-        sum += (1.0 / float(DIFFUSE_RAYS)) * vec4(seen.rgb + open * sky_towards(d), open);
+        sum += (1.0 / float(DIFFUSE_RAYS)) * vec4(seen.rgb + open * sky_about(d, share_aperture(local.z), 0.0), open);
     }
     return sum;
 }
@@ -27,7 +35,7 @@ vec3 look_up_specular(Surface s) {
     vec3 h = alpha < MIN_ALPHA ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, vec3(0.0, 0.0, 1.0), u);
     vec3 d = above_facet(tangent_frame(s.normal) * (2.0 * h.z * h - vec3(0.0, 0.0, 1.0)), s.facet);
     vec4 seen = trace_light(s.position, s.facet, d);
-    return seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_towards(d);
+    return seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_about(d, ggx_aperture(s.roughness), 0.0);
 }
 
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {

@@ -128,10 +128,15 @@ fn a_nearly_even_map_is_nearly_the_even_sky() {
     let view = add_floor(&mut scene, 0.5).0;
     let context = gpu::context();
     // `lpv`: cells near a plane at a slant do not see all of the sky (tests/sky.rs).
-    for name in METHODS.into_iter().filter(|name| *name != "lpv") {
+    for (name, most, pays) in [
+        ("fast", 1e-3, "half of one of 512 steps of a texel"),
+        ("none", 1e-3, "half of one of 512 steps of a texel"),
+        ("cones", 0.01, "what cones at a slant to the grid find of their own floor"),
+        ("photons", 0.01, "what cones at a slant to the grid find of their own floor"),
+    ] {
         let image = gpu::render_from(&context, &scene, &settings(name), SIZE, view).read();
         let off = off(image.beauty(), |_| 0.5 * radiance);
-        assert!(off < 1e-3, "{name} is off by {off}: half of one of 512 steps of a texel");
+        assert!(off < most, "{name} is off by {off}: {pays}");
     }
 }
 
@@ -152,7 +157,7 @@ fn a_floor_sends_what_it_gets_of_a_soft_map() {
     }
     let context = gpu::context();
     // Rays and cones look in a few directions. `lpv`: cells near a plane at a slant do not see all of the sky (tests/sky.rs).
-    for (name, most) in [("fast", 0.05), ("cones", 0.05), ("photons", 0.05), ("none", 0.01)] {
+    for (name, most) in [("fast", 0.05), ("cones", 0.1), ("photons", 0.1), ("none", 0.01)] {
         let image = gpu::render_from(&context, &scene, &settings(name), SIZE, view).read();
         let off = off(image.beauty(), |_| expected);
         println!("soft, {name}: {off:.4}");
@@ -197,8 +202,11 @@ fn a_map_of_one_small_sun_is_a_directional_light() {
             "{name}, turned by {turned}°: off by {off}: nine bits a channel, and the sine's mean over a texel"
         );
     }
-    let off = relative(&traced(&sunny, &view, SIZE, 64), &traced(&lit, &view, SIZE, 64));
-    assert!(off < 0.03, "traced, turned by {turned}°: off by {off}: noise in the penumbra of 64 paths a pixel");
+    let ratio = mean(&traced(&sunny, &view, SIZE, 64)) / mean(&traced(&lit, &view, SIZE, 64));
+    assert!(
+        (ratio - 1.0).abs().max_element() < 0.02,
+        "traced: {ratio}; the linear texel is twice as wide, and so is its penumbra"
+    );
 }
 
 /// A sky with a sun and its glow over a ball: the methods' images against the path tracer's.
@@ -224,8 +232,9 @@ fn under_an_outdoor_sky_the_methods_agree_with_the_path_tracer() {
     }
 }
 
-/// What each method's own approximations leave: `none` has no occlusion of the sky and no bounces.
-const OUTDOOR: [(&str, f32); 5] = [("fast", 0.1), ("cones", 0.1), ("photons", 0.1), ("lpv", 0.4), ("none", 0.4)];
+/// What each method's own approximations leave, and 64 paths a pixel of noise: `none` has no occlusion of the sky and no bounces,
+/// `lpv` six directions.
+const OUTDOOR: [(&str, f32); 5] = [("fast", 0.09), ("cones", 0.08), ("photons", 0.08), ("lpv", 0.18), ("none", 0.12)];
 
 /// A mirror, clear glass and the background show the map itself; what no surface covers is transparent where the sky is unseen.
 #[test]

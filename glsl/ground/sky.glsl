@@ -108,3 +108,10 @@ vec3 sky_over(vec3 n) {
 #endif
     return sky_towards(MEAN_COSINE_OF_SKY * n);
 }
+
+// Tangent of the half angle of a cone as wide as what one of `count` directions stands for that are distributed by the cosine, where
+// its own is `cosine`: between them the sky is as even as such directions can tell.
+float share_aperture(uint count, float cosine) {
+    float versine = min(0.5 / (float(count) * max(cosine, 1e-3)), 0.99);
+    return sqrt(versine * (2.0 - versine)) / (1.0 - versine);
+}

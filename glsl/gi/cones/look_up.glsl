@@ -48,8 +48,9 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
         // The offset moves where the cone looks, and not how wide it is there.
         vec4 seen = trace_cone(from + cones.diffuse_offset * d, d, cone.aperture * cones.aperture, cones.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);
+        float share = max(cone.aperture * cones.aperture, share_aperture(CONE_COUNT * INTERLEAVE * INTERLEAVE, cone.direction.z));
         // D21: printed drops alpha, and the sky with it.
-        sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * sky_about(d, cone.aperture * cones.aperture, 0.0), open);
+        sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * sky_about(d, share, 0.0), open);
     }
     return sum;
 }

@@ -7,13 +7,6 @@
 
 const bool FINDS_LAMPS = true; // rays for what is mirrored or seen through glass meet them on their way
 
-// Tangent of the half angle of a cone as wide as what one direction with that cosine stands for, of all that neighbours share: the sky
-// is as even there as rays can tell.
-float share_aperture(float cosine) {
-    float versine = min(0.5 / (float(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE) * max(cosine, 1e-3)), 0.99);
-    return sqrt(versine * (2.0 - versine)) / (1.0 - versine);
-}
-
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     mat3 basis = tangent_frame(s.normal);
     vec2 shift = fract(interleaved_shift(place) + pass_shift());
@@ -23,7 +16,7 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
         vec3 d = above_facet(basis * local, s.facet);
         vec4 seen = trace_light(s.position, s.facet, d);
         float open = 1.0 - min(seen.a, 1.0);
-        sum += (1.0 / float(DIFFUSE_RAYS)) * vec4(seen.rgb + open * sky_about(d, share_aperture(local.z), 0.0), open);
+        sum += (1.0 / float(DIFFUSE_RAYS)) * vec4(seen.rgb + open * sky_about(d, share_aperture(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE, local.z), 0.0), open);
     }
     return sum;
 }

@@ -54,7 +54,8 @@ fn read_hdr(path: &Path) -> Result<Panorama> {
         return Err(Error::file(path, "is a folder, not a Radiance image"));
     }
     // A pipe may never say anything, and a device never end.
-    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+    let about = std::fs::metadata(path).map_err(failed)?;
+    if !about.is_file() {
         return Err(Error::file(path, "is no regular file; copy what it holds into one and name that"));
     }
     let broken = |e| Error::file(path, format!("is not a readable Radiance image ({e}); save it again"));
@@ -63,8 +64,12 @@ fn read_hdr(path: &Path) -> Result<Panorama> {
     let (width, height) = decoder.dimensions();
     check_size(path, width, height)?;
     let texels = width as usize * height as usize;
-    // As it is read, as packed texels, and as the sums that means are taken from.
-    let (needs, limit) = (32 * texels as u64, Limit::host());
+    // Run lengths make 127 texels of 8 bytes at best.
+    if about.len() < texels as u64 / 64 {
+        return Err(Error::file(path, "is too short for the size that it states; save it again"));
+    }
+    // As the decoder holds it, as it is read, and as radiance.
+    let (needs, limit) = (40 * texels as u64, Limit::host());
     if needs > limit.bytes {
         let [needs, _] = apart([needs, limit.bytes]);
         return Err(Error::file(

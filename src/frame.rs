@@ -62,7 +62,8 @@ pub struct Frame {
 struct MadeOf {
     instances: Vec<DAffine3>,
     lights: Vec<layout::Light>,
-    sky: [Vec3; 2],
+    /// Its two colours, and how far its map is turned.
+    sky: ([Vec3; 2], f32),
 }
 
 /// What is seen.
@@ -176,7 +177,7 @@ impl Frame {
         if seen.image {
             // The recorded triangles become the image, with what the method looks up.
             let (ground, target) = (&self.ground, &self.target);
-            let frame = ImageFrame { ground, target, blended: self.counts().blended, sky: seen.scene.sky.into() };
+            let frame = ImageFrame { ground, target, blended: self.counts().blended, scene: seen.scene };
             self.image.record(r, &frame, &self.method.binds(ground));
         }
         self.copy_counters(r, slot);
@@ -188,7 +189,7 @@ impl Frame {
         MadeOf {
             instances: seen.pose.world_from_instance.clone(),
             lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
-            sky: [seen.scene.sky, seen.scene.sky_gradient],
+            sky: ([seen.scene.sky, seen.scene.sky_gradient], seen.scene.sky_turn),
         }
     }
 

@@ -8,6 +8,8 @@ choices! {
     Aov {
         /// Radiance: the image itself.
         Beauty = "beauty",
+        /// Share of the pixel that surfaces cover; three equal channels. OpenEXR's channel A, and with it colours are premultiplied.
+        Alpha = "alpha",
         /// Radiance of emission and direct light.
         Direct = "direct",
         /// Radiance of all other light: beauty − direct.

@@ -3,7 +3,11 @@
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
+layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer {
+    Frame frame;
+    uint sky_words[]; // texels of the sky's map and of its levels
+};
+#define SKY_MAPS
 layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals globals; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };

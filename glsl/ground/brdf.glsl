@@ -31,10 +31,10 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
     return f;
 }
 
-// BRDF × cos θ.
-vec3 brdf_cos(Surface s, vec3 v, vec3 l) {
+// BRDF × cos θ, with a share of its specular part.
+vec3 brdf_cos(Surface s, vec3 v, vec3 l, float specular) {
     Brdf f = brdf(s, v, l);
-    return (f.diffuse + f.specular) * max(dot(s.normal, l), 0.0);
+    return (f.diffuse + specular * f.specular) * max(dot(s.normal, l), 0.0);
 }
 
 // Shares of light from all around that go towards a viewer.
@@ -62,6 +62,12 @@ struct Viewed {
     bool back; // the side against the winding
     float bend; // how far the normal turns over half a pixel, radians
 };
+
+// Share of a lamp's, or the sky's bright part's, reflection that points on it find; the rest is one mirrored ray's, which
+// finds all of it in what is smooth, where points miss the lobe.
+float lamps_in_lobe(float roughness) {
+    return smoothstep(0.15, 0.35, roughness);
+}
 
 // What a surface sends to a viewer: a method's look-up adds to it.
 struct Outgoing {

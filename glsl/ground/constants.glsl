@@ -33,6 +33,7 @@ const uint FEATURE_TRANSMISSION = 8u;
 const uint FEATURE_MASK = 32u; // something may be discarded
 const uint FEATURE_BLEND = 128u;
 const uint FEATURE_DIRECT_PER_PIXEL = 65536u;
+const uint FEATURE_SKY_MAP = 262144u;
 
 bool feature(uint bit) {
     return (FEATURES & bit) != 0u;

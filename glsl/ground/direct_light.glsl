@@ -9,7 +9,7 @@
 // The lit share of a light's disc, by rays to points spread evenly over it and turned from place to place; one ray goes to
 // its middle.
 vec3 shadow_rays(Light light, LightSample to, vec3 position, vec3 facet) {
-    bool far = light.kind == LIGHT_DIRECTIONAL;
+    bool far = is_far(light);
     uint count = light.radius > 0.0 ? SHADOW_RAYS : 1u;
     vec3 x = normalize(cross(to.direction, abs(to.direction.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
     vec3 y = cross(to.direction, x);

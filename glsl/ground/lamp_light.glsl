@@ -9,12 +9,6 @@ struct LampLight {
     vec3 specular; // radiance; of smooth surfaces only a part: see lamps_in_lobe
 };
 
-// Share of a lamp's reflection that points on the lamp find; the rest is one mirrored ray's, which finds all of it in what
-// is smooth, where points miss the lobe.
-float lamps_in_lobe(float roughness) {
-    return smoothstep(0.15, 0.35, roughness);
-}
-
 LampLight lamp_light(Surface s, vec3 view) {
     vec2 random = place_random(s.position);
     LampLight sum = LampLight(vec3(0.0), vec3(0.0));

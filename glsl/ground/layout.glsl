@@ -103,6 +103,7 @@ struct Material {
 const uint LIGHT_POINT = 0u;
 const uint LIGHT_SPOT = 1u;
 const uint LIGHT_DIRECTIONAL = 2u;
+const uint LIGHT_SKY = 3u; // directional, and seen in mirrors as a part of the sky
 
 struct Light {
     vec3 position;
@@ -168,4 +169,11 @@ struct Frame {
     uint light_pass; // which of the passes whose mean is kept lights the list items
     vec3 sky_gradient; // radiance: how much brighter the sky is straight up than at its middle
     float light_share; // of the newest pass in that mean; 1: all
+    float sky_scale; // radiance of an unpacked 1 of the sky's map
+    float sky_most; // unpacked: what of a texel is above it, lights send
+    int sky_width; // texels
+    int sky_height;
+    uint sky_levels; // means over cones that follow the map
+    float sky_octaves; // how often the last of them is halved until cones are as narrow as texels
+    float sky_turn; // of a whole turn, counter-clockwise from above
 };

@@ -3,6 +3,10 @@
 #include "common/count.glsl"
 #include "ground/layout.glsl"
 
+bool is_far(Light light) {
+    return light.kind >= LIGHT_DIRECTIONAL;
+}
+
 struct LightSample {
     vec3 direction; // unit, from the surface to the light
     float distance; // voxels
@@ -12,7 +16,7 @@ struct LightSample {
 LightSample sample_light(Light light, vec3 position, float voxel_m) {
     LightSample s;
     COUNT(LIGHTS, 1u);
-    if (light.kind == LIGHT_DIRECTIONAL) {
+    if (is_far(light)) {
         s.direction = -light.direction;
         s.distance = 1e30;
         s.irradiance = light.intensity;

@@ -5,12 +5,14 @@ use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use twobounce::gi::Method;
 use twobounce::gi::ledger::SHEETS;
 use twobounce::layers::Aov;
 use twobounce::renderer::Submit;
 use twobounce::settings::PRESETS;
+
+use super::sky::SkyArgs;
 
 /// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
 #[derive(Debug, Parser)]
@@ -90,9 +92,8 @@ pub struct SceneArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub time: f64,
-    /// Constant radiance of the sky, which is visible and lights the scene
-    #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance, allow_hyphen_values = true)]
-    pub sky: Vec3,
+    #[command(flatten)]
+    pub sky: SkyArgs,
     /// Scale textures down to at most this many texels a side, by halves
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_texture: Option<u32>,
@@ -166,6 +167,9 @@ pub struct RenderArgs {
     /// Further layers of an .exr, separated by commas
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
+    /// Make pixels transparent that no surface covers; the sky lights all the same
+    #[arg(long)]
+    pub transparent: bool,
     /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
@@ -268,15 +272,10 @@ fn method(text: &str) -> Result<Method, String> {
     })
 }
 
-fn point(text: &str) -> Result<DVec3, &'static str> {
+pub fn point(text: &str) -> Result<DVec3, &'static str> {
     let write = "write three finite numbers separated by commas, such as 0,1.5,-3";
     let values = text.split(',').map(|s| number(|_| true, write)(s.trim())).collect::<Result<Vec<_>, _>>()?;
     values.try_into().map(DVec3::from_array).map_err(|_| write)
-}
-
-fn radiance(text: &str) -> Result<Vec3, &'static str> {
-    let color = point(text).ok().map(|color| color.as_vec3()).filter(|c| c.is_finite() && c.min_element() >= 0.0);
-    color.ok_or("write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5")
 }
 
 /// Reads a finite number that fits; `write` says what else to write.
@@ -314,7 +313,7 @@ pub fn memory_size(text: &str) -> Result<u64, String> {
 }
 
 pub fn aov() -> impl TypedValueParser<Value = Aov> {
-    let further = || Aov::ALL.iter().filter(|aov| **aov != Aov::Beauty);
+    let further = || Aov::ALL.iter().filter(|aov| !matches!(aov, Aov::Beauty | Aov::Alpha));
     PossibleValuesParser::new(further().map(|aov| aov.name()))
         .try_map(move |name| further().find(|aov| aov.name() == name).copied().ok_or("no such layer"))
 }

@@ -1,7 +1,7 @@
 //! Why an image shows nothing, or hardly anything.
 
 use glam::DVec3;
-use twobounce::layers::Layers;
+use twobounce::layers::{Aov, Layers};
 use twobounce::output::png::{of_surfaces, srgb_code, tone_curve};
 use twobounce::scene::{Pose, Projection, Scene, View};
 
@@ -18,9 +18,7 @@ pub fn why_blank(
     (scene, pose, view): (&Scene, &Pose, &View),
     exposure_ev: Option<(f32, bool)>,
 ) -> Option<String> {
-    let size = (image.width, image.height);
-    let sky = |pixel: usize| -> [f32; 3] { scene.sky_towards(view.direction(pixel, size)).into() };
-    let surfaces: Vec<&[f32; 3]> = of_surfaces(image.beauty(), sky).collect();
+    let surfaces: Vec<&[f32; 3]> = of_surfaces(image.beauty(), sky_shown(image, scene, view)).collect();
     if surfaces.is_empty() {
         return where_it_is(scene, pose, view).map(|why| format!("nothing is to be seen: {why}"));
     }
@@ -45,6 +43,17 @@ pub fn why_blank(
             "nearly all that is seen is {what} with --exposure {ev}; without it the exposure is chosen automatically"
         )
     })
+}
+
+/// What a pixel of `image` shows if it shows the sky: what it does show where nothing covers it, and no number where a surface does
+/// under a map, which looks like no other.
+pub fn sky_shown<'a>(image: &'a Layers, scene: &'a Scene, view: &'a View) -> impl Fn(usize) -> [f32; 3] + 'a {
+    let (alpha, size) = (image.get(Aov::Alpha).unwrap_or_default(), (image.width, image.height));
+    move |pixel| match alpha.get(pixel) {
+        Some([0.0, ..]) => image.beauty()[pixel],
+        _ if scene.sky_map.is_some() => [f32::NAN; 3],
+        _ => scene.sky_towards(view.direction(pixel, size)).into(),
+    }
 }
 
 /// Why no surface covers any pixel; `None` where one may, but shows exactly the sky's colour.

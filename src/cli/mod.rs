@@ -21,6 +21,7 @@ mod render;
 mod report;
 mod scene;
 mod settings;
+mod sky;
 mod stability;
 mod study;
 

@@ -42,6 +42,9 @@ pub struct ReferenceArgs {
     /// Further layers, separated by commas
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
+    /// Make pixels transparent that no surface covers; the sky lights all the same
+    #[arg(long)]
+    pub transparent: bool,
     /// Print nothing but notes and errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -63,10 +66,11 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
         let text = "is no .exr; a reference holds linear radiance, name it something.exr";
         return Err(Error::file(&args.output, text).into());
     }
-    outputs::check(&[Some(&args.scene.path)], &[Some(&args.output)])?;
+    outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[Some(&args.output)])?;
     check_memory(args.scene.size)?;
     interrupt::install()?;
-    let opened = args.scene.open()?;
+    let mut opened = args.scene.open()?;
+    opened.scene.sky_unseen = args.transparent;
     let (width, height) = opened.size;
     let stop = args.spp.map_or(Stop::Noise(args.noise), Stop::Samples);
     let occlusion = args.aov.contains(&Aov::Ao);
@@ -89,7 +93,11 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
         ("seed", args.seed.to_string()),
         ("noise", format!("{:.6}", film.noise())),
     ]);
-    film.layers(&args.aov).write_exr(&args.output, &header)?;
+    let mut aovs = args.aov.clone();
+    if args.transparent {
+        aovs.push(Aov::Alpha);
+    }
+    film.layers(&aovs).write_exr(&args.output, &header)?;
     report(args, &film, &traced);
     Ok(ExitCode::SUCCESS)
 }

@@ -19,7 +19,7 @@ use twobounce::stability::warnings::known_failures;
 use twobounce::vk::Context;
 
 use super::args::RenderArgs;
-use super::blank::why_blank;
+use super::blank::{sky_shown, why_blank};
 use super::outputs::{self, ImageFiles};
 use super::progress::{Work, left};
 use super::report::{self, RenderReport};
@@ -34,10 +34,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     args.scene.check()?;
     let files = ImageFiles::of(args)?;
     let image = files.path(0);
-    let inputs = [Some(&args.scene.path), args.settings.config.as_ref()];
+    let inputs = [Some(&args.scene.path), args.settings.config.as_ref(), args.scene.sky.map()];
     outputs::check(&inputs, &[Some(&image), args.json.as_ref(), args.trace.as_ref()])?;
     interrupt::install()?;
-    let (opened, context) = args.scene.open_on(&args.run)?;
+    let (mut opened, context) = args.scene.open_on(&args.run)?;
+    opened.scene.sky_unseen = args.transparent;
     let header = opened.header([
         ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),
         ("method", settings.method.name().to_owned()),
@@ -48,7 +49,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let budget_bytes = context.memory_budget();
     let mut report = RenderReport::new(&opened, &settings, &context);
     report.exposure_ev = args.exposure.map(|ev| ev as f32);
-    let aovs = Aov::ALL.iter().filter(|aov| args.aov.contains(aov)).copied().collect();
+    // What is sky tells alpha.
+    let wanted = |aov: &&Aov| **aov == Aov::Alpha || args.aov.contains(aov);
+    let aovs = Aov::ALL.iter().filter(wanted).copied().collect();
     let options = RenderOptions { aovs, ..opened.run_options(&args.run) };
     let (pose, _) = opened.at_time();
     let failures = known_failures(&opened.scene, &pose, options.bounds, &settings);
@@ -134,15 +137,14 @@ impl Session<'_> {
     fn write(&mut self, frame: u32, later_s: f64) -> Result<()> {
         refuse_invalid(self.context)?;
         let path = self.files.path(frame);
-        let image = self.renderer.read();
+        let mut image = self.renderer.read();
         warn_of_non_finite(&image);
         let scene = self.renderer.scene();
         let pose = self.shot.pose(scene, later_s);
         let view = self.shot.view(scene, &pose);
         let exposure_ev = (!self.files.exr).then(|| {
             *self.report.exposure_ev.get_or_insert_with(|| {
-                let sky = |pixel| scene.sky_towards(view.direction(pixel, self.args.scene.size)).into();
-                let ev = automatic_exposure(image.beauty(), sky);
+                let ev = automatic_exposure(image.beauty(), sky_shown(&image, scene, &view));
                 say!("exposure: {ev} EV, automatic (--exposure {ev} gives the same image)");
                 ev
             })
@@ -151,6 +153,9 @@ impl Session<'_> {
             let exposed = exposure_ev.map(|ev| (ev, self.args.exposure.is_none()));
             let why = why_blank(&image, (scene, &pose, &view), exposed);
             why.iter().for_each(|why| out::warn(&format!("note: {}: {why}", scene.name)));
+        }
+        if !self.args.transparent {
+            image.layers.retain(|(layer, _)| *layer != Aov::Alpha);
         }
         if let Some(ev) = exposure_ev {
             image.write_png(&path, ev)?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use clap::{Args, Command, FromArgMatches};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
 use twobounce::renderer::{RenderOptions, memory_limit, most_triangles};
@@ -25,6 +25,8 @@ pub struct Opened {
     pub size: (u32, u32),
     /// The camera in words, for headers and reports.
     pub camera: String,
+    /// The sky in words.
+    pub sky: String,
     pub shot: Shot,
 }
 
@@ -56,9 +58,10 @@ impl SceneArgs {
     /// What can be found wrong without opening the file.
     pub fn check(&self) -> Result<()> {
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
-        if self.default_light == DefaultLight::On && self.sky != Vec3::ZERO {
+        if self.default_light == DefaultLight::On && self.sky.given() {
             return usage("--default-light on and --sky both give a sky; leave one of them out");
         }
+        self.sky.check()?;
         let (Some(eye), Some(target)) = (self.eye, self.target) else { return Ok(()) };
         let Some(forward) = (target - eye).try_normalize() else {
             return usage("--eye and --target are the same point; move one of them");
@@ -87,7 +90,7 @@ impl SceneArgs {
             ..device
         };
         let mut scene = Scene::load(&self.path, &options)?;
-        scene.sky = self.sky;
+        let of_sky = self.sky.add_to(&mut scene, self.max_texture)?;
         let animation = match &self.animation {
             Some(name) => Some(scene.animation_named(name)?),
             None => (!scene.animations.is_empty()).then_some(0),
@@ -95,11 +98,13 @@ impl SceneArgs {
         let (camera, words) = self.choose_camera(&scene, animation)?;
         let shot = Shot { animation, time_s: self.time, camera, fov: self.fov_rad() };
         let mut notes = std::mem::take(&mut scene.warnings);
+        notes.extend(of_sky);
         if let Some(note) = self.light(&mut scene, &shot)? {
             notes.push(note);
         }
         notes.iter().for_each(|note| out::warn(&format!("note: {}: {note}", scene.name)));
-        Ok(Opened { scene, size: self.size, camera: words, shot })
+        let sky = self.sky.words(&scene);
+        Ok(Opened { scene, size: self.size, camera: words, sky, shot })
     }
 
     /// Adds light where the scene needs some. Returns what is to be said about that.
@@ -203,10 +208,10 @@ impl Opened {
     /// What an .exr says about how it came about: how the scene is seen, and `more`. No dates: the same command gives the same
     /// bytes.
     pub fn header<const N: usize>(&self, more: [(&str, String); N]) -> Metadata {
-        let Scene { name, hash, sky, .. } = &self.scene;
+        let Scene { name, hash, .. } = &self.scene;
         let (time, camera) = (self.shot.time_s.to_string(), self.camera.clone());
         let seen = [("scene", name.clone()), ("sceneHash", hash.clone()), ("camera", camera), ("time", time)];
-        let entries = seen.into_iter().chain([("sky", sky.to_string())]).chain(more);
+        let entries = seen.into_iter().chain([("sky", self.sky.clone())]).chain(more);
         entries.map(|(name, value)| (name.to_owned(), value)).collect()
     }
 }

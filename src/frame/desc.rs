@@ -46,6 +46,7 @@ pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) ->
         conservative: settings.grid.conservative,
         wants: checked_wants(settings)?,
         features: Features::of(scene, settings),
+        sky_map: scene.sky_map.clone(),
         counts: first_counts(desc, lamps, trees),
     })
 }

@@ -40,6 +40,7 @@ impl Features {
     pub const BLEND: Self = Self(128);
     pub const DIRECT_PER_PIXEL: Self = Self(1 << 16);
     pub const SKY_GRADIENT: Self = Self(1 << 17);
+    pub const SKY_MAP: Self = Self(1 << 18);
 
     /// Some material has a texture in slot `slot` of `layout::Material::slots`.
     fn texture_slot(slot: usize) -> Self {
@@ -76,6 +77,7 @@ impl Features {
             ask(Self::SPECULAR, !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0)));
         }
         ask(Self::SKY_GRADIENT, scene.sky_gradient != Vec3::ZERO);
+        ask(Self::SKY_MAP, scene.sky_map.is_some());
         ask(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels);
         Self(bits)
     }

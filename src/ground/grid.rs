@@ -86,7 +86,8 @@ impl GridPlace {
 /// A point light's brightest patch is taken to be one voxel away; nearer ones saturate.
 pub fn radiance_scale(scene: &Scene, voxel_m: f64, bounces: Bounces) -> f32 {
     let largest = |v: Vec3| f64::from(v.max_element());
-    let mut peak = largest(scene.sky + scene.sky_gradient);
+    let map = scene.sky_map.as_ref().map(|map| f64::from(map.brightest_of_rest()));
+    let mut peak = map.unwrap_or(largest(scene.sky + scene.sky_gradient));
     for material in &scene.materials {
         peak = peak.max(largest(material.emissive));
     }
@@ -98,7 +99,8 @@ pub fn radiance_scale(scene: &Scene, voxel_m: f64, bounces: Bounces) -> f32 {
             _ => largest(light.intensity) / (std::f64::consts::PI * voxel_m * voxel_m),
         })
         .sum();
-    peak = peak.max(reflected);
+    let of_sky: f64 = scene.sky_lights().map(|light| largest(light.irradiance) / std::f64::consts::PI).sum();
+    peak = peak.max(reflected + of_sky);
     if !(peak > 0.0 && peak.is_finite()) {
         return 1.0;
     }

@@ -24,9 +24,12 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::gi::Wants;
+use crate::scene::sky::SkyMap;
 use crate::scene::{Alpha, Pose, Scene};
 use crate::settings::Conservative;
-use crate::vk::{Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder};
+use crate::vk::{
+    self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder,
+};
 use alike::Alike;
 use cells::Cells;
 use constants::{EDGE, FEATURES, Features, LIT};
@@ -45,6 +48,8 @@ pub struct Counts {
     pub triangles: u32,
     pub blended: u32,
     pub lights: u32,
+    /// Of the sky's map and its levels, on the device.
+    pub sky_words: u32,
     /// Pieces of lamps.
     pub lamps: u32,
     pub triangle_capacity: u32,
@@ -66,7 +71,8 @@ impl Counts {
         Self {
             triangles,
             blended: blended.map(|i| scene.meshes[i.mesh].indices.len() / 3).sum::<usize>() as u32,
-            lights: scene.lights.len() as u32,
+            lights: (scene.lights.len() + scene.sky_lights().count()) as u32,
+            sky_words: scene.sky_map.as_ref().map_or(1, |map| map.words.len() as u32),
             lamps,
             triangle_capacity,
             tree,
@@ -102,6 +108,8 @@ pub struct GroundDesc {
     pub wants: Wants,
     pub features: Features,
     pub counts: Counts,
+    /// The sky's map, which is uploaded once.
+    pub sky_map: Option<Arc<SkyMap>>,
 }
 
 impl GroundDesc {
@@ -148,7 +156,7 @@ impl Ground {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, of: &Scene, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
-        let GroundDesc { grid, conservative, wants, features, counts } = &desc;
+        let GroundDesc { grid, conservative, wants, features, counts, .. } = &desc;
         let constants_of = |edge, alike| [(FEATURES, features.0), (EDGE, edge), (LIT, u32::from(alike))];
         let base = constants_of(grid.edge, wants.alike);
         let plan = shared_plan(wants, counts);
@@ -171,8 +179,12 @@ impl Ground {
                 cells: wants.cells.then(|| Cells::new(context, &constants)).transpose()?,
             });
         }
+        let frame = buffer("frame")?;
+        if let Some(map) = &desc.sky_map {
+            vk::upload_at(context, &frame, size_of::<layout::Frame>() as u64, &map.words)?;
+        }
         Ok(Self {
-            frame: buffer("frame")?,
+            frame,
             lights: buffer("lights")?,
             lamps: buffer("lamps")?,
             lamp_nodes: buffer("lamp nodes")?,
@@ -331,7 +343,7 @@ fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
     }
     let slots = if wants.rays || counts.blended > 0 { counts.triangles } else { 1 };
     let mut rows = vec![
-        ("frame", array::<layout::Frame>(1)),
+        ("frame", array::<layout::Frame>(1) + array::<u32>(counts.sky_words)),
         ("lights", array::<layout::Light>(counts.lights)),
         ("lamps", array::<layout::Lamp>(counts.lamps)),
         ("lamp nodes", array::<layout::LampNode>(lamps::node_count(counts.lamps))),

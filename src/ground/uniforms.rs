@@ -1,10 +1,14 @@
 //! What changes from frame to frame, as the shaders read it: camera, lights and starts, all in voxels.
 
+use bytemuck::Zeroable;
 use glam::{DMat4, DVec3, Vec3};
 
 use super::grid::Grid;
 use super::layout;
 use crate::scene::{LightKind, Pose, Projection, Scene, View};
+
+/// [`layout::Light::kind`] of the sky's lights.
+const SKY: u32 = 3;
 
 /// Everything of a frame but the scene's own data.
 pub struct FrameUniforms<'a> {
@@ -28,6 +32,7 @@ impl FrameUniforms<'_> {
     /// As the shaders read it.
     pub fn layout(&self) -> layout::Frame {
         let camera = CameraInVoxels::new(self.view, self.grid, self.size);
+        let map = self.scene.sky_map.as_deref();
         layout::Frame {
             clip_from_voxel: camera.clip_from_voxel.as_mat4().to_cols_array_2d(),
             eye: camera.eye.as_vec3().into(),
@@ -37,8 +42,8 @@ impl FrameUniforms<'_> {
             right_per_ndc: camera.right_per_ndc.as_vec3().into(),
             scale: self.scale,
             down_per_ndc: camera.down_per_ndc.as_vec3().into(),
-            light_count: self.scene.lights.len() as u32,
-            sky: self.scene.sky.into(),
+            light_count: (self.scene.lights.len() + self.scene.sky_lights().count()) as u32,
+            sky: map.map_or(self.scene.sky, |map| map.mean_of_rest).into(),
             frame_index: self.frame_index,
             image_size: [self.size.0 as f32, self.size.1 as f32],
             samples: self.samples,
@@ -47,6 +52,13 @@ impl FrameUniforms<'_> {
             light_pass: self.light_pass,
             sky_gradient: self.scene.sky_gradient.into(),
             light_share: 1.0 / (1 + self.light_pass) as f32,
+            sky_scale: map.map_or(1.0, |map| map.scale),
+            sky_most: map.map_or(f32::MAX, |map| map.most.min(f32::MAX)),
+            sky_width: map.map_or(0, |map| map.width as i32),
+            sky_height: map.map_or(0, |map| map.height as i32),
+            sky_levels: map.map_or(0, |map| map.levels as u32),
+            sky_octaves: map.map_or(1.0, |map| map.octaves()),
+            sky_turn: self.scene.sky_turn,
         }
     }
 }
@@ -102,37 +114,42 @@ impl CameraInVoxels {
     }
 }
 
-/// The `Lights` buffer's contents.
+/// The `Lights` buffer's contents: the scene's lights, then those of the sky.
 pub fn lights(scene: &Scene, pose: &Pose, grid: &Grid) -> Vec<layout::Light> {
     let voxel_from_world = grid.voxel_from_world();
-    scene
-        .lights
-        .iter()
-        .zip(&pose.lights)
-        .map(|(light, posed)| {
-            let (kind, scale, offset) = match light.kind {
-                LightKind::Point => (0, 0.0, 1.0),
-                LightKind::Spot { inner, outer } => {
-                    // KHR_lights_punctual's own formula.
-                    let scale = 1.0 / (inner.cos() - outer.cos()).max(0.001);
-                    (1, scale, -outer.cos() * scale)
-                }
-                LightKind::Directional => (2, 0.0, 1.0),
-            };
-            let radius = match light.kind {
-                LightKind::Directional => light.radius,
-                _ => (f64::from(light.radius) / grid.voxel_m) as f32,
-            };
-            layout::Light {
-                position: voxel_from_world.transform_point3(posed.position).as_vec3().into(),
-                kind,
-                direction: posed.direction.as_vec3().into(),
-                range_m: light.range.min(f32::MAX),
-                intensity: light.intensity.max(Vec3::ZERO).into(),
-                radius,
-                spot_scale: scale,
-                spot_offset: offset,
+    let of_scene = scene.lights.iter().zip(&pose.lights).map(|(light, posed)| {
+        let (kind, scale, offset) = match light.kind {
+            LightKind::Point => (0, 0.0, 1.0),
+            LightKind::Spot { inner, outer } => {
+                // KHR_lights_punctual's own formula.
+                let scale = 1.0 / (inner.cos() - outer.cos()).max(0.001);
+                (1, scale, -outer.cos() * scale)
             }
-        })
-        .collect()
+            LightKind::Directional => (2, 0.0, 1.0),
+        };
+        let radius = match light.kind {
+            LightKind::Directional => light.radius,
+            _ => (f64::from(light.radius) / grid.voxel_m) as f32,
+        };
+        layout::Light {
+            position: voxel_from_world.transform_point3(posed.position).as_vec3().into(),
+            kind,
+            direction: posed.direction.as_vec3().into(),
+            range_m: light.range.min(f32::MAX),
+            intensity: light.intensity.max(Vec3::ZERO).into(),
+            radius,
+            spot_scale: scale,
+            spot_offset: offset,
+        }
+    });
+    let of_sky = scene.sky_lights().map(|light| layout::Light {
+        kind: SKY,
+        direction: (-light.towards).as_vec3().into(),
+        range_m: f32::MAX,
+        intensity: light.irradiance.into(),
+        radius: light.radius,
+        spot_offset: 1.0,
+        ..Zeroable::zeroed()
+    });
+    of_scene.chain(of_sky).collect()
 }

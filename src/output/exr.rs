@@ -1,4 +1,4 @@
-//! OpenEXR files: linear float32, channels `R G B` for the image and `direct.R` … for further layers, text in the header.
+//! OpenEXR files: linear float32, channels `R G B` for the image, `A` for what surfaces cover of it, and `direct.R` … for further layers, text in the header.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -63,6 +63,10 @@ fn check_memory(path: &Path, bytes: u64) -> Result<()> {
 pub fn encode(image: &Layers, metadata: &Metadata) -> exr::error::Result<Vec<u8>> {
     let mut channels = exr::prelude::SmallVec::new();
     for (aov, pixels) in &image.layers {
+        if *aov == Aov::Alpha {
+            channels.push(AnyChannel::new("A", FlatSamples::F32(pixels.iter().map(|p| p[0]).collect())));
+            continue;
+        }
         for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
             let samples = FlatSamples::F32(pixels.iter().map(|p| p[c]).collect());
             channels.push(AnyChannel::new(channel_name(*aov, letter).as_str(), samples));
@@ -82,7 +86,7 @@ pub fn encode(image: &Layers, metadata: &Metadata) -> exr::error::Result<Vec<u8>
 }
 
 fn channel_name(aov: Aov, letter: &str) -> String {
-    if aov == Aov::Beauty { letter.to_owned() } else { format!("{aov}.{letter}") }
+    if matches!(aov, Aov::Beauty | Aov::Alpha) { letter.to_owned() } else { format!("{aov}.{letter}") }
 }
 
 /// Sorts the header's attributes by name: the exr crate keeps them in a hash map with random order. The header's length
@@ -120,7 +124,8 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<(Layers, Metadata), String> {
     let find = |name: String| layer.channel_data.list.iter().find(|c| c.name.to_string() == name);
     let mut layers = Vec::new();
     for &aov in Aov::ALL {
-        let [Some(r), Some(g), Some(b)] = ["R", "G", "B"].map(|letter| find(channel_name(aov, letter))) else {
+        let letters = if aov == Aov::Alpha { ["A"; 3] } else { ["R", "G", "B"] };
+        let [Some(r), Some(g), Some(b)] = letters.map(|letter| find(channel_name(aov, letter))) else {
             if aov == Aov::Beauty {
                 return Err("has no channels R, G and B".into());
             }

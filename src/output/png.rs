@@ -11,9 +11,9 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{ImageFormat, RgbImage};
+use image::{DynamicImage, ImageFormat, RgbImage, RgbaImage};
 
-use crate::layers::Layers;
+use crate::layers::{Aov, Layers};
 use crate::scene::texture::srgb_from_linear;
 use crate::{Error, Result};
 
@@ -74,17 +74,32 @@ pub fn srgb_code(linear: f32) -> u8 {
     (srgb_from_linear(linear.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
-/// The bytes of a PNG file of an exposed image.
+/// The bytes of a PNG file of an exposed image; with alpha where it has such a layer.
 pub fn encode(image: &Layers, exposure_ev: f32) -> Result<Vec<u8>> {
     let gain = exposure_ev.exp2();
     let shown = |p: &[f32; 3]| tone_curve(p.map(|c| c * gain)).map(srgb_code);
-    encode_rgb(image.width, image.height, image.beauty().iter().flat_map(shown).collect())
+    let Some(alpha) = image.get(Aov::Alpha) else {
+        return encode_rgb(image.width, image.height, image.beauty().iter().flat_map(shown).collect());
+    };
+    // PNG's colours are not premultiplied.
+    let pixel = |(p, alpha): (&[f32; 3], &[f32; 3])| {
+        let covered = alpha[0].clamp(0.0, 1.0);
+        let [r, g, b] = if covered > 0.0 { shown(&p.map(|c| c / covered)) } else { [0; 3] };
+        [r, g, b, (covered * 255.0).round() as u8]
+    };
+    let rgba = image.beauty().iter().zip(alpha).flat_map(pixel).collect();
+    let whole = RgbaImage::from_raw(image.width, image.height, rgba);
+    png_of(whole.map(Into::into), image.width, image.height)
 }
 
 /// The bytes of a PNG file: 8-bit RGB without a colour space chunk, so viewers assume sRGB.
 pub fn encode_rgb(width: u32, height: u32, rgb: Vec<u8>) -> Result<Vec<u8>> {
+    png_of(RgbImage::from_raw(width, height, rgb).map(Into::into), width, height)
+}
+
+fn png_of(whole: Option<DynamicImage>, width: u32, height: u32) -> Result<Vec<u8>> {
     let failed = |why: String| Error::Usage(format!("an image of {width}x{height} pixels cannot be written: {why}"));
-    let whole = RgbImage::from_raw(width, height, rgb).ok_or_else(|| failed("it has no pixels".to_owned()))?;
+    let whole = whole.ok_or_else(|| failed("it has no pixels".to_owned()))?;
     let mut bytes = Cursor::new(Vec::new());
     whole.write_to(&mut bytes, ImageFormat::Png).map_err(|e| failed(e.to_string()))?;
     Ok(bytes.into_inner())

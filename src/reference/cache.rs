@@ -130,6 +130,12 @@ pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> bl
     if scene.sky_gradient != glam::Vec3::ZERO {
         add(format!("{:?}", scene.sky_gradient).as_bytes());
     }
+    if scene.sky_unseen {
+        add(b"sky unseen");
+    }
+    if let Some(map) = &scene.sky_map {
+        add(format!("{} {:?}", map.hash, scene.sky_turn).as_bytes());
+    }
     add(format!("{:?} {:?}", scene.materials, scene.lights).as_bytes());
     for mesh in &scene.meshes {
         add(&mesh.material.to_le_bytes());

@@ -74,6 +74,7 @@ impl Pixel {
     fn layer(&self, aov: Aov, samples: f64) -> [f32; 3] {
         let value = match aov {
             Aov::Beauty => self.beauty(samples),
+            Aov::Alpha => DVec3::splat(self.hits / samples),
             Aov::Direct => self.direct / samples,
             Aov::Indirect => self.beauty(samples) - self.direct / samples,
             Aov::Ao => DVec3::splat(self.ao / samples),

@@ -58,6 +58,8 @@ pub struct Integrator<'a> {
     pub(super) bounces: u32,
     /// Whether to trace ambient occlusion.
     occlusion: bool,
+    /// See [`Scene::sky_unseen`].
+    sky_unseen: bool,
 }
 
 /// A vertex of a path: a hit and the material there.
@@ -98,6 +100,7 @@ impl<'a> Integrator<'a> {
             materials,
             bounces,
             occlusion: options.occlusion,
+            sky_unseen: scene.sky_unseen,
         }
     }
 
@@ -154,7 +157,10 @@ impl<'a> Integrator<'a> {
         let mut remaining = if path.scattered == 0 { 1.0 } else { 0.0 };
         loop {
             let Some(hit) = self.hit(&path.ray, path.scattered == 0) else {
-                path.add(self.lights.sky_towards(path.ray.direction));
+                let found = path.density.map_or(1.0, |own| weight(own, self.lights.sky.density(path.ray.direction)));
+                if path.scattered > 0 || !self.sky_unseen {
+                    path.add(self.lights.sky.towards(path.ray.direction) * found);
+                }
                 return None;
             };
             travelled += hit.t;
@@ -276,12 +282,12 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// The light samples at vertex `k` of a path: at most one punctual light and one emitter.
+    /// The light samples at vertex `k` of a path: at most one of a punctual light, one of an emitter and one of the sky.
     pub(super) fn light_samples(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = LightSample> {
         let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
         let punctual = self.lights.punctual_at(p, || sampler.set(2 * k + 2)[2], [u, v]);
         let emitter = self.lights.emitter_at(&self.materials, p, [u, v]);
-        punctual.into_iter().chain(emitter)
+        punctual.into_iter().chain(emitter).chain(self.lights.sky.sample([u, v]))
     }
 
     /// The share of light that reaches a vertex from `end`, or from infinity along `direction`.

@@ -1,11 +1,11 @@
-//! Light sampling: punctual lights (with or without a radius), and emissive triangles chosen by power. The constant sky is not
-//! sampled: only scattered rays find it, and on a diffuse surface these are already distributed by its irradiance.
+//! Light sampling: punctual lights (with or without a radius), emissive triangles chosen by power, and the sky's map.
 
 use glam::Vec3;
 
 use super::bsdf::frame;
 use super::geometry::{Geometry, Location};
 use super::material::Materials;
+use super::sky::Sky;
 use crate::scene::surface::{range_window, spot_falloff};
 use crate::scene::{LightKind, Pose, Scene};
 
@@ -38,8 +38,7 @@ struct PunctualLight {
 pub struct Lights {
     punctual: Vec<PunctualLight>,
     emitters: Emitters,
-    /// Mean, and what is added straight up.
-    sky: [Vec3; 2],
+    pub sky: Sky,
 }
 
 /// Emissive triangles and the cumulative distribution of their power.
@@ -56,17 +55,12 @@ impl Lights {
         let geometry = &materials.geometry;
         let scene = geometry.scene;
         let punctual = (0..scene.lights.len()).map(|i| PunctualLight::new(scene, pose, geometry, i)).collect();
-        Self { punctual, emitters: Emitters::new(materials), sky: [scene.sky, scene.sky_gradient] }
-    }
-
-    /// Radiance of the sky towards unit d.
-    pub fn sky_towards(&self, d: Vec3) -> Vec3 {
-        self.sky[0] + self.sky[1] * d.y
+        Self { punctual, emitters: Emitters::new(materials), sky: Sky::new(scene) }
     }
 
     /// Whether scattered rays can hit any light.
     pub fn can_be_hit(&self) -> bool {
-        !self.emitters.triangles.is_empty() || self.sky[0] != Vec3::ZERO
+        !self.emitters.triangles.is_empty() || self.sky.shines()
     }
 
     /// Samples one punctual light at `p`. `choice` selects it with probability proportional to its unoccluded irradiance.

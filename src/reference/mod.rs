@@ -18,6 +18,7 @@ mod memory;
 mod microfacet;
 mod point_textures;
 mod sampler;
+mod sky;
 mod tile;
 mod traversal;
 mod watertight;

@@ -18,6 +18,9 @@ use super::traversal::Ray;
 /// atrium: side 2 gives 2.8 and 2.1, side 3 4.5 and 2.8, side 4 5.3 and 2.8, side 6 the same as 4.
 pub const SIDE: usize = 4;
 
+/// Of a punctual light, of an emitter, of the sky.
+const LIGHT_SAMPLES: usize = 3;
+
 /// A pixel's first vertex.
 struct FirstVertex {
     vertex: Vertex,
@@ -31,7 +34,7 @@ struct SharedVertex {
     pixel: usize,
     vertex: Vertex,
     /// The sampled lights; their radiance includes occlusion.
-    lights: [Option<LightSample>; 2],
+    lights: [Option<LightSample>; LIGHT_SAMPLES],
     scattered: Option<ScatteredLight>,
 }
 
@@ -63,7 +66,7 @@ struct Contribution {
     throughput: Vec3,
     density: f32,
     /// Radiance of each sampled light, scattered towards the first vertex.
-    lights: [Vec3; 2],
+    lights: [Vec3; LIGHT_SAMPLES],
     /// For the scattered ray: f · |cos|, and the density per steradian.
     scattered: (Vec3, f32),
 }
@@ -106,8 +109,8 @@ impl Integrator<'_> {
     }
 
     /// The unoccluded light samples at a shared vertex.
-    fn visible_lights(&self, vertex: &Vertex, sampler: &Sampler) -> [Option<LightSample>; 2] {
-        let mut visible = [None; 2];
+    fn visible_lights(&self, vertex: &Vertex, sampler: &Sampler) -> [Option<LightSample>; LIGHT_SAMPLES] {
+        let mut visible = [None; LIGHT_SAMPLES];
         for (slot, light) in visible.iter_mut().zip(self.light_samples(vertex.point.position, 1, sampler)) {
             if vertex.bsdf.geometric.dot(light.direction) > 0.0 || vertex.bsdf.transmits() {
                 let share = self.transmittance(vertex, light.direction, light.end);
@@ -131,7 +134,8 @@ impl Integrator<'_> {
         tail.scattered = path.scattered;
         let direction = tail.ray.direction;
         let Some(next) = self.advance(&mut tail, sampler) else {
-            return Some(ScatteredLight { direction, emission: tail.sample.beauty, density: 0.0, rest: Vec3::ZERO });
+            let (emission, density) = (tail.sample.beauty, self.lights.sky.density(direction));
+            return Some(ScatteredLight { direction, emission, density, rest: Vec3::ZERO });
         };
         let emission = tail.throughput * next.surface.emission;
         let cos = next.point.geometric.dot(direction);

@@ -29,7 +29,10 @@ impl Scene {
 
     /// Radiance of the sky towards unit d.
     pub fn sky_towards(&self, d: DVec3) -> Vec3 {
-        self.sky + self.sky_gradient * d.y as f32
+        match &self.sky_map {
+            Some(map) => map.towards(self.sky_unturned(d).as_vec3()),
+            None => self.sky + self.sky_gradient * d.y as f32,
+        }
     }
 
     /// Adds a sky, brighter above than below, and a directional light from the upper left behind the viewer. Returns a sentence
@@ -40,6 +43,7 @@ impl Scene {
         let light =
             self.add_light(LightKind::Directional, Vec3::splat(DEFAULT_IRRADIANCE), DAffine3::from_quat(rotation));
         self.lights[light].name = "default light".into();
+        self.sky_map = None;
         (self.sky, self.sky_gradient) = (Vec3::splat(DEFAULT_SKY), Vec3::splat(DEFAULT_GRADIENT));
         let DVec3 { x, y, z } = direction;
         format!(

@@ -10,11 +10,14 @@ mod builder;
 mod camera;
 mod gltf;
 mod lights;
+pub mod sky;
 pub mod surface;
 pub mod texture;
 
 pub use camera::DEFAULT_FOV_DEGREES;
 pub use gltf::LoadOptions;
+
+use std::sync::Arc;
 
 use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 
@@ -40,6 +43,12 @@ pub struct Scene {
     pub sky: Vec3,
     /// How much brighter the sky is straight up (+Y) than level, and darker straight down: at most [`Self::sky`].
     pub sky_gradient: Vec3,
+    /// What the sky is like, direction by direction; its mean is [`Self::sky`]. [`Scene::set_sky_map`] sets both.
+    pub sky_map: Option<Arc<sky::SkyMap>>,
+    /// How far the map is turned counter-clockwise, seen from above: in whole turns.
+    pub sky_turn: f32,
+    /// Whether pixels without a surface are transparent, and do not show the sky. It lights all the same.
+    pub sky_unseen: bool,
     /// Hash of all bytes of the file, its buffers and its images, in hexadecimal.
     pub hash: String,
     /// One sentence for everything that the loader ignored or simplified.

@@ -64,5 +64,5 @@ pub use recorder::{Recorder, RecorderOptions};
 pub use reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
 pub use sampler::Sampler;
 pub use slot::{HostRecorder, Slot, SlotOptions};
-pub use transfer::{download, download_image, upload, upload_image, upload_into};
+pub use transfer::{download, download_image, upload, upload_at, upload_image, upload_into};
 pub use zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};

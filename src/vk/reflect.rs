@@ -65,7 +65,7 @@ impl BindingKind {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Binding {
     pub binding: u32,
-    /// The GLSL instance name; for a block without one, the name of its only member, else of the block.
+    /// The GLSL instance name; for a block without one, the name of its first member.
     pub name: String,
     pub kind: BindingKind,
     /// Elements of an array of resources, else 1.
@@ -208,11 +208,8 @@ fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
 
 /// The name of a block that has no instance name.
 fn block_name(ty: &Type) -> String {
-    let Some(block) = ty.as_struct() else { return String::new() };
-    match block.members.as_slice() {
-        [only] => only.name.clone().unwrap_or_default(),
-        _ => block.name.clone().unwrap_or_default(),
-    }
+    let first = ty.as_struct().and_then(|block| block.members.first());
+    first.and_then(|member| member.name.clone()).unwrap_or_default()
 }
 
 /// One past the last byte that a block uses, without padding at its end.

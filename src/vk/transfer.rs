@@ -18,6 +18,11 @@ pub fn upload<T: Pod>(context: &Arc<Context>, label: &str, data: &[T]) -> Result
 
 /// Writes `data` to the start of a device-local buffer.
 pub fn upload_into<T: Pod>(context: &Arc<Context>, target: &Buffer, data: &[T]) -> Result<()> {
+    upload_at(context, target, 0, data)
+}
+
+/// Writes `data` to a device-local buffer, from byte `first` on.
+pub fn upload_at<T: Pod>(context: &Arc<Context>, target: &Buffer, first: u64, data: &[T]) -> Result<()> {
     let bytes = size_of_val(data) as u64;
     if bytes == 0 {
         return Ok(());
@@ -25,7 +30,7 @@ pub fn upload_into<T: Pod>(context: &Arc<Context>, target: &Buffer, data: &[T]) 
     let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload)?;
     staging.write(0, data);
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    recorder.copy_range((&staging, 0), (target, 0), bytes);
+    recorder.copy_range((&staging, 0), (target, first), bytes);
     recorder.finish()?;
     Ok(())
 }

@@ -108,6 +108,8 @@ fn required_extensions_refuse_only_where_geometry_or_decoding_depend_on_them() {
         file.json["extensionsRequired"] = json!([name]);
         let scene = file.scene();
         assert!(scene.warnings.len() == 1 && scene.warnings[0].contains(name), "{:?}", scene.warnings);
+        let surroundings = name == "EXT_lights_image_based";
+        assert_eq!(scene.warnings[0].contains("--sky FILE.hdr"), surroundings, "{:?}", scene.warnings);
         let refusal = load_strictly(&file).unwrap_err();
         assert!(refusal.contains(name) && refusal.contains("--strict"), "{refusal}");
     }

@@ -4,6 +4,7 @@
 #include "ground/interleave.glsl"
 #include "common/refraction.glsl"
 #include "ground/lights.glsl"
+#include "ground/brdf.glsl"
 #include "ground/sky.glsl"
 #include "gi/cones/cone.glsl"
 #include "gi/cones/cone_set.glsl"
@@ -16,7 +17,7 @@ const bool FINDS_LAMPS = false;
 // A narrow cone to the light: soft, leaky.
 float method_shadow(Light light, LightSample to, vec3 position, vec3 normal) {
     vec3 from = position + normal * cones.shadow_start_normal;
-    bool far = light.kind == LIGHT_DIRECTIONAL;
+    bool far = is_far(light);
     vec3 d = far ? to.direction : light.position - from;
     float distance = far ? 1e30 : max(length(d), 1e-6);
     d = far ? d : d / distance;
@@ -47,20 +48,22 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
         // The offset moves where the cone looks, and not how wide it is there.
         vec4 seen = trace_cone(from + cones.diffuse_offset * d, d, cone.aperture * cones.aperture, cones.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);
+        float share = max(cone.aperture * cones.aperture, share_aperture(CONE_COUNT * INTERLEAVE * INTERLEAVE, cone.direction.z));
         // D21: printed drops alpha, and the sky with it.
-        sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * sky_towards(d), open);
+        sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * sky_about(d, share, 0.0), open);
     }
     return sum;
 }
 
-vec3 gather_along(vec3 from, vec3 d, float aperture, float start) {
+// `bright`: as for sky_about.
+vec3 gather_along(vec3 from, vec3 d, float aperture, float start, float bright) {
     vec4 seen = trace_cone(from, d, aperture, start);
-    return printed(21) ? seen.rgb : seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_towards(d);
+    return printed(21) ? seen.rgb : seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_about(d, aperture, bright);
 }
 
-vec3 gather_specular(Surface s, vec3 direction) {
+vec3 gather_specular(Surface s, vec3 direction, float bright) {
     return gather_along(s.position + s.normal * cones.specular_start_normal, direction, roughness_to_aperture(s.roughness),
-        cones.specular_start_along);
+        cones.specular_start_along, bright);
 }
 
 vec3 gather_refraction(Surface s, vec3 incident, bool back) {
@@ -68,7 +71,7 @@ vec3 gather_refraction(Surface s, vec3 incident, bool back) {
     // D23: printed starts outside the surface that it enters. Total reflection stays on its own side.
     float side = printed(23) || dot(d, s.normal) > 0.0 ? 1.0 : -1.0;
     return gather_along(s.position + side * s.normal * cones.refraction_start_normal, d, roughness_to_aperture(s.roughness),
-        cones.refraction_start_along);
+        cones.refraction_start_along, 1.0);
 }
 
 vec4 look_up_diffuse(Surface s, uvec3 place) {
@@ -76,12 +79,12 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
 }
 
 vec3 look_up_specular(Surface s) {
-    return gather_specular(s, s.normal);
+    return gather_specular(s, s.normal, 0.0);
 }
 
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     if (feature(FEATURE_SPECULAR) && any(greaterThan(v.lobes.specular, vec3(0.0)))) {
-        sent.indirect += v.lobes.specular * gather_specular(s, reflect(-v.view, s.normal));
+        sent.indirect += v.lobes.specular * gather_specular(s, reflect(-v.view, s.normal), 1.0 - lamps_in_lobe(s.roughness));
     }
     if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
         sent.indirect += s.transmitted * v.lobes.rest * gather_refraction(s, -v.view, v.back);

@@ -1,6 +1,8 @@
 // Method `lpv`: what the propagation added up in the cells around.
 
+#include "common/lobe.glsl"
 #include "common/refraction.glsl"
+#include "ground/brdf.glsl"
 #include "ground/sky.glsl"
 #include "gi/lpv/constants.glsl"
 #include "gi/lpv/field.glsl"
@@ -119,32 +121,30 @@ vec4 radiance_along(Found f, vec3 d) {
                                    : (field.flux - moment_along(field, d)) / (4.0 * PI), vec4(0.0));
 }
 
-// The share of the sky that was found is taken to come from about d; shorter than 1 where it comes from all around.
-vec3 with_sky(vec4 found, vec3 d) {
-    return found.rgb + found.a * sky_towards(d);
+// The share of the sky that was found is taken to come from about d, as wide as the lobe is. `bright`: as for sky_about.
+vec3 with_sky(vec4 found, Surface s, vec3 d, float bright) {
+    return found.rgb + found.a * sky_about(d, ggx_aperture(s.roughness), bright);
 }
-
-const float MEAN_COSINE_OF_SKY = 0.6666667; // of what an open sky sends onto a surface, to its normal
 
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     vec4 found = irradiance_of(found_before(s.position, s.facet, s.normal), s.normal) / PI;
     found.a = min(found.a, 1.0);
-    return vec4(with_sky(found, MEAN_COSINE_OF_SKY * s.normal), found.a);
+    return vec4(found.rgb + found.a * sky_over(s.normal), found.a); // from all around
 }
 
 vec3 look_up_specular(Surface s) {
-    return with_sky(radiance_along(found_before(s.position, s.facet, s.normal), s.normal), s.normal);
+    return with_sky(radiance_along(found_before(s.position, s.facet, s.normal), s.normal), s, s.normal, 0.0);
 }
 
 // Six directions, or two bands, are all that there is: a mirror shows no more of a room than where it is bright.
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     if (feature(FEATURE_SPECULAR) && any(greaterThan(v.lobes.specular, vec3(0.0)))) {
         vec3 d = reflect(-v.view, s.normal);
-        sent.indirect += v.lobes.specular * with_sky(radiance_along(found_before(s.position, s.facet, s.normal), d), d);
+        sent.indirect += v.lobes.specular * with_sky(radiance_along(found_before(s.position, s.facet, s.normal), d), s, d, 1.0 - lamps_in_lobe(s.roughness));
     }
     if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
         vec3 d = refraction_direction(-v.view, s.normal, s.ior, v.back, s.thickness_m <= 0.0);
         float side = dot(d, s.facet) > 0.0 ? 1.0 : -1.0;
-        sent.indirect += s.transmitted * v.lobes.rest * with_sky(radiance_along(found_before(s.position, side * s.facet, s.normal), d), d);
+        sent.indirect += s.transmitted * v.lobes.rest * with_sky(radiance_along(found_before(s.position, side * s.facet, s.normal), d), s, d, 1.0);
     }
 }

@@ -5,18 +5,19 @@
 #include "common/lobe.glsl"
 #include "common/refraction.glsl"
 #include "ground/interleave.glsl"
+#include "ground/brdf.glsl"
 #include "ground/sky.glsl"
 #include "gi/photons/cone.glsl"
 
 const bool FINDS_LAMPS = false;
 const float LEAST_COSINE = 0.1; // of a cone to the surface that it leaves, for its bound
 
-// Along d, the sky behind it included. `normal`: of the side that it starts on.
-vec4 cone_from(Surface s, vec3 normal, vec3 d, float ratio) {
+// Along d, the sky behind it included. `normal`: of the side that it starts on. `bright`: as for sky_about.
+vec4 cone_from(Surface s, vec3 normal, vec3 d, float ratio, float bright) {
     // Filtering reaches twice as far as a sphere: at R ≤ ½ cos θ not to the plane that the cone leaves, nor behind it.
     float bound = MOST_RATIO * max(dot(d, normal), LEAST_COSINE);
     ConeLight seen = trace_cone(s.position + START_NORMAL * normal, d, printed(ROW_STEPS) ? ratio : min(ratio, bound));
-    vec3 light = seen.light + seen.open * sky_towards(d);
+    vec3 light = seen.light + seen.open * sky_about(d, ratio, bright);
     return vec4(AO_MULTIPLIES == AO_LIGHT ? light * seen.near : light, seen.near);
 }
 
@@ -28,14 +29,14 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
         // The density is cos/π. Pixels that share have their parts of all of the square's directions.
         vec3 local = cosine_direction(i, DIFFUSE_CONES, shift);
         float solid_angle = PI / (float(DIFFUSE_CONES * INTERLEAVE * INTERLEAVE) * local.z);
-        sum += cone_from(s, s.facet, above_facet(basis * local, s.facet), cone_ratio(solid_angle));
+        sum += cone_from(s, s.facet, above_facet(basis * local, s.facet), cone_ratio(solid_angle), 0.0);
     }
     return sum / float(DIFFUSE_CONES);
 }
 
 // One cone along the normal, as wide as the lobe.
 vec3 look_up_specular(Surface s) {
-    return cone_from(s, s.facet, s.normal, ggx_aperture(s.roughness)).rgb;
+    return cone_from(s, s.facet, s.normal, ggx_aperture(s.roughness), 0.0).rgb;
 }
 
 // GGX's visible normals, a cone each. A smooth lobe is one cone.
@@ -60,7 +61,7 @@ vec3 mirrored_light(Surface s, Viewed viewed) {
             float density = lobe_masking(alpha, v.z) * a2 / (PI * spread * spread) / max(4.0 * v.z, 1e-6);
             float ratio = one ? ggx_aperture(s.roughness) : cone_ratio(1.0 / max(float(count) * density, 1e-6));
             vec3 share = one ? viewed.lobes.specular : schlick(s.f0, s.f90, cosine) * lobe_masking(alpha, l.z);
-            sum += share * cone_from(s, s.facet, d, ratio).rgb;
+            sum += share * cone_from(s, s.facet, d, ratio, 1.0 - lamps_in_lobe(s.roughness)).rgb;
         }
     }
     return sum / float(count);
@@ -74,6 +75,6 @@ void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
         vec3 d = refraction_direction(-v.view, s.normal, s.ior, v.back, s.thickness_m <= 0.0);
         // Total reflection stays on its own side.
         float side = dot(d, s.normal) > 0.0 ? 1.0 : -1.0;
-        sent.indirect += s.transmitted * v.lobes.rest * cone_from(s, side * s.facet, d, ggx_aperture(s.roughness)).rgb;
+        sent.indirect += s.transmitted * v.lobes.rest * cone_from(s, side * s.facet, d, ggx_aperture(s.roughness), 1.0).rgb;
     }
 }

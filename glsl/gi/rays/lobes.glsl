@@ -3,6 +3,7 @@
 #include "common/directions.glsl"
 #include "common/lobe.glsl"
 #include "ground/place_random.glsl"
+#include "ground/brdf.glsl"
 #include "ground/sky.glsl"
 #include "gi/rays/constants.glsl"
 #include "gi/rays/ray_light.glsl"
@@ -42,8 +43,9 @@ vec3 normal_against(vec3 normal, vec3 d) {
 
 // Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
 // reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what is
-// seen through it. `aperture`: tangent of the half angle that the ray stands for. Nothing is seen unless it `sends`.
-Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
+// seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about. Nothing is seen
+// unless it `sends`.
+Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
     vec3 origin = ray_start(position, facet, d);
     vec3 through = vec3(1.0);
@@ -54,7 +56,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, bool sends) {
     bool going = sends;
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_INTERFACES : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
-        seen.light += met.any ? vec3(0.0) : through * sky_towards(d);
+        seen.light += met.any ? vec3(0.0) : through * sky_about(d, aperture, bright);
         through = met.any ? through : vec3(0.0);
         Material m = materials[met.triangle.material];
         vec3 at = origin + d * met.distance;
@@ -142,7 +144,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         bool sends = side * dot(d, s.facet) > 0.0 && side * dot(d, normal) > 0.0;
         // A curved mirror spreads a pixel twice as far as its normal turns; glass may as well focus it.
         float spread = reflects ? 2.0 * viewed.bend : 0.0;
-        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), sends);
+        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends);
         sum.indirect += weight * seen.light;
         if (LAMPS == LAMPS_SAMPLED) {
             vec3 lamps = weight * (reflects ? mirrored_lamps : 1.0) * seen.lamps;

@@ -12,10 +12,11 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
     vec2 shift = fract(interleaved_shift(place) + pass_shift());
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < DIFFUSE_RAYS; i++) {
-        vec3 d = above_facet(basis * cosine_direction(i, DIFFUSE_RAYS, shift), s.facet);
+        vec3 local = cosine_direction(i, DIFFUSE_RAYS, shift);
+        vec3 d = above_facet(basis * local, s.facet);
         vec4 seen = trace_light(s.position, s.facet, d);
         float open = 1.0 - min(seen.a, 1.0);
-        sum += (1.0 / float(DIFFUSE_RAYS)) * vec4(seen.rgb + open * sky_towards(d), open);
+        sum += (1.0 / float(DIFFUSE_RAYS)) * vec4(seen.rgb + open * sky_about(d, share_aperture(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE, local.z), 0.0), open);
     }
     return sum;
 }
@@ -27,7 +28,7 @@ vec3 look_up_specular(Surface s) {
     vec3 h = alpha < MIN_ALPHA ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, vec3(0.0, 0.0, 1.0), u);
     vec3 d = above_facet(tangent_frame(s.normal) * (2.0 * h.z * h - vec3(0.0, 0.0, 1.0)), s.facet);
     vec4 seen = trace_light(s.position, s.facet, d);
-    return seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_towards(d);
+    return seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_about(d, ggx_aperture(s.roughness), 0.0);
 }
 
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {

@@ -47,7 +47,9 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - position);
         for (uint k = 0u; k < frame.light_count; k++) {
             LightSample to = sample_light(lights[k], position, frame.voxel_m);
-            vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction);
+            // What is smooth mirrors the sky itself.
+            float mirrored = lights[k].kind == LIGHT_SKY ? lamps_in_lobe(s.roughness) : 1.0;
+            vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, mirrored);
             if (any(greaterThan(reflected, vec3(0.0)))) {
                 sum += reflected * shadow_towards(lights[k], to, s, position);
             }

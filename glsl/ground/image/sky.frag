@@ -6,7 +6,11 @@
 #include "ground/layout.glsl"
 #include "ground/constants.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
+layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer {
+    Frame frame;
+    uint sky_words[];
+};
+#define SKY_MAPS
 
 #include "ground/sky.glsl"
 
@@ -24,13 +28,13 @@ layout(location = 5) out vec4 out_ao_depth_diffuse;
 #endif
 
 void main() {
-    vec4 sky = vec4(sky_towards(normalize(in_way)) / frame.scale, 1.0);
+    vec4 sky = vec4(sky_towards(normalize(in_way)) / frame.scale, 0.0);
     out_beauty = sky;
 #ifdef AOVS
     out_direct = sky;
-    out_indirect = vec4(0.0, 0.0, 0.0, 1.0);
-    out_normal = vec4(0.0, 0.0, 0.0, 1.0);
-    out_albedo = vec4(0.0, 0.0, 0.0, 1.0);
-    out_ao_depth_diffuse = vec4(1.0, FAR, 0.0, 1.0);
+    out_indirect = vec4(0.0);
+    out_normal = vec4(0.0);
+    out_albedo = vec4(0.0);
+    out_ao_depth_diffuse = vec4(1.0, FAR, 0.0, 0.0);
 #endif
 }

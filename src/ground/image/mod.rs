@@ -12,6 +12,7 @@ use super::Ground;
 use super::constants::{BLENDED, Features, with};
 use super::layout::BandPush;
 use crate::Result;
+use crate::scene::Scene;
 use crate::settings::ImageSettings;
 use crate::vk::{Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 use gather::Gather;
@@ -90,7 +91,9 @@ impl ImagePass {
             ..common
         };
         Ok(Self {
-            sky: features.has(Features::SKY_GRADIENT).then(|| Raster::new(context, &sky)).transpose()?,
+            sky: (features.has(Features::SKY_GRADIENT) || features.has(Features::SKY_MAP))
+                .then(|| Raster::new(context, &sky))
+                .transpose()?,
             depth: Raster::new(context, &depth_pass)?,
             opaque: Raster::new(context, &opaque)?,
             blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
@@ -124,7 +127,8 @@ impl ImagePass {
     }
 
     fn draw_band(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>], band: &Band) {
-        let ImageFrame { ground, target, blended, sky } = *frame;
+        let ImageFrame { ground, target, blended, scene } = *frame;
+        let sky = if scene.sky_unseen { [0.0; 3] } else { scene.sky.into() };
         r.full_barrier(); // the method wrote its light, gather and share theirs; the band before was copied from the same targets
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
@@ -135,7 +139,7 @@ impl ImagePass {
         target.render_target(&target.colors(sky), band).draw_in_parts(r, |pass| {
             pass.draw(&self.depth, &self.depth.select(&binds), &push, ground.recorded());
             pass.draw(&self.opaque, &self.opaque.select(&binds), &push, ground.recorded());
-            if let Some(pipeline) = &self.sky {
+            if let Some(pipeline) = self.sky.as_ref().filter(|_| !scene.sky_unseen) {
                 let call = DrawCall::Direct { vertices: 3, instances: 1 };
                 pass.draw(pipeline, &pipeline.select(&binds), &(), call);
             }
@@ -155,6 +159,5 @@ pub struct ImageFrame<'a> {
     pub target: &'a ImageTarget,
     /// Blended triangles.
     pub blended: u32,
-    /// Radiance behind everything.
-    pub sky: [f32; 3],
+    pub scene: &'a Scene,
 }

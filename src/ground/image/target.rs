@@ -34,7 +34,8 @@ const OUTPUTS: &[&[Aov]] = &[
 
 /// How many outputs an image with these further layers takes.
 pub fn outputs(aovs: &[Aov]) -> usize {
-    if aovs.is_empty() { 1 } else { OUTPUTS.len() }
+    let alone = aovs.iter().all(|aov| matches!(aov, Aov::Beauty | Aov::Alpha)); // both are of the image itself
+    if alone { 1 } else { OUTPUTS.len() }
 }
 
 /// Rows that are drawn at once.
@@ -139,7 +140,7 @@ impl ImageTarget {
                 // One number each.
                 _ => std::array::from_fn(|channel| background(layers[channel], sky)[0]),
             };
-            let load = Load::Clear([r, g, b, 1.0]);
+            let load = Load::Clear([r, g, b, 0.0]); // alpha: what surfaces cover
             let resolved = target.band.as_ref().unwrap_or(&target.image).attachment_view(0);
             match &target.samples {
                 Some(samples) => {
@@ -224,6 +225,10 @@ impl Readback {
 
     /// A layer of the image, if it was drawn.
     fn pixels(&self, layer: Aov) -> Option<Vec<[f32; 3]>> {
+        if layer == Aov::Alpha {
+            let texels: Vec<[f32; 4]> = self.buffers[0].read_some(0, (self.width * self.height) as usize);
+            return Some(texels.iter().map(|texel| [texel[3]; 3]).collect());
+        }
         let far = |v: f32| if layer == Aov::Depth && v > FAR / 64.0 { f32::INFINITY } else { v };
         let found = self.buffers.iter().zip(OUTPUTS).find(|(_, layers)| layers.contains(&layer));
         found.map(|(buffer, layers)| {
@@ -243,6 +248,6 @@ fn background(layer: Aov, sky: [f32; 3]) -> [f32; 3] {
         Aov::Beauty | Aov::Direct => sky,
         Aov::Ao => [1.0; 3],
         Aov::Depth => [FAR; 3],
-        Aov::Indirect | Aov::Normal | Aov::Albedo | Aov::Diffuse => [0.0; 3],
+        Aov::Alpha | Aov::Indirect | Aov::Normal | Aov::Albedo | Aov::Diffuse => [0.0; 3],
     }
 }

@@ -144,18 +144,31 @@ fn check_extensions(document: &Document, strict: bool) -> Result<(), Problem> {
                 "requires the extension {name}, which is not supported; export the scene without it or leave out --strict"
             ));
         }
-        document.warn(format!("the extension {name} is required, but not supported: what uses it looks different"));
+        let hint = if is_environment(full_name) { ENVIRONMENT_HINT } else { "" };
+        document
+            .warn(format!("the extension {name} is required, but not supported: what uses it looks different{hint}"));
     }
     for name in document.extensions_used.iter().filter(unknown).filter(|name| !required.contains(name)) {
-        document.warn(format!("the extension {} is not supported and was ignored", container::shorten(name)));
+        let hint = if is_environment(name) { ENVIRONMENT_HINT } else { "" };
+        document.warn(format!("the extension {} is not supported and was ignored{hint}", container::shorten(name)));
     }
     Ok(())
 }
 
+/// What to do about light that a file takes from an image of its surroundings.
+const ENVIRONMENT_HINT: &str = "; give the image of its surroundings with --sky FILE.hdr";
+
+/// Whether an extension lights the scene with such an image.
+fn is_environment(name: &str) -> bool {
+    ["_lights_image_based", "_lights_environment", "_environment_map", "_environments"]
+        .iter()
+        .any(|part| name.ends_with(part))
+}
+
 /// Whether a scene without this extension has the same geometry: extensions of materials and lights, and descriptions.
 fn changes_looks_alone(name: &str) -> bool {
-    const OTHERS: [&str; 4] = ["EXT_lights_ies", "EXT_lights_image_based", "KHR_xmp", "KHR_xmp_json_ld"];
-    name.contains("_materials_") || OTHERS.contains(&name)
+    const OTHERS: [&str; 3] = ["EXT_lights_ies", "KHR_xmp", "KHR_xmp_json_ld"];
+    name.contains("_materials_") || is_environment(name) || OTHERS.contains(&name)
 }
 
 /// `None` for a buffer without a URI: it may belong to an ignored extension.

@@ -1,0 +1,177 @@
+//! A map without its bright part as means over cones: what wide looks along a direction see. Level 0 is the mean over the
+//! hemisphere about a direction, weighted with the cosine; level 1 that over a cone of half angle 45°, each further one of half
+//! the angle of the one before. Each is an equirectangular map, twice as wide as high: levels 0 and 1 have 16 rows, each further
+//! one twice as many. `glsl/ground/sky.glsl` reads them.
+
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Texels, direction, pack};
+
+const ROWS: usize = 16;
+/// 512 rows, 1.4°.
+const MOST_LEVELS: usize = 7;
+/// Rows of what means are taken of, for one row of a level.
+const FINER: usize = 2;
+
+/// How many there are, and their texels, the coarsest first.
+pub fn make(texels: &Texels, most: f32) -> (usize, Vec<u32>) {
+    // No finer than the map.
+    let levels = (2..=MOST_LEVELS).rev().find(|levels| rows(levels - 1) <= texels.height).unwrap_or(2);
+    let words = (0..levels).flat_map(|level| {
+        let source = Rows::new(texels, most, FINER * rows(level));
+        let mean = |towards: DVec3| match level {
+            0 => source.cosine_mean(towards),
+            _ => source.cone_mean(towards, FRAC_PI_4 / f64::from(1 << (level - 1))),
+        };
+        let height = rows(level);
+        let row = |y: usize| (0..2 * height).map(move |x| (x, y));
+        let places: Vec<_> = (0..height).flat_map(row).collect();
+        let texel = |&(x, y): &(usize, usize)| {
+            let across = (x as f64 + 0.5) / (2 * height) as f64;
+            pack(mean(direction(across, (y as f64 + 0.5) / height as f64)).as_vec3())
+        };
+        places.par_iter().map(texel).collect::<Vec<_>>()
+    });
+    (levels, words.collect())
+}
+
+/// How often the cones of the last of so many levels are halved until one is as narrow as a texel of a map of that height.
+pub fn octaves(levels: usize, height: usize) -> f32 {
+    let last = FRAC_PI_4 / f64::from(1 << (levels - 2));
+    (last / (PI / (2 * height) as f64)).log2().max(0.1) as f32
+}
+
+fn rows(level: usize) -> usize {
+    ROWS << level.max(1) >> 1
+}
+
+/// A map as sums along its rows, from the left.
+struct Rows {
+    width: usize,
+    height: usize,
+    /// `width + 1` per row.
+    sums: Vec<DVec3>,
+}
+
+impl Rows {
+    /// A map with so many rows: means over as many texels as lie in each of its own, or what lies between texels.
+    fn new(texels: &Texels, most: f32, height: usize) -> Self {
+        let width = 2 * height;
+        let fine = texels.height >= height && texels.width >= width;
+        let texel = |x: usize, y: usize| {
+            if fine {
+                return texels.block_mean((x, width), (y, height), most).as_dvec3();
+            }
+            texels.at([(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32], most).as_dvec3()
+        };
+        let row = |y: usize| {
+            let mut sum = DVec3::ZERO;
+            let mut sums = vec![sum];
+            sums.extend((0..width).map(|x| {
+                sum += texel(x, y);
+                sum
+            }));
+            sums
+        };
+        Self { width, height, sums: (0..height).into_par_iter().flat_map_iter(row).collect() }
+    }
+
+    /// Mean of row y between two places, of which the second is the right one and at most one round further.
+    fn mean_between(&self, y: usize, from: f64, to: f64) -> DVec3 {
+        let row = &self.sums[y * (self.width + 1)..][..=self.width];
+        let up_to = |place: f64| {
+            let (round, x) = (place.floor(), (place - place.floor()) * self.width as f64);
+            let column = (x as usize).min(self.width - 1);
+            row[self.width] * round + row[column] + (row[column + 1] - row[column]) * (x - column as f64)
+        };
+        (up_to(to) - up_to(from)) / ((to - from) * self.width as f64)
+    }
+
+    /// Over the directions less than `half_angle` from unit `towards`.
+    fn cone_mean(&self, towards: DVec3, half_angle: f64) -> DVec3 {
+        let (polar, across) = (towards.y.clamp(-1.0, 1.0).acos(), 0.5 + towards.z.atan2(towards.x) / TAU);
+        let row = |angle: f64| (angle / PI * self.height as f64).clamp(0.0, self.height as f64);
+        let (first, last) =
+            (row(polar - half_angle) as usize, (row(polar + half_angle).ceil() as usize).min(self.height));
+        let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+        for y in first..last {
+            let there = PI * (y as f64 + 0.5) / self.height as f64;
+            // How far the cone reaches to both sides there.
+            let cosine = (half_angle.cos() - polar.cos() * there.cos()) / (polar.sin() * there.sin()).max(1e-12);
+            let reach = cosine.clamp(-1.0, 1.0).acos() / TAU;
+            if reach > 0.0 {
+                let area = reach * there.sin();
+                sum += area * self.mean_between(y, across - reach, across + reach);
+                weight += area;
+            }
+        }
+        // A cone narrower than a row, between the middles of two.
+        if weight > 0.0 {
+            sum / weight
+        } else {
+            self.mean_between((row(polar) as usize).min(self.height - 1), across, across + 1e-9)
+        }
+    }
+
+    /// Over the hemisphere about unit `towards`, weighted with the cosine.
+    fn cosine_mean(&self, towards: DVec3) -> DVec3 {
+        let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+        for y in 0..self.height {
+            let solid_angle = super::solid_angle(self.width, self.height, y);
+            for x in 0..self.width {
+                let there = direction((x as f64 + 0.5) / self.width as f64, (y as f64 + 0.5) / self.height as f64);
+                let share = solid_angle * towards.dot(there).max(0.0);
+                let (left, right) = (y * (self.width + 1) + x, y * (self.width + 1) + x + 1);
+                sum += share * (self.sums[right] - self.sums[left]);
+                weight += share;
+            }
+        }
+        sum / weight
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene::sky::{Panorama, SkyMap};
+
+    /// Over a cone of half angle a the mean of what is linear in the direction is (1 + cos a)/2 of it along the axis; weighted with
+    /// the cosine over a hemisphere, 2/3.
+    #[test]
+    fn levels_are_means_over_cones() {
+        for height in [16, 50, 300] {
+            let width = 2 * height;
+            let slope = Vec3::new(0.7, 0.5, -0.6);
+            let place = |i: usize| ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+            let towards = |i: usize| direction(place(i).0 / width as f64, place(i).1 / height as f64).as_vec3();
+            let radiance = (0..width * height).map(|i| 1.0 + slope * towards(i)).collect();
+            let map = SkyMap::new(Panorama { width, height, radiance }, 1.0).expect("it is not black");
+            assert_eq!(map.lights, [], "nothing is bright");
+            let mut first = width * height;
+            for level in 0..map.levels {
+                let (across, down) = (2 * rows(level), rows(level));
+                let words = &map.words[first..][..across * down];
+                first += across * down;
+                let half_angle = FRAC_PI_4 / f64::from(1 << (level.max(1) - 1));
+                let share = if level == 0 { 2.0 / 3.0 } else { f64::midpoint(1.0, half_angle.cos()) };
+                for (i, word) in words.iter().enumerate() {
+                    let d = direction(
+                        ((i % across) as f64 + 0.5) / across as f64,
+                        ((i / across) as f64 + 0.5) / down as f64,
+                    );
+                    let expected = 1.0 + slope * d.as_vec3() * share as f32;
+                    let off = (map.scale * super::super::unpack(*word) - expected).abs().max_element();
+                    // Nine bits, 1/512 of at most 2; and rows as steps, unevenly high where few become others.
+                    let most = if height < 64 { 0.02 } else { 0.01 };
+                    assert!(off < most, "{height} rows, level {level}, {d}: off by {off}");
+                }
+            }
+            assert_eq!(first, map.words.len());
+        }
+    }
+}

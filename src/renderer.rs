@@ -315,7 +315,7 @@ pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
     }
 }
 
-/// How many triangles, over all instances, a device's buffers hold at most, and what says so.
+/// How many triangles, over all instances, a device's buffers hold at most, whatever is known of each, and what says so.
 pub fn most_triangles(context: &Context) -> (u64, String) {
     let most = u64::from(context.limits.max_storage_buffer_range) / size_of::<Triangle>() as u64;
     (most, format!("the largest buffer that {} binds", context.name))

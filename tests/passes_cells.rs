@@ -143,9 +143,8 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
     {
         lists.entry(listed.voxel).or_default().push(item);
     }
-    let corners = |item: usize| {
-        triangles[items[item].triangle as usize].vertices.map(|v| Vec3::from_array(v.position).as_dvec3())
-    };
+    let corners =
+        |item: usize| triangles[items[item].triangle as usize].corners.map(|v| Vec3::from_array(v).as_dvec3());
     let mut chosen = BTreeSet::new();
     for (voxel, list) in lists {
         let low = IVec3::from([voxel % EDGE, voxel / EDGE % EDGE, voxel / EDGE / EDGE].map(|v| v as i32)).as_dvec3();

@@ -74,11 +74,11 @@ fn items(context: &Arc<Context>, renderer: &Renderer) -> Vec<Item> {
     let triangles: Vec<Triangle> = download(context, &ground.triangles).expect("triangles");
     let item = |i: usize| {
         let entry = entries[i];
-        let vertices = triangles[entry.triangle as usize].vertices;
+        let corners = triangles[entry.triangle as usize].corners;
         Item {
             triangle: entry.triangle,
             voxel: entry.voxel,
-            corners: vertices.map(|v| Vec3::from_array(v.position).as_dvec3()),
+            corners: corners.map(|v| Vec3::from_array(v).as_dvec3()),
             samples: counted[i],
             light: lights[parts[i].lit_by as usize],
         }

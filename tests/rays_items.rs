@@ -68,7 +68,7 @@ impl Held {
 
     fn corners(&self, item: usize) -> [DVec3; 3] {
         let triangle = &self.triangles[self.items[item].triangle as usize];
-        triangle.vertices.each_ref().map(|v| Vec3::from_array(v.position).as_dvec3())
+        triangle.corners.map(|v| Vec3::from_array(v).as_dvec3())
     }
 
     fn facing(&self, item: usize) -> (i32, [i32; 2]) {

@@ -43,9 +43,9 @@ void choose(uint first, uint voxel) {
         COUNT(CORNERS, 3u);
         COUNT(WORDS, 2u); // its material and source
         uint triangle = list_items[item - 1u].triangle;
-        vec3 a = triangles[triangle].vertices[0].position;
-        vec3 b = triangles[triangle].vertices[1].position;
-        vec3 c = triangles[triangle].vertices[2].position;
+        vec3 a = triangles[triangle].corners[0];
+        vec3 b = triangles[triangle].corners[1];
+        vec3 c = triangles[triangle].corners[2];
         float area = area_in(a, b, c, voxel);
         uint cell = facing_cell(triangle_normal(a, b, c));
         uint material = triangles[triangle].material;

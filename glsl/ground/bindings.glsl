@@ -16,7 +16,7 @@ layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materi
 layout(set = 0, binding = 7, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer Lamps { Lamp lamps[]; };
 layout(set = 0, binding = 9, scalar) readonly buffer LampNodes { LampNode lamp_nodes[]; };
-layout(set = 0, binding = 10, scalar) readonly buffer TextureEntries { TextureEntry texture_entries[]; };
+layout(set = 0, binding = 10, scalar) readonly buffer AttributeWords { uint attribute_words[]; };
 layout(set = 0, binding = 11, scalar) readonly buffer TextureLevels { TextureLevel texture_levels[]; };
 layout(set = 0, binding = 12) uniform sampler2DArray atlas_linear;
 layout(set = 0, binding = 13) uniform sampler2DArray atlas_srgb;

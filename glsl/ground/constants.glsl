@@ -34,12 +34,14 @@ const uint FEATURE_MASK = 32u; // something may be discarded
 const uint FEATURE_BLEND = 128u;
 const uint FEATURE_DIRECT_PER_PIXEL = 65536u;
 const uint FEATURE_SKY_MAP = 262144u;
+const uint FEATURE_SECOND_UV = 524288u; // a texture uses the second set
+const uint FEATURE_COLORS = 1048576u; // some vertex is not white
+const uint FEATURE_TEXTURES = 0xff00u; // bits 8 to 15: some material has a texture in that slot
 
 bool feature(uint bit) {
     return (FEATURES & bit) != 0u;
 }
 
-// Bits 8 to 15 of FEATURES: some material has a texture in that slot.
 bool slot_in_use(uint slot) {
     return (FEATURES & (256u << slot)) != 0u;
 }

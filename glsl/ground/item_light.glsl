@@ -91,9 +91,11 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-// The triangle of item `index` of the lists, cut to its voxel and lit on each of its sides. `corners`: in voxels of the lists'
+// Item `index` of the lists, a part of `triangle`: cut to its voxel and lit on each of its sides. `corners`: in voxels of the lists'
 // own grid, as `voxel` is.
-ItemLight light_item(uint index, Triangle t, mat3 corners, uvec3 voxel) {
+ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
+    Triangle t = triangles[triangle];
+    Attributes attributes = attributes_of(triangle);
     COUNT(LIST_ITEMS, 1u);
     COUNT(TRIANGLES, 1u);
     vec3 a = corners[0];
@@ -112,7 +114,7 @@ ItemLight light_item(uint index, Triangle t, mat3 corners, uvec3 voxel) {
     } else {
         bc = closest_point(a, b, c, center);
     }
-    Surface s = evaluate_surface(t, vec3(1.0 - bc.x - bc.y, bc), footprint_over(t, corners), false);
+    Surface s = evaluate_surface(t, attributes, vec3(1.0 - bc.x - bc.y, bc), footprint_over(attributes, corners), false);
     float opacity = s.opacity * (1.0 - s.transmission);
     bool fills = LIGHTS_FRONTS || opacity * area > 0.0;
     bool two_sided = !LIGHTS_FRONTS && (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;

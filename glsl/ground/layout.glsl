@@ -1,16 +1,9 @@
 // The ground's structs that are shared with the CPU: src/ground/layout.rs holds their twins, a test holds the two against each other.
 // Lengths are in voxels unless a name ends in _m. Scalar block layout.
 
-struct Vertex {
-    vec3 position;
-    vec3 normal;
-    vec4 tangent;
-    vec4 uv; // set 0, set 1
-    uvec2 color; // 4 × f16
-};
-
+// What rays and voxels read of a recorded triangle; the rest stands apart (ground/attributes.glsl).
 struct Triangle {
-    Vertex vertices[3];
+    vec3 corners[3];
     uint material;
     uint source; // index in the scene, the same every frame
     uint translucent; // 1: a ray may pass
@@ -61,8 +54,12 @@ struct ListItem {
     uint voxel; // whose list it is
 };
 
+// A texture as a material uses it: one mip chain in the atlas.
 struct TextureSlot {
-    int texture; // into the texture table; −1: none
+    uint layer;
+    uint first_level;
+    uint level_count; // 0: no texture
+    uint flags; // bits 0–1 wrap s, 2–3 wrap t (0 repeat, 1 mirror, 2 clamp), 4 mag linear, 5 min linear, 6–7 mip (0 none, 1 nearest, 2 linear)
     uint uv_set;
     vec4 linear; // columns of the 2×2 part of KHR_texture_transform
     vec2 offset;
@@ -132,14 +129,6 @@ struct LampNode {
     vec3 axis;
     float spread; // half angle, radians; π where a piece shines both ways
     float power;
-};
-
-// One mip chain in the atlas.
-struct TextureEntry {
-    uint layer;
-    uint first_level;
-    uint level_count;
-    uint flags; // bits 0–1 wrap s, 2–3 wrap t (0 repeat, 1 mirror, 2 clamp), 4 mag linear, 5 min linear, 6–7 mip (0 none, 1 nearest, 2 linear)
 };
 
 // Where one level lies in its layer, texels.

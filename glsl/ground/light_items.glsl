@@ -24,8 +24,7 @@ void main() {
         COUNT(WORDS, LIT == LIT_ALIKE ? 1u : 0u);
         uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
         ListItem entry = list_items[item];
-        Triangle t = triangles[entry.triangle];
-        ItemLight light = light_item(item, t, corners_of(t), cell_at(entry.voxel, EDGE));
+        ItemLight light = light_item(item, entry.triangle, corners_of(triangles[entry.triangle]), cell_at(entry.voxel, EDGE));
         if (frame.light_share < 1.0) {
             COUNT(WORDS, 6u);
             light.front = mix(item_lights[item].front, light.front, frame.light_share);

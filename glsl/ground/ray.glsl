@@ -13,18 +13,19 @@ const float SPENT = 0.005; // of its light: less does not change an 8-bit image
 // Tests the triangle at place `triangle`.
 float hit_recorded(uint triangle, vec3 origin, vec3 d, out vec2 uv) {
     COUNT(CORNERS, 3u);
-    return hit_triangle(origin, d, triangles[triangle].vertices[0].position,
-        triangles[triangle].vertices[1].position, triangles[triangle].vertices[2].position, uv);
+    return hit_triangle(origin, d, triangles[triangle].corners[0],
+        triangles[triangle].corners[1], triangles[triangle].corners[2], uv);
 }
 
 // What passes a triangle, per channel.
-vec3 triangle_transmittance(Triangle t, vec2 uv) {
-    Material m = materials[t.material];
+vec3 triangle_transmittance(uint triangle, vec2 uv) {
+    Material m = materials[triangles[triangle].material];
+    Attributes attributes = attributes_of(triangle);
     COUNT(MATERIALS, 1u);
     COUNT(TRIANGLES, 1u);
     vec3 weights = vec3(1.0 - uv.x - uv.y, uv.x, uv.y);
-    vec4 at = triangle_uv(t, weights);
-    vec4 base = base_color(m, at, triangle_color(t, weights), POINT);
+    vec4 at = between(attributes.uvs, weights);
+    vec4 base = base_color(m, at, between(attributes.colors, weights), POINT);
     float alpha = surface_alpha(m, base.a);
     float metallic = m.metallic;
     if (has_slot(m, SLOT_METALLIC_ROUGHNESS)) {
@@ -72,7 +73,7 @@ vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
             pass_leaf(w, done);
         }
         if (feature(FEATURE_ALPHA)) {
-            vec3 passed = triangle_transmittance(triangles[max(passing, 1u) - 1u], passing_uv);
+            vec3 passed = triangle_transmittance(max(passing, 1u) - 1u, passing_uv);
             uvec3 more = uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
             depth += passing != 0u ? more : uvec3(0u);
         }
@@ -129,8 +130,8 @@ Met meet(RayHit hit, vec3 d) {
     m.place = max(hit.triangle, 1u) - 1u;
     m.triangle = triangles[m.place];
     m.weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
-    m.normal = normalize(triangle_normal(m.triangle.vertices[0].position, m.triangle.vertices[1].position,
-        m.triangle.vertices[2].position));
+    m.normal = normalize(triangle_normal(m.triangle.corners[0], m.triangle.corners[1],
+        m.triangle.corners[2]));
     m.back = dot(m.normal, d) > 0.0;
     m.dark = m.back && (materials[m.triangle.material].flags & MATERIAL_DOUBLE_SIDED) == 0u;
     m.distance = m.any ? hit.distance : 0.0;
@@ -139,7 +140,7 @@ Met meet(RayHit hit, vec3 d) {
 
 // What passes straight through it, per channel.
 vec3 transmittance(Met met) {
-    return feature(FEATURE_ALPHA) && met.triangle.translucent != 0u ? triangle_transmittance(met.triangle, met.weights.yz) : vec3(0.0);
+    return feature(FEATURE_ALPHA) && met.triangle.translucent != 0u ? triangle_transmittance(met.place, met.weights.yz) : vec3(0.0);
 }
 
 // Radiance of the lamp that is seen along unit d, with lights.lamps = sampled. Starts on the side that d leads to.
@@ -151,7 +152,7 @@ vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
     bool going = true;
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
-        Surface s = evaluate_surface(met.triangle, met.weights, POINT, false);
+        Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, false);
         sum += met.any && !met.dark && !s.unlit ? through * s.emitted * s.opacity : vec3(0.0);
         through *= transmittance(met);
         going = met.any && brightest(through) >= SPENT;

@@ -6,8 +6,7 @@
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 3) out;
 
-#include "ground/layout.glsl"
-#include "ground/constants.glsl"
+#include "ground/attributes.glsl"
 #include "common/triangle_box.glsl"
 #include "common/count.glsl"
 
@@ -28,7 +27,28 @@ layout(push_constant, scalar) uniform Push {
 
 layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
 layout(set = 0, binding = 2, scalar) buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 10, scalar) writeonly buffer AttributeWords { uint attribute_words[]; };
 layout(set = 0, binding = 14, scalar) writeonly buffer Slots { uint slots[]; };
+
+void write_word(inout uint place, float value) {
+    attribute_words[place++] = floatBitsToUint(value);
+}
+
+void write_attributes(uint place, vec3 normal, vec4 tangent, vec4 uv, vec4 color) {
+    for (int k = 0; k < 3; k++) {
+        write_word(place, normal[k]);
+    }
+    for (int k = 0; k < int(tangent_words()); k++) {
+        write_word(place, tangent[k]);
+    }
+    for (int k = 0; k < int(uv_words()); k++) {
+        write_word(place, uv[k]);
+    }
+    if (color_words() > 0u) {
+        attribute_words[place] = packHalf2x16(color.xy);
+        attribute_words[place + 1u] = packHalf2x16(color.zw);
+    }
+}
 
 void main() {
     COUNT(SCENE_VERTICES, 3u);
@@ -45,11 +65,9 @@ void main() {
     for (uint i = 0u; i < 3u; i++) {
         // A mirrored node turns the winding and the tangents' handedness around.
         uint k = push.mirrored != 0u ? 2u - i : i;
-        triangles[slot].vertices[i].position = in_position[k];
-        triangles[slot].vertices[i].normal = in_normal[k];
-        triangles[slot].vertices[i].tangent = vec4(in_tangent[k].xyz, push.mirrored != 0u ? -in_tangent[k].w : in_tangent[k].w);
-        triangles[slot].vertices[i].uv = in_uv[k];
-        triangles[slot].vertices[i].color = uvec2(packHalf2x16(in_color[k].xy), packHalf2x16(in_color[k].zw));
+        triangles[slot].corners[i] = in_position[k];
+        vec4 tangent = vec4(in_tangent[k].xyz, push.mirrored != 0u ? -in_tangent[k].w : in_tangent[k].w);
+        write_attributes(corner_place(slot, i), in_normal[k], tangent, in_uv[k], in_color[k]);
     }
     triangles[slot].material = push.material;
     uint source = push.first_source + uint(gl_PrimitiveIDIn);

@@ -53,9 +53,9 @@ uint hidden_from(Part part, vec3 from, uint candidates) {
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
         COUNT(WORDS, 1u);
-        vec3 a = triangles[entry.triangle].vertices[0].position;
-        vec3 b = triangles[entry.triangle].vertices[1].position;
-        vec3 c = triangles[entry.triangle].vertices[2].position;
+        vec3 a = triangles[entry.triangle].corners[0];
+        vec3 b = triangles[entry.triangle].corners[1];
+        vec3 c = triangles[entry.triangle].corners[2];
         vec3 heights = vec3(dot(part.n, a - part.a), dot(part.n, b - part.a), dot(part.n, c - part.a));
         bool crosses = min(heights.x, min(heights.y, heights.z)) < 2.0 * RAY_START
             && max(heights.x, max(heights.y, heights.z)) > -2.0 * RAY_START;
@@ -127,9 +127,9 @@ void consider(uint item) {
     Part part;
     part.item = item;
     part.voxel = entry.voxel;
-    part.a = t.vertices[0].position;
-    part.b = t.vertices[1].position;
-    part.c = t.vertices[2].position;
+    part.a = t.corners[0];
+    part.b = t.corners[1];
+    part.c = t.corners[2];
     part.n = normalize(triangle_normal(part.a, part.b, part.c));
     part.center = vec3(cell_at(part.voxel, EDGE)) + 0.5;
     part.two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;

@@ -1,6 +1,7 @@
 // A point on a triangle, and its material evaluated there (glTF 2.0, appendix B, and the KHR_materials_* extensions).
 #include "common/color.glsl"
 #include "common/triangle_box.glsl"
+#include "ground/attributes.glsl"
 #include "ground/texture.glsl"
 
 struct Surface {
@@ -24,34 +25,62 @@ struct Surface {
     bool unlit;
 };
 
-vec4 triangle_color(Triangle t, vec3 weights) {
-    vec4 a = vec4(unpackHalf2x16(t.vertices[0].color.x), unpackHalf2x16(t.vertices[0].color.y));
-    vec4 b = vec4(unpackHalf2x16(t.vertices[1].color.x), unpackHalf2x16(t.vertices[1].color.y));
-    vec4 c = vec4(unpackHalf2x16(t.vertices[2].color.x), unpackHalf2x16(t.vertices[2].color.y));
-    return a * weights.x + b * weights.y + c * weights.z;
+float word_at(uint place) {
+    return uintBitsToFloat(attribute_words[place]);
 }
 
-vec4 triangle_uv(Triangle t, vec3 weights) {
-    return t.vertices[0].uv * weights.x + t.vertices[1].uv * weights.y + t.vertices[2].uv * weights.z;
+vec2 word_pair(uint place) {
+    return vec2(word_at(place), word_at(place + 1u));
+}
+
+vec3 normal_at(uint corner) {
+    return vec3(word_pair(corner), word_at(corner + 2u));
+}
+
+vec4 tangent_at(uint corner) {
+    return tangent_words() > 0u ? vec4(word_pair(corner + 3u), word_pair(corner + 5u)) : vec4(0.0);
+}
+
+vec4 uv_at(uint corner) {
+    uint place = corner + 3u + tangent_words();
+    return vec4(uv_words() > 0u ? word_pair(place) : vec2(0.0), uv_words() > 2u ? word_pair(place + 2u) : vec2(0.0));
+}
+
+vec4 color_at(uint corner) {
+    uint place = corner + 3u + tangent_words() + uv_words();
+    return color_words() > 0u ? vec4(unpackHalf2x16(attribute_words[place]), unpackHalf2x16(attribute_words[place + 1u])) : vec4(1.0);
+}
+
+// Of the triangle at that place among those recorded.
+Attributes attributes_of(uint triangle) {
+    uint a = corner_place(triangle, 0u);
+    uint b = corner_place(triangle, 1u);
+    uint c = corner_place(triangle, 2u);
+    return Attributes(mat3(normal_at(a), normal_at(b), normal_at(c)), vec4[3](tangent_at(a), tangent_at(b), tangent_at(c)),
+        vec4[3](uv_at(a), uv_at(b), uv_at(c)), vec4[3](color_at(a), color_at(b), color_at(c)));
+}
+
+vec4 between(vec4 corners[3], vec3 weights) {
+    return corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
 }
 
 vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
     mat2 linear = mat2(slot.linear.xy, slot.linear.zw);
     vec2 at = slot.uv_set == 0u ? uv.xy : uv.zw;
-    return sample_texture(uint(slot.texture), linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
+    return sample_texture(slot, linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
 }
 
 bool has_slot(Material m, uint slot) {
-    return slot_in_use(slot) && m.slots[slot].texture >= 0;
+    return slot_in_use(slot) && m.slots[slot].level_count > 0u;
 }
 
 // In voxels of the base grid.
 mat3 corners_of(Triangle t) {
-    return mat3(t.vertices[0].position, t.vertices[1].position, t.vertices[2].position);
+    return mat3(t.corners[0], t.corners[1], t.corners[2]);
 }
 
 // How uv moves per unit of length of `corners`, along two orthogonal directions in the triangle's plane.
-Footprint footprint_over(Triangle t, mat3 corners) {
+Footprint footprint_over(Attributes attributes, mat3 corners) {
     vec3 e1 = corners[1] - corners[0];
     vec3 e2 = corners[2] - corners[0];
     float l1 = max(length(e1), 1e-20);
@@ -60,8 +89,8 @@ Footprint footprint_over(Triangle t, mat3 corners) {
     float sy = max(length(e2 - sx * x), 1e-20);
     Footprint footprint;
     for (int set = 0; set < 2; set++) {
-        vec4 d1 = t.vertices[1].uv - t.vertices[0].uv;
-        vec4 d2 = t.vertices[2].uv - t.vertices[0].uv;
+        vec4 d1 = attributes.uvs[1] - attributes.uvs[0];
+        vec4 d2 = attributes.uvs[2] - attributes.uvs[0];
         vec2 u = (set == 0 ? d1.xy : d1.zw) / l1;
         vec2 v = ((set == 0 ? d2.xy : d2.zw) - u * sx) / sy;
         footprint.uv[set] = mat2(u, v);
@@ -70,8 +99,8 @@ Footprint footprint_over(Triangle t, mat3 corners) {
 }
 
 // The same per voxel.
-Footprint voxel_footprint(Triangle t) {
-    return footprint_over(t, corners_of(t));
+Footprint voxel_footprint(Triangle t, Attributes attributes) {
+    return footprint_over(attributes, corners_of(t));
 }
 
 // Base colour and alpha as blending and masks see them.
@@ -100,20 +129,20 @@ vec3 attenuation(Material m, float way_m) {
 }
 
 // `weights`: barycentric. `back`: the side against the winding is looked at.
-Surface evaluate_surface(Triangle t, vec3 weights, Footprint footprint, bool back) {
+Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footprint footprint, bool back) {
     Material m = materials[t.material];
     COUNT(MATERIALS, 1u);
-    vec4 uv = triangle_uv(t, weights);
-    vec4 base = base_color(m, uv, triangle_color(t, weights), footprint);
+    vec4 uv = between(attributes.uvs, weights);
+    vec4 base = base_color(m, uv, between(attributes.colors, weights), footprint);
     Surface s;
-    vec3 a = t.vertices[0].position;
-    s.position = a * weights.x + t.vertices[1].position * weights.y + t.vertices[2].position * weights.z;
-    s.facet = normalize(triangle_normal(a, t.vertices[1].position, t.vertices[2].position));
-    vec3 n = t.vertices[0].normal * weights.x + t.vertices[1].normal * weights.y + t.vertices[2].normal * weights.z;
+    vec3 a = t.corners[0];
+    s.position = a * weights.x + t.corners[1] * weights.y + t.corners[2] * weights.z;
+    s.facet = normalize(triangle_normal(a, t.corners[1], t.corners[2]));
+    vec3 n = attributes.normals[0] * weights.x + attributes.normals[1] * weights.y + attributes.normals[2] * weights.z;
     float n_length = length(n);
     n = n_length > 1e-6 ? n / n_length : s.facet;
     if (has_slot(m, SLOT_NORMAL)) {
-        vec4 tangent = t.vertices[0].tangent * weights.x + t.vertices[1].tangent * weights.y + t.vertices[2].tangent * weights.z;
+        vec4 tangent = between(attributes.tangents, weights);
         vec3 tn = sample_slot(m.slots[SLOT_NORMAL], uv, footprint, false).xyz * 2.0 - 1.0;
         tn.xy *= m.normal_scale;
         vec3 bitangent = cross(n, tangent.xyz) * (tangent.w < 0.0 ? -1.0 : 1.0);

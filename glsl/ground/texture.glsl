@@ -23,8 +23,8 @@ int wrap_texel(int i, int size, uint mode) {
 }
 
 // The level at which the longer axis of the footprint is one texel.
-float footprint_level(TextureEntry entry, mat2 footprint) {
-    TextureLevel base = texture_levels[entry.first_level];
+float footprint_level(TextureSlot slot, mat2 footprint) {
+    TextureLevel base = texture_levels[slot.first_level];
     vec2 size = vec2(base.width, base.height);
     vec2 x = footprint[0] * size;
     vec2 y = footprint[1] * size;
@@ -33,13 +33,12 @@ float footprint_level(TextureEntry entry, mat2 footprint) {
 
 // Every tap of every level in one loop: lavapipe runs all code of a shader, whatever its branches, and a loop's body once is
 // what it costs a point without this texture.
-vec4 sample_texture(uint index, vec2 uv, mat2 footprint, bool srgb) {
-    TextureEntry entry = texture_entries[index];
-    COUNT(TEXTURE_RECORDS, 2u);
-    uint mip = (entry.flags >> 6) & 3u;
-    float level = footprint_level(entry, footprint);
-    bool linear = (entry.flags & (level <= 0.0 ? 16u : 32u)) != 0u;
-    level = mip == 0u ? 0.0 : clamp(level, 0.0, float(entry.level_count - 1u));
+vec4 sample_texture(TextureSlot slot, vec2 uv, mat2 footprint, bool srgb) {
+    COUNT(TEXTURE_RECORDS, 1u);
+    uint mip = (slot.flags >> 6) & 3u;
+    float level = footprint_level(slot, footprint);
+    bool linear = (slot.flags & (level <= 0.0 ? 16u : 32u)) != 0u;
+    level = mip == 0u ? 0.0 : clamp(level, 0.0, float(slot.level_count - 1u));
     level = mip == 1u ? floor(level + 0.5) : level;
     uint fine = uint(level);
     float coarser = level - float(fine);
@@ -50,15 +49,15 @@ vec4 sample_texture(uint index, vec2 uv, mat2 footprint, bool srgb) {
         bool second = tap >= taps_per_level;
         COUNT(TEXTURE_RECORDS, 1u);
         COUNT(ATLAS_TEXELS, 1u);
-        TextureLevel texels = texture_levels[entry.first_level + fine + (second ? 1u : 0u)];
+        TextureLevel texels = texture_levels[slot.first_level + fine + (second ? 1u : 0u)];
         vec2 at = uv * vec2(texels.width, texels.height) - (linear ? 0.5 : 0.0);
         ivec2 corner = ivec2(floor(at));
         bvec2 far = bvec2(linear && (tap & 1u) != 0u, linear && (tap & 2u) != 0u);
         vec2 f = linear ? at - vec2(corner) : vec2(0.0);
         vec2 share = mix(1.0 - f, f, far);
         ivec2 texel = corner + ivec2(far);
-        ivec3 place = ivec3(texels.x + wrap_texel(texel.x, int(texels.width), entry.flags & 3u),
-            texels.y + wrap_texel(texel.y, int(texels.height), (entry.flags >> 2) & 3u), entry.layer);
+        ivec3 place = ivec3(texels.x + wrap_texel(texel.x, int(texels.width), slot.flags & 3u),
+            texels.y + wrap_texel(texel.y, int(texels.height), (slot.flags >> 2) & 3u), slot.layer);
         vec4 value = srgb ? texelFetch(atlas_srgb, place, 0) : texelFetch(atlas_linear, place, 0);
         sum += share.x * share.y * (second ? coarser : 1.0 - coarser) * value;
     }

@@ -36,9 +36,9 @@ uvec3 about_points(vec3 low, vec3 high) {
 uvec3 about_triangle(uint source) {
     uint slot = slots[source];
     uint place = max(slot, 1u) - 1u;
-    vec3 a = triangles[place].vertices[0].position;
-    vec3 b = triangles[place].vertices[1].position;
-    vec3 c = triangles[place].vertices[2].position;
+    vec3 a = triangles[place].corners[0];
+    vec3 b = triangles[place].corners[1];
+    vec3 c = triangles[place].corners[2];
     COUNT(CORNERS, 3u);
     uvec3 box = about_points(min(a, min(b, c)), max(a, max(b, c)));
     return slot == 0u ? uvec3(EMPTY_BOX) : box;

@@ -56,9 +56,9 @@ void main() {
     vec3 d = in_dilated[3];
 #else
     COUNT(CORNERS, 3u);
-    vec3 a = in_grid(triangles[in_triangle].vertices[0].position);
-    vec3 b = in_grid(triangles[in_triangle].vertices[1].position);
-    vec3 c = in_grid(triangles[in_triangle].vertices[2].position);
+    vec3 a = in_grid(triangles[in_triangle].corners[0]);
+    vec3 b = in_grid(triangles[in_triangle].corners[1]);
+    vec3 c = in_grid(triangles[in_triangle].corners[2]);
     vec3 d = c;
 #endif
     uint u = (in_axis + 1u) % 3u;

@@ -17,6 +17,6 @@ void main() {
     COUNT(CORNERS, 1u);
     // The draw's count is the recorder's counter, which runs on past a full buffer.
     out_triangle = min(uint(gl_VertexIndex) / 3u, uint(triangles.length()) - 1u);
-    out_position = in_grid(triangles[out_triangle].vertices[uint(gl_VertexIndex) % 3u].position);
+    out_position = in_grid(triangles[out_triangle].corners[uint(gl_VertexIndex) % 3u]);
     gl_Position = vec4(0.0, 0.0, 0.0, 1.0);
 }

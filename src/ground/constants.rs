@@ -1,6 +1,6 @@
 //! Specialisation constants of the ground: `glsl/ground/constants.glsl` is their twin. A method's own start at 32.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use crate::scene::{Alpha, Scene};
 use crate::settings::{DirectLight, LampLight, Settings, Shadows};
@@ -42,8 +42,15 @@ impl Features {
     pub const SKY_GRADIENT: Self = Self(1 << 17);
     pub const SKY_MAP: Self = Self(1 << 18);
 
+    /// A texture uses the second set of uv.
+    pub const SECOND_UV: Self = Self(1 << 19);
+    /// Some vertex is not white.
+    pub const COLORS: Self = Self(1 << 20);
+    /// A texture in any slot.
+    pub const TEXTURES: Self = Self(0xff00);
+
     /// Some material has a texture in slot `slot` of `layout::Material::slots`.
-    fn texture_slot(slot: usize) -> Self {
+    pub const fn texture_slot(slot: usize) -> Self {
         Self(256 << slot)
     }
 
@@ -53,6 +60,12 @@ impl Features {
 
     /// What the materials that are in use and the settings ask for: nothing else costs anything.
     pub fn of(scene: &Scene, settings: &Settings) -> Self {
+        let per_pixel = settings.image.direct == DirectLight::Pixels;
+        Self(Self::of_scene(scene).0 | if per_pixel { Self::DIRECT_PER_PIXEL.0 } else { 0 })
+    }
+
+    /// The scene's part of that.
+    pub fn of_scene(scene: &Scene) -> Self {
         let mut bits = 0;
         let mut ask = |feature: Self, when: bool| bits |= if when { feature.0 } else { 0 };
         for m in scene.meshes.iter().map(|mesh| &scene.materials[mesh.material]) {
@@ -69,6 +82,7 @@ impl Features {
             let transmits = m.transmission > 0.0;
             for (slot, texture) in textures.iter().enumerate() {
                 ask(Self::texture_slot(slot), texture.is_some());
+                ask(Self::SECOND_UV, texture.is_some_and(|t| t.uv_set == 1));
             }
             ask(Self::ALPHA, m.alpha != Alpha::Opaque || transmits);
             ask(Self::MASK, matches!(m.alpha, Alpha::Mask(_)));
@@ -76,9 +90,9 @@ impl Features {
             ask(Self::TRANSMISSION, transmits);
             ask(Self::SPECULAR, !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0)));
         }
+        ask(Self::COLORS, scene.meshes.iter().any(|mesh| mesh.colors.iter().any(|&color| color != Vec4::ONE)));
         ask(Self::SKY_GRADIENT, scene.sky_gradient != Vec3::ZERO);
         ask(Self::SKY_MAP, scene.sky_map.is_some());
-        ask(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels);
         Self(bits)
     }
 }

@@ -17,12 +17,8 @@ macro_rules! shared {
 pub(crate) use shared;
 
 shared! {
-    /// One vertex of a triangle record; positions in voxels.
-    Vertex { position: [f32; 3], normal: [f32; 3], tangent: [f32; 4], uv: [f32; 4], color: [u32; 2] }
-}
-shared! {
-    /// What the recording pass appends.
-    Triangle { vertices: [Vertex; 3], material: u32, source: u32, translucent: u32 }
+    /// What the recording pass appends, beside [attributes](super::attributes); corners in voxels.
+    Triangle { corners: [[f32; 3]; 3], material: u32, source: u32, translucent: u32 }
 }
 shared! {
     /// Counters; the first four are a `VkDrawIndirectCommand`.
@@ -51,8 +47,10 @@ shared! {
     ItemPart { lit_by: u32, area: f32, source: u32, alone: u32, twin: u32, anchor: u32 }
 }
 shared! {
-    /// A texture as a material uses it; `texture` is −1 where there is none.
-    TextureSlot { texture: i32, uv_set: u32, linear: [f32; 4], offset: [f32; 2] }
+    /// A texture as a material uses it: a mip chain in the atlas, of no levels where there is none.
+    TextureSlot {
+        layer: u32, first_level: u32, level_count: u32, flags: u32, uv_set: u32, linear: [f32; 4], offset: [f32; 2],
+    }
 }
 shared! {
     Material {
@@ -74,10 +72,6 @@ shared! {
 shared! {
     /// A sphere about neighbouring pieces, voxels, a cone about their normals, and what they send together, up to a factor.
     LampNode { center: [f32; 3], radius: f32, axis: [f32; 3], spread: f32, power: f32 }
-}
-shared! {
-    /// One mip chain in the atlas.
-    TextureEntry { layer: u32, first_level: u32, level_count: u32, flags: u32 }
 }
 shared! {
     /// Where a level lies in its layer, texels.

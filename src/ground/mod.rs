@@ -3,6 +3,7 @@
 
 pub mod alike;
 pub mod atlas;
+pub mod attributes;
 pub mod cell_passes;
 pub mod cells;
 pub mod constants;
@@ -31,6 +32,7 @@ use crate::vk::{
     self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder,
 };
 use alike::Alike;
+use attributes::CornerWords;
 use cells::Cells;
 use constants::{EDGE, FEATURES, Features, LIT};
 use grid::{Grid, GridPlace};
@@ -53,6 +55,8 @@ pub struct Counts {
     /// Pieces of lamps.
     pub lamps: u32,
     pub triangle_capacity: u32,
+    /// Of the attributes of a triangle's corner.
+    pub corner_words: u32,
     /// Of the boxes about them, where rays are traced.
     pub tree: TreeSize,
     /// Of every grid, the base grid first.
@@ -75,6 +79,7 @@ impl Counts {
             sky_words: scene.sky_map.as_ref().map_or(1, |map| map.words.len() as u32),
             lamps,
             triangle_capacity,
+            corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
             tree,
             lists: vec![ListCapacity { items, cells: 1 << 15 }; 1 + grids],
         }
@@ -132,6 +137,8 @@ pub struct Ground {
     pub lamp_nodes: Buffer,
     /// As recorded, positions in voxels of the base grid.
     pub triangles: Buffer,
+    /// What they have at their corners beside positions.
+    pub attributes: Buffer,
     /// Boxes about them, for rays.
     pub tree: Tree,
     /// Source → 1 + place among the triangles, for rays and for blended ones.
@@ -189,6 +196,7 @@ impl Ground {
             lamps: buffer("lamps")?,
             lamp_nodes: buffer("lamp nodes")?,
             triangles: buffer("triangles")?,
+            attributes: buffer("triangles' attributes")?,
             tree: Tree::new(context, &base, wants.rays.then(|| scene.trees.of(of)))?,
             slots: buffer("slots")?,
             order: buffer("blend order")?,
@@ -275,6 +283,8 @@ impl Ground {
         let bytes = u64::from(counts.triangle_capacity) * size_of::<layout::Triangle>() as u64;
         if bytes > self.triangles.bytes() {
             self.triangles = Buffer::new(context, "triangles", bytes, BufferKind::Device)?;
+            let bytes = u64::from(counts.triangle_capacity) * 12 * u64::from(counts.corner_words);
+            self.attributes = Buffer::new(context, "triangles' attributes", bytes, BufferKind::Device)?;
         }
         for (index, (lists, capacity)) in self.lists.iter_mut().zip(&counts.lists).enumerate() {
             lists.grow(context, &wants_of_grid(&self.desc.wants, index), *capacity)?;
@@ -296,7 +306,7 @@ impl Ground {
             Bind::buffer("lights", &self.lights),
             Bind::buffer("lamps", &self.lamps),
             Bind::buffer("lamp_nodes", &self.lamp_nodes),
-            Bind::buffer("texture_entries", &scene.texture_entries),
+            Bind::buffer("attribute_words", &self.attributes),
             Bind::buffer("texture_levels", &scene.texture_levels),
             Bind::image("atlas_linear", scene.atlas.view(), &scene.texel_sampler),
             Bind::image("atlas_srgb", scene.atlas.view_as(Format::R8G8B8A8_SRGB), &scene.texel_sampler),
@@ -348,6 +358,7 @@ fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
         ("lamps", array::<layout::Lamp>(counts.lamps)),
         ("lamp nodes", array::<layout::LampNode>(lamps::node_count(counts.lamps))),
         ("triangles", array::<layout::Triangle>(counts.triangle_capacity)),
+        ("triangles' attributes", array::<[u32; 3]>(counts.triangle_capacity) * u64::from(counts.corner_words)),
         ("slots", array::<u32>(slots)),
         ("blend order", array::<u32>(counts.blended)),
         ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),

@@ -1,5 +1,5 @@
 //! Record: draws the scene into an empty screen; the geometry shader appends one record per triangle.
-//! Reads: scene vertices and indices. Writes: triangles (positions in voxels of the base grid), counters.
+//! Reads: scene vertices and indices. Writes: triangles (positions in voxels of the base grid) and their attributes, counters.
 
 use std::sync::Arc;
 
@@ -53,7 +53,7 @@ impl Record {
     }
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground, scene: &SceneOnGpu, pose: &Pose) {
-        recorder.zone("record", ZoneKind::Raster, ground.triangles.bytes(), |r| {
+        recorder.zone("record", ZoneKind::Raster, ground.triangles.bytes() + ground.attributes.bytes(), |r| {
             r.full_barrier(); // reset wrote the counters
             let colors = [ColorTarget {
                 view: ground.front_view.attachment_view(0),
@@ -83,6 +83,7 @@ impl Record {
                     let binds = [
                         Bind::buffer("globals", &ground.base().globals),
                         Bind::buffer("triangles", &ground.triangles),
+                        Bind::buffer("attribute_words", &ground.attributes),
                         Bind::buffer("slots", &ground.slots),
                     ];
                     pass.draw(&self.pipeline, &binds, &push, call);

@@ -36,7 +36,6 @@ pub struct SceneOnGpu {
     pub vertices: Buffer,
     pub indices: Buffer,
     pub materials: Buffer,
-    pub texture_entries: Buffer,
     pub texture_levels: Buffer,
     /// RGBA8 array, read as UNORM and as sRGB.
     pub atlas: Image,
@@ -83,7 +82,6 @@ pub struct ScenePacked {
     vertices: Vec<layout::SceneVertex>,
     indices: Vec<u32>,
     materials: Vec<layout::Material>,
-    entries: Vec<layout::TextureEntry>,
     levels: Vec<layout::TextureLevel>,
     chains: Vec<MipChain>,
     atlas: Atlas,
@@ -155,12 +153,11 @@ impl ScenePacked {
         let sizes: Vec<Vec<_>> =
             textures.chains.iter().map(|chain| chain.levels.iter().map(|l| (l.width, l.height)).collect()).collect();
         let atlas = Atlas::pack(&sizes);
-        let (entries, levels) = textures.place(&atlas);
+        let levels = textures.place(&atlas, &mut materials);
         Self {
             vertices,
             indices,
             materials,
-            entries,
             levels,
             chains: textures.chains,
             atlas,
@@ -181,7 +178,6 @@ impl ScenePacked {
             ("scene vertices", bytes(&self.vertices)),
             ("scene indices", bytes(&self.indices)),
             ("materials", bytes(&self.materials)),
-            ("texture entries", bytes(&self.entries)),
             ("texture levels", bytes(&self.levels)),
             ("textures", self.atlas.bytes()),
         ]
@@ -195,7 +191,6 @@ impl ScenePacked {
             vertices: vk::upload(context, "scene vertices", &self.vertices)?,
             indices: vk::upload(context, "scene indices", &self.indices)?,
             materials: vk::upload(context, "materials", &self.materials)?,
-            texture_entries: vk::upload(context, "texture entries", &self.entries)?,
             texture_levels: vk::upload(context, "texture levels", &self.levels)?,
             atlas,
             texel_sampler: Sampler::new(context, vk::Filter::NEAREST, vk::SamplerAddressMode::CLAMP_TO_EDGE)?,
@@ -255,43 +250,37 @@ impl ScenePacked {
 struct TextureTable {
     chains: Vec<MipChain>,
     chain_of: HashMap<(usize, bool), usize>,
-    /// (chain, flags)
-    entries: Vec<(usize, u32)>,
-    entry_of: HashMap<(usize, u32), i32>,
 }
 
 impl TextureTable {
-    fn entry(&mut self, scene: &Scene, texture: &Texture, space: ColorSpace) -> i32 {
+    /// The chain's number.
+    fn chain(&mut self, scene: &Scene, texture: &Texture, space: ColorSpace) -> u32 {
         let srgb = space == ColorSpace::Srgb;
         let chain = *self.chain_of.entry((texture.image, srgb)).or_insert_with(|| {
             self.chains.push(MipChain::new(&scene.images[texture.image], space));
             self.chains.len() - 1
         });
-        let flags = sampler_flags(texture);
-        *self.entry_of.entry((chain, flags)).or_insert_with(|| {
-            self.entries.push((chain, flags));
-            self.entries.len() as i32 - 1
-        })
+        chain as u32
     }
 
-    fn place(&self, atlas: &Atlas) -> (Vec<layout::TextureEntry>, Vec<layout::TextureLevel>) {
+    /// All levels, and in the materials' slots, which have numbers of chains as yet, where these lie.
+    fn place(&self, atlas: &Atlas, materials: &mut [layout::Material]) -> Vec<layout::TextureLevel> {
         let mut levels = Vec::new();
         let mut first = Vec::new();
         for place in &atlas.places {
             first.push(levels.len() as u32);
             levels.extend_from_slice(&place.levels);
         }
-        let entries = self.entries.iter().map(|&(chain, flags)| layout::TextureEntry {
-            layer: atlas.places[chain].layer,
-            first_level: first[chain],
-            level_count: atlas.places[chain].levels.len() as u32,
-            flags,
-        });
-        (entries.collect(), levels)
+        for slot in materials.iter_mut().flat_map(|m| &mut m.slots).filter(|slot| slot.level_count > 0) {
+            let chain = slot.layer as usize;
+            let place = &atlas.places[chain];
+            (slot.layer, slot.first_level, slot.level_count) = (place.layer, first[chain], place.levels.len() as u32);
+        }
+        levels
     }
 }
 
-/// The bits that `glsl/common/layout.glsl` documents at `TextureEntry`.
+/// The bits that `glsl/ground/layout.glsl` documents at `TextureSlot`.
 fn sampler_flags(texture: &Texture) -> u32 {
     let wrap = |w: Wrap| match w {
         Wrap::Repeat => 0,
@@ -310,11 +299,15 @@ fn sampler_flags(texture: &Texture) -> u32 {
         | mip << 6
 }
 
+/// The slots' layers are numbers of chains, until [`TextureTable::place`] knows where these lie.
 fn pack_material(scene: &Scene, m: &Material, object_scale: f32, table: &mut TextureTable) -> layout::Material {
     let mut slot = |texture: Option<TextureRef>, space: ColorSpace| match texture {
-        None => layout::TextureSlot { texture: -1, uv_set: 0, linear: [1.0, 0.0, 0.0, 1.0], offset: [0.0; 2] },
+        None => bytemuck::Zeroable::zeroed(),
         Some(t) => layout::TextureSlot {
-            texture: table.entry(scene, &scene.textures[t.texture], space),
+            layer: table.chain(scene, &scene.textures[t.texture], space),
+            first_level: 0,
+            level_count: 1,
+            flags: sampler_flags(&scene.textures[t.texture]),
             uv_set: t.uv_set as u32,
             linear: t.transform.matrix2.to_cols_array(),
             offset: t.transform.translation.into(),

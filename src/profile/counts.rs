@@ -45,7 +45,7 @@ kinds! {
     /// Heads of voxels' lists.
     heads "HEADS" 4,
     list_items "LIST_ITEMS" size_of::<layout::ListItem>(),
-    /// Whole records.
+    /// Whole records, without what only some scenes have at corners.
     triangles "TRIANGLES" size_of::<layout::Triangle>(),
     /// Positions of single vertices.
     corners "CORNERS" 12,

@@ -80,8 +80,7 @@ impl Tree {
 
     /// A box's planes lie one to two planes outside of its triangles.
     fn check_leaf(&self, found: [u32; 3], places: &[usize]) {
-        let corners: Vec<_> =
-            places.iter().flat_map(|&place| self.triangles[place].vertices.map(|v| v.position)).collect();
+        let corners: Vec<_> = places.iter().flat_map(|&place| self.triangles[place].corners).collect();
         for axis in 0..3 {
             let planes = corners.iter().map(|p| f64::from(p[axis]) * 65533.0 / f64::from(self.edge) + 1.0);
             let (low, high) = planes.fold((f64::MAX, f64::MIN), |(low, high), plane| (low.min(plane), high.max(plane)));

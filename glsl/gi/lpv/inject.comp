@@ -58,8 +58,8 @@ void collect_list(inout Collected sum, ivec3 cell, ivec3 way) {
         COUNT(LIST_ITEMS, 1u);
         COUNT(WORDS, 8u);
         COUNT(CORNERS, 3u);
-        vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
-            triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
+        vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0],
+            triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]));
         float along = dot(n, vec3(way));
         bool goes = way == ivec3(0) || abs(way[dominant_axis(n)]) == 1;
         float part = light.opacity * light.area;
@@ -82,8 +82,8 @@ Blockers blockers_of(ivec3 cell) {
         ItemLight light = item_lights[item - 1u];
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
-        vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
-            triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
+        vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0],
+            triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]));
         bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
         float area = light.opacity * light.area;
         vec3 front = area * max(n, vec3(0.0));

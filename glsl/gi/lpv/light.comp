@@ -24,7 +24,7 @@ void main() {
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         ListItem entry = grid_items[i];
         Triangle t = triangles[entry.triangle];
-        mat3 corners = mat3(in_cells(t.vertices[0].position), in_cells(t.vertices[1].position), in_cells(t.vertices[2].position));
-        item_lights[i] = light_item(i, t, corners, cell_at(entry.voxel, LPV_EDGE));
+        mat3 corners = mat3(in_cells(t.corners[0]), in_cells(t.corners[1]), in_cells(t.corners[2]));
+        item_lights[i] = light_item(i, entry.triangle, corners, cell_at(entry.voxel, LPV_EDGE));
     }
 }

@@ -50,9 +50,9 @@ void main() {
     uint u = (in_axis + 1u) % 3u;
     uint v = (in_axis + 2u) % 3u;
     COUNT(CORNERS, 3u);
-    vec3 a = triangles[in_triangle].vertices[0].position;
-    vec3 b = triangles[in_triangle].vertices[1].position;
-    vec3 c = triangles[in_triangle].vertices[2].position;
+    vec3 a = triangles[in_triangle].corners[0];
+    vec3 b = triangles[in_triangle].corners[1];
+    vec3 c = triangles[in_triangle].corners[2];
     // The rasteriser snaps corners to a part of a pixel: a sample just outside of the triangle stays within its depth.
     float least = min(a[in_axis], min(b[in_axis], c[in_axis]));
     float most = max(a[in_axis], max(b[in_axis], c[in_axis]));

@@ -20,9 +20,9 @@ void main() {
     COUNT(CORNERS, 3u);
     // The draw's count is the recorder's counter, which runs on past a full buffer.
     out_triangle = min(uint(gl_VertexIndex) / 3u, uint(triangles.length()) - 1u);
-    vec3 a = triangles[out_triangle].vertices[0].position;
-    vec3 b = triangles[out_triangle].vertices[1].position;
-    vec3 c = triangles[out_triangle].vertices[2].position;
+    vec3 a = triangles[out_triangle].corners[0];
+    vec3 b = triangles[out_triangle].corners[1];
+    vec3 c = triangles[out_triangle].corners[2];
     out_normal = triangle_normal(a, b, c);
     out_axis = dominant_axis(out_normal);
     uint corner = uint(gl_VertexIndex) % 3u;

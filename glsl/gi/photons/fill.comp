@@ -41,8 +41,8 @@ Photon photon_of(uint item) {
     COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 9u);
     uint lit_by = LIT == LIT_ALIKE ? item_parts[item].lit_by : item;
     ItemLight light = item_lights[lit_by];
-    vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
-        triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
+    vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0],
+        triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]));
     Photon photon;
     photon.front = light.front;
     photon.back = light.back;

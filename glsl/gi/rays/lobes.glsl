@@ -13,15 +13,16 @@ const uint MOST_INTERFACES = 8u;
 
 // What the texture has where a ray of that width (voxels) hits, over what it has in the mean of the voxels about it: mirrors
 // and glass show patterns that the volume does not hold.
-vec3 texture_detail(Triangle t, Material m, vec3 weights, float width) {
+vec3 texture_detail(Met met, Material m, float width) {
     if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {
         return vec3(1.0);
     }
-    Footprint blurred = voxel_footprint(t);
+    Attributes attributes = attributes_of(met.place);
+    Footprint blurred = voxel_footprint(met.triangle, attributes);
     float share = clamp(width, 0.0, 1.0);
     Footprint sharp = Footprint(mat2[2](share * blurred.uv[0], share * blurred.uv[1]));
-    vec4 uv = triangle_uv(t, weights);
-    vec4 color = triangle_color(t, weights);
+    vec4 uv = between(attributes.uvs, met.weights);
+    vec4 color = between(attributes.colors, met.weights);
     return base_color(m, uv, color, sharp).rgb / max(base_color(m, uv, color, blurred).rgb, vec3(1e-3));
 }
 
@@ -63,8 +64,8 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float way = travelled + met.distance;
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
-        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met) * texture_detail(met.triangle, m, met.weights, max(width, pixel_width));
-        Surface s = evaluate_surface(met.triangle, met.weights, POINT, met.back);
+        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met) * texture_detail(met, m, max(width, pixel_width));
+        Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
         through *= glass && met.back ? attenuation(m, met.distance * frame.voxel_m) : vec3(1.0);

@@ -44,8 +44,8 @@ uint lit_for(Met met) {
     COUNT(LIST_ITEMS, 1u);
     COUNT(CORNERS, 3u);
     COUNT(WORDS, 1u);
-    vec3 a = triangles[entry.triangle].vertices[0].position;
-    vec3 n = triangle_normal(a, triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position);
+    vec3 a = triangles[entry.triangle].corners[0];
+    vec3 n = triangle_normal(a, triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]);
     vec3 center = vec3(cell_at(entry.voxel, EDGE)) + 0.5;
     float side = met.back ? -RAY_START : RAY_START;
     hit += side * met.normal;

@@ -32,8 +32,8 @@ struct Plane {
 
 Plane plane_of(uint item) {
     uint triangle = list_items[item].triangle;
-    vec3 a = triangles[triangle].vertices[0].position;
-    vec3 n = triangle_normal(a, triangles[triangle].vertices[1].position, triangles[triangle].vertices[2].position);
+    vec3 a = triangles[triangle].corners[0];
+    vec3 n = triangle_normal(a, triangles[triangle].corners[1], triangles[triangle].corners[2]);
     COUNT(LIST_ITEMS, 1u);
     COUNT(CORNERS, 3u);
     COUNT(WORDS, 1u);

@@ -32,8 +32,8 @@ void main() {
             COUNT(CORNERS, 3u);
             COUNT(MATERIALS, 1u);
             COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 8u); // ItemLight, ItemPart
-            vec3 n = normalize(triangle_normal(triangles[entry.triangle].vertices[0].position,
-                triangles[entry.triangle].vertices[1].position, triangles[entry.triangle].vertices[2].position));
+            vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0],
+                triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]));
             bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
             fill_with(filling, light_of(item - 1u), n, two_sided);
             item = entry.next;

@@ -17,8 +17,9 @@ layout(location = 2) flat in uint in_triangle;
 
 void main() {
     Triangle t = triangles[in_triangle];
+    Attributes attributes = attributes_of(in_triangle);
     COUNT(TRIANGLES, 1u);
-    uint covered = covered_samples(t, pixel_footprint(t, in_weights));
+    uint covered = covered_samples(t, attributes, pixel_footprint(attributes, in_weights));
     if (covered == 0u) {
         COUNT_ALL();
         discard;

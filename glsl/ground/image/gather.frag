@@ -32,8 +32,9 @@ void main() {
     COUNT(TRIANGLES, 1u);
     COUNT(MATERIALS, 1u);
     Triangle t = triangles[in_triangle];
+    Attributes attributes = attributes_of(in_triangle);
     vec3 weights = in_weights / (in_weights.x + in_weights.y + in_weights.z);
-    Surface s = evaluate_surface(t, weights, pixel_footprint(t, in_weights), in_back != 0u);
+    Surface s = evaluate_surface(t, attributes, weights, pixel_footprint(attributes, in_weights), in_back != 0u);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
     vec4 light = vec4(0.0);
     LampLight lamps = LampLight(vec3(0.0), vec3(0.0));

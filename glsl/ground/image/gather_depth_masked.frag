@@ -11,10 +11,11 @@ layout(location = 0) in vec3 in_weights;
 layout(location = 2) flat in uint in_triangle;
 
 void main() {
-    Triangle t = triangles[in_triangle];
+    Attributes attributes = attributes_of(in_triangle);
     COUNT(TRIANGLES, 1u);
-    Material m = materials[t.material];
-    float alpha = base_color(m, triangle_uv(t, in_weights), triangle_color(t, in_weights), pixel_footprint(t, in_weights)).a;
+    Material m = materials[triangles[in_triangle].material];
+    vec4 uv = between(attributes.uvs, in_weights);
+    float alpha = base_color(m, uv, between(attributes.colors, in_weights), pixel_footprint(attributes, in_weights)).a;
     if (surface_alpha(m, alpha) <= 0.0) {
         COUNT_ALL();
         discard;

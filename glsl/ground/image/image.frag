@@ -60,22 +60,23 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
 
 void main() {
     Triangle t = triangles[in_triangle];
+    Attributes attributes = attributes_of(in_triangle);
     COUNT(TRIANGLES, 1u);
-    Footprint footprint = pixel_footprint(t, in_weights);
-    float bend = normal_bend(t, in_weights);
-    vec3 a = t.vertices[0].position;
-    uint covered = covered_samples(t, footprint);
+    Footprint footprint = pixel_footprint(attributes, in_weights);
+    float bend = normal_bend(attributes, in_weights);
+    vec3 a = t.corners[0];
+    uint covered = covered_samples(t, attributes, footprint);
     // llvmpipe interpolates at the centroid with the 1/w of the pixel's middle: the weights' sum is not 1, and the point
     // not on the plane.
     vec3 weights = in_centroid_weights / (in_centroid_weights.x + in_centroid_weights.y + in_centroid_weights.z);
     if (feature(FEATURE_MASK) && (materials[t.material].flags & MATERIAL_MASK) != 0u && covered != 0u) {
         // The middle of what the outline covers may lie in a hole.
-        vec3 b = t.vertices[1].position;
-        vec3 c = t.vertices[2].position;
+        vec3 b = t.corners[1];
+        vec3 c = t.corners[2];
         vec2 bc = barycentric(a, b, c, sample_position(uint(findLSB(covered)), a, normalize(triangle_normal(a, b, c))));
         weights = vec3(1.0 - bc.x - bc.y, bc);
     }
-    Surface s = evaluate_surface(t, weights, footprint, in_back != 0u);
+    Surface s = evaluate_surface(t, attributes, weights, footprint, in_back != 0u);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
     Viewed viewed = Viewed(view, lobes_towards(s, view), in_back != 0u, bend);
     bool lit = !s.unlit;

@@ -33,13 +33,13 @@ void main() {
     out_triangle = min(place, uint(triangles.length()) - 1u);
     out_weights = vec3(corner == 0u, corner == 1u, corner == 2u);
     out_centroid_weights = out_weights;
-    vec3 a = triangles[out_triangle].vertices[0].position;
-    vec3 normal = triangle_normal(a, triangles[out_triangle].vertices[1].position, triangles[out_triangle].vertices[2].position);
+    vec3 a = triangles[out_triangle].corners[0];
+    vec3 normal = triangle_normal(a, triangles[out_triangle].corners[1], triangles[out_triangle].corners[2]);
     float facing = dot(normal, frame.orthographic != 0u ? -frame.forward : frame.eye - a);
     out_back = facing < 0.0 ? 1u : 0u;
     uint flags = materials[triangles[out_triangle].material].flags;
     bool hidden = place >= uint(triangles.length()) || (out_back != 0u && (flags & MATERIAL_DOUBLE_SIDED) == 0u)
         || ((flags & MATERIAL_BLEND) != 0u) != (BLENDED != 0u);
     gl_Position = hidden ? vec4(0.0, 0.0, 0.0, 1.0)
-                         : frame.clip_from_voxel * vec4(triangles[out_triangle].vertices[corner].position, 1.0);
+                         : frame.clip_from_voxel * vec4(triangles[out_triangle].corners[corner], 1.0);
 }

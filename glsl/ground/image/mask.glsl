@@ -4,22 +4,22 @@
 #include "ground/image/footprint.glsl"
 #include "ground/image/image_samples.glsl"
 
-uint covered_samples(Triangle t, Footprint footprint) {
+uint covered_samples(Triangle t, Attributes attributes, Footprint footprint) {
     uint covered = frame.samples == 1u ? 1u : uint(gl_SampleMaskIn[0]) & 15u;
     Material m = materials[t.material];
     if (!feature(FEATURE_MASK) || (m.flags & MATERIAL_MASK) == 0u) {
         return covered;
     }
-    vec3 a = t.vertices[0].position;
-    vec3 b = t.vertices[1].position;
-    vec3 c = t.vertices[2].position;
+    vec3 a = t.corners[0];
+    vec3 b = t.corners[1];
+    vec3 c = t.corners[2];
     vec3 facet = normalize(triangle_normal(a, b, c));
     uint kept = 0u;
     for (uint i = 0u; i < frame.samples; i++) {
         if ((covered & (1u << i)) != 0u) {
             vec2 bc = barycentric(a, b, c, sample_position(i, a, facet));
             vec3 weights = vec3(1.0 - bc.x - bc.y, bc);
-            float alpha = base_color(m, triangle_uv(t, weights), triangle_color(t, weights), footprint).a;
+            float alpha = base_color(m, between(attributes.uvs, weights), between(attributes.colors, weights), footprint).a;
             kept |= surface_alpha(m, alpha) > 0.0 ? 1u << i : 0u;
         }
     }

@@ -1,0 +1,30 @@
+// What a recorded triangle has at its corners beside positions: words one after another, only those that the scene's materials read.
+// src/ground/attributes.rs is the twin.
+
+#include "ground/constants.glsl"
+#include "ground/layout.glsl"
+
+struct Attributes {
+    mat3 normals; // columns: a corner each
+    vec4 tangents[3];
+    vec4 uvs[3]; // set 0, set 1
+    vec4 colors[3];
+};
+
+uint tangent_words() {
+    return slot_in_use(SLOT_NORMAL) ? 4u : 0u;
+}
+
+uint uv_words() {
+    return (FEATURES & FEATURE_TEXTURES) == 0u ? 0u : feature(FEATURE_SECOND_UV) ? 4u : 2u;
+}
+
+// A colour is 4 × f16.
+uint color_words() {
+    return feature(FEATURE_COLORS) ? 2u : 0u;
+}
+
+// Where the words of a triangle's corner begin: normal, tangent, uv, colour.
+uint corner_place(uint triangle, uint corner) {
+    return (3u * triangle + corner) * (3u + tangent_words() + uv_words() + color_words());
+}

@@ -3,10 +3,12 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::Result;
+use crate::{Error, Result};
 use crate::frame::{Counters, Frame, FrameDesc, MOST_SETTLING, Seen, first_plan};
 use crate::gi::CoarseLight;
 use crate::ground::Ground;
+use crate::ground::attributes::CornerWords;
+use crate::ground::constants::Features;
 use crate::ground::image::target::{self, Readback};
 use crate::ground::layout::Triangle;
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
@@ -134,10 +136,14 @@ impl Renderer {
     /// before) changed: what else it holds stays.
     ///
     /// # Errors
-    /// The device is lost, or has no room for more lights.
+    /// The device is lost, or has no room for more lights, or vertices have other attributes than before that shading reads.
     pub fn change_scene(&mut self, scene: Scene, pose: &Pose, moved: &[usize]) -> Result<()> {
-        let mut recorder = Recorder::new(&self.context, RecorderOptions::default())?;
         let on_gpu = self.frame.ground.scene.clone();
+        if CornerWords::of(Features::of_scene(&scene)) != on_gpu.corner {
+            let words = "a scene that changes got its first vertex colours or textures, or lost its last: make a new renderer";
+            return Err(Error::Usage(words.into()));
+        }
+        let mut recorder = Recorder::new(&self.context, RecorderOptions::default())?;
         on_gpu.update_materials(&mut recorder, &scene, pose);
         moved.iter().for_each(|&mesh| on_gpu.update_mesh(&mut recorder, mesh, &scene.meshes[mesh]));
         recorder.finish()?;

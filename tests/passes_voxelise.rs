@@ -195,9 +195,11 @@ fn a_mirrored_instance_keeps_its_front() {
     let renderer = gpu::render(&context, &scene, &cells(16), 16);
     let triangles: Vec<Triangle> = download(&context, &renderer.ground().triangles).expect("triangles");
     assert_eq!(triangles.len(), 24);
-    for t in triangles {
-        let [a, b, c] = t.vertices.map(|v| Vec3::from(v.position));
-        let facing = (b - a).cross(c - a).normalize().dot(Vec3::from(t.vertices[0].normal));
+    let words: Vec<u32> = download(&context, &renderer.ground().attributes).expect("attributes");
+    for (place, t) in triangles.iter().enumerate() {
+        let [a, b, c] = t.corners.map(Vec3::from);
+        let normal = renderer.ground().scene.corner.normal(&words, place, 0);
+        let facing = (b - a).cross(c - a).normalize().dot(Vec3::from(normal));
         assert!((facing - 1.0).abs() < 1e-4, "triangle {}: its winding and its normal are {facing}", t.source);
     }
 }

@@ -102,10 +102,12 @@ fn render(context: &Arc<Context>, frame: &mut Frame, scene: &Scene, pose: &Pose)
 /// The recorded triangles as the volume's front sees them, along −z, coloured by their normals; those that turn away are left out.
 fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     let triangles: Vec<Triangle> = download(context, &frame.ground.triangles)?;
+    let words: Vec<u32> = download(context, &frame.ground.attributes)?;
+    let corner = frame.ground.scene.corner;
     let counters: Vec<Globals> = download(context, &frame.ground.base().globals)?;
     let mut seen = vec![(f32::NEG_INFINITY, Vec3::splat(-0.9)); (SIZE * SIZE) as usize];
-    for t in &triangles[..counters[0].vertex_count as usize / 3] {
-        let [a, b, c] = t.vertices.map(|v| Vec3::from(v.position) * (SIZE / EDGE) as f32);
+    for (place, t) in triangles[..counters[0].vertex_count as usize / 3].iter().enumerate() {
+        let [a, b, c] = t.corners.map(|v| Vec3::from(v) * (SIZE / EDGE) as f32);
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         if area <= 0.0 {
             continue;
@@ -119,7 +121,7 @@ fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
             let depth = a.z * weights[0] + b.z * weights[1] + c.z * weights[2];
             let pixel = &mut seen[((SIZE - 1 - y) * SIZE + x) as usize];
             if weights.iter().all(|w| *w >= 0.0) && depth > pixel.0 {
-                let normal = (0..3).map(|i| Vec3::from(t.vertices[i].normal) * weights[i]).sum::<Vec3>();
+                let normal = (0..3).map(|i| Vec3::from(corner.normal(&words, place, i)) * weights[i]).sum::<Vec3>();
                 *pixel = (depth, normal);
             }
         }

@@ -29,6 +29,8 @@ pub struct FrameDesc<'a> {
 
 /// What [`super::Frame::new`] allocates on a grid of edge `voxels`, before any buffer grows.
 pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<MemoryRow> {
+    let settings = Settings { voxels, ..desc.settings.clone() };
+    let desc = &FrameDesc { settings: &settings, ..*desc };
     let counts = first_counts(desc, &lamps(desc.scene, desc.settings), trees);
     plan(desc.settings, desc.size, desc.outputs, (voxels, &counts))
 }
@@ -36,7 +38,9 @@ pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<Memor
 fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let wants = wants(desc.settings);
     let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
-    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), wants.grids.len(), tree)
+    let voxel_m = Grid::place(desc.bounds, desc.settings).map_or(1.0, |grid| grid.voxel_m);
+    let items = trees.sizes(desc.scene).items(voxel_m);
+    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), wants.grids.len(), items, tree)
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {

@@ -93,10 +93,6 @@ shared! {
     }
 }
 shared! {
-    /// A vertex as the scene stores it, object space; `color` is 4 × f16.
-    SceneVertex { position: [f32; 3], normal: [f32; 3], tangent: [f32; 4], uv: [f32; 4], color: [u32; 2] }
-}
-shared! {
     /// Push constants of the recording pass: rows of `voxel_from_object` and of its inverse transpose.
     RecordPush { rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32 }
 }

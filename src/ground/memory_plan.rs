@@ -61,7 +61,9 @@ pub fn check(voxels: u32, limit: &Limit, rows_at: impl Fn(u32) -> Vec<MemoryRow>
 /// # Errors
 /// [`Error::Memory`]
 pub fn check_buffers(rows: &[MemoryRow], triangles: u64, limit: &Limit) -> Result<()> {
-    let Some((name, bytes)) = rows.iter().find(|(name, bytes)| of_triangles(name) && *bytes > limit.bytes) else {
+    let Some((name, bytes)) =
+        rows.iter().find(|(name, bytes)| of_triangles(name) && !name.starts_with("scene ") && *bytes > limit.bytes)
+    else {
         return Ok(());
     };
     let ([bytes, most], words) = (apart([*bytes, limit.bytes]), &limit.words);

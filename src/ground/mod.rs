@@ -7,6 +7,7 @@ pub mod attributes;
 pub mod cell_passes;
 pub mod cells;
 pub mod constants;
+pub mod expected_items;
 pub mod faces;
 pub mod grid;
 pub mod image;
@@ -64,14 +65,15 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Room for every triangle of `scene`, and for the list items and cells of a typical one, to be grown if need be. `lamps`:
-    /// pieces. `grids`: beside the base.
-    pub fn of(scene: &Scene, lamps: u32, grids: usize, tree: TreeSize) -> Self {
+    /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces. `grids`: beside
+    /// the base. `items`: as many as are expected ([`expected_items`]).
+    pub fn of(scene: &Scene, lamps: u32, grids: usize, items: f64, tree: TreeSize) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;
         let triangle_capacity = triangles.max(1);
-        let items = (4 * triangle_capacity).max(1 << 16);
+        // A sixteenth to spare, for twins and for walls that stand in planes between voxels.
+        let items = ((items * 17.0 / 16.0) as u32).max(1 << 16);
         Self {
             triangles,
             blended: blended.map(|i| scene.meshes[i.mesh].indices.len() / 3).sum::<usize>() as u32,
@@ -212,7 +214,7 @@ impl Ground {
                     ..Default::default()
                 },
             )?,
-            record: Record::new(context, &base)?,
+            record: Record::new(context, &base, scene.corner)?,
             alike: wants.alike.then(|| Alike::new(context, &base, wants.split)).transpose()?,
             desc,
             scene,

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use glam::{DMat3, Vec3};
 
 use super::Ground;
-use super::layout::{RecordPush, SceneVertex};
+use super::attributes::CornerWords;
+use super::layout::RecordPush;
 use super::scene_on_gpu::SceneOnGpu;
 use crate::Result;
 use crate::scene::Pose;
@@ -25,7 +26,7 @@ pub struct Record {
 }
 
 impl Record {
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)]) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], corner: CornerWords) -> Result<Self> {
         let pipeline = Raster::new(
             context,
             &RasterDesc {
@@ -35,14 +36,8 @@ impl Record {
                 fragment: Some("ground/record.frag"),
                 constants,
                 vertex_input: Some(VertexInput {
-                    stride: size_of::<SceneVertex>() as u32,
-                    attributes: &[
-                        (0, Format::R32G32B32_SFLOAT, 0),
-                        (1, Format::R32G32B32_SFLOAT, 12),
-                        (2, Format::R32G32B32A32_SFLOAT, 24),
-                        (3, Format::R32G32B32A32_SFLOAT, 40),
-                        (4, Format::R16G16B16A16_SFLOAT, 56),
-                    ],
+                    stride: corner.vertex_bytes() as u32,
+                    attributes: &corner.vertex_input(),
                 }),
                 color_formats: &[FRONT_VIEW_FORMAT],
                 color_write: false,

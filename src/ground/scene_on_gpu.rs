@@ -6,6 +6,8 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::atlas::Atlas;
+use super::attributes::CornerWords;
+use super::constants::Features;
 use super::layout::{self, material_flags};
 use super::tree::groups::TreesOnce;
 use crate::scene::texture::{ColorSpace, MipChain};
@@ -33,6 +35,8 @@ pub struct SceneDraw {
 
 /// What the recording pass and shading read.
 pub struct SceneOnGpu {
+    /// What every vertex has.
+    pub corner: CornerWords,
     pub vertices: Buffer,
     pub indices: Buffer,
     pub materials: Buffer,
@@ -53,8 +57,8 @@ impl SceneOnGpu {
     /// Records that the vertices of mesh `index` are those of `mesh` from now on: as many as before.
     pub fn update_mesh(&self, r: &mut Recorder, index: usize, mesh: &Mesh) {
         r.full_barrier(); // the frame before read them
-        let first = self.first_vertex[index] as u64 * size_of::<layout::SceneVertex>() as u64;
-        r.update(&self.vertices, first, &vertices_of(mesh));
+        let first = self.first_vertex[index] as u64 * self.corner.vertex_bytes() as u64;
+        r.update(&self.vertices, first, &self.corner.vertices_of(mesh));
         r.full_barrier();
     }
 
@@ -66,20 +70,10 @@ impl SceneOnGpu {
     }
 }
 
-fn vertices_of(mesh: &Mesh) -> Vec<layout::SceneVertex> {
-    let vertex = |i: usize| layout::SceneVertex {
-        position: mesh.positions[i].into(),
-        normal: mesh.normals[i].into(),
-        tangent: mesh.tangents[i].into(),
-        uv: [mesh.uvs[0][i].x, mesh.uvs[0][i].y, mesh.uvs[1][i].x, mesh.uvs[1][i].y],
-        color: half4(mesh.colors[i]),
-    };
-    (0..mesh.positions.len()).map(vertex).collect()
-}
-
 /// A scene turned into what the GPU holds, still on the CPU: its sizes are known before anything is allocated.
 pub struct ScenePacked {
-    vertices: Vec<layout::SceneVertex>,
+    corner: CornerWords,
+    vertices: Vec<u32>,
     indices: Vec<u32>,
     materials: Vec<layout::Material>,
     levels: Vec<layout::TextureLevel>,
@@ -108,13 +102,15 @@ impl ScenePacked {
         let mut textures = TextureTable::default();
         let mut materials = Vec::new();
         let mut material_of: HashMap<(usize, u32), u32> = HashMap::new();
-        let mut vertices = Vec::new();
+        let corner = CornerWords::of(Features::of_scene(scene));
+        let (mut vertices, mut vertex_count) = (Vec::new(), 0);
         let mut indices = Vec::new();
         let mut mesh_start = Vec::new();
         for mesh in &scene.meshes {
-            mesh_start.push((indices.len() as u32, vertices.len() as i32));
+            mesh_start.push((indices.len() as u32, vertex_count));
             indices.extend_from_slice(&mesh.indices);
-            vertices.extend(vertices_of(mesh));
+            vertices.extend(corner.vertices_of(mesh));
+            vertex_count += mesh.positions.len() as i32;
         }
         let mut draws = Vec::new();
         let mut blended = Vec::new();
@@ -155,6 +151,7 @@ impl ScenePacked {
         let atlas = Atlas::pack(&sizes);
         let levels = textures.place(&atlas, &mut materials);
         Self {
+            corner,
             vertices,
             indices,
             materials,
@@ -188,6 +185,7 @@ impl ScenePacked {
     pub fn upload(&self, context: &Arc<Context>) -> Result<SceneOnGpu> {
         let atlas = self.upload_atlas(context)?;
         Ok(SceneOnGpu {
+            corner: self.corner,
             vertices: vk::upload(context, "scene vertices", &self.vertices)?,
             indices: vk::upload(context, "scene indices", &self.indices)?,
             materials: vk::upload(context, "materials", &self.materials)?,
@@ -351,11 +349,4 @@ fn pack_material(scene: &Scene, m: &Material, object_scale: f32, table: &mut Tex
 /// Mean scale of a transform.
 fn object_scale(world_from_object: &DAffine3) -> f32 {
     world_from_object.matrix3.determinant().abs().cbrt() as f32
-}
-
-fn half4(v: glam::Vec4) -> [u32; 2] {
-    let pair = |a: f32, b: f32| {
-        u32::from(half::f16::from_f32(a).to_bits()) | u32::from(half::f16::from_f32(b).to_bits()) << 16
-    };
-    [pair(v.x, v.y), pair(v.z, v.w)]
 }

@@ -51,7 +51,8 @@ kinds! {
     corners "CORNERS" 12,
     materials "MATERIALS" size_of::<layout::Material>(),
     lights "LIGHTS" size_of::<layout::Light>(),
-    scene_vertices "SCENE_VERTICES" size_of::<layout::SceneVertex>(),
+    /// Position and normal.
+    scene_vertices "SCENE_VERTICES" 24,
     /// Pieces of sampled lamps.
     lamps "LAMP_RECORDS" size_of::<layout::Lamp>(),
     /// All other reads.

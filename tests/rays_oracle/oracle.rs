@@ -88,10 +88,10 @@ struct Crossing {
 }
 
 impl Facet {
-    fn new(triangle: &layout::Triangle, material: usize) -> Self {
-        let [a, b, c] = triangle.vertices.map(|v| Vec3::from(v.position).as_dvec3());
+    /// `uvs`, `colors`: of its corners.
+    fn new(triangle: &layout::Triangle, material: usize, uvs: [[f32; 4]; 3], colors: [[f32; 4]; 3]) -> Self {
+        let [a, b, c] = triangle.corners.map(|v| Vec3::from(v).as_dvec3());
         let edges = [b - a, c - a];
-        let half = |word: u32| [0, 16].map(|shift| f16::from_bits((word >> shift) as u16).to_f32());
         Self {
             a,
             edges,
@@ -99,11 +99,8 @@ impl Facet {
             normal: edges[0].cross(edges[1]).normalize(),
             source: triangle.source,
             material,
-            uvs: [0, 2].map(|k| triangle.vertices.map(|v| Vec2::new(v.uv[k], v.uv[k + 1]))),
-            colors: triangle.vertices.map(|v| {
-                let [[r, g], [b, a]] = v.color.map(half);
-                Vec4::new(r, g, b, a)
-            }),
+            uvs: [0, 2].map(|k| uvs.map(|uv| Vec2::new(uv[k], uv[k + 1]))),
+            colors: colors.map(Vec4::from),
         }
     }
 
@@ -204,8 +201,14 @@ impl Oracle {
         let triangles: Vec<layout::Triangle> = download(context, &renderer.ground().triangles).expect("triangles");
         let count = globals.vertex_count as usize / 3;
         assert_eq!(count + globals.degenerate_count as usize, recorded.len(), "{}", scene.name);
-        let facet = |t: &layout::Triangle| Facet::new(t, recorded[t.source as usize].material);
-        let facets: Vec<Facet> = triangles[..count].iter().map(facet).collect();
+        let words: Vec<u32> = download(context, &renderer.ground().attributes).expect("attributes");
+        let corner = renderer.ground().scene.corner;
+        let facet = |(place, t): (usize, &layout::Triangle)| {
+            let uvs = [0, 1, 2].map(|k| corner.uv(&words, place, k));
+            let colors = [0, 1, 2].map(|k| corner.color(&words, place, k));
+            Facet::new(t, recorded[t.source as usize].material, uvs, colors)
+        };
+        let facets: Vec<Facet> = triangles[..count].iter().enumerate().map(facet).collect();
         let edge = f64::from(renderer.ground().desc.grid.edge);
         let within = |p: DVec3| p.min_element() > 0.0 && p.max_element() < edge;
         assert!(facets.iter().all(|f| [DVec2::ZERO, DVec2::X, DVec2::Y].iter().all(|&uv| within(f.at(uv)))));

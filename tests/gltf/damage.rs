@@ -53,7 +53,7 @@ fn everything() -> File {
 }
 
 /// Checks any outcome: a message of one sentence, or a valid scene.
-fn check(outcome: Result<Scene, String>) {
+pub fn check(outcome: Result<Scene, String>) {
     match outcome {
         Err(sentence) => {
             assert!(sentence.contains("scene.gl"), "no file name: {sentence}");

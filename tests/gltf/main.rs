@@ -1,5 +1,6 @@
 //! The glTF loader: results for valid files, messages for damaged ones.
 
+mod compressed;
 mod damage;
 mod files;
 mod load;

@@ -18,6 +18,8 @@ pub type Problem = String;
 pub struct Data<'a> {
     pub document: &'a Document,
     pub buffers: &'a [Option<Vec<u8>>],
+    /// What compressed buffer views hold; `None` for the others.
+    pub decoded: &'a [Option<Vec<u8>>],
 }
 
 /// One component, for which f64 has room, and the value that stands for 1 if it is normalised.
@@ -47,8 +49,17 @@ struct Layout<'a> {
 }
 
 impl<'a> Data<'a> {
+    /// Whether a buffer view has bytes. A buffer without data belongs to an extension, and only that uses the views on it.
+    pub fn has(&self, view: usize) -> bool {
+        let buffer = self.document.buffer_views.get(view).and_then(|view| self.buffers.get(view.buffer.value()));
+        self.decoded.get(view).is_some_and(Option::is_some) || buffer.is_some_and(Option::is_some)
+    }
+
     /// The bytes of a buffer view.
     pub fn view(&self, index: usize) -> Result<&'a [u8], Problem> {
+        if let Some(Some(bytes)) = self.decoded.get(index) {
+            return Ok(bytes);
+        }
         let view = self.document.buffer_views.get(index).ok_or_else(|| missing("buffer view", index))?;
         let number = view.buffer.value();
         let buffer = self.buffers.get(number).ok_or_else(|| missing("buffer", number))?;

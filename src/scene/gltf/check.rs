@@ -17,15 +17,14 @@ pub fn document(data: &Data) -> Result<(), Problem> {
     };
     for (index, view) in document.buffer_views.iter().enumerate() {
         exists("buffer", Some(view.buffer.value()), data.buffers.len())?;
-        // A buffer without data belongs to an extension, and only that extension uses the views on it.
-        if data.buffers[view.buffer.value()].is_some() {
+        if data.has(index) {
             data.view(index)?;
         }
     }
     for (index, accessor) in document.accessors.iter().enumerate() {
         let view = accessor.buffer_view.map(|v| v.value());
         exists("buffer view", view, document.buffer_views.len())?;
-        if view.is_none_or(|v| data.buffers[document.buffer_views[v].buffer.value()].is_some()) {
+        if view.is_none_or(|v| data.has(v)) {
             data.check(index)?;
         }
     }

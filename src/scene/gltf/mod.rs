@@ -1,7 +1,7 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
-//! One file per kind of object: `container` (bytes), `document` (JSON), `accessor` (numbers), `nodes` (tree, cameras, lights),
-//! `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
+//! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
+//! `nodes` (tree, cameras, lights), `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
 //! index and every offset is checked before use.
 
 mod accessor;
@@ -13,6 +13,7 @@ mod document;
 mod images;
 mod materials;
 mod mesh;
+mod meshopt;
 mod need;
 mod nodes;
 mod tangents;
@@ -47,7 +48,8 @@ pub struct LoadOptions {
 
 /// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
 /// it causes a warning.
-const KNOWN_EXTENSIONS: [&str; 9] = [
+const KNOWN_EXTENSIONS: [&str; 11] = [
+    "EXT_meshopt_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -56,6 +58,7 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
 
@@ -85,7 +88,8 @@ impl Scene {
             let folder = path.parent().unwrap_or(Path::new(""));
             let buffers = load_buffers(&document, folder, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
-            let data = Data { document: &document, buffers: &buffers };
+            let decoded = meshopt::decode(&document, &buffers, &mut need)?;
+            let data = Data { document: &document, buffers: &buffers, decoded: &decoded };
             check::document(&data)?;
             let mut source = Loading { data: &data, folder, options, need, hash: &mut hash };
             source.assemble()
@@ -158,7 +162,7 @@ fn changes_looks_alone(name: &str) -> bool {
     name.contains("_materials_") || OTHERS.contains(&name)
 }
 
-/// `None` for a buffer without a URI: it may belong to an ignored extension.
+/// `None` for a buffer that only stands in for readers of less, and for one without a URI: it may belong to an ignored extension.
 fn load_buffers(
     document: &Document,
     folder: &Path,
@@ -169,6 +173,7 @@ fn load_buffers(
     let mut opened = Vec::new();
     for (index, buffer) in document.buffers.iter().enumerate() {
         let source = match &buffer.uri {
+            _ if meshopt::is_fallback(buffer) => None,
             Some(uri) => Some(container::find(folder, &what(index), uri)?),
             None if index == 0 => binary.take().map(container::Source::Chunk),
             None => None,

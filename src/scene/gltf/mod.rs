@@ -1,7 +1,7 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
 //! index and every offset is checked before use.
 
 mod accessor;
@@ -11,6 +11,7 @@ mod container;
 mod deform;
 mod document;
 mod images;
+mod instancing;
 mod materials;
 mod mesh;
 mod meshopt;
@@ -48,7 +49,8 @@ pub struct LoadOptions {
 
 /// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
 /// it causes a warning.
-const KNOWN_EXTENSIONS: [&str; 11] = [
+const KNOWN_EXTENSIONS: [&str; 12] = [
+    instancing::NAME,
     "EXT_meshopt_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -234,14 +236,17 @@ impl Loading<'_> {
 /// One mesh per primitive, shared by all nodes that use it without deformation.
 fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let document = data.document;
+    let places = shown.iter().filter(|&&index| document.nodes[index].mesh.is_some());
+    let places = places.map(|&index| Ok((index, instancing::load(data, tree, index, scene)?)));
+    let places = places.collect::<Result<Vec<_>, Problem>>()?;
     let world = scene.world_from_nodes();
     let mut shared: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for &index in shown {
+    for (index, places) in places {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
-        let place = world[tree.slot[index]].to_cols_array();
         // NaN, the product of 0 and an infinite scale, fails this comparison too.
-        if !place.iter().all(|x| x.abs() <= COORDINATE_MAX) {
+        let near = |place: usize| world[place].to_cols_array().iter().all(|x| x.abs() <= COORDINATE_MAX);
+        if !places.clone().all(near) {
             return Err(format!("node {index} is translated or scaled beyond 10¹⁵; scale the scene down"));
         }
         let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
@@ -255,7 +260,9 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
                 load_primitives(data, mesh_index, &rest, scene)?
             }
         };
-        scene.instances.extend(meshes.iter().map(|&mesh| Instance { mesh, node: tree.slot[index] }));
+        for node in places {
+            scene.instances.extend(meshes.iter().map(|&mesh| Instance { mesh, node }));
+        }
         if !deformed {
             shared.insert(mesh_index, meshes);
         }

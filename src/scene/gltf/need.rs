@@ -9,6 +9,7 @@ use gltf::json::validation::Checked::Valid;
 
 use super::accessor::Problem;
 use super::document::{Document, Node, size};
+use super::instancing;
 use crate::memory::{Limit, apart};
 
 /// What takes the memory.
@@ -16,6 +17,7 @@ use crate::memory::{Limit, apart};
 pub enum Kind {
     Bytes,
     Objects,
+    Instances,
     Vertices,
     Triangles,
     Texels,
@@ -23,9 +25,10 @@ pub enum Kind {
 }
 
 /// The name of a [`Kind`], and how to need less of it.
-const KINDS: [(&str, &str); 6] = [
+const KINDS: [(&str, &str); 7] = [
     ("bytes in its files", "split it into smaller ones"),
     ("objects and list entries in its JSON", "split it into smaller files"),
+    ("instances of meshes", "use fewer instances"),
     ("vertices", "use fewer triangles"),
     ("triangles over all instances", "use fewer triangles or instances"),
     ("texels in its textures", "use smaller textures or --max-texture TEXELS"),
@@ -49,6 +52,8 @@ const INDEX_KEPT: u64 = 12;
 const TRIANGLE_POSED: u64 = 64;
 /// Bytes of an instance: its transforms, its draw.
 const INSTANCE: u64 = 512;
+/// Bytes of a node of the scene, its transforms in all places, and what it is read from.
+const NODE: u64 = 768;
 /// Bytes of a texel in the scene, and for every colour space that it is used in: its mip chain while this is made, and its
 /// place on the device.
 const TEXEL: u64 = 4;
@@ -159,8 +164,10 @@ impl Need {
         let mut read = 0;
         for node in shown.iter().map(|&index| &document.nodes[index]) {
             let Some((mesh, size)) = node.mesh.and_then(|mesh| Some((mesh, sizes.get(mesh)?))) else { continue };
-            self.add(Kind::Triangles, size.corners / 3, TRIANGLE_POSED);
-            self.add(Kind::Objects, size.primitives, INSTANCE);
+            let times = instancing::count(document, node);
+            self.add(Kind::Triangles, (size.corners / 3).saturating_mul(times), TRIANGLE_POSED);
+            self.add(Kind::Instances, size.primitives.saturating_mul(times), INSTANCE);
+            self.add_bytes(Kind::Instances, times.saturating_mul(NODE));
             let skin = node.skin.and_then(|skin| document.skins.get(skin));
             if skin.is_some() || node.weights.is_some() || !loaded[mesh] {
                 self.add(Kind::Vertices, size.kept, VERTEX_KEPT);

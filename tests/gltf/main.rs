@@ -4,4 +4,5 @@ mod compressed;
 mod damage;
 mod files;
 mod load;
+mod textures;
 mod tolerance;

@@ -1,7 +1,7 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
 //! index and every offset is checked before use.
 
 mod accessor;
@@ -12,6 +12,7 @@ mod deform;
 mod document;
 mod images;
 mod instancing;
+mod ktx2;
 mod materials;
 mod mesh;
 mod meshopt;
@@ -49,9 +50,10 @@ pub struct LoadOptions {
 
 /// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
 /// it causes a warning.
-const KNOWN_EXTENSIONS: [&str; 12] = [
+const KNOWN_EXTENSIONS: [&str; 14] = [
     instancing::NAME,
     "EXT_meshopt_compression",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -61,6 +63,7 @@ const KNOWN_EXTENSIONS: [&str; 12] = [
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 

@@ -4,6 +4,7 @@ import { createRequire } from 'node:module';
 import { execFileSync } from 'node:child_process';
 import { rmSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
+import { pathToFileURL } from 'node:url';
 
 const packages = process.argv[2];
 const require = createRequire(join(packages, 'package.json'));
@@ -83,7 +84,7 @@ writeFileSync('streams.json', '[\n' + streams.map((s) => JSON.stringify(s)).join
 const { NodeIO, Document } = await load('@gltf-transform/core');
 const extensions = await load('@gltf-transform/extensions');
 const sharp = (await load('sharp')).default;
-function knot(texture, mimeType, still) {
+function knot(texture, still) {
     const document = new Document();
     const buffer = document.createBuffer();
     const accessor = (type, array) => document.createAccessor().setType(type).setArray(array).setBuffer(buffer);
@@ -111,7 +112,7 @@ function knot(texture, mimeType, still) {
             }
         }
     }
-    const image = document.createTexture('checks').setImage(texture).setMimeType(mimeType);
+    const image = document.createTexture('checks').setImage(texture).setMimeType('image/png');
     const material = document.createMaterial('painted').setBaseColorTexture(image).setMetallicFactor(0).setRoughnessFactor(0.7);
     const primitive = document.createPrimitive().setMaterial(material).setIndices(accessor('SCALAR', Uint16Array.from(indices)))
         .setAttribute('POSITION', accessor('VEC3', Float32Array.from(positions)))
@@ -137,19 +138,35 @@ for (let i = 0; i < 64 * 64; i++) {
     texels.set(check ? [230, 90 + 2 * x, 40] : [30, 60, 100 + 2 * y], 3 * i);
 }
 const raw = sharp(texels, { raw: { width: 64, height: 64, channels: 3 } });
-const [png, webp] = [await raw.clone().png({ palette: false }).toBuffer(), await raw.clone().webp({ lossless: true }).toBuffer()];
+const png = await raw.png({ palette: false }).toBuffer();
 const io = new NodeIO().registerExtensions(extensions.ALL_EXTENSIONS);
-const plain = knot(png, 'image/png');
+const plain = knot(png);
 await io.write('knot.glb', plain);
-const webps = knot(webp, 'image/webp');
-webps.createExtension(extensions.EXTTextureWebP).setRequired(true);
-await io.write('knot-webp.glb', webps);
 const gltfpack = (out, from, ...flags) =>
     execFileSync('node', [join(packages, 'node_modules/gltfpack/cli.js'), '-i', from, '-o', out, '-km', ...flags]);
 gltfpack('knot-meshopt-ext.glb', 'knot.glb', '-kn', '-cc', '-ce', 'ext');
 gltfpack('knot-meshopt-khr.glb', 'knot.glb', '-kn', '-cz', '-ce', 'khr', '-vpf', '-vn', '10');
 gltfpack('knot-quantized.glb', 'knot.glb', '-kn');
 // gltfpack merges only what stands still into instances.
-await io.write('still.glb', knot(png, 'image/png', true));
+await io.write('still.glb', knot(png, true));
 gltfpack('knot-instanced.glb', 'still.glb', '-mi', '-cc');
 rmSync('still.glb');
+
+// --- fading.*: an image with alpha whose size is no multiple of four, as PNG, as WebP, and in KTX 2.
+const { encodeToKTX2 } = await import(pathToFileURL(join(packages, 'node_modules/ktx2-encoder/dist/node/index.js')));
+const imageDecoder = async (bytes) => {
+    const { data, info } = await sharp(bytes).ensureAlpha().raw().toBuffer({ resolveWithObject: true });
+    return { data: new Uint8Array(data), width: info.width, height: info.height };
+};
+const encode = (image, options) => encodeToKTX2(image, { imageDecoder, isPerceptual: true, isSetKTX2SRGBTransferFunc: true, generateMipmap: true, ...options });
+const modes = {
+    etc1s: { isUASTC: false, qualityLevel: 255 },
+    uastc: { isUASTC: true, needSupercompression: false },
+    'uastc-zstd': { isUASTC: true, needSupercompression: true },
+};
+const [width, height] = [30, 18], fading = Buffer.alloc(width * height * 4);
+for (let i = 0; i < width * height; i++) fading.set([8 * (i % width), 14 * Math.floor(i / width), 90, 255 - 8 * (i % width)], 4 * i);
+const faded = await sharp(fading, { raw: { width, height, channels: 4 } }).png().toBuffer();
+writeFileSync('fading.png', faded);
+writeFileSync('fading.webp', await sharp(faded).webp({ lossless: true, exact: true }).toBuffer());
+for (const [name, options] of Object.entries(modes)) writeFileSync(`fading-${name}.ktx2`, await encode(faded, options));

@@ -1,4 +1,4 @@
-//! Compressed and instanced files (`compressed/make.mjs` made them): each holds the same knot as the plain one, within its
+//! Compressed files (`compressed/make.mjs` made them): each holds the same knot as the plain one, within its
 //! quantisation, and however damaged it is one sentence or a valid scene.
 
 use std::path::PathBuf;
@@ -7,7 +7,6 @@ use crate::damage::check;
 use crate::files::{File, load_bytes};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
-use twobounce::memory::Limit;
 use twobounce::scene::{LoadOptions, Scene};
 
 fn path(name: &str) -> PathBuf {
@@ -103,6 +102,61 @@ fn an_instanced_file_holds_the_plain_files_knots() {
     assert_alike("knot-instanced.glb", [&corners(&plain, 0.0), &corners(&scene, 0.0)], MESHOPT);
 }
 
+/// Positions of 14 bits over 7 m, normals of 10 bits, uvs of 12 over 6, colours of 8.
+const DRACO: Within = Within(5e-4, 0.006, 2e-3, 0.01);
+
+#[test]
+fn draco_files_hold_the_plain_files_knot() {
+    let plain = load("knot.glb");
+    for name in ["knot-draco-edgebreaker.glb", "knot-draco-valence.glb", "knot-draco-sequential.glb"] {
+        let scene = load(name);
+        assert_eq!(
+            (scene.meshes.len(), scene.meshes[0].positions.len()),
+            (1, plain.meshes[0].positions.len()),
+            "{name}"
+        );
+        assert_alike(name, [&corners(&plain, 0.73), &corners(&scene, 0.73)], DRACO);
+    }
+}
+
+/// Replaces the value at a JSON pointer of a file; it must be refused with these words.
+fn refused(name: &str, pointer: &str, value: &Value, expected: &str) {
+    let (mut json, binary) = split(&std::fs::read(path(name)).unwrap());
+    *json.pointer_mut(pointer).unwrap_or_else(|| panic!("no {pointer}")) = value.clone();
+    let sentence = File { json, binary }.load().err().unwrap_or_else(|| panic!("loaded, but expected: {expected}"));
+    assert!(sentence.contains(expected), "expected \"{expected}\" in: {sentence}");
+    check(Err(sentence));
+}
+
+#[test]
+fn wrong_values_of_draco_primitives_are_refused_by_name() {
+    let (json, _) = split(&std::fs::read(path("knot-draco-edgebreaker.glb")).unwrap());
+    let primitive = &json["meshes"][0]["primitives"][0];
+    let stream = "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
+    let accessor = |value: &Value, key: &str| format!("/accessors/{value}/{key}");
+    let [positions, normals] = ["POSITION", "NORMAL"].map(|name| &primitive["attributes"][name]);
+    let bytes =
+        format!("/bufferViews/{}/byteLength", primitive["extensions"]["KHR_draco_mesh_compression"]["bufferView"]);
+    let what = "mesh 0 primitive 0 is compressed by Draco";
+    for (pointer, value, expected) in [
+        (format!("{stream}/bufferView"), json!(99), "buffer view 99 is used but does not exist"),
+        (format!("{stream}/attributes/NORMAL"), json!(9), "and its bytes hold no NORMAL"),
+        (format!("{stream}/attributes"), json!([]), "but how is not stated"),
+        (accessor(positions, "count"), json!(900), "where its accessors state 900 and 1440"),
+        (accessor(positions, "count"), json!(90), "and its bytes hold more than its accessors state"),
+        (accessor(positions, "count"), json!(1u64 << 40), "needs about"),
+        (accessor(&primitive["indices"], "count"), json!(4323), "hold 803 vertices and 1440 triangles where"),
+        (accessor(&primitive["indices"], "count"), json!(300), "and its bytes hold more than its accessors state"),
+        (accessor(&primitive["indices"], "count"), json!(u64::MAX), "triangles over all instances"),
+        (accessor(normals, "type"), json!("VEC2"), "hold NORMAL of another type than accessor"),
+        (accessor(normals, "type"), json!("VEC9"), "which glTF does not define"),
+        (bytes, json!(1000), "and its bytes are damaged"),
+    ] {
+        refused("knot-draco-edgebreaker.glb", &pointer, &value, expected);
+    }
+    refused("knot-draco-edgebreaker.glb", stream, &json!({}), &format!("{what}, but how is not stated"));
+}
+
 /// A whole file whose plain buffer is named as a fallback that is not there.
 #[test]
 fn a_fallback_buffer_is_not_read() {
@@ -117,9 +171,11 @@ fn a_fallback_buffer_is_not_read() {
 
 #[test]
 fn wrong_values_of_compressed_views_are_refused_by_name() {
-    let (json, binary) = split(&std::fs::read(path("knot-meshopt-ext.glb")).unwrap());
+    let (json, _) = split(&std::fs::read(path("knot-meshopt-ext.glb")).unwrap());
     let views = json["bufferViews"].as_array().unwrap();
-    let compressed = views.iter().position(|view| view.get("extensions").is_some()).unwrap();
+    let with =
+        |key: &str| views.iter().position(|v| v["extensions"]["EXT_meshopt_compression"].get(key).is_some()).unwrap();
+    let (compressed, filtered) = (with("byteOffset"), with("filter"));
     let huge = json!(u64::MAX);
     for (key, value, expected) in [
         ("buffer", json!(7), "buffer 7 is used but does not exist"),
@@ -133,16 +189,13 @@ fn wrong_values_of_compressed_views_are_refused_by_name() {
         ("count", huge, "needs about"),
         ("byteStride", json!(7), "mode ATTRIBUTES with filter NONE cannot hold"),
         ("mode", json!("WORDS"), "in the unknown mode \"WORDS\""),
-        ("filter", json!("BLUR"), "with the unknown filter \"BLUR\""),
         ("mode", json!(null), "but how is not stated"),
     ] {
-        let mut file = File { json: json.clone(), binary: binary.clone() };
-        file.json["bufferViews"][compressed]["extensions"]["EXT_meshopt_compression"][key] = value;
-        let sentence = file.load().err().unwrap_or_else(|| panic!("loaded, but expected: {expected}"));
-        let named = sentence.contains(&format!("buffer view {compressed}")) || expected == "needs about";
-        assert!(sentence.contains(expected) && named, "expected \"{expected}\" in: {sentence}");
-        check(Err(sentence));
+        let pointer = format!("/bufferViews/{compressed}/extensions/EXT_meshopt_compression/{key}");
+        refused("knot-meshopt-ext.glb", &pointer, &value, expected);
     }
+    let filter = format!("/bufferViews/{filtered}/extensions/EXT_meshopt_compression/filter");
+    refused("knot-meshopt-ext.glb", &filter, &json!("BLUR"), "with the unknown filter \"BLUR\"");
 }
 
 /// The JSON and the binary chunk of a `.glb`.
@@ -150,109 +203,6 @@ fn split(glb: &[u8]) -> (Value, Vec<u8>) {
     let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap()) as usize;
     let end = 20 + word(12);
     (serde_json::from_slice(&glb[20..end]).unwrap(), glb[end + 8..end + 8 + word(end)].to_vec())
-}
-
-/// Four instances by translation, rotation and scale, at a node that is itself moved.
-fn instanced() -> File {
-    let mut file = File::triangle();
-    let translations = file.floats("VEC3", &[0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 4.0]);
-    let half = std::f32::consts::FRAC_1_SQRT_2;
-    let turned = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
-    let rotations = file.floats("VEC4", &turned);
-    let scales = file.floats("VEC3", &[1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0]);
-    let attributes = json!({"TRANSLATION": translations, "ROTATION": rotations, "SCALE": scales});
-    file.json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing": {"attributes": attributes}});
-    file.json["nodes"][0]["translation"] = json!([10, 0, 0]);
-    for key in ["extensionsUsed", "extensionsRequired"] {
-        file.json[key] = json!(["EXT_mesh_gpu_instancing"]);
-    }
-    file
-}
-
-/// World positions of each instance's second and third vertex, which are (1,0,0) and (0,1,0) in the mesh.
-fn ends(scene: &Scene) -> Vec<[DVec3; 2]> {
-    let world = scene.pose(None, 0.0).world_from_instance;
-    world.iter().map(|world| [DVec3::X, DVec3::Y].map(|at| (world.transform_point3(at) * 1e6).round() / 1e6)).collect()
-}
-
-#[test]
-fn instances_stand_where_their_attributes_say() {
-    let scene = instanced().scene();
-    assert_eq!((scene.meshes.len(), scene.instances.len(), scene.warnings.len()), (1, 4, 0));
-    let at = |x, y, z| DVec3::new(x, y, z);
-    let expected = [
-        [at(11.0, 0.0, 0.0), at(10.0, 1.0, 0.0)],
-        // Twice as large, turned by a quarter about z, moved by 2 in x.
-        [at(12.0, 2.0, 0.0), at(10.0, 0.0, 0.0)],
-        [at(11.0, 3.0, 0.0), at(10.0, 2.0, 0.0)],
-        // A rotation without a direction is none.
-        [at(11.0, 0.0, 4.0), at(10.0, 1.0, 4.0)],
-    ];
-    assert_eq!(ends(&scene), expected);
-    // Each attribute may be absent.
-    for (absent, second) in [
-        ("TRANSLATION", [at(10.0, 2.0, 0.0), at(8.0, 0.0, 0.0)]),
-        ("ROTATION", [at(14.0, 0.0, 0.0), at(12.0, 2.0, 0.0)]),
-        ("SCALE", [at(12.0, 1.0, 0.0), at(11.0, 0.0, 0.0)]),
-    ] {
-        let mut file = instanced();
-        let extension = &mut file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
-        extension.as_object_mut().unwrap().remove(absent);
-        assert_eq!(ends(&file.scene())[1], second, "without {absent}");
-    }
-    let mut file = instanced();
-    file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = json!({});
-    assert_eq!(ends(&file.scene()), [[at(11.0, 0.0, 0.0), at(10.0, 1.0, 0.0)]]);
-}
-
-/// What moves the node moves its instances, and a mesh shown elsewhere too stays one mesh.
-#[test]
-fn instances_follow_their_node() {
-    let mut file = instanced();
-    file.node(json!({"mesh": 0}));
-    let times = file.floats("SCALAR", &[0.0, 1.0]);
-    let moves = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 8.0, 0.0]);
-    file.push(
-        "animations",
-        json!({"samplers": [{"input": times, "output": moves}],
-        "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}),
-    );
-    let scene = file.scene();
-    assert_eq!((scene.meshes.len(), scene.instances.len()), (1, 5));
-    let pose = scene.pose(Some(0), 0.5);
-    let origins: Vec<DVec3> = pose.world_from_instance.iter().map(|world| world.translation).collect();
-    let expected = [[0.0, 4.0, 0.0], [2.0, 4.0, 0.0], [0.0, 7.0, 0.0], [0.0, 4.0, 4.0], [0.0; 3]];
-    assert_eq!(origins, expected.map(DVec3::from));
-}
-
-#[test]
-fn wrong_instances_are_refused_by_name() {
-    let mut file = instanced();
-    let three = file.floats("VEC3", &[1.0; 9]);
-    let broken = file.floats("VEC3", &[f32::NAN; 12]);
-    for (value, expected) in [
-        (json!({"TRANSLATION": 99}), "accessor 99 is used but does not exist"),
-        (json!({"TRANSLATION": "x"}), "node 0 has EXT_mesh_gpu_instancing with TRANSLATION that is no index"),
-        (json!({"TRANSLATION": 1, "SCALE": three}), "with attributes of different lengths"),
-        (json!({"TRANSLATION": broken}), "with a transform that is not finite (instance 0)"),
-        (json!({"TRANSLATION": 2}), "does not fit its use"),
-    ] {
-        file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = value;
-        let sentence = file.load().unwrap_err();
-        assert!(sentence.contains(expected), "expected \"{expected}\" in: {sentence}");
-    }
-}
-
-/// Each instance is counted before the first is made: accessors without data hold millions in a few bytes.
-#[test]
-fn many_instances_are_refused_by_what_they_need() {
-    let mut file = instanced();
-    let many = file.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 1_000_000}));
-    file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = json!({"TRANSLATION": many});
-    let (_folder, path) = crate::files::write("scene.glb", &file.glb());
-    let memory = Some(Limit { bytes: 1 << 30, words: "the test's limit".into() });
-    let sentence = Scene::load(&path, &LoadOptions { memory, ..LoadOptions::default() }).unwrap_err().to_string();
-    assert!(sentence.contains("1.0 million instances of meshes, more than the test's limit"), "{sentence}");
 }
 
 /// Bits flip, bytes change and ends are missing, in the bytes that decoders read.
@@ -263,7 +213,13 @@ fn damaged_files_are_one_sentence_or_a_valid_scene() {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % below
     };
-    for name in ["knot-meshopt-ext.glb", "knot-meshopt-khr.glb"] {
+    for name in [
+        "knot-meshopt-ext.glb",
+        "knot-meshopt-khr.glb",
+        "knot-draco-edgebreaker.glb",
+        "knot-draco-valence.glb",
+        "knot-draco-sequential.glb",
+    ] {
         let glb = std::fs::read(path(name)).unwrap();
         let json_end = 20 + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
         let mut refused = 0;

@@ -3,6 +3,7 @@
 mod compressed;
 mod damage;
 mod files;
+mod instanced;
 mod load;
 mod textures;
 mod tolerance;

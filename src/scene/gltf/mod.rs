@@ -1,7 +1,7 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2`, `mesh` with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every
 //! index and every offset is checked before use.
 
 mod accessor;
@@ -10,6 +10,7 @@ mod check;
 mod container;
 mod deform;
 mod document;
+mod draco;
 mod images;
 mod instancing;
 mod ktx2;
@@ -50,10 +51,11 @@ pub struct LoadOptions {
 
 /// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
 /// it causes a warning.
-const KNOWN_EXTENSIONS: [&str; 14] = [
+const KNOWN_EXTENSIONS: [&str; 15] = [
     instancing::NAME,
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    draco::NAME,
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -94,7 +96,7 @@ impl Scene {
             let buffers = load_buffers(&document, folder, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let decoded = meshopt::decode(&document, &buffers, &mut need)?;
-            let data = Data { document: &document, buffers: &buffers, decoded: &decoded };
+            let data = Data { document: &document, buffers: &buffers, decoded: &decoded, unpacked: None };
             check::document(&data)?;
             let mut source = Loading { data: &data, folder, options, need, hash: &mut hash };
             source.assemble()

@@ -152,6 +152,16 @@ await io.write('still.glb', knot(png, true));
 gltfpack('knot-instanced.glb', 'still.glb', '-mi', '-cc');
 rmSync('still.glb');
 
+// --- the same by Draco, with both kinds of connectivity; the slowest settings predict by valence.
+const draco = { 'draco3d.encoder': await (await load('draco3dgltf')).default.createEncoderModule() };
+const quantizationBits = { POSITION: 14, NORMAL: 10, COLOR: 8, TEX_COORD: 12, GENERIC: 12 };
+for (const [name, method, speed] of [['edgebreaker', 'edgebreaker', 5], ['valence', 'edgebreaker', 0], ['sequential', 'sequential', 10]]) {
+    const document = await io.read('knot.glb');
+    document.createExtension(extensions.KHRDracoMeshCompression).setRequired(true)
+        .setEncoderOptions({ method, encodeSpeed: speed, decodeSpeed: speed, quantizationBits, quantizationVolume: 'mesh' });
+    await io.registerDependencies(draco).write(`knot-draco-${name}.glb`, document);
+}
+
 // --- fading.*: an image with alpha whose size is no multiple of four, as PNG, as WebP, and in KTX 2.
 const { encodeToKTX2 } = await import(pathToFileURL(join(packages, 'node_modules/ktx2-encoder/dist/node/index.js')));
 const imageDecoder = async (bytes) => {

@@ -166,7 +166,7 @@ fn damaged_ktx_2_is_survived() {
     };
     for whole in [ETC1S, UASTC, UASTC_ZSTD] {
         let mut unread = 0;
-        for _ in 0..400 {
+        for _ in 0..1000 {
             let mut bytes = whole.to_vec();
             for _ in 0..=random(4) {
                 let within = if random(3) == 0 { 104 } else { bytes.len() };
@@ -180,6 +180,6 @@ fn damaged_ktx_2_is_survived() {
             unread += usize::from(outcome.as_ref().map_or(true, |scene| scene.images.is_empty()));
             check(outcome);
         }
-        assert!((50..390).contains(&unread), "{unread} of 400 were not read");
+        assert!((125..975).contains(&unread), "{unread} of 1000 were not read");
     }
 }

@@ -163,7 +163,7 @@ pub struct Target {
 }
 
 /// Extensions that name an image in another format, which stands before the texture's plain one.
-pub const IMAGE_EXTENSIONS: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
+const IMAGE_EXTENSIONS: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
 
 /// The image of a texture. The crate marks a missing image by the index `u32::MAX`.
 pub fn image_of(texture: &json::Texture) -> Option<usize> {

@@ -3,7 +3,6 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::{Error, Result};
 use crate::frame::{Counters, Frame, FrameDesc, MOST_SETTLING, Seen, first_plan};
 use crate::gi::CoarseLight;
 use crate::ground::Ground;
@@ -18,6 +17,7 @@ use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{self, Context, FrameLog, Pace, Recorder, RecorderOptions, Watch, ZoneTimings};
+use crate::{Error, Result};
 
 /// How a frame is handed to the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -140,7 +140,8 @@ impl Renderer {
     pub fn change_scene(&mut self, scene: Scene, pose: &Pose, moved: &[usize]) -> Result<()> {
         let on_gpu = self.frame.ground.scene.clone();
         if CornerWords::of(Features::of_scene(&scene)) != on_gpu.corner {
-            let words = "a scene that changes got its first vertex colours or textures, or lost its last: make a new renderer";
+            let words =
+                "a scene that changes got its first vertex colours or textures, or lost its last: make a new renderer";
             return Err(Error::Usage(words.into()));
         }
         let mut recorder = Recorder::new(&self.context, RecorderOptions::default())?;

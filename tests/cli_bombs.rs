@@ -228,3 +228,41 @@ fn what_is_no_regular_file_is_not_opened() {
         refused(folder.path(), "scene.gltf", &["buffer 0", name, "no regular file"]);
     }
 }
+
+/// What decoders would make of small files is stated in them: counts, and sizes in headers.
+#[test]
+fn compressed_and_instanced_files_are_added_up() {
+    let folder = folder();
+    let mut zeros = triangle(INLINE);
+    let stated = json!({"buffer": 0, "byteLength": 36, "byteStride": 16, "count": 1u64 << 36, "mode": "ATTRIBUTES"});
+    zeros["bufferViews"][0]["extensions"] = json!({"EXT_meshopt_compression": stated});
+    write(folder.path(), "meshopt.gltf", &zeros);
+    refused(folder.path(), "meshopt.gltf", &["of memory", "bytes in its files"]);
+
+    let mut draco = triangle(INLINE);
+    draco["accessors"][0] = json!({"componentType": 5126, "count": 4_000_000_000u64, "type": "VEC3"});
+    let stated = json!({"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}});
+    draco["meshes"][0]["primitives"][0]["extensions"] = stated;
+    write(folder.path(), "draco.gltf", &draco);
+    refused(folder.path(), "draco.gltf", &["of memory", "fewer triangles"]);
+
+    let mut crowd = triangle(INLINE);
+    let places = json!({"componentType": 5126, "count": 4_000_000, "type": "VEC3"});
+    crowd["accessors"].as_array_mut().unwrap().push(places);
+    let shown = json!({"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}});
+    crowd["nodes"] = Value::Array(vec![shown; 100]);
+    crowd["scenes"][0]["nodes"] = (0..100).collect();
+    write(folder.path(), "crowd.gltf", &crowd);
+    refused(folder.path(), "crowd.gltf", &["of memory", "400.0 million instances of meshes", "fewer instances"]);
+
+    // Headers of KTX 2 that state 16,384 × 16,384 texels of UASTC in a few bytes of zstd.
+    let whole = include_bytes!("gltf/compressed/fading-uastc-zstd.ktx2");
+    let side = 16384u32.to_le_bytes();
+    let texels = (16384u64 * 16384).to_le_bytes();
+    let large = [&whole[..20], &side, &side, &whole[28..96], &texels, &whole[104..]].concat();
+    for i in 0..60 {
+        fs::write(folder.path().join(format!("{i}.ktx2")), &large).unwrap();
+    }
+    write(folder.path(), "ktx2.gltf", &textured(60, |i| format!("{i}.ktx2")));
+    refused(folder.path(), "ktx2.gltf", &["of memory", "texels in its textures"]);
+}

@@ -1,6 +1,9 @@
 //! The glTF loader: results for valid files, messages for damaged ones.
 
+mod compressed;
 mod damage;
 mod files;
+mod instanced;
 mod load;
+mod textures;
 mod tolerance;

@@ -10,7 +10,6 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
-use half::f16;
 use twobounce::ground::layout;
 use twobounce::renderer::Renderer;
 use twobounce::scene::surface::SurfacePoint;

@@ -6,6 +6,7 @@ use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Accessor, Index};
 
 use super::document::{Document, size};
+use super::draco::Unpacked;
 
 /// Elements that an accessor without a buffer view may declare. All other sizes are limited by the size of the file, so a
 /// damaged file cannot make the loader allocate much more memory than the file has bytes.
@@ -18,6 +19,10 @@ pub type Problem = String;
 pub struct Data<'a> {
     pub document: &'a Document,
     pub buffers: &'a [Option<Vec<u8>>],
+    /// What compressed buffer views hold; `None` for the others.
+    pub decoded: &'a [Option<Vec<u8>>],
+    /// What the stream of the primitive that is read holds, if it is compressed.
+    pub unpacked: Option<&'a Unpacked>,
 }
 
 /// One component, for which f64 has room, and the value that stands for 1 if it is normalised.
@@ -39,16 +44,40 @@ struct Range {
     count: usize,
 }
 
+/// Elements whose bytes are known to lie in `bytes`, each `stride` bytes after the one before.
+struct Elements<'a> {
+    bytes: &'a [u8],
+    range: Range,
+    stride: usize,
+}
+
+impl<'a> Elements<'a> {
+    /// The bytes of each element.
+    fn iter(self) -> impl Iterator<Item = &'a [u8]> {
+        let Self { bytes, range: Range { offset, size, count }, stride } = self;
+        (0..count).map(move |i| &bytes[offset + i * stride..][..size])
+    }
+}
+
 /// What an accessor declares: elements of `width` components each.
-struct Layout<'a> {
+pub struct Layout<'a> {
     accessor: &'a Accessor,
-    component: ComponentType,
-    width: usize,
+    pub component: ComponentType,
+    pub width: usize,
 }
 
 impl<'a> Data<'a> {
+    /// Whether a buffer view has bytes. A buffer without data belongs to an extension, and only that uses the views on it.
+    pub fn has(&self, view: usize) -> bool {
+        let buffer = self.document.buffer_views.get(view).and_then(|view| self.buffers.get(view.buffer.value()));
+        self.decoded.get(view).is_some_and(Option::is_some) || buffer.is_some_and(Option::is_some)
+    }
+
     /// The bytes of a buffer view.
     pub fn view(&self, index: usize) -> Result<&'a [u8], Problem> {
+        if let Some(Some(bytes)) = self.decoded.get(index) {
+            return Ok(bytes);
+        }
         let view = self.document.buffer_views.get(index).ok_or_else(|| missing("buffer view", index))?;
         let number = view.buffer.value();
         let buffer = self.buffers.get(number).ok_or_else(|| missing("buffer", number))?;
@@ -64,13 +93,8 @@ impl<'a> Data<'a> {
         Ok(&buffer[offset..end])
     }
 
-    /// The bytes of each element of `range` in a buffer view. `what` is for messages.
-    fn elements(
-        &self,
-        what: &str,
-        view: usize,
-        range: Range,
-    ) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, Problem> {
+    /// The elements of `range` in a buffer view. `what` is for messages.
+    fn elements(&self, what: &str, view: usize, range: Range) -> Result<Elements<'a>, Problem> {
         let Range { offset, size, count } = range;
         let bytes = self.view(view)?;
         let stride = self.document.buffer_views[view].byte_stride.map(|s| s.0).filter(|s| *s > 0).unwrap_or(size);
@@ -84,7 +108,7 @@ impl<'a> Data<'a> {
             _ => (count - 1).checked_mul(stride).and_then(|n| n.checked_add(size)).and_then(|n| n.checked_add(offset)),
         };
         match end {
-            Some(end) if end <= bytes.len() => Ok((0..count).map(move |i| &bytes[offset + i * stride..][..size])),
+            Some(end) if end <= bytes.len() => Ok(Elements { bytes, range, stride }),
             _ => Err(format!(
                 "{what} needs {count} elements of {size} bytes and buffer view {view} has only {} bytes; export the file again",
                 bytes.len()
@@ -92,7 +116,8 @@ impl<'a> Data<'a> {
         }
     }
 
-    fn layout(&self, index: usize) -> Result<Layout<'a>, Problem> {
+    /// What accessor `index` declares.
+    pub fn layout(&self, index: usize) -> Result<Layout<'a>, Problem> {
         let accessor = self.document.accessors.get(index).ok_or_else(|| missing("accessor", index))?;
         let stated = |key: &str| self.document.stated(&format!("/accessors/{index}/{key}"));
         let Checked::Valid(component) = accessor.component_type else {
@@ -102,21 +127,26 @@ impl<'a> Data<'a> {
         let Checked::Valid(kind) = accessor.type_ else {
             return Err(format!("accessor {index} has type \"{}\", which glTF does not define", stated("type")));
         };
-        let count = size(accessor.count);
-        if accessor.buffer_view.is_none() && count > UNBACKED_ELEMENTS_MAX {
-            return Err(format!(
-                "accessor {index} declares {count} elements without data; at most {UNBACKED_ELEMENTS_MAX} can be read"
-            ));
-        }
         Ok(Layout { accessor, component: component.0, width: kind.multiplicity() })
     }
 
-    /// The bytes of each element of an accessor without its sparse part; `None` without a buffer view.
-    fn base(&self, index: usize, layout: &Layout) -> Result<Option<impl Iterator<Item = &'a [u8]> + use<'a>>, Problem> {
+    /// The elements of an accessor without its sparse part; `None` without data.
+    fn base(&self, index: usize, layout: &Layout) -> Result<Option<Elements<'a>>, Problem> {
         let Layout { accessor, component, width } = layout;
-        let Some(view) = accessor.buffer_view else { return Ok(None) };
-        let offset = accessor.byte_offset.map_or(0, size);
-        let range = Range { offset, size: component.size() * width, count: size(accessor.count) };
+        let (bytes, count) = (component.size() * width, size(accessor.count));
+        if let Some(unpacked) = self.unpacked.and_then(|unpacked| unpacked.accessors.get(&index)) {
+            let range = Range { offset: 0, size: bytes, count: unpacked.len() / bytes };
+            return Ok(Some(Elements { bytes: unpacked, range, stride: bytes }));
+        }
+        let Some(view) = accessor.buffer_view else {
+            if count > UNBACKED_ELEMENTS_MAX {
+                return Err(format!(
+                    "accessor {index} declares {count} elements without data; at most {UNBACKED_ELEMENTS_MAX} can be read"
+                ));
+            }
+            return Ok(None);
+        };
+        let range = Range { offset: accessor.byte_offset.map_or(0, size), size: bytes, count };
         self.elements(&format!("accessor {index}"), view.value(), range).map(Some)
     }
 
@@ -150,7 +180,7 @@ impl<'a> Data<'a> {
         };
         let count = size(accessor.count);
         let mut out = match self.base(index, &layout)? {
-            Some(elements) => elements.map(read).collect::<Result<Vec<_>, Problem>>()?,
+            Some(elements) => elements.iter().map(read).collect::<Result<Vec<_>, Problem>>()?,
             None => vec![zero; count],
         };
         let Some(sparse) = &accessor.sparse else { return Ok(out) };
@@ -163,7 +193,7 @@ impl<'a> Data<'a> {
         };
         let keys = part(sparse.indices.buffer_view, sparse.indices.byte_offset, key.0.size())?;
         let values = part(sparse.values.buffer_view, sparse.values.byte_offset, component.size() * width)?;
-        for (at, value) in keys.zip(values) {
+        for (at, value) in keys.iter().zip(values.iter()) {
             let at = number(key.0, at).0 as usize;
             let slot = out
                 .get_mut(at)

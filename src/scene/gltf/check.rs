@@ -1,12 +1,14 @@
 //! Checks the whole document before anything is loaded, including objects that the scene does not use: a file with an index
 //! out of range or a view past the end of its buffer is damaged.
 
+use std::collections::BTreeSet;
+
 use gltf::json::Index;
-use gltf::json::mesh::{Primitive, Semantic};
-use gltf::json::validation::Checked;
+use gltf::json::mesh::Primitive;
 
 use super::accessor::{Data, Problem, missing};
 use super::document::image_of;
+use super::draco;
 
 /// Checks every buffer view, accessor, primitive, texture and image of the document.
 pub fn document(data: &Data) -> Result<(), Problem> {
@@ -17,28 +19,26 @@ pub fn document(data: &Data) -> Result<(), Problem> {
     };
     for (index, view) in document.buffer_views.iter().enumerate() {
         exists("buffer", Some(view.buffer.value()), data.buffers.len())?;
-        // A buffer without data belongs to an extension, and only that extension uses the views on it.
-        if data.buffers[view.buffer.value()].is_some() {
+        if data.has(index) {
             data.view(index)?;
         }
     }
+    let packed: BTreeSet<usize> = primitives(data).filter(|p| draco::is_packed(p)).flat_map(stated).collect();
     for (index, accessor) in document.accessors.iter().enumerate() {
         let view = accessor.buffer_view.map(|v| v.value());
         exists("buffer view", view, document.buffer_views.len())?;
-        if view.is_none_or(|v| data.buffers[document.buffer_views[v].buffer.value()].is_some()) {
+        // What a compressed primitive's accessors without a view describe is known when it is decoded.
+        if view.map_or(!packed.contains(&index), |view| data.has(view)) {
             data.check(index)?;
         }
     }
-    for (mesh, primitive) in
-        document.meshes.iter().enumerate().flat_map(|(m, mesh)| mesh.primitives.iter().map(move |p| (m, p)))
-    {
+    for primitive in primitives(data) {
         let targets =
             primitive.targets.iter().flatten().flat_map(|t| [&t.positions, &t.normals, &t.tangents]).flatten();
         for accessor in primitive.attributes.values().chain(targets).chain(&primitive.indices) {
             exists("accessor", Some(accessor.value()), document.accessors.len())?;
         }
         exists("material", primitive.material.as_ref().map(Index::value), document.materials.len())?;
-        compressed(data, mesh, primitive)?;
     }
     for texture in &document.textures {
         exists("image", image_of(texture), document.images.len())?;
@@ -50,16 +50,11 @@ pub fn document(data: &Data) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Refuses a compressed primitive without an uncompressed copy: its accessors would all be zeros.
-fn compressed(data: &Data, mesh: usize, primitive: &Primitive) -> Result<(), Problem> {
-    const DRACO: &str = "KHR_draco_mesh_compression";
-    let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
-    let position = position.map(|a| &data.document.accessors[a.value()]);
-    let compressed = primitive.extensions.as_ref().is_some_and(|e| e.others.contains_key(DRACO));
-    if compressed && position.is_some_and(|p| p.buffer_view.is_none()) {
-        return Err(format!(
-            "mesh {mesh} is compressed by {DRACO}, which is not supported; export the scene without it"
-        ));
-    }
-    Ok(())
+fn primitives<'a>(data: &Data<'a>) -> impl Iterator<Item = &'a Primitive> + use<'a> {
+    data.document.meshes.iter().flat_map(|mesh| &mesh.primitives)
+}
+
+/// The accessors of a primitive's vertices and triangles.
+fn stated(primitive: &Primitive) -> impl Iterator<Item = usize> {
+    primitive.attributes.values().chain(&primitive.indices).map(|accessor| accessor.value())
 }

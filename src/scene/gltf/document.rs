@@ -162,9 +162,15 @@ pub struct Target {
     pub path: String,
 }
 
+/// Extensions that name an image in another format, which stands before the texture's plain one.
+const IMAGE_EXTENSIONS: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
+
 /// The image of a texture. The crate marks a missing image by the index `u32::MAX`.
 pub fn image_of(texture: &json::Texture) -> Option<usize> {
-    (texture.source != Index::new(u32::MAX)).then(|| texture.source.value())
+    let extension = |name| texture.extensions.as_ref()?.others.get(name)?.get("source")?.as_u64();
+    let other =
+        IMAGE_EXTENSIONS.into_iter().find_map(extension).map(|index| usize::try_from(index).unwrap_or(usize::MAX));
+    other.or_else(|| (texture.source != Index::new(u32::MAX)).then(|| texture.source.value()))
 }
 
 /// A size or an offset. A value that does not fit becomes the maximum, which fails every later bounds check.

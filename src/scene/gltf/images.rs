@@ -14,6 +14,7 @@ use super::accessor::{Data, Problem, missing};
 use super::container::{Source, find, shorten};
 use super::document::{Document, image_of};
 use super::hash_part;
+use super::ktx2;
 use super::need::{Kind, Need};
 use crate::memory::{Limit, apart};
 use crate::scene::texture::{ColorSpace, MipChain};
@@ -50,7 +51,7 @@ impl Used {
         }
         let source = document.textures.get(index).ok_or_else(|| missing("texture", index))?;
         let Some(image) = image_of(source) else {
-            let problem = format!("texture {index} has no PNG or JPEG image");
+            let problem = format!("texture {index} has no image in a format that can be read");
             if self.strict {
                 return Err(format!("{problem}; add one or leave out --strict"));
             }
@@ -176,6 +177,10 @@ impl<'a> Found<'a> {
             }
             Encoded::Uri(source) => Cow::Owned(source.read(&what, u64::MAX)?),
         };
+        if ktx2::is_ktx2(&bytes) {
+            let size = ktx2::size(&bytes).map_err(|damage| undecodable_ktx2(&what, damage))?;
+            return Ok(Opened { what, name, bytes, size });
+        }
         let size = match reader(&bytes).and_then(ImageReader::into_dimensions) {
             Ok(size) => size,
             // Some decoders refuse such headers themselves.
@@ -188,6 +193,10 @@ impl<'a> Found<'a> {
 
 fn undecodable(what: &str, e: &ImageError) -> Problem {
     format!("{what} cannot be decoded ({e}); save it as PNG or JPEG again")
+}
+
+fn undecodable_ktx2(what: &str, damage: &str) -> Problem {
+    format!("{what} {damage}; save it as KTX 2 with ETC1S or UASTC again")
 }
 
 impl Images<'_> {
@@ -319,16 +328,26 @@ fn slots_mut(m: &mut Material) -> [&mut Option<TextureRef>; 9] {
 impl Opened<'_> {
     /// The image, so often halved in that colour space, the hash of its bytes, and whether it has 16 bits per channel.
     fn decode(self, (halvings, space): (u32, ColorSpace)) -> Result<(Image, blake3::Hash, bool), Problem> {
-        let decoded = reader(&self.bytes).and_then(ImageReader::decode).map_err(|e| undecodable(&self.what, &e))?;
-        let color = decoded.color();
-        let deep = color.bytes_per_pixel() == 2 * color.channel_count();
-        let rgba = decoded.into_rgba8();
-        let mut image = Image { name: self.name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() };
+        let (mut image, deep) = self.texels()?;
         if halvings > 0 {
             let level = MipChain::new(&image, space).levels.swap_remove(halvings as usize);
             (image.width, image.height, image.rgba) = (level.width, level.height, level.rgba);
         }
         Ok((image, blake3::hash(&self.bytes), deep))
+    }
+
+    /// The image, and whether it has 16 bits per channel.
+    fn texels(&self) -> Result<(Image, bool), Problem> {
+        let (name, (width, height)) = (self.name.clone(), self.size);
+        if ktx2::is_ktx2(&self.bytes) {
+            let rgba = ktx2::decode(&self.bytes).map_err(|damage| undecodable_ktx2(&self.what, damage))?;
+            return Ok((Image { name, width, height, rgba }, false));
+        }
+        let decoded = reader(&self.bytes).and_then(ImageReader::decode).map_err(|e| undecodable(&self.what, &e))?;
+        let color = decoded.color();
+        let deep = color.bytes_per_pixel() == 2 * color.channel_count();
+        let rgba = decoded.into_rgba8();
+        Ok((Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() }, deep))
     }
 }
 

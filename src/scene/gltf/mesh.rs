@@ -7,8 +7,12 @@ use gltf::json::validation::Checked::Valid;
 use super::COORDINATE_MAX;
 use super::accessor::{Data, Problem};
 use super::deform::{self, Rest};
+use super::draco;
 use super::tangents;
 use crate::scene::{Material, Mesh};
+
+/// Colours that are no more than this outside 0 to 1 were meant to be inside.
+const ROUNDING: f32 = 1e-4;
 
 /// A primitive of the document.
 pub struct Source<'a> {
@@ -37,6 +41,8 @@ pub fn load(
         data.document.warn("points and lines cannot be rendered and were left out");
         return Ok(None);
     }
+    let unpacked = draco::unpack(data, primitive, &what)?;
+    let data = &Data { unpacked: unpacked.as_ref(), ..*data };
     let mut source = Source { data, primitive, what, count: 0 };
     let Some(position) = source.accessor(Semantic::Positions) else {
         source.warn("has no positions and was left out");
@@ -99,6 +105,8 @@ impl Source<'_> {
     /// Three vertex indices per triangle of a list, a strip or a fan.
     fn triangles(&self, mode: Mode) -> Result<Vec<u32>, Problem> {
         let mut list = self.corners()?;
+        // A compressed strip was made a list.
+        let mode = if self.data.unpacked.is_some() { Mode::Triangles } else { mode };
         Ok(match mode {
             // glTF 2.0, 3.7.2.1: every second triangle of a strip is reversed to keep its winding.
             Mode::TriangleStrip => list
@@ -123,9 +131,10 @@ impl Source<'_> {
     fn corners(&self) -> Result<Vec<u32>, Problem> {
         let (what, count) = (&self.what, self.count);
         let vertices = u32::try_from(count).map_err(|_| format!("{what} has more than 2³² vertices; split it"))?;
-        let list: Vec<u32> = match self.primitive.indices {
-            Some(accessor) => self.data.integers::<1>(accessor.value())?.into_iter().map(|[i]| i).collect(),
-            None => (0..vertices).collect(),
+        let list: Vec<u32> = match (self.data.unpacked, self.primitive.indices) {
+            (Some(unpacked), _) => unpacked.corners.clone(),
+            (None, Some(accessor)) => self.data.integers::<1>(accessor.value())?.into_iter().map(|[i]| i).collect(),
+            (None, None) => (0..vertices).collect(),
         };
         match list.iter().find(|i| **i >= vertices) {
             Some(bad) => Err(format!("{what} has index {bad} but only {count} vertices; export the file again")),
@@ -162,7 +171,10 @@ impl Source<'_> {
         let mut colors =
             self.read::<4, Vec4>(Semantic::Colors(0), Some([1.0; 4]))?.unwrap_or(vec![Vec4::ONE; self.count]);
         for color in colors.iter_mut().filter(|c| c.clamp(Vec4::ZERO, Vec4::ONE) != **c) {
-            self.warn("has vertex colours outside 0 to 1; they were clamped");
+            // What a quantised 1 is read as may be a little above it.
+            if color.clamp(Vec4::splat(-ROUNDING), Vec4::splat(1.0 + ROUNDING)) != *color {
+                self.warn("has vertex colours outside 0 to 1; they were clamped");
+            }
             *color = if color.is_finite() { color.clamp(Vec4::ZERO, Vec4::ONE) } else { Vec4::ONE };
         }
         Ok(colors)

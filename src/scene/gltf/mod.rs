@@ -1,7 +1,7 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
-//! One file per kind of object: `container` (bytes), `document` (JSON), `accessor` (numbers), `nodes` (tree, cameras, lights),
-//! `animations`, `materials`, `images`, `mesh` with `tangents` and `deform`. No damaged file makes the loader panic: every
+//! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2`, `mesh` with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every
 //! index and every offset is checked before use.
 
 mod accessor;
@@ -10,9 +10,13 @@ mod check;
 mod container;
 mod deform;
 mod document;
+mod draco;
 mod images;
+mod instancing;
+mod ktx2;
 mod materials;
 mod mesh;
+mod meshopt;
 mod need;
 mod nodes;
 mod tangents;
@@ -47,7 +51,11 @@ pub struct LoadOptions {
 
 /// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
 /// it causes a warning.
-const KNOWN_EXTENSIONS: [&str; 9] = [
+const KNOWN_EXTENSIONS: [&str; 15] = [
+    instancing::NAME,
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    draco::NAME,
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -56,6 +64,8 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -85,7 +95,8 @@ impl Scene {
             let folder = path.parent().unwrap_or(Path::new(""));
             let buffers = load_buffers(&document, folder, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
-            let data = Data { document: &document, buffers: &buffers };
+            let decoded = meshopt::decode(&document, &buffers, &mut need)?;
+            let data = Data { document: &document, buffers: &buffers, decoded: &decoded, unpacked: None };
             check::document(&data)?;
             let mut source = Loading { data: &data, folder, options, need, hash: &mut hash };
             source.assemble()
@@ -171,7 +182,7 @@ fn changes_looks_alone(name: &str) -> bool {
     name.contains("_materials_") || is_environment(name) || OTHERS.contains(&name)
 }
 
-/// `None` for a buffer without a URI: it may belong to an ignored extension.
+/// `None` for a buffer that only stands in for readers of less, and for one without a URI: it may belong to an ignored extension.
 fn load_buffers(
     document: &Document,
     folder: &Path,
@@ -182,6 +193,7 @@ fn load_buffers(
     let mut opened = Vec::new();
     for (index, buffer) in document.buffers.iter().enumerate() {
         let source = match &buffer.uri {
+            _ if meshopt::is_fallback(buffer) => None,
             Some(uri) => Some(container::find(folder, &what(index), uri)?),
             None if index == 0 => binary.take().map(container::Source::Chunk),
             None => None,
@@ -242,14 +254,17 @@ impl Loading<'_> {
 /// One mesh per primitive, shared by all nodes that use it without deformation.
 fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let document = data.document;
+    let places = shown.iter().filter(|&&index| document.nodes[index].mesh.is_some());
+    let places = places.map(|&index| Ok((index, instancing::load(data, tree, index, scene)?)));
+    let places = places.collect::<Result<Vec<_>, Problem>>()?;
     let world = scene.world_from_nodes();
     let mut shared: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for &index in shown {
+    for (index, places) in places {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
-        let place = world[tree.slot[index]].to_cols_array();
         // NaN, the product of 0 and an infinite scale, fails this comparison too.
-        if !place.iter().all(|x| x.abs() <= COORDINATE_MAX) {
+        let near = |place: usize| world[place].to_cols_array().iter().all(|x| x.abs() <= COORDINATE_MAX);
+        if !places.clone().all(near) {
             return Err(format!("node {index} is translated or scaled beyond 10¹⁵; scale the scene down"));
         }
         let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
@@ -263,7 +278,9 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
                 load_primitives(data, mesh_index, &rest, scene)?
             }
         };
-        scene.instances.extend(meshes.iter().map(|&mesh| Instance { mesh, node: tree.slot[index] }));
+        for node in places {
+            scene.instances.extend(meshes.iter().map(|&mesh| Instance { mesh, node }));
+        }
         if !deformed {
             shared.insert(mesh_index, meshes);
         }

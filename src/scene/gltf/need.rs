@@ -9,6 +9,7 @@ use gltf::json::validation::Checked::Valid;
 
 use super::accessor::Problem;
 use super::document::{Document, Node, size};
+use super::{draco, instancing};
 use crate::memory::{Limit, apart};
 
 /// What takes the memory.
@@ -16,6 +17,7 @@ use crate::memory::{Limit, apart};
 pub enum Kind {
     Bytes,
     Objects,
+    Instances,
     Vertices,
     Triangles,
     Texels,
@@ -23,9 +25,10 @@ pub enum Kind {
 }
 
 /// The name of a [`Kind`], and how to need less of it.
-const KINDS: [(&str, &str); 6] = [
+const KINDS: [(&str, &str); 7] = [
     ("bytes in its files", "split it into smaller ones"),
     ("objects and list entries in its JSON", "split it into smaller files"),
+    ("instances of meshes", "use fewer instances"),
     ("vertices", "use fewer triangles"),
     ("triangles over all instances", "use fewer triangles or instances"),
     ("texels in its textures", "use smaller textures or --max-texture TEXELS"),
@@ -41,6 +44,10 @@ const VERTEX_READ: u64 = 104;
 const VERTEX_SKINNED: u64 = VERTEX_READ + 136;
 /// Bytes of an element of one attribute, and its copy, that the file's size does not limit: these are added up, for time's sake.
 const UNBACKED: u64 = 32;
+/// How often a Draco decoder has each value: as it was quantised, whole, and as the accessor wants it.
+const PACKED_COPIES: u64 = 3;
+/// Bytes of its tables for a corner of a triangle: 38 were measured with four attributes.
+const PACKED_CORNER: u64 = 64;
 /// Bytes of a vertex that is kept: in the scene, packed, and on a device that shares the machine's memory.
 const VERTEX_KEPT: u64 = 72 + 64 + 64;
 /// Bytes of an index in the same three places.
@@ -49,6 +56,8 @@ const INDEX_KEPT: u64 = 12;
 const TRIANGLE_POSED: u64 = 64;
 /// Bytes of an instance: its transforms, its draw.
 const INSTANCE: u64 = 512;
+/// Bytes of a node of the scene, its transforms in all places, and what it is read from.
+const NODE: u64 = 768;
 /// Bytes of a texel in the scene, and for every colour space that it is used in: its mip chain while this is made, and its
 /// place on the device.
 const TEXEL: u64 = 4;
@@ -156,11 +165,13 @@ impl Need {
     pub fn add_meshes(&mut self, document: &Document, shown: &[usize]) {
         let sizes: Vec<MeshSize> = document.meshes.iter().map(|mesh| MeshSize::new(document, mesh)).collect();
         let mut loaded = vec![false; sizes.len()];
-        let mut read = 0;
+        let (mut read, mut packed) = (0, 0);
         for node in shown.iter().map(|&index| &document.nodes[index]) {
             let Some((mesh, size)) = node.mesh.and_then(|mesh| Some((mesh, sizes.get(mesh)?))) else { continue };
-            self.add(Kind::Triangles, size.corners / 3, TRIANGLE_POSED);
-            self.add(Kind::Objects, size.primitives, INSTANCE);
+            let times = instancing::count(document, node);
+            self.add(Kind::Triangles, (size.corners / 3).saturating_mul(times), TRIANGLE_POSED);
+            self.add(Kind::Instances, size.primitives.saturating_mul(times), INSTANCE);
+            self.add_bytes(Kind::Instances, times.saturating_mul(NODE));
             let skin = node.skin.and_then(|skin| document.skins.get(skin));
             if skin.is_some() || node.weights.is_some() || !loaded[mesh] {
                 self.add(Kind::Vertices, size.kept, VERTEX_KEPT);
@@ -169,12 +180,14 @@ impl Need {
                 read = read.max(size.largest.saturating_mul(if skin.is_some() { VERTEX_SKINNED } else { VERTEX_READ }));
             }
             loaded[mesh] = true;
+            packed = packed.max(size.packed);
             if let Some(skin) = skin {
                 let matrices = skin.inverse_bind_matrices.map_or(0, |accessor| elements(document, accessor.value()));
                 self.add(Kind::Numbers, 16 * (skin.joints.len() as u64).saturating_add(matrices), 12);
             }
         }
         self.add_bytes(Kind::Vertices, read);
+        self.add_bytes(Kind::Vertices, packed);
     }
 
     /// Adds the keys of all animations.
@@ -215,6 +228,8 @@ struct MeshSize {
     unbacked: u64,
     /// Vertices of the largest primitive, of which loading drops those that no triangle uses.
     largest: u64,
+    /// Bytes while the largest compressed primitive is decoded.
+    packed: u64,
 }
 
 impl MeshSize {
@@ -240,6 +255,10 @@ impl MeshSize {
             sum.kept = sum.kept.saturating_add(if welded { corners.min(vertices) } else { corners });
             sum.unbacked = sum.unbacked.saturating_add(unbacked);
             sum.largest = sum.largest.max(vertices);
+            if draco::is_packed(primitive) {
+                let attributes = draco::bytes(document, primitive).saturating_mul(PACKED_COPIES);
+                sum.packed = sum.packed.max(attributes.saturating_add(corners.saturating_mul(PACKED_CORNER)));
+            }
         }
         sum
     }

@@ -84,8 +84,13 @@ fn local_transform(document: &Document, index: usize) -> Result<Transform, Probl
     let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
     let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
     finite(translation.is_finite() && scale.is_finite() && rotation.is_finite())?;
+    Ok(trs(translation, rotation, scale))
+}
+
+/// A rotation without a direction is none.
+pub fn trs(translation: DVec3, rotation: DQuat, scale: DVec3) -> Transform {
     let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
-    Ok(Transform::Trs { translation, rotation, scale })
+    Transform::Trs { translation, rotation, scale }
 }
 
 /// The root nodes of the scene with the name or index `wanted`; without it, of the default scene, else of the first scene,

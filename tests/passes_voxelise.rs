@@ -18,6 +18,7 @@ use gpu::twins::record::{in_voxels, record};
 use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise, voxelise_dilated};
 use scenes::{Random, add, triangle};
 use twobounce::ground::constants::{EDGE, HARDWARE};
+use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::layout::{GridPush, Triangle};
 use twobounce::ground::reset;
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
@@ -182,6 +183,25 @@ fn walls_in_voxel_faces_touch_both_sides_and_break_nothing() {
     let cuboid = Mesh::cuboid("box", material, Vec3::splat(4.0), Vec3::splat(12.0), false);
     scene.add_mesh(cuboid, DAffine3::IDENTITY);
     assert!(is_exact(&scene, &metre_grid(16)).touching > 0.5);
+}
+
+/// Lists begin with room for what [`expected_items`] says; that is a mean over where the grid stands.
+#[test]
+fn lists_are_as_long_as_geometry_says() {
+    let mut random = Random::new(5);
+    let mut place = |k: usize| {
+        let center = random.point() * 24.0 + 4.0;
+        triangle(&mut random, center, [0.1, 1.0, 8.0][k % 3])
+    };
+    let triangles: Vec<_> = (0..3000).map(&mut place).collect();
+    let scene = of_triangles(&triangles);
+    let context = gpu::context();
+    let renderer = gpu::render(&context, &scene, &metre_grid(32), 16);
+    let grid = &renderer.ground().desc.grid;
+    let expected = expected_items(&scene, &scene.pose(None, 0.0).world_from_instance, grid);
+    let listed = gpu::listed_pairs(&context, &renderer).len() as f64;
+    // The places of some thousand triangles are not all places.
+    assert!((listed / expected - 1.0).abs() < 0.02, "{listed} items, {expected} expected");
 }
 
 #[test]

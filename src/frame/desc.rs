@@ -2,6 +2,7 @@
 
 use crate::gi::Wants;
 use crate::ground::constants::Features;
+use crate::ground::expected_items::expected_items;
 use crate::ground::grid::Grid;
 use crate::ground::image::{gather, target};
 use crate::ground::lamps::Lamps;
@@ -38,8 +39,9 @@ pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<Memor
 fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let wants = wants(desc.settings);
     let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
-    let voxel_m = Grid::place(desc.bounds, desc.settings).map_or(1.0, |grid| grid.voxel_m);
-    let items = trees.sizes(desc.scene).items(voxel_m);
+    // A grid that cannot be placed is refused where it is made.
+    let items = Grid::place(desc.bounds, desc.settings)
+        .map_or(0.0, |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));
     Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), wants.grids.len(), items, tree)
 }
 

@@ -66,7 +66,7 @@ pub struct Counts {
 
 impl Counts {
     /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces. `grids`: beside
-    /// the base. `items`: as many as are expected ([`expected_items`]).
+    /// the base. `items`: as many as are [expected](expected_items).
     pub fn of(scene: &Scene, lamps: u32, grids: usize, items: f64, tree: TreeSize) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));

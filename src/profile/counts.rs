@@ -45,8 +45,8 @@ kinds! {
     /// Heads of voxels' lists.
     heads "HEADS" 4,
     list_items "LIST_ITEMS" size_of::<layout::ListItem>(),
-    /// Whole records, without what only some scenes have at corners.
-    triangles "TRIANGLES" size_of::<layout::Triangle>(),
+    /// Whole records with three normals, but not what only some scenes have at corners.
+    triangles "TRIANGLES" size_of::<layout::Triangle>() + 3 * 12,
     /// Positions of single vertices.
     corners "CORNERS" 12,
     materials "MATERIALS" size_of::<layout::Material>(),
@@ -87,6 +87,6 @@ mod tests {
         let counts = Counts::of(&counters);
         assert_eq!((counts.volume_texels, counts.corners), (3, 9));
         let alone = Counts { triangles: 2, words: 1, cone_steps: 9, ..Default::default() };
-        assert_eq!(alone.fetched_bytes(), 2 * 204 + 4);
+        assert_eq!(alone.fetched_bytes(), 2 * 84 + 4);
     }
 }

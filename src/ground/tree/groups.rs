@@ -7,7 +7,6 @@ use std::sync::{Arc, OnceLock};
 use glam::{DAffine3, DVec3};
 
 use super::links::{Corners, Links, MOST_IN_LEAF, Node, WORDS, bounds, moved, primitives, union};
-use crate::ground::expected_items::Sizes;
 use crate::scene::{Mesh, Scene};
 
 /// Instances whose triangles keep their places to each other.
@@ -58,24 +57,18 @@ impl TreeSize {
 #[derive(Clone, Debug, Default)]
 pub struct TreesOnce {
     /// Where instances stood at first.
-    world_from_instance: Vec<DAffine3>,
+    pub world_from_instance: Vec<DAffine3>,
     made: OnceLock<Arc<SceneTrees>>,
-    sizes: OnceLock<Sizes>,
 }
 
 impl TreesOnce {
     pub fn new(world_from_instance: &[DAffine3]) -> Self {
-        Self { world_from_instance: world_from_instance.to_vec(), made: OnceLock::new(), sizes: OnceLock::new() }
+        Self { world_from_instance: world_from_instance.to_vec(), made: OnceLock::new() }
     }
 
     /// Of `scene`, always the same one.
     pub fn of(&self, scene: &Scene) -> Arc<SceneTrees> {
         self.made.get_or_init(|| Arc::new(SceneTrees::new(scene, &self.world_from_instance))).clone()
-    }
-
-    /// Of `scene`'s triangles where instances stood at first.
-    pub fn sizes(&self, scene: &Scene) -> Sizes {
-        *self.sizes.get_or_init(|| Sizes::of(scene, &self.world_from_instance))
     }
 }
 

@@ -1,5 +1,5 @@
 //! A sky from an equirectangular map: its texels, what is seen of them along a direction, and what renderers need of it: its
-//! bright part as lights ([`bright`]) and the rest as means over cones ([`levels`]). [`file`] reads maps.
+//! bright part as lights (`bright`) and the rest as means over cones (`levels`). `file` reads maps.
 //!
 //! The middle of a map is towards +X, what lies to its right towards +Z, its top is +Y, as three.js, Blender's exporter and the
 //! Khronos sample viewer have it.
@@ -35,7 +35,7 @@ pub struct SkyMap {
     pub width: usize,
     pub height: usize,
     /// RGB9E5 (Vulkan's `E5B9G9R9_UFLOAT_PACK32`), rows from the top: 9 bits a channel with the exponent of the largest. Then the
-    /// levels as [`levels`] has them, of the map without its bright part.
+    /// levels as `levels` has them, of the map without its bright part.
     pub words: Vec<u32>,
     /// How many levels there are.
     pub levels: usize,

@@ -5,16 +5,17 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
+#[path = "common/traced.rs"]
+mod traced;
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 use gpu::twins::lamps::triangle_irradiance;
+use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::metrics;
-use twobounce::reference::film::Film;
-use twobounce::reference::{self, Control, Depth, Options, Stop};
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::{
     Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
 };
@@ -321,16 +322,7 @@ fn stripes() -> (Scene, [f32; STRIPES]) {
 fn traced(scene: &Scene, view: &View, size: u32, samples: u32, aovs: &[Aov]) -> Layers {
     let (depth, stop) = (Depth::Bounces(0), Stop::Samples(samples));
     let options = Options { width: size, height: size, depth, stop, seed: 0, occlusion: false };
-    let mut film = Film::new(size, size);
-    let of = (scene, &scene.pose(None, 0.0), view);
-    reference::render(
-        of,
-        &options,
-        &mut film,
-        Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) },
-    )
-    .expect("a film");
-    film.layers(aovs)
+    film(scene, view, &options).layers(aovs)
 }
 
 #[test]

@@ -6,17 +6,19 @@
 mod gloss;
 #[path = "common/gpu.rs"]
 mod gpu;
+#[path = "common/traced.rs"]
+mod traced;
 
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
+use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
 use twobounce::reference::cache::Cache;
-use twobounce::reference::film::Film;
-use twobounce::reference::{Control, Depth, Options, Stop, render};
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::{Scene, View};
 use twobounce::settings::Settings;
 
@@ -39,18 +41,13 @@ fn view(scene: &Scene) -> View {
 
 /// Full light. Kept between runs where TWOBOUNCE_CACHE names a folder.
 fn truth(scene: &Scene, depth: Depth) -> Layers {
-    let pose = scene.pose(None, 0.0);
-    let view = view(scene);
-    let (stop, never) = (Stop::Samples(SAMPLES), AtomicBool::new(false));
+    let (view, stop) = (view(scene), Stop::Samples(SAMPLES));
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: true };
-    let of = (scene, &pose, &view);
     let film = if std::env::var_os("TWOBOUNCE_CACHE").is_some() {
-        Cache::of_user().render(of, &options, &|_| {}, &never).expect("a reference")
+        let of = (scene, &scene.pose(None, 0.0), &view);
+        Cache::of_user().render(of, &options, &|_| {}, &AtomicBool::new(false)).expect("a reference")
     } else {
-        let mut film = Film::new(SIZE, SIZE);
-        render(of, &options, &mut film, Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never })
-            .expect("nothing interrupts");
-        film
+        film(scene, &view, &options)
     };
     assert_eq!(film.rejected(), 0, "samples that are not finite");
     film.layers(&LAYERS)

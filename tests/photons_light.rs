@@ -2,16 +2,17 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
+#[path = "common/traced.rs"]
+mod traced;
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, Vec3};
 use gpu::twins::closed_forms;
+use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::compare;
-use twobounce::reference::film::Film;
-use twobounce::reference::{Control, Depth, Options, Stop, render};
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Material, Mesh, Projection, Scene, View, analytic};
 use twobounce::settings::{Bounces, Settings};
@@ -98,7 +99,6 @@ fn cones_start_far_enough_from_the_plane_that_they_leave() {
 const LAYERS: [Aov; 2] = [Aov::Direct, Aov::Indirect];
 
 fn truth(scene: &Scene, view: &View) -> Layers {
-    let never = AtomicBool::new(false);
     let options = Options {
         width: SIZE,
         height: SIZE,
@@ -107,10 +107,7 @@ fn truth(scene: &Scene, view: &View) -> Layers {
         seed: 0,
         occlusion: false,
     };
-    let mut film = Film::new(SIZE, SIZE);
-    let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render((scene, &scene.pose(None, 0.0), view), &options, &mut film, control).expect("nothing interrupts");
-    film.layers(&LAYERS)
+    film(scene, view, &options).layers(&LAYERS)
 }
 
 #[test]

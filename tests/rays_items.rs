@@ -7,19 +7,20 @@ mod gpu;
 mod scenes;
 #[path = "common/studio.rs"]
 mod studio;
+#[path = "common/traced.rs"]
+mod traced;
 
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, DQuat, DVec3, IVec3, Vec3};
 use gpu::twins::alike::facing_cell;
 use gpu::twins::split::Part;
 use studio::{Studio, room};
+use traced::film;
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
 use twobounce::layers::{Aov, Layers};
-use twobounce::reference::film::Film;
-use twobounce::reference::{Control, Depth, Options, Stop, render};
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
 use twobounce::settings::Settings;
@@ -307,17 +308,13 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
     const SIZE: u32 = 96;
     let context = gpu::context();
     let scene = two_rooms(0.03); // a fifth of a voxel at 32
-    let pose = scene.pose(None, 0.0);
     let eye = DVec3::new(1.0, 1.2, 4.4);
     let forward = (DVec3::new(0.3, 1.05, 0.0) - eye).normalize();
     let up = forward.cross(DVec3::Y).cross(forward).normalize();
     let view = View { eye, forward, up, ..View::framing(scene.bounds(None)) };
     let options =
         Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Noise(0.03), seed: 0, occlusion: false };
-    let (mut film, never) = (Film::new(SIZE, SIZE), AtomicBool::new(false));
-    let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render((&scene, &pose, &view), &options, &mut film, control).expect("nothing interrupts");
-    let truth = film.layers(&LAYERS);
+    let truth = film(&scene, &view, &options).layers(&LAYERS);
     let error = |base: Settings, changes: &[&str]| {
         let settings = gpu::with(gpu::with(base, &["voxels=32", "bounces=all"]), changes);
         indirect(&gpu::render_layers(&context, &scene, &settings, SIZE, view, LAYERS.to_vec()).read(), &truth)

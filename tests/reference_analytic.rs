@@ -1,12 +1,14 @@
 //! The reference against analytic results.
 
+#[path = "common/traced.rs"]
+mod traced;
+
 use std::f32::consts::{FRAC_PI_2, PI};
-use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
+use traced::film;
 use twobounce::layers::{Aov, Layers};
-use twobounce::reference::film::Film;
-use twobounce::reference::{Control, Depth, Options, Stop, render};
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::{Alpha, Bounds, LightKind, Material, Mesh, Projection, Scene, Transform, View};
 
 /// A scene under construction.
@@ -36,20 +38,9 @@ impl Built {
     }
 
     fn render(&self, view: &View, size: u32, samples: u32, depth: Depth) -> Layers {
-        let pose = self.0.pose(None, 0.0);
         let stop = Stop::Samples(samples);
         let options = Options { width: size, height: size, depth, stop, seed: 0, occlusion: true };
-        let mut film = Film::new(size, size);
-        let never = AtomicBool::new(false);
-        render(
-            (&self.0, &pose, view),
-            &options,
-            &mut film,
-            Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
-        )
-        .expect("nothing interrupts");
-        assert_eq!(film.rejected(), 0, "samples that are not finite");
-        film.layers(&[Aov::Direct, Aov::Ao, Aov::Depth])
+        film(&self.0, view, &options).layers(&[Aov::Direct, Aov::Ao, Aov::Depth])
     }
 
     fn mean(&self, view: &View, size: u32, samples: u32, depth: Depth) -> f32 {

@@ -1,12 +1,14 @@
 //! The reference against images of an independent renderer (`truth/README.md`).
 
+#[path = "common/traced.rs"]
+mod traced;
+
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::compare;
 use twobounce::reference::film::Film;
-use twobounce::reference::{Control, Depth, Options, Stop, render};
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::{LoadOptions, Scene};
 
 const SIZE: u32 = 64;
@@ -28,17 +30,7 @@ fn seeded(scene: &str, depth: Depth, samples: u32, seed: u64) -> Film {
     let view = scene.view(&pose, 0);
     let stop = Stop::Samples(samples);
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed, occlusion: false };
-    let mut film = Film::new(SIZE, SIZE);
-    let never = AtomicBool::new(false);
-    render(
-        (&scene, &pose, &view),
-        &options,
-        &mut film,
-        Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
-    )
-    .expect("nothing interrupts");
-    assert_eq!(film.rejected(), 0, "samples that are not finite");
-    film
+    traced::film(&scene, &view, &options)
 }
 
 fn agrees(scene: &str, file: &str, depth: Depth) {

@@ -3,13 +3,13 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
-
-use std::sync::atomic::AtomicBool;
+#[path = "common/traced.rs"]
+mod traced;
 
 use glam::{DAffine3, DVec3, Vec3};
+use traced::film;
 use twobounce::layers::{Aov, Layers};
-use twobounce::reference::film::Film;
-use twobounce::reference::{Control, Depth, Options, Stop, lights_itself, render};
+use twobounce::reference::{Depth, Options, Stop, lights_itself};
 use twobounce::scene::{Material, Mesh, Projection, Scene, View};
 use twobounce::settings::Settings;
 
@@ -24,10 +24,7 @@ fn under_the_sky(name: &str) -> Scene {
 fn traced(scene: &Scene, view: &View, samples: u32) -> Layers {
     let (depth, stop) = (Depth::Full, Stop::Samples(samples));
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: false };
-    let (mut film, never) = (Film::new(SIZE, SIZE), AtomicBool::new(false));
-    let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render((scene, &scene.pose(None, 0.0), view), &options, &mut film, control).expect("nothing interrupts");
-    film.layers(&[Aov::Direct])
+    film(scene, view, &options).layers(&[Aov::Direct])
 }
 
 /// Largest |found / expected − 1| over pixels and channels.

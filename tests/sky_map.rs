@@ -3,14 +3,15 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
+#[path = "common/traced.rs"]
+mod traced;
 
 use std::f64::consts::PI;
-use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
+use traced::film;
 use twobounce::layers::{Aov, Layers};
-use twobounce::reference::film::Film;
-use twobounce::reference::{Control, Depth, Options, Stop, render};
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::sky::{Panorama, direction};
 use twobounce::scene::{LightKind, Material, Mesh, Projection, Scene, View};
 use twobounce::settings::Settings;
@@ -82,10 +83,7 @@ fn add_ball(scene: &mut Scene, ball: Material) -> View {
 fn traced(scene: &Scene, view: &View, size: u32, samples: u32) -> Layers {
     let (depth, stop) = (Depth::Full, Stop::Samples(samples));
     let options = Options { width: size, height: size, depth, stop, seed: 0, occlusion: false };
-    let (mut film, never) = (Film::new(size, size), AtomicBool::new(false));
-    let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render((scene, &scene.pose(None, 0.0), view), &options, &mut film, control).expect("nothing interrupts");
-    film.layers(&[Aov::Alpha])
+    film(scene, view, &options).layers(&[Aov::Alpha])
 }
 
 fn mean(image: &Layers) -> Vec3 {

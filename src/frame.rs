@@ -104,6 +104,7 @@ impl Frame {
             Buffer::new(context, "counters, readback", bytes, BufferKind::Readback)
         };
         let counters = |_| (0..ground.lists.len()).map(counter).collect::<Result<Vec<_>>>();
+        context.wait_for_pipelines()?;
         Ok(Self {
             counters: (0..desc.slots).map(counters).collect::<Result<_>>()?,
             scale: radiance_scale(desc.scene, ground.desc.grid.voxel_m, settings.bounces),
@@ -292,14 +293,18 @@ impl Frame {
             return Ok(());
         }
         let method = relit.then(|| new.method.make(&maker(context, new, &self.ground))).transpose()?;
-        if relit
+        let seen_anew = relit
             || !old.means_same(new)
             || desc.size != (self.target.width, self.target.height)
-            || desc.outputs != self.target.outputs()
-        {
+            || desc.outputs != self.target.outputs();
+        let image = || {
             let target = ImageTarget::new(context, desc.size, new.image.samples, desc.outputs)?;
-            self.image = image_pass(context, desc, &**method.as_ref().unwrap_or(&self.method), &target)?;
-            self.target = target;
+            Ok((image_pass(context, desc, &**method.as_ref().unwrap_or(&self.method), &target)?, target))
+        };
+        let image = seen_anew.then(image).transpose()?;
+        context.wait_for_pipelines()?;
+        if let Some((image, target)) = image {
+            (self.image, self.target) = (image, target);
         }
         if let (Some(method), Some(lamps)) = (method, lamps) {
             (self.method, self.lamps) = (method, lamps);

@@ -144,6 +144,24 @@ fn a_change_keeps_what_does_not_depend_on_it() {
 }
 
 #[test]
+fn what_was_set_before_compiles_nothing() {
+    let context = gpu::own_context();
+    let scene = room();
+    let first = context.compiled_pipelines();
+    drop(renderer(&context, &scene, &settings(), SIZE));
+    let all = context.compiled_pipelines();
+    assert!(all > first + 10, "a frame of {} pipelines", all - first);
+    drop(renderer(&context, &scene, &settings(), SIZE));
+    assert_eq!(context.compiled_pipelines(), all, "the same again");
+    let mut kept = renderer(&context, &scene, &gpu::with(settings(), &["lights.shadow_rays=3"]), SIZE);
+    let changed = context.compiled_pipelines();
+    assert!(changed > all, "another constant");
+    kept.change(settings(), SIZE).expect("it fits");
+    assert_eq!(context.compiled_pipelines(), changed, "and back");
+    assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+}
+
+#[test]
 fn what_changes_is_as_if_made_new() {
     let context = gpu::context();
     let scene = room();

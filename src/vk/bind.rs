@@ -2,7 +2,7 @@
 
 use super::buffer::Buffer;
 use super::image::ImageView;
-use super::pipeline::RawPipeline;
+use super::raw_pipeline::RawPipeline;
 use super::recorder::Recorder;
 use super::reflect::{Binding, BindingKind};
 use super::sampler::Sampler;
@@ -158,7 +158,7 @@ pub(super) fn bind_pipeline<T: Pod>(
     }
     let device = recorder.context().device();
     // SAFETY: the pipeline is kept below.
-    unsafe { device.cmd_bind_pipeline(recorder.handle(), pipeline.bind_point(), pipeline.handle) };
+    unsafe { device.cmd_bind_pipeline(recorder.handle(), pipeline.bind_point(), pipeline.handle()) };
     push_descriptors(recorder, pipeline, &infos);
     if !push.is_empty() {
         // SAFETY: the block has the size that the layout states.

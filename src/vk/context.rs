@@ -6,13 +6,12 @@ use super::image::RawImage;
 use super::instance::{DeviceKind, Instance, heap_budgets};
 use super::label::Labels;
 use super::needs::Capabilities;
-use super::pipeline::RawPipeline;
 use super::pipeline_cache::PipelineCache;
+use super::pipelines::Pipelines;
 use super::submit::{self, CommandSet};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
-use std::collections::HashMap;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -53,9 +52,7 @@ pub struct Context {
     /// Without a queue: images that the next recording brings into their layout.
     untransitioned: Mutex<Vec<Weak<RawImage>>>,
     pub(super) pipeline_cache: PipelineCache,
-    pub(super) compiled: AtomicU64,
-    /// Those in use, by what they were made of.
-    pub(super) pipelines: Mutex<HashMap<String, Weak<RawPipeline>>>,
+    pub(super) pipelines: Pipelines,
     pub(super) functions: Functions,
     pub(super) labels: Labels,
     capabilities: Capabilities,
@@ -120,9 +117,14 @@ impl Context {
         })
     }
 
-    /// How many pipelines were compiled so far, where no earlier run had left any: it takes long, and only once.
+    /// How many pipelines were compiled so far.
+    pub fn compiled_pipelines(&self) -> u64 {
+        self.pipelines.compiled()
+    }
+
+    /// The same, where no earlier run had left any: it takes long, and only once.
     pub fn compiled_anew(&self) -> Option<u64> {
-        Some(self.compiled.load(Ordering::Relaxed)).filter(|_| self.pipeline_cache.is_cold())
+        Some(self.compiled_pipelines()).filter(|_| self.pipeline_cache.is_cold())
     }
 
     /// The context over a device that has everything that is needed.
@@ -155,8 +157,7 @@ impl Context {
             queue_family: parts.queue_family,
             commands: Mutex::default(),
             pipeline_cache: parts.pipeline_cache,
-            compiled: AtomicU64::new(0),
-            pipelines: Mutex::default(),
+            pipelines: Pipelines::default(),
             functions: Functions::load(&instance, &device, capabilities.is_1_3(), debug_utils),
             labels: Labels::default(),
             name,
@@ -265,6 +266,7 @@ impl Drop for Context {
             for set in commands {
                 set.destroy(&self.device);
             }
+            self.pipelines.close(&self.device);
             self.pipeline_cache.close(&self.device);
             ManuallyDrop::drop(&mut self.allocator);
             if self.own.is_some() {

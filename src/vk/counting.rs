@@ -3,7 +3,7 @@
 use super::bind::COUNTS;
 use super::buffer::{Buffer, BufferKind};
 use super::context::Context;
-use super::pipeline::RawPipeline;
+use super::raw_pipeline::RawPipeline;
 use super::recorder::Recorder;
 use super::submit::MAX_TIMESTAMPS;
 use crate::Result;

@@ -10,13 +10,18 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Default)]
 pub(super) struct Labels(Mutex<HashMap<&'static str, CString>>);
 
+/// Gives `handle` a name in validation messages and captures, where somebody listens.
+pub(super) fn set_name<T: vk::Handle>(debug: Option<&ash::ext::debug_utils::Device>, handle: T, name: &str) {
+    let (Some(debug), Ok(name)) = (debug, CString::new(name)) else { return };
+    let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+    // SAFETY: the handle was just made by this device. A failure only leaves it unnamed.
+    let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+}
+
 impl Context {
     /// Gives `handle` a name in validation messages and captures.
     pub(super) fn set_name<T: vk::Handle>(&self, handle: T, name: &str) {
-        let (Some(debug), Ok(name)) = (&self.functions.debug_utils, CString::new(name)) else { return };
-        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-        // SAFETY: the handle was just made by this device. A failure only leaves it unnamed.
-        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+        set_name(self.functions.debug_utils.as_ref(), handle, name);
     }
 
     pub(super) fn begin_label(&self, commands: vk::CommandBuffer, name: &'static str) {

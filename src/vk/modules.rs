@@ -1,25 +1,21 @@
 //! Shaders and constants in the form that pipelines are made of.
 
-use super::context::Context;
-use super::shader;
-use crate::Result;
 use ash::vk;
 
 /// Shader modules, needed only while a pipeline is made.
 pub(super) struct Modules<'a> {
-    context: &'a Context,
+    device: &'a ash::Device,
     handles: Vec<vk::ShaderModule>,
 }
 
 impl<'a> Modules<'a> {
-    pub(super) fn new(context: &'a Context, shaders: &[&str]) -> Result<Self> {
-        let mut this = Self { context, handles: Vec::new() };
-        for name in shaders {
-            let info = vk::ShaderModuleCreateInfo::default().code(shader::spirv(name));
+    /// Of valid SPIR-V.
+    pub(super) fn new(device: &'a ash::Device, shaders: impl Iterator<Item = &'a [u32]>) -> Result<Self, vk::Result> {
+        let mut this = Self { device, handles: Vec::new() };
+        for words in shaders {
+            let info = vk::ShaderModuleCreateInfo::default().code(words);
             // SAFETY: the words are valid SPIR-V from the build.
-            let handle = unsafe { context.device().create_shader_module(&info, None) }
-                .map_err(|result| context.error(&format!("loading {name}"), result))?;
-            this.handles.push(handle);
+            this.handles.push(unsafe { device.create_shader_module(&info, None) }?);
         }
         Ok(this)
     }
@@ -42,7 +38,7 @@ impl Drop for Modules<'_> {
     fn drop(&mut self) {
         for handle in &self.handles {
             // SAFETY: pipelines do not need their modules once made.
-            unsafe { self.context.device().destroy_shader_module(*handle, None) };
+            unsafe { self.device.destroy_shader_module(*handle, None) };
         }
     }
 }

@@ -5,7 +5,7 @@
 pub mod twins;
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use half::f16;
 use twins::volume::Volume;
@@ -20,8 +20,15 @@ use twobounce::vk::{Context, ContextOptions, download, download_image};
 
 use glam::Vec4;
 
-/// A device with validation and synchronisation validation on.
+/// A device with validation and synchronisation validation on; one for all tests of a binary, so that they compile a pipeline
+/// once.
 pub fn context() -> Arc<Context> {
+    static SHARED: LazyLock<Arc<Context>> = LazyLock::new(own_context);
+    SHARED.clone()
+}
+
+/// The same for one test alone, which counts what is taken or made.
+pub fn own_context() -> Arc<Context> {
     Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device that twobounce can use")
 }
 

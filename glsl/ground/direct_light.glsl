@@ -6,29 +6,31 @@
 #include "ground/lamps.glsl"
 #include "ground/ray.glsl"
 
-// The lit share of a light's disc, by rays to points spread evenly over it and turned from place to place; one ray goes to
-// its middle.
-vec3 shadow_rays(Light light, LightSample to, vec3 position, vec3 facet) {
+// The lit share of a light's disc, by rays to points spread evenly over it and turned from surface to surface; a single ray
+// goes to its middle. The samples of a pixel share the points: this is one of `parts`.
+vec3 shadow_rays(Light light, LightSample to, Surface s, vec3 position, uint part, uint parts) {
     bool far = is_far(light);
-    uint count = light.radius > 0.0 ? SHADOW_RAYS : 1u;
+    bool soft = light.radius > 0.0 && SHADOW_RAYS > 1u;
+    uint count = soft ? (SHADOW_RAYS + parts - 1u) / parts : 1u;
     vec3 x = normalize(cross(to.direction, abs(to.direction.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
     vec3 y = cross(to.direction, x);
-    float turn = 2.0 * PI * (jitter_hash(place_seed(position)) + pass_shift().x);
+    float turn = 2.0 * PI * (jitter_hash(place_seed(s.position)) + pass_shift().x);
     vec3 open = vec3(0.0);
     for (uint k = 0u; k < count; k++) {
-        float r = count > 1u ? light.radius * sqrt((float(k) + 0.5) / float(count)) : 0.0;
-        float angle = turn + GOLDEN_ANGLE * float(k);
+        float point = float(k * parts + part);
+        float r = soft ? light.radius * sqrt((point + 0.5) / float(count * parts)) : 0.0;
+        float angle = turn + GOLDEN_ANGLE * point;
         vec3 d = to.direction * (far ? 1.0 : to.distance) + r * (cos(angle) * x + sin(angle) * y);
         float distance = length(d);
-        open += trace_shadow_ray(ray_start(position, facet, d), d / distance, far ? 1e30 : distance);
+        open += trace_shadow_ray(ray_start(position, s.facet, d), d / distance, far ? 1e30 : distance);
     }
     return open / float(count);
 }
 
-// The share of a light that reaches a surface, per channel.
-vec3 shadow_towards(Light light, LightSample to, Surface s, vec3 position) {
+// The share of a light that reaches a point of a surface, per channel; of a pixel's `parts` samples the point is one.
+vec3 shadow_towards(Light light, LightSample to, Surface s, vec3 position, uint part, uint parts) {
     if (SHADOWS == SHADOWS_RAYS) {
-        return shadow_rays(light, to, position, s.facet);
+        return shadow_rays(light, to, s, position, part, parts);
     }
 #ifdef METHOD_SHADOWS
     if (SHADOWS == SHADOWS_METHOD) {

@@ -32,7 +32,7 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
         LightSample to = sample_light(lights[i], s.position, frame.voxel_m);
         float cosine = dot(s.normal, to.direction);
         if (cosine > 0.0 && any(greaterThan(to.irradiance, vec3(0.0)))) {
-            vec3 lit = to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position));
+            vec3 lit = to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position, 0u, 1u));
             irradiance += lit;
 #ifdef METHOD_LOBES
             toward += brightest(lit) * vec4(to.direction, 1.0);

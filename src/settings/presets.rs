@@ -1,6 +1,6 @@
 //! Presets: settings with a name, each written as what it changes of another.
 
-use super::{DirectLight, GatherResolution, LampLight, Settings, Shadows};
+use super::{GatherResolution, LampLight, Settings, Shadows};
 use crate::gi::{Method, cones, lpv, photons, rays};
 
 /// Settings with a name.
@@ -45,10 +45,9 @@ impl Settings {
     /// Thirty-two rays at every pixel.
     pub fn accurate() -> Self {
         let mut accurate = Self::default();
-        accurate.lights.shadow_rays = 8;
+        accurate.lights.shadow_rays = 16;
         accurate.lights.lamp_points = 32;
         accurate.lights.voxel_lamp_points = 8;
-        accurate.image.direct = DirectLight::Samples;
         accurate.image.gather_resolution = GatherResolution::Full;
         accurate.of.rays = rays::Settings { diffuse: 32, bounce: 4, glossy: 32, ..rays::Settings::default() };
         accurate
@@ -59,7 +58,6 @@ impl Settings {
         let mut cones = Self { method: Method::Cones, ..Self::default() };
         cones.lights.shadow_rays = 1;
         cones.lights.voxel_lamp_points = 16;
-        cones.image.direct = DirectLight::Samples;
         cones.image.gather_resolution = GatherResolution::Full;
         cones.image.interleave = 1;
         cones

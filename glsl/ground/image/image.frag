@@ -41,6 +41,7 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
     vec3 sum = vec3(0.0);
     covered = feature(FEATURE_DIRECT_PER_PIXEL) ? 1u : covered;
     uint count = uint(bitCount(covered));
+    uint part = 0u;
     for (uint left = covered; left != 0u; left &= left - 1u) {
         uint i = uint(findLSB(left));
         vec3 position = feature(FEATURE_DIRECT_PER_PIXEL) ? s.position : sample_position(i, a, s.facet);
@@ -51,9 +52,10 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
             float mirrored = lights[k].kind == LIGHT_SKY ? lamps_in_lobe(s.roughness) : 1.0;
             vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, mirrored);
             if (any(greaterThan(reflected, vec3(0.0)))) {
-                sum += reflected * shadow_towards(lights[k], to, s, position);
+                sum += reflected * shadow_towards(lights[k], to, s, position, part, count);
             }
         }
+        part++;
     }
     return sum / float(max(count, 1u));
 }

@@ -2,17 +2,21 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
+#[path = "common/traced.rs"]
+mod traced;
 
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
 use gpu::twins::closed_forms;
+use traced::film;
 use twobounce::frame::MOST_SETTLING;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{
-    Image, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
+    Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
 };
 use twobounce::settings::{Bounces, Settings};
 
@@ -239,4 +243,43 @@ fn a_light_that_goes_leaves_no_long_trail() {
     // Each frame keeps what one bounce off walls of 0.73, a third of them coloured, and of what lies open does.
     assert!(trail.windows(2).all(|w| w[1] < 0.55 * w[0] + 1e-6), "{trail:?}");
     assert!(trail[7] < 0.01, "{trail:?}");
+}
+
+/// A rough, dark floor, and at its end a small wall in the sun, a thousand times as bright.
+fn floor_before_a_bright_wall() -> (Scene, View) {
+    let mut scene = Scene::empty("floor");
+    let stone = Material { roughness: 0.8, specular: 1.0, ..Material::lambert("stone", Vec3::splat(0.2)) };
+    let stone = scene.add_material(stone);
+    let white = scene.add_material(Material::lambert("white", Vec3::splat(0.8)));
+    let floor = Mesh::quad("floor", stone, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    scene.add_mesh(floor, DAffine3::IDENTITY);
+    scene.add_mesh(
+        Mesh::quad("wall", white, Vec3::new(-0.3, 0.5, -2.0), Vec3::X * 0.6, Vec3::Y * 0.5),
+        DAffine3::IDENTITY,
+    );
+    // Along the floor: it shines on the wall alone.
+    scene.add_light(LightKind::Directional, Vec3::splat(50.0), DAffine3::IDENTITY);
+    let projection = Projection::Perspective { fov: 0.7, near: 0.01, far: f32::INFINITY };
+    let (eye, to) = (DVec3::new(0.0, 2.2, 2.2), DVec3::new(0.0, 0.0, 0.2));
+    let forward = (to - eye).normalize();
+    (scene, View { eye, forward, up: DVec3::X.cross(forward), projection })
+}
+
+#[test]
+fn a_rough_floor_has_no_sparks() {
+    let (scene, view) = floor_before_a_bright_wall();
+    let settings = gpu::with(Settings::default(), &["voxels=32", "bounces=1"]);
+    let layers = vec![Aov::Indirect];
+    let image = gpu::render_layers(&gpu::context(), &scene, &settings, 64, view, layers.clone()).read();
+    let (depth, stop) = (Depth::Bounces(1), Stop::Samples(1024));
+    let options = Options { width: 64, height: 64, depth, stop, seed: 0, occlusion: false };
+    let truth = film(&scene, &view, &options).layers(&layers);
+    let [found, truth] = [&image, &truth].map(|image| image.get(Aov::Indirect).expect("asked for"));
+    let brightest = |image: &[[f32; 3]]| image.iter().map(|p| p[1]).fold(0.0, f32::max);
+    let mean = |image: &[[f32; 3]]| image.iter().map(|p| p[1]).sum::<f32>() / image.len() as f32;
+    // One ray in the lobe that meets the wall brings a hundred times of what the floor sends else.
+    assert!(brightest(found) < 1.5 * brightest(truth), "{} of {}", brightest(found), brightest(truth));
+    // The lobe leans away from the viewer, the diffuse one does not.
+    let ratio = mean(found) / mean(truth);
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
 }

@@ -61,6 +61,7 @@ struct Viewed {
     Lobes lobes;
     bool back; // the side against the winding
     float bend; // how far the normal turns over half a pixel, radians
+    vec3 gathered; // E/π of its diffuse light, stored radiance
 };
 
 // Share of a lamp's, or the sky's bright part's, reflection that points on it find; the rest is one mirrored ray's, which

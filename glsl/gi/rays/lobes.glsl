@@ -98,6 +98,13 @@ uint lobe_ray_count(float alpha, float weight) {
     return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
 }
 
+// The share of a lobe's light that the gathered light stands for. A rough surface's lobe is about as broad as the one of
+// diffuse light; where it is weak as well, the few rays that it is worth would now and then meet a bright spot.
+float gathered_share(Surface s, Lobes lobes) {
+    float weak = 1.0 - smoothstep(0.15, 0.3, brightest(lobes.specular));
+    return any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.4, 0.7, s.roughness) : 0.0;
+}
+
 // `mirrored_lamps`: the share of lamps that rays are to find in what is mirrored. A smooth surface's ray goes the mirror's way,
 // a rough one's go by GGX's visible normals.
 Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
@@ -105,7 +112,9 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
     vec3 view = viewed.view;
     Lobes lobes = viewed.lobes;
     float alpha = s.roughness * s.roughness;
-    bool mirrors = feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)));
+    float by_rays = 1.0 - gathered_share(s, lobes);
+    sum.indirect += (1.0 - by_rays) * lobes.specular * viewed.gathered;
+    bool mirrors = feature(FEATURE_SPECULAR) && by_rays > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
     bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
     bool thin = s.thickness_m <= 0.0;
     bool inside = viewed.back && !thin;
@@ -114,7 +123,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
     mat3 basis = tangent_frame(normal);
     vec3 v = view * basis;
     vec2 shift = place_random(s.position);
-    float strongest = brightest(lobes.specular);
+    float strongest = by_rays * brightest(lobes.specular);
     uint mirrored = mirrors ? lobe_ray_count(alpha, inside ? 1.0 : strongest) : 0u;
     uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;
     float aperture = ggx_aperture(s.roughness);
@@ -137,7 +146,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
             d = thin ? vec3(mirror.xy, -mirror.z) : dot(refracted, refracted) > 0.25 ? normalize(refracted) : vec3(0.0);
         }
         float masking = smooth_lobe ? 1.0 : lobe_masking(alpha, abs(d.z));
-        vec3 weight = reflects ? fresnel * masking : s.albedo * (s.transmission * left * masking);
+        vec3 weight = reflects ? fresnel * (by_rays * masking) : s.albedo * (s.transmission * left * masking);
         weight /= float(count);
         d = basis * d;
         // Light that would have to come through the surface that mirrors it, or be refracted to the side it came from.

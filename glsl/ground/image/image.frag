@@ -80,7 +80,7 @@ void main() {
     }
     Surface s = evaluate_surface(t, attributes, weights, footprint, in_back != 0u);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
-    Viewed viewed = Viewed(view, lobes_towards(s, view), in_back != 0u, bend);
+    Viewed viewed = Viewed(view, lobes_towards(s, view), in_back != 0u, bend, vec3(0.0));
     bool lit = !s.unlit;
     vec3 direct = s.emitted;
     if (lit) {
@@ -105,6 +105,7 @@ void main() {
     if (lit) {
         sent.direct += s.diffuse * viewed.lobes.diffuse * gathered.lamps.diffuse + gathered.lamps.specular;
         sent.indirect = s.diffuse * viewed.lobes.diffuse * gathered.light.rgb;
+        viewed.gathered = gathered.light.rgb;
         add_glossy(sent, s, viewed);
     }
     direct = sent.direct;

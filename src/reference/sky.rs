@@ -1,10 +1,9 @@
 //! The sky: its radiance, and samples of a map by its brightness. An even or graded sky is not sampled: only scattered rays find
 //! it, and on a diffuse surface these are already distributed by its irradiance.
 
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 use super::lights::LightSample;
 use crate::scene::Scene;
@@ -19,8 +18,8 @@ pub struct Sky {
 /// A map, and the cumulative distribution of its texels' brightness times their solid angle.
 struct SampledMap {
     map: Arc<SkyMap>,
-    /// How far it is turned: sine and cosine.
-    turn: [f32; 2],
+    /// The world from the map.
+    rotation: Mat3,
     /// Of the rows.
     rows: Vec<f32>,
     /// Of the columns in each row.
@@ -29,7 +28,7 @@ struct SampledMap {
 
 impl Sky {
     pub fn new(scene: &Scene) -> Self {
-        let map = scene.sky_map.as_ref().map(|map| SampledMap::new(map, scene.sky_turn));
+        let map = scene.sky_map.as_ref().map(|map| SampledMap::new(map, scene.sky_rotation().as_mat3()));
         Self { even: [scene.sky, scene.sky_gradient], map }
     }
 
@@ -56,14 +55,14 @@ impl Sky {
         let sampled = self.map.as_ref()?;
         let unturned = sampled.direction(u);
         let (density, radiance) = (sampled.density(unturned), sampled.map.towards(unturned));
-        let direction = sampled.turned(unturned);
+        let direction = sampled.rotation * unturned;
         let any = density > 0.0 && radiance != Vec3::ZERO;
         any.then(|| LightSample { direction, end: None, radiance: radiance / density, density: Some(density) })
     }
 }
 
 impl SampledMap {
-    fn new(map: &Arc<SkyMap>, turn: f32) -> Self {
+    fn new(map: &Arc<SkyMap>, rotation: Mat3) -> Self {
         let texels = map.texels();
         let bright = |x: usize, y: usize| texels.get(x % texels.width, y).max_element();
         // What is linear between texels has, over a texel, a mean of 1/8, 6/8 and 1/8 of three.
@@ -85,18 +84,11 @@ impl SampledMap {
             row_sums.push(sum);
         }
         rows.extend(row_sums.iter().map(|c| (c / sum) as f32));
-        let (sin, cos) = (TAU * f64::from(turn)).sin_cos();
-        Self { map: map.clone(), turn: [sin as f32, cos as f32], rows, columns }
+        Self { map: map.clone(), rotation, rows, columns }
     }
 
     fn unturned(&self, d: Vec3) -> Vec3 {
-        let [sin, cos] = self.turn;
-        Vec3::new(d.x * cos - d.z * sin, d.y, d.x * sin + d.z * cos)
-    }
-
-    fn turned(&self, d: Vec3) -> Vec3 {
-        let [sin, cos] = self.turn;
-        Vec3::new(d.x * cos + d.z * sin, d.y, d.z * cos - d.x * sin)
+        self.rotation.transpose() * d
     }
 
     /// Chooses a row, a texel of it, and evenly a direction in that.

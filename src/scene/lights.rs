@@ -30,7 +30,7 @@ impl Scene {
     /// Radiance of the sky towards unit d.
     pub fn sky_towards(&self, d: DVec3) -> Vec3 {
         match &self.sky_map {
-            Some(map) => map.towards(self.sky_unturned(d).as_vec3()),
+            Some(map) => map.towards((self.sky_rotation().transpose() * d).as_vec3()),
             None => self.sky + self.sky_gradient * d.y as f32,
         }
     }

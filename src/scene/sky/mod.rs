@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use super::Scene;
 pub use bright::SkyLight;
@@ -222,18 +222,16 @@ impl Scene {
         self.sky_turn = (turned / 360.0).rem_euclid(1.0) as f32;
     }
 
-    /// A direction before the sky was turned.
-    pub fn sky_unturned(&self, d: DVec3) -> DVec3 {
-        let (sin, cos) = (TAU * f64::from(self.sky_turn)).sin_cos();
-        DVec3::new(d.x * cos - d.z * sin, d.y, d.x * sin + d.z * cos)
+    /// The world from the sky's map.
+    pub fn sky_rotation(&self) -> DMat3 {
+        DMat3::from_rotation_y(TAU * f64::from(self.sky_turn))
     }
 
     /// What the bright part of the sky's map sends, from where it is.
     pub fn sky_lights(&self) -> impl Iterator<Item = SkyLight> {
-        let (sin, cos) = (TAU * f64::from(self.sky_turn)).sin_cos();
-        let turned = move |d: DVec3| DVec3::new(d.x * cos + d.z * sin, d.y, d.z * cos - d.x * sin);
+        let rotation = self.sky_rotation();
         let lights = self.sky_map.iter().flat_map(|map| &map.lights);
-        lights.map(move |light| SkyLight { towards: turned(light.towards), ..*light })
+        lights.map(move |light| SkyLight { towards: rotation * light.towards, ..*light })
     }
 }
 
@@ -267,6 +265,6 @@ mod tests {
     #[test]
     fn turned_by_90_degrees_what_was_towards_x_is_towards_minus_z() {
         let scene = Scene { sky_turn: 0.25, ..Scene::default() };
-        assert!(scene.sky_unturned(DVec3::NEG_Z).distance(DVec3::X) < 1e-12);
+        assert!((scene.sky_rotation() * DVec3::X).distance(DVec3::NEG_Z) < 1e-12);
     }
 }

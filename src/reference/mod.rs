@@ -12,13 +12,16 @@ mod geometry;
 mod integrator;
 mod itself;
 mod lanes;
+mod layers;
 mod lights;
 mod material;
 mod memory;
 mod microfacet;
 mod point_textures;
 mod sampler;
+mod sheen;
 mod sky;
+mod thin_film;
 mod tile;
 mod traversal;
 mod watertight;
@@ -36,7 +39,7 @@ pub use itself::lights_itself;
 use sampler::Sampler;
 
 /// Must change whenever the same options could give another image: cached references of other versions are ignored.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// The number of bounces of indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

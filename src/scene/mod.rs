@@ -8,6 +8,7 @@ mod animation;
 mod bounds;
 mod builder;
 mod camera;
+pub mod finish;
 mod gltf;
 mod lights;
 pub mod sky;
@@ -114,6 +115,8 @@ pub struct Material {
     pub attenuation_color: Vec3,
     /// Metres; infinite without attenuation.
     pub attenuation_distance: f32,
+    /// Clearcoat, sheen and the like.
+    pub finish: Option<Box<finish::Finish>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,6 +157,7 @@ impl Default for Material {
             thickness_texture: None,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
+            finish: None,
         }
     }
 }

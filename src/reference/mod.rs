@@ -4,6 +4,8 @@
 //! light is missing, because such paths cannot be sampled from the camera: caustics of point lights without extent.
 
 mod bsdf;
+#[cfg(test)]
+mod bsdf_tests;
 mod bvh;
 pub mod cache;
 mod camera;

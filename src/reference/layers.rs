@@ -64,7 +64,11 @@ impl Layers {
         let sheen_max = finish.sheen_color.max_element();
         // Each at least a little where it is there at all: its lobe may be bright where another's is not sampled.
         let sheen_weight = if sheen_max > 0.0 { (sheen_max * viewer_albedo.min(1.0)).max(0.05) } else { 0.0 };
-        let below = (1.0 - coat_share) * (base.max(0.05) + sheen_weight);
+        let base_weight = if base > 0.0 { base.max(0.05) } else { 0.0 };
+        let total = coat_share + (1.0 - coat_share) * (base_weight + sheen_weight);
+        if total == 0.0 {
+            return None;
+        }
         Some(Self {
             base_frame,
             coat_frame,
@@ -78,7 +82,7 @@ impl Layers {
             sheen_max,
             sheen_roughness: finish.sheen_roughness,
             viewer_albedo,
-            choose: [coat_share, (1.0 - coat_share) * sheen_weight].map(|weight| weight / (coat_share + below)),
+            choose: [coat_share, (1.0 - coat_share) * sheen_weight].map(|weight| weight / total),
         })
     }
 

@@ -90,7 +90,10 @@ mod tests {
             for cos in [0.003, 0.02, 0.1, 0.3, 0.57, 0.8, 1.0] {
                 let (table, exact) = (albedo(roughness, cos), integrated(roughness, cos));
                 // What linear steps between 33 × 33 entries cost.
-                assert!((table - exact).abs() < 0.01 + 0.02 * exact, "roughness {roughness}, cosine {cos}: {table}, not {exact}");
+                assert!(
+                    (table - exact).abs() < 0.01 + 0.02 * exact,
+                    "roughness {roughness}, cosine {cos}: {table}, not {exact}"
+                );
             }
         }
     }

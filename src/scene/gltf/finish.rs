@@ -99,7 +99,9 @@ impl Loader<'_> {
 
     fn extension<T: DeserializeOwned>(&self, all: &Map<String, Value>, name: &str) -> Result<Option<T>, Problem> {
         let parsed = all.get(name).map(T::deserialize).transpose();
-        parsed.map_err(|e| format!("{} has a {name} that is not valid ({}); correct it", self.what, shorten(&e.to_string())))
+        parsed.map_err(|e| {
+            format!("{} has a {name} that is not valid ({}); correct it", self.what, shorten(&e.to_string()))
+        })
     }
 
     fn clearcoat(&mut self, json: ClearcoatJson) -> Result<Clearcoat, Problem> {

@@ -8,8 +8,8 @@ use std::f32::consts::FRAC_1_PI;
 
 use super::bsdf::{SMOOTH, Scatter, Viewing, frame, sample_cosine};
 use super::microfacet::{Ggx, schlick};
-use super::sheen;
 use crate::scene::finish::FinishParams;
+use crate::scene::sheen;
 
 /// Reflectance of a coat of index 1.5 at normal incidence.
 const COAT_F0: f32 = 0.04;

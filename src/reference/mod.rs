@@ -21,7 +21,6 @@ mod memory;
 mod microfacet;
 mod point_textures;
 mod sampler;
-mod sheen;
 mod sky;
 mod thin_film;
 mod tile;

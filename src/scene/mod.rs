@@ -11,6 +11,7 @@ mod camera;
 pub mod finish;
 mod gltf;
 mod lights;
+pub mod sheen;
 pub mod sky;
 pub mod surface;
 pub mod texture;

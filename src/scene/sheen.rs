@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
-use crate::scene::finish::SHEEN_ROUGHNESS_MIN;
+use super::finish::SHEEN_ROUGHNESS_MIN;
 
 /// The normal distribution D at the half vector's height over the surface, 1/sr.
 fn d(alpha: f32, cos: f32) -> f32 {
@@ -32,11 +32,11 @@ pub fn lobe(roughness: f32, wo: Vec3, wi: Vec3) -> f32 {
 }
 
 /// Steps of the table along each axis.
-const STEPS: usize = 32;
+pub const STEPS: usize = 32;
 
 /// Share of light from all around that a white lobe sends to a viewer; more than 1 near grazing below a roughness of 0.25: by roughness from the least to 1, then by the
 /// viewer's cosine to the normal, whose steps narrow towards grazing: (i / `STEPS`)².
-static ALBEDO: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
+pub static ALBEDO: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
     let roughness = |row: usize| SHEEN_ROUGHNESS_MIN + (1.0 - SHEEN_ROUGHNESS_MIN) * row as f32 / STEPS as f32;
     let cos = |column: usize| (column as f32 / STEPS as f32).powi(2).max(1e-4);
     (0..=STEPS).map(|row| std::array::from_fn(|column| integrated(roughness(row), cos(column)))).collect()

@@ -107,7 +107,7 @@ Lobes lobes_under(Surface s, float nv, float coat_nv) {
     Lobes lobes = Lobes(specular, 1.0 - coat, diffuse_share(s.coat_f0, s.coat_f90, nv), vec3(0.0), 0.0);
     if (feature(FEATURE_LAYERS)) {
         lobes.coat = coat_share(s, coat_nv);
-        float left = (1.0 - sheen_share(s, nv, nv)) * (1.0 - lobes.coat);
+        float left = (1.0 - sheen_share(s, nv)) * (1.0 - lobes.coat);
         lobes.specular *= left;
         lobes.rest *= left;
         lobes.diffuse *= left;

@@ -64,19 +64,29 @@ vec4 finish_texel(uint first, uint slot, vec4 uv, Footprint footprint, bool srgb
     return texel;
 }
 
-float sheen_albedo_at(uint table, uint row, uint column) {
-    uint word = row * (SHEEN_STEPS + 1u) + column;
+float sheen_table_at(uint table, uint word) {
     return finish_row(table + word / 4u)[word % 4u];
+}
+
+// From the table that begins at that word.
+float sheen_table(Finish f, uint first, float nv) {
+    vec2 at = clamp(vec2((f.sheen_roughness - SHEEN_ROUGHNESS_MIN) / (1.0 - SHEEN_ROUGHNESS_MIN), sqrt(max(nv, 0.0))), 0.0, 1.0) * float(SHEEN_STEPS);
+    uvec2 low = min(uvec2(at), uvec2(SHEEN_STEPS - 1u));
+    vec2 part = at - vec2(low);
+    uint here = first + low.x * (SHEEN_STEPS + 1u) + low.y;
+    uint next = here + SHEEN_STEPS + 1u;
+    return mix(mix(sheen_table_at(f.sheen_table, here), sheen_table_at(f.sheen_table, here + 1u), part.y),
+        mix(sheen_table_at(f.sheen_table, next), sheen_table_at(f.sheen_table, next + 1u), part.y), part.x);
 }
 
 // Share of light from all around that a white sheen sends to a viewer; more than 1 near grazing if it is smooth.
 float sheen_albedo(Finish f, float nv) {
-    vec2 at = clamp(vec2((f.sheen_roughness - SHEEN_ROUGHNESS_MIN) / (1.0 - SHEEN_ROUGHNESS_MIN), sqrt(max(nv, 0.0))), 0.0, 1.0) * float(SHEEN_STEPS);
-    uvec2 low = min(uvec2(at), uvec2(SHEEN_STEPS - 1u));
-    vec2 part = at - vec2(low);
-    float here = mix(sheen_albedo_at(f.sheen_table, low.x, low.y), sheen_albedo_at(f.sheen_table, low.x, low.y + 1u), part.y);
-    float next = mix(sheen_albedo_at(f.sheen_table, low.x + 1u, low.y), sheen_albedo_at(f.sheen_table, low.x + 1u, low.y + 1u), part.y);
-    return mix(here, next, part.x);
+    return sheen_table(f, 0u, nv);
+}
+
+// And that it keeps from what lies below it.
+float sheen_taken(Finish f, float nv) {
+    return sheen_table(f, (SHEEN_STEPS + 1u) * (SHEEN_STEPS + 1u), nv);
 }
 
 // A normal or direction of the tangent frame about n; n where it has none.

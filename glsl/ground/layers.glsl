@@ -23,6 +23,12 @@ float sheen_share(Surface s, float nv, float nl) {
     return feature(FEATURE_SHEEN) && most > 0.0 ? most * min(max(sheen_albedo(s.finish, nv), sheen_albedo(s.finish, nl)), 1.0) : 0.0;
 }
 
+// The same of light from all around.
+float sheen_share(Surface s, float nv) {
+    float most = brightest(s.finish.sheen);
+    return feature(FEATURE_SHEEN) && most > 0.0 ? most * sheen_taken(s.finish, nv) : 0.0;
+}
+
 // Fresnel under the film at a microfacet that light meets under this cosine; w: what is left for what lies under it.
 vec4 film_fresnel(Surface s, float cosine) {
     Finish f = s.finish;

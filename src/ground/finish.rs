@@ -3,7 +3,7 @@
 
 use super::layout::{Material, TextureLevel, TextureSlot};
 use crate::scene::finish::Finish;
-use crate::scene::sheen;
+use crate::scene::{Scene, sheen};
 
 /// `MATERIAL_FINISH_SHIFT` of the twin.
 const FLAGS_SHIFT: u32 = 4;
@@ -65,11 +65,34 @@ pub fn append(finishes: &[PackedFinish], materials: &mut [Material], levels: &mu
     };
     let has_sheen = finishes.iter().any(|finish| finish.factors[4..7].iter().any(|&x| x > 0.0));
     let table: Vec<u32> = match has_sheen {
-        true => sheen::ALBEDO.iter().flatten().map(|x| x.to_bits()).collect(),
+        true => sheen::ALBEDO.iter().chain(sheen::TAKEN.iter()).flatten().map(|x| x.to_bits()).collect(),
         false => Vec::new(),
     };
     let table = push(&table);
     for finish in finishes {
         materials[finish.material].flags |= push(&finish.words(table)) << FLAGS_SHIFT;
     }
+}
+
+/// What the renderer approximates of the scene's materials, a sentence each: `docs/materials.md` says by how much.
+pub fn approximated(scene: &Scene) -> Vec<String> {
+    type Has = fn(&Finish) -> bool;
+    let kinds: [(&str, &str, Has); 6] = [
+        ("a clearcoat", "light that is not direct meets it along one more look", |f| f.clearcoat.factor > 0.0),
+        ("sheen", "light that is not direct is taken as even", |f| f.sheen.color != glam::Vec3::ZERO),
+        ("anisotropy", "methods other than rays bend one look", |f| f.anisotropy.strength > 0.0),
+        ("iridescence", "light that is not direct meets one reflectance per pixel", |f| f.iridescence.factor > 0.0),
+        ("diffuse transmission", "a volume is as thick as stated everywhere", |f| f.diffuse_transmission.factor > 0.0),
+        ("dispersion", "the renderer refracts all colours alike", |f| f.dispersion > 0.0),
+    ];
+    let used = |index: &usize| scene.meshes.iter().any(|mesh| mesh.material == *index);
+    let mut notes = Vec::new();
+    for (what, how, has) in kinds {
+        let found = |index: &usize| scene.materials[*index].finish.as_deref().is_some_and(has);
+        let first = (0..scene.materials.len()).filter(used).find(found);
+        // The file counts without glTF's default material, which is the scene's first.
+        notes
+            .extend(first.map(|index| format!("material {} has {what}, approximated: {how}", index.saturating_sub(1))));
+    }
+    notes
 }

@@ -42,24 +42,43 @@ pub static ALBEDO: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
     (0..=STEPS).map(|row| std::array::from_fn(|column| integrated(roughness(row), cos(column)))).collect()
 });
 
-/// The same, from the table.
-pub fn albedo(roughness: f32, cos: f32) -> f32 {
-    let at = |x: f32| {
-        let x = x.clamp(0.0, 1.0) * STEPS as f32;
-        let low = (x as usize).min(STEPS - 1);
-        (low, x - low as f32)
+/// Share of light from all around that a white sheen keeps from what lies below it, by the same steps: the mean over the
+/// light's directions of the larger of the two directions' albedos, at most 1.
+pub static TAKEN: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
+    const HEIGHTS: usize = 64;
+    let row = |albedos: &[f32; STEPS + 1]| {
+        std::array::from_fn(|column| {
+            let taken = |i: usize| {
+                // Cosine-weighted: cos² is even.
+                let cos = ((i as f32 + 0.5) / HEIGHTS as f32).sqrt();
+                albedos[column].max(between(albedos, cos.sqrt())).min(1.0)
+            };
+            (0..HEIGHTS).map(taken).sum::<f32>() / HEIGHTS as f32
+        })
     };
-    let (row, down) = at((roughness - SHEEN_ROUGHNESS_MIN) / (1.0 - SHEEN_ROUGHNESS_MIN));
-    let (column, along) = at(cos.max(0.0).sqrt());
-    let in_row = |row: usize| {
-        let [a, b] = [ALBEDO[row][column], ALBEDO[row][column + 1]];
-        a + (b - a) * along
-    };
-    let [a, b] = [in_row(row), in_row(row + 1)];
-    a + (b - a) * down
+    ALBEDO.iter().map(row).collect()
+});
+
+/// A step of a table below a place from 0 to 1, and how far beyond it that is.
+fn step(x: f32) -> (usize, f32) {
+    let x = x.clamp(0.0, 1.0) * STEPS as f32;
+    let low = (x as usize).min(STEPS - 1);
+    (low, x - low as f32)
 }
 
-/// The same by a midpoint rule over the hemisphere. Heights are squared twice, because much of the light comes from near
+fn between(row: &[f32; STEPS + 1], x: f32) -> f32 {
+    let (low, part) = step(x);
+    row[low] + (row[low + 1] - row[low]) * part
+}
+
+/// The albedo from the table.
+pub fn albedo(roughness: f32, cos: f32) -> f32 {
+    let (low, part) = step((roughness - SHEEN_ROUGHNESS_MIN) / (1.0 - SHEEN_ROUGHNESS_MIN));
+    let [a, b] = [low, low + 1].map(|row| between(&ALBEDO[row], cos.max(0.0).sqrt()));
+    a + (b - a) * part
+}
+
+/// The albedo by a midpoint rule over the hemisphere. Heights are squared twice, because much of the light comes from near
 /// the horizon.
 fn integrated(roughness: f32, cos: f32) -> f32 {
     const HEIGHTS: usize = 96;

@@ -1,8 +1,5 @@
 //! The renderer's coats, sheens and the like against the path tracer, and `docs/materials.md` as its example writes it.
 
-#[path = "common/gpu.rs"]
-#[allow(dead_code)]
-mod gpu;
 #[path = "../examples/materials.rs"]
 #[allow(dead_code)]
 mod materials;
@@ -11,6 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use twobounce::ground::finish::approximated;
+use twobounce::vk::{Context, ContextOptions};
 
 const AGAIN: &str = "run `cargo run --release --example materials`";
 
@@ -32,7 +30,7 @@ fn the_page_has_a_row_for_every_scene() {
 /// Each scene's own materials keep their brightness, and the validation layers find nothing. Coarser than the page's numbers.
 #[test]
 fn materials_look_as_the_reference_has_them() {
-    let context = gpu::context();
+    let context = Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device");
     let plain = |name: &str| name.starts_with("none") || name.starts_with("glass");
     for scene in materials::scenes().into_iter().filter(|scene| !plain(&scene.name)) {
         let image = materials::rendered(&context, &scene, 48).expect("an image");
@@ -43,5 +41,5 @@ fn materials_look_as_the_reference_has_them() {
         // The method's own error, the reference's noise on bright spots, and what docs/materials.md says of each.
         assert!(rel < 0.35 && (energy - 1.0).abs() < 0.12, "{row}");
     }
-    gpu::assert_clean(&context);
+    assert!(context.validation_messages().is_empty(), "{:?}", context.validation_messages());
 }

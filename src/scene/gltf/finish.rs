@@ -98,10 +98,13 @@ impl Loader<'_> {
     }
 
     fn extension<T: DeserializeOwned>(&self, all: &Map<String, Value>, name: &str) -> Result<Option<T>, Problem> {
-        let parsed = all.get(name).map(T::deserialize).transpose();
-        parsed.map_err(|e| {
-            format!("{} has a {name} that is not valid ({}); correct it", self.what, shorten(&e.to_string()))
-        })
+        let Some(value) = all.get(name) else { return Ok(None) };
+        let wrong = |why: &str| format!("{} has a {name} that is not valid ({why}); correct it", self.what);
+        // An array of the fields in their order would be taken for an object.
+        if !value.is_object() {
+            return Err(wrong("it is no object"));
+        }
+        T::deserialize(value).map(Some).map_err(|e| wrong(&shorten(&e.to_string())))
     }
 
     fn clearcoat(&mut self, json: ClearcoatJson) -> Result<Clearcoat, Problem> {

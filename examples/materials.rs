@@ -1,7 +1,8 @@
 //! How well the renderer carries clearcoat, sheen, anisotropy, iridescence, diffuse transmission and dispersion: writes the table
 //! of `docs/materials.md`.
 //!
-//! `cargo run --release --example materials [FOLDER]`: with a folder, also the pictures behind the numbers.
+//! `cargo run --release --example materials [FOLDER [SCENE]]`: with a folder, also the pictures behind the numbers; with the
+//! beginning of a scene's name, the other lines stay as the page has them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,10 +32,18 @@ pub const HEADING: &str = "\n## Numbers\n";
 
 fn main() -> Result<()> {
     let folder = std::env::args().nth(1).map(PathBuf::from);
+    let chosen = std::env::args().nth(2).unwrap_or_default();
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/materials.md");
+    let before = std::fs::read_to_string(&page).map_err(|e| Error::file(&page, e.to_string()))?;
     let context = Context::new(&ContextOptions::default())?;
     let mut table =
         String::from("\n| scene | error (`rel`) | energy | the same on the material | |\n|---|---:|---:|---:|---:|\n");
     for scene in scenes() {
+        let kept = before.lines().find(|line| line.starts_with(&format!("| {} |", scene.name)));
+        if let Some(line) = kept.filter(|_| !scene.name.starts_with(&chosen)) {
+            table += &format!("{line}\n");
+            continue;
+        }
         let truth = traced(&scene, SIZE, SAMPLES)?;
         let image = rendered(&context, &scene, SIZE)?;
         let line = row(&scene.name, &image, &truth)?;
@@ -45,8 +54,6 @@ fn main() -> Result<()> {
             file::write(&folder.join(format!("{}.png", scene.name.replace([' ', ','], "-"))), &png)?;
         }
     }
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/materials.md");
-    let before = std::fs::read_to_string(&page).map_err(|e| Error::file(&page, e.to_string()))?;
     let opening = before.split(HEADING).next().unwrap_or_default();
     file::write(&page, format!("{opening}{HEADING}{table}").as_bytes())
 }

@@ -63,15 +63,15 @@ vec3 direct_light(Surface s, vec3 a, uint covered, float through_share) {
     return sum / float(max(count, 1u));
 }
 
-// Diffuse light of the far side that comes through: not gathered with neighbours, so from four places of the pattern in which
-// directions differ.
+// Diffuse light of the far side that comes through: not gathered with neighbours, so from all directions that these would have.
 void add_far_side(inout Outgoing sent, Surface s, Viewed viewed) {
     Surface far = far_side(s);
     vec3 through = s.finish.diffused * viewed.lobes.diffuse;
     sent.direct += through * lamp_light(far, viewed.view).diffuse;
-    for (uint k = 0u; k < 4u; k++) {
-        uvec3 place = uvec3(gl_FragCoord.xy, 0u) + uvec3(k & 1u, push.first_row + (k >> 1u), 0u);
-        sent.indirect += 0.25 * through * look_up_diffuse(far, place).rgb;
+    const uint places = INTERLEAVE * INTERLEAVE;
+    for (uint k = 0u; k < places; k++) {
+        uvec3 place = uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
+        sent.indirect += through / float(places) * look_up_diffuse(far, place).rgb;
     }
 }
 

@@ -53,7 +53,7 @@ struct Film {
 }
 
 /// The BSDF at one point, for one viewing direction.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Bsdf {
     /// World from local: columns tangent, bitangent, normal.
     frame: Mat3,
@@ -78,7 +78,8 @@ pub struct Bsdf {
     eta: f32,
     /// Sampling probabilities of diffuse, reflection, transmission, diffuse transmission.
     choose: [f32; 4],
-    layers: Option<Layers>,
+    /// Apart, because most surfaces have none.
+    layers: Option<Box<Layers>>,
 }
 
 /// The side from which a BSDF is seen. All vectors but `grain` are unit; all normals have a positive dot product with `wo`.
@@ -190,7 +191,8 @@ impl Bsdf {
             bsdf.choose = lobes.map(|l| l / total);
         }
         // Both layers lie on the outside of a volume.
-        bsdf.layers = finish.filter(|_| !(volume && inside)).and_then(|f| Layers::new(f, &viewing, albedo));
+        bsdf.layers =
+            finish.filter(|_| !(volume && inside)).and_then(|f| Layers::new(f, &viewing, albedo).map(Box::new));
         bsdf
     }
 
@@ -219,6 +221,7 @@ impl Bsdf {
     }
 
     /// [`Self::fresnel`] under a film.
+    #[cold]
     fn film_fresnel(&self, film: &Film, cos: f32) -> (Vec3, f32) {
         let under = |plain: Reflectance| plain.at(cos).lerp(film.film.reflectance(cos, plain.f0), film.share);
         let dielectric = under(self.dielectric);

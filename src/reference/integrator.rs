@@ -409,7 +409,7 @@ impl Vertex {
     #[inline]
     pub(super) fn seen_from(&self, wo: Vec3) -> Bsdf {
         if self.bsdf.is_lambertian() && self.bsdf.normal().dot(wo) > 0.0 {
-            return self.bsdf;
+            return self.bsdf.clone();
         }
         Bsdf::new(&self.surface.params, false, self.surface.viewed(self.bsdf.geometric, wo, self.hit.back))
     }

@@ -49,6 +49,7 @@ pub fn coat_leaves(finish: &FinishParams, normal: Vec3, to_viewer: Vec3) -> f32 
 
 impl Layers {
     /// `None` without either. `base` is the largest share of light that the base reflects.
+    #[cold]
     pub fn new(finish: &FinishParams, viewing: &Viewing, base: f32) -> Option<Self> {
         if finish.clearcoat == 0.0 && finish.sheen_color == Vec3::ZERO {
             return None;
@@ -107,6 +108,7 @@ impl Layers {
     }
 
     /// f · |cos| and the density of the whole, from those of the base.
+    #[cold]
     pub fn eval(&self, wi: Vec3, (base, base_density): (Vec3, f32)) -> (Vec3, f32) {
         let [coat, sheen] = self.choose;
         let cos = self.base_frame.z_axis.dot(wi);
@@ -131,6 +133,7 @@ impl Layers {
     }
 
     /// Chooses a layer by `lobe`: the coat's or the sheen's direction, or the base with that number scaled up again.
+    #[cold]
     pub fn sample(&self, lobe: f32, u: [f32; 2]) -> Choice {
         let [coat, sheen] = self.choose;
         if lobe < coat {

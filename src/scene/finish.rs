@@ -162,6 +162,7 @@ pub struct FinishParams {
 
 impl Finish {
     /// At a point; `sample` reads a texture there, white where there is none.
+    #[cold]
     pub fn evaluate(&self, sample: impl Fn(&Option<TextureRef>, ColorSpace) -> Vec4) -> FinishParams {
         use ColorSpace::{Linear, Srgb};
         let Self { clearcoat, sheen, anisotropy, iridescence, diffuse_transmission: diffuse, dispersion } = self;

@@ -4,7 +4,8 @@
 
 // A normal among those that v sees, both in the frame about the surface's normal, with density G1(v) D(h) (v·h) / v.z
 // (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
-vec3 visible_normal(float alpha, vec3 v, vec2 u) {
+// `alpha`: along the frame's x and y.
+vec3 visible_normal(vec2 alpha, vec3 v, vec2 u) {
     vec3 stretched = normalize(vec3(alpha * v.xy, v.z));
     float phi = 2.0 * PI * u.x;
     float z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
@@ -13,10 +14,19 @@ vec3 visible_normal(float alpha, vec3 v, vec2 u) {
     return normalize(vec3(alpha * h.xy, max(h.z, 1e-6)));
 }
 
+vec3 visible_normal(float alpha, vec3 v, vec2 u) {
+    return visible_normal(vec2(alpha), v, u);
+}
+
 // Smith's masking of one direction whose cosine to the normal is c.
 float lobe_masking(float alpha, float c) {
     float a2 = alpha * alpha;
     return 2.0 * c / max(c + sqrt(a2 + (1.0 - a2) * c * c), 1e-6);
+}
+
+// The same of a direction, where α differs along the frame's x and y.
+float lobe_masking(vec2 alpha, vec3 d) {
+    return 2.0 * abs(d.z) / max(abs(d.z) + length(vec3(alpha * d.xy, d.z)), 1e-6);
 }
 
 // Tangent of the half angle of a cone as wide as half of the lobe, from roughness in [0, 1]; tests/twins/directions.rs derives it.

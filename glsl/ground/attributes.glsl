@@ -12,11 +12,11 @@ struct Attributes {
 };
 
 uint tangent_words() {
-    return slot_in_use(SLOT_NORMAL) ? 4u : 0u;
+    return slot_in_use(SLOT_NORMAL) || feature(FEATURE_TANGENTS) ? 4u : 0u;
 }
 
 uint uv_words() {
-    return (FEATURES & FEATURE_TEXTURES) == 0u ? 0u : feature(FEATURE_SECOND_UV) ? 4u : 2u;
+    return (FEATURES & (FEATURE_TEXTURES | FEATURE_FINISH_TEXTURES)) == 0u ? 0u : feature(FEATURE_SECOND_UV) ? 4u : 2u;
 }
 
 // A colour is 4 × f16.

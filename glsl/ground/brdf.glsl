@@ -2,17 +2,45 @@
 
 #include "common/albedo.glsl"
 #include "ground/surface.glsl"
+#include "ground/layers.glsl"
 
 const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
 
 struct Brdf {
     vec3 diffuse;
     vec3 specular;
+    vec3 sheen;
+    vec3 coat; // times the cosine to its own normal over that to the surface's
 };
+
+// Adds what lies over a surface, and takes its share from what it has.
+void add_layers(inout Brdf f, Surface s, vec3 v, vec3 l) {
+    float nl = max(dot(s.normal, l), 1e-4);
+    float nv = max(abs(dot(s.normal, v)), 1e-4);
+    float coat_nv = max(abs(dot(s.finish.coat_normal, v)), 1e-4);
+    float coat = coat_share(s, coat_nv);
+    float left = (1.0 - sheen_share(s, nv, nl)) * (1.0 - coat);
+    f.diffuse *= left;
+    f.specular *= left;
+    if (feature(FEATURE_SHEEN) && any(greaterThan(s.finish.sheen, vec3(0.0)))) {
+        float nh = clamp(dot(s.normal, normalize(l + v)), 0.0, 1.0);
+        f.sheen = s.finish.sheen * ((1.0 - coat) * sheen_lobe(s.finish.sheen_roughness, nv, nl, nh) / max(sheen_albedo(s.finish, nv), 1.0));
+    }
+    float coat_nl = dot(s.finish.coat_normal, l);
+    if (coat > 0.0 && coat_nl > 0.0) {
+        vec3 h = normalize(l + v);
+        float alpha = max(s.finish.coat_roughness * s.finish.coat_roughness, MIN_ALPHA);
+        float nh = clamp(dot(s.finish.coat_normal, h), 0.0, 1.0);
+        float a2 = alpha * alpha;
+        float d = nh * nh * (a2 - 1.0) + 1.0;
+        float smith = coat_nl * sqrt(coat_nv * coat_nv * (1.0 - a2) + a2) + coat_nv * sqrt(coat_nl * coat_nl * (1.0 - a2) + a2);
+        f.coat = vec3(coat * a2 / (PI * d * d) * 0.5 / max(smith, 1e-7) * coat_nl / nl);
+    }
+}
 
 // Towards l, looking from v; unit vectors.
 Brdf brdf(Surface s, vec3 v, vec3 l) {
-    Brdf f = Brdf(s.diffuse / PI, vec3(0.0));
+    Brdf f = Brdf(s.diffuse / PI, vec3(0.0), vec3(0.0), vec3(0.0));
     float nl = max(dot(s.normal, l), 0.0);
     if (s.f90 > 0.0 || any(greaterThan(s.f0, vec3(0.0)))) {
         vec3 h = normalize(l + v);
@@ -25,16 +53,41 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
         float ggx = a2 / (PI * d * d);
         float smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
         vec3 fresnel = schlick(s.f0, s.f90, vh);
-        f.diffuse *= 1.0 - schlick(s.coat_f0, s.coat_f90, vh);
-        f.specular = fresnel * (ggx * 0.5 / max(smith, 1e-7));
+        float left = 1.0 - schlick(s.coat_f0, s.coat_f90, vh);
+        if (has_film(s)) {
+            vec4 filmed = film_fresnel(s, vh);
+            fresnel = filmed.rgb;
+            left = filmed.w;
+        }
+        float lobe = ggx * 0.5 / max(smith, 1e-7);
+        if (is_brushed(s)) {
+            lobe = brushed_lobe(s, v, l, h, nv, nl, nh);
+        }
+        f.diffuse *= left;
+        f.specular = fresnel * lobe;
+    }
+    if (feature(FEATURE_LAYERS)) {
+        add_layers(f, s, v, l);
     }
     return f;
 }
 
-// BRDF × cos θ, with a share of its specular part.
-vec3 brdf_cos(Surface s, vec3 v, vec3 l, float specular) {
+
+// Share of a lamp's, or the sky's bright part's, reflection that points on it find; the rest is one mirrored ray's, which
+// finds all of it in what is smooth, where points miss the lobe.
+float lamps_in_lobe(float roughness) {
+    return smoothstep(0.15, 0.35, roughness);
+}
+
+// BRDF × cos θ. `mirrored`: single rays find the light in what is smooth.
+vec3 brdf_cos(Surface s, vec3 v, vec3 l, bool mirrored) {
     Brdf f = brdf(s, v, l);
-    return (f.diffuse + specular * f.specular) * max(dot(s.normal, l), 0.0);
+    float specular = mirrored ? lamps_in_lobe(s.roughness) : 1.0;
+    vec3 sum = f.diffuse + specular * f.specular;
+    if (feature(FEATURE_LAYERS)) {
+        sum += f.sheen + (mirrored ? lamps_in_lobe(s.finish.coat_roughness) : 1.0) * f.coat;
+    }
+    return sum * max(dot(s.normal, l), 0.0);
 }
 
 // Shares of light from all around that go towards a viewer.
@@ -42,17 +95,35 @@ struct Lobes {
     vec3 specular;
     float rest; // what is left for the transmitted part
     float diffuse; // and for the diffuse one: less, since rough microfacets mask much of what Fresnel takes from it
+    vec3 sheen;
+    float coat;
 };
 
-// Towards a viewer that sees the surface under the cosine nv.
-Lobes lobes_at(Surface s, float nv) {
+// Towards a viewer that sees the surface under the cosine nv, and its coat under another.
+Lobes lobes_under(Surface s, float nv, float coat_nv) {
+    s = without_film(s, nv);
     vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, nv);
     float coat = specular_albedo(vec3(s.coat_f0), s.coat_f90, s.roughness, nv).x;
-    return Lobes(specular, 1.0 - coat, diffuse_share(s.coat_f0, s.coat_f90, nv));
+    Lobes lobes = Lobes(specular, 1.0 - coat, diffuse_share(s.coat_f0, s.coat_f90, nv), vec3(0.0), 0.0);
+    if (feature(FEATURE_LAYERS)) {
+        lobes.coat = coat_share(s, coat_nv);
+        float left = (1.0 - sheen_share(s, nv)) * (1.0 - lobes.coat);
+        lobes.specular *= left;
+        lobes.rest *= left;
+        lobes.diffuse *= left;
+        if (feature(FEATURE_SHEEN) && any(greaterThan(s.finish.sheen, vec3(0.0)))) {
+            lobes.sheen = s.finish.sheen * (min(sheen_albedo(s.finish, nv), 1.0) * (1.0 - lobes.coat));
+        }
+    }
+    return lobes;
+}
+
+Lobes lobes_at(Surface s, float nv) {
+    return lobes_under(s, nv, nv);
 }
 
 Lobes lobes_towards(Surface s, vec3 view) {
-    return lobes_at(s, max(dot(s.normal, view), 0.0));
+    return lobes_under(s, max(dot(s.normal, view), 0.0), abs(dot(s.finish.coat_normal, view)));
 }
 
 // A surface as a viewer sees it.
@@ -64,14 +135,26 @@ struct Viewed {
     vec3 gathered; // E/π of its diffuse light, stored radiance
 };
 
-// Share of a lamp's, or the sky's bright part's, reflection that points on it find; the rest is one mirrored ray's, which
-// finds all of it in what is smooth, where points miss the lobe.
-float lamps_in_lobe(float roughness) {
-    return smoothstep(0.15, 0.35, roughness);
-}
-
 // What a surface sends to a viewer: a method's look-up adds to it.
 struct Outgoing {
     vec3 direct; // radiance
     vec3 indirect; // stored radiance: × frame.scale
 };
+
+// The surface under its layers and its film, as looks along its lobes see it.
+Surface under_layers(Surface s, Viewed v) {
+    if (feature(FEATURE_LAYERS | FEATURE_IRIDESCENCE)) {
+        float nv = max(dot(s.normal, v.view), 0.0);
+        s = without_film(s, nv);
+        float left = (1.0 - sheen_share(s, nv, nv)) * (1.0 - v.lobes.coat);
+        s.f0 *= left;
+        s.f90 *= left;
+        s.albedo *= left;
+    }
+    return s;
+}
+
+// The coat alone, as the same viewer sees it.
+Viewed coat_viewed(Viewed v) {
+    return Viewed(v.view, Lobes(vec3(v.lobes.coat), 0.0, 0.0, vec3(0.0), 0.0), v.back, v.bend, v.gathered);
+}

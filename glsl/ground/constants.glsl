@@ -37,6 +37,16 @@ const uint FEATURE_SKY_MAP = 262144u;
 const uint FEATURE_SECOND_UV = 524288u; // a texture uses the second set
 const uint FEATURE_COLORS = 1048576u; // some vertex is not white
 const uint FEATURE_TEXTURES = 0xff00u; // bits 8 to 15: some material has a texture in that slot
+// Some material has it; all of these are in ground/finish.glsl.
+const uint FEATURE_CLEARCOAT = 1u << 21;
+const uint FEATURE_SHEEN = 1u << 22;
+const uint FEATURE_ANISOTROPY = 1u << 23;
+const uint FEATURE_IRIDESCENCE = 1u << 24;
+const uint FEATURE_DIFFUSE_TRANSMISSION = 1u << 25;
+const uint FEATURE_LAYERS = FEATURE_CLEARCOAT | FEATURE_SHEEN;
+const uint FEATURE_FINISH = FEATURE_LAYERS | FEATURE_ANISOTROPY | FEATURE_IRIDESCENCE | FEATURE_DIFFUSE_TRANSMISSION;
+const uint FEATURE_FINISH_TEXTURES = 1u << 26; // one of them has a texture
+const uint FEATURE_TANGENTS = 1u << 27; // one of them reads tangents
 
 bool feature(uint bit) {
     return (FEATURES & bit) != 0u;

@@ -22,6 +22,26 @@ const float MEAN_COSINE = 0.6666667;
 
 layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
+// What lights and sampled lamps shine on one side.
+vec3 far_irradiance(Surface s) {
+    vec3 sum = vec3(0.0);
+    for (uint i = 0u; i < frame.light_count; i++) {
+        LightSample to = sample_light(lights[i], s.position, frame.voxel_m);
+        float cosine = dot(s.normal, to.direction);
+        if (cosine > 0.0 && any(greaterThan(to.irradiance, vec3(0.0)))) {
+            sum += to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position, 0u, 1u));
+        }
+    }
+    vec2 random = place_random(s.position);
+    for (uint i = 0u; i < lamp_points(); i++) {
+        LampPoint to = sample_lamp(i, s.position, s.normal, random);
+        if (any(greaterThan(to.irradiance, vec3(0.0)))) {
+            sum += to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
+        }
+    }
+    return sum;
+}
+
 // Stored radiance that lights and sampled lamps make one side send, and what it emits itself. `place`: of its lobe.
 vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
     vec3 irradiance = vec3(0.0);
@@ -53,6 +73,10 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
     // Sampled lamps light every surface directly: a look-up must not find their light again.
     vec3 emitted = LAMPS == LAMPS_SAMPLED ? vec3(0.0) : s.emitted;
     vec3 specular = lobes.specular;
+    if (feature(FEATURE_LAYERS)) {
+        specular += lobes.sheen + lobes.coat;
+        emitted *= 1.0 - lobes.coat;
+    }
 #ifdef METHOD_LOBES
     vec3 glossy = irradiance / PI * specular * frame.scale;
     if (feature(FEATURE_SPECULAR) && brightest(glossy) > 0.0 && dot(toward.xyz, s.facet) > 0.0) {
@@ -60,7 +84,11 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
         specular = vec3(0.0);
     }
 #endif
-    return (irradiance / PI * (s.diffuse * lobes.diffuse + specular) + emitted) * frame.scale;
+    vec3 sent = irradiance / PI * (s.diffuse * lobes.diffuse + specular) + emitted;
+    if (sends_through(s)) {
+        sent += far_irradiance(far_side(s)) / PI * (s.finish.diffused * lobes.diffuse);
+    }
+    return sent * frame.scale;
 }
 
 // What one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
@@ -80,9 +108,12 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
         direct_light[place] = stored;
     }
 #ifdef LOOK_UP
-    vec3 diffuse = s.diffuse * lobes.diffuse;
+    vec3 diffuse = s.diffuse * lobes.diffuse + lobes.sheen;
     if (any(greaterThan(diffuse, vec3(0.0)))) {
         stored += diffuse * look_up_diffuse(s, voxel).rgb;
+    }
+    if (sends_through(s)) {
+        stored += s.finish.diffused * lobes.diffuse * look_up_diffuse(far_side(s), voxel).rgb;
     }
     if (feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
         stored += lobes.specular * look_up_specular(s);

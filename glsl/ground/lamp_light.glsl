@@ -12,27 +12,35 @@ struct LampLight {
 LampLight lamp_light(Surface s, vec3 view) {
     vec2 random = place_random(s.position);
     LampLight sum = LampLight(vec3(0.0), vec3(0.0));
+    vec3 over = vec3(0.0);
     for (uint i = 0u; i < lamp_points(); i++) {
         LampPoint to = sample_lamp(i, s.position, s.normal, random);
         if (any(greaterThan(to.irradiance, vec3(0.0)))) {
             vec3 arriving = to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
             sum.diffuse += arriving / PI;
             if (feature(FEATURE_SPECULAR)) {
-                sum.specular += arriving * brdf(s, view, normalize(to.point - s.position)).specular;
+                Brdf f = brdf(s, view, normalize(to.point - s.position));
+                sum.specular += arriving * f.specular;
+                if (feature(FEATURE_LAYERS)) {
+                    over += arriving * (f.sheen + lamps_in_lobe(s.finish.coat_roughness) * f.coat);
+                }
             }
         }
     }
     sum.specular *= lamps_in_lobe(s.roughness);
+    if (feature(FEATURE_LAYERS)) {
+        sum.specular += over;
+    }
     return sum;
 }
 
 // The lamps that single rays find, for methods whose look-up does not: mirrored in what is smooth, and behind what transmits.
 vec3 lamps_along_rays(Surface s, Viewed v) {
     vec3 sum = vec3(0.0);
-    float mirrored = 1.0 - lamps_in_lobe(s.roughness);
-    bool reflects = feature(FEATURE_SPECULAR) && mirrored > 0.0 && any(greaterThan(v.lobes.specular, vec3(0.0)));
+    float smooth_share = 1.0 - lamps_in_lobe(s.roughness);
+    bool reflects = feature(FEATURE_SPECULAR) && smooth_share > 0.0 && any(greaterThan(v.lobes.specular, vec3(0.0)));
     for (uint i = 0u; i < min(lamp_points(), reflects ? 1u : 0u); i++) {
-        sum += v.lobes.specular * mirrored * trace_emission(s.position, s.facet, reflect(-v.view, s.normal));
+        sum += v.lobes.specular * smooth_share * trace_emission(s.position, s.facet, mirrored(s, v.view));
     }
     bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
     for (uint i = 0u; i < min(lamp_points(), transmits ? 1u : 0u); i++) {

@@ -4,6 +4,14 @@
 #include "ground/attributes.glsl"
 #include "ground/texture.glsl"
 
+vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
+    mat2 linear = mat2(slot.linear.xy, slot.linear.zw);
+    vec2 at = slot.uv_set == 0u ? uv.xy : uv.zw;
+    return sample_texture(slot, linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
+}
+
+#include "ground/finish.glsl"
+
 struct Surface {
     vec3 position; // voxels
     vec3 normal; // shading normal of the side looked at, unit
@@ -23,6 +31,7 @@ struct Surface {
     vec3 albedo; // base colour
     float diffuse_share; // neither metal nor transmitting
     bool unlit;
+    Finish finish;
 };
 
 float word_at(uint place) {
@@ -62,12 +71,6 @@ Attributes attributes_of(uint triangle) {
 
 vec4 between(vec4 corners[3], vec3 weights) {
     return corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
-}
-
-vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
-    mat2 linear = mat2(slot.linear.xy, slot.linear.zw);
-    vec2 at = slot.uv_set == 0u ? uv.xy : uv.zw;
-    return sample_texture(slot, linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
 }
 
 bool has_slot(Material m, uint slot) {
@@ -141,6 +144,7 @@ Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footpr
     vec3 n = attributes.normals[0] * weights.x + attributes.normals[1] * weights.y + attributes.normals[2] * weights.z;
     float n_length = length(n);
     n = n_length > 1e-6 ? n / n_length : s.facet;
+    vec3 smooth_normal = n;
     if (has_slot(m, SLOT_NORMAL)) {
         vec4 tangent = between(attributes.tangents, weights);
         vec3 tn = sample_slot(m.slots[SLOT_NORMAL], uv, footprint, false).xyz * 2.0 - 1.0;
@@ -208,6 +212,21 @@ Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footpr
     } else if (s.thickness_m > 0.0) {
         // The thickness that the material states stands for the way through it.
         s.transmitted *= attenuation(m, s.thickness_m);
+    }
+    s.finish = NO_FINISH;
+    if (feature(FEATURE_FINISH) && !s.unlit) {
+        vec4 tangent = between(attributes.tangents, weights);
+        s.finish = evaluate_finish(m, uv, footprint, smooth_normal, tangent, s.normal, side, s.roughness);
+        if (feature(FEATURE_DIFFUSE_TRANSMISSION)) {
+            s.diffuse *= 1.0 - s.finish.through;
+            s.finish.diffused *= s.diffuse_share * (s.thickness_m > 0.0 ? attenuation(m, s.thickness_m) : vec3(1.0));
+        }
+        s.finish.film_f0 = dielectric_f0;
+        s.finish.film_metal = vec4(base.rgb, metallic);
+        if (feature(FEATURE_ANISOTROPY) && s.finish.along > 0.0) {
+            // Where one roughness stands for both, it is their geometric mean.
+            s.roughness = sqrt(sqrt(s.finish.along * s.finish.across));
+        }
     }
     return s;
 }

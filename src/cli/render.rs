@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use twobounce::Result;
+use twobounce::ground::finish::approximated;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::refuse_invalid;
 use twobounce::measure::timing::Timings;
@@ -59,6 +60,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         out::warn(&format!("note: {}: {} (docs/stability.md)", opened.scene.name, failures.join("; ")));
     }
     let doing = context.compiled_anew().map_or("making passes", |_| "compiling pipelines, once");
+    for note in approximated(&opened.scene) {
+        out::warn(&format!("note: {}: {note} (docs/materials.md)", opened.scene.name));
+    }
     let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
     let renderer = Renderer::new(&context, opened.scene, &pose, settings, options)?;
     report::say_compiled(&context);

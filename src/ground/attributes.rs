@@ -34,8 +34,9 @@ impl CornerWords {
             (words > 0).then(|| count - words)
         };
         let words = |words: usize, feature: Features| if features.has(feature) { words } else { 0 };
-        let tangent = place(words(4, Features::texture_slot(NORMAL_SLOT)));
-        let uv = place(words(2, Features::TEXTURES) + words(2, Features::SECOND_UV));
+        let tangent = place(words(4, Features(Features::texture_slot(NORMAL_SLOT).0 | Features::TANGENTS.0)));
+        let textures = Features(Features::TEXTURES.0 | Features::FINISH_TEXTURES.0);
+        let uv = place(words(2, textures) + words(2, Features::SECOND_UV));
         let color = place(words(2, Features::COLORS));
         Self { tangent, uv, color, count }
     }

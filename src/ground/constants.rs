@@ -48,6 +48,15 @@ impl Features {
     pub const COLORS: Self = Self(1 << 20);
     /// A texture in any slot.
     pub const TEXTURES: Self = Self(0xff00);
+    pub const CLEARCOAT: Self = Self(1 << 21);
+    pub const SHEEN: Self = Self(1 << 22);
+    pub const ANISOTROPY: Self = Self(1 << 23);
+    pub const IRIDESCENCE: Self = Self(1 << 24);
+    pub const DIFFUSE_TRANSMISSION: Self = Self(1 << 25);
+    /// One of these five has a texture.
+    pub const FINISH_TEXTURES: Self = Self(1 << 26);
+    /// One of these reads tangents.
+    pub const TANGENTS: Self = Self(1 << 27);
 
     /// Some material has a texture in slot `slot` of `layout::Material::slots`.
     pub const fn texture_slot(slot: usize) -> Self {
@@ -89,6 +98,19 @@ impl Features {
             ask(Self::BLEND, m.alpha == Alpha::Blend);
             ask(Self::TRANSMISSION, transmits);
             ask(Self::SPECULAR, !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0)));
+            let Some(finish) = m.finish.as_deref().filter(|_| !m.unlit) else { continue };
+            for (texture, _) in finish.slots() {
+                ask(Self::FINISH_TEXTURES, texture.is_some());
+                ask(Self::SECOND_UV, texture.is_some_and(|t| t.uv_set == 1));
+            }
+            ask(Self::CLEARCOAT, finish.clearcoat.factor > 0.0);
+            ask(Self::SHEEN, finish.sheen.color != Vec3::ZERO);
+            ask(Self::ANISOTROPY, finish.anisotropy.strength > 0.0);
+            ask(Self::IRIDESCENCE, finish.iridescence.factor > 0.0);
+            ask(Self::DIFFUSE_TRANSMISSION, finish.diffuse_transmission.factor > 0.0);
+            ask(Self::TANGENTS, finish.anisotropy.strength > 0.0 || finish.clearcoat.normal_texture.is_some());
+            // Layers reflect too.
+            ask(Self::SPECULAR, finish.clearcoat.factor > 0.0 || finish.sheen.color != Vec3::ZERO);
         }
         ask(Self::COLORS, scene.meshes.iter().any(|mesh| mesh.colors.iter().any(|&color| color != Vec4::ONE)));
         ask(Self::SKY_GRADIENT, scene.sky_gradient != Vec3::ZERO);

@@ -9,6 +9,7 @@ pub mod cells;
 pub mod constants;
 pub mod expected_items;
 pub mod faces;
+pub mod finish;
 pub mod grid;
 pub mod image;
 pub mod lamps;

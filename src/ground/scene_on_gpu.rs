@@ -8,6 +8,7 @@ use glam::DAffine3;
 use super::atlas::Atlas;
 use super::attributes::CornerWords;
 use super::constants::Features;
+use super::finish::{self, PackedFinish};
 use super::layout::{self, material_flags};
 use super::tree::groups::TreesOnce;
 use crate::scene::texture::{ColorSpace, MipChain};
@@ -65,7 +66,11 @@ impl SceneOnGpu {
     /// Records that every material is as `scene` has it from now on; which textures it uses stays.
     pub fn update_materials(&self, r: &mut Recorder, scene: &Scene, pose: &Pose) {
         r.full_barrier(); // the frame before read them
-        r.update(&self.materials, 0, &ScenePacked::new(scene, pose).materials);
+        let packed = ScenePacked::new(scene, pose);
+        r.update(&self.materials, 0, &packed.materials);
+        if packed.has_finish {
+            r.update(&self.texture_levels, 0, &packed.levels);
+        }
         r.full_barrier();
     }
 }
@@ -76,7 +81,9 @@ pub struct ScenePacked {
     vertices: Vec<u32>,
     indices: Vec<u32>,
     materials: Vec<layout::Material>,
+    /// Behind them what [`finish`] adds to materials.
     levels: Vec<layout::TextureLevel>,
+    has_finish: bool,
     chains: Vec<MipChain>,
     atlas: Atlas,
     draws: Vec<SceneDraw>,
@@ -101,6 +108,7 @@ impl ScenePacked {
     pub fn new(scene: &Scene, pose: &Pose) -> Self {
         let mut textures = TextureTable::default();
         let mut materials = Vec::new();
+        let mut finishes = Vec::new();
         let mut material_of: HashMap<(usize, u32), u32> = HashMap::new();
         let corner = CornerWords::of(Features::of_scene(scene));
         let (mut vertices, mut vertex_count) = (Vec::new(), 0);
@@ -122,6 +130,7 @@ impl ScenePacked {
             let scale = if material.thickness > 0.0 { object_scale(&pose.world_from_instance[i]) } else { 1.0 };
             let index = *material_of.entry((mesh.material, scale.to_bits())).or_insert_with(|| {
                 materials.push(pack_material(scene, material, scale, &mut textures));
+                finishes.extend(pack_finish(scene, material, materials.len() - 1, &mut textures));
                 materials.len() as u32 - 1
             });
             let (first_index, vertex_offset) = mesh_start[instance.mesh];
@@ -149,13 +158,16 @@ impl ScenePacked {
         let sizes: Vec<Vec<_>> =
             textures.chains.iter().map(|chain| chain.levels.iter().map(|l| (l.width, l.height)).collect()).collect();
         let atlas = Atlas::pack(&sizes);
-        let levels = textures.place(&atlas, &mut materials);
+        let slots = materials.iter_mut().flat_map(|m| &mut m.slots);
+        let mut levels = textures.place(&atlas, slots.chain(finishes.iter_mut().flat_map(|f| &mut f.slots)));
+        finish::append(&finishes, &mut materials, &mut levels);
         Self {
             corner,
             vertices,
             indices,
             materials,
             levels,
+            has_finish: !finishes.is_empty(),
             chains: textures.chains,
             atlas,
             draws,
@@ -261,15 +273,19 @@ impl TextureTable {
         chain as u32
     }
 
-    /// All levels, and in the materials' slots, which have numbers of chains as yet, where these lie.
-    fn place(&self, atlas: &Atlas, materials: &mut [layout::Material]) -> Vec<layout::TextureLevel> {
+    /// All levels, and in the slots, which have numbers of chains as yet, where these lie.
+    fn place<'s>(
+        &self,
+        atlas: &Atlas,
+        slots: impl Iterator<Item = &'s mut layout::TextureSlot>,
+    ) -> Vec<layout::TextureLevel> {
         let mut levels = Vec::new();
         let mut first = Vec::new();
         for place in &atlas.places {
             first.push(levels.len() as u32);
             levels.extend_from_slice(&place.levels);
         }
-        for slot in materials.iter_mut().flat_map(|m| &mut m.slots).filter(|slot| slot.level_count > 0) {
+        for slot in slots.filter(|slot| slot.level_count > 0) {
             let chain = slot.layer as usize;
             let place = &atlas.places[chain];
             (slot.layer, slot.first_level, slot.level_count) = (place.layer, first[chain], place.levels.len() as u32);
@@ -297,20 +313,34 @@ fn sampler_flags(texture: &Texture) -> u32 {
         | mip << 6
 }
 
-/// The slots' layers are numbers of chains, until [`TextureTable::place`] knows where these lie.
+/// A slot; its layer is the number of a chain, until [`TextureTable::place`] knows where that lies.
+fn pack_slot(
+    scene: &Scene,
+    texture: Option<TextureRef>,
+    space: ColorSpace,
+    table: &mut TextureTable,
+) -> layout::TextureSlot {
+    let Some(t) = texture else { return bytemuck::Zeroable::zeroed() };
+    layout::TextureSlot {
+        layer: table.chain(scene, &scene.textures[t.texture], space),
+        first_level: 0,
+        level_count: 1,
+        flags: sampler_flags(&scene.textures[t.texture]),
+        uv_set: t.uv_set as u32,
+        linear: t.transform.matrix2.to_cols_array(),
+        offset: t.transform.translation.into(),
+    }
+}
+
+/// What the material with that index on the device has beyond the others.
+fn pack_finish(scene: &Scene, m: &Material, index: usize, table: &mut TextureTable) -> Option<PackedFinish> {
+    let finish = m.finish.as_deref().filter(|_| !m.unlit)?;
+    let slots = finish.slots().map(|(texture, space)| pack_slot(scene, texture, space, table));
+    Some(PackedFinish::new(index, finish, slots))
+}
+
 fn pack_material(scene: &Scene, m: &Material, object_scale: f32, table: &mut TextureTable) -> layout::Material {
-    let mut slot = |texture: Option<TextureRef>, space: ColorSpace| match texture {
-        None => bytemuck::Zeroable::zeroed(),
-        Some(t) => layout::TextureSlot {
-            layer: table.chain(scene, &scene.textures[t.texture], space),
-            first_level: 0,
-            level_count: 1,
-            flags: sampler_flags(&scene.textures[t.texture]),
-            uv_set: t.uv_set as u32,
-            linear: t.transform.matrix2.to_cols_array(),
-            offset: t.transform.translation.into(),
-        },
-    };
+    let mut slot = |texture, space| pack_slot(scene, texture, space, table);
     let slots = [
         slot(m.base_color_texture, ColorSpace::Srgb),
         slot(m.metallic_roughness_texture, ColorSpace::Linear),

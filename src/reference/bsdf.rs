@@ -1,14 +1,16 @@
-//! The BSDF of glTF 2.0 (appendix B, with KHR_materials_specular, _ior, _transmission and _volume): evaluation, sampling,
-//! density.
+//! The BSDF of glTF 2.0 (appendix B, with KHR_materials_specular, _ior, _transmission, _volume, _anisotropy, _iridescence and
+//! _diffuse_transmission): evaluation, sampling, density. [`super::layers`] adds what lies over it.
 //!
-//! Three lobes: diffuse ρ/π, GGX reflection, GGX transmission (unrefracted through thin walls, refracted at volumes). Below
-//! [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths and shadow rays pass it without a
+//! Four lobes: diffuse ρ/π, GGX reflection, GGX transmission (unrefracted through thin walls, refracted at volumes), diffuse
+//! to the far side. Below [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths and shadow rays pass it without a
 //! bounce, see [`Bsdf::unscattered`].
 
 use glam::{Mat3, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-use super::microfacet as ggx;
+use super::layers::{Choice, Layers};
+use super::microfacet::{Ggx, schlick};
+use super::thin_film::ThinFilm;
 use crate::scene::surface::SurfaceParams;
 
 /// The α = roughness² below which a lobe is a perfect mirror: ±0.06°.
@@ -37,12 +39,21 @@ struct Reflectance {
 
 impl Reflectance {
     fn at(&self, cos: f32) -> Vec3 {
-        self.f0 + (Vec3::splat(self.f90) - self.f0) * ggx::schlick(cos)
+        self.f0 + (Vec3::splat(self.f90) - self.f0) * schlick(cos)
     }
 }
 
-/// The BSDF at one point, for one viewing direction.
+/// KHR_materials_iridescence: a film over a dielectric, and over a metal of colour `metal`.
 #[derive(Clone, Copy, Debug)]
+struct Film {
+    share: f32,
+    film: ThinFilm,
+    metal: Vec3,
+    metallic: f32,
+}
+
+/// The BSDF at one point, for one viewing direction.
+#[derive(Clone, Debug)]
 pub struct Bsdf {
     /// World from local: columns tangent, bitangent, normal.
     frame: Mat3,
@@ -50,25 +61,36 @@ pub struct Bsdf {
     pub geometric: Vec3,
     /// Towards the viewer, local; z > 0.
     wo: Vec3,
-    alpha: f32,
+    /// Its x axis is the first column's.
+    alpha: Ggx,
+    /// Whether the GGX lobes are mirrors.
+    smooth: bool,
     reflected: Reflectance,
     /// Reflectance of the dielectric alone. The rest of the light reaches the diffuse and transmission lobes.
-    coat: Reflectance,
-    /// Albedo of the diffuse and of the transmission lobe, before Fresnel.
+    dielectric: Reflectance,
+    film: Option<Film>,
+    /// Albedo of the diffuse, the transmission and the diffuse transmission lobe, before Fresnel.
     diffuse: Vec3,
     transmitted: Vec3,
+    diffused: Vec3,
     volume: bool,
     /// Index of refraction on the far side over that on the viewer's side.
     eta: f32,
-    /// Sampling probabilities of diffuse, reflection, transmission.
-    choose: [f32; 3],
+    /// Sampling probabilities of diffuse, reflection, transmission, diffuse transmission.
+    choose: [f32; 4],
+    /// Apart, because most surfaces have none.
+    layers: Option<Box<Layers>>,
 }
 
-/// The side from which a BSDF is seen. All vectors are unit; both normals have a positive dot product with `wo`.
+/// The side from which a BSDF is seen. All vectors but `grain` are unit; all normals have a positive dot product with `wo`.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewing {
     pub normal: Vec3,
+    /// Of the clearcoat.
+    pub coat_normal: Vec3,
     pub geometric: Vec3,
+    /// Along the larger roughness of an anisotropic surface.
+    pub grain: Vec3,
     /// Towards the viewer.
     pub wo: Vec3,
     /// Whether the viewer is inside the volume that the surface bounds.
@@ -88,6 +110,14 @@ pub fn frame(n: Vec3) -> Mat3 {
     )
 }
 
+/// [`frame`] with its first column along the part of `x` that is orthogonal to `n`.
+fn frame_along(n: Vec3, x: Vec3) -> Mat3 {
+    match (x - n * n.dot(x)).try_normalize() {
+        Some(x) => Mat3::from_cols(x, n.cross(x), n),
+        None => frame(n),
+    }
+}
+
 /// A direction around +z with density cos/π.
 pub fn sample_cosine(u: [f32; 2]) -> Vec3 {
     let (sin, cos) = (TAU * u[0]).sin_cos();
@@ -99,34 +129,59 @@ impl Bsdf {
     /// `volume` means that transmission refracts.
     #[inline]
     pub fn new(p: &SurfaceParams, volume: bool, viewing: Viewing) -> Self {
-        let Viewing { normal, geometric, wo, inside } = viewing;
-        let frame = frame(normal);
+        let Viewing { normal, geometric, wo, inside, .. } = viewing;
+        let finish = p.finish.as_ref();
+        let stretched = finish.filter(|f| f.anisotropy > 0.0);
+        let frame = if stretched.is_some() { frame_along(normal, viewing.grain) } else { frame(normal) };
+        let across = p.roughness * p.roughness;
+        let alpha = Ggx { x: stretched.map_or(across, |f| f.stretched(across)), y: across };
         let nonmetal = 1.0 - p.metallic;
-        let coat = if nonmetal > 0.0 {
+        let dielectric = if nonmetal > 0.0 {
             let f0 = (p.f0 - p.base_color * p.metallic) / nonmetal;
             Reflectance { f0: f0.clamp(Vec3::ZERO, Vec3::ONE), f90: ((p.f90 - p.metallic) / nonmetal).clamp(0.0, 1.0) }
         } else {
             Reflectance { f0: Vec3::ZERO, f90: 0.0 }
         };
         let transmitted = p.base_color * p.transmission;
+        let mut diffuse = p.diffuse - transmitted;
+        let mut diffused = Vec3::ZERO;
+        if let Some(f) = finish.filter(|f| f.diffuse_transmission > 0.0) {
+            diffuse *= 1.0 - f.diffuse_transmission;
+            diffused = f.diffuse_transmission_color * (f.diffuse_transmission * (1.0 - p.metallic - p.transmission));
+        }
+        let film = finish.filter(|f| f.iridescence > 0.0).map(|f| Film {
+            share: f.iridescence,
+            film: ThinFilm { ior: f.film_ior, thickness_nm: f.film_nm },
+            metal: p.base_color,
+            metallic: p.metallic,
+        });
         let mut bsdf = Self {
             frame,
             geometric,
             wo: (frame.transpose() * wo).with_z(normal.dot(wo).max(1e-6)),
-            alpha: p.roughness * p.roughness,
+            alpha,
+            smooth: alpha.x < SMOOTH,
             reflected: Reflectance { f0: p.f0, f90: p.f90 },
-            coat,
-            diffuse: p.diffuse - transmitted,
+            dielectric,
+            film,
+            diffuse,
             transmitted,
+            diffused,
             volume,
             eta: if inside { 1.0 / p.ior } else { p.ior },
-            choose: [0.0; 3],
+            choose: [0.0; 4],
+            layers: None,
         };
         let (reflected, rest) = bsdf.fresnel(bsdf.wo.z);
-        let transmission =
-            if bsdf.volume || bsdf.alpha >= SMOOTH { bsdf.transmitted.max_element() * rest } else { 0.0 };
-        let mut lobes = [bsdf.diffuse.max_element() * rest, reflected.max_element(), transmission];
-        if bsdf.alpha >= SMOOTH && (p.f90 > 0.0 || volume) {
+        let transmission = if bsdf.volume || !bsdf.smooth { bsdf.transmitted.max_element() * rest } else { 0.0 };
+        let mut lobes = [
+            bsdf.diffuse.max_element() * rest,
+            reflected.max_element(),
+            transmission,
+            bsdf.diffused.max_element() * rest,
+        ];
+        let albedo: f32 = lobes.iter().sum();
+        if !bsdf.smooth && (p.f90 > 0.0 || volume) {
             // Microfacets of a rough surface may reflect or transmit in directions in which a smooth surface would not.
             lobes[1] = lobes[1].max(0.05);
             lobes[2] = lobes[2].max(if volume { 0.1 * bsdf.transmitted.max_element() } else { 0.0 });
@@ -135,6 +190,9 @@ impl Bsdf {
         if total > 0.0 {
             bsdf.choose = lobes.map(|l| l / total);
         }
+        // Both layers lie on the outside of a volume.
+        bsdf.layers =
+            finish.filter(|_| !(volume && inside)).and_then(|f| Layers::new(f, &viewing, albedo).map(Box::new));
         bsdf
     }
 
@@ -156,17 +214,33 @@ impl Bsdf {
             }
             cos_outside = (1.0 - sin2).sqrt();
         }
-        (self.reflected.at(cos_outside), 1.0 - self.coat.at(cos_outside).max_element())
+        match &self.film {
+            None => (self.reflected.at(cos_outside), 1.0 - self.dielectric.at(cos_outside).max_element()),
+            Some(film) => self.film_fresnel(film, cos_outside),
+        }
+    }
+
+    /// [`Self::fresnel`] under a film.
+    #[cold]
+    fn film_fresnel(&self, film: &Film, cos: f32) -> (Vec3, f32) {
+        let under = |plain: Reflectance| plain.at(cos).lerp(film.film.reflectance(cos, plain.f0), film.share);
+        let dielectric = under(self.dielectric);
+        let metal = if film.metallic > 0.0 { under(Reflectance { f0: film.metal, f90: 1.0 }) } else { Vec3::ZERO };
+        (dielectric.lerp(metal, film.metallic), 1.0 - dielectric.max_element())
     }
 
     /// Whether light from the far side is scattered to the viewer.
     pub fn transmits(&self) -> bool {
-        self.choose[2] > 0.0
+        self.choose[2] > 0.0 || self.choose[3] > 0.0
     }
 
     /// The share of light that passes a smooth thin wall unscattered.
     pub fn unscattered(&self) -> Vec3 {
-        if self.volume || self.alpha >= SMOOTH { Vec3::ZERO } else { self.transmitted * self.fresnel(self.wo.z).1 }
+        if self.volume || !self.smooth || self.transmitted == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let through = self.transmitted * self.fresnel(self.wo.z).1;
+        self.layers.as_ref().map_or(through, |layers| through * layers.leave_straight())
     }
 
     /// Whether a direction is on the same side of the triangle and of the plane of the shading normal; else light would leak.
@@ -178,23 +252,48 @@ impl Bsdf {
     /// f · |cos| and the density of [`Self::sample`] without mirrors, for unit `wi` (world space, away from the surface).
     #[inline]
     pub fn eval(&self, wi: Vec3) -> (Vec3, f32) {
+        let base = self.eval_base(wi);
+        self.layers.as_ref().map_or(base, |layers| layers.eval(wi, base))
+    }
+
+    #[inline]
+    fn eval_base(&self, wi: Vec3) -> (Vec3, f32) {
         if !self.is_consistent(wi) {
             return (Vec3::ZERO, 0.0);
         }
         let wi = self.frame.transpose() * wi;
         if wi.z > 0.0 {
             self.eval_reflection(wi)
-        } else if wi.z < 0.0 && self.choose[2] > 0.0 && self.alpha >= SMOOTH {
-            if self.volume { self.eval_refraction(wi) } else { self.eval_thin(wi) }
+        } else if wi.z < 0.0 && self.transmits() {
+            self.eval_transmission(wi)
         } else {
             (Vec3::ZERO, 0.0)
         }
     }
 
+    fn eval_transmission(&self, wi: Vec3) -> (Vec3, f32) {
+        let (mut f, mut density) = if self.choose[2] == 0.0 || self.smooth {
+            (Vec3::ZERO, 0.0)
+        } else if self.volume {
+            self.eval_refraction(wi)
+        } else {
+            self.eval_thin(wi)
+        };
+        if self.choose[3] > 0.0 {
+            // Fresnel's share is that of the light's mirror image: the specification names none.
+            let wi = wi.with_z(-wi.z);
+            let h = (self.wo + wi).normalize();
+            let cosine = FRAC_1_PI * wi.z;
+            f += self.diffused * (self.fresnel(self.wo.dot(h).min(1.0)).1 * cosine);
+            density += self.choose[3] * cosine;
+        }
+        (f, density)
+    }
+
     /// Whether only the diffuse lobe is present, which does not depend on the viewing direction.
     #[inline]
     pub fn is_lambertian(&self) -> bool {
-        self.reflected.f90 == 0.0 && self.choose[0] == 1.0
+        self.reflected.f90 == 0.0 && self.choose[0] == 1.0 && self.layers.is_none()
     }
 
     #[inline]
@@ -206,9 +305,9 @@ impl Bsdf {
         let (reflected, rest) = self.fresnel(self.wo.dot(h).min(1.0));
         let mut f = self.diffuse * (rest * FRAC_1_PI * wi.z);
         let mut density = self.choose[0] * FRAC_1_PI * wi.z;
-        if self.alpha >= SMOOTH {
-            let visible = ggx::d(self.alpha, h) * ggx::g1(self.alpha, self.wo.z) / (4.0 * self.wo.z);
-            f += reflected * (visible * ggx::g1(self.alpha, wi.z));
+        if !self.smooth {
+            let visible = self.alpha.d(h) * self.alpha.g1(self.wo) / (4.0 * self.wo.z);
+            f += reflected * (visible * self.alpha.g1(wi));
             density += self.choose[1] * visible;
         }
         (f, density)
@@ -219,8 +318,8 @@ impl Bsdf {
         let wi = wi.with_z(-wi.z);
         let h = (self.wo + wi).normalize();
         let rest = self.fresnel(self.wo.dot(h).min(1.0)).1;
-        let visible = ggx::d(self.alpha, h) * ggx::g1(self.alpha, self.wo.z) / (4.0 * self.wo.z);
-        (self.transmitted * (rest * visible * ggx::g1(self.alpha, wi.z)), self.choose[2] * visible)
+        let visible = self.alpha.d(h) * self.alpha.g1(self.wo) / (4.0 * self.wo.z);
+        (self.transmitted * (rest * visible * self.alpha.g1(wi)), self.choose[2] * visible)
     }
 
     /// Refraction of radiance (Walter et al. 2007).
@@ -233,23 +332,39 @@ impl Bsdf {
         }
         let rest = self.fresnel(cos_o.min(1.0)).1;
         let scale = cos_i + cos_o / self.eta;
-        let visible = ggx::d(self.alpha, h) * ggx::g1(self.alpha, self.wo.z) * cos_o / self.wo.z;
+        let visible = self.alpha.d(h) * self.alpha.g1(self.wo) * cos_o / self.wo.z;
         let density = visible * -cos_i / (scale * scale);
-        let f = self.transmitted * (rest * density * ggx::g1(self.alpha, -wi.z) / (self.eta * self.eta));
+        let f = self.transmitted * (rest * density * self.alpha.g1(-wi) / (self.eta * self.eta));
         (f, self.choose[2] * density)
     }
 
     /// Samples a lobe by `lobe` and a direction in it by `u`. `None` if nothing is scattered.
     pub fn sample(&self, lobe: f32, u: [f32; 2]) -> Option<Scatter> {
-        let [diffuse, reflection, transmission] = self.choose;
+        let Some(layers) = &self.layers else { return self.sample_base(lobe, u) };
+        match layers.sample(lobe, u) {
+            Choice::Nothing => None,
+            Choice::Mirror(scatter) => Some(scatter),
+            Choice::Direction(direction) => self.weighted(direction, 1.0),
+            Choice::Base(lobe) => {
+                let scatter = self.sample_base(lobe, u)?;
+                Some(if scatter.mirror { layers.over_mirror(scatter) } else { scatter })
+            }
+        }
+    }
+
+    fn sample_base(&self, lobe: f32, u: [f32; 2]) -> Option<Scatter> {
+        let [diffuse, reflection, transmission, diffusion] = self.choose;
         if lobe < diffuse {
-            return self.scattered(sample_cosine(u));
+            return self.scattered(sample_cosine(u), 1.0);
+        }
+        if diffusion > 0.0 && lobe >= 1.0 - diffusion {
+            return self.scattered(-sample_cosine(u), 1.0);
         }
         if reflection + transmission <= 0.0 {
             return None;
         }
         let reflect = lobe < diffuse + reflection || transmission <= 0.0;
-        let h = if self.alpha < SMOOTH { Vec3::Z } else { ggx::sample_visible(self.alpha, self.wo, u) };
+        let h = if self.smooth { Vec3::Z } else { self.alpha.sample_visible(self.wo, u) };
         let cos = self.wo.dot(h).clamp(0.0, 1.0);
         let mirrored = h * (2.0 * cos) - self.wo;
         let wi = match (reflect, self.volume) {
@@ -260,11 +375,11 @@ impl Bsdf {
         if reflect != (wi.z > 0.0) || wi.z == 0.0 {
             return None;
         }
-        if self.alpha >= SMOOTH {
-            return self.scattered(wi);
+        let compression = if reflect || !self.volume { 1.0 } else { 1.0 / (self.eta * self.eta) };
+        if !self.smooth {
+            return self.scattered(wi, compression);
         }
         let (reflected, rest) = self.fresnel(cos);
-        let compression = if reflect { 1.0 } else { 1.0 / (self.eta * self.eta) };
         let weight =
             if reflect { reflected / reflection } else { self.transmitted * (rest * compression / transmission) };
         let direction = self.frame * wi;
@@ -276,10 +391,13 @@ impl Bsdf {
         (sin2 < 1.0).then(|| h * (cos / self.eta - (1.0 - sin2).sqrt()) - self.wo / self.eta)
     }
 
-    fn scattered(&self, wi: Vec3) -> Option<Scatter> {
-        let direction = (self.frame * wi).normalize();
+    fn scattered(&self, wi: Vec3, compression: f32) -> Option<Scatter> {
+        self.weighted((self.frame * wi).normalize(), compression)
+    }
+
+    /// A direction in world space that some lobe with a density has sampled.
+    fn weighted(&self, direction: Vec3, compression: f32) -> Option<Scatter> {
         let (f, density) = self.eval(direction);
-        let compression = if wi.z < 0.0 && self.volume { 1.0 / (self.eta * self.eta) } else { 1.0 };
         (density > 0.0).then(|| Scatter { direction, weight: f / density, density, mirror: false, compression })
     }
 }

@@ -161,7 +161,8 @@ impl<'a> Geometry<'a> {
 
 impl MaterialFlags {
     fn of(m: &crate::scene::Material) -> Self {
-        let volume = m.transmission > 0.0 && m.thickness > 0.0;
+        let diffuses = m.finish.as_ref().is_some_and(|f| f.diffuse_transmission.factor > 0.0);
+        let volume = (m.transmission > 0.0 || diffuses) && m.thickness > 0.0;
         Self {
             masked: matches!(m.alpha, Alpha::Mask(_)),
             transparent: m.alpha == Alpha::Blend || (m.transmission > 0.0 && !volume),

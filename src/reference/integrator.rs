@@ -14,6 +14,7 @@ use super::material::{Materials, Surface};
 use super::sampler::Sampler;
 use super::traversal::{Hit, Ray};
 use super::{Depth, Options};
+use crate::scene::finish::dispersed;
 use crate::scene::{Pose, Scene};
 
 /// Set 0 of the random numbers: the place in the pixel and the light at vertex 0. Vertex k then uses set 2k + 1 for its
@@ -84,6 +85,8 @@ pub(super) struct Path {
     pub density: Option<f32>,
     /// Product of [`bsdf::Scatter::compression`].
     pub compression: f32,
+    /// The only channel that is left of the throughput, once a surface has dispersed the light.
+    pub channel: Option<usize>,
     pub sample: Sample,
 }
 
@@ -165,6 +168,7 @@ impl<'a> Integrator<'a> {
             };
             travelled += hit.t;
             let mut vertex = self.vertex(&path.ray, hit);
+            self.disperse(path, &mut vertex, sampler);
             if hit.back && self.geometry().flags[vertex.point.material].volume {
                 path.throughput *= vertex.surface.params.transmittance(hit.t * self.geometry().units.size as f32);
             }
@@ -194,6 +198,24 @@ impl<'a> Integrator<'a> {
         }
     }
 
+    /// At a surface that refracts colours by different angles, goes on with one of them.
+    fn disperse(&self, path: &mut Path, vertex: &mut Vertex, sampler: &mut Sampler) {
+        let dispersion = vertex.surface.params.finish.map_or(0.0, |finish| finish.dispersion);
+        if dispersion == 0.0 || !self.geometry().flags[vertex.point.material].volume {
+            return;
+        }
+        let channel = *path.channel.get_or_insert_with(|| {
+            let channel = ((3.0 * sampler.event()) as usize).min(2);
+            path.throughput *= Vec3::AXES[channel] * 3.0;
+            channel
+        });
+        let mut params = vertex.surface.params;
+        params.ior = dispersed(params.ior, dispersion, channel);
+        let wo = -path.ray.direction;
+        let viewing = vertex.surface.viewed(vertex.bsdf.geometric, wo, vertex.hit.back);
+        vertex.bsdf = Bsdf::new(&params, true, viewing);
+    }
+
     /// The nearest hit that counts. For camera rays the back of a single-sided surface does not.
     fn hit(&self, ray: &Ray, camera: bool) -> Option<Hit> {
         self.bvh.nearest(ray, |hit| {
@@ -212,12 +234,12 @@ impl<'a> Integrator<'a> {
         let (texturing, material) = self.geometry().texturing(hit.at);
         self.materials.prefetch(&texturing, material);
         let point = self.geometry().point(hit.at, texturing);
-        let surface = self.materials.surface(&point, hit.back);
+        let mut surface = self.materials.surface(&point, hit.back);
+        surface.emission *= surface.coat_leaves(-ray.direction);
         let side = if hit.back { -1.0 } else { 1.0 };
         let (geometric, wo) = (point.geometric * side, -ray.direction);
-        let normal = bent_towards(surface.normal * side, geometric, wo);
         let volume = self.geometry().flags[point.material].volume;
-        let bsdf = Bsdf::new(&surface.params, volume, Viewing { normal, geometric, wo, inside: hit.back });
+        let bsdf = Bsdf::new(&surface.params, volume, surface.viewed(geometric, wo, hit.back));
         let unscattered = bsdf.unscattered() * surface.params.opacity + (1.0 - surface.params.opacity);
         Vertex { hit, point, surface, bsdf, unscattered, clear: true }
     }
@@ -355,7 +377,7 @@ impl LightSample {
 impl Path {
     pub(super) fn new(ray: Ray) -> Self {
         let sample = Sample { ao: 1.0, ..Sample::default() };
-        Self { ray, throughput: Vec3::ONE, scattered: 0, density: None, compression: 1.0, sample }
+        Self { ray, throughput: Vec3::ONE, scattered: 0, density: None, compression: 1.0, channel: None, sample }
     }
 
     /// Adds radiance that arrives along the path's ray.
@@ -368,17 +390,28 @@ impl Path {
     }
 }
 
+impl Surface {
+    /// As `wo` sees it, from the back if `inside`; `geometric` is on that side.
+    #[inline]
+    fn viewed(&self, geometric: Vec3, wo: Vec3, inside: bool) -> Viewing {
+        let side = if inside { -1.0 } else { 1.0 };
+        let normal = bent_towards(self.normal * side, geometric, wo);
+        let coat_normal = match self.params.finish {
+            None => normal,
+            Some(_) => bent_towards(self.coat_normal * side, geometric, wo),
+        };
+        Viewing { normal, coat_normal, geometric, grain: self.grain, wo, inside }
+    }
+}
+
 impl Vertex {
     /// The BSDF for another viewer on the same side, in unit direction `wo`.
     #[inline]
     pub(super) fn seen_from(&self, wo: Vec3) -> Bsdf {
         if self.bsdf.is_lambertian() && self.bsdf.normal().dot(wo) > 0.0 {
-            return self.bsdf;
+            return self.bsdf.clone();
         }
-        let side = if self.hit.back { -1.0 } else { 1.0 };
-        let geometric = self.bsdf.geometric;
-        let normal = bent_towards(self.surface.normal * side, geometric, wo);
-        Bsdf::new(&self.surface.params, false, Viewing { normal, geometric, wo, inside: self.hit.back })
+        Bsdf::new(&self.surface.params, false, self.surface.viewed(self.bsdf.geometric, wo, self.hit.back))
     }
 }
 

@@ -102,7 +102,7 @@ impl Lights {
         if !(cos != 0.0 && distance2 > 0.0) {
             return None;
         }
-        let emission = materials.emission(Location { triangle, u: v, v: w }, cos < 0.0);
+        let emission = materials.emission_towards(Location { triangle, u: v, v: w }, cos < 0.0, -direction);
         let density = self.emitters.density[triangle as usize] * distance2 / cos.abs();
         (emission != Vec3::ZERO && density.is_finite()).then(|| LightSample {
             direction,

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::geometry::{Geometry, Location, Point};
+use super::layers::coat_leaves;
 use super::point_textures::PointTextures;
 use crate::scene::surface::{SurfaceParams, SurfacePoint, shading_normal};
 use crate::scene::texture::{ColorSpace, Sampling};
@@ -14,8 +15,19 @@ pub struct Surface {
     pub params: SurfaceParams,
     /// The shading normal on the front, unit: with the normal map.
     pub normal: Vec3,
-    /// Radiance towards the side of the ray.
+    /// The clearcoat's; the other one without its normal map.
+    pub coat_normal: Vec3,
+    /// Along the larger roughness of an anisotropic surface, in the triangle's tangent plane.
+    pub grain: Vec3,
+    /// Radiance towards the side of the ray, before the clearcoat takes its share.
     pub emission: Vec3,
+}
+
+impl Surface {
+    /// What the clearcoat leaves of emission towards a viewer.
+    pub fn coat_leaves(&self, to_viewer: Vec3) -> f32 {
+        self.params.finish.as_ref().map_or(1.0, |finish| coat_leaves(finish, self.coat_normal, to_viewer))
+    }
 }
 
 /// The posed scene and its textures, without minification filters: a path samples a point.
@@ -52,7 +64,23 @@ impl<'a> Materials<'a> {
         let m = &self.scene().materials[point.material];
         let params = m.evaluate(self.scene(), &self.textures, &point.texturing);
         let emission = if m.shows(!back) && !params.unlit { params.emissive } else { Vec3::ZERO };
-        Surface { params, normal: shading_normal(point.normal, point.tangent, params.normal_tangent), emission }
+        let normal = shading_normal(point.normal, point.tangent, params.normal_tangent);
+        let (mut coat_normal, mut grain) = (normal, Vec3::ZERO);
+        if let Some(finish) = &params.finish {
+            coat_normal = shading_normal(point.normal, point.tangent, finish.clearcoat_normal_tangent);
+            grain = shading_normal(point.normal, point.tangent, finish.anisotropy_direction.extend(0.0));
+        }
+        Surface { params, normal, coat_normal, grain, emission }
+    }
+
+    /// [`Self::emission`] through the clearcoat, in a direction away from the surface.
+    pub fn emission_towards(&self, at: Location, back: bool, direction: Vec3) -> Vec3 {
+        let emission = self.emission(at, back);
+        let (texturing, material) = self.geometry.texturing(at);
+        if emission == Vec3::ZERO || self.scene().materials[material].finish.is_none() {
+            return emission;
+        }
+        emission * self.surface(&self.geometry.point(at, texturing), back).coat_leaves(direction)
     }
 
     /// Radiance emitted towards one side, times the opacity.

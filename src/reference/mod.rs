@@ -4,6 +4,8 @@
 //! light is missing, because such paths cannot be sampled from the camera: caustics of point lights without extent.
 
 mod bsdf;
+#[cfg(test)]
+mod bsdf_tests;
 mod bvh;
 pub mod cache;
 mod camera;
@@ -12,6 +14,7 @@ mod geometry;
 mod integrator;
 mod itself;
 mod lanes;
+mod layers;
 mod lights;
 mod material;
 mod memory;
@@ -19,6 +22,7 @@ mod microfacet;
 mod point_textures;
 mod sampler;
 mod sky;
+mod thin_film;
 mod tile;
 mod traversal;
 mod watertight;
@@ -36,7 +40,7 @@ pub use itself::lights_itself;
 use sampler::Sampler;
 
 /// Must change whenever the same options could give another image: cached references of other versions are ignored.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// The number of bounces of indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,8 +8,10 @@ mod animation;
 mod bounds;
 mod builder;
 mod camera;
+pub mod finish;
 mod gltf;
 mod lights;
+pub mod sheen;
 pub mod sky;
 pub mod surface;
 pub mod texture;
@@ -114,6 +116,8 @@ pub struct Material {
     pub attenuation_color: Vec3,
     /// Metres; infinite without attenuation.
     pub attenuation_distance: f32,
+    /// Clearcoat, sheen and the like.
+    pub finish: Option<Box<finish::Finish>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,6 +158,7 @@ impl Default for Material {
             thickness_texture: None,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
+            finish: None,
         }
     }
 }

@@ -4,11 +4,12 @@
 
 use glam::{DAffine3, DMat3, Vec2, Vec3, Vec4};
 
+use super::finish::FinishParams;
 use super::texture::{ColorSpace, Sampling};
 use super::{Alpha, Material, Scene};
 
 /// The least roughness, practically a mirror: α = 10⁻⁴ keeps the peak of GGX within f32.
-const ROUGHNESS_MIN: f32 = 0.01;
+pub(super) const ROUGHNESS_MIN: f32 = 0.01;
 
 /// Interpolated attributes at a point of a surface, and the filter footprint there.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +49,8 @@ pub struct SurfaceParams {
     /// The normal map's normal, unit, in the tangent frame; (0, 0, 1) without a map.
     pub normal_tangent: Vec3,
     pub unlit: bool,
+    /// `None` for most materials.
+    pub finish: Option<FinishParams>,
 }
 
 impl Material {
@@ -74,8 +77,12 @@ impl Material {
             transmission: transmission * (1.0 - metallic),
             ior: self.ior.max(1.0),
             absorption: absorption(self.attenuation_color, self.attenuation_distance),
-            normal_tangent: self.normal_map(sample(&self.normal_texture, ColorSpace::Linear)),
+            normal_tangent: match self.normal_texture {
+                None => Vec3::Z,
+                Some(_) => normal_map(sample(&self.normal_texture, ColorSpace::Linear), self.normal_scale),
+            },
             unlit: self.unlit,
+            finish: self.finish.as_ref().map(|finish| finish.evaluate(sample)),
         }
     }
 
@@ -93,15 +100,12 @@ impl Material {
     pub fn shows(&self, front: bool) -> bool {
         front || self.double_sided
     }
+}
 
-    /// glTF 2.0, 3.9.3: maps the texel to [−1, 1], scales x and y, normalises.
-    fn normal_map(&self, texel: Vec4) -> Vec3 {
-        if self.normal_texture.is_none() {
-            return Vec3::Z;
-        }
-        let normal = (2.0 * texel.truncate() - 1.0) * Vec3::new(self.normal_scale, self.normal_scale, 1.0);
-        normal.try_normalize().unwrap_or(Vec3::Z)
-    }
+/// glTF 2.0, 3.9.3: maps the texel to [−1, 1], scales x and y, normalises.
+pub(super) fn normal_map(texel: Vec4, scale: f32) -> Vec3 {
+    let normal = (2.0 * texel.truncate() - 1.0) * Vec3::new(scale, scale, 1.0);
+    normal.try_normalize().unwrap_or(Vec3::Z)
 }
 
 impl Alpha {

@@ -261,6 +261,8 @@ impl Material {
             self.thickness_texture,
         ];
         let srgb = srgb.into_iter().flatten().map(|slot| (slot, ColorSpace::Srgb));
-        srgb.chain(linear.into_iter().flatten().map(|slot| (slot, ColorSpace::Linear)))
+        let plain = srgb.chain(linear.into_iter().flatten().map(|slot| (slot, ColorSpace::Linear)));
+        let finish = self.finish.iter().flat_map(|finish| finish.slots());
+        plain.chain(finish.filter_map(|(slot, space)| Some((slot?, space))))
     }
 }

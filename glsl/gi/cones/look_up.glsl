@@ -84,7 +84,7 @@ vec3 look_up_specular(Surface s) {
 
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     if (feature(FEATURE_SPECULAR) && any(greaterThan(v.lobes.specular, vec3(0.0)))) {
-        sent.indirect += v.lobes.specular * gather_specular(s, reflect(-v.view, s.normal), 1.0 - lamps_in_lobe(s.roughness));
+        sent.indirect += v.lobes.specular * gather_specular(s, mirrored(s, v.view), 1.0 - lamps_in_lobe(s.roughness));
     }
     if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
         sent.indirect += s.transmitted * v.lobes.rest * gather_refraction(s, -v.view, v.back);

@@ -139,7 +139,7 @@ vec3 look_up_specular(Surface s) {
 // Six directions, or two bands, are all that there is: a mirror shows no more of a room than where it is bright.
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     if (feature(FEATURE_SPECULAR) && any(greaterThan(v.lobes.specular, vec3(0.0)))) {
-        vec3 d = reflect(-v.view, s.normal);
+        vec3 d = mirrored(s, v.view);
         sent.indirect += v.lobes.specular * with_sky(radiance_along(found_before(s.position, s.facet, s.normal), d), s, d, 1.0 - lamps_in_lobe(s.roughness));
     }
     if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {

@@ -15,7 +15,7 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     float aperture = ggx_aperture(s.roughness);
     if (feature(FEATURE_SPECULAR) && any(greaterThan(v.lobes.specular, vec3(0.0)))) {
-        sent.indirect += v.lobes.specular * sky_about(reflect(-v.view, s.normal), aperture, 1.0 - lamps_in_lobe(s.roughness));
+        sent.indirect += v.lobes.specular * sky_about(mirrored(s, v.view), aperture, 1.0 - lamps_in_lobe(s.roughness));
     }
     if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
         vec3 d = refraction_direction(-v.view, s.normal, s.ior, v.back, s.thickness_m <= 0.0);

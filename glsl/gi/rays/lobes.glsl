@@ -121,6 +121,12 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
     float ior = max(s.ior, 1.0);
     vec3 normal = normal_against(s.normal, -view);
     mat3 basis = tangent_frame(normal);
+    vec2 alphas = vec2(alpha);
+    if (is_brushed(s)) {
+        vec3 x = normalize(s.finish.grain - normal * dot(normal, s.finish.grain));
+        basis = mat3(x, cross(normal, x), normal);
+        alphas = vec2(s.finish.along, max(s.finish.across, MIN_ALPHA));
+    }
     vec3 v = view * basis;
     vec2 shift = place_random(s.position);
     float strongest = by_rays * brightest(lobes.specular);
@@ -134,7 +140,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         bool smooth_lobe = alpha < MIN_ALPHA;
         // A sunflower on the cap of normals, turned and moved from place to place.
         vec2 u = vec2(fract(0.381966011 * float(k) + shift.x), (float(k) + shift.y) / float(count));
-        vec3 h = smooth_lobe ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, v, u);
+        vec3 h = smooth_lobe ? vec3(0.0, 0.0, 1.0) : visible_normal(alphas, v, u);
         float cosine = clamp(dot(v, h), 0.0, 1.0);
         float in_air = cosine_in_air(cosine, ior, inside);
         vec3 fresnel = in_air < 0.0 ? vec3(1.0) : schlick(s.f0, s.f90, in_air);
@@ -145,7 +151,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
             vec3 refracted = refract(-v, h, inside ? ior : 1.0 / ior);
             d = thin ? vec3(mirror.xy, -mirror.z) : dot(refracted, refracted) > 0.25 ? normalize(refracted) : vec3(0.0);
         }
-        float masking = smooth_lobe ? 1.0 : lobe_masking(alpha, abs(d.z));
+        float masking = smooth_lobe ? 1.0 : is_brushed(s) ? lobe_masking(alphas, d) : lobe_masking(alpha, abs(d.z));
         vec3 weight = reflects ? fresnel * (by_rays * masking) : s.albedo * (s.transmission * left * masking);
         weight /= float(count);
         d = basis * d;

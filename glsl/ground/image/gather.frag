@@ -39,11 +39,11 @@ void main() {
     vec4 light = vec4(0.0);
     LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
     // Metals, glass and unlit surfaces gather nothing: a loop, which a CPU device leaves early.
-    for (uint i = 0u; i < (any(greaterThan(s.diffuse, vec3(0.0))) ? 1u : 0u); i++) {
+    for (uint i = 0u; i < (scatters(s) ? 1u : 0u); i++) {
         light = look_up_diffuse(s, uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u));
         lamps = lamp_light(s, view);
     }
-    out_surface = vec4(s.position, any(greaterThan(s.diffuse, vec3(0.0))) ? pack_normal(s.normal) : -1.0);
+    out_surface = vec4(s.position, scatters(s) ? pack_normal(s.normal) : -1.0);
     out_light = light;
     out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0);
     out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0);

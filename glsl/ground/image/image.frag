@@ -36,8 +36,9 @@ layout(location = 4) out vec4 out_albedo;
 layout(location = 5) out vec4 out_ao_depth_diffuse;
 #endif
 
-// Light that arrives without a bounce, averaged over the covered samples or from the surface's point.
-vec3 direct_light(Surface s, vec3 a, uint covered) {
+// Light that arrives without a bounce, averaged over the covered samples or from the surface's point. `through_share`: what
+// Fresnel and layers leave of what is scattered to the far side.
+vec3 direct_light(Surface s, vec3 a, uint covered, float through_share) {
     vec3 sum = vec3(0.0);
     covered = feature(FEATURE_DIRECT_PER_PIXEL) ? 1u : covered;
     uint count = uint(bitCount(covered));
@@ -49,15 +50,31 @@ vec3 direct_light(Surface s, vec3 a, uint covered) {
         for (uint k = 0u; k < frame.light_count; k++) {
             LightSample to = sample_light(lights[k], position, frame.voxel_m);
             // What is smooth mirrors the sky itself.
-            float mirrored = lights[k].kind == LIGHT_SKY ? lamps_in_lobe(s.roughness) : 1.0;
-            vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, mirrored);
+            vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, lights[k].kind == LIGHT_SKY);
+            Surface lit = s;
+            if (sends_through(s) && dot(s.normal, to.direction) < 0.0) {
+                lit = far_side(s);
+                reflected = to.irradiance * s.finish.diffused * (through_share / PI * dot(lit.normal, to.direction));
+            }
             if (any(greaterThan(reflected, vec3(0.0)))) {
-                sum += reflected * shadow_towards(lights[k], to, s, position, part, count);
+                sum += reflected * shadow_towards(lights[k], to, lit, position, part, count);
             }
         }
         part++;
     }
     return sum / float(max(count, 1u));
+}
+
+// Diffuse light of the far side that comes through: not gathered with neighbours, so from all directions that these would have.
+void add_far_side(inout Outgoing sent, Surface s, Viewed viewed) {
+    Surface far = far_side(s);
+    vec3 through = s.finish.diffused * viewed.lobes.diffuse;
+    sent.direct += through * lamp_light(far, viewed.view).diffuse;
+    const uint places = INTERLEAVE * INTERLEAVE;
+    for (uint k = 0u; k < places; k++) {
+        uvec3 place = uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
+        sent.indirect += through / float(places) * look_up_diffuse(far, place).rgb;
+    }
 }
 
 void main() {
@@ -83,8 +100,15 @@ void main() {
     Viewed viewed = Viewed(view, lobes_towards(s, view), in_back != 0u, bend, vec3(0.0));
     bool lit = !s.unlit;
     vec3 direct = s.emitted;
+    if (feature(FEATURE_CLEARCOAT)) {
+        direct *= 1.0 - viewed.lobes.coat;
+    }
     if (lit) {
-        direct += direct_light(s, a, covered) + (FINDS_LAMPS ? vec3(0.0) : lamps_along_rays(s, viewed));
+        direct += direct_light(s, a, covered, viewed.lobes.diffuse);
+        // With a coat twice: what lies under it, and itself.
+        for (uint layer = 0u; layer < (FINDS_LAMPS ? 0u : feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
+            direct += lamps_along_rays(layer == 0u ? s : coat_of(s), layer == 0u ? viewed : coat_viewed(viewed));
+        }
     }
 #ifdef GATHERED
     Gathered gathered = gathered_nearby(s.position, s.normal);
@@ -95,7 +119,7 @@ void main() {
     for (uint i = 0u; i < (lit && !gathered.found ? 1u : 0u); i++) {
         gathered.lamps = lamp_light(s, view);
 #ifndef AOVS
-        for (uint k = 0u; k < (any(greaterThan(s.diffuse, vec3(0.0))) ? 1u : 0u); k++)
+        for (uint k = 0u; k < (scatters(s) ? 1u : 0u); k++)
 #endif
         {
             gathered.light = look_up_diffuse(s, uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u));
@@ -106,7 +130,21 @@ void main() {
         sent.direct += s.diffuse * viewed.lobes.diffuse * gathered.lamps.diffuse + gathered.lamps.specular;
         sent.indirect = s.diffuse * viewed.lobes.diffuse * gathered.light.rgb;
         viewed.gathered = gathered.light.rgb;
-        add_glossy(sent, s, viewed);
+        if (feature(FEATURE_SHEEN)) {
+            sent.indirect += viewed.lobes.sheen * gathered.light.rgb;
+        }
+        if (sends_through(s)) {
+            add_far_side(sent, s, viewed);
+        }
+        for (uint layer = 0u; layer < (feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
+            Surface glossy = under_layers(s, viewed);
+            Viewed seen = viewed;
+            if (layer > 0u) {
+                glossy = coat_of(s);
+                seen = coat_viewed(viewed);
+            }
+            add_glossy(sent, glossy, seen);
+        }
     }
     direct = sent.direct;
     vec3 indirect = sent.indirect / frame.scale;

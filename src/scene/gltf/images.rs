@@ -311,8 +311,8 @@ impl Images<'_> {
     }
 }
 
-fn slots_mut(m: &mut Material) -> [&mut Option<TextureRef>; 9] {
-    [
+fn slots_mut(m: &mut Material) -> impl Iterator<Item = &mut Option<TextureRef>> {
+    let plain = [
         &mut m.base_color_texture,
         &mut m.metallic_roughness_texture,
         &mut m.normal_texture,
@@ -322,7 +322,8 @@ fn slots_mut(m: &mut Material) -> [&mut Option<TextureRef>; 9] {
         &mut m.specular_color_texture,
         &mut m.transmission_texture,
         &mut m.thickness_texture,
-    ]
+    ];
+    plain.into_iter().chain(m.finish.iter_mut().flat_map(|finish| finish.slots_mut()))
 }
 
 impl Opened<'_> {

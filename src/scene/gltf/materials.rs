@@ -37,9 +37,9 @@ pub fn drawn(document: &Document, shown: &[usize]) -> impl Iterator<Item = usize
     drawn.into_iter()
 }
 
-struct Loader<'a> {
+pub(super) struct Loader<'a> {
     index: usize,
-    what: String,
+    pub(super) what: String,
     document: &'a Document,
     used: &'a mut Used,
 }
@@ -105,6 +105,9 @@ impl Loader<'_> {
             let distance = e.attenuation_distance.0;
             m.attenuation_distance = if distance > 0.0 { distance } else { f32::INFINITY };
         }
+        if !m.unlit {
+            m.finish = self.finish(&extensions.others)?;
+        }
         Ok(m)
     }
 
@@ -123,7 +126,7 @@ impl Loader<'_> {
         }
     }
 
-    fn unit(&mut self, value: f32, name: &str) -> f32 {
+    pub(super) fn unit(&mut self, value: f32, name: &str) -> f32 {
         if value > 1.0 {
             self.document.warn(format!("{} has {} above 1; it was lowered to 1", self.what, with_article(name)));
         }
@@ -135,7 +138,7 @@ impl Loader<'_> {
     }
 
     /// Clamps to at least `min` and to finite values: JSON has no infinity, but a number too large for f32 becomes infinite.
-    fn clamp(&mut self, value: f32, min: f32, name: &str) -> f32 {
+    pub(super) fn clamp(&mut self, value: f32, min: f32, name: &str) -> f32 {
         if value < min {
             self.document.warn(format!("{} has {} below {min}; it was raised to {min}", self.what, with_article(name)));
         }
@@ -151,7 +154,7 @@ impl Loader<'_> {
         self.slot(info.as_ref())
     }
 
-    fn slot(&mut self, info: Option<&Info>) -> Result<Option<TextureRef>, Problem> {
+    pub(super) fn slot(&mut self, info: Option<&Info>) -> Result<Option<TextureRef>, Problem> {
         let Some(info) = info else { return Ok(None) };
         let Some(texture) = self.used.texture(self.document, info.index.value())? else {
             return Ok(None);

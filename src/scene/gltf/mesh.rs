@@ -56,11 +56,11 @@ pub fn load(
     let positions: Vec<Vec3> = data.floats::<3>(position, None)?.into_iter().map(Vec3::from).collect();
     source.count = positions.len();
     let indices = source.triangles(mode)?;
-    let normal_map = materials[material].normal_texture;
+    let tangent_uvs = materials[material].tangent_uvs();
     let mut mesh = Mesh {
         name: data.document.meshes[mesh].name.clone().unwrap_or_default(),
         normals: source.read::<3, _>(Semantic::Normals, None)?.unwrap_or_default(),
-        tangents: match normal_map {
+        tangents: match tangent_uvs {
             Some(_) => source.read::<4, _>(Semantic::Tangents, None)?.unwrap_or_default(),
             None => Vec::new(),
         },
@@ -82,8 +82,8 @@ pub fn load(
     if !complete_normals(&mut mesh) {
         source.warn("has normals without a direction; the normals of their faces replace them");
     }
-    match normal_map {
-        Some(slot) if !tangents::complete(&mut mesh, &slot) => {
+    match tangent_uvs {
+        Some(uvs) if !tangents::complete(&mut mesh, uvs) => {
             source.warn("has tangents without a direction; all of its tangents were generated");
         }
         Some(_) => {}

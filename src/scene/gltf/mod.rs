@@ -1,7 +1,7 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2`, `mesh` with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials` with `finish`, `images` with `ktx2`, `mesh` with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every
 //! index and every offset is checked before use.
 
 mod accessor;
@@ -11,6 +11,7 @@ mod container;
 mod deform;
 mod document;
 mod draco;
+mod finish;
 mod images;
 mod instancing;
 mod ktx2;
@@ -51,14 +52,20 @@ pub struct LoadOptions {
 
 /// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
 /// it causes a warning.
-const KNOWN_EXTENSIONS: [&str; 15] = [
+const KNOWN_EXTENSIONS: [&str; 21] = [
     instancing::NAME,
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     draco::NAME,
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",

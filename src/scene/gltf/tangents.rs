@@ -1,19 +1,19 @@
-//! Tangents for normal maps: the file's, else MikkTSpace's, as glTF demands.
+//! Tangents for normal maps and anisotropy: the file's, else MikkTSpace's, as glTF demands.
 
 use std::collections::HashMap;
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
-use glam::{Vec3, Vec4};
+use glam::{Affine2, Vec3, Vec4};
 
-use crate::scene::{Mesh, TextureRef};
+use crate::scene::Mesh;
 
 /// Fills `mesh.tangents`. If one of the file's tangents has no direction, all are generated and the result is
 /// false.
-pub fn complete(mesh: &mut Mesh, slot: &TextureRef) -> bool {
+pub fn complete(mesh: &mut Mesh, uvs: (usize, Affine2)) -> bool {
     let usable = |t: &Vec4| t.truncate().as_dvec3().try_normalize().is_some() && t.w.is_finite();
     let valid = mesh.tangents.iter().all(usable);
     if mesh.tangents.is_empty() || !valid {
-        generate(mesh, slot);
+        generate(mesh, uvs);
         return valid;
     }
     for t in &mut mesh.tangents {
@@ -22,10 +22,10 @@ pub fn complete(mesh: &mut Mesh, slot: &TextureRef) -> bool {
     true
 }
 
-/// MikkTSpace over the transformed uvs of the normal texture, so that a rotated texture rotates the tangents too. Vertices
+/// MikkTSpace over the transformed uvs of the texture that needs tangents, so that a rotated texture rotates the tangents too. Vertices
 /// that need several tangents are split.
-fn generate(mesh: &mut Mesh, slot: &TextureRef) {
-    let mut corners = Corners { mesh, slot, tangents: vec![None; mesh.indices.len()] };
+fn generate(mesh: &mut Mesh, uvs: (usize, Affine2)) {
+    let mut corners = Corners { mesh, uvs, tangents: vec![None; mesh.indices.len()] };
     // The error type has no values; corners without a tangent get one below.
     let _ = generate_tangents(&mut corners);
     let tangents = corners.tangents;
@@ -62,7 +62,7 @@ fn any_tangent(normal: Vec3) -> Vec4 {
 
 struct Corners<'a> {
     mesh: &'a Mesh,
-    slot: &'a TextureRef,
+    uvs: (usize, Affine2),
     tangents: Vec<Option<Vec4>>,
 }
 
@@ -91,7 +91,8 @@ impl Geometry for Corners<'_> {
 
     /// In glTF's normal maps +Y points towards smaller v, so the bitangent points against v.
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        let uv = self.slot.transform.transform_point2(self.mesh.uvs[self.slot.uv_set][self.vertex(face, corner)]);
+        let (set, transform) = self.uvs;
+        let uv = transform.transform_point2(self.mesh.uvs[set][self.vertex(face, corner)]);
         [uv.x, 1.0 - uv.y]
     }
 

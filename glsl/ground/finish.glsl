@@ -1,0 +1,149 @@
+// What six extensions add to a material: read where a material has it, behind the texture levels, in rows of four words.
+// src/ground/finish.rs is the twin.
+
+#include "common/sheen.glsl"
+
+struct Finish {
+    vec3 coat_normal; // unit, on the side looked at
+    float coat; // covered share
+    float coat_roughness;
+    vec3 sheen;
+    float sheen_roughness;
+    uint sheen_table; // where the albedo of a white sheen begins, rows
+    vec3 grain; // along the larger roughness, in the plane of the normal, unit
+    float along; // GGX's α there; 0: the same all around
+    float across;
+    float film; // share
+    float film_ior;
+    float film_nm;
+    vec3 film_f0; // of the dielectric under it,
+    vec4 film_metal; // and of the metal: its share in w
+    vec3 diffused; // albedo of what is scattered to the far side,
+    float through; // and its share of the diffuse part
+};
+
+const Finish NO_FINISH = Finish(vec3(0.0, 0.0, 1.0), 0.0, 1.0, vec3(0.0), 1.0, 0u, vec3(0.0), 0.0, 0.0, 0.0, 1.0, 0.0, vec3(0.0), vec4(0.0), vec3(0.0), 0.0);
+
+const uint FINISH_CLEARCOAT = 0u; // slots
+const uint FINISH_CLEARCOAT_ROUGHNESS = 1u;
+const uint FINISH_CLEARCOAT_NORMAL = 2u;
+const uint FINISH_SHEEN_COLOR = 3u;
+const uint FINISH_SHEEN_ROUGHNESS = 4u;
+const uint FINISH_ANISOTROPY = 5u;
+const uint FINISH_IRIDESCENCE = 6u;
+const uint FINISH_IRIDESCENCE_THICKNESS = 7u;
+const uint FINISH_DIFFUSE_TRANSMISSION = 8u;
+const uint FINISH_DIFFUSE_TRANSMISSION_COLOR = 9u;
+const uint FINISH_FACTOR_ROWS = 5u;
+const uint SHEEN_STEPS = 32u;
+const float SHEEN_ROUGHNESS_MIN = 0.07;
+
+uvec4 finish_words(uint row) {
+    COUNT(TEXTURE_RECORDS, 1u);
+    TextureLevel words = texture_levels[row];
+    return uvec4(words.x, words.y, words.width, words.height);
+}
+
+vec4 finish_row(uint row) {
+    return uintBitsToFloat(finish_words(row));
+}
+
+// White where there is no texture.
+vec4 finish_texel(uint first, uint slot, vec4 uv, Footprint footprint, bool srgb) {
+    vec4 texel = vec4(1.0);
+    if (feature(FEATURE_FINISH_TEXTURES)) {
+        uint row = first + FINISH_FACTOR_ROWS + 3u * slot;
+        uvec4 a = finish_words(row);
+        if (a.z > 0u) {
+            uvec4 b = finish_words(row + 1u);
+            vec4 c = finish_row(row + 2u);
+            TextureSlot t = TextureSlot(a.x, a.y, a.z, a.w, b.x, vec4(uintBitsToFloat(b.yzw), c.x), c.yz);
+            texel = sample_slot(t, uv, footprint, srgb);
+        }
+    }
+    return texel;
+}
+
+float sheen_table_at(uint table, uint word) {
+    return finish_row(table + word / 4u)[word % 4u];
+}
+
+// From the table that begins at that word.
+float sheen_table(Finish f, uint first, float nv) {
+    vec2 at = clamp(vec2((f.sheen_roughness - SHEEN_ROUGHNESS_MIN) / (1.0 - SHEEN_ROUGHNESS_MIN), sqrt(max(nv, 0.0))), 0.0, 1.0) * float(SHEEN_STEPS);
+    uvec2 low = min(uvec2(at), uvec2(SHEEN_STEPS - 1u));
+    vec2 part = at - vec2(low);
+    uint here = first + low.x * (SHEEN_STEPS + 1u) + low.y;
+    uint next = here + SHEEN_STEPS + 1u;
+    return mix(mix(sheen_table_at(f.sheen_table, here), sheen_table_at(f.sheen_table, here + 1u), part.y),
+        mix(sheen_table_at(f.sheen_table, next), sheen_table_at(f.sheen_table, next + 1u), part.y), part.x);
+}
+
+// Share of light from all around that a white sheen sends to a viewer; more than 1 near grazing if it is smooth.
+float sheen_albedo(Finish f, float nv) {
+    return sheen_table(f, 0u, nv);
+}
+
+// And that it keeps from what lies below it.
+float sheen_taken(Finish f, float nv) {
+    return sheen_table(f, (SHEEN_STEPS + 1u) * (SHEEN_STEPS + 1u), nv);
+}
+
+// A normal or direction of the tangent frame about n; n where it has none.
+vec3 from_tangent_frame(vec3 n, vec4 tangent, vec3 local) {
+    vec3 bitangent = cross(n, tangent.xyz) * (tangent.w < 0.0 ? -1.0 : 1.0);
+    vec3 d = tangent.xyz * local.x + bitangent * local.y + n * local.z;
+    float d_length = length(d);
+    return d_length > 1e-6 ? d / d_length : n;
+}
+
+// `n`: the interpolated normal of the front; `normal`: the shading normal.
+Finish evaluate_finish(Material m, vec4 uv, Footprint footprint, vec3 n, vec4 tangent, vec3 normal, float side, float roughness) {
+    Finish f = NO_FINISH;
+    f.coat_normal = n * side;
+    uint first = m.flags >> MATERIAL_FINISH_SHIFT;
+    if (first == 0u) {
+        return f;
+    }
+    vec4 coat = finish_row(first);
+    vec4 sheen = finish_row(first + 1u);
+    vec4 grain = finish_row(first + 2u);
+    vec4 film = finish_row(first + 3u);
+    vec4 diffused = finish_row(first + 4u);
+    if (feature(FEATURE_CLEARCOAT)) {
+        f.coat = coat.x * finish_texel(first, FINISH_CLEARCOAT, uv, footprint, false).r;
+        f.coat_roughness = coat.y * finish_texel(first, FINISH_CLEARCOAT_ROUGHNESS, uv, footprint, false).g;
+        if (feature(FEATURE_TANGENTS) && coat.z != 0.0) {
+            vec3 bump = finish_texel(first, FINISH_CLEARCOAT_NORMAL, uv, footprint, false).xyz * 2.0 - 1.0;
+            f.coat_normal = from_tangent_frame(n, tangent, vec3(bump.xy * coat.z, bump.z)) * side;
+        }
+    }
+    if (feature(FEATURE_SHEEN)) {
+        f.sheen = sheen.rgb * finish_texel(first, FINISH_SHEEN_COLOR, uv, footprint, true).rgb;
+        f.sheen_roughness = max(sheen.a * finish_texel(first, FINISH_SHEEN_ROUGHNESS, uv, footprint, false).a, SHEEN_ROUGHNESS_MIN);
+        f.sheen_table = finish_words(first + 4u).w;
+    }
+    if (feature(FEATURE_ANISOTROPY) && coat.w > 0.0) {
+        vec4 texel = finish_texel(first, FINISH_ANISOTROPY, uv, footprint, false);
+        bool textured = feature(FEATURE_FINISH_TEXTURES) && finish_words(first + FINISH_FACTOR_ROWS + 3u * FINISH_ANISOTROPY).z > 0u;
+        vec2 own = textured ? texel.rg * 2.0 - 1.0 : vec2(1.0, 0.0);
+        own = dot(own, own) > 1e-8 ? normalize(own) : vec2(1.0, 0.0);
+        own = vec2(grain.x * own.x - grain.y * own.y, grain.y * own.x + grain.x * own.y);
+        float strength = coat.w * texel.b;
+        vec3 d = from_tangent_frame(n, tangent, vec3(own, 0.0));
+        d -= normal * dot(normal, d);
+        f.across = roughness * roughness;
+        f.along = dot(d, d) > 1e-6 ? mix(f.across, 1.0, strength * strength) : 0.0;
+        f.grain = d / max(length(d), 1e-3);
+    }
+    if (feature(FEATURE_IRIDESCENCE)) {
+        f.film_ior = film.x;
+        f.film_nm = mix(film.y, film.z, finish_texel(first, FINISH_IRIDESCENCE_THICKNESS, uv, footprint, false).g);
+        f.film = f.film_nm > 0.0 ? grain.w * finish_texel(first, FINISH_IRIDESCENCE, uv, footprint, false).r : 0.0;
+    }
+    if (feature(FEATURE_DIFFUSE_TRANSMISSION)) {
+        f.through = film.w * finish_texel(first, FINISH_DIFFUSE_TRANSMISSION, uv, footprint, false).a;
+        f.diffused = f.through * diffused.rgb * finish_texel(first, FINISH_DIFFUSE_TRANSMISSION_COLOR, uv, footprint, true).rgb;
+    }
+    return f;
+}

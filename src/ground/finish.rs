@@ -1,0 +1,98 @@
+//! What [`Finish`] adds to a material, as the device reads it: rows of four words behind the texture levels, so that scenes
+//! without it hold not a byte more, and no further binding is needed. `glsl/ground/finish.glsl` is the twin.
+
+use super::layout::{Material, TextureLevel, TextureSlot};
+use crate::scene::finish::Finish;
+use crate::scene::{Scene, sheen};
+
+/// `MATERIAL_FINISH_SHIFT` of the twin.
+const FLAGS_SHIFT: u32 = 4;
+
+/// Of one material. The slots' layers are numbers of chains until these are placed.
+#[derive(Clone, Debug)]
+pub struct PackedFinish {
+    /// Among the materials.
+    pub material: usize,
+    /// Five rows; the last word is where the sheen's table begins.
+    factors: [f32; 20],
+    pub slots: [TextureSlot; 10],
+}
+
+impl PackedFinish {
+    pub fn new(material: usize, f: &Finish, slots: [TextureSlot; 10]) -> Self {
+        let bump = if f.clearcoat.normal_texture.is_some() { f.clearcoat.normal_scale } else { 0.0 };
+        let [thin, thick] = f.iridescence.thickness_nm;
+        let (sin, cos) = f.anisotropy.rotation.sin_cos();
+        let (sheen, through) = (f.sheen.color, f.diffuse_transmission.color);
+        let factors = [
+            [f.clearcoat.factor, f.clearcoat.roughness, bump, f.anisotropy.strength],
+            [sheen.x, sheen.y, sheen.z, f.sheen.roughness],
+            [cos, sin, 0.0, f.iridescence.factor],
+            [f.iridescence.ior, thin, thick, f.diffuse_transmission.factor],
+            [through.x, through.y, through.z, 0.0],
+        ];
+        Self { material, factors: std::array::from_fn(|i| factors[i / 4][i % 4]), slots }
+    }
+
+    fn words(&self, sheen_table: u32) -> Vec<u32> {
+        let mut words: Vec<u32> = self.factors.iter().map(|x| x.to_bits()).collect();
+        words[19] = sheen_table;
+        for s in &self.slots {
+            words.extend([s.layer, s.first_level, s.level_count, s.flags, s.uv_set]);
+            words.extend(s.linear.iter().chain(&s.offset).map(|x| x.to_bits()));
+            words.push(0);
+        }
+        words
+    }
+}
+
+/// Adds the rows to `levels`, and to the materials where theirs begin.
+pub fn append(finishes: &[PackedFinish], materials: &mut [Material], levels: &mut Vec<TextureLevel>) {
+    if finishes.is_empty() {
+        return;
+    }
+    let mut push = |words: &[u32]| {
+        // Row 0 stands for none.
+        if levels.is_empty() {
+            levels.push(bytemuck::Zeroable::zeroed());
+        }
+        let first = levels.len() as u32;
+        for row in words.chunks(4) {
+            let word = |i: usize| row.get(i).copied().unwrap_or_default();
+            levels.push(TextureLevel { x: word(0), y: word(1), width: word(2), height: word(3) });
+        }
+        first
+    };
+    let has_sheen = finishes.iter().any(|finish| finish.factors[4..7].iter().any(|&x| x > 0.0));
+    let table: Vec<u32> = match has_sheen {
+        true => sheen::ALBEDO.iter().chain(sheen::TAKEN.iter()).flatten().map(|x| x.to_bits()).collect(),
+        false => Vec::new(),
+    };
+    let table = push(&table);
+    for finish in finishes {
+        materials[finish.material].flags |= push(&finish.words(table)) << FLAGS_SHIFT;
+    }
+}
+
+/// What the renderer approximates of the scene's materials, a sentence each: `docs/materials.md` says by how much.
+pub fn approximated(scene: &Scene) -> Vec<String> {
+    type Has = fn(&Finish) -> bool;
+    let kinds: [(&str, &str, Has); 6] = [
+        ("a clearcoat", "light that is not direct meets it along one more look", |f| f.clearcoat.factor > 0.0),
+        ("sheen", "light that is not direct is taken as even", |f| f.sheen.color != glam::Vec3::ZERO),
+        ("anisotropy", "methods other than rays bend one look", |f| f.anisotropy.strength > 0.0),
+        ("iridescence", "light that is not direct meets one reflectance per pixel", |f| f.iridescence.factor > 0.0),
+        ("diffuse transmission", "a volume is as thick as stated everywhere", |f| f.diffuse_transmission.factor > 0.0),
+        ("dispersion", "the renderer refracts all colours alike", |f| f.dispersion > 0.0),
+    ];
+    let used = |index: &usize| scene.meshes.iter().any(|mesh| mesh.material == *index);
+    let mut notes = Vec::new();
+    for (what, how, has) in kinds {
+        let found = |index: &usize| scene.materials[*index].finish.as_deref().is_some_and(has);
+        let first = (0..scene.materials.len()).filter(used).find(found);
+        // The file counts without glTF's default material, which is the scene's first.
+        notes
+            .extend(first.map(|index| format!("material {} has {what}, approximated: {how}", index.saturating_sub(1))));
+    }
+    notes
+}

@@ -3,8 +3,9 @@
 
 use std::path::PathBuf;
 
-use crate::damage::{check, replace_numbers};
+use crate::damage::{change_bytes, check, replace_numbers};
 use crate::files::{File, load_bytes};
+use crate::random::Random;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
 use twobounce::scene::{LoadOptions, Scene};
@@ -208,11 +209,7 @@ fn split(glb: &[u8]) -> (Value, Vec<u8>) {
 /// Bits flip, bytes change and ends are missing, in the bytes that decoders read.
 #[test]
 fn damaged_files_are_one_sentence_or_a_valid_scene() {
-    let mut state = 7u64;
-    let mut random = |below: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % below
-    };
+    let mut random = Random(7);
     for name in [
         "knot-meshopt-ext.glb",
         "knot-meshopt-khr.glb",
@@ -225,10 +222,7 @@ fn damaged_files_are_one_sentence_or_a_valid_scene() {
         let mut refused = 0;
         for _ in 0..400 {
             let mut damaged = glb.clone();
-            for _ in 0..=random(4) {
-                let at = json_end + 8 + random(glb.len() - json_end - 8);
-                damaged[at] = if random(2) == 0 { random(256) as u8 } else { damaged[at] ^ 1 << random(8) };
-            }
+            change_bytes(&mut random, &mut damaged, |_| json_end + 8..glb.len());
             let outcome = load_bytes("scene.glb", &damaged);
             refused += usize::from(outcome.is_err());
             check(outcome);

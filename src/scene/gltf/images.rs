@@ -16,6 +16,7 @@ use super::document::{Document, image_of};
 use super::hash_part;
 use super::ktx2;
 use super::need::{Kind, Need};
+use crate::error::said;
 use crate::memory::{Limit, apart};
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
@@ -181,6 +182,9 @@ impl<'a> Found<'a> {
             let size = ktx2::size(&bytes).map_err(|damage| undecodable_ktx2(&what, damage))?;
             return Ok(Opened { what, name, bytes, size });
         }
+        if is_animated(&bytes) {
+            return Err(format!("{what} is animated, which no texture is; save one image of it"));
+        }
         let size = match reader(&bytes).and_then(ImageReader::into_dimensions) {
             Ok(size) => size,
             // Some decoders refuse such headers themselves.
@@ -192,7 +196,7 @@ impl<'a> Found<'a> {
 }
 
 fn undecodable(what: &str, e: &ImageError) -> Problem {
-    format!("{what} cannot be decoded ({e}); save it as PNG or JPEG again")
+    format!("{what} cannot be decoded ({}); save it as PNG or JPEG again", said(e))
 }
 
 fn undecodable_ktx2(what: &str, damage: &str) -> Problem {
@@ -349,6 +353,12 @@ impl Opened<'_> {
         let rgba = decoded.into_rgba8();
         Ok((Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() }, deep))
     }
+}
+
+/// Whether a WebP image says that it is an animation (WebP container, "Extended File Format"). The decoder trusts damaged ones.
+fn is_animated(bytes: &[u8]) -> bool {
+    let extended = bytes.starts_with(b"RIFF") && bytes.get(8..16) == Some(b"WEBPVP8X");
+    extended && bytes.get(20).is_some_and(|flags| flags & 2 != 0)
 }
 
 /// Sizes are checked when they are known; what a decoder takes beyond its image is bounded here.

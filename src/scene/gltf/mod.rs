@@ -1,8 +1,8 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2`, `mesh` with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every
-//! index and every offset is checked before use.
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2`, `mesh` with `draco`,
+//! `tangents` and `deform`. No damaged file makes the loader panic: every index and every offset is checked before use.
 
 mod accessor;
 mod animations;
@@ -53,7 +53,7 @@ pub struct LoadOptions {
 /// it causes a warning.
 const KNOWN_EXTENSIONS: [&str; 15] = [
     instancing::NAME,
-    "EXT_meshopt_compression",
+    meshopt::NAMES[0],
     "EXT_texture_webp",
     draco::NAME,
     "KHR_lights_punctual",
@@ -64,7 +64,7 @@ const KNOWN_EXTENSIONS: [&str; 15] = [
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
-    "KHR_meshopt_compression",
+    meshopt::NAMES[1],
     "KHR_texture_basisu",
     "KHR_texture_transform",
 ];

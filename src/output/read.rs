@@ -1,0 +1,39 @@
+//! What is checked of a file before an image is read from it.
+
+use std::fs::Metadata;
+use std::path::Path;
+
+use crate::memory::{Limit, apart};
+use crate::{Error, Result};
+
+/// About a regular file. Others are refused before they are opened: a pipe may never say anything, and a device never end.
+/// `what` with its article, for messages.
+pub(crate) fn about(path: &Path, what: &str) -> Result<Metadata> {
+    if path.is_dir() {
+        return Err(Error::file(path, format!("is a folder, not {what}")));
+    }
+    let about = std::fs::metadata(path).map_err(|e| unreadable(path, &e))?;
+    if !about.is_file() {
+        return Err(Error::file(path, "is no regular file; copy what it holds into one and name that"));
+    }
+    Ok(about)
+}
+
+pub(crate) fn unreadable(path: &Path, e: &std::io::Error) -> Error {
+    Error::file(path, format!("cannot be read: {e}"))
+}
+
+/// Refuses what needs so many bytes. `smaller`: what to name instead.
+pub(crate) fn check_memory(path: &Path, bytes: u64, smaller: &str) -> Result<()> {
+    let limit = Limit::host();
+    if bytes <= limit.bytes {
+        return Ok(());
+    }
+    let [needed, _] = apart([bytes, limit.bytes]);
+    Err(Error::file(path, format!("needs {needed} of memory, more than {}; name a smaller {smaller}", limit.words)))
+}
+
+/// Refuses a header that states more than the file can hold.
+pub(crate) fn check_length(path: &Path, is_enough: bool) -> Result<()> {
+    if is_enough { Ok(()) } else { Err(Error::file(path, "is too short for the size that it states; save it again")) }
+}

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Cursor;
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use exr::meta::MetaData;
@@ -31,7 +31,6 @@ impl Layers {
     pub fn read_exr(path: &Path) -> Result<(Self, Metadata)> {
         let length = read::about(path, "an OpenEXR image")?.len();
         let check_memory = |bytes: u64| read::check_memory(path, bytes, "image");
-        check_memory(length)?;
         let mut file = File::open(path).map_err(|e| read::unreadable(path, &e))?;
         let meta = MetaData::read_from_unbuffered(&mut file, false);
         let meta = meta.map_err(|e| Error::file(path, unreadable(&e)))?;
@@ -41,10 +40,11 @@ impl Layers {
         let channels = meta.headers.iter().map(|header| header.channels.list.len() as u64).max().unwrap_or(0);
         let values = pixels.saturating_mul(channels);
         // As read, and as layers.
-        check_memory(length.saturating_add(values.saturating_mul(8)))?;
+        check_memory(values.saturating_mul(8))?;
         read::check_length(path, values <= length.saturating_mul(VALUES_MAX))?;
-        let bytes = std::fs::read(path).map_err(|e| read::unreadable(path, &e))?;
-        decode(&bytes).map_err(|problem| Error::file(path, problem))
+        // What is behind the pixels is not read.
+        file.rewind().map_err(|e| read::unreadable(path, &e))?;
+        decode_from(BufReader::new(file)).map_err(|problem| Error::file(path, problem))
     }
 }
 
@@ -107,13 +107,17 @@ fn sort_attributes(bytes: &mut [u8]) {
 
 /// The layers and header text in an OpenEXR file's bytes. The error is a sentence without its subject, the path.
 pub fn decode(bytes: &[u8]) -> std::result::Result<(Layers, Metadata), String> {
+    decode_from(Cursor::new(bytes))
+}
+
+fn decode_from(file: impl Read + Seek + Send) -> std::result::Result<(Layers, Metadata), String> {
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        .from_buffered(Cursor::new(bytes))
+        .from_buffered(file)
         .map_err(|e| unreadable(&e))?;
     let layer = image.layer_data;
     let size = layer.size;

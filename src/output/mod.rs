@@ -3,5 +3,5 @@
 pub mod exr;
 pub mod file;
 pub mod png;
-pub(crate) mod read;
+pub mod read;
 pub mod svg;

@@ -1,6 +1,7 @@
-//! What is checked of a file before an image is read from it.
+//! What is checked of a file before it is read.
 
-use std::fs::Metadata;
+use std::fs::{File, Metadata};
+use std::io::Read;
 use std::path::Path;
 
 use crate::memory::{Limit, apart};
@@ -36,4 +37,19 @@ pub(crate) fn check_memory(path: &Path, bytes: u64, smaller: &str) -> Result<()>
 /// Refuses a header that states more than the file can hold.
 pub(crate) fn check_length(path: &Path, is_enough: bool) -> Result<()> {
     if is_enough { Ok(()) } else { Err(Error::file(path, "is too short for the size that it states; save it again")) }
+}
+
+/// The text of a small file, which may be a pipe but not one that never ends. `what` it is, for messages.
+///
+/// # Errors
+/// [`Error::File`]: it cannot be read, is no text, or is larger than 1 MiB.
+pub fn text(path: &Path, what: &str) -> Result<String> {
+    const BYTES_MAX: u64 = 1 << 20;
+    let mut text = String::new();
+    let read = File::open(path).and_then(|file| file.take(BYTES_MAX + 1).read_to_string(&mut text));
+    read.map_err(|e| unreadable(path, &e))?;
+    if text.len() as u64 > BYTES_MAX {
+        return Err(Error::file(path, format!("is larger than 1 MiB, as no {what} is; name another")));
+    }
+    Ok(text)
 }

@@ -90,7 +90,9 @@ static PANIC: Mutex<String> = Mutex::new(String::new());
 pub fn start() {
     std::panic::set_hook(Box::new(|panic| {
         let place = panic.location().map(|l| format!("{}:{}", l.file(), l.line())).unwrap_or_default();
-        let said = panic.payload_as_str().unwrap_or_default().lines().next().unwrap_or_default();
+        let payload = panic.payload();
+        let text = payload.downcast_ref::<&str>().copied().or(payload.downcast_ref::<String>().map(String::as_str));
+        let said = text.and_then(|text| text.lines().next()).unwrap_or_default();
         *PANIC.lock().unwrap_or_else(PoisonError::into_inner) = format!("panicked at {place}: {said}");
     }));
     std::thread::spawn(|| {

@@ -87,7 +87,7 @@ fn parts(path: &Path, (mut file, length): (Box<dyn Content>, u64), need: &mut Ne
     need.add(Kind::Bytes, length, 1);
     need.check().map_err(problem)?;
     let mut json = start;
-    file.take(length.saturating_sub(HEADER as u64)).read_to_end(&mut json).map_err(failed)?;
+    text(&mut file, length.saturating_sub(HEADER as u64), &mut json).map_err(failed)?;
     if json.starts_with(b"\xEF\xBB\xBF") {
         json.drain(..3);
     }
@@ -95,6 +95,21 @@ fn parts(path: &Path, (mut file, length): (Box<dyn Content>, u64), need: &mut Ne
         return Err(no_gltf());
     }
     Ok(Container { json, binary: None })
+}
+
+/// Appends the next `count` bytes up to a zero, which is in no text: a hole on the disk has gigabytes of them.
+fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Result<()> {
+    const PART: u64 = 1 << 20;
+    let (mut left, mut from) = (count, text.len());
+    while left > 0 && !text[from..].contains(&0) {
+        from = text.len();
+        let read = file.take(left.min(PART)).read_to_end(text)? as u64;
+        if read == 0 {
+            break;
+        }
+        left -= read;
+    }
+    Ok(())
 }
 
 /// Why a file cannot be read.
@@ -153,9 +168,7 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
             (None, b"JSON") => {
                 need.add(Kind::Bytes, size, 1);
                 need.check().map_err(|problem| Error::file(path, problem))?;
-                let mut text = Vec::new();
-                (&mut file).take(size).read_to_end(&mut text).map_err(failed)?;
-                json = Some(text);
+                text(&mut file, size, json.insert(Vec::new())).map_err(failed)?;
             }
             (None, _) => break,
             (Some(_), b"BIN\0") => {
@@ -274,6 +287,19 @@ fn locate(folder: &Path, what: &str, uri: &str) -> Result<Place, Problem> {
     let verbatim = Some(folder.join(uri)).filter(|file| file.exists() && !folder.join(&relative).exists());
     let name = shorten(&relative);
     Ok(Place::File(verbatim.unwrap_or(folder.join(&relative)), name))
+}
+
+/// Names that messages list: who has more knows where to look.
+const NAMES_MAX: usize = 20;
+
+/// Names with their numbers for messages that say what there is.
+pub fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut list: Vec<String> =
+        names.take(NAMES_MAX + 1).enumerate().map(|(i, name)| format!("{i} \"{}\"", shorten(name))).collect();
+    if list.len() > NAMES_MAX {
+        list[NAMES_MAX] = "…".into();
+    }
+    list.join(", ")
 }
 
 /// At most 80 characters of a text from a file, without control characters, for messages.

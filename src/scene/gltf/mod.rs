@@ -25,6 +25,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use self::accessor::{Data, Problem, missing};
+pub(super) use self::container::list;
 use self::document::Document;
 use self::need::{Kind, Need};
 use super::{Instance, Scene};

@@ -1,7 +1,7 @@
 //! Reads equirectangular maps: Radiance .hdr and OpenEXR.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use glam::Vec3;
@@ -16,6 +16,9 @@ use crate::{Error, Result};
 
 /// Texels a side at most.
 const SIDE_MAX: u32 = 16384;
+
+/// Bytes of a Radiance file's header at most: it is some lines of text.
+const HEADER_MAX: u64 = 1 << 16;
 
 /// Reads the map at `path`, by its ending an OpenEXR file (R, G, B) or a Radiance one, and halves it until it has at most
 /// [`MOST_TEXELS`], and `max_texture` texels a side. Also returns a sentence about everything that was changed.
@@ -52,7 +55,15 @@ fn read_exr(path: &Path) -> Result<Panorama> {
 fn read_hdr(path: &Path) -> Result<Panorama> {
     let length = input::about(path, "a Radiance image")?.len();
     let broken = |e| Error::file(path, format!("is not a readable Radiance image ({}); save it again", said(&e)));
-    let file = File::open(path).map_err(|e| input::unreadable(path, &e))?;
+    let failed = |e: std::io::Error| input::unreadable(path, &e);
+    let mut file = File::open(path).map_err(failed)?;
+    // The decoder keeps the header, however long it is.
+    let mut start = Vec::new();
+    (&mut file).take(HEADER_MAX).read_to_end(&mut start).map_err(failed)?;
+    if !start.windows(2).any(|pair| pair == b"\n\n") {
+        return Err(Error::file(path, "is not a readable Radiance image (its header does not end); save it again"));
+    }
+    file.rewind().map_err(failed)?;
     let decoder = HdrDecoder::new(BufReader::new(file)).map_err(broken)?;
     let (width, height) = decoder.dimensions();
     check_size(path, width, height)?;

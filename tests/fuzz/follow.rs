@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use glam::{DAffine3, Vec3};
 use twobounce::frame::{FrameDesc, first_plan};
 use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::grid::{Grid, radiance_scale};
@@ -12,8 +13,8 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::output::exr;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, cache, lights_itself, render};
-use twobounce::scene::{Pose, Scene, View};
-use twobounce::settings::PRESETS;
+use twobounce::scene::{Material, Mesh, Pose, Scene, View};
+use twobounce::settings::{PRESETS, Settings};
 use twobounce::stability::warnings::known_failures;
 
 /// Larger scenes are valid and take their time, which is no fault: only what is cheap follows them.
@@ -46,22 +47,30 @@ pub fn scene(mut scene: Scene, choice: u64) {
         scene.add_default_light(&view);
         pose = scene.pose(animation, 0.0);
     }
-    device(&scene, &pose, &view, choice);
+    let settings = (PRESETS[(choice >> 24) as usize % PRESETS.len()].settings)();
+    device((&scene, &pose, &view), &settings);
     trace(&scene, &pose, &view);
 }
 
+/// What settings make of a scene that is whole.
+pub fn settings(settings: &Settings) {
+    let mut scene = Scene::empty("quad");
+    let lamp = scene.add_material(Material::lamp("lamp", Vec3::ONE));
+    scene.add_mesh(Mesh::quad("quad", lamp, Vec3::ZERO, Vec3::X, Vec3::Y), DAffine3::IDENTITY);
+    device((&scene, &scene.pose(None, 0.0), &View::framing(scene.bounds(None))), settings);
+}
+
 /// What a device would be given, and what that would take of it.
-fn device(scene: &Scene, pose: &Pose, view: &View, choice: u64) {
+fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
     let bounds = scene.bounds(None);
-    let settings = (PRESETS[(choice >> 24) as usize % PRESETS.len()].settings)();
     let packed = ScenePacked::new(scene, pose);
     packed.plan();
     let trees = packed.trees.of(scene);
     trees.top(&pose.world_from_instance);
-    let desc = FrameDesc { scene, settings: &settings, size: (4, 4), outputs: 1, bounds, slots: 1 };
+    let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1 };
     first_plan(&desc, &packed.trees, 16);
-    known_failures(scene, pose, bounds, &settings);
-    let Ok(grid) = Grid::place(bounds, &settings) else { return };
+    known_failures(scene, pose, bounds, settings);
+    let Ok(grid) = Grid::place(bounds, settings) else { return };
     expected_items(scene, &pose.world_from_instance, &grid);
     Lamps::new(scene).place(pose, &grid, settings.lights.lamp_points);
     uniforms::lights(scene, pose, &grid);

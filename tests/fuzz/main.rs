@@ -31,6 +31,7 @@ const FOLDER: &str = "TWOBOUNCE_FUZZ_FOLDER";
 const FILE: &str = "TWOBOUNCE_FUZZ_FILE";
 const SEED_VARIABLE: &str = "TWOBOUNCE_FUZZ_SEED";
 const SECONDS_VARIABLE: &str = "TWOBOUNCE_FUZZ_SECONDS";
+const TARGETS_VARIABLE: &str = "TWOBOUNCE_FUZZ_TARGETS";
 const WORKERS_VARIABLE: &str = "TWOBOUNCE_FUZZ_WORKERS";
 
 fn number(variable: &str, default: u64) -> u64 {
@@ -94,7 +95,8 @@ fn worker() {
         Ok(file) => worker::run_file(&folder, Path::new(&file)),
         Err(_) => {
             let (seed, seconds) = (number(SEED_VARIABLE, 1), number(SECONDS_VARIABLE, 1));
-            worker::work(&worker::Task { folder, seed, seconds });
+            let only = env::var(TARGETS_VARIABLE).unwrap_or_default();
+            worker::work(&worker::Task { folder, seed, seconds, only });
         }
     }
 }

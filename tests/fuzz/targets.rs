@@ -143,7 +143,8 @@ fn settings(input: &Input) -> Outcome {
     let mut again = Settings::default();
     again.merge_toml(&written).expect("what was written can be read");
     assert_eq!(again.to_toml(), written, "settings change when they are written and read");
-    Ok(format!("{} changes", settings.entries().len()))
+    follow::settings(&settings);
+    Ok(format!("{} {}", settings.method, written.lines().count()))
 }
 
 fn table(input: &Input) -> Outcome {

@@ -22,6 +22,8 @@ pub struct Task {
     pub folder: PathBuf,
     pub seed: u64,
     pub seconds: u64,
+    /// Names of targets with commas between; all if empty.
+    pub only: String,
 }
 
 /// Sums over the inputs of one target.
@@ -50,7 +52,9 @@ pub fn work(task: &Task) {
         kept[targets::of(&path).expect("a target reads it")].push(Seed { ending, bytes });
     }
     let given: Vec<usize> = kept.iter().map(Vec::len).collect();
-    let shares: Vec<usize> = (0..TARGETS.len()).flat_map(|t| vec![t; TARGETS[t].share]).collect();
+    let chosen = |t: &usize| task.only.is_empty() || task.only.split(',').any(|name| name == TARGETS[*t].name);
+    let shares: Vec<usize> = (0..TARGETS.len()).filter(chosen).flat_map(|t| vec![t; TARGETS[t].share]).collect();
+    assert!(!shares.is_empty(), "there is no target {}", task.only);
     let mut tallies: Vec<Tally> = TARGETS.iter().map(|_| Tally::default()).collect();
     let (mut seen, mut coverage) = (HashSet::new(), Coverage::default());
     let start = Instant::now();

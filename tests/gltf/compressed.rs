@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use crate::damage::{change_bytes, check, replace_numbers};
-use crate::files::{File, load_bytes};
+use crate::files::{File, U8, load_bytes};
 use crate::random::Random;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
@@ -118,6 +118,20 @@ fn draco_files_hold_the_plain_files_knot() {
         );
         assert_alike(name, [&corners(&plain, 0.73), &corners(&scene, 0.73)], DRACO);
     }
+}
+
+/// A stream may hold triangles alone: then all attributes are plain.
+#[test]
+fn a_draco_stream_without_attributes_is_read() {
+    let mut file = File::triangle();
+    // Version 2.2 of a mesh in sequence: one triangle of three vertices, its indices plain, no decoders of attributes.
+    let stream = file.view(b"DRACO\x02\x02\x01\x00\x00\x00\x01\x03\x01\x02\x00\x01\x00");
+    let indices = file.push("accessors", json!({"componentType": U8, "count": 3, "type": "SCALAR"}));
+    let primitive = &mut file.json["meshes"][0]["primitives"][0];
+    primitive["indices"] = json!(indices);
+    primitive["extensions"] = json!({"KHR_draco_mesh_compression": {"bufferView": stream, "attributes": {}}});
+    let mesh = &file.scene().meshes[0];
+    assert_eq!(mesh.positions, [Vec3::Y, Vec3::ZERO, Vec3::X], "without normals every corner is a vertex");
 }
 
 /// Replaces the value at a JSON pointer of a file; it must be refused with these words.

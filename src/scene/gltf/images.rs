@@ -16,6 +16,7 @@ use super::document::{Document, image_of};
 use super::hash_part;
 use super::ktx2;
 use super::need::{Kind, Need};
+use super::webp;
 use crate::error::said;
 use crate::memory::{Limit, apart};
 use crate::scene::texture::{ColorSpace, MipChain};
@@ -191,9 +192,7 @@ impl<'a> Found<'a> {
             let size = ktx2::size(&bytes).map_err(|damage| undecodable_ktx2(&what, damage))?;
             return Ok(Opened { what, name, bytes, size });
         }
-        if is_animated(&bytes) {
-            return Err(format!("{what} is animated, which no texture is; save one image of it"));
-        }
+        webp::check(&bytes).map_err(|problem| format!("{what} {problem}"))?;
         let opened = reader(&bytes, 0).map_err(|e| undecodable(&what, &e))?;
         let each = match opened.format() {
             Some(ImageFormat::Png) => PNG_TEXELS,
@@ -381,12 +380,6 @@ impl Opened<'_> {
         let rgba = decoded.into_rgba8();
         Ok((Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() }, deep))
     }
-}
-
-/// Whether a WebP image says that it is an animation (WebP container, "Extended File Format"). The decoder trusts damaged ones.
-fn is_animated(bytes: &[u8]) -> bool {
-    let extended = bytes.starts_with(b"RIFF") && bytes.get(8..16) == Some(b"WEBPVP8X");
-    extended && bytes.get(20).is_some_and(|flags| flags & 2 != 0)
 }
 
 fn texels_of((width, height): (u32, u32)) -> u64 {

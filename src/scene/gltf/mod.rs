@@ -1,7 +1,7 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2`, `mesh` with `draco`,
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials`, `images` with `ktx2` and `webp`, `mesh` with `draco`,
 //! `tangents` and `deform`. No damaged file makes the loader panic: every index and every offset is checked before use.
 
 mod accessor;
@@ -20,6 +20,7 @@ mod meshopt;
 mod need;
 mod nodes;
 mod tangents;
+mod webp;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -6,6 +6,8 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 
 use serde_json::{Value, json};
+use twobounce::memory::Limit;
+use twobounce::scene::{LoadOptions, Scene};
 
 use super::{INLINE, folder, png, png_header, refused, refused_by, textured, triangle, write};
 
@@ -87,6 +89,26 @@ fn images_hold_the_texels_that_they_state() {
     shared["images"] = Value::Array(vec![json!({"bufferView": 1}); IMAGES]);
     write(folder.path(), "shared.gltf", &shared);
     refused(folder.path(), "shared.gltf", &["of memory", "texels", "use smaller textures"]);
+}
+
+/// Four images of 16384² texels that take 16 GiB, and 24 of 4096² that fit into memory but not on a small device.
+#[test]
+fn textures_are_held_against_the_machine_and_the_device() {
+    let folder = folder();
+    let limit = |gibi: u64| Some(Limit { bytes: gibi << 30, words: "the test's limit".into() });
+    let load = |images: usize, side: u32, options: LoadOptions| {
+        fs::write(folder.path().join("wide.png"), png_header(side, side)).unwrap();
+        let mut scene = textured(images, |_| "wide.png".into());
+        let primitive = |material| json!({"attributes": {"POSITION": 0}, "material": material});
+        scene["meshes"][0]["primitives"] = (0..images).map(primitive).collect();
+        write(folder.path(), "wide.gltf", &scene);
+        Scene::load(&folder.path().join("wide.gltf"), &options).unwrap_err().to_string()
+    };
+    let sentence = load(4, 16384, LoadOptions { memory: limit(16), ..LoadOptions::default() });
+    assert!(sentence.contains("1073.7 million texels in its textures, more than the test's limit"), "{sentence}");
+    let options = LoadOptions { memory: limit(64), texture_memory: limit(2), ..LoadOptions::default() };
+    let sentence = load(24, 4096, options);
+    assert!(sentence.contains("402.7 million texels, which need 2304 MiB on the device"), "{sentence}");
 }
 
 #[test]

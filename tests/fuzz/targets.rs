@@ -20,6 +20,7 @@ use twobounce::stability::markdown;
 
 use crate::follow;
 use crate::valid::assert_valid;
+use crate::worker::wrong_sentence;
 
 /// What loading may take by its own count; the guard around it allows what else there is.
 const LOAD_BYTES: u64 = 64 << 20;
@@ -78,6 +79,9 @@ fn scene(input: &Input) -> Outcome {
 fn loaded(path: &Path, choice: u64) -> Outcome {
     let scene = Scene::load(path, &options(choice)).map_err(|e| e.to_string())?;
     assert_valid(&scene);
+    for note in &scene.warnings {
+        assert_eq!(wrong_sentence(note, None), None, "in the note {note:?}");
+    }
     let few = |count: usize| count.min(3);
     let counts = [scene.nodes.len(), scene.meshes.len(), scene.images.len(), scene.lights.len(), scene.cameras.len()];
     let slots = scene.materials.iter().map(|material| material.texture_slots().count()).sum();

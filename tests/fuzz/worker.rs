@@ -127,8 +127,8 @@ fn run(folder: &Path, target: usize, ending: &str, bytes: &[u8]) -> (String, Cos
     (outcome.unwrap_or_else(|sentence| format!("{REFUSED}{sentence}")), cost)
 }
 
-/// What is wrong with a refusal.
-fn wrong_sentence(sentence: &str, named: Option<&Path>) -> Option<&'static str> {
+/// What is wrong with a refusal or a note.
+pub fn wrong_sentence(sentence: &str, named: Option<&Path>) -> Option<&'static str> {
     // As Rust prints values for programmers.
     let debug = ["Some(", "None,", "Ok(", "Err(", "Error {", "kind:", "Custom {", "panicked"];
     let starts = named.is_none_or(|folder| sentence.starts_with(&*folder.to_string_lossy()));

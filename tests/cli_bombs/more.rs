@@ -184,6 +184,10 @@ fn text_ends_at_a_hole_on_the_disk() {
     let words = [2, 20 + (1u32 << 31), 1 << 31].map(u32::to_le_bytes).concat();
     hole(folder.path(), "hole.glb", &[b"glTF", &words[..], b"JSON{"].concat(), 20 + (1 << 31));
     refused(folder.path(), "hole.glb", &["line 1, column 2"]);
+    // A quarter of a billion empty chunks.
+    let words = [2, u32::MAX, 4].map(u32::to_le_bytes).concat();
+    hole(folder.path(), "chunks.glb", &[b"glTF", &words[..], b"JSON{}  "].concat(), 1 << 32);
+    refused(folder.path(), "chunks.glb", &["states no asset.version"]);
 }
 
 #[test]

@@ -30,6 +30,8 @@ const MAGIC: &[u8; 4] = b"glTF";
 /// Bytes of a `.glb` before its first chunk, and of a chunk before its content.
 const HEADER: usize = 12;
 const CHUNK_HEADER: u64 = 8;
+/// Chunks that are looked at: a file may have millions of empty ones.
+const CHUNKS_MAX: usize = 1000;
 
 /// Reads the JSON of the file at `path` and finds the binary chunk. Its first bytes decide the format, not its name.
 pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
@@ -156,7 +158,10 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
     let mut left = length.saturating_sub(HEADER as u64);
     let mut json: Option<Vec<u8>> = None;
     // The specification says that unknown chunks are ignored; some exporters write them before the binary one too.
-    while left >= CHUNK_HEADER {
+    for _ in 0..CHUNKS_MAX {
+        if left < CHUNK_HEADER {
+            break;
+        }
         let mut head = [0; CHUNK_HEADER as usize];
         file.read_exact(&mut head).map_err(failed)?;
         left -= CHUNK_HEADER;
@@ -168,7 +173,12 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
             (None, b"JSON") => {
                 need.add(Kind::Bytes, size, 1);
                 need.check().map_err(|problem| Error::file(path, problem))?;
-                text(&mut file, size, json.insert(Vec::new())).map_err(failed)?;
+                let json = json.insert(Vec::new());
+                text(&mut file, size, json).map_err(failed)?;
+                if json.len() as u64 != size {
+                    // The parser says where it ends.
+                    return Ok(Container { json: std::mem::take(json), binary: None });
+                }
             }
             (None, _) => break,
             (Some(_), b"BIN\0") => {

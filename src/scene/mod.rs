@@ -13,6 +13,7 @@ mod lights;
 pub mod sky;
 pub mod surface;
 pub mod texture;
+pub(crate) mod ties;
 
 pub use camera::DEFAULT_FOV_DEGREES;
 pub use gltf::LoadOptions;

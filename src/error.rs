@@ -1,5 +1,6 @@
 //! The library's error type. Every message is one sentence: what is wrong and what to do.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 
 /// Errors that a user can act on. Programming errors panic instead.
@@ -28,5 +29,30 @@ impl Error {
     /// A problem with the file at `path`; `problem` says what is wrong and what to do.
     pub fn file(path: impl Into<PathBuf>, problem: impl Into<String>) -> Self {
         Self::File { path: path.into(), problem: problem.into() }
+    }
+}
+
+/// Characters of what another library says: more would bury what is said here.
+const SAID_MAX: usize = 160;
+
+/// What another library says about a file as a part of a sentence: on one line and short, although it may quote the file.
+pub(crate) fn said(problem: &impl Display) -> String {
+    let text = problem.to_string();
+    let words: Vec<&str> = text.split(|c: char| c.is_control() || c == ' ').filter(|word| !word.is_empty()).collect();
+    let text = words.join(" ");
+    match text.char_indices().nth(SAID_MAX) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_others_say_fits_into_a_sentence() {
+        assert_eq!(said(&"expected `\"`\n  at\u{1b} \0the end\n"), "expected `\"` at the end");
+        assert_eq!(said(&"é".repeat(500)).chars().count(), SAID_MAX + 1);
     }
 }

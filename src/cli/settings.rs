@@ -1,10 +1,8 @@
 //! `twobounce settings`: every key, or the sum of `--preset`, `--config` and `--set`.
 
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
 use std::process::ExitCode;
 
+use twobounce::output::read;
 use twobounce::settings::{PRESETS, Settings, markdown};
 use twobounce::{Error, Result};
 
@@ -22,7 +20,7 @@ impl SettingsArgs {
         let named = |flag: &str, e: Error| Error::Usage(format!("{flag}: {e}"));
         let mut settings = Settings::preset(&self.preset).map_err(|e| named(flag, e))?;
         if let Some(path) = &self.config {
-            let text = read(path)?;
+            let text = read::text(path, "file of settings")?;
             settings.merge_toml(&text).map_err(|e| Error::file(path, e.to_string()))?;
         }
         if let Some(method) = &self.method {
@@ -33,18 +31,6 @@ impl SettingsArgs {
         }
         Ok(settings)
     }
-}
-
-/// Reads a settings file, which may be a pipe but not one that never ends.
-fn read(path: &Path) -> Result<String> {
-    const BYTES_MAX: u64 = 1 << 20;
-    let failed = |e| Error::file(path, format!("cannot be read: {e}"));
-    let mut text = String::new();
-    File::open(path).and_then(|file| file.take(BYTES_MAX + 1).read_to_string(&mut text)).map_err(failed)?;
-    if text.len() as u64 > BYTES_MAX {
-        return Err(Error::file(path, "is larger than 1 MiB, as no file of settings is; name another"));
-    }
-    Ok(text)
 }
 
 /// Prints the list in the form asked for.

@@ -1,6 +1,5 @@
 //! `twobounce stability`: the table of where methods fail.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -9,7 +8,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use twobounce::chart::store::{Store, Stored};
 use twobounce::gi::Method;
-use twobounce::output::file;
+use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
 use twobounce::stability::case::Case;
@@ -129,7 +128,7 @@ fn write(store: &Store, table: &Table, stored: &[StoredRow]) -> Result<()> {
 
 /// Prints the page of a table.
 fn print_markdown(path: &Path) -> Result<()> {
-    let text = fs::read_to_string(path).map_err(|e| Error::file(path, e.to_string()))?;
+    let text = read::text(path, "table of `twobounce stability`")?;
     out::write(
         &page(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))?,
     );

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Cursor;
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use exr::meta::MetaData;
@@ -12,8 +12,9 @@ use exr::prelude::{
     WritableImage,
 };
 
+use super::read;
+use crate::error::said;
 use crate::layers::{Aov, Layers};
-use crate::memory::{Limit, apart};
 use crate::{Error, Result};
 
 /// Header entries by name. Names have at most 31 bytes; values are UTF-8.
@@ -28,36 +29,30 @@ impl Layers {
 
     /// Reads R G B, all layers of [`Aov`] in the file, and the text in its header.
     pub fn read_exr(path: &Path) -> Result<(Self, Metadata)> {
-        if path.is_dir() {
-            return Err(Error::file(path, "is a folder, not an OpenEXR image"));
-        }
-        let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
-        let about = std::fs::metadata(path).map_err(failed)?;
-        // A pipe may never say anything, and a device never end.
-        if !about.is_file() {
-            return Err(Error::file(path, "is no regular file; copy what it holds into one and name that"));
-        }
-        check_memory(path, about.len())?;
-        let mut file = File::open(path).map_err(failed)?;
+        let length = read::about(path, "an OpenEXR image")?.len();
+        let check_memory = |bytes: u64| read::check_memory(path, bytes, "image");
+        let mut file = File::open(path).map_err(|e| read::unreadable(path, &e))?;
         let meta = MetaData::read_from_unbuffered(&mut file, false);
-        let meta = meta.map_err(|e| Error::file(path, format!("is not a readable OpenEXR image: {e}")))?;
-        let pixels: u64 = meta.headers.iter().map(|header| header.layer_size.area() as u64).sum();
+        let meta = meta.map_err(|e| Error::file(path, unreadable(&e)))?;
+        // Of one channel. Every part may state what no machine counts.
+        let pixels = meta.headers.iter().map(|header| header.layer_size.area() as u64);
+        let pixels = pixels.fold(0, u64::saturating_add);
         let channels = meta.headers.iter().map(|header| header.channels.list.len() as u64).max().unwrap_or(0);
+        let values = pixels.saturating_mul(channels);
         // As read, and as layers.
-        check_memory(path, about.len().saturating_add(pixels.saturating_mul(channels).saturating_mul(8)))?;
-        let bytes = std::fs::read(path).map_err(failed)?;
-        decode(&bytes).map_err(|problem| Error::file(path, problem))
+        check_memory(values.saturating_mul(8))?;
+        read::check_length(path, values <= length.saturating_mul(VALUES_MAX))?;
+        // What is behind the pixels is not read.
+        file.rewind().map_err(|e| read::unreadable(path, &e))?;
+        decode_from(BufReader::new(file)).map_err(|problem| Error::file(path, problem))
     }
 }
 
-/// Refuses an image that needs so many bytes.
-fn check_memory(path: &Path, bytes: u64) -> Result<()> {
-    let limit = Limit::host();
-    if bytes <= limit.bytes {
-        return Ok(());
-    }
-    let [needed, _] = apart([bytes, limit.bytes]);
-    Err(Error::file(path, format!("needs {needed} of memory, more than {}; name a smaller image", limit.words)))
+/// Values of a channel that a byte holds at most: deflate makes 1032 bytes of one, and a value has two.
+const VALUES_MAX: u64 = 1032 / 2;
+
+fn unreadable(e: &exr::error::Error) -> String {
+    format!("is not a readable OpenEXR image: {}", said(e))
 }
 
 /// The bytes of an OpenEXR file.
@@ -112,14 +107,18 @@ fn sort_attributes(bytes: &mut [u8]) {
 
 /// The layers and header text in an OpenEXR file's bytes. The error is a sentence without its subject, the path.
 pub fn decode(bytes: &[u8]) -> std::result::Result<(Layers, Metadata), String> {
+    decode_from(Cursor::new(bytes))
+}
+
+fn decode_from(file: impl Read + Seek + Send) -> std::result::Result<(Layers, Metadata), String> {
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|e| format!("is not a readable OpenEXR image: {e}"))?;
+        .from_buffered(file)
+        .map_err(|e| unreadable(&e))?;
     let layer = image.layer_data;
     let size = layer.size;
     let find = |name: String| layer.channel_data.list.iter().find(|c| c.name.to_string() == name);

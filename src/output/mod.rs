@@ -3,4 +3,5 @@
 pub mod exr;
 pub mod file;
 pub mod png;
+pub mod read;
 pub mod svg;

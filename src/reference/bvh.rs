@@ -10,12 +10,14 @@
 //! the same bits in all.
 
 use glam::Vec3;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};
-use obvhs::{BvhBuildParams, triangle::Triangle};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 use std::time::Duration;
 
 use super::lanes::Lanes;
 use super::memory;
+use crate::scene::ties::break_ties;
 
 /// Lanes: children per node, triangles per packet, rays per bundle.
 pub const WIDTH: usize = 8;
@@ -50,14 +52,14 @@ pub struct Bvh {
 
 impl Bvh {
     pub fn new(triangles: &[[Vec3; 3]]) -> Self {
-        let soup: Vec<_> =
-            triangles.iter().map(|t| Triangle { v0: t[0].into(), v1: t[1].into(), v2: t[2].into() }).collect();
+        let mut boxes: Vec<_> = triangles.iter().map(|t| Aabb::from_points(&t.map(Into::into))).collect();
+        break_ties(&mut boxes);
         // Without splits every triangle is tested once per ray, as transparent shadows require.
         let params =
             BvhBuildParams { pre_split: false, max_prims_per_leaf: WIDTH as u32, ..BvhBuildParams::slow_build() };
         let mut collapse = Collapse { triangles, ..Collapse::default() };
-        if !soup.is_empty() {
-            collapse.binary = build_bvh2_from_tris(&soup, params, &mut Duration::default());
+        if !boxes.is_empty() {
+            collapse.binary = build_bvh2(&boxes, params, &mut Duration::default());
             collapse.add(0);
         }
         Self { nodes: memory::huge_page_copy(&collapse.nodes), packets: memory::huge_page_copy(&collapse.packets) }

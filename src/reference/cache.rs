@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime};
 use bytemuck::{AnyBitPattern, cast_slice, pod_read_unaligned};
 
 use super::film::{Film, Pixel};
-use super::{Control, Depth, Options, Progress, VERSION, render};
+use super::{Control, Depth, Options, Progress, VERSION, render, tile};
 use crate::Result;
 use crate::output::file;
 use crate::scene::{Pose, Scene, View};
@@ -21,6 +21,8 @@ const SAVE_EVERY: Duration = Duration::from_secs(30);
 
 /// Bytes of films that are kept: beyond these, those go that were not used for longest.
 const MOST_BYTES: u64 = 4 << 30;
+/// Samples per pixel of a film that is believed: counts beyond do not fit their type, and take years.
+const MOST_SAMPLES: u32 = 1 << 30;
 
 /// A folder of films, or nowhere to keep any.
 #[derive(Clone, Debug)]
@@ -190,6 +192,12 @@ fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
         for pixel in &mut row.pixels {
             *pixel = take(&mut rest)?;
         }
+    }
+    // Noise is noted of samples that are there, and the rows of a tile are traced together.
+    let last = film.history.last().map_or(0, |(samples, _)| *samples);
+    let even = film.rows.chunks(tile::SIDE).all(|rows| rows.iter().all(|row| row.done == rows[0].done));
+    if film.started() > MOST_SAMPLES || last > film.done() || !even {
+        return None;
     }
     // Its last use decides how long it is kept.
     let _ = File::options().write(true).open(path).and_then(|file| file.set_modified(SystemTime::now()));

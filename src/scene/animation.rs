@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3, DVec4};
 
+use super::gltf::list;
 use super::{Channel, Interpolation, Pose, PosedLight, Property, Scene, Transform};
 use crate::{Error, Result};
 
@@ -71,10 +72,9 @@ fn named<'a>(kind: &str, name: &str, names: impl Iterator<Item = &'a str>) -> Re
     let by_name = names.iter().position(|n| *n == name);
     let found = by_name.or_else(|| name.parse().ok().filter(|i| *i < names.len()));
     found.ok_or_else(|| {
-        let list: Vec<String> = names.iter().enumerate().map(|(i, n)| format!("{i} \"{n}\"")).collect();
-        Error::Usage(match list.is_empty() {
+        Error::Usage(match names.is_empty() {
             true => format!("--{kind} {name}: the scene has no {kind}s; leave the flag out"),
-            false => format!("--{kind} {name}: the scene has no such {kind}; it has {}", list.join(", ")),
+            false => format!("--{kind} {name}: the scene has no such {kind}; it has {}", list(names.into_iter())),
         })
     })
 }

@@ -1,6 +1,7 @@
 //! Axis-aligned boxes, the bounds of a scene over an animation, and triangle counts.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -70,11 +71,22 @@ impl Scene {
     fn sample_times(&self, animation: Option<usize>) -> Vec<f32> {
         let Some(animation) = animation.and_then(|a| self.animations.get(a)) else { return vec![0.0] };
         let uniform = |n: usize| (0..=n).map(move |i| animation.duration * i as f32 / n as f32);
-        let keys = animation.channels.iter().flat_map(|c| c.times.iter().copied());
-        let mut times: Vec<f32> = keys.chain(uniform(UNIFORM_TIMES)).collect();
+        // Many channels share their times.
+        let mut times: HashSet<u32> = uniform(UNIFORM_TIMES).map(f32::to_bits).collect();
+        let mut last = f32::NAN;
+        for &key in animation.channels.iter().flat_map(|c| &c.times) {
+            // Damaged files have millions of equal ones.
+            if key != last {
+                times.insert(key.to_bits());
+            }
+            last = key;
+            if times.len() > TIMES_MAX {
+                return uniform(TIMES_MAX).collect();
+            }
+        }
+        let mut times: Vec<f32> = times.into_iter().map(f32::from_bits).collect();
         times.sort_by(f32::total_cmp);
-        times.dedup();
-        if times.len() > TIMES_MAX { uniform(TIMES_MAX).collect() } else { times }
+        times
     }
 
     /// The number of triangles of all instances.

@@ -15,6 +15,7 @@ pub mod sheen;
 pub mod sky;
 pub mod surface;
 pub mod texture;
+pub(crate) mod ties;
 
 pub use camera::DEFAULT_FOV_DEGREES;
 pub use gltf::LoadOptions;

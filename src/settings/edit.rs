@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use toml::{Table, Value};
 
 use super::{Key, PRESETS, Range, Settings, keys, renamed};
+use crate::error::said;
 use crate::{Error, Result};
 
 impl Settings {
@@ -27,7 +28,7 @@ impl Settings {
     pub fn merge_toml(&mut self, text: &str) -> Result<()> {
         let table: Table = text.parse().map_err(|e: toml::de::Error| {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
-            usage(format!("line {line} is not valid TOML: {}", e.message().trim()))
+            usage(format!("line {line} is not valid TOML: {}", said(&e.message())))
         })?;
         // A known group without keys changes nothing.
         let leaves =
@@ -93,7 +94,7 @@ impl Settings {
             leaves.insert(key.name.to_owned(), check(key, value)?);
         }
         let text: String = leaves.iter().map(|(name, value)| format!("{name} = {value}\n")).collect();
-        *self = toml::from_str(&text).map_err(|e| usage(e.message().to_owned()))?;
+        *self = toml::from_str(&text).map_err(|e| usage(said(&e.message())))?;
         Ok(())
     }
 }

@@ -127,7 +127,8 @@ pub fn read_csv(text: &str) -> Result<Rows, String> {
         };
         Some(((case.to_owned(), preset.to_owned(), grid.parse().ok()?), kept))
     };
-    lines.map(|line| read(line).ok_or_else(|| format!("not a row: {line}"))).collect()
+    let row = |(at, line): (usize, &str)| read(line).ok_or_else(|| format!("line {} is not a row", at + 2));
+    lines.enumerate().map(row).collect()
 }
 
 #[cfg(test)]

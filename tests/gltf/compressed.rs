@@ -3,8 +3,9 @@
 
 use std::path::PathBuf;
 
-use crate::damage::{check, replace_numbers};
-use crate::files::{File, load_bytes};
+use crate::damage::{change_bytes, check, replace_numbers};
+use crate::files::{File, U8, load_bytes};
+use crate::random::Random;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
 use twobounce::scene::{LoadOptions, Scene};
@@ -119,6 +120,20 @@ fn draco_files_hold_the_plain_files_knot() {
     }
 }
 
+/// A stream may hold triangles alone: then all attributes are plain.
+#[test]
+fn a_draco_stream_without_attributes_is_read() {
+    let mut file = File::triangle();
+    // Version 2.2 of a mesh in sequence: one triangle of three vertices, its indices plain, no decoders of attributes.
+    let stream = file.view(b"DRACO\x02\x02\x01\x00\x00\x00\x01\x03\x01\x02\x00\x01\x00");
+    let indices = file.push("accessors", json!({"componentType": U8, "count": 3, "type": "SCALAR"}));
+    let primitive = &mut file.json["meshes"][0]["primitives"][0];
+    primitive["indices"] = json!(indices);
+    primitive["extensions"] = json!({"KHR_draco_mesh_compression": {"bufferView": stream, "attributes": {}}});
+    let mesh = &file.scene().meshes[0];
+    assert_eq!(mesh.positions, [Vec3::Y, Vec3::ZERO, Vec3::X], "without normals every corner is a vertex");
+}
+
 /// Replaces the value at a JSON pointer of a file; it must be refused with these words.
 fn refused(name: &str, pointer: &str, value: &Value, expected: &str) {
     let (mut json, binary) = split(&std::fs::read(path(name)).unwrap());
@@ -208,11 +223,7 @@ fn split(glb: &[u8]) -> (Value, Vec<u8>) {
 /// Bits flip, bytes change and ends are missing, in the bytes that decoders read.
 #[test]
 fn damaged_files_are_one_sentence_or_a_valid_scene() {
-    let mut state = 7u64;
-    let mut random = |below: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % below
-    };
+    let mut random = Random(7);
     for name in [
         "knot-meshopt-ext.glb",
         "knot-meshopt-khr.glb",
@@ -225,10 +236,7 @@ fn damaged_files_are_one_sentence_or_a_valid_scene() {
         let mut refused = 0;
         for _ in 0..400 {
             let mut damaged = glb.clone();
-            for _ in 0..=random(4) {
-                let at = json_end + 8 + random(glb.len() - json_end - 8);
-                damaged[at] = if random(2) == 0 { random(256) as u8 } else { damaged[at] ^ 1 << random(8) };
-            }
+            change_bytes(&mut random, &mut damaged, |_| json_end + 8..glb.len());
             let outcome = load_bytes("scene.glb", &damaged);
             refused += usize::from(outcome.is_err());
             check(outcome);

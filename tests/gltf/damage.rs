@@ -1,14 +1,16 @@
 //! Damaged and malicious files: a message of one sentence with the file's name, no panic, no long run, no large allocation.
 
+use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::files::{F32, File, U8, U16, load_bytes, png, write};
+use crate::random::Random;
+use crate::valid::assert_valid;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use twobounce::memory::Limit;
-use twobounce::scene::texture::Textures;
-use twobounce::scene::{LoadOptions, Scene, View};
+use twobounce::scene::{LoadOptions, Scene};
 
 /// A file with every object that the loader reads.
 fn everything() -> File {
@@ -59,39 +61,17 @@ pub fn check(outcome: Result<Scene, String>) {
             assert!(sentence.contains("scene.gl"), "no file name: {sentence}");
             assert!(!sentence.contains('\n') && sentence.len() < 600, "not one sentence: {sentence}");
         }
-        Ok(scene) => use_everything(&scene),
+        Ok(scene) => assert_valid(&scene),
     }
 }
 
-fn use_everything(scene: &Scene) {
-    for mesh in &scene.meshes {
-        let count = mesh.positions.len();
-        assert!(
-            [mesh.normals.len(), mesh.tangents.len(), mesh.uvs[0].len(), mesh.uvs[1].len(), mesh.colors.len()]
-                == [count; 5]
-        );
-        assert!(mesh.indices.iter().all(|i| (*i as usize) < count) && mesh.indices.len() % 3 == 0);
-        assert!(mesh.positions.iter().all(|p| p.is_finite()) && mesh.uvs.iter().flatten().all(|uv| uv.is_finite()));
-        // Rounding of a normalisation in f32.
-        assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
-        assert!(mesh.tangents.iter().all(|t| (t.truncate().length() - 1.0).abs() < 1e-5 && t.w.abs() == 1.0));
-        assert!(mesh.material < scene.materials.len());
+/// Changes up to four bytes: bits flip, bytes become others. `part`: of which bytes, anew for each.
+pub fn change_bytes(random: &mut Random, bytes: &mut [u8], part: impl Fn(&mut Random) -> Range<usize>) {
+    for _ in 0..=random.below(4) {
+        let part = part(random);
+        let at = part.start + random.below(part.len());
+        bytes[at] = if random.below(2) == 0 { random.below(256) as u8 } else { bytes[at] ^ 1 << random.below(8) };
     }
-    let textures = Textures::new(scene);
-    let point = twobounce::scene::surface::SurfacePoint {
-        uvs: [glam::Vec2::splat(0.3); 2],
-        color: glam::Vec4::ONE,
-        footprint: [0.1; 2],
-    };
-    for material in &scene.materials {
-        material.evaluate(scene, &textures, &point);
-    }
-    let pose = scene.pose((!scene.animations.is_empty()).then_some(0), 0.5);
-    assert_eq!(pose.world_from_instance.len(), scene.instances.len());
-    (0..scene.cameras.len()).for_each(|camera| assert!(scene.view(&pose, camera).forward.is_normalized()));
-    scene.degenerate_triangles(&pose);
-    let bounds = scene.bounds(None);
-    assert!(bounds.size().is_finite() && View::framing(bounds).eye.is_finite());
 }
 
 fn refused(file: &File, expected: &str) {
@@ -104,7 +84,7 @@ fn refused(file: &File, expected: &str) {
 fn the_file_with_everything_loads() {
     let scene = everything().scene();
     assert_eq!((scene.triangle_count(), scene.lights.len(), scene.cameras.len(), scene.animations.len()), (4, 1, 1, 1));
-    use_everything(&scene);
+    assert_valid(&scene);
 }
 
 #[test]

@@ -5,5 +5,9 @@ mod damage;
 mod files;
 mod instanced;
 mod load;
+#[path = "../fuzz/random.rs"]
+mod random;
 mod textures;
 mod tolerance;
+#[path = "../common/valid.rs"]
+mod valid;

@@ -1,7 +1,8 @@
 //! Textures in the formats of extensions, WebP and KTX 2 (`compressed/make.mjs` made the files).
 
-use crate::damage::check;
+use crate::damage::{change_bytes, check};
 use crate::files::{File, png, write};
+use crate::random::Random;
 use serde_json::json;
 use twobounce::memory::Limit;
 use twobounce::scene::{Image, LoadOptions, Scene};
@@ -159,22 +160,16 @@ fn a_large_size_in_a_small_file_is_refused_by_what_it_needs() {
 /// Bits flip, bytes change and ends are missing: a note, a sentence or an image.
 #[test]
 fn damaged_ktx_2_is_survived() {
-    let mut state = 3u64;
-    let mut random = |below: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % below
-    };
+    let mut random = Random(3);
     for whole in [ETC1S, UASTC, UASTC_ZSTD] {
         let mut unread = 0;
         for _ in 0..1000 {
             let mut bytes = whole.to_vec();
-            for _ in 0..=random(4) {
-                let within = if random(3) == 0 { 104 } else { bytes.len() };
-                let at = random(within);
-                bytes[at] = if random(2) == 0 { random(256) as u8 } else { bytes[at] ^ 1 << random(8) };
-            }
-            if random(8) == 0 {
-                bytes.truncate(random(whole.len()));
+            // Headers more often than the rest.
+            let part = |random: &mut Random| 0..if random.below(3) == 0 { 104 } else { whole.len() };
+            change_bytes(&mut random, &mut bytes, part);
+            if random.below(8) == 0 {
+                bytes.truncate(random.below(whole.len()));
             }
             let outcome = textured(BASISU, &bytes).load();
             unread += usize::from(outcome.as_ref().map_or(true, |scene| scene.images.is_empty()));

@@ -13,6 +13,8 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 
+use crate::scene::ties::break_ties;
+
 /// Of a node.
 pub const WORDS: usize = 9;
 /// Where the eight nodes after it begin.
@@ -34,7 +36,7 @@ pub fn primitives(node: &Node) -> Option<Range<usize>> {
 
 /// Where the left child of an inner node stands, the right one follows; none of a leaf.
 pub fn left_child(node: &Node) -> Option<usize> {
-    (node[0] & 3 != LEAF).then_some((node[0] >> 2) as usize - 1)
+    (node[0] & 3 != LEAF).then(|| (node[0] >> 2) as usize - 1)
 }
 
 /// The node as it is in a larger tree. `place`: where its children stand there; `end`: what comes after this tree, 1-based;
@@ -66,7 +68,8 @@ impl Links {
         let span = (max - min).max_element();
         let scale = if span > 0.0 { 1024.0 / span } else { 1.0 };
         let scaled = |p: DVec3| ((p - min) * scale).as_vec3().into();
-        let boxes: Vec<_> = boxes.iter().map(|[min, max]| Aabb { min: scaled(*min), max: scaled(*max) }).collect();
+        let mut boxes: Vec<_> = boxes.iter().map(|[min, max]| Aabb { min: scaled(*min), max: scaled(*max) }).collect();
+        break_ties(&mut boxes);
         let params =
             BvhBuildParams { max_prims_per_leaf: most, reinsertion_batch_ratio: 0.2, ..BvhBuildParams::medium_build() };
         Self::of(&build_bvh2(&boxes, params, &mut Duration::default()))

@@ -30,6 +30,8 @@ const MAGIC: &[u8; 4] = b"glTF";
 /// Bytes of a `.glb` before its first chunk, and of a chunk before its content.
 const HEADER: usize = 12;
 const CHUNK_HEADER: u64 = 8;
+/// Chunks that are looked at: a file may have millions of empty ones.
+const CHUNKS_MAX: usize = 1000;
 
 /// Reads the JSON of the file at `path` and finds the binary chunk. Its first bytes decide the format, not its name.
 pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
@@ -87,7 +89,7 @@ fn parts(path: &Path, (mut file, length): (Box<dyn Content>, u64), need: &mut Ne
     need.add(Kind::Bytes, length, 1);
     need.check().map_err(problem)?;
     let mut json = start;
-    file.take(length.saturating_sub(HEADER as u64)).read_to_end(&mut json).map_err(failed)?;
+    text(&mut file, length.saturating_sub(HEADER as u64), &mut json).map_err(failed)?;
     if json.starts_with(b"\xEF\xBB\xBF") {
         json.drain(..3);
     }
@@ -95,6 +97,21 @@ fn parts(path: &Path, (mut file, length): (Box<dyn Content>, u64), need: &mut Ne
         return Err(no_gltf());
     }
     Ok(Container { json, binary: None })
+}
+
+/// Appends the next `count` bytes up to a zero, which is in no text: a hole on the disk has gigabytes of them.
+fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Result<()> {
+    const PART: u64 = 1 << 20;
+    let (mut left, mut from) = (count, text.len());
+    while left > 0 && !text[from..].contains(&0) {
+        from = text.len();
+        let read = file.take(left.min(PART)).read_to_end(text)? as u64;
+        if read == 0 {
+            break;
+        }
+        left -= read;
+    }
+    Ok(())
 }
 
 /// Why a file cannot be read.
@@ -141,7 +158,10 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
     let mut left = length.saturating_sub(HEADER as u64);
     let mut json: Option<Vec<u8>> = None;
     // The specification says that unknown chunks are ignored; some exporters write them before the binary one too.
-    while left >= CHUNK_HEADER {
+    for _ in 0..CHUNKS_MAX {
+        if left < CHUNK_HEADER {
+            break;
+        }
         let mut head = [0; CHUNK_HEADER as usize];
         file.read_exact(&mut head).map_err(failed)?;
         left -= CHUNK_HEADER;
@@ -153,9 +173,12 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
             (None, b"JSON") => {
                 need.add(Kind::Bytes, size, 1);
                 need.check().map_err(|problem| Error::file(path, problem))?;
-                let mut text = Vec::new();
-                (&mut file).take(size).read_to_end(&mut text).map_err(failed)?;
-                json = Some(text);
+                let json = json.insert(Vec::new());
+                text(&mut file, size, json).map_err(failed)?;
+                if json.len() as u64 != size {
+                    // The parser says where it ends.
+                    return Ok(Container { json: std::mem::take(json), binary: None });
+                }
             }
             (None, _) => break,
             (Some(_), b"BIN\0") => {
@@ -274,6 +297,19 @@ fn locate(folder: &Path, what: &str, uri: &str) -> Result<Place, Problem> {
     let verbatim = Some(folder.join(uri)).filter(|file| file.exists() && !folder.join(&relative).exists());
     let name = shorten(&relative);
     Ok(Place::File(verbatim.unwrap_or(folder.join(&relative)), name))
+}
+
+/// Names that messages list: who has more knows where to look.
+const NAMES_MAX: usize = 20;
+
+/// Names with their numbers for messages that say what there is.
+pub fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut list: Vec<String> =
+        names.take(NAMES_MAX + 1).enumerate().map(|(i, name)| format!("{i} \"{}\"", shorten(name))).collect();
+    if list.len() > NAMES_MAX {
+        list[NAMES_MAX] = "…".into();
+    }
+    list.join(", ")
 }
 
 /// At most 80 characters of a text from a file, without control characters, for messages.

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked::{self, Valid};
-use image::{ImageError, ImageReader, ImageResult, Limits};
+use image::{ImageError, ImageFormat, ImageReader, ImageResult, Limits};
 use rayon::prelude::*;
 
 use super::accessor::{Data, Problem, missing};
@@ -16,13 +16,24 @@ use super::document::{Document, image_of};
 use super::hash_part;
 use super::ktx2;
 use super::need::{Kind, Need};
+use super::webp;
+use crate::error::said;
 use crate::memory::{Limit, apart};
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
 
-/// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel.
+/// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel and what else a file
+/// holds: profiles of colours have some megabytes at most.
 const SIDE_MAX: u32 = 16384;
-const BYTES_MAX: u64 = 8 * (SIDE_MAX as u64) * (SIDE_MAX as u64);
+const BYTES_MAX: u64 = TEXEL_MAX * (SIDE_MAX as u64) * (SIDE_MAX as u64);
+const TEXEL_MAX: u64 = 8;
+const OTHER_MAX: u64 = 16 << 20;
+/// Texels that a byte of a file holds at most: PNG has 8 in a byte, of which deflate makes 1032 of one; JPEG has 64 in a block,
+/// for which every component has a bit in some scan.
+const PNG_TEXELS: u64 = 8 * 1032;
+const JPEG_TEXELS: u64 = 64 * 8;
+/// The size of an image that a decoder refuses by itself, for its size or for what is beside the texels.
+const REFUSED: (u32, u32) = (u32::MAX, u32::MAX);
 
 /// Textures and images in the order of their first use. The maps go from indices of the document to indices of the scene.
 #[derive(Default)]
@@ -181,18 +192,32 @@ impl<'a> Found<'a> {
             let size = ktx2::size(&bytes).map_err(|damage| undecodable_ktx2(&what, damage))?;
             return Ok(Opened { what, name, bytes, size });
         }
-        let size = match reader(&bytes).and_then(ImageReader::into_dimensions) {
+        webp::check(&bytes).map_err(|problem| format!("{what} {problem}"))?;
+        let opened = reader(&bytes, 0).map_err(|e| undecodable(&what, &e))?;
+        let each = match opened.format() {
+            Some(ImageFormat::Png) => PNG_TEXELS,
+            Some(ImageFormat::Jpeg) => JPEG_TEXELS,
+            // One colour everywhere takes no more bytes for more texels.
+            _ => u64::MAX,
+        };
+        let size = match opened.into_dimensions() {
             Ok(size) => size,
-            // Some decoders refuse such headers themselves.
-            Err(ImageError::Limits(_)) => (u32::MAX, u32::MAX),
+            Err(ImageError::Limits(_)) => REFUSED,
             Err(e) => return Err(undecodable(&what, &e)),
         };
+        let too_wide = size.0.max(size.1) > SIDE_MAX;
+        if !too_wide && texels_of(size) > (bytes.len() as u64).saturating_mul(each) {
+            return Err(format!(
+                "{what} is too short for the {} × {} texels that it states; save it again",
+                size.0, size.1
+            ));
+        }
         Ok(Opened { what, name, bytes, size })
     }
 }
 
 fn undecodable(what: &str, e: &ImageError) -> Problem {
-    format!("{what} cannot be decoded ({e}); save it as PNG or JPEG again")
+    format!("{what} cannot be decoded ({}); save it as PNG or JPEG again", said(e))
 }
 
 fn undecodable_ktx2(what: &str, damage: &str) -> Problem {
@@ -203,6 +228,12 @@ impl Images<'_> {
     /// Adds the texels of all images and of the mip chains that `materials` need.
     pub fn check(&self, materials: &[Material], need: &mut Need) -> Result<(), Problem> {
         for image in self.opened.iter().flatten() {
+            if image.size == REFUSED {
+                let what = &image.what;
+                return Err(format!(
+                    "{what} has more than {SIDE_MAX} texels a side, or more beside them than is read; make it smaller"
+                ));
+            }
             if image.size.0.max(image.size.1) > SIDE_MAX {
                 return Err(format!("{} has more than {SIDE_MAX} texels a side; make it smaller", image.what));
             }
@@ -213,7 +244,7 @@ impl Images<'_> {
             need.add_image(self.size(index), spaces as u64);
         }
         let halved = self.opened.iter().flatten().filter(|image| self.halvings(image.size) > 0);
-        need.add_halving(halved.map(|image| u64::from(image.size.0) * u64::from(image.size.1)).max().unwrap_or(0));
+        need.add_halving(halved.map(|image| texels_of(image.size)).max().unwrap_or(0));
         need.add_upload((0..self.opened.len()).map(|index| self.texels(index)).max().unwrap_or(0));
         need.check()
     }
@@ -258,8 +289,7 @@ impl Images<'_> {
     }
 
     fn texels(&self, image: usize) -> u64 {
-        let (width, height) = self.size(image);
-        u64::from(width) * u64::from(height)
+        texels_of(self.size(image))
     }
 
     /// Decodes all images into `scene` and adds their bytes to `hash`. Its materials lose the slots of those that cannot be
@@ -344,7 +374,8 @@ impl Opened<'_> {
             let rgba = ktx2::decode(&self.bytes).map_err(|damage| undecodable_ktx2(&self.what, damage))?;
             return Ok((Image { name, width, height, rgba }, false));
         }
-        let decoded = reader(&self.bytes).and_then(ImageReader::decode).map_err(|e| undecodable(&self.what, &e))?;
+        let decoded = reader(&self.bytes, texels_of(self.size)).and_then(ImageReader::decode);
+        let decoded = decoded.map_err(|e| undecodable(&self.what, &e))?;
         let color = decoded.color();
         let deep = color.bytes_per_pixel() == 2 * color.channel_count();
         let rgba = decoded.into_rgba8();
@@ -352,11 +383,15 @@ impl Opened<'_> {
     }
 }
 
-/// Sizes are checked when they are known; what a decoder takes beyond its image is bounded here.
-fn reader(bytes: &[u8]) -> ImageResult<ImageReader<Cursor<&[u8]>>> {
+fn texels_of((width, height): (u32, u32)) -> u64 {
+    u64::from(width) * u64::from(height)
+}
+
+/// Sizes are checked when they are known; what a decoder takes beyond an image of so many texels is bounded here.
+fn reader(bytes: &[u8], texels: u64) -> ImageResult<ImageReader<Cursor<&[u8]>>> {
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let mut limits = Limits::default();
-    limits.max_alloc = Some(BYTES_MAX);
+    limits.max_alloc = Some(TEXEL_MAX * texels + OTHER_MAX);
     reader.limits(limits);
     Ok(reader)
 }

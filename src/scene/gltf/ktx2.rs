@@ -24,6 +24,8 @@ const LEVEL: usize = 24;
 const KEY_VALUES: Range<usize> = 56..64;
 /// Bytes of the start of BasisLZ's global data, and of each level's entry after it (5.1).
 const GLOBAL: usize = 20;
+/// Bytes that a frame of zstd may look back in any case: what the format recommends that decoders support.
+const WINDOW_MAX: u64 = 8 << 20;
 /// Bytes of a data format descriptor with one sample, and with a second one, for alpha.
 const DESCRIPTORS: [usize; 2] = [44, 60];
 
@@ -55,7 +57,12 @@ pub fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
     let fits = match (descriptor[12], scheme) {
         (UASTC, NONE) => level.len() as u64 >= 16 * blocks,
         // As many bytes are taken as the index states.
-        (UASTC, ZSTD) => long(index, 16) == 16 * blocks,
+        (UASTC, ZSTD) => {
+            if window(level).is_some_and(|window| window > WINDOW_MAX.max(16 * blocks)) {
+                return Err("has a largest level that asks for more memory than it holds");
+            }
+            long(index, 16) == 16 * blocks
+        }
         (ETC1S, BASIS_LZ) => {
             let global = part(bytes, long(header, 64), long(header, 72)).ok_or("ends within its global data")?;
             let with_alpha = descriptor.len() == DESCRIPTORS[1];
@@ -65,6 +72,14 @@ pub fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
         _ => return Err("holds texels that are not in Basis Universal's formats"),
     };
     if fits { Ok((width, height)) } else { Err("has a largest level of another size than its header states") }
+}
+
+/// How many bytes back a frame of zstd may look, which decoders keep (RFC 8878, 3.1.1.1); `None` where that is its whole content.
+fn window(frame: &[u8]) -> Option<u64> {
+    let (descriptor, window) = (*frame.get(4)?, *frame.get(5)?);
+    let single_segment = descriptor & 0x20 != 0;
+    let base = 1u64 << (10 + (window >> 3));
+    (!single_segment).then_some(base + base / 8 * u64::from(window & 7))
 }
 
 /// Whether the largest level holds its slices, of colours and of alpha; `None` if the global data end before their own parts.

@@ -1,8 +1,9 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials` with `finish`, `images` with `ktx2`, `mesh` with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every
-//! index and every offset is checked before use.
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials` with `finish`, `images` with `ktx2` and `webp`, `mesh`
+//! with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every index and every offset is checked before
+//! use.
 
 mod accessor;
 mod animations;
@@ -21,11 +22,13 @@ mod meshopt;
 mod need;
 mod nodes;
 mod tangents;
+mod webp;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use self::accessor::{Data, Problem, missing};
+pub(super) use self::container::list;
 use self::document::Document;
 use self::need::{Kind, Need};
 use super::{Instance, Scene};
@@ -54,7 +57,7 @@ pub struct LoadOptions {
 /// it causes a warning.
 const KNOWN_EXTENSIONS: [&str; 21] = [
     instancing::NAME,
-    "EXT_meshopt_compression",
+    meshopt::NAMES[0],
     "EXT_texture_webp",
     draco::NAME,
     "KHR_lights_punctual",
@@ -71,7 +74,7 @@ const KNOWN_EXTENSIONS: [&str; 21] = [
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
-    "KHR_meshopt_compression",
+    meshopt::NAMES[1],
     "KHR_texture_basisu",
     "KHR_texture_transform",
 ];

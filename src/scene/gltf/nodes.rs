@@ -8,7 +8,7 @@ use gltf::json::extensions::scene::khr_lights_punctual::{self, Type};
 use gltf::json::validation::Checked::{Invalid, Valid};
 
 use super::accessor::{Problem, missing};
-use super::container::shorten;
+use super::container::list;
 use super::document::Document;
 use crate::scene::{Camera, Light, LightKind, Node, Projection, Scene, Transform};
 
@@ -102,9 +102,8 @@ pub fn choose_roots(document: &Document, wanted: Option<&str>) -> Result<Vec<usi
             let named = scenes.iter().position(|s| s.name == wanted);
             let index = named.or_else(|| wanted.parse().ok().filter(|i| *i < scenes.len()));
             Some(index.ok_or_else(|| {
-                let names: Vec<_> =
-                    scenes.iter().enumerate().map(|(i, s)| format!("{i} \"{}\"", shorten(&s.name))).collect();
-                format!("has no scene \"{wanted}\"; --scene takes one of: {}", names.join(", "))
+                let names = list(scenes.iter().map(|s| s.name.as_str()));
+                format!("has no scene \"{wanted}\"; --scene takes one of: {names}")
             })?)
         }
         None => document.scene.or((!scenes.is_empty()).then_some(0)),

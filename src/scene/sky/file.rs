@@ -1,7 +1,7 @@
 //! Reads equirectangular maps: Radiance .hdr and OpenEXR.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use glam::Vec3;
@@ -9,12 +9,16 @@ use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;
 
 use super::{MOST_TEXELS, Panorama};
+use crate::error::said;
 use crate::layers::Layers;
-use crate::memory::{Limit, apart};
+use crate::output::read as input;
 use crate::{Error, Result};
 
 /// Texels a side at most.
 const SIDE_MAX: u32 = 16384;
+
+/// Bytes of a Radiance file's header at most: it is some lines of text.
+const HEADER_MAX: u64 = 1 << 16;
 
 /// Reads the map at `path`, by its ending an OpenEXR file (R, G, B) or a Radiance one, and halves it until it has at most
 /// [`MOST_TEXELS`], and `max_texture` texels a side. Also returns a sentence about everything that was changed.
@@ -49,34 +53,25 @@ fn read_exr(path: &Path) -> Result<Panorama> {
 }
 
 fn read_hdr(path: &Path) -> Result<Panorama> {
-    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
-    if path.is_dir() {
-        return Err(Error::file(path, "is a folder, not a Radiance image"));
+    let length = input::about(path, "a Radiance image")?.len();
+    let broken = |e| Error::file(path, format!("is not a readable Radiance image ({}); save it again", said(&e)));
+    let failed = |e: std::io::Error| input::unreadable(path, &e);
+    let mut file = File::open(path).map_err(failed)?;
+    // The decoder keeps the header, however long it is.
+    let mut start = Vec::new();
+    (&mut file).take(HEADER_MAX).read_to_end(&mut start).map_err(failed)?;
+    if !start.windows(2).any(|pair| pair == b"\n\n") {
+        return Err(Error::file(path, "is not a readable Radiance image (its header does not end); save it again"));
     }
-    // A pipe may never say anything, and a device never end.
-    let about = std::fs::metadata(path).map_err(failed)?;
-    if !about.is_file() {
-        return Err(Error::file(path, "is no regular file; copy what it holds into one and name that"));
-    }
-    let broken = |e| Error::file(path, format!("is not a readable Radiance image ({e}); save it again"));
-    let file = BufReader::new(File::open(path).map_err(failed)?);
-    let decoder = HdrDecoder::new(file).map_err(broken)?;
+    file.rewind().map_err(failed)?;
+    let decoder = HdrDecoder::new(BufReader::new(file)).map_err(broken)?;
     let (width, height) = decoder.dimensions();
     check_size(path, width, height)?;
     let texels = width as usize * height as usize;
     // Run lengths make 127 texels of 8 bytes at best.
-    if about.len() < texels as u64 / 64 {
-        return Err(Error::file(path, "is too short for the size that it states; save it again"));
-    }
+    input::check_length(path, length >= texels as u64 / 64)?;
     // As the decoder holds it, as it is read, and as radiance.
-    let (needs, limit) = (40 * texels as u64, Limit::host());
-    if needs > limit.bytes {
-        let [needs, _] = apart([needs, limit.bytes]);
-        return Err(Error::file(
-            path,
-            format!("needs {needs} of memory, more than {}; name a smaller map", limit.words),
-        ));
-    }
+    input::check_memory(path, 40 * texels as u64, "map")?;
     // Zeros cost nothing until they are overwritten: a file may claim more than it holds.
     let mut channels = vec![0.0_f32; 3 * texels];
     decoder.read_image(bytemuck::cast_slice_mut(&mut channels)).map_err(broken)?;

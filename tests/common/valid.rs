@@ -1,0 +1,33 @@
+//! What every loaded scene is, whatever its file was.
+
+use twobounce::scene::surface::SurfacePoint;
+use twobounce::scene::texture::Textures;
+use twobounce::scene::{Scene, View};
+
+/// Fails unless the parts of a scene fit together and its numbers are such as renderers expect.
+pub fn assert_valid(scene: &Scene) {
+    for mesh in &scene.meshes {
+        let count = mesh.positions.len();
+        assert!(
+            [mesh.normals.len(), mesh.tangents.len(), mesh.uvs[0].len(), mesh.uvs[1].len(), mesh.colors.len()]
+                == [count; 5]
+        );
+        assert!(mesh.indices.iter().all(|i| (*i as usize) < count) && mesh.indices.len() % 3 == 0);
+        assert!(mesh.positions.iter().all(|p| p.is_finite()) && mesh.uvs.iter().flatten().all(|uv| uv.is_finite()));
+        // Rounding of a normalisation in f32.
+        assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
+        assert!(mesh.tangents.iter().all(|t| (t.truncate().length() - 1.0).abs() < 1e-5 && t.w.abs() == 1.0));
+        assert!(mesh.material < scene.materials.len());
+    }
+    let textures = Textures::new(scene);
+    let point = SurfacePoint { uvs: [glam::Vec2::splat(0.3); 2], color: glam::Vec4::ONE, footprint: [0.1; 2] };
+    for material in &scene.materials {
+        material.evaluate(scene, &textures, &point);
+    }
+    let pose = scene.pose((!scene.animations.is_empty()).then_some(0), 0.5);
+    assert_eq!(pose.world_from_instance.len(), scene.instances.len());
+    (0..scene.cameras.len()).for_each(|camera| assert!(scene.view(&pose, camera).forward.is_normalized()));
+    scene.degenerate_triangles(&pose);
+    let bounds = scene.bounds(None);
+    assert!(bounds.size().is_finite() && View::framing(bounds).eye.is_finite());
+}

@@ -1,0 +1,97 @@
+//! What follows a loaded scene on the processor, up to what a device would get: none of it may panic, whatever the scene is.
+
+use std::sync::atomic::AtomicBool;
+
+use glam::{DAffine3, Vec3};
+use twobounce::frame::{FrameDesc, first_plan};
+use twobounce::ground::expected_items::expected_items;
+use twobounce::ground::grid::{Grid, radiance_scale};
+use twobounce::ground::lamps::Lamps;
+use twobounce::ground::scene_on_gpu::ScenePacked;
+use twobounce::ground::uniforms::{self, FrameUniforms};
+use twobounce::layers::{Aov, Layers};
+use twobounce::output::exr;
+use twobounce::reference::film::Film;
+use twobounce::reference::{Control, Depth, Options, Stop, cache, lights_itself, render};
+use twobounce::scene::{Material, Mesh, Pose, Scene, View};
+use twobounce::settings::{PRESETS, Settings};
+use twobounce::stability::warnings::known_failures;
+
+/// Larger scenes are valid and take their time, which is no fault: only what is cheap follows them.
+const MOST_TRIANGLES: usize = 20_000;
+const MOST_TEXELS: usize = 1 << 20;
+
+/// Goes the way of `twobounce render` and `reference`. `choice` selects animation, camera, preset and what takes longer.
+pub fn scene(mut scene: Scene, choice: u64) {
+    let some = |count: usize, bits: u32| (count > 0).then(|| (choice >> bits) as usize % count);
+    let animation = some(scene.animations.len(), 0);
+    let mut pose = scene.pose(animation, 0.0);
+    for time_s in [0.3, -1.0, 1e30] {
+        pose = scene.pose(animation, time_s);
+    }
+    let bounds = scene.bounds(animation);
+    let view = match some(scene.cameras.len(), 8) {
+        Some(camera) => scene.view(&pose, camera),
+        None => View::framing(bounds),
+    };
+    assert!(view.forward.is_normalized() && view.up.is_normalized(), "the view {view:?} has no axes");
+    scene.degenerate_triangles(&pose);
+    let texels: usize = scene.images.iter().map(|image| image.rgba.len() / 4).sum();
+    if scene.triangle_count() > MOST_TRIANGLES || texels > MOST_TEXELS {
+        return;
+    }
+    if scene.emits() && choice >> 16 & 7 == 0 {
+        let _ = lights_itself(&scene, &pose, &view);
+    }
+    if !scene.has_light() {
+        scene.add_default_light(&view);
+        pose = scene.pose(animation, 0.0);
+    }
+    let settings = (PRESETS[(choice >> 24) as usize % PRESETS.len()].settings)();
+    device((&scene, &pose, &view), &settings);
+    trace(&scene, &pose, &view);
+}
+
+/// What settings make of a scene that is whole.
+pub fn settings(settings: &Settings) {
+    let mut scene = Scene::empty("quad");
+    let lamp = scene.add_material(Material::lamp("lamp", Vec3::ONE));
+    scene.add_mesh(Mesh::quad("quad", lamp, Vec3::ZERO, Vec3::X, Vec3::Y), DAffine3::IDENTITY);
+    device((&scene, &scene.pose(None, 0.0), &View::framing(scene.bounds(None))), settings);
+}
+
+/// What a device would be given, and what that would take of it.
+fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
+    let bounds = scene.bounds(None);
+    let packed = ScenePacked::new(scene, pose);
+    packed.plan();
+    let trees = packed.trees.of(scene);
+    trees.top(&pose.world_from_instance);
+    let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1 };
+    first_plan(&desc, &packed.trees, 16);
+    known_failures(scene, pose, bounds, settings);
+    let Ok(grid) = Grid::place(bounds, settings) else { return };
+    expected_items(scene, &pose.world_from_instance, &grid);
+    Lamps::new(scene).place(pose, &grid, settings.lights.lamp_points);
+    uniforms::lights(scene, pose, &grid);
+    let scale = radiance_scale(scene, grid.voxel_m, settings.bounces);
+    let (size, lamps) = ((4, 4), (0, false));
+    FrameUniforms { scene, view, grid: &grid, scale, size, samples: 1, frame_index: 0, lamps, light_pass: 0 }.layout();
+}
+
+/// An image of 4 × 4 pixels by the path tracer, and the file of it.
+pub fn trace(scene: &Scene, pose: &Pose, view: &View) {
+    let (width, height) = (4, 4);
+    let options = Options { width, height, depth: Depth::Full, stop: Stop::Samples(1), seed: 1, occlusion: true };
+    cache::key((scene, pose, view), &options);
+    let (mut film, never) = (Film::new(width, height), AtomicBool::new(false));
+    let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
+    render((scene, pose, view), &options, &mut film, control).expect("nothing interrupts");
+    layers(&film.layers(Aov::ALL));
+}
+
+/// Writes layers and reads them again.
+fn layers(layers: &Layers) {
+    let bytes = exr::encode(layers, &exr::Metadata::new()).expect("a small image can be written");
+    exr::decode(&bytes).expect("what was written can be read");
+}

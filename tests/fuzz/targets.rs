@@ -1,0 +1,209 @@
+//! What is fuzzed: everything that the program reads from files, by the endings of their names.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::Vec3;
+use twobounce::Error;
+use twobounce::chart::export::Chart;
+use twobounce::chart::store::{CHART, Store, Stored};
+use twobounce::layers::Layers;
+use twobounce::measure::metrics;
+use twobounce::measure::picture::side_by_side;
+use twobounce::memory::Limit;
+use twobounce::output::exr::Metadata;
+use twobounce::reference::cache::Cache;
+use twobounce::reference::{Depth, Options, Progress, Stop};
+use twobounce::scene::{LoadOptions, Scene, View, sky};
+use twobounce::settings::Settings;
+use twobounce::stability::markdown;
+
+use crate::follow;
+use crate::valid::assert_valid;
+use crate::worker::wrong_sentence;
+
+/// What loading may take by its own count; the guard around it allows what else there is.
+const LOAD_BYTES: u64 = 64 << 20;
+
+pub struct Target {
+    pub name: &'static str,
+    /// Of files in the corpus, and how many in twenty inputs are made of those.
+    pub endings: &'static [&'static str],
+    pub share: usize,
+    /// Whether the name of the file begins every refusal.
+    pub names_file: bool,
+    pub run: fn(&Input) -> Outcome,
+}
+
+/// A file in a folder of its own.
+pub struct Input<'a> {
+    pub folder: &'a Path,
+    pub path: &'a Path,
+    pub bytes: &'a [u8],
+    /// Anything, always the same for the same bytes: how the file is used.
+    pub choice: u64,
+}
+
+/// What a file became in words that change when something new happens, or why it was refused.
+pub type Outcome = Result<String, String>;
+
+pub const TARGETS: [Target; 7] = [
+    Target { name: "scene", endings: &["glb", "gltf"], share: 10, names_file: true, run: scene },
+    Target { name: "texture", endings: &["png", "jpg", "webp", "ktx2"], share: 4, names_file: true, run: texture },
+    Target { name: "map", endings: &["hdr", "exr"], share: 2, names_file: true, run: map },
+    Target { name: "settings", endings: &["toml"], share: 1, names_file: false, run: settings },
+    Target { name: "table", endings: &["csv"], share: 1, names_file: false, run: table },
+    Target { name: "row", endings: &["json"], share: 1, names_file: false, run: row },
+    Target { name: "film", endings: &["film"], share: 1, names_file: false, run: film },
+];
+
+/// The target of a file.
+pub fn of(path: &Path) -> Option<usize> {
+    let ending = path.extension()?.to_str()?;
+    TARGETS.iter().position(|target| target.endings.contains(&ending))
+}
+
+fn options(choice: u64) -> LoadOptions {
+    LoadOptions {
+        strict: choice >> 32 & 1 == 1,
+        memory: Some(Limit { bytes: LOAD_BYTES, words: "the test's limit".into() }),
+        max_texture: (choice >> 33 & 3 == 0).then_some(8),
+        ..LoadOptions::default()
+    }
+}
+
+fn scene(input: &Input) -> Outcome {
+    loaded(input.path, input.choice)
+}
+
+fn loaded(path: &Path, choice: u64) -> Outcome {
+    let scene = Scene::load(path, &options(choice)).map_err(|e| e.to_string())?;
+    assert_valid(&scene);
+    for note in &scene.warnings {
+        assert_eq!(wrong_sentence(note, None), None, "in the note {note:?}");
+    }
+    let few = |count: usize| count.min(3);
+    let counts = [scene.nodes.len(), scene.meshes.len(), scene.images.len(), scene.lights.len(), scene.cameras.len()];
+    let slots = scene.materials.iter().map(|material| material.texture_slots().count()).sum();
+    let more = [scene.instances.len(), scene.animations.len(), scene.materials.len(), slots];
+    let shape = format!("{:?} {:?} {}", counts.map(few), more.map(few), scene.warnings.join("|"));
+    follow::scene(scene, choice);
+    Ok(shape)
+}
+
+/// A triangle whose texture is the file, in slots of both colour spaces.
+fn texture(input: &Input) -> Outcome {
+    let name = input.path.file_name().unwrap_or_default().to_string_lossy();
+    let scene = input.folder.join(format!("of-{name}.gltf"));
+    if !scene.exists() {
+        let text = include_str!("textured.gltf").replace("IMAGE", &name);
+        std::fs::write(&scene, text).map_err(|e| e.to_string())?;
+    }
+    loaded(&scene, input.choice)
+}
+
+/// A sky, and an image to compare.
+fn map(input: &Input) -> Outcome {
+    if input.path.extension().is_some_and(|ending| ending == "exr") && input.choice & 1 == 0 {
+        return picture(input.path);
+    }
+    let (panorama, notes) = sky::read(input.path, (input.choice & 2 == 0).then_some(16)).map_err(|e| e.to_string())?;
+    let mut scene = Scene::empty("map");
+    let shape = format!("{} {}", panorama.width.ilog2(), notes.join("|"));
+    // Making a sky takes long, and seconds of a large map, as it should.
+    if panorama.radiance.len() <= 1 << 12 && input.choice >> 40 & 15 == 0 {
+        scene.set_sky_map(panorama, 1.5, 30.0);
+        let pose = scene.pose(None, 0.0);
+        follow::trace(&scene, &pose, &View::framing(scene.bounds(None)));
+    }
+    Ok(shape)
+}
+
+fn picture(path: &Path) -> Outcome {
+    let (layers, metadata) = Layers::read_exr(path).map_err(|e| e.to_string())?;
+    let shape = format!("{:?}", layers.layers.iter().map(|layer| layer.0).collect::<Vec<_>>());
+    // What is compared pixel by pixel.
+    if layers.beauty().len() > 1 << 12 {
+        return Ok(shape);
+    }
+    let mut other = layers.clone();
+    other.layers[0].1.iter_mut().for_each(|pixel| *pixel = (1.5 * Vec3::from(*pixel) + 0.1).into());
+    for (image, reference) in [(&layers, &other), (&other, &layers)] {
+        if let Ok(comparison) = metrics::compare(image, reference) {
+            side_by_side(image, reference, &comparison).map_err(|e| e.to_string())?;
+        }
+    }
+    let copy = path.with_file_name("copy.exr");
+    layers.write_exr(&copy, &metadata).and_then(|()| Layers::read_exr(&copy)).expect("what was read can be written");
+    layers.write_exr(&copy, &Metadata::new()).expect("without metadata too");
+    Ok(shape)
+}
+
+fn settings(input: &Input) -> Outcome {
+    let Ok(text) = std::str::from_utf8(input.bytes) else { return Ok("no text".into()) };
+    let mut settings = Settings::default();
+    settings.merge_toml(text).map_err(|e| e.to_string())?;
+    let written = settings.to_toml();
+    let mut again = Settings::default();
+    again.merge_toml(&written).expect("what was written can be read");
+    assert_eq!(again.to_toml(), written, "settings change when they are written and read");
+    follow::settings(&settings);
+    Ok(format!("{} {}", settings.method, written.lines().count()))
+}
+
+fn table(input: &Input) -> Outcome {
+    let Ok(text) = std::str::from_utf8(input.bytes) else { return Ok("no text".into()) };
+    markdown::page(text).map(|page| format!("{} lines", page.lines().count()))
+}
+
+/// A row of a chart that an earlier run kept. A damaged one is measured again.
+fn row(input: &Input) -> Outcome {
+    let folder = input.folder.join("chart");
+    let rows = folder.join("rows");
+    if !rows.exists() {
+        std::fs::create_dir_all(&rows).map_err(|e| e.to_string())?;
+        let mark = "Made by `twobounce chart`, which rewrites everything here and continues with the rows in rows/.\n";
+        std::fs::write(folder.join("chart.txt"), mark).map_err(|e| e.to_string())?;
+    }
+    std::fs::write(rows.join("key.json"), input.bytes).map_err(|e| e.to_string())?;
+    thread_local! { static STORE: std::cell::RefCell<Option<Store>> = const { std::cell::RefCell::new(None) } }
+    let stored: Option<Stored> = STORE.with_borrow_mut(|store| {
+        // Opening one reads the whole program.
+        let store = store.get_or_insert_with(|| Store::open(CHART, &folder, true).expect("the folder is a chart's"));
+        store.load("key")
+    });
+    let Some(stored) = stored else { return Ok("none".into()) };
+    let chart = Chart { planned: 1, rows: vec![stored.row.clone()], ..Chart::default() };
+    let (lines, panels) = (chart.csv().lines().count(), chart.panels(&stored.row.scene));
+    twobounce::chart::svg::chart(&panels, 2);
+    twobounce::chart::page::html(&chart, &[], &[stored]).map_err(|e| e.to_string())?;
+    Ok(format!("{lines} lines"))
+}
+
+/// A film that an earlier run kept, of [`film_of`]. A damaged one is traced again.
+fn film(input: &Input) -> Outcome {
+    let (scene, mut options) = film_of();
+    if input.choice & 1 == 0 {
+        options.stop = Stop::Noise(0.01);
+    }
+    let (pose, view) = (scene.pose(None, 0.0), View::framing(scene.bounds(None)));
+    let key = twobounce::reference::cache::key((&scene, &pose, &view), &options);
+    let folder = input.folder.join("films");
+    std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
+    std::fs::write(folder.join(format!("{}.film", key.to_hex())), input.bytes).map_err(|e| e.to_string())?;
+    // A film with little noise may ask for any number of samples: that it goes on is enough.
+    let enough = AtomicBool::new(false);
+    let progress = |now: Progress| enough.store(now.paths > now.before + 1000, Ordering::Relaxed);
+    let film = match Cache::at(&folder).render((&scene, &pose, &view), &options, &progress, &enough) {
+        Err(Error::Interrupted) => return Ok("goes on".into()),
+        film => film.map_err(|e| e.to_string())?,
+    };
+    Ok(format!("{} {}", film.done() == 4, film.history.len()))
+}
+
+/// What the films of the corpus are of.
+pub fn film_of() -> (Scene, Options) {
+    let options =
+        Options { width: 4, height: 4, depth: Depth::Full, stop: Stop::Samples(4), seed: 0, occlusion: false };
+    (Scene { sky: Vec3::ONE, ..Scene::empty("film") }, options)
+}

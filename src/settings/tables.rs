@@ -55,7 +55,7 @@ table! {
         "4: colour and depth ×4 in memory, direct light up to ×4";
         direct: DirectLight = DirectLight::Samples, in "choice", names!(DirectLight);
         "where direct light and its shadows are computed: at every sample, so that edges of shadows are as smooth as those of surfaces, or once per pixel and surface";
-        "samples: image.samples shadow rays per pixel and light; frames take 1.05 to 1.3 times as long";
+        "samples: image.samples shadow rays per pixel and light; frames take 1.05 (atrium) to 1.9 (a box) times as long";
         gather_resolution: GatherResolution = GatherResolution::Half, in "choice", names!(GatherResolution);
         "where diffuse light is gathered: at every pixel, or at every second or fourth, upsampled by depth and normals";
         "half: a quarter of the gathers, and a second draw of the triangles";

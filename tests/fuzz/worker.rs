@@ -16,6 +16,8 @@ const MOST_KEPT: usize = 1500;
 /// Characters of a refusal, with the file's name.
 const MOST_SENTENCE: usize = 700;
 
+const REPORT_EVERY: Duration = Duration::from_secs(60);
+
 /// What a worker is to do.
 pub struct Task {
     /// For its files; they are there after a fault.
@@ -57,7 +59,7 @@ pub fn work(task: &Task) {
     assert!(!shares.is_empty(), "there is no target {}", task.only);
     let mut tallies: Vec<Tally> = TARGETS.iter().map(|_| Tally::default()).collect();
     let (mut seen, mut coverage) = (HashSet::new(), Coverage::default());
-    let start = Instant::now();
+    let (start, mut reported) = (Instant::now(), Instant::now());
     while start.elapsed() < Duration::from_secs(task.seconds) {
         let target = shares[random.below(shares.len())];
         let seeds = &kept[target];
@@ -75,6 +77,11 @@ pub fn work(task: &Task) {
         tally.new += u64::from(new);
         tally.most.seconds = tally.most.seconds.max(cost.seconds);
         tally.most.bytes = tally.most.bytes.max(cost.bytes);
+        if reported.elapsed() > REPORT_EVERY {
+            // A long run may be ended from outside.
+            write_report(&task.folder, &tallies);
+            reported = Instant::now();
+        }
         if new && damaged.len() <= bytes::MOST_BYTES {
             let (seed, seeds) = (Seed { ending, bytes: damaged }, &mut kept[target]);
             if seeds.len() < MOST_KEPT {
@@ -85,13 +92,18 @@ pub fn work(task: &Task) {
             }
         }
     }
+    write_report(&task.folder, &tallies);
+}
+
+/// A line for each target.
+fn write_report(folder: &Path, tallies: &[Tally]) {
     let line = |(target, tally): (&targets::Target, &Tally)| {
         let (name, Tally { inputs, refused, new, most }) = (target.name, tally);
         let (milliseconds, mib) = (1e3 * most.seconds, most.bytes >> 20);
         format!("{name} {inputs} {refused} {new} {milliseconds:.0} {mib}\n")
     };
-    let report: String = TARGETS.iter().zip(&tallies).map(line).collect();
-    fs::write(task.folder.join("report"), report).expect("the folder can be written");
+    let report: String = TARGETS.iter().zip(tallies).map(line).collect();
+    fs::write(folder.join("report"), report).expect("the folder can be written");
 }
 
 /// Runs one file, under its own name's ending.

@@ -34,6 +34,7 @@ const uint FINISH_IRIDESCENCE = 6u;
 const uint FINISH_IRIDESCENCE_THICKNESS = 7u;
 const uint FINISH_DIFFUSE_TRANSMISSION = 8u;
 const uint FINISH_DIFFUSE_TRANSMISSION_COLOR = 9u;
+const uint FINISH_SLOTS = 10u;
 const uint FINISH_FACTOR_ROWS = 5u;
 const uint SHEEN_STEPS = 32u;
 const float SHEEN_ROUGHNESS_MIN = 0.07;
@@ -48,20 +49,22 @@ vec4 finish_row(uint row) {
     return uintBitsToFloat(finish_words(row));
 }
 
-// White where there is no texture.
-vec4 finish_texel(uint first, uint slot, vec4 uv, Footprint footprint, bool srgb) {
-    vec4 texel = vec4(1.0);
-    if (feature(FEATURE_FINISH_TEXTURES)) {
+// What all slots hold there, white where there is no texture. A loop: drivers would copy the filter for every slot.
+void read_finish_texels(uint first, vec4 uv, Footprint footprint, out vec4 texels[FINISH_SLOTS]) {
+    for (uint slot = 0u; slot < FINISH_SLOTS; slot++) {
+        texels[slot] = vec4(1.0);
+    }
+    for (uint slot = 0u; slot < (feature(FEATURE_FINISH_TEXTURES) ? FINISH_SLOTS : 0u); slot++) {
         uint row = first + FINISH_FACTOR_ROWS + 3u * slot;
         uvec4 a = finish_words(row);
         if (a.z > 0u) {
             uvec4 b = finish_words(row + 1u);
             vec4 c = finish_row(row + 2u);
             TextureSlot t = TextureSlot(a.x, a.y, a.z, a.w, b.x, vec4(uintBitsToFloat(b.yzw), c.x), c.yz);
-            texel = sample_slot(t, uv, footprint, srgb);
+            bool srgb = slot == FINISH_SHEEN_COLOR || slot == FINISH_DIFFUSE_TRANSMISSION_COLOR;
+            texels[slot] = sample_slot(t, uv, footprint, srgb);
         }
     }
-    return texel;
 }
 
 float sheen_table_at(uint table, uint word) {
@@ -105,26 +108,28 @@ Finish evaluate_finish(Material m, vec4 uv, Footprint footprint, vec3 n, vec4 ta
     if (first == 0u) {
         return f;
     }
+    vec4 texels[FINISH_SLOTS];
+    read_finish_texels(first, uv, footprint, texels);
     vec4 coat = finish_row(first);
     vec4 sheen = finish_row(first + 1u);
     vec4 grain = finish_row(first + 2u);
     vec4 film = finish_row(first + 3u);
     vec4 diffused = finish_row(first + 4u);
     if (feature(FEATURE_CLEARCOAT)) {
-        f.coat = coat.x * finish_texel(first, FINISH_CLEARCOAT, uv, footprint, false).r;
-        f.coat_roughness = coat.y * finish_texel(first, FINISH_CLEARCOAT_ROUGHNESS, uv, footprint, false).g;
+        f.coat = coat.x * texels[FINISH_CLEARCOAT].r;
+        f.coat_roughness = coat.y * texels[FINISH_CLEARCOAT_ROUGHNESS].g;
         if (feature(FEATURE_TANGENTS) && coat.z != 0.0) {
-            vec3 bump = finish_texel(first, FINISH_CLEARCOAT_NORMAL, uv, footprint, false).xyz * 2.0 - 1.0;
+            vec3 bump = texels[FINISH_CLEARCOAT_NORMAL].xyz * 2.0 - 1.0;
             f.coat_normal = from_tangent_frame(n, tangent, vec3(bump.xy * coat.z, bump.z)) * side;
         }
     }
     if (feature(FEATURE_SHEEN)) {
-        f.sheen = sheen.rgb * finish_texel(first, FINISH_SHEEN_COLOR, uv, footprint, true).rgb;
-        f.sheen_roughness = max(sheen.a * finish_texel(first, FINISH_SHEEN_ROUGHNESS, uv, footprint, false).a, SHEEN_ROUGHNESS_MIN);
+        f.sheen = sheen.rgb * texels[FINISH_SHEEN_COLOR].rgb;
+        f.sheen_roughness = max(sheen.a * texels[FINISH_SHEEN_ROUGHNESS].a, SHEEN_ROUGHNESS_MIN);
         f.sheen_table = finish_words(first + 4u).w;
     }
     if (feature(FEATURE_ANISOTROPY) && coat.w > 0.0) {
-        vec4 texel = finish_texel(first, FINISH_ANISOTROPY, uv, footprint, false);
+        vec4 texel = texels[FINISH_ANISOTROPY];
         bool textured = feature(FEATURE_FINISH_TEXTURES) && finish_words(first + FINISH_FACTOR_ROWS + 3u * FINISH_ANISOTROPY).z > 0u;
         vec2 own = textured ? texel.rg * 2.0 - 1.0 : vec2(1.0, 0.0);
         own = dot(own, own) > 1e-8 ? normalize(own) : vec2(1.0, 0.0);
@@ -138,12 +143,12 @@ Finish evaluate_finish(Material m, vec4 uv, Footprint footprint, vec3 n, vec4 ta
     }
     if (feature(FEATURE_IRIDESCENCE)) {
         f.film_ior = film.x;
-        f.film_nm = mix(film.y, film.z, finish_texel(first, FINISH_IRIDESCENCE_THICKNESS, uv, footprint, false).g);
-        f.film = f.film_nm > 0.0 ? grain.w * finish_texel(first, FINISH_IRIDESCENCE, uv, footprint, false).r : 0.0;
+        f.film_nm = mix(film.y, film.z, texels[FINISH_IRIDESCENCE_THICKNESS].g);
+        f.film = f.film_nm > 0.0 ? grain.w * texels[FINISH_IRIDESCENCE].r : 0.0;
     }
     if (feature(FEATURE_DIFFUSE_TRANSMISSION)) {
-        f.through = film.w * finish_texel(first, FINISH_DIFFUSE_TRANSMISSION, uv, footprint, false).a;
-        f.diffused = f.through * diffused.rgb * finish_texel(first, FINISH_DIFFUSE_TRANSMISSION_COLOR, uv, footprint, true).rgb;
+        f.through = film.w * texels[FINISH_DIFFUSE_TRANSMISSION].a;
+        f.diffused = f.through * diffused.rgb * texels[FINISH_DIFFUSE_TRANSMISSION_COLOR].rgb;
     }
     return f;
 }

@@ -22,41 +22,16 @@ const float MEAN_COSINE = 0.6666667;
 
 layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
-// What lights and sampled lamps shine on one side.
-vec3 far_irradiance(Surface s) {
-    vec3 sum = vec3(0.0);
-    for (uint i = 0u; i < frame.light_count; i++) {
-        LightSample to = sample_light(lights[i], s.position, frame.voxel_m);
-        float cosine = dot(s.normal, to.direction);
-        if (cosine > 0.0 && any(greaterThan(to.irradiance, vec3(0.0)))) {
-            sum += to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position, 0u, 1u));
-        }
-    }
-    vec2 random = place_random(s.position);
-    for (uint i = 0u; i < lamp_points(); i++) {
-        LampPoint to = sample_lamp(i, s.position, s.normal, random);
-        if (any(greaterThan(to.irradiance, vec3(0.0)))) {
-            sum += to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
-        }
-    }
-    return sum;
-}
-
-// Stored radiance that lights and sampled lamps make one side send, and what it emits itself. `place`: of its lobe.
-vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
+// Irradiance of one side by lights and sampled lamps; where it comes from, weighted by how much, is added to `toward`.
+vec3 irradiance_on(Surface s, inout vec4 toward) {
     vec3 irradiance = vec3(0.0);
-#ifdef METHOD_LOBES
-    vec4 toward = vec4(0.0); // weighted by what comes from there
-#endif
     for (uint i = 0u; i < frame.light_count; i++) {
         LightSample to = sample_light(lights[i], s.position, frame.voxel_m);
         float cosine = dot(s.normal, to.direction);
         if (cosine > 0.0 && any(greaterThan(to.irradiance, vec3(0.0)))) {
             vec3 lit = to.irradiance * (cosine * shadow_towards(lights[i], to, s, s.position, 0u, 1u));
             irradiance += lit;
-#ifdef METHOD_LOBES
             toward += brightest(lit) * vec4(to.direction, 1.0);
-#endif
         }
     }
     vec2 random = place_random(s.position);
@@ -65,9 +40,31 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
         if (any(greaterThan(to.irradiance, vec3(0.0)))) {
             vec3 lit = to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
             irradiance += lit;
-#ifdef METHOD_LOBES
             toward += brightest(lit) * vec4(normalize(to.point - s.position), 1.0);
-#endif
+        }
+    }
+    return irradiance;
+}
+
+// The sides of a surface whose light gets to where it is sent: its own, and the far one of what lets light through. Loops over
+// them name what finds light once: drivers copy that into every place that calls it.
+uint lit_sides(Surface s) {
+    return sends_through(s) ? 2u : 1u;
+}
+
+// Stored radiance that lights and sampled lamps make one side send, and what it emits itself. `place`: of its lobe.
+vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
+    vec3 irradiance = vec3(0.0);
+    vec3 through = vec3(0.0);
+    vec4 toward = vec4(0.0);
+    for (uint side = 0u; side < lit_sides(s); side++) {
+        vec4 from = vec4(0.0);
+        vec3 arriving = irradiance_on(side == 0u ? s : far_side(s), from);
+        if (side == 0u) {
+            irradiance = arriving;
+            toward = from;
+        } else {
+            through = arriving;
         }
     }
     // Sampled lamps light every surface directly: a look-up must not find their light again.
@@ -86,7 +83,7 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
 #endif
     vec3 sent = irradiance / PI * (s.diffuse * lobes.diffuse + specular) + emitted;
     if (sends_through(s)) {
-        sent += far_irradiance(far_side(s)) / PI * (s.finish.diffused * lobes.diffuse);
+        sent += through / PI * (s.finish.diffused * lobes.diffuse);
     }
     return sent * frame.scale;
 }
@@ -108,12 +105,11 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
         direct_light[place] = stored;
     }
 #ifdef LOOK_UP
-    vec3 diffuse = s.diffuse * lobes.diffuse + lobes.sheen;
-    if (any(greaterThan(diffuse, vec3(0.0)))) {
-        stored += diffuse * look_up_diffuse(s, voxel).rgb;
-    }
-    if (sends_through(s)) {
-        stored += s.finish.diffused * lobes.diffuse * look_up_diffuse(far_side(s), voxel).rgb;
+    for (uint side = 0u; side < lit_sides(s); side++) {
+        vec3 share = side == 0u ? s.diffuse * lobes.diffuse + lobes.sheen : s.finish.diffused * lobes.diffuse;
+        if (any(greaterThan(share, vec3(0.0)))) {
+            stored += share * look_up_diffuse(side == 0u ? s : far_side(s), voxel).rgb;
+        }
     }
     if (feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
         stored += lobes.specular * look_up_specular(s);

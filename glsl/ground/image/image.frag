@@ -65,18 +65,6 @@ vec3 direct_light(Surface s, vec3 a, uint covered, float through_share) {
     return sum / float(max(count, 1u));
 }
 
-// Diffuse light of the far side that comes through: not gathered with neighbours, so from all directions that these would have.
-void add_far_side(inout Outgoing sent, Surface s, Viewed viewed) {
-    Surface far = far_side(s);
-    vec3 through = s.finish.diffused * viewed.lobes.diffuse;
-    sent.direct += through * lamp_light(far, viewed.view).diffuse;
-    const uint places = INTERLEAVE * INTERLEAVE;
-    for (uint k = 0u; k < places; k++) {
-        uvec3 place = uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
-        sent.indirect += through / float(places) * look_up_diffuse(far, place).rgb;
-    }
-}
-
 void main() {
     Triangle t = triangles[in_triangle];
     Attributes attributes = attributes_of(in_triangle);
@@ -115,14 +103,32 @@ void main() {
 #else
     Gathered gathered = nothing_gathered();
 #endif
-    // A surface of which no gathered pixel shows anything looks up for itself: a loop, which a CPU device leaves early.
-    for (uint i = 0u; i < (lit && !gathered.found ? 1u : 0u); i++) {
-        gathered.lamps = lamp_light(s, view);
+    // A surface of which no gathered pixel shows anything looks up for itself, and so does every far side: that is not gathered
+    // with neighbours, so it takes all directions that these would have. Loops, which a CPU device leaves early, name each
+    // look-up once: drivers copy it into every place that calls it.
+    Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
+    uint near = lit && !gathered.found ? 1u : 0u;
+    uint far = lit && sends_through(s) ? 1u : 0u;
+    for (uint i = 0u; i < near + far; i++) {
+        LampLight lamps = lamp_light(i < near ? s : far_side(s), view);
+        if (i < near) {
+            gathered.lamps = lamps;
+        } else {
+            through.direct = lamps.diffuse;
+        }
+    }
 #ifndef AOVS
-        for (uint k = 0u; k < (scatters(s) ? 1u : 0u); k++)
+    near = scatters(s) ? near : 0u;
 #endif
-        {
-            gathered.light = look_up_diffuse(s, uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u));
+    const uint places = INTERLEAVE * INTERLEAVE;
+    for (uint i = 0u; i < near + places * far; i++) {
+        uint k = i - near;
+        uvec3 place = i < near ? uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
+        vec4 light = look_up_diffuse(i < near ? s : far_side(s), place);
+        if (i < near) {
+            gathered.light = light;
+        } else {
+            through.indirect += light.rgb / float(places);
         }
     }
     Outgoing sent = Outgoing(direct, vec3(0.0));
@@ -134,7 +140,9 @@ void main() {
             sent.indirect += viewed.lobes.sheen * gathered.light.rgb;
         }
         if (sends_through(s)) {
-            add_far_side(sent, s, viewed);
+            vec3 share = s.finish.diffused * viewed.lobes.diffuse;
+            sent.direct += share * through.direct;
+            sent.indirect += share * through.indirect;
         }
         for (uint layer = 0u; layer < (feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
             Surface glossy = under_layers(s, viewed);

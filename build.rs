@@ -10,17 +10,20 @@
 //! `ground/image/image.frag` of the method `rays` with `AOVS` is called `ground/image/image.frag rays AOVS`.
 
 use rspirv::binary::Assemble;
-use rspirv::dr::{self, Instruction};
 use shaderc::{
     CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, SpirvVersion, TargetEnv,
 };
 use std::cell::RefCell;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, fs, process, thread};
+use used::keep_used;
+
+#[path = "src/vk/used.rs"]
+mod used;
 
 const ROOT: &str = "glsl";
 const COUNTING: &str = "common/count.glsl";
@@ -29,6 +32,7 @@ fn main() {
     // A folder is watched with everything below it, so this covers includes and new files too.
     println!("cargo:rerun-if-changed={ROOT}");
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=src/vk/used.rs");
     let mut shaders = Vec::new();
     find_shaders(Path::new(ROOT), &mut shaders);
     shaders.sort();
@@ -199,45 +203,10 @@ fn compile(compiler: &Compiler, path: &Path, form: &Form, out: &Path) -> Result<
     Ok(included.into_inner())
 }
 
-/// The module without functions that are never called, and without variables and constants that nothing reads: those would be
-/// bindings and settings of the pipeline.
+/// The module without what it never reaches.
 fn used(words: &[u32]) -> Vec<u32> {
-    let mut module = dr::load_words(words).expect("shaderc writes SPIR-V");
-    let ids = |i: &Instruction| -> Vec<u32> {
-        i.operands.iter().filter_map(dr::Operand::id_ref_any).chain(i.result_type).collect()
-    };
-    let of_function = |f: &dr::Function| (f.def_id(), f.all_inst_iter().flat_map(ids).collect());
-    let of_global = |i: &Instruction| (i.result_id, ids(i));
-    let globals = module.types_global_values.iter().map(of_global);
-    let reads: HashMap<Option<u32>, Vec<u32>> = module.functions.iter().map(of_function).chain(globals).collect();
-
-    let main = |i: &Instruction| i.operands[1].unwrap_id_ref();
-    let mut open: Vec<u32> = module.entry_points.iter().map(main).collect();
-    open.extend(module.execution_modes.iter().flat_map(ids));
-    // The size of a workgroup is a constant that nothing names but its decoration.
-    let built_in =
-        |i: &&Instruction| i.operands.get(1) == Some(&dr::Operand::Decoration(rspirv::spirv::Decoration::BuiltIn));
-    open.extend(module.annotations.iter().filter(built_in).flat_map(ids));
-    let mut used: HashSet<u32> = HashSet::new();
-    while let Some(id) = open.pop() {
-        if used.insert(id) {
-            open.extend(reads.get(&Some(id)).into_iter().flatten());
-        }
-    }
-
-    let is_used = |id: u32| used.contains(&id);
-    module.functions.retain(|f| f.def_id().is_some_and(is_used));
-    module.types_global_values.retain(|i| i.result_id.is_none_or(is_used));
-    // What is left in functions keeps its names and decorations too.
-    let inner = module.functions.iter().flat_map(|f| f.all_inst_iter()).filter_map(|i| i.result_id);
-    let used: HashSet<u32> = inner.chain(used.iter().copied()).collect();
-    let of_used =
-        |i: &Instruction| i.operands.first().and_then(dr::Operand::id_ref_any).is_none_or(|id| used.contains(&id));
-    module.debug_names.retain(of_used);
-    module.annotations.retain(of_used);
-    for entry in &mut module.entry_points {
-        entry.operands.retain(|operand| operand.id_ref_any().is_none_or(|id| used.contains(&id)));
-    }
+    let mut module = rspirv::dr::load_words(words).expect("shaderc writes SPIR-V");
+    keep_used(&mut module);
     module.assemble()
 }
 

@@ -12,7 +12,8 @@ struct Attributes {
 };
 
 uint tangent_words() {
-    return slot_in_use(SLOT_NORMAL) || feature(FEATURE_TANGENTS) ? 4u : 0u;
+    // One condition: glslang takes the choice by two constants for a constant whose condition it computes later.
+    return (FEATURES & (256u << SLOT_NORMAL | FEATURE_TANGENTS)) == 0u ? 0u : 4u;
 }
 
 uint uv_words() {

@@ -48,13 +48,9 @@ const uint FEATURE_FINISH = FEATURE_LAYERS | FEATURE_ANISOTROPY | FEATURE_IRIDES
 const uint FEATURE_FINISH_TEXTURES = 1u << 26; // one of them has a texture
 const uint FEATURE_TANGENTS = 1u << 27; // one of them reads tangents
 
-bool feature(uint bit) {
-    return (FEATURES & bit) != 0u;
-}
-
-bool slot_in_use(uint slot) {
-    return (FEATURES & (256u << slot)) != 0u;
-}
+// Macros: a branch on them is a branch on a constant, which is cut before the driver copies functions into one another.
+#define feature(bit) ((FEATURES & (bit)) != 0u)
+#define slot_in_use(slot) ((FEATURES & (256u << (slot))) != 0u)
 
 const float LARGEST_STORED = 65504.0; // of an f16
 const uint LIT_COUNTS = 15u; // where CellCounts counts the items that are lit: after the levels

@@ -73,9 +73,8 @@ vec4 between(vec4 corners[3], vec3 weights) {
     return corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
 }
 
-bool has_slot(Material m, uint slot) {
-    return slot_in_use(slot) && m.slots[slot].level_count > 0u;
-}
+// A macro, as `slot_in_use`.
+#define has_slot(m, slot) (slot_in_use(slot) && (m).slots[slot].level_count > 0u)
 
 // In voxels of the base grid.
 mat3 corners_of(Triangle t) {

@@ -2,10 +2,11 @@
 
 use super::context::Context;
 use super::label::set_name;
-use super::modules::{Modules, Specialization};
+use super::modules::Modules;
 use super::pipeline::{Blend, DepthDesc, RasterDesc};
 use super::raw_pipeline::RawPipeline;
 use super::shader;
+use super::specialize::specialize;
 use ash::vk;
 
 /// The pipeline, or why there is none.
@@ -95,12 +96,10 @@ impl Making {
 
     /// Compiles it: this is what takes long.
     pub(super) fn make(&self) -> Made {
-        let words = self.stages.iter().map(|(_, words)| *words);
+        let words = self.stages.iter().map(|(_, words)| specialize(words, &self.constants));
         let modules = Modules::new(&self.device, words)?;
-        let data = Specialization::new(&self.constants);
-        let specialization = data.info();
         let flags = self.stages.iter().map(|(flag, _)| *flag).enumerate();
-        let stages: Vec<_> = flags.map(|(index, flag)| modules.stage(index, flag, &specialization)).collect();
+        let stages: Vec<_> = flags.map(|(index, flag)| modules.stage(index, flag)).collect();
         let made = match &self.raster {
             Some(state) => self.make_raster(state, &stages),
             None => {

@@ -38,8 +38,10 @@ mod reflect;
 mod sampler;
 pub mod shader;
 mod slot;
+mod specialize;
 mod submit;
 mod transfer;
+mod used;
 mod views;
 mod zone;
 

@@ -45,9 +45,11 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
 const uint MOST_CANDIDATES = 4u;
 const uint TREE_CANDIDATES = 2u;
 
-// The largest cosine within `spread` of an angle whose cosine is c, 0 at least.
-float nearest_cosine(float c, float spread) {
-    return max(cos(max(acos(clamp(c, -1.0, 1.0)) - spread, 0.0)), 0.0);
+// The largest cosine, 0 at least, within an angle of [0, π] about one whose cosine is c. No arc functions: a walk down the tree
+// asks for two of these at each of its nodes.
+float nearest_cosine(float c, float within_cosine, float within_sine) {
+    float nearest = c * within_cosine + sqrt(max(1.0 - c * c, 0.0)) * within_sine;
+    return c >= within_cosine ? 1.0 : max(nearest, 0.0);
 }
 
 // What a node's pieces may give a place at most, up to a factor: power over squared distance, by both cosines.
@@ -56,10 +58,16 @@ float importance(uint node, vec3 position, vec3 normal) {
     LampNode n = lamp_nodes[node];
     vec3 d = n.center - position;
     float distance = length(d);
-    float seen = n.radius < distance ? asin(n.radius / distance) : PI; // half angle under which the sphere is seen
     d /= max(distance, 1e-20);
-    return n.power * nearest_cosine(dot(d, normal), seen) * nearest_cosine(-dot(d, n.axis), n.spread + seen)
-        / max(distance * distance, n.radius * n.radius);
+    // Of the half angle under which the sphere is seen, and of that with the normals' own.
+    float seen_sine = n.radius / max(distance, 1e-20);
+    float seen_cosine = sqrt(max(1.0 - seen_sine * seen_sine, 0.0));
+    float spread_sine = sqrt(max(1.0 - n.spread_cosine * n.spread_cosine, 0.0));
+    float both_sine = spread_sine * seen_cosine + n.spread_cosine * seen_sine;
+    float both_cosine = n.spread_cosine * seen_cosine - spread_sine * seen_sine;
+    float from = both_sine < 0.0 ? 1.0 : nearest_cosine(-dot(d, n.axis), both_cosine, both_sine); // beyond π: any direction
+    float to = nearest_cosine(dot(d, normal), seen_cosine, seen_sine);
+    return n.power * (seen_sine < 1.0 ? to * from : 1.0) / max(distance * distance, n.radius * n.radius);
 }
 
 struct LampChoice {

@@ -128,7 +128,7 @@ struct LampNode {
     vec3 center;
     float radius;
     vec3 axis;
-    float spread; // half angle, radians; π where a piece shines both ways
+    float spread_cosine; // of the half angle; −1 where a piece shines both ways
     float power;
 };
 

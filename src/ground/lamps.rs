@@ -1,8 +1,6 @@
 //! Emissive triangles as area lights (`lights.lamps = sampled`): evenly bright pieces, and a tree of neighbours to choose among
 //! many. `glsl/ground/lamps.glsl` samples them.
 
-use std::f64::consts::PI;
-
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -142,10 +140,10 @@ fn node(part: &[Placed]) -> layout::LampNode {
     let center = ((low + high) / 2.0).as_vec3();
     let radius = corners().map(|c| c.distance(center.as_dvec3())).fold(0.0, f64::max);
     let axis = part.iter().map(|p| p.normal() * p.power()).sum::<DVec3>().normalize_or(DVec3::Y);
-    let angle = |p: &Placed| if p.two_sided { PI } else { p.normal().dot(axis).clamp(-1.0, 1.0).acos() };
+    let cosine = |p: &Placed| if p.two_sided { -1.0 } else { p.normal().dot(axis).clamp(-1.0, 1.0) };
     layout::LampNode {
         axis: axis.as_vec3().to_array(),
-        spread: part.iter().map(angle).fold(0.0, f64::max) as f32,
+        spread_cosine: part.iter().map(cosine).fold(1.0, f64::min) as f32,
         center: center.to_array(),
         radius: (radius * (1.0 + 1e-6)) as f32,
         power: part.iter().map(Placed::power).sum::<f64>() as f32,
@@ -296,8 +294,9 @@ mod tests {
                     let center = Vec3::from_array(sphere.center).as_dvec3();
                     assert!(p.corners.iter().all(|c| c.distance(center) <= f64::from(sphere.radius)), "{count} {node}");
                     let power: f64 = placed[first..end].iter().map(Placed::power).sum();
-                    let off = p.normal().angle_between(Vec3::from_array(sphere.axis).as_dvec3());
-                    assert!(p.two_sided || off <= f64::from(sphere.spread) + 1e-3);
+                    let cosine = p.normal().dot(Vec3::from_array(sphere.axis).as_dvec3());
+                    let least = if p.two_sided { -1.0 } else { cosine };
+                    assert!(f64::from(sphere.spread_cosine) <= least + 1e-6);
                     assert!((f64::from(sphere.power) / power - 1.0).abs() < 1e-5);
                     if first + 1 == end {
                         break;

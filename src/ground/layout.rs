@@ -71,7 +71,7 @@ shared! {
 }
 shared! {
     /// A sphere about neighbouring pieces, voxels, a cone about their normals, and what they send together, up to a factor.
-    LampNode { center: [f32; 3], radius: f32, axis: [f32; 3], spread: f32, power: f32 }
+    LampNode { center: [f32; 3], radius: f32, axis: [f32; 3], spread_cosine: f32, power: f32 }
 }
 shared! {
     /// Where a level lies in its layer, texels.

@@ -99,9 +99,10 @@ pub fn listed_pairs_of(context: &Arc<Context>, renderer: &Renderer, grid: usize)
             item = next;
         }
     }
-    // Twins stand in no list.
+    // Twins stand in no list. Where no item is split there is room for one part, and nothing is written there.
     let parts: Vec<ItemPart> = download(context, &resources.item_parts).expect("parts");
-    let counted = parts.iter().take(globals.item_count as usize).enumerate();
+    let split = parts.len() >= globals.item_count as usize;
+    let counted = parts.iter().take(globals.item_count as usize).enumerate().filter(|_| split);
     let twins = counted.filter(|(item, part)| part.twin as usize == item + 1).count();
     assert_eq!(pairs.len() + twins, globals.item_count as usize);
     let occupied: BTreeSet<u32> = pairs.iter().map(|p| p.0).collect();

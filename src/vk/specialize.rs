@@ -178,8 +178,7 @@ struct Walk {
 
 impl Walk {
     fn new(function: &Function, scalars: &HashSet<Word>, constants: &Known, results: &Known) -> Self {
-        let mut walk =
-            Self { reached: function.blocks.first().map(label).into_iter().collect(), known: constants.clone() };
+        let mut walk = Self { reached: function.blocks.first().map(label).into_iter().collect(), known: Known::new() };
         // Once more whenever something was reached, so that a block may stand before one that leads to it.
         loop {
             let before = walk.reached.len();

@@ -5,6 +5,7 @@ mod damage;
 mod files;
 mod instanced;
 mod load;
+mod materials;
 #[path = "../fuzz/random.rs"]
 mod random;
 mod textures;

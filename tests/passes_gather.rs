@@ -182,7 +182,7 @@ fn a_lamp_lights_by_its_form_factor_whole_cut_and_textured() {
         let (one, expected) = lit(&floor_and_lamp(1, false), x, 0.5);
         // Nothing is in shadow: nothing is noisy. The image's mean over 0.1 m is not its middle.
         assert!((one / expected - 1.0).abs() < 0.005, "one lamp, {x}: {one} is not {expected}");
-        // 512 triangles and 16 points: the mean of 256 pixels, each of 64 candidates.
+        // 512 triangles and 8 points: the mean of 256 pixels, each of 16 candidates from the tree.
         let (many, expected) = lit(&floor_and_lamp(16, false), x, 0.5);
         assert!((many / expected - 1.0).abs() < 0.02, "many lamps, {x}: {many} is not {expected}");
         // Pieces are cut along the triangle, the texture's edge along the square's middle.

@@ -73,9 +73,10 @@ vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
             pass_leaf(w, done);
         }
         if (feature(FEATURE_ALPHA)) {
-            vec3 passed = triangle_transmittance(max(passing, 1u) - 1u, passing_uv);
-            uvec3 more = uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
-            depth += passing != 0u ? more : uvec3(0u);
+            for (uint j = 0u; j < min(passing, 1u); j++) {
+                vec3 passed = triangle_transmittance(passing - 1u, passing_uv);
+                depth += uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
+            }
         }
     }
     return blocked ? vec3(0.0) : mix(exp2(-vec3(depth) / 65536.0), vec3(0.0), greaterThan(depth, uvec3(29u * 65536u)));

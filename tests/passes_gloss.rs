@@ -27,7 +27,7 @@ const SAMPLES: u32 = 192;
 const LAYERS: [Aov; 3] = [Aov::Direct, Aov::Ao, Aov::Albedo];
 
 /// What every row starts from, beside the preset `cones`: what is measured is gloss.
-const BASE: [&str; 1] = ["voxels=64"];
+const BASE: [&str; 2] = ["voxels=64", "lights.lamp_points=16"];
 
 fn settings(changes: &[&str]) -> Settings {
     let mut settings = Settings::cones();
@@ -184,8 +184,8 @@ const HEAD: &str = "# Mirrors, glass, penumbrae and occlusion against the truth
 Written by `tests/passes_gloss.rs` (`TWOBOUNCE_WRITE_DOCS=1 cargo test --release --test passes_gloss`), which also checks it.
 The scenes are those of `tests/common/gloss.rs`: six metal or black lacquered spheres of roughness 0, 0.2, 0.4, 0.6, 0.8 and 1 in
 a checkered room with a lamp; a glass ball and a thin pane before a checkered wall; a block over a floor, lit by a light of that
-radius; a block in a corner under an even sky. 64×64 pixels, 64³ voxels, preset `cones` and what the row
-names. `rel` is mean |error| over mean reference, of the part of the image that the row is about, sphere by sphere for the rows;
+radius; a block in a corner under an even sky. 64×64 pixels, 64³ voxels, preset `cones`, 16 points on
+lamps, and what the row names. `rel` is mean |error| over mean reference, of the part of the image that the row is about, sphere by sphere for the rows;
 `energy` is its mean over the reference's, over all spheres.
 
 | scene | settings | rel | energy |

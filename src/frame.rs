@@ -72,8 +72,8 @@ pub struct Seen<'a> {
     pub scene: &'a Scene,
     pub pose: &'a Pose,
     pub view: &'a View,
-    /// Whether an image is wanted, or the light alone.
-    pub image: bool,
+    /// Which of the passes over the image this is, whose mean the host takes; `None`: the light alone is wanted.
+    pub image: Option<u32>,
 }
 
 /// The GPU's counters after a frame.
@@ -169,13 +169,13 @@ impl Frame {
                 lists: lists || unlit,
                 history: self.history,
                 known: !unlit,
-                measured: !seen.image,
+                measured: seen.image.is_none(),
                 sky: seen.scene.sky != Vec3::ZERO,
             };
             self.method.update(r, &self.ground, &update);
             self.light_passes += 1;
         }
-        if seen.image {
+        if seen.image.is_some() {
             // The recorded triangles become the image, with what the method looks up.
             let (ground, target) = (&self.ground, &self.target);
             let frame = ImageFrame { ground, target, blended: self.counts().blended, scene: seen.scene };
@@ -226,6 +226,7 @@ impl Frame {
             frame_index: self.frame_index,
             lamps: self.placed_lamps,
             light_pass: mean_pass,
+            image_pass: seen.image.unwrap_or(0),
         };
         r.update(&self.ground.frame, 0, &[uniforms.layout()]);
         r.update(&self.ground.lights, 0, lights);

@@ -1,5 +1,7 @@
 //! A rendered image and its auxiliary layers, linear, in float32. [`crate::output::exr`] reads and writes them.
 
+use glam::DVec3;
+
 use crate::settings::choices;
 
 choices! {
@@ -52,4 +54,65 @@ impl Layers {
     pub fn beauty(&self) -> &[[f32; 3]] {
         self.get(Aov::Beauty).unwrap_or_default()
     }
+}
+
+/// The mean of passes over one image, each along other rays.
+#[derive(Default)]
+pub struct PassMean {
+    passes: u32,
+    /// Sums over all passes, as [`Layers`].
+    sums: Vec<(Aov, Vec<DVec3>)>,
+    /// Sums of [`Aov::Beauty`] over the passes with an even index.
+    even: Vec<DVec3>,
+    size: (u32, u32),
+}
+
+impl PassMean {
+    pub fn add(&mut self, pass: &Layers) {
+        if self.passes == 0 {
+            self.size = (pass.width, pass.height);
+            self.sums = pass.layers.iter().map(|(aov, pixels)| (*aov, vec![DVec3::ZERO; pixels.len()])).collect();
+            self.even = vec![DVec3::ZERO; pass.beauty().len()];
+        }
+        let add = |sums: &mut [DVec3], pixels: &[[f32; 3]]| {
+            sums.iter_mut().zip(pixels).for_each(|(sum, pixel)| *sum += DVec3::from(pixel.map(f64::from)));
+        };
+        self.sums.iter_mut().zip(&pass.layers).for_each(|((_, sums), (_, pixels))| add(sums, pixels));
+        if self.passes.is_multiple_of(2) {
+            add(&mut self.even, pass.beauty());
+        }
+        self.passes += 1;
+    }
+
+    pub fn layers(&self) -> Layers {
+        let passes = f64::from(self.passes.max(1));
+        let mean = |sum: &DVec3| (*sum / passes).as_vec3().to_array();
+        let layer = |(aov, sums): &(Aov, Vec<DVec3>)| (*aov, sums.iter().map(mean).collect());
+        Layers { width: self.size.0, height: self.size.1, layers: self.sums.iter().map(layer).collect() }
+    }
+
+    /// How far the mean is from that of infinitely many passes, as [`relative_noise`], estimated as half the difference between
+    /// the means of even and odd passes; `None` for a single one. Passes are spread more evenly than random ones, so that all
+    /// together are nearer than this says.
+    pub fn noise(&self) -> Option<f64> {
+        let beauty = self.sums.iter().find(|(aov, _)| *aov == Aov::Beauty).filter(|_| self.passes > 1)?;
+        let (all, even) = (f64::from(self.passes), f64::from(self.passes.div_ceil(2)));
+        let pixel = |(sum, even_sum): (&DVec3, &DVec3)| {
+            (*sum / all, 0.5 * (*even_sum / even - (*sum - *even_sum) / (all - even)))
+        };
+        Some(relative_noise(beauty.1.iter().zip(&self.even).map(pixel)))
+    }
+}
+
+/// Root mean square over pixels of errors relative to values, as in `relmse`: per pixel √(Σ error² / (Σ value² + 3ε)),
+/// ε = 0.01 · mean(values)². `pixels`: value and error of each, linear radiance. 0 for a black image.
+pub fn relative_noise(pixels: impl Iterator<Item = (DVec3, DVec3)> + Clone) -> f64 {
+    let n = pixels.clone().count() as f64;
+    let mean = pixels.clone().map(|(value, _)| value.element_sum()).sum::<f64>() / (3.0 * n);
+    if mean <= 0.0 || mean.is_nan() {
+        return 0.0;
+    }
+    let floor = 0.03 * mean * mean;
+    let relative = pixels.map(|(value, error)| error.length_squared() / (value.length_squared() + floor));
+    (relative.sum::<f64>() / n).sqrt()
 }

@@ -12,7 +12,7 @@ use crate::ground::image::target::{self, Readback};
 use crate::ground::layout::Triangle;
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
 use crate::ground::scene_on_gpu::ScenePacked;
-use crate::layers::{Aov, Layers};
+use crate::layers::{Aov, Layers, PassMean};
 use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
@@ -62,6 +62,8 @@ pub struct FrameReport {
     pub repeats: u32,
     /// With `bounces = all`, further frames until the first had settled.
     pub settling: u32,
+    /// With `image.passes` above 1: see [`PassMean::noise`].
+    pub noise: Option<f64>,
 }
 
 /// With `bounces = all`: the share of all light by which one frame may still differ from the one before it.
@@ -73,6 +75,8 @@ pub struct Renderer {
     options: RenderOptions,
     frame: Frame,
     readback: Readback,
+    /// Of the last frame's passes, where it had several.
+    mean: Option<PassMean>,
     /// The scene on the device and the readback: what does not grow.
     fixed_plan: Vec<MemoryRow>,
     /// Bytes that may be taken, and what sets the limit.
@@ -107,7 +111,7 @@ impl Renderer {
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let (pace, context) = (Pace::new(context.is_cpu, options.watch.clone()), context.clone());
-        Ok(Self { context, scene, settings, options, frame, readback, fixed_plan, memory_limit, log: None, pace })
+        Ok(Self { context, scene, settings, options, frame, readback, mean: None, fixed_plan, memory_limit, log: None, pace })
     }
 
     /// Changes to other settings and another size; only what depends on them is remade.
@@ -161,13 +165,13 @@ impl Renderer {
     /// A buffer cannot grow as far as the scene needs, the device is lost, or what watches says so.
     pub fn render(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
         if self.settings.bounces != Bounces::All || self.frame.has_history() || self.coarse_light()?.is_none() {
-            return self.draw(pose, view, true);
+            return self.draw_passes(pose, view);
         }
-        let mut repeats = self.draw(pose, view, false)?.repeats;
+        let mut repeats = self.draw(pose, view, None)?.repeats;
         self.frame.keep_history();
         let (mut settling, mut before) = (1, self.coarse_light()?.unwrap_or_default());
         while settling < MOST_SETTLING {
-            repeats += self.draw(pose, view, false)?.repeats;
+            repeats += self.draw(pose, view, None)?.repeats;
             settling += 1;
             let now = self.coarse_light()?.unwrap_or_default();
             let change: f64 = now.iter().zip(&before).map(|(a, b)| (a - b).abs()).sum();
@@ -178,11 +182,31 @@ impl Renderer {
         }
         self.frame.settled();
         while self.frame.averages() {
-            repeats += self.draw(pose, view, false)?.repeats;
+            repeats += self.draw(pose, view, None)?.repeats;
             settling += 1;
         }
-        let report = self.draw(pose, view, true)?;
+        let report = self.draw_passes(pose, view)?;
         Ok(FrameReport { repeats: repeats + report.repeats, settling, ..report })
+    }
+
+    /// The light, and the image as often as `image.passes` says.
+    fn draw_passes(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
+        self.mean = None;
+        let mut report = self.draw(pose, view, Some(0))?;
+        let passes = self.settings.image.passes;
+        let mut mean = PassMean::default();
+        for pass in 1..passes {
+            mean.add(&self.readback.read(&self.options.aovs));
+            let next = self.draw(pose, view, Some(pass))?;
+            let timings = report.timings.then(next.timings);
+            report = FrameReport { repeats: report.repeats + next.repeats, timings, ..next };
+        }
+        if passes > 1 {
+            mean.add(&self.readback.read(&self.options.aovs));
+            report.noise = mean.noise();
+            self.mean = Some(mean);
+        }
+        Ok(report)
     }
 
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
@@ -195,9 +219,9 @@ impl Renderer {
         self.frame.forget_light();
     }
 
-    /// One frame, repeated only where buffers had to grow; without its `image` the light alone. A frame that starts from nothing
+    /// One frame, repeated only where buffers had to grow; without an `image`, of that pass, the light alone. A frame that starts from nothing
     /// makes its lists first, as often as it takes until they fit: no light is made from lists that are not whole.
-    fn draw(&mut self, pose: &Pose, view: &View, image: bool) -> Result<FrameReport> {
+    fn draw(&mut self, pose: &Pose, view: &View, image: Option<u32>) -> Result<FrameReport> {
         let (mut repeats, mut listed) = (0, None);
         loop {
             let alone = self.frame.starts_from_nothing();
@@ -223,7 +247,7 @@ impl Renderer {
                 if let Some(kept) = &mut self.log {
                     *kept = log;
                 }
-                return Ok(FrameReport { timings, counters, repeats, settling: 0 });
+                return Ok(FrameReport { timings, counters, repeats, settling: 0, noise: None });
             }
         }
     }
@@ -233,7 +257,7 @@ impl Renderer {
         &mut self,
         pose: &Pose,
         view: &View,
-        (lists_alone, image): (bool, bool),
+        (lists_alone, image): (bool, Option<u32>),
     ) -> Result<(ZoneTimings, FrameLog)> {
         let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
         let mut recorder = Recorder::new(&self.context, options)?;
@@ -246,7 +270,7 @@ impl Renderer {
             self.frame.record_lists(&mut recorder, 0, &seen);
         } else {
             self.frame.record(&mut recorder, 0, &seen);
-            if image {
+            if image.is_some() {
                 self.readback.record(&mut recorder, &self.frame.target);
             }
         }
@@ -277,7 +301,10 @@ impl Renderer {
 
     /// The last frame's image and the layers asked for.
     pub fn read(&self) -> Layers {
-        self.readback.read(&self.options.aovs)
+        match &self.mean {
+            Some(mean) => mean.layers(),
+            None => self.readback.read(&self.options.aovs),
+        }
     }
 
     /// What is allocated now, resource by resource.

@@ -1,5 +1,5 @@
-// Random numbers of places. A shader that lights list items defines LIGHTS_ITEMS before this file: there they are others in every
-// pass whose mean is kept, so that the mean converges.
+// Random numbers of places: others in every pass whose mean is taken, so that the mean converges. A shader that lights list items
+// defines LIGHTS_ITEMS before this file: its passes are those over the voxels, all others' are those over the image.
 
 #include "common/jitter.glsl"
 #include "ground/bindings.glsl"
@@ -11,10 +11,11 @@ uvec4 place_seed(vec3 position) {
 // The R2 sequence over passes (Roberts, 2018); 0 in the first.
 vec2 pass_shift() {
 #ifdef LIGHTS_ITEMS
-    return fract(float(frame.light_pass) * vec2(0.7548776662, 0.5698402909));
+    uint pass = frame.light_pass;
 #else
-    return vec2(0.0);
+    uint pass = frame.image_pass;
 #endif
+    return fract(float(pass) * vec2(0.7548776662, 0.5698402909));
 }
 
 vec2 place_random(vec3 position) {

@@ -36,6 +36,8 @@ pub struct RenderReport {
     passes_gpu_ms: Spread,
     passes: Vec<PassTiming>,
     counters: BTreeMap<&'static str, u32>,
+    /// Of the image, relative; null with a single pass over it.
+    noise: Option<f64>,
     memory: Value,
     scene: Value,
     method: &'static str,
@@ -78,6 +80,7 @@ impl RenderReport {
         self.passes_gpu_ms = timings.passes_gpu_ms();
         self.passes = timings.passes();
         self.counters = counters(timings);
+        self.noise = timings.all().last().and_then(|frame| frame.noise);
         self.memory["planned_bytes"] = plan.total().into();
         self.memory["allocated_bytes"] = (*allocated_bytes).into();
         self.memory["resources"] =
@@ -118,6 +121,9 @@ pub fn counters_text(timings: &Timings) -> String {
     if count("frames_repeated") > 0 {
         text += &format!("frames repeated because a buffer had to grow: {}\n", count("frames_repeated"));
     }
+    if let Some(noise) = timings.all().last().and_then(|frame| frame.noise) {
+        text += &format!("noise of the image, by its passes: {:.2} %\n", 100.0 * noise);
+    }
     text
 }
 
@@ -156,7 +162,7 @@ pub mod tests {
         };
         let timings = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
         let counters = Counters { triangles, degenerate: 1, list_items: 9, occupied_voxels: 4 };
-        FrameReport { timings, counters, repeats, settling: 0 }
+        FrameReport { timings, counters, repeats, settling: 0, noise: None }
     }
 
     pub fn report() -> RenderReport {

@@ -1,7 +1,7 @@
 //! What changes from frame to frame, as the shaders read it: camera, lights and starts, all in voxels.
 
 use bytemuck::Zeroable;
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DVec2, DVec3, Vec3};
 
 use super::grid::Grid;
 use super::layout;
@@ -26,12 +26,15 @@ pub struct FrameUniforms<'a> {
     pub lamps: (u32, bool),
     /// Which of the passes whose mean is kept lights the list items.
     pub light_pass: u32,
+    /// Which of the passes over the image whose mean is shown this is.
+    pub image_pass: u32,
 }
 
 impl FrameUniforms<'_> {
     /// As the shaders read it.
     pub fn layout(&self) -> layout::Frame {
-        let camera = CameraInVoxels::new(self.view, self.grid, self.size);
+        let ndc_shift = ndc_shift(self.image_pass, self.size, self.samples);
+        let camera = CameraInVoxels::new(self.view, self.grid, self.size, ndc_shift);
         let map = self.scene.sky_map.as_deref();
         layout::Frame {
             clip_from_voxel: camera.clip_from_voxel.as_mat4().to_cols_array_2d(),
@@ -59,8 +62,17 @@ impl FrameUniforms<'_> {
             sky_levels: map.map_or(0, |map| map.levels as u32),
             sky_octaves: map.map_or(1.0, |map| map.octaves()),
             sky_turn: self.scene.sky_turn,
+            image_pass: self.image_pass,
+            ndc_shift: ndc_shift.as_vec2().into(),
         }
     }
+}
+
+/// How far a pass over the image moves it, within the part of a pixel that each sample stands for: the R2 sequence (Roberts, 2018).
+/// The first pass, or the only one, does not.
+fn ndc_shift(image_pass: u32, size: (u32, u32), samples: u32) -> DVec2 {
+    let place = (DVec2::splat(0.5) + f64::from(image_pass) * DVec2::new(0.7548776662, 0.5698402909)).fract() - 0.5;
+    place * 2.0 / (DVec2::new(size.0.into(), size.1.into()) * f64::from(samples))
 }
 
 /// A view in voxels; Vulkan's clip space: y down, depth 1 at the near plane and 0 far away.
@@ -74,7 +86,7 @@ struct CameraInVoxels {
 }
 
 impl CameraInVoxels {
-    fn new(view: &View, grid: &Grid, size: (u32, u32)) -> Self {
+    fn new(view: &View, grid: &Grid, size: (u32, u32), ndc_shift: DVec2) -> Self {
         let eye = grid.voxel_from_world().transform_point3(view.eye);
         let forward = view.forward.normalize();
         let right = forward.cross(view.up).normalize();
@@ -102,7 +114,8 @@ impl CameraInVoxels {
         } else {
             (DVec3::ZERO.extend(near), row(forward, 0.0))
         };
-        let rows = DMat4::from_cols(row(x, 0.0), row(y, 0.0), z_row, w_row);
+        let (x_row, y_row) = (row(x, 0.0) + ndc_shift.x * w_row, row(y, 0.0) + ndc_shift.y * w_row);
+        let rows = DMat4::from_cols(x_row, y_row, z_row, w_row);
         Self {
             eye,
             forward,

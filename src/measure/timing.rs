@@ -191,7 +191,7 @@ mod tests {
     fn report(zones: Vec<ZoneTiming>, gpu_ms: f64) -> FrameReport {
         let counters = Counters { triangles: 0, degenerate: 0, list_items: 0, occupied_voxels: 0 };
         let timings = ZoneTimings { zones, gpu_ms, wall_ms: gpu_ms + 1.0 };
-        FrameReport { timings, counters, repeats: 0, settling: 0 }
+        FrameReport { timings, counters, repeats: 0, settling: 0, noise: None }
     }
 
     fn frame(record: f64, render: f64) -> FrameReport {

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::integrator::Sample;
-use crate::layers::{Aov, Layers};
+use crate::layers::{Aov, Layers, relative_noise};
 
 /// Sums over one pixel's samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -120,22 +120,11 @@ impl Film {
     }
 
     /// The expected relative error of the image against a converged one, as root mean square over pixels. The error is
-    /// estimated as half the difference of the images of even and odd samples. Relative as in `relmse`: per pixel
-    /// √(Σ error² / (Σ value² + 3ε)), ε = 0.01 · mean(image)².
+    /// estimated as half the difference of the images of even and odd samples. [`relative_noise`] has the formula.
     pub fn noise(&self) -> f64 {
         let samples = self.done() as f64;
-        let pixels = || self.rows.iter().flat_map(|r| &r.pixels);
-        let n = pixels().count() as f64;
-        let mean = pixels().flat_map(|p| p.beauty(samples).to_array()).sum::<f64>() / (3.0 * n);
-        if mean <= 0.0 || mean.is_nan() {
-            return 0.0;
-        }
-        let floor = 0.03 * mean * mean;
-        let relative = |p: &Pixel| {
-            let error = ((p.halves[0] - p.halves[1]) / samples).length_squared();
-            error / (p.beauty(samples).length_squared() + floor)
-        };
-        (pixels().map(relative).sum::<f64>() / n).sqrt()
+        let pixel = |p: &Pixel| (p.beauty(samples), (p.halves[0] - p.halves[1]) / samples);
+        relative_noise(self.rows.iter().flat_map(|r| &r.pixels).map(pixel))
     }
 
     /// The image and further layers. All rows must have the same number of samples.

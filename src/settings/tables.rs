@@ -63,6 +63,9 @@ table! {
         "side of the square in which every gathered pixel (or voxel) has its own directions; neighbours share results \
          where depth and normals agree";
         "a filter of (n + 1)² texels; fewer directions per pixel give the same light";
+        passes: u32 = 1, in "passes", Range::Whole(1, 4096);
+        "passes over the image, each along other rays and moved within a pixel, whose mean is shown; with bounces = all they come ever nearer to the truth, and render says how near";
+        "a gather and an image each; lists and the voxels' light are made once";
     }
 }
 

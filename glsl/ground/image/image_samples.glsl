@@ -6,7 +6,7 @@ const vec2 SAMPLES_4[4] = vec2[4](vec2(0.375, 0.125), vec2(0.875, 0.375), vec2(0
 // The point of the triangle's plane behind sample i, voxels.
 vec3 sample_position(uint i, vec3 a, vec3 facet) {
     vec2 pixel = floor(gl_FragCoord.xy) + vec2(0.0, float(push.first_row)) + (frame.samples == 4u ? SAMPLES_4[i] : vec2(0.5));
-    vec2 ndc = pixel / frame.image_size * 2.0 - 1.0;
+    vec2 ndc = pixel / frame.image_size * 2.0 - 1.0 - frame.ndc_shift;
     vec3 offset = frame.right_per_ndc * ndc.x + frame.down_per_ndc * ndc.y;
     vec3 from = frame.orthographic != 0u ? frame.eye + offset : frame.eye;
     vec3 d = frame.orthographic != 0u ? frame.forward : frame.forward + offset;

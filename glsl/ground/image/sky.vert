@@ -10,7 +10,8 @@ layout(location = 0) out vec3 out_way;
 
 void main() {
     vec2 ndc = vec2(gl_VertexIndex == 1 ? 3.0 : -1.0, gl_VertexIndex == 2 ? 3.0 : -1.0);
-    vec3 across = frame.right_per_ndc * ndc.x + frame.down_per_ndc * ndc.y;
+    vec2 seen = ndc - frame.ndc_shift;
+    vec3 across = frame.right_per_ndc * seen.x + frame.down_per_ndc * seen.y;
     out_way = frame.orthographic != 0u ? frame.forward : frame.forward + across;
     gl_Position = vec4(ndc, 0.0, 1.0);
 }

@@ -92,8 +92,7 @@ impl PassMean {
     }
 
     /// How far the mean is from that of infinitely many passes, as [`relative_noise`], estimated as half the difference between
-    /// the means of even and odd passes; `None` for a single one. Passes are spread more evenly than random ones, so that all
-    /// together are nearer than this says.
+    /// the means of even and odd passes; `None` for a single one.
     pub fn noise(&self) -> Option<f64> {
         let beauty = self.sums.iter().find(|(aov, _)| *aov == Aov::Beauty).filter(|_| self.passes > 1)?;
         let (all, even) = (f64::from(self.passes), f64::from(self.passes.div_ceil(2)));
@@ -115,4 +114,28 @@ pub fn relative_noise(pixels: impl Iterator<Item = (DVec3, DVec3)> + Clone) -> f
     let floor = 0.03 * mean * mean;
     let relative = pixels.map(|(value, error)| error.length_squared() / (value.length_squared() + floor));
     (relative.sum::<f64>() / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_and_its_noise_are_closed_forms() {
+        let pass = |value: f32| Layers {
+            width: 2,
+            height: 1,
+            layers: vec![(Aov::Beauty, vec![[value; 3]; 2]), (Aov::Depth, vec![[f32::INFINITY; 3], [3.0; 3]])],
+        };
+        let mut mean = PassMean::default();
+        mean.add(&pass(1.25));
+        assert_eq!((mean.noise(), mean.layers()), (None, pass(1.25)));
+        mean.add(&pass(0.75));
+        // The mean is 1, the halves are off by 0.25; the floor adds 0.01.
+        let noise = mean.noise().expect("two passes");
+        assert!((noise - 0.25 / 1.01f64.sqrt()).abs() < 1e-6, "{noise}");
+        mean.add(&pass(1.25));
+        mean.add(&pass(0.75));
+        assert_eq!((mean.noise(), mean.layers()), (Some(noise), pass(1.0)));
+    }
 }

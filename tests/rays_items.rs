@@ -19,7 +19,7 @@ use studio::{Studio, room};
 use traced::film;
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
-use twobounce::layers::{Aov, Layers};
+use twobounce::layers::{Aov, Layers, relative_noise};
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
@@ -303,18 +303,23 @@ fn indirect(image: &Layers, truth: &Layers) -> (f64, f64) {
     (image.iter().sum::<f64>() / sum, error / sum)
 }
 
+/// [`two_rooms`] as seen from the front, and the path tracer's image of it.
+fn into_both_rooms(scene: &Scene, size: u32) -> (View, Layers) {
+    let eye = DVec3::new(1.0, 1.2, 4.4);
+    let forward = (DVec3::new(0.3, 1.05, 0.0) - eye).normalize();
+    let up = forward.cross(DVec3::Y).cross(forward).normalize();
+    let view = View { eye, forward, up, ..View::framing(scene.bounds(None)) };
+    let stop = Stop::Noise(0.03);
+    let options = Options { width: size, height: size, depth: Depth::Full, stop, seed: 0, occlusion: false };
+    (view, film(scene, &view, &options).layers(&LAYERS))
+}
+
 #[test]
 fn all_bounces_come_near_the_truth_beside_thin_walls() {
     const SIZE: u32 = 96;
     let context = gpu::context();
     let scene = two_rooms(0.03); // a fifth of a voxel at 32
-    let eye = DVec3::new(1.0, 1.2, 4.4);
-    let forward = (DVec3::new(0.3, 1.05, 0.0) - eye).normalize();
-    let up = forward.cross(DVec3::Y).cross(forward).normalize();
-    let view = View { eye, forward, up, ..View::framing(scene.bounds(None)) };
-    let options =
-        Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Noise(0.03), seed: 0, occlusion: false };
-    let truth = film(&scene, &view, &options).layers(&LAYERS);
+    let (view, truth) = into_both_rooms(&scene, SIZE);
     let error = |base: Settings, changes: &[&str]| {
         let settings = gpu::with(gpu::with(base, &["voxels=32", "bounces=all"]), changes);
         indirect(&gpu::render_layers(&context, &scene, &settings, SIZE, view, LAYERS.to_vec()).read(), &truth)
@@ -328,4 +333,35 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
     let accurate = |passes: &str| error(Settings::accurate(), &[passes, "rays.bounce=1"]).1;
     let [settled, mean] = ["rays.passes=0", "rays.passes=16"].map(accurate);
     assert!(mean < 0.85 * settled, "{mean} after {settled}");
+}
+
+#[test]
+fn passes_over_the_image_come_nearer_to_the_truth_and_say_how_near() {
+    const SIZE: u32 = 48;
+    let scene = two_rooms(0.03);
+    let (view, truth) = into_both_rooms(&scene, SIZE);
+    let base = ["voxels=32", "bounces=all", "image.gather_resolution=full"];
+    let settings = gpu::with(Settings::fast(), &base);
+    let (context, pose) = (gpu::context(), scene.pose(None, 0.0));
+    let options = RenderOptions { aovs: LAYERS.to_vec(), ..RenderOptions::new((SIZE, SIZE), scene.bounds(None)) };
+    let mut renderer = Renderer::new(&context, scene, &pose, settings.clone(), options).expect("it fits");
+    let mut passes = |count: u32| {
+        let settings = gpu::with(settings.clone(), &[&format!("image.passes={count}")]);
+        renderer.change(settings, (SIZE, SIZE)).expect("other settings");
+        let noise = renderer.render(&pose, &view).expect("a frame").noise;
+        (renderer.read(), noise)
+    };
+    let ((one, none), (few, said), (many, _)) = (passes(1), passes(8), passes(128));
+    assert_eq!(none, None);
+    let [one_rel, few_rel, many_rel] = [&one, &few, &many].map(|image| indirect(image, &truth).1);
+    println!("one {one_rel}, few {few_rel}, many {many_rel}");
+    assert!(few_rel < 0.8 * one_rel && many_rel < few_rel, "{one_rel}, {few_rel}, {many_rel}");
+    // What it says of itself against what 128 passes show, in which the first 8 are a sixteenth.
+    let pixels = many.beauty().iter().zip(few.beauty()).map(|(many, few)| {
+        let [many, few] = [many, few].map(|p| DVec3::from(p.map(f64::from)));
+        (many, few - many)
+    });
+    let (off, said) = (relative_noise(pixels), said.expect("eight passes"));
+    println!("off {off}, said {said}");
+    assert!((0.6..1.6).contains(&(said / off)), "{said} said, {off} off");
 }

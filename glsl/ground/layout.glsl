@@ -166,6 +166,6 @@ struct Frame {
     uint sky_levels; // means over cones that follow the map
     float sky_octaves; // how often the last of them is halved until cones are as narrow as texels
     float sky_turn; // of a whole turn, counter-clockwise from above
-    uint image_pass; // which of the passes over the image whose mean is shown
-    vec2 ndc_shift; // how far that pass moves the image
+    vec2 image_shift; // what the random numbers of the image's places are moved by in this pass over it
+    vec2 ndc_shift; // how far this pass moves the image
 };

@@ -11,11 +11,10 @@ uvec4 place_seed(vec3 position) {
 // The R2 sequence over passes (Roberts, 2018); 0 in the first.
 vec2 pass_shift() {
 #ifdef LIGHTS_ITEMS
-    uint pass = frame.light_pass;
+    return fract(float(frame.light_pass) * vec2(0.7548776662, 0.5698402909));
 #else
-    uint pass = frame.image_pass;
+    return frame.image_shift;
 #endif
-    return fract(float(pass) * vec2(0.7548776662, 0.5698402909));
 }
 
 vec2 place_random(vec3 position) {

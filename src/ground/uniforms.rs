@@ -33,7 +33,8 @@ pub struct FrameUniforms<'a> {
 impl FrameUniforms<'_> {
     /// As the shaders read it.
     pub fn layout(&self) -> layout::Frame {
-        let ndc_shift = ndc_shift(self.image_pass, self.size, self.samples);
+        let image_shift = image_shift(self.image_pass);
+        let ndc_shift = ndc_shift(image_shift, self.size, self.samples);
         let camera = CameraInVoxels::new(self.view, self.grid, self.size, ndc_shift);
         let map = self.scene.sky_map.as_deref();
         layout::Frame {
@@ -62,16 +63,22 @@ impl FrameUniforms<'_> {
             sky_levels: map.map_or(0, |map| map.levels as u32),
             sky_octaves: map.map_or(1.0, |map| map.octaves()),
             sky_turn: self.scene.sky_turn,
-            image_pass: self.image_pass,
+            image_shift: image_shift.as_vec2().into(),
             ndc_shift: ndc_shift.as_vec2().into(),
         }
     }
 }
 
-/// How far a pass over the image moves it, within the part of a pixel that each sample stands for: the R2 sequence (Roberts, 2018).
-/// The first pass, or the only one, does not.
-fn ndc_shift(image_pass: u32, size: (u32, u32), samples: u32) -> DVec2 {
-    let place = (DVec2::splat(0.5) + f64::from(image_pass) * DVec2::new(0.7548776662, 0.5698402909)).fract() - 0.5;
+/// What a pass over the image moves random numbers by, in [0, 1)²; the first one by nothing. Even and odd passes are two R2 sequences
+/// (Roberts, 2018), of which the second starts anywhere: each half is spread evenly, and their difference tells how far off both are.
+fn image_shift(image_pass: u32) -> DVec2 {
+    let start = DVec2::new(0.2360679775, 0.6457513111) * f64::from(image_pass % 2);
+    (start + f64::from(image_pass / 2) * DVec2::new(0.7548776662, 0.5698402909)).fract()
+}
+
+/// How far that moves the image: within the part of a pixel that each sample stands for.
+fn ndc_shift(image_shift: DVec2, size: (u32, u32), samples: u32) -> DVec2 {
+    let place = (image_shift + 0.5).fract() - 0.5;
     place * 2.0 / (DVec2::new(size.0.into(), size.1.into()) * f64::from(samples))
 }
 

@@ -111,7 +111,19 @@ impl Renderer {
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let (pace, context) = (Pace::new(context.is_cpu, options.watch.clone()), context.clone());
-        Ok(Self { context, scene, settings, options, frame, readback, mean: None, fixed_plan, memory_limit, log: None, pace })
+        Ok(Self {
+            context,
+            scene,
+            settings,
+            options,
+            frame,
+            readback,
+            mean: None,
+            fixed_plan,
+            memory_limit,
+            log: None,
+            pace,
+        })
     }
 
     /// Changes to other settings and another size; only what depends on them is remade.

@@ -22,13 +22,26 @@ int wrap_texel(int i, int size, uint mode) {
     return clamp(i, 0, size - 1);
 }
 
-// The level at which the longer axis of the footprint is one texel.
-float footprint_level(TextureSlot slot, mat2 footprint) {
+const float MOST_PROBES = 8.0; // along a long footprint
+// Levels finer than a texel per probe: two filtered levels are wider than a pixel. On a textured atrium's base colour, mean |error|
+// against the path tracer's is .054, .045, .042 at 0, −½, −1, of the whole image .080, .073, .075.
+const float FINER = 0.5;
+
+// Where a footprint is sampled: as many probes along its longer axis as it is longer than the other one.
+struct Probes {
+    uint count;
+    vec2 axis; // of uv, the whole way from end to end
+    float level; // at which a probe is as wide as a texel
+};
+
+Probes probes_over(TextureSlot slot, mat2 footprint) {
     TextureLevel base = texture_levels[slot.first_level];
     vec2 size = vec2(base.width, base.height);
-    vec2 x = footprint[0] * size;
-    vec2 y = footprint[1] * size;
-    return 0.5 * log2(max(max(dot(x, x), dot(y, y)), 1e-20));
+    float x = length(footprint[0] * size);
+    float y = length(footprint[1] * size);
+    float longer = max(x, y);
+    float count = clamp(ceil(longer / max(min(x, y), 1.0)), 1.0, MOST_PROBES);
+    return Probes(uint(count), x < y ? footprint[1] : footprint[0], log2(max(max(longer / count, min(x, y)), 1e-10)) - FINER);
 }
 
 // Every tap of every level in one loop: lavapipe runs all code of a shader, whatever its branches, and a loop's body once is
@@ -36,7 +49,8 @@ float footprint_level(TextureSlot slot, mat2 footprint) {
 vec4 sample_texture(TextureSlot slot, vec2 uv, mat2 footprint, bool srgb) {
     COUNT(TEXTURE_RECORDS, 1u);
     uint mip = (slot.flags >> 6) & 3u;
-    float level = footprint_level(slot, footprint);
+    Probes probes = probes_over(slot, footprint);
+    float level = probes.level;
     bool linear = (slot.flags & (level <= 0.0 ? 16u : 32u)) != 0u;
     level = mip == 0u ? 0.0 : clamp(level, 0.0, float(slot.level_count - 1u));
     level = mip == 1u ? floor(level + 0.5) : level;
@@ -45,12 +59,14 @@ vec4 sample_texture(TextureSlot slot, vec2 uv, mat2 footprint, bool srgb) {
     uint taps_per_level = linear ? 4u : 1u;
     uint taps = coarser > 0.0 ? 2u * taps_per_level : taps_per_level;
     vec4 sum = vec4(0.0);
-    for (uint tap = 0u; tap < taps; tap++) {
+    for (uint k = 0u; k < probes.count * taps; k++) {
+        uint tap = k % taps;
         bool second = tap >= taps_per_level;
         COUNT(TEXTURE_RECORDS, 1u);
         COUNT(ATLAS_TEXELS, 1u);
         TextureLevel texels = texture_levels[slot.first_level + fine + (second ? 1u : 0u)];
-        vec2 at = uv * vec2(texels.width, texels.height) - (linear ? 0.5 : 0.0);
+        vec2 probe = uv + probes.axis * ((float(k / taps) + 0.5) / float(probes.count) - 0.5);
+        vec2 at = probe * vec2(texels.width, texels.height) - (linear ? 0.5 : 0.0);
         ivec2 corner = ivec2(floor(at));
         bvec2 far = bvec2(linear && (tap & 1u) != 0u, linear && (tap & 2u) != 0u);
         vec2 f = linear ? at - vec2(corner) : vec2(0.0);
@@ -61,5 +77,5 @@ vec4 sample_texture(TextureSlot slot, vec2 uv, mat2 footprint, bool srgb) {
         vec4 value = srgb ? texelFetch(atlas_srgb, place, 0) : texelFetch(atlas_linear, place, 0);
         sum += share.x * share.y * (second ? coarser : 1.0 - coarser) * value;
     }
-    return sum;
+    return sum / float(probes.count);
 }

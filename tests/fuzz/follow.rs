@@ -76,7 +76,19 @@ fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
     uniforms::lights(scene, pose, &grid);
     let scale = radiance_scale(scene, grid.voxel_m, settings.bounces);
     let (size, lamps) = ((4, 4), (0, false));
-    FrameUniforms { scene, view, grid: &grid, scale, size, samples: 1, frame_index: 0, lamps, light_pass: 0, image_pass: 0 }.layout();
+    FrameUniforms {
+        scene,
+        view,
+        grid: &grid,
+        scale,
+        size,
+        samples: 1,
+        frame_index: 0,
+        lamps,
+        light_pass: 0,
+        image_pass: 0,
+    }
+    .layout();
 }
 
 /// An image of 4 × 4 pixels by the path tracer, and the file of it.

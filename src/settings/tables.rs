@@ -41,7 +41,7 @@ table! {
         lamp_points: u32 = 8, in "points", Range::Whole(1, 256);
         "points on lamps per pixel; noise only in penumbrae, and where there are more lamps than points";
         "a ray each";
-        voxel_lamp_points: u32 = 4, in "points", Range::Whole(1, 256);
+        voxel_lamp_points: u32 = 4, in "points" rare, Range::Whole(1, 256);
         "points on lamps per voxel side";
         "a ray each";
     }

@@ -29,13 +29,17 @@ void add_segment(inout Clipped sum, vec3 p, vec3 d, vec2 range) {
     }
 }
 
-void add_edge(inout Clipped sum, vec3 p, vec3 q) {
-    vec3 d = q - p;
+// The part of the edge p + t·d that is inside; empty where x ≥ y.
+vec2 edge_range(vec3 p, vec3 d) {
     vec2 range = vec2(0.0, 1.0);
     clip_slab(p.x, d.x, true, range);
     clip_slab(p.y, d.y, true, range);
     clip_slab(p.z, d.z, true, range);
-    add_segment(sum, p, d, range);
+    return range;
+}
+
+void add_edge(inout Clipped sum, vec3 p, vec3 q) {
+    add_segment(sum, p, q - p, edge_range(p, q - p));
 }
 
 // Where the edge p q crosses a face's plane; `dp`, `dq`: distances, ≥ 0 inside. The chord runs from where the triangle's
@@ -56,23 +60,46 @@ bool lies_across(vec3 a, vec3 b, vec3 c, int axis) {
     return a[axis] == b[axis] && b[axis] == c[axis];
 }
 
-// The chord on the face where `axis`'s coordinate is `side` · ½.
-void add_chord(inout Clipped sum, vec3 a, vec3 b, vec3 c, int axis, float side) {
+// The chord on the face where `axis`'s coordinate is `side` · ½: leaves + t·d, and the part of it that is inside.
+vec2 chord_range(vec3 a, vec3 b, vec3 c, int axis, float side, out vec3 leaves, out vec3 d) {
     vec3 distance = 0.5 - side * vec3(a[axis], b[axis], c[axis]);
-    vec3 leaves = vec3(0.0);
+    leaves = vec3(0.0);
     vec3 enters = vec3(0.0);
     bool crosses = false;
     cross_face(a, b, distance.x, distance.y, leaves, enters, crosses);
     cross_face(b, c, distance.y, distance.z, leaves, enters, crosses);
     cross_face(c, a, distance.z, distance.x, leaves, enters, crosses);
-    vec3 d = enters - leaves;
+    d = enters - leaves;
     vec2 range = vec2(0.0, crosses ? 1.0 : 0.0);
     // A chord along an edge of the cube counts for one of the two faces: the one that the triangle does not lie in.
     int u = (axis + 1) % 3;
     int v = (axis + 2) % 3;
     clip_slab(leaves[u], d[u], axis < u || lies_across(a, b, c, u), range);
     clip_slab(leaves[v], d[v], axis < v || lies_across(a, b, c, v), range);
+    return range;
+}
+
+void add_chord(inout Clipped sum, vec3 a, vec3 b, vec3 c, int axis, float side) {
+    vec3 leaves;
+    vec3 d;
+    vec2 range = chord_range(a, b, c, axis, side, leaves, d);
     add_segment(sum, leaves, d, range);
+}
+
+const int PART_CORNERS = 9; // as many as there are segments: each begins at a corner
+
+// Corner k of the part of the triangle inside the unit cube about the origin; false: that segment has none.
+bool part_corner(int k, vec3 a, vec3 b, vec3 c, out vec3 corner) {
+    vec3 from = k == 0 ? a : k == 1 ? b : c;
+    vec3 d = (k == 0 ? b : k == 1 ? c : a) - from;
+    vec2 range;
+    if (k < 3) {
+        range = edge_range(from, d);
+    } else {
+        range = chord_range(a, b, c, (k - 3) / 2, (k & 1) == 1 ? 1.0 : -1.0, from, d);
+    }
+    corner = from + range.x * d;
+    return range.x < range.y;
 }
 
 // Area (voxel²) and middle of the part of the triangle inside the unit cube about `center`.

@@ -13,8 +13,13 @@
 #include "ground/on_plane.glsl"
 
 const int ROW = 4;
-const int CANDIDATES = ROW * ROW; // points of a part, evenly over its voxel,
-const float APART = 0.3; // voxels between them: close to the voxel's border, where what is cut off may be narrow
+const int GRID = ROW * ROW; // points of a part, evenly over its voxel,
+const float APART = 0.3; // voxels between them
+// And the part's corners, a little within it: a straight cut leaves a corner on either side, however narrow what it cuts off is.
+const int CANDIDATES = GRID + PART_CORNERS;
+const float TO_CORNER = 0.98; // of the way from the part's middle
+
+vec2 candidates_at[CANDIDATES]; // voxels from the voxel's middle along the two axes after the dominant one
 
 layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
@@ -33,12 +38,26 @@ struct Part {
     bool two_sided;
 };
 
-vec2 candidate_at(int k) {
-    return APART * (vec2(k % ROW, k / ROW) - 0.5 * float(ROW - 1));
+vec3 candidate(Part part, int k) {
+    return on_plane(part.a, part.n, part.center, candidates_at[k]);
 }
 
-vec3 candidate(Part part, int k) {
-    return on_plane(part.a, part.n, part.center, candidate_at(k));
+// Where the candidates are; a bit each for those within the part.
+uint place_candidates(Part part, vec3 middle) {
+    int axis = int(dominant_axis(part.n));
+    uint inside = 0u;
+    for (int k = 0; k < GRID; k++) {
+        candidates_at[k] = APART * (vec2(k % ROW, k / ROW) - 0.5 * float(ROW - 1));
+        inside |= in_part(part.a, part.b, part.c, part.n, part.center, candidate(part, k)) ? 1u << k : 0u;
+    }
+    for (int k = GRID; k < CANDIDATES; k++) {
+        vec3 corner;
+        bool any = part_corner(k - GRID, part.a - part.center, part.b - part.center, part.c - part.center, corner);
+        vec3 at = mix(middle - part.center, corner, TO_CORNER);
+        candidates_at[k] = vec2(at[(axis + 1) % 3], at[(axis + 2) % 3]);
+        inside |= any ? 1u << k : 0u;
+    }
+    return inside;
 }
 
 // Which of the candidates, a bit each, cannot be seen from a point of the part. Their offset from it is the side's that is lit.
@@ -88,11 +107,7 @@ int farthest(Part part, vec3 from, uint points) {
 }
 
 void split(Part part, vec3 middle) {
-    uint inside = 0u;
-    for (int k = 0; k < CANDIDATES; k++) {
-        vec3 p = candidate(part, k);
-        inside |= in_part(part.a, part.b, part.c, part.n, part.center, p) ? 1u << k : 0u;
-    }
+    uint inside = place_candidates(part, middle);
     uint hidden = hidden_from(part, middle, inside);
     if (hidden == 0u) {
         return;
@@ -103,7 +118,7 @@ void split(Part part, vec3 middle) {
     int axis = int(dominant_axis(part.n));
     vec3 off = middle - part.center;
     vec2 here = beyond == 0u ? vec2(off[(axis + 1) % 3], off[(axis + 2) % 3])
-                             : candidate_at(farthest(part, candidate(part, there), beyond));
+                             : candidates_at[farthest(part, candidate(part, there), beyond)];
     uint twin = atomicAdd(globals.item_count, 1u);
     if (twin >= uint(list_items.length())) {
         atomicAdd(globals.item_overflow, 1u);
@@ -112,7 +127,7 @@ void split(Part part, vec3 middle) {
     ItemPart own = item_parts[part.item];
     item_parts[part.item].twin = twin + 1u;
     item_parts[part.item].anchor = packUnorm2x16(here + 0.5);
-    item_parts[twin] = ItemPart(part.item, own.area, own.source, 0u, twin + 1u, packUnorm2x16(candidate_at(there) + 0.5));
+    item_parts[twin] = ItemPart(part.item, own.area, own.source, 0u, twin + 1u, packUnorm2x16(candidates_at[there] + 0.5));
     list_items[twin] = ListItem(list_items[part.item].triangle, 0u, part.voxel);
     lit_items[take_place(LIT_COUNTS)] = twin;
 }

@@ -35,7 +35,7 @@ impl Stage {
         self.scene.pose(None, 0.0)
     }
 
-    fn bounds(&self, center: DVec3) -> Bounds {
+    pub fn bounds(&self, center: DVec3) -> Bounds {
         Bounds { min: center - self.reach, max: center + self.reach }
     }
 }

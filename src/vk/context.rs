@@ -39,6 +39,9 @@ pub struct Context {
     pub limits: vk::PhysicalDeviceLimits,
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](super::RasterDesc) can be asked for.
     pub conservative_rasterization: bool,
+    /// `VK_EXT_post_depth_coverage` is enabled. Without it direct light at an edge is a mean that takes in samples of the surface
+    /// which a nearer one hides.
+    pub(super) post_depth_coverage: bool,
     pub(super) max_push_descriptors: u32,
     pub(super) max_allocation_bytes: u64,
     pub(super) allocated: AtomicU64,
@@ -72,6 +75,7 @@ pub(super) struct Parts {
     pub(super) device: ash::Device,
     pub(super) capabilities: Capabilities,
     pub(super) conservative_rasterization: bool,
+    pub(super) post_depth_coverage: bool,
     pub(super) queue: Option<Arc<Mutex<vk::Queue>>>,
     pub(super) queue_family: u32,
     /// `None`: one is made.
@@ -112,6 +116,7 @@ impl Context {
             pipeline_cache: PipelineCache::open(&device, &capabilities),
             device,
             conservative_rasterization: capabilities.has_extension(ash::ext::conservative_rasterization::NAME),
+            post_depth_coverage: capabilities.has_extension(ash::ext::post_depth_coverage::NAME),
             capabilities,
             counting,
         })
@@ -147,6 +152,7 @@ impl Context {
             is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
             limits: capabilities.properties.limits,
             conservative_rasterization: parts.conservative_rasterization,
+            post_depth_coverage: parts.post_depth_coverage,
             max_push_descriptors: capabilities.max_push_descriptors,
             max_allocation_bytes: capabilities.max_allocation_bytes,
             allocated: AtomicU64::new(0),

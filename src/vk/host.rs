@@ -31,6 +31,7 @@ pub struct HostDevice<'a> {
     /// Those enabled. With `VK_EXT_debug_utils` among them, objects and passes have names in messages and captures.
     pub instance_extensions: &'a [&'a CStr],
     /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs `VK_EXT_conservative_rasterization`.
+    /// With `VK_EXT_post_depth_coverage` direct light at edges leaves out samples that a nearer surface hides.
     pub device_extensions: &'a [&'a CStr],
     /// Those enabled: at least [`required_features`].
     pub features: Features,
@@ -57,6 +58,7 @@ impl Context {
             physical: host.physical_device,
             device: host.device,
             conservative_rasterization: host.device_extensions.contains(&ash::ext::conservative_rasterization::NAME),
+            post_depth_coverage: host.device_extensions.contains(&ash::ext::post_depth_coverage::NAME),
             capabilities,
             queue: host.queue,
             queue_family: host.queue_family,

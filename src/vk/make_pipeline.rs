@@ -22,6 +22,7 @@ pub(super) struct Making {
     /// In pipeline order, with their words.
     stages: Vec<(vk::ShaderStageFlags, &'static [u32])>,
     constants: Vec<(u32, u32)>,
+    post_depth_coverage: bool,
     /// Of a raster pipeline.
     raster: Option<RasterState>,
 }
@@ -90,13 +91,14 @@ impl Making {
             label: raw.label.clone(),
             stages: flags.zip(shaders.iter().map(|name| shader::spirv(name))).collect(),
             constants: constants.to_vec(),
+            post_depth_coverage: context.post_depth_coverage,
             raster,
         }
     }
 
     /// Compiles it: this is what takes long.
     pub(super) fn make(&self) -> Made {
-        let words = self.stages.iter().map(|(_, words)| specialize(words, &self.constants));
+        let words = self.stages.iter().map(|(_, words)| specialize(words, &self.constants, self.post_depth_coverage));
         let modules = Modules::new(&self.device, words)?;
         let flags = self.stages.iter().map(|(flag, _)| *flag).enumerate();
         let stages: Vec<_> = flags.map(|(index, flag)| modules.stage(index, flag)).collect();

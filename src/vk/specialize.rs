@@ -5,15 +5,19 @@
 use super::used::keep_used;
 use rspirv::binary::Assemble;
 use rspirv::dr::{Block, Function, Instruction, Module, Operand, load_words};
-use rspirv::spirv::{Decoration, Op, Word};
+use rspirv::spirv::{Capability, Decoration, ExecutionMode, Op, Word};
 use std::collections::{HashMap, HashSet};
 
 /// Values of scalars that are integers of 32 bits or booleans (0, 1), by their ids.
 type Known = HashMap<Word, u32>;
 
-/// The module `words`, valid SPIR-V from the build, with `constants` (id and value) set and all others at their defaults.
-pub(super) fn specialize(words: &[u32], constants: &[(u32, u32)]) -> Vec<u32> {
+/// The module `words`, valid SPIR-V from the build, with `constants` (id and value) set and all others at their defaults. Where a
+/// device cannot say which samples are left after the depth test, `post_depth_coverage` is false, and shaders do not ask.
+pub(super) fn specialize(words: &[u32], constants: &[(u32, u32)], post_depth_coverage: bool) -> Vec<u32> {
     let mut module = load_words(words).expect("the build writes SPIR-V");
+    if !post_depth_coverage {
+        ask_before_depth(&mut module);
+    }
     let scalars = scalar_types(&module);
     let known = set_constants(&mut module, &scalars, constants);
     let mut results = Known::new();
@@ -27,6 +31,15 @@ pub(super) fn specialize(words: &[u32], constants: &[(u32, u32)]) -> Vec<u32> {
     }
     keep_used(&mut module);
     module.assemble()
+}
+
+/// Takes `PostDepthCoverage` out of a module; early tests, which it implies, are named by themselves.
+fn ask_before_depth(module: &mut Module) {
+    let capability = Operand::Capability(Capability::SampleMaskPostDepthCoverage);
+    let mode = Operand::ExecutionMode(ExecutionMode::PostDepthCoverage);
+    module.capabilities.retain(|i| !i.operands.contains(&capability));
+    module.execution_modes.retain(|i| !i.operands.contains(&mode));
+    module.extensions.retain(|i| i.operands != [Operand::LiteralString("SPV_KHR_post_depth_coverage".into())]);
 }
 
 fn scalar_types(module: &Module) -> HashSet<Word> {
@@ -338,19 +351,31 @@ mod tests {
     fn every_shader_stays_whole_whatever_is_cut() {
         for name in shader::names() {
             for features in [0, 0x5555_5555] {
-                let words = specialize(shader::spirv(name), &[(FEATURES, features)]);
+                let words = specialize(shader::spirv(name), &[(FEATURES, features)], true);
                 let module = load_words(&words).unwrap();
                 assert_eq!(undefined(&module), [0; 0], "{name} with {features:#x}");
                 assert!(module.types_global_values.iter().all(|i| i.class.opcode != Op::SpecConstant), "{name}");
-                assert_eq!(specialize(&words, &[]).len(), words.len(), "{name}: nothing is left to cut");
+                assert_eq!(specialize(&words, &[], true).len(), words.len(), "{name}: nothing is left to cut");
             }
         }
     }
 
     #[test]
+    fn a_device_without_post_depth_coverage_gets_shaders_that_do_not_ask() {
+        let asks = |post_depth_coverage| {
+            let words = specialize(shader::spirv("ground/image/image.frag rays"), &[], post_depth_coverage);
+            let module = load_words(&words).unwrap();
+            let early = Operand::ExecutionMode(ExecutionMode::EarlyFragmentTests);
+            assert!(module.execution_modes.iter().any(|i| i.operands.contains(&early)));
+            format!("{module:?}").contains("PostDepthCoverage")
+        };
+        assert!(asks(true) && !asks(false));
+    }
+
+    #[test]
     fn what_no_feature_asks_for_is_gone() {
         let functions = |features| {
-            let words = specialize(shader::spirv("ground/image/image.frag rays"), &[(FEATURES, features)]);
+            let words = specialize(shader::spirv("ground/image/image.frag rays"), &[(FEATURES, features)], true);
             load_words(&words).unwrap().functions.len()
         };
         assert!(functions(0) + 20 < functions(!0), "{} of {} functions are left", functions(0), functions(!0));

@@ -9,6 +9,8 @@ use super::voxelise::Polygon;
 const ABOVE: f64 = 1e-3;
 /// Points tried in a row.
 const ROW: u32 = 4;
+/// How far towards the part's corners, from its middle, others are tried.
+const TO_CORNER: f64 = 0.98;
 
 /// Whether the segment from `from` to `to` meets a triangle (a hair of tolerance at its edges, as the shader has).
 pub fn meets(from: DVec3, to: DVec3, &[a, b, c]: &[DVec3; 3]) -> bool {
@@ -61,7 +63,8 @@ impl Part<'_> {
     /// Whether some of the points tried cannot be seen from the part's middle.
     pub fn is_cut(&self) -> bool {
         let [a, b, c] = self.corners;
-        let middle = Polygon::clipped(&self.corners, self.center - 0.5, self.center + 0.5).centroid();
+        let part = Polygon::clipped(&self.corners, self.center - 0.5, self.center + 0.5);
+        let middle = part.centroid();
         let n = self.normal();
         let inside = |p: DVec3| {
             let edges = [(a, b), (b, c), (c, a)];
@@ -70,6 +73,7 @@ impl Part<'_> {
         };
         let along = |k: u32| 0.3 * (f64::from(k) - 1.5);
         let tried = (0..ROW * ROW).map(|k| self.on_plane([along(k % ROW), along(k / ROW)]));
-        tried.filter(|p| inside(*p)).any(|p| !self.sees(middle, p))
+        let near_corners = part.corners.iter().map(|corner| middle.lerp(*corner, TO_CORNER));
+        tried.filter(|p| inside(*p)).chain(near_corners).any(|p| !self.sees(middle, p))
     }
 }

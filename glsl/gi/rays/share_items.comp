@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // What others see of each lit item: the mean of what it and its neighbours on the same surface send, since each looks along
-// other directions. Where a voxel lists anything else beside, nothing is shared with it: the surface may end there at a wall,
-// and no light may pass that. A thread per lit item.
+// other directions. Where a voxel lists anything else beside, nothing is shared with it or across it: the surface may end there at
+// a wall, and no light may pass that. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"
@@ -41,6 +41,32 @@ Plane plane_of(uint item) {
     return Plane(unit, dot(unit, a), facing_cell(n), triangles[triangle].material);
 }
 
+// Whether the voxel lists one surface alone, or nothing.
+bool undivided(ivec3 voxel) {
+    uint head = heads[head_index(clamp(voxel, ivec3(0), ivec3(int(EDGE) - 1)))];
+    COUNT(HEADS, 1u);
+    COUNT(WORDS, 1u);
+    return head == 0u || item_parts[item_parts[head - 1u].lit_by].alone != 0u;
+}
+
+// Whether that holds for every voxel on the way from one point to another, a voxel away along two axes: a slanting plane passes
+// through others between.
+bool undivided_between(vec3 from, vec3 to) {
+    vec3 d = to - from;
+    ivec3 voxel = ivec3(floor(from));
+    ivec3 last = ivec3(floor(to));
+    ivec3 way = ivec3(sign(d));
+    vec3 next = mix((vec3(voxel) + max(sign(d), 0.0) - from) / d, vec3(1e30), equal(d, vec3(0.0))); // where each axis crosses
+    bool free = true;
+    for (uint i = 0u; i < 4u && free && voxel != last; i++) {
+        free = undivided(voxel);
+        bvec3 crossed = lessThanEqual(next, vec3(min(next.x, min(next.y, next.z)) + 1e-5)); // more than one at an edge
+        voxel += ivec3(crossed) * way;
+        next += mix(vec3(0.0), 1.0 / abs(d), crossed);
+    }
+    return free;
+}
+
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
@@ -53,6 +79,8 @@ void main() {
         Plane own = plane_of(item);
         int axis = int(dominant_axis(own.normal));
         vec3 center = vec3(cell_at(list_items[item].voxel, EDGE)) + 0.5;
+        vec3 here = center;
+        here[axis] += (own.offset - dot(own.normal, here)) / own.normal[axis];
         bool shares = item_parts[item].alone != 0u && total > 0.0;
         for (int k = 0; k < (shares ? 9 : 0); k++) {
             vec3 there = center;
@@ -69,7 +97,9 @@ void main() {
                 Plane other = plane_of(neighbour);
                 vec3 middle = vec3(voxel) + 0.5;
                 float apart = abs(dot(own.normal, middle) - own.offset - dot(other.normal, middle) + other.offset);
-                if (other.facing == own.facing && other.material == own.material && apart < SAME_PLANE) {
+                bool level = ivec3(floor(here))[axis] == voxel[axis]; // nothing lies between
+                bool same = other.facing == own.facing && other.material == own.material && apart < SAME_PLANE;
+                if (same && (level || undivided_between(here, there))) {
                     COUNT(WORDS, 8u);
                     ItemLight light = item_lights[neighbour];
                     sum.front += light.area * light.front;

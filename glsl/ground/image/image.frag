@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_post_depth_coverage : require
 //! per method
 //! with GATHERED except none
 //! with AOVS
@@ -21,6 +22,7 @@ layout(push_constant) uniform Push {
 #include "ground/image/mask.glsl"
 
 layout(early_fragment_tests) in; // depth is there already
+layout(post_depth_coverage) in; // a sample that a nearer surface hides may lie beyond a wall; left out where a device lacks it
 
 layout(location = 0) in vec3 in_weights;
 layout(location = 1) centroid in vec3 in_centroid_weights;

@@ -97,7 +97,8 @@ void main() {
                 Plane other = plane_of(neighbour);
                 vec3 middle = vec3(voxel) + 0.5;
                 float apart = abs(dot(own.normal, middle) - own.offset - dot(other.normal, middle) + other.offset);
-                bool level = ivec3(floor(here))[axis] == voxel[axis]; // nothing lies between
+                float height = floor(here[axis]);
+                bool level = height == floor(center[axis]) && height == float(voxel[axis]); // nothing lies between
                 bool same = other.facing == own.facing && other.material == own.material && apart < SAME_PLANE;
                 if (same && (level || undivided_between(here, there))) {
                     COUNT(WORDS, 8u);

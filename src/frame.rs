@@ -76,6 +76,13 @@ pub struct Seen<'a> {
     pub image: Option<u32>,
 }
 
+impl<'a> Seen<'a> {
+    /// An image of one pass.
+    pub fn new(scene: &'a Scene, pose: &'a Pose, view: &'a View) -> Self {
+        Self { scene, pose, view, image: Some(0) }
+    }
+}
+
 /// The GPU's counters after a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counters {

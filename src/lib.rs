@@ -6,6 +6,7 @@ pub mod error;
 pub mod frame;
 pub mod gi;
 pub mod ground;
+pub mod host;
 pub mod layers;
 pub mod measure;
 pub mod memory;
@@ -18,5 +19,8 @@ pub mod scene;
 pub mod settings;
 pub mod stability;
 pub mod vk;
+
+/// The crates whose types a host hands over.
+pub use {ash, glam, gpu_allocator};
 
 pub use error::{Error, Result};

@@ -105,9 +105,12 @@ impl Renderer {
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
         let memory_limit = memory_limit(context, options.memory_limit);
         // Before anything is uploaded: what is too large is refused at once.
-        check_memory((context, &memory_limit), (&scene, settings.voxels), &fixed_plan, &|voxels| {
-            first_plan(&desc, &packed.trees, voxels)
-        })?;
+        check_memory(
+            (context, &memory_limit),
+            (scene.triangle_count() as u64, settings.voxels),
+            &fixed_plan,
+            &|voxels| first_plan(&desc, &packed.trees, voxels),
+        )?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let (pace, context) = (Pace::new(context.is_cpu, options.watch.clone()), context.clone());
@@ -136,9 +139,12 @@ impl Renderer {
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
-        check_memory((&self.context, &self.memory_limit), (&self.scene, settings.voxels), &fixed_plan, &|voxels| {
-            first_plan(&desc, &self.frame.ground.scene.trees, voxels)
-        })?;
+        check_memory(
+            (&self.context, &self.memory_limit),
+            (self.scene.triangle_count() as u64, settings.voxels),
+            &fixed_plan,
+            &|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels),
+        )?;
         self.frame.change(&self.context, &desc)?;
         self.pace = Pace::new(self.context.is_cpu, options.watch.clone());
         if size != self.options.size {
@@ -243,7 +249,7 @@ impl Renderer {
                 let plan = |voxels| self.frame.plan(&counts, voxels);
                 check_memory(
                     (&self.context, &self.memory_limit),
-                    (&self.scene, self.settings.voxels),
+                    (self.scene.triangle_count() as u64, self.settings.voxels),
                     &self.fixed_plan,
                     &plan,
                 )?;
@@ -374,9 +380,9 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -
 }
 
 /// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit or what the device binds at once.
-fn check_memory(
+pub(crate) fn check_memory(
     (context, limit): (&Context, &Limit),
-    (scene, voxels): (&Scene, u32),
+    (triangles, voxels): (u64, u32),
     fixed: &[MemoryRow],
     plan: &dyn Fn(u32) -> Vec<MemoryRow>,
 ) -> Result<()> {
@@ -384,5 +390,5 @@ fn check_memory(
     memory_plan::check(voxels, limit, rows_at)?;
     let words = format!("the largest buffer that {} binds", context.name);
     let largest = Limit { bytes: context.limits.max_storage_buffer_range.into(), words };
-    memory_plan::check_buffers(&rows_at(voxels), scene.triangle_count() as u64, &largest)
+    memory_plan::check_buffers(&rows_at(voxels), triangles, &largest)
 }

@@ -56,9 +56,9 @@ pub struct Context {
     pub(super) functions: Functions,
     pub(super) labels: Labels,
     capabilities: Capabilities,
-    physical: vk::PhysicalDevice,
+    pub(super) physical: vk::PhysicalDevice,
     device: ash::Device,
-    instance: ash::Instance,
+    pub(super) instance: ash::Instance,
     /// The instance, where it and the device were made here: they are destroyed with the context, a host's are not.
     own: Option<Instance>,
 }

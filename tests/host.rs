@@ -1,0 +1,307 @@
+//! The library within a host, by its published names alone: outputs in the host's images, layers, growth, changes, refusals.
+
+mod vk_common;
+
+use std::process::Command;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+use half::f16;
+use twobounce::Error;
+use twobounce::ash::vk;
+use twobounce::host::{
+    Aov, Context, Counters, Growth, HostDevice, HostImage, ImageUse, LayerImage, Output, Prepare, Prepared, Seen,
+};
+use twobounce::output::png::srgb_code;
+use twobounce::renderer::{RenderOptions, Renderer};
+use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
+use twobounce::settings::Settings;
+use vk_common::images::TestImage;
+use vk_common::{Frame, Host};
+
+const SIZE: (u32, u32) = (24, 16);
+
+fn room() -> Scene {
+    let mut scene = Scene::empty("room");
+    let walls = scene.add_material(Material { double_sided: true, ..Material::lambert("walls", Vec3::splat(0.6)) });
+    scene.add_mesh(Mesh::cuboid("walls", walls, Vec3::ZERO, Vec3::splat(4.0), true), DAffine3::IDENTITY);
+    let red = scene.add_material(Material::lambert("box", Vec3::new(0.7, 0.2, 0.1)));
+    scene.add_mesh(Mesh::cuboid("box", red, Vec3::splat(1.0), Vec3::splat(2.2), false), DAffine3::IDENTITY);
+    scene.add_light(LightKind::Point, Vec3::splat(8.0), DAffine3::from_translation(DVec3::new(3.0, 3.0, 3.0)));
+    scene
+}
+
+fn view() -> View {
+    View::look_at(DVec3::new(3.5, 2.0, 3.4), DVec3::splat(1.5), DVec3::Y, 1.2)
+}
+
+fn settings(changes: &[&str]) -> Settings {
+    let mut settings = Settings::fast();
+    ["voxels=16"].iter().chain(changes).for_each(|change| settings.set(change).expect("a setting"));
+    settings
+}
+
+/// A host, what it prepared, and one frame.
+struct Setup {
+    prepared: Prepared,
+    context: Arc<Context>,
+    frame: Frame,
+    scene: Scene,
+    pose: Pose,
+    host: Host,
+}
+
+impl Setup {
+    fn new(scene: Scene, settings: &Settings, layers: &[Aov]) -> Self {
+        let host = Host::new();
+        let context = host.adopt(|_| ()).expect("everything is enabled");
+        let pose = scene.pose(None, 0.0);
+        let prepare = Prepare { layers: layers.to_vec(), ..Prepare::new(SIZE, scene.bounds(None)) };
+        let prepared = Prepared::new(&context, &scene, &pose, settings, &prepare).expect("it fits");
+        Self { prepared, context, frame: Frame::new(&host), scene, pose, host }
+    }
+
+    /// Renders a frame over slot 0, with the host's commands after it, and waits.
+    fn draw(&mut self, outputs: &[Output], after: impl FnOnce(vk::CommandBuffer)) {
+        let (view, taken) = (view(), self.context.allocated_bytes());
+        self.frame.begin();
+        // SAFETY: the frame was waited for, and so is this one.
+        unsafe {
+            self.prepared.record(self.frame.commands, 0, &Seen::new(&self.scene, &self.pose, &view), outputs);
+        }
+        after(self.frame.commands);
+        self.frame.submit(&self.host);
+        assert_eq!(self.context.allocated_bytes(), taken, "a frame takes no memory");
+        self.frame.wait();
+    }
+
+    /// The texels of a layer, as the host copies them.
+    fn texels(&mut self, layer: Aov) -> Vec<[f32; 4]> {
+        let found = self.prepared.layer(layer).expect("prepared");
+        let buffer = TestImage::readback(&self.host, SIZE.0 * SIZE.1 * 16);
+        let device = self.host.device.clone();
+        self.draw(&[], |commands| {
+            buffer.copy(&device, commands, (found.image, vk::ImageLayout::GENERAL), SIZE, (0, 0))
+        });
+        let texels = buffer.read(&self.host);
+        buffer.destroy(&self.host);
+        texels
+    }
+
+    fn close(self) {
+        assert_eq!(self.host.take_messages(), Vec::<String>::new());
+        drop((self.prepared, self.context, self.frame));
+        self.host.close();
+    }
+}
+
+/// What a renderer of its own draws.
+fn rendered(setup: &Setup, settings: &Settings, aovs: &[Aov], size: (u32, u32)) -> twobounce::layers::Layers {
+    let options = RenderOptions { aovs: aovs.to_vec(), ..RenderOptions::new(size, setup.scene.bounds(None)) };
+    let scene = setup.scene.clone();
+    let mut renderer = Renderer::new(&setup.context, scene, &setup.pose, settings.clone(), options).expect("it fits");
+    renderer.render(&setup.pose, &view()).expect("a frame");
+    renderer.read()
+}
+
+fn image_use(stages: vk::PipelineStageFlags2, access: vk::AccessFlags2, layout: vk::ImageLayout) -> ImageUse {
+    ImageUse { stages, access, layout }
+}
+
+/// The difference of two halves in steps between neighbours.
+fn half_steps(a: u16, b: u16) -> i32 {
+    assert!(f16::from_bits(a).is_sign_positive() && f16::from_bits(b).is_sign_positive());
+    (i32::from(a) - i32::from(b)).abs()
+}
+
+#[test]
+fn a_hosts_images_take_radiance_in_many_formats() {
+    let settings = settings(&[]);
+    let mut setup = Setup::new(room(), &settings, &[]);
+    let expected = rendered(&setup, &settings, &[], SIZE).beauty().concat();
+    for (format, bytes) in [
+        (vk::Format::R32G32B32A32_SFLOAT, 16),
+        (vk::Format::R16G16B16A16_SFLOAT, 8),
+        (vk::Format::R8G8B8A8_UNORM, 4),
+        (vk::Format::B8G8R8A8_SRGB, 4),
+    ] {
+        // The second level of the third layer, which the host last drew into and samples next.
+        let image = TestImage::new(&setup.host, format, (2 * SIZE.0, 2 * SIZE.1));
+        let (device, buffer) = (setup.host.device.clone(), TestImage::readback(&setup.host, SIZE.0 * SIZE.1 * bytes));
+        let sampled = (vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_READ);
+        let output = HostImage {
+            image: image.image,
+            format,
+            size: SIZE,
+            level: 1,
+            layer: 2,
+            before: image_use(vk::PipelineStageFlags2::NONE, vk::AccessFlags2::NONE, vk::ImageLayout::UNDEFINED),
+            after: image_use(sampled.0, sampled.1, vk::ImageLayout::GENERAL),
+        };
+        let output = setup.prepared.output(Aov::Beauty, output).expect("a format that is listed");
+        let from = (image.image, vk::ImageLayout::GENERAL);
+        setup.draw(&[output], |commands| buffer.copy(&device, commands, from, SIZE, (1, 2)));
+        let channels = || (0..(SIZE.0 * SIZE.1) as usize).flat_map(|pixel| (0..3).map(move |c| (pixel, c)));
+        match format {
+            vk::Format::R32G32B32A32_SFLOAT => {
+                let found = buffer.read::<[f32; 4]>(&setup.host);
+                assert!(channels().zip(&expected).all(|((p, c), e)| found[p][c].to_bits() == e.to_bits()), "a copy");
+            }
+            vk::Format::R16G16B16A16_SFLOAT => {
+                let found = buffer.read::<[u16; 4]>(&setup.host);
+                let steps =
+                    channels().zip(&expected).map(|((p, c), e)| half_steps(found[p][c], f16::from_f32(*e).to_bits()));
+                assert!(steps.max() <= Some(1), "rounded to a neighbour");
+            }
+            _ => {
+                // Both conversions round to the nearest code; a driver's sRGB curve may be half a code off.
+                let srgb = format == vk::Format::B8G8R8A8_SRGB;
+                let found = buffer.read::<[u8; 4]>(&setup.host);
+                let code = |e: f32| if srgb { srgb_code(e) } else { (e.clamp(0.0, 1.0) * 255.0).round() as u8 };
+                let place = |c: usize| if srgb { 2 - c } else { c };
+                let steps = channels().zip(&expected).map(|((p, c), e)| found[p][place(c)].abs_diff(code(*e)));
+                assert!(steps.max() <= Some(1), "{format:?}");
+                assert!(found.iter().any(|texel| texel[1] > 40), "{format:?} is not black");
+            }
+        }
+        image.destroy(&setup.host);
+        buffer.destroy(&setup.host);
+    }
+    setup.close();
+}
+
+#[test]
+fn layers_are_handed_out_as_images() {
+    let settings = settings(&[]);
+    let aovs = [Aov::Normal, Aov::Depth, Aov::Albedo, Aov::Ao, Aov::Indirect];
+    let mut setup = Setup::new(room(), &settings, &aovs);
+    let expected = rendered(&setup, &settings, &aovs, SIZE);
+    for aov in [Aov::Beauty, Aov::Normal, Aov::Depth, Aov::Albedo, Aov::Ao, Aov::Indirect] {
+        let LayerImage { channel, format, size, view, .. } = setup.prepared.layer(aov).expect("prepared");
+        assert!(format == vk::Format::R32G32B32A32_SFLOAT && size == SIZE && view != vk::ImageView::null());
+        let found = setup.texels(aov);
+        for (i, (texel, pixel)) in found.iter().zip(expected.get(aov).expect("a layer")).enumerate() {
+            let found = channel.map_or([texel[0], texel[1], texel[2]], |channel| [texel[channel]; 3]);
+            assert_eq!(found.map(f32::to_bits), pixel.map(f32::to_bits), "{}, pixel {i}", aov.name());
+        }
+    }
+    setup.close();
+    let setup = Setup::new(room(), &settings, &[]);
+    assert!(setup.prepared.layer(Aov::Depth).is_none() && setup.prepared.layer(Aov::Beauty).is_some());
+    setup.close();
+}
+
+/// Flat boxes unfold after the scene was prepared: its lists are larger than what was expected of the first pose.
+#[test]
+fn what_unfolds_is_told_and_grows() {
+    let mut scene = room();
+    for i in 0..6 {
+        let reach = Vec3::splat(1.9 - 0.1 * i as f32);
+        let mesh = Mesh::cuboid("shell", 1, -reach, reach, false);
+        let flat =
+            DAffine3::from_scale_rotation_translation(DVec3::splat(1e-3), glam::DQuat::IDENTITY, DVec3::splat(2.0));
+        scene.add_mesh(mesh, flat);
+    }
+    let settings = settings(&["voxels=64"]);
+    let mut setup = Setup::new(scene, &settings, &[]);
+    assert!(setup.prepared.poll(0).is_none() && setup.prepared.counters(0).is_none(), "nothing was recorded");
+    setup.draw(&[], |_| ());
+    assert!(setup.prepared.poll(0).is_none(), "what was expected fits");
+    let shells = &mut setup.pose.world_from_instance[2..];
+    shells.iter_mut().for_each(|place| *place = DAffine3::from_translation(DVec3::splat(2.0)));
+    setup.draw(&[], |_| ());
+    // Lists that were too small for triangles did not show yet how much their voxels take.
+    let (mut grown, mut found) = (0, Vec::new());
+    while let Some(growth) = setup.prepared.poll(0) {
+        setup.prepared.grow(growth).expect("it fits");
+        assert!(setup.prepared.poll(0).is_none(), "nothing was recorded since");
+        found = setup.texels(Aov::Beauty);
+        grown += 1;
+    }
+    assert!((1..4).contains(&grown), "grown {grown} times");
+    assert!(setup.prepared.counters(0).expect("a frame").list_items > 1 << 16);
+    let expected = rendered(&setup, &settings, &[], SIZE);
+    assert!(found.iter().zip(expected.beauty()).all(|(a, b)| a[..3] == b[..]));
+    setup.close();
+}
+
+#[test]
+fn a_change_of_size_is_as_if_prepared_anew() {
+    let first = settings(&[]);
+    let mut setup = Setup::new(room(), &first, &[]);
+    setup.draw(&[], |_| ());
+    let second = settings(&["rays.diffuse=3", "image.samples=4"]);
+    let prepare = Prepare { layers: vec![Aov::Normal], ..Prepare::new(SIZE, setup.scene.bounds(None)) };
+    setup.prepared.change(&setup.scene, &second, &prepare).expect("it fits");
+    let found = setup.texels(Aov::Beauty);
+    let expected = rendered(&setup, &second, &[Aov::Normal], SIZE);
+    assert!(found.iter().zip(expected.beauty()).all(|(a, b)| a[..3] == b[..]));
+    let larger = Prepare { size: (40, 30), ..prepare };
+    setup.prepared.change(&setup.scene, &second, &larger).expect("it fits");
+    assert_eq!(setup.prepared.layer(Aov::Beauty).expect("prepared").size, (40, 30));
+    setup.close();
+}
+
+#[test]
+fn what_cannot_be_is_refused_in_one_sentence() {
+    let setup = Setup::new(room(), &settings(&[]), &[]);
+    let image = |format, size| {
+        let any = ImageUse::default();
+        HostImage { image: vk::Image::null(), format, size, level: 0, layer: 0, before: any, after: any }
+    };
+    let refused = |layer, image| {
+        let message = setup.prepared.output(layer, image).expect_err("refused").to_string();
+        assert!(!message.contains('\n') && !message.contains(". "), "one sentence: {message}");
+        message
+    };
+    let float = vk::Format::R16G16B16A16_SFLOAT;
+    assert!(refused(Aov::Beauty, image(float, (24, 17))).contains("24x17 cannot take a frame of 24x16"));
+    assert!(refused(Aov::Beauty, image(vk::Format::R8G8B8A8_UINT, SIZE)).contains("HostImage::FORMATS"));
+    assert!(refused(Aov::Beauty, image(vk::Format::D32_SFLOAT, SIZE)).contains("D32_SFLOAT"));
+    assert!(refused(Aov::Depth, image(float, SIZE)).contains("depth was not prepared: name it in Prepare::layers"));
+    let bounds = setup.scene.bounds(None);
+    let little = Prepare { memory_limit: Some(1 << 16), ..Prepare::new(SIZE, bounds) };
+    let refused = Prepared::new(&setup.context, &setup.scene, &setup.pose, &settings(&[]), &little).map(drop);
+    assert!(matches!(&refused, Err(Error::Memory(_))), "{refused:?}");
+    assert_eq!(setup.host.missing(), Vec::<String>::new(), "this device has everything");
+    assert!(setup.host.missing_with(vk::API_VERSION_1_1).contains(&"Vulkan 1.2".to_owned()));
+    setup.close();
+}
+
+#[test]
+fn everything_goes_to_other_threads() {
+    fn send<T: Send>() {}
+    fn sync<T: Sync>() {}
+    (send::<Prepared>(), send::<Context>(), sync::<Context>(), send::<HostDevice<'static>>());
+    (send::<Output>(), send::<LayerImage>(), send::<Growth>(), send::<Counters>(), send::<Prepare>());
+    (send::<Scene>(), sync::<Scene>(), send::<Pose>(), send::<Settings>(), send::<Seen<'static>>(), send::<Error>());
+}
+
+/// The example is a program of its own: under the validation layer its last picture is what `twobounce render` writes.
+#[test]
+fn the_example_draws_what_the_command_line_draws() {
+    let twobounce = std::path::Path::new(env!("CARGO_BIN_EXE_twobounce"));
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let profile = if cfg!(debug_assertions) { "dev" } else { "release" };
+    let build = ["build", "--locked", "--offline", "--quiet", "--example", "host", "--profile", profile];
+    let built = Command::new(env!("CARGO")).current_dir(root).args(build).output().expect("cargo");
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let host = twobounce.with_file_name("examples").join("host");
+    let folder = tempfile::tempdir().expect("a folder");
+    let (own, other) = (folder.path().join("host.png"), folder.path().join("render.png"));
+    let scene = root.join("assets/cornell-area.glb");
+    let done =
+        Command::new(&host).arg(&scene).arg(&own).args(["64x48", "voxels=32"]).env("HOST_VALIDATION", "1").output();
+    let done = done.expect("the example");
+    assert!(done.status.success() && done.stderr.is_empty(), "{}", String::from_utf8_lossy(&done.stderr));
+    let flags = ["--preset", "fast", "--set", "voxels=32", "--size", "64x48", "--exposure", "0", "-q"];
+    let done = Command::new(twobounce).arg("render").arg(&scene).arg("-o").arg(&other).args(flags).output();
+    assert!(done.expect("twobounce").status.success());
+    let pixels = |path| image::open(path).expect("a picture").into_rgb8();
+    let (own, other) = (pixels(own), pixels(other));
+    assert!(own == other, "the pictures differ");
+    assert!(own.pixels().any(|pixel| pixel.0.iter().any(|&code| code > 100)), "it is not black");
+    // What is refused.
+    let refused = Command::new(&host).arg(&scene).output().expect("the example");
+    assert!(refused.status.code() == Some(2) && String::from_utf8_lossy(&refused.stderr).starts_with("call it with"));
+}

@@ -28,13 +28,6 @@
 //! [`Scene`], whose copy is made here), swapchains, tone mapping on the device, deformed meshes; a change to a material, a mesh or
 //! the number of lights asks for [`Prepared::new`] or [`Prepared::change`].
 
-pub use crate::frame::{Counters, Seen};
-pub use crate::layers::{Aov, Layers};
-pub use crate::vk::{
-    Context, FeatureStructs, Features, HostDevice, HostImage, ImageUse, ZoneKind, ZoneTiming, ZoneTimings, missing,
-    required_extensions, required_features,
-};
-
 use std::sync::Arc;
 
 use ash::vk;
@@ -49,6 +42,13 @@ use crate::scene::{Bounds, Pose, Scene};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{Recorder, Slot, SlotOptions};
 use crate::{Error, Result};
+
+pub use crate::frame::{Counters, Seen};
+pub use crate::layers::{Aov, Layers};
+pub use crate::vk::{
+    Context, FeatureStructs, Features, HostDevice, HostImage, ImageUse, ZoneKind, ZoneTiming, ZoneTimings, missing,
+    required_extensions, required_features,
+};
 
 /// What frames are prepared for.
 #[derive(Clone, Debug)]
@@ -217,7 +217,7 @@ impl Prepared {
     }
 
     /// What must grow, once the device is done with what was recorded over `slot`: `None` where the frame is whole. Until then
-    /// frames lack triangles or light, and do no other harm. Asked too early it tells of an earlier frame, or of none.
+    /// frames lack triangles or light, and do no other harm. A scene may have to grow two or three times, each after a frame.
     pub fn poll(&self, slot: usize) -> Option<Growth> {
         self.recorded[slot].then(|| self.frame.poll(slot).1).flatten().map(Growth)
     }

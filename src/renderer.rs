@@ -12,12 +12,15 @@ use crate::ground::image::target::{self, Readback};
 use crate::ground::layout::Triangle;
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
 use crate::ground::scene_on_gpu::ScenePacked;
-use crate::layers::{Aov, Layers, PassMean};
+use crate::layers::PassMean;
 use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
-use crate::vk::{self, Context, FrameLog, Pace, Recorder, RecorderOptions, Watch, ZoneTimings};
+use crate::vk::{self, FrameLog, Pace, Recorder, RecorderOptions};
 use crate::{Error, Result};
+
+pub use crate::layers::{Aov, Layers};
+pub use crate::vk::{Context, ContextOptions, Step, Watch, ZoneTimings};
 
 /// How a frame is handed to the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,6 +70,7 @@ pub struct FrameReport {
 }
 
 /// With `bounces = all`: the share of all light by which one frame may still differ from the one before it.
+#[cfg_attr(not(internals), doc(hidden))]
 pub const SETTLED: f64 = 1e-3;
 pub struct Renderer {
     context: Arc<Context>,
@@ -228,6 +232,7 @@ impl Renderer {
     }
 
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn make_anew(&mut self) {
         self.frame.make_anew();
     }
@@ -326,6 +331,7 @@ impl Renderer {
     }
 
     /// What is allocated now, resource by resource.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn plan(&self) -> MemoryPlan {
         let mut rows = self.frame.plan(self.frame.counts(), self.settings.voxels);
         rows.extend(&self.fixed_plan);
@@ -333,21 +339,25 @@ impl Renderer {
     }
 
     /// From the next frame on, keeps what a frame records, for tests: see [`Self::log`].
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn keep_log(&mut self) {
         self.log.get_or_insert_default();
     }
 
     /// What the last frame recorded; `None` without [`Self::keep_log`].
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn log(&self) -> Option<&FrameLog> {
         self.log.as_ref()
     }
 
     /// Buffers and lists after the last frame.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn ground(&self) -> &Ground {
         &self.frame.ground
     }
 
     /// The frame, with everything that it works on.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn frame(&self) -> &Frame {
         &self.frame
     }
@@ -359,6 +369,7 @@ impl Renderer {
 }
 
 /// What may be taken of a device's memory: what it has left, or `limit` bytes of that.
+#[cfg_attr(not(internals), doc(hidden))]
 pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
     let budget = context.memory_budget();
     match limit.filter(|bytes| *bytes < budget) {
@@ -368,6 +379,7 @@ pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
 }
 
 /// How many triangles, over all instances, a device's buffers hold at most, whatever is known of each, and what says so.
+#[cfg_attr(not(internals), doc(hidden))]
 pub fn most_triangles(context: &Context) -> (u64, String) {
     let most = u64::from(context.limits.max_storage_buffer_range) / size_of::<Triangle>() as u64;
     (most, format!("the largest buffer that {} binds", context.name))

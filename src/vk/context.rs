@@ -36,8 +36,10 @@ pub struct Context {
     pub is_cpu: bool,
     /// Pipelines count what they read; see [`Context::counting`].
     pub(super) counting: bool,
+    #[cfg_attr(not(internals), doc(hidden))]
     pub limits: vk::PhysicalDeviceLimits,
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](super::RasterDesc) can be asked for.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub conservative_rasterization: bool,
     pub(super) max_push_descriptors: u32,
     pub(super) max_allocation_bytes: u64,
@@ -88,6 +90,7 @@ impl Context {
 
     /// A device on which every shader that can (`glsl/common/count.glsl`) counts what it reads, zone by zone: slower, and
     /// the same images. The counts come with the zones' times.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn counting(options: &ContextOptions) -> Result<Arc<Self>> {
         Self::with(options, true)
     }
@@ -118,11 +121,13 @@ impl Context {
     }
 
     /// How many pipelines were compiled so far.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn compiled_pipelines(&self) -> u64 {
         self.pipelines.compiled()
     }
 
     /// The same, where no earlier run had left any: it takes long, and only once.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn compiled_anew(&self) -> Option<u64> {
         Some(self.compiled_pipelines()).filter(|_| self.pipeline_cache.is_cold())
     }
@@ -169,6 +174,7 @@ impl Context {
         }))
     }
 
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn device(&self) -> &ash::Device {
         &self.device
     }

@@ -2,9 +2,6 @@
 
 mod vk_common;
 
-use std::process::Command;
-use std::sync::Arc;
-
 use glam::{DAffine3, DVec3, Vec3};
 use half::f16;
 use twobounce::Error;
@@ -13,96 +10,10 @@ use twobounce::host::{
     Aov, Context, Counters, Growth, HostDevice, HostImage, ImageUse, LayerImage, Output, Prepare, Prepared, Seen,
 };
 use twobounce::output::png::srgb_code;
-use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
+use twobounce::scene::{Mesh, Pose, Scene};
 use twobounce::settings::Settings;
 use vk_common::images::TestImage;
-use vk_common::{Frame, Host};
-
-const SIZE: (u32, u32) = (24, 16);
-
-fn room() -> Scene {
-    let mut scene = Scene::empty("room");
-    let walls = scene.add_material(Material { double_sided: true, ..Material::lambert("walls", Vec3::splat(0.6)) });
-    scene.add_mesh(Mesh::cuboid("walls", walls, Vec3::ZERO, Vec3::splat(4.0), true), DAffine3::IDENTITY);
-    let red = scene.add_material(Material::lambert("box", Vec3::new(0.7, 0.2, 0.1)));
-    scene.add_mesh(Mesh::cuboid("box", red, Vec3::splat(1.0), Vec3::splat(2.2), false), DAffine3::IDENTITY);
-    scene.add_light(LightKind::Point, Vec3::splat(8.0), DAffine3::from_translation(DVec3::new(3.0, 3.0, 3.0)));
-    scene
-}
-
-fn view() -> View {
-    View::look_at(DVec3::new(3.5, 2.0, 3.4), DVec3::splat(1.5), DVec3::Y, 1.2)
-}
-
-fn settings(changes: &[&str]) -> Settings {
-    let mut settings = Settings::fast();
-    ["voxels=16"].iter().chain(changes).for_each(|change| settings.set(change).expect("a setting"));
-    settings
-}
-
-/// A host, what it prepared, and one frame.
-struct Setup {
-    prepared: Prepared,
-    context: Arc<Context>,
-    frame: Frame,
-    scene: Scene,
-    pose: Pose,
-    host: Host,
-}
-
-impl Setup {
-    fn new(scene: Scene, settings: &Settings, layers: &[Aov]) -> Self {
-        let host = Host::new();
-        let context = host.adopt(|_| ()).expect("everything is enabled");
-        let pose = scene.pose(None, 0.0);
-        let prepare = Prepare { layers: layers.to_vec(), ..Prepare::new(SIZE, scene.bounds(None)) };
-        let prepared = Prepared::new(&context, &scene, &pose, settings, &prepare).expect("it fits");
-        Self { prepared, context, frame: Frame::new(&host), scene, pose, host }
-    }
-
-    /// Renders a frame over slot 0, with the host's commands after it, and waits.
-    fn draw(&mut self, outputs: &[Output], after: impl FnOnce(vk::CommandBuffer)) {
-        let (view, taken) = (view(), self.context.allocated_bytes());
-        self.frame.begin();
-        // SAFETY: the frame was waited for, and so is this one.
-        unsafe {
-            self.prepared.record(self.frame.commands, 0, &Seen::new(&self.scene, &self.pose, &view), outputs);
-        }
-        after(self.frame.commands);
-        self.frame.submit(&self.host);
-        assert_eq!(self.context.allocated_bytes(), taken, "a frame takes no memory");
-        self.frame.wait();
-    }
-
-    /// The texels of a layer, as the host copies them.
-    fn texels(&mut self, layer: Aov) -> Vec<[f32; 4]> {
-        let found = self.prepared.layer(layer).expect("prepared");
-        let buffer = TestImage::readback(&self.host, SIZE.0 * SIZE.1 * 16);
-        let device = self.host.device.clone();
-        self.draw(&[], |commands| {
-            buffer.copy(&device, commands, (found.image, vk::ImageLayout::GENERAL), SIZE, (0, 0))
-        });
-        let texels = buffer.read(&self.host);
-        buffer.destroy(&self.host);
-        texels
-    }
-
-    fn close(self) {
-        assert_eq!(self.host.take_messages(), Vec::<String>::new());
-        drop((self.prepared, self.context, self.frame));
-        self.host.close();
-    }
-}
-
-/// What a renderer of its own draws.
-fn rendered(setup: &Setup, settings: &Settings, aovs: &[Aov], size: (u32, u32)) -> twobounce::layers::Layers {
-    let options = RenderOptions { aovs: aovs.to_vec(), ..RenderOptions::new(size, setup.scene.bounds(None)) };
-    let scene = setup.scene.clone();
-    let mut renderer = Renderer::new(&setup.context, scene, &setup.pose, settings.clone(), options).expect("it fits");
-    renderer.render(&setup.pose, &view()).expect("a frame");
-    renderer.read()
-}
+use vk_common::prepared::{SIZE, Setup, rendered, room, settings};
 
 fn image_use(stages: vk::PipelineStageFlags2, access: vk::AccessFlags2, layout: vk::ImageLayout) -> ImageUse {
     ImageUse { stages, access, layout }
@@ -226,6 +137,42 @@ fn what_unfolds_is_told_and_grows() {
 }
 
 #[test]
+fn a_light_that_moves_and_a_sky_that_dims_show_at_once() {
+    let settings = settings(&["method=cones", "image.interleave=1"]);
+    let mut scene = room();
+    scene.sky = Vec3::splat(0.2);
+    let mut setup = Setup::new(scene, &settings, &[]);
+    let before = setup.texels(Aov::Beauty);
+    setup.scene.lights[0].intensity *= 0.25;
+    setup.pose.lights[0].position.x -= 1.5;
+    setup.scene.sky *= 0.5;
+    let found = setup.texels(Aov::Beauty);
+    let expected = rendered(&setup, &settings, &[], SIZE);
+    assert!(found.iter().zip(expected.beauty()).all(|(a, b)| a[..3] == b[..]));
+    assert!(found != before, "it shows");
+    setup.close();
+}
+
+/// With all bounces each frame goes on from the light of the one before, until it settles.
+#[test]
+fn light_of_all_bounces_settles_over_frames() {
+    let settings = settings(&["method=cones", "image.interleave=1", "bounces=all"]);
+    let mut setup = Setup::new(room(), &settings, &[]);
+    let sum = |texels: &[[f32; 4]]| texels.iter().flat_map(|t| &t[..3]).map(|&v| f64::from(v)).sum::<f64>();
+    let first = setup.texels(Aov::Beauty);
+    (0..24).for_each(|_| setup.draw(&[], |_| ()));
+    let last = sum(&setup.texels(Aov::Beauty));
+    // The renderer's frames settle within 10⁻³ of all light.
+    let expected = rendered(&setup, &settings, &[], SIZE);
+    let expected: f64 = expected.beauty().iter().flatten().map(|&v| f64::from(v)).sum();
+    assert!((last / expected - 1.0).abs() < 5e-3, "{last} instead of {expected}");
+    assert!(sum(&first) < 0.98 * last, "{} at first, then {last}", sum(&first));
+    setup.prepared.forget_light();
+    assert!(setup.texels(Aov::Beauty) == first, "from nothing again");
+    setup.close();
+}
+
+#[test]
 fn a_change_of_size_is_as_if_prepared_anew() {
     let first = settings(&[]);
     let mut setup = Setup::new(room(), &first, &[]);
@@ -272,36 +219,18 @@ fn what_cannot_be_is_refused_in_one_sentence() {
 fn everything_goes_to_other_threads() {
     fn send<T: Send>() {}
     fn sync<T: Sync>() {}
-    (send::<Prepared>(), send::<Context>(), sync::<Context>(), send::<HostDevice<'static>>());
-    (send::<Output>(), send::<LayerImage>(), send::<Growth>(), send::<Counters>(), send::<Prepare>());
-    (send::<Scene>(), sync::<Scene>(), send::<Pose>(), send::<Settings>(), send::<Seen<'static>>(), send::<Error>());
-}
-
-/// The example is a program of its own: under the validation layer its last picture is what `twobounce render` writes.
-#[test]
-fn the_example_draws_what_the_command_line_draws() {
-    let twobounce = std::path::Path::new(env!("CARGO_BIN_EXE_twobounce"));
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let profile = if cfg!(debug_assertions) { "dev" } else { "release" };
-    let build = ["build", "--locked", "--offline", "--quiet", "--example", "host", "--profile", profile];
-    let built = Command::new(env!("CARGO")).current_dir(root).args(build).output().expect("cargo");
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    let host = twobounce.with_file_name("examples").join("host");
-    let folder = tempfile::tempdir().expect("a folder");
-    let (own, other) = (folder.path().join("host.png"), folder.path().join("render.png"));
-    let scene = root.join("assets/cornell-area.glb");
-    let done =
-        Command::new(&host).arg(&scene).arg(&own).args(["64x48", "voxels=32"]).env("HOST_VALIDATION", "1").output();
-    let done = done.expect("the example");
-    assert!(done.status.success() && done.stderr.is_empty(), "{}", String::from_utf8_lossy(&done.stderr));
-    let flags = ["--preset", "fast", "--set", "voxels=32", "--size", "64x48", "--exposure", "0", "-q"];
-    let done = Command::new(twobounce).arg("render").arg(&scene).arg("-o").arg(&other).args(flags).output();
-    assert!(done.expect("twobounce").status.success());
-    let pixels = |path| image::open(path).expect("a picture").into_rgb8();
-    let (own, other) = (pixels(own), pixels(other));
-    assert!(own == other, "the pictures differ");
-    assert!(own.pixels().any(|pixel| pixel.0.iter().any(|&code| code > 100)), "it is not black");
-    // What is refused.
-    let refused = Command::new(&host).arg(&scene).output().expect("the example");
-    assert!(refused.status.code() == Some(2) && String::from_utf8_lossy(&refused.stderr).starts_with("call it with"));
+    let _: [fn(); 11] = [
+        send::<Prepared>,
+        send::<Context>,
+        send::<HostDevice<'static>>,
+        send::<Output>,
+        send::<LayerImage>,
+        send::<Growth>,
+        send::<Counters>,
+        send::<Prepare>,
+        send::<Scene>,
+        send::<Seen<'static>>,
+        send::<Error>,
+    ];
+    let _: [fn(); 4] = [sync::<Context>, sync::<Scene>, sync::<Pose>, sync::<Settings>];
 }

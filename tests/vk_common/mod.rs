@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 pub mod images;
+pub mod prepared;
 
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};

@@ -133,7 +133,7 @@ impl Prepared {
     ) -> Result<Self> {
         let slots = prepare.slots.max(1);
         let packed = ScenePacked::new(scene, pose);
-        let desc = desc(scene, settings, prepare);
+        let desc = desc(scene, settings, prepare)?;
         let limit = memory_limit(context, prepare.memory_limit);
         let triangles = scene.triangle_count() as u64;
         check_memory((context, &limit), (triangles, settings.voxels), &packed.plan(), &|voxels| {
@@ -254,7 +254,7 @@ impl Prepared {
     /// As for [`Prepared::new`]; all then is as before.
     pub fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
-        let desc = desc(scene, settings, &prepare);
+        let desc = desc(scene, settings, &prepare)?;
         check_memory((&self.context, &self.limit), (self.triangles, settings.voxels), &[], &|voxels| {
             first_plan(&desc, &self.frame.ground.scene.trees, voxels)
         })?;
@@ -277,7 +277,11 @@ impl Prepared {
     }
 }
 
-fn desc<'a>(scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> FrameDesc<'a> {
+fn desc<'a>(scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Result<FrameDesc<'a>> {
+    let Prepare { size, bounds, slots, .. } = *prepare;
+    if size.0.min(size.1) == 0 {
+        return Err(Error::Usage(format!("a frame of {}x{} has no pixels: prepare at least one", size.0, size.1)));
+    }
     let outputs = target::outputs(&prepare.layers);
-    FrameDesc { scene, settings, size: prepare.size, outputs, bounds: prepare.bounds, slots: prepare.slots.max(1) }
+    Ok(FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1) })
 }

@@ -137,6 +137,23 @@ fn what_unfolds_is_told_and_grows() {
 }
 
 #[test]
+fn passes_are_timed_where_that_was_asked_for() {
+    let mut setup = Setup::new(room(), &settings(&[]), &[]);
+    setup.draw(&[], |_| ());
+    assert_eq!(setup.prepared.timings(0).expect("a device"), None);
+    let (scene, pose) = (&setup.scene, &setup.pose);
+    let prepare = Prepare { timestamps: true, ..Prepare::new(SIZE, scene.bounds(None)) };
+    setup.prepared = Prepared::new(&setup.context, scene, pose, &settings(&[]), &prepare).expect("it fits");
+    assert_eq!(setup.prepared.timings(0).expect("a device"), None, "nothing was recorded");
+    setup.draw(&[], |_| ());
+    let timings = setup.prepared.timings(0).expect("a device").expect("a frame");
+    let image = timings.zones.iter().find(|zone| zone.name == "image").expect("a pass");
+    assert!(timings.zones.len() > 5 && image.gpu_ms > 0.0 && image.gpu_ms < timings.gpu_ms);
+    assert!(setup.prepared.counters(0).expect("a frame").triangles == 24, "two boxes");
+    setup.close();
+}
+
+#[test]
 fn a_light_that_moves_and_a_sky_that_dims_show_at_once() {
     let settings = settings(&["method=cones", "image.interleave=1"]);
     let mut scene = room();
@@ -210,6 +227,9 @@ fn what_cannot_be_is_refused_in_one_sentence() {
     let little = Prepare { memory_limit: Some(1 << 16), ..Prepare::new(SIZE, bounds) };
     let refused = Prepared::new(&setup.context, &setup.scene, &setup.pose, &settings(&[]), &little).map(drop);
     assert!(matches!(&refused, Err(Error::Memory(_))), "{refused:?}");
+    let empty = Prepare::new((24, 0), bounds);
+    let refused = Prepared::new(&setup.context, &setup.scene, &setup.pose, &settings(&[]), &empty).map(drop);
+    assert!(refused.unwrap_err().to_string().contains("24x0 has no pixels"));
     assert_eq!(setup.host.missing(), Vec::<String>::new(), "this device has everything");
     assert!(setup.host.missing_with(vk::API_VERSION_1_1).contains(&"Vulkan 1.2".to_owned()));
     setup.close();

@@ -6,8 +6,8 @@
 //! |---|---|---|---|
 //! | [`Context::adopt`] | yes | no | yes: what the device lacks, or the host did not enable |
 //! | [`Prepared::new`], [`change`](Prepared::change), [`grow`](Prepared::grow) | yes | uploads, over the host's locked queue | yes: memory, settings |
-//! | [`Prepared::output`] | no | no | yes: a format or size that cannot be |
-//! | [`Prepared::record`] | nothing of Vulkan's | no | no |
+//! | [`Prepared::output`], [`inputs`](Prepared::inputs) | no | no | yes: a format or size that cannot be |
+//! | [`Prepared::record`], [`record_given`](Prepared::record_given) | nothing of Vulkan's | no | no |
 //! | [`Prepared::poll`], [`timings`](Prepared::timings) | no | no | only where the device is lost |
 //!
 //! - **Enabled by the host.** [`required_features`] and [`required_extensions`] list what must be; [`missing`] says what a
@@ -24,8 +24,8 @@
 //!   global state but tables of constants, and a count of files that are being written.
 //! - **Words.** Errors are one sentence. Notes go to [`tracing`](https://docs.rs/tracing), which is silent until a host listens.
 //!
-//! What is not there: rendering by a queue family without graphics, a host's own G-buffer as input (surfaces are drawn from the
-//! [`Scene`], whose copy is made here), swapchains, tone mapping on the device, deformed meshes; a change to a material, a mesh or
+//! What is not there: rendering by a queue family without graphics, mirrors and glass on surfaces that the host
+//! drew ([`Prepared::record_given`] takes Lambertian ones), swapchains, tone mapping on the device, deformed meshes; a change to a material, a mesh or
 //! the number of lights asks for [`Prepared::new`] or [`Prepared::change`].
 
 use std::sync::Arc;
@@ -34,13 +34,15 @@ use ash::vk;
 
 use crate::frame::{Frame, FrameDesc, first_plan};
 use crate::ground::Counts;
+use crate::ground::image::given::{self, GivenPass};
 use crate::ground::image::target;
+use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::ScenePacked;
 use crate::memory::Limit;
 use crate::renderer::{check_memory, memory_limit};
 use crate::scene::{Bounds, Pose, Scene};
 use crate::settings::{Bounces, Settings};
-use crate::vk::{Recorder, Slot, SlotOptions};
+use crate::vk::{Image, Recorder, Slot, SlotOptions};
 use crate::{Error, Result};
 
 pub use crate::frame::{Counters, Seen};
@@ -61,6 +63,8 @@ pub struct Prepare {
     pub bounds: Bounds,
     /// Frames that may be in flight at once, 1 or more.
     pub slots: usize,
+    /// Make ready for surfaces that the host draws: [`Prepared::record_given`], five images more.
+    pub given: bool,
     /// Measure passes, for [`Prepared::timings`].
     pub timestamps: bool,
     /// Bytes of device memory that may be taken; the device's own budget where absent.
@@ -70,7 +74,7 @@ pub struct Prepare {
 impl Prepare {
     /// The image alone, two frames in flight.
     pub fn new(size: (u32, u32), bounds: Bounds) -> Self {
-        Self { size, layers: vec![], bounds, slots: 2, timestamps: false, memory_limit: None }
+        Self { size, layers: vec![], bounds, slots: 2, given: false, timestamps: false, memory_limit: None }
     }
 }
 
@@ -78,6 +82,7 @@ impl Prepare {
 pub struct Prepared {
     context: Arc<Context>,
     frame: Frame,
+    given: Option<GivenPass>,
     slots: Vec<Slot>,
     /// Whether anything was recorded over a slot that `poll` can tell of.
     recorded: Vec<bool>,
@@ -116,6 +121,15 @@ pub const FAR: f32 = target::FAR;
 pub struct Output {
     layer: Aov,
     image: HostImage,
+    /// Of [`Prepared::record_given`].
+    given: bool,
+}
+
+/// A host's own surfaces, to be lit: from [`Prepared::inputs`].
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs {
+    /// In the order of [`GivenPass::inputs`].
+    images: [HostImage; 3],
 }
 
 impl Prepared {
@@ -136,12 +150,15 @@ impl Prepared {
         let desc = desc(scene, settings, prepare)?;
         let limit = memory_limit(context, prepare.memory_limit);
         let triangles = scene.triangle_count() as u64;
-        check_memory((context, &limit), (triangles, settings.voxels), &packed.plan(), &|voxels| {
+        let mut fixed = packed.plan();
+        fixed.extend(given_plan(prepare));
+        check_memory((context, &limit), (triangles, settings.voxels), &fixed, &|voxels| {
             first_plan(&desc, &packed.trees, voxels)
         })?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let options = SlotOptions { timestamps: prepare.timestamps, log: false };
         Ok(Self {
+            given: given(context, &frame, &desc, prepare)?,
             slots: (0..slots).map(|_| Slot::new(context, options)).collect::<Result<_>>()?,
             recorded: vec![false; slots],
             context: context.clone(),
@@ -159,19 +176,56 @@ impl Prepared {
     /// # Errors
     /// The layer was not prepared, the image has another size, its format cannot be converted to.
     pub fn output(&self, layer: Aov, image: HostImage) -> Result<Output> {
-        let (size, own) = (image.size, self.prepare.size);
         if self.frame.target.layer(layer).is_none() {
             let name = layer.name();
             return Err(Error::Usage(format!("the layer {name} was not prepared: name it in Prepare::layers")));
         }
+        self.check(&image, false)?;
+        Ok(Output { layer, image, given: false })
+    }
+
+    /// Checks that the light of a host's surfaces can be written to `image`: `layer` is [`Aov::Direct`] or [`Aov::Indirect`].
+    ///
+    /// # Errors
+    /// As for [`Self::output`], or [`Prepare::given`] was not set.
+    pub fn given_output(&self, layer: Aov, image: HostImage) -> Result<Output> {
+        self.check_given()?;
+        if !matches!(layer, Aov::Direct | Aov::Indirect) {
+            let name = layer.name();
+            return Err(Error::Usage(format!("a host's surfaces have direct and indirect light, and no layer {name}")));
+        }
+        self.check(&image, false)?;
+        Ok(Output { layer, image, given: true })
+    }
+
+    /// Checks that a host's surfaces can be lit: images that can be read, of the frame's size, seen through the view of the frame.
+    /// `depth`, in the first channel: metres along the view's forward axis, 0 where there is no surface (`R32_SFLOAT`, since a
+    /// half is too coarse to start rays from). `normal`: in world space, of any length above 0, towards the viewer, of a float
+    /// format. `albedo`: linear, of a Lambertian surface.
+    ///
+    /// # Errors
+    /// As for [`Self::output`], or [`Prepare::given`] was not set.
+    pub fn inputs(&self, depth: HostImage, normal: HostImage, albedo: HostImage) -> Result<Inputs> {
+        self.check_given()?;
+        let images = [depth, normal, albedo];
+        images.iter().try_for_each(|image| self.check(image, true))?;
+        Ok(Inputs { images })
+    }
+
+    fn check_given(&self) -> Result<()> {
+        let refuse = || Error::Usage("surfaces of a host were not prepared for: set Prepare::given".into());
+        self.given.as_ref().map(drop).ok_or_else(refuse)
+    }
+
+    fn check(&self, image: &HostImage, reads: bool) -> Result<()> {
+        let (size, own) = (image.size, self.prepare.size);
         if size != own {
             return Err(Error::Usage(format!(
-                "an image of {}x{} cannot take a frame of {}x{}: prepare frames of its size",
+                "an image of {}x{} does not fit a frame of {}x{}: prepare frames of its size",
                 size.0, size.1, own.0, own.1
             )));
         }
-        image.check(&self.context)?;
-        Ok(Output { layer, image })
+        image.check(&self.context, reads)
     }
 
     /// A layer on the device; `None` where it was not prepared.
@@ -206,12 +260,44 @@ impl Prepared {
         if self.feeds {
             self.frame.keep_history();
         }
-        if !outputs.is_empty() {
-            recorder.full_barrier(); // the image was drawn
-            let target = &self.frame.target;
-            let pairs = outputs.iter().filter_map(|output| Some((target.layer(output.layer)?.0, output.image)));
-            // SAFETY: `output` checked them; the rest is the caller's.
-            unsafe { recorder.write_host_images(pairs) };
+        let layer = |output: &Output| (!output.given).then(|| self.frame.target.layer(output.layer)).flatten();
+        // SAFETY: the caller's.
+        unsafe { write(&mut recorder, outputs, |output| layer(output).expect("checked by `output`").0) };
+        self.recorded[slot] = true;
+    }
+
+    /// As [`Self::record`], but no image is drawn: surfaces that the host drew, `inputs`, are lit by the scene as it is prepared,
+    /// which they need not be a part of. They cast no shadow and send no light unless they are. `outputs`: of
+    /// [`Self::given_output`]. Light is looked up at every pixel, so it costs most with `image.interleave` above 1.
+    ///
+    /// # Panics
+    /// As for [`Self::record`].
+    ///
+    /// # Safety
+    /// As for [`Self::record`], and the images of `inputs` are as they say.
+    pub unsafe fn record_given(
+        &mut self,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        seen: &Seen,
+        inputs: &Inputs,
+        outputs: &[Output],
+    ) {
+        let given = self.given.as_ref().expect("checked by `inputs`");
+        // SAFETY: the caller's.
+        let mut recorder = unsafe { Recorder::on(&self.context, commands, &mut self.slots[slot]) };
+        // SAFETY: `inputs` checked them; the rest is the caller's.
+        unsafe { recorder.read_host_images(inputs.images.into_iter().zip(given.inputs())) };
+        self.frame.record_given(&mut recorder, slot, seen, given);
+        if self.feeds {
+            self.frame.keep_history();
+        }
+        // SAFETY: the caller's.
+        unsafe {
+            write(&mut recorder, outputs, |output| {
+                assert!(output.given, "an output of `record`");
+                given.light(output.layer == Aov::Direct)
+            });
         }
         self.recorded[slot] = true;
     }
@@ -241,7 +327,7 @@ impl Prepared {
     /// Too little memory.
     pub fn grow(&mut self, growth: Growth) -> Result<()> {
         let plan = |voxels| self.frame.plan(&growth.0, voxels);
-        check_memory((&self.context, &self.limit), (self.triangles, self.voxels), &[], &plan)?;
+        check_memory((&self.context, &self.limit), (self.triangles, self.voxels), &given_plan(&self.prepare), &plan)?;
         self.clear();
         self.frame.grow(&self.context, growth.0)
     }
@@ -255,10 +341,14 @@ impl Prepared {
     pub fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
         let desc = desc(scene, settings, &prepare)?;
-        check_memory((&self.context, &self.limit), (self.triangles, settings.voxels), &[], &|voxels| {
-            first_plan(&desc, &self.frame.ground.scene.trees, voxels)
-        })?;
+        check_memory(
+            (&self.context, &self.limit),
+            (self.triangles, settings.voxels),
+            &given_plan(&prepare),
+            &|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels),
+        )?;
         self.frame.change(&self.context, &desc)?;
+        self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         self.clear();
         (self.voxels, self.feeds, self.prepare) = (settings.voxels, settings.bounces == Bounces::All, prepare);
         Ok(())
@@ -284,4 +374,24 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Resu
     }
     let outputs = target::outputs(&prepare.layers);
     Ok(FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1) })
+}
+
+/// Writes what was drawn to a host's images.
+///
+/// # Safety
+/// The images are as they say, were checked, and live until the device is done.
+unsafe fn write<'a>(r: &mut Recorder, outputs: &[Output], own: impl Fn(&Output) -> &'a Image) {
+    if !outputs.is_empty() {
+        r.full_barrier(); // it was drawn
+        // SAFETY: the caller's.
+        unsafe { r.write_host_images(outputs.iter().map(|output| (own(output), output.image))) };
+    }
+}
+
+fn given_plan(prepare: &Prepare) -> Vec<MemoryRow> {
+    prepare.given.then(|| given::plan(prepare.size)).into_iter().collect()
+}
+
+fn given(context: &Arc<Context>, frame: &Frame, desc: &FrameDesc<'_>, prepare: &Prepare) -> Result<Option<GivenPass>> {
+    prepare.given.then(|| frame.given(context, desc)).transpose()
 }

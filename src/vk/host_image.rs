@@ -1,4 +1,4 @@
-//! Images that a host made, as a recording writes them.
+//! Images that a host made, as a recording writes and reads them.
 
 use super::context::Context;
 use super::frame_log::CommandLog;
@@ -15,8 +15,8 @@ pub struct ImageUse {
     pub layout: vk::ImageLayout,
 }
 
-/// One level of one layer of a colour image that a host made with `TRANSFER_DST` usage, optimal tiling and one sample. The
-/// host keeps it alive and gives it memory; nothing of it is destroyed here.
+/// One level of one layer of a colour image that a host made with optimal tiling and one sample, and with `TRANSFER_DST` usage to
+/// be written, `TRANSFER_SRC` to be read. The host keeps it alive and gives it memory; nothing of it is destroyed here.
 #[derive(Clone, Copy, Debug)]
 pub struct HostImage {
     pub image: vk::Image,
@@ -26,7 +26,7 @@ pub struct HostImage {
     pub size: (u32, u32),
     pub level: u32,
     pub layer: u32,
-    /// The host's last use of it; with the layout `UNDEFINED` what it held is lost, which no texel of it needs.
+    /// The host's last use of it; with the layout `UNDEFINED` what it held is lost, which does not matter where it is written.
     pub before: ImageUse,
     /// The host's next use of it, in this recording or after it.
     pub after: ImageUse,
@@ -52,19 +52,22 @@ impl HostImage {
         vk::Format::B8G8R8A8_SRGB,
     ];
 
+    /// `reads`: from it, else to it.
+    ///
     /// # Errors
-    /// One sentence: the format is none of these, or the device cannot blit to it.
-    pub(crate) fn check(&self, context: &Context) -> Result<()> {
+    /// One sentence: the format is none of these, or the device cannot blit from or to it.
+    pub(crate) fn check(&self, context: &Context, reads: bool) -> Result<()> {
         let (format, name) = (self.format, &context.name);
         if !Self::FORMATS.contains(&format) {
             return Err(Error::Usage(format!(
                 "an image of format {format:?} cannot take radiance: use one of HostImage::FORMATS"
             )));
         }
-        if format != vk::Format::R32G32B32A32_SFLOAT && !context.can_blit_to(format) {
+        let feature = if reads { vk::FormatFeatureFlags::BLIT_SRC } else { vk::FormatFeatureFlags::BLIT_DST };
+        if format != vk::Format::R32G32B32A32_SFLOAT && !context.can_blit(format, feature) {
             let exact = "R32G32B32A32_SFLOAT";
             return Err(Error::Device(format!(
-                "{name} cannot convert to format {format:?}: use {exact}, which is copied"
+                "{name} cannot convert images of format {format:?}: use {exact}, which is copied"
             )));
         }
         Ok(())
@@ -97,23 +100,21 @@ impl Recorder {
     ///
     /// # Safety
     /// Each image is as it says, was checked ([`HostImage::check`]), and lives until the device is done.
-    pub(crate) unsafe fn write_host_images<'a>(&mut self, pairs: impl Iterator<Item = (&'a Image, HostImage)> + Clone) {
-        let written = ImageUse {
-            stages: vk::PipelineStageFlags2::ALL_TRANSFER,
-            access: vk::AccessFlags2::TRANSFER_WRITE,
-            layout: vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-        };
-        for (from, to) in pairs {
-            assert_eq!(
-                from.extent(0),
-                [to.size.0, to.size.1, 1],
-                "{}: the host's image has another size",
-                from.label()
-            );
-            self.image_barrier(to.barrier((to.before, written)));
-            // SAFETY: both images are in these layouts; `from` is kept, `to` is the caller's.
-            unsafe { self.copy_or_blit(from, &to) };
-            self.image_barrier(to.barrier((written, to.after)));
+    pub(crate) unsafe fn write_host_images<'a>(&mut self, pairs: impl Iterator<Item = (&'a Image, HostImage)>) {
+        for (own, host) in pairs {
+            // SAFETY: the caller's.
+            unsafe { self.convert(own, &host, false) };
+        }
+    }
+
+    /// The same the other way: each of the host's images into one of RGBA in f32. What follows waits by a barrier of its own.
+    ///
+    /// # Safety
+    /// As for [`Self::write_host_images`].
+    pub(crate) unsafe fn read_host_images<'a>(&mut self, pairs: impl Iterator<Item = (HostImage, &'a Image)>) {
+        for (host, own) in pairs {
+            // SAFETY: the caller's.
+            unsafe { self.convert(own, &host, true) };
         }
     }
 
@@ -124,7 +125,17 @@ impl Recorder {
         unsafe { self.context().cmd_pipeline_barrier2(self.handle(), &info) };
     }
 
-    unsafe fn copy_or_blit(&mut self, from: &Image, to: &HostImage) {
+    /// Copies or blits between the finest level of `own` and a host's image.
+    unsafe fn convert(&mut self, own: &Image, host: &HostImage, reads: bool) {
+        let (width, height) = host.size;
+        assert_eq!(own.extent(0), [width, height, 1], "{}: the host's image has another size", own.label());
+        let (access, layout) = if reads {
+            (vk::AccessFlags2::TRANSFER_READ, vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
+        } else {
+            (vk::AccessFlags2::TRANSFER_WRITE, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
+        };
+        let used = ImageUse { stages: vk::PipelineStageFlags2::ALL_TRANSFER, access, layout };
+        self.image_barrier(host.barrier((host.before, used)));
         let layers = |level, layer| {
             vk::ImageSubresourceLayers::default()
                 .aspect_mask(vk::ImageAspectFlags::COLOR)
@@ -132,15 +143,20 @@ impl Recorder {
                 .base_array_layer(layer)
                 .layer_count(1)
         };
-        let (source, target) = (layers(0, 0), layers(to.level, to.layer));
-        let (width, height) = to.size;
-        let (general, transfer) = (vk::ImageLayout::GENERAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
-        let (device, commands, image) = (self.context().device(), self.handle(), from.raw.handle);
-        if from.format() == to.format {
+        let mut ends = [
+            (own.raw.handle, vk::ImageLayout::GENERAL, layers(0, 0)),
+            (host.image, layout, layers(host.level, host.layer)),
+        ];
+        if reads {
+            ends.reverse();
+        }
+        let [(from, from_layout, source), (to, to_layout, target)] = ends;
+        let (device, commands) = (self.context().device(), self.handle());
+        if own.format() == host.format {
             let extent = vk::Extent3D { width, height, depth: 1 };
             let copy = [vk::ImageCopy::default().src_subresource(source).dst_subresource(target).extent(extent)];
-            // SAFETY: the caller's.
-            unsafe { device.cmd_copy_image(commands, image, general, to.image, transfer, &copy) };
+            // SAFETY: both images are in these layouts; one is kept, the other is the caller's.
+            unsafe { device.cmd_copy_image(commands, from, from_layout, to, to_layout, &copy) };
         } else {
             let whole = [vk::Offset3D::default(), vk::Offset3D { x: width as i32, y: height as i32, z: 1 }];
             let blit = [vk::ImageBlit::default()
@@ -148,19 +164,24 @@ impl Recorder {
                 .src_offsets(whole)
                 .dst_subresource(target)
                 .dst_offsets(whole)];
-            // SAFETY: the caller's; a filter of nearest texels asks for no further feature.
-            unsafe { device.cmd_blit_image(commands, image, general, to.image, transfer, &blit, vk::Filter::NEAREST) };
+            // SAFETY: as above; a filter of nearest texels asks for no further feature.
+            unsafe { device.cmd_blit_image(commands, from, from_layout, to, to_layout, &blit, vk::Filter::NEAREST) };
         }
-        self.keep(from.raw.clone());
-        let name = || format!("a host's image, {:?}", to.format);
-        self.log(|| CommandLog::Copy { from: from.label().to_owned(), to: name(), bytes: None });
+        self.keep(own.raw.clone());
+        let names = || (own.label().to_owned(), format!("a host's image, {:?}", host.format));
+        self.log(|| {
+            let (own, host) = names();
+            let (from, to) = if reads { (host, own) } else { (own, host) };
+            CommandLog::Copy { from, to, bytes: None }
+        });
+        self.image_barrier(host.barrier((used, host.after)));
     }
 }
 
 impl Context {
-    fn can_blit_to(&self, format: vk::Format) -> bool {
+    fn can_blit(&self, format: vk::Format, feature: vk::FormatFeatureFlags) -> bool {
         // SAFETY: the handle comes from this instance.
         let found = unsafe { self.instance.get_physical_device_format_properties(self.physical, format) };
-        found.optimal_tiling_features.contains(vk::FormatFeatureFlags::BLIT_DST)
+        found.optimal_tiling_features.contains(feature)
     }
 }

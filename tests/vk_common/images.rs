@@ -32,7 +32,8 @@ impl TestImage {
     }
 
     pub fn readback(host: &Host, bytes: u32) -> Self {
-        let info = vk::BufferCreateInfo::default().size(bytes.into()).usage(vk::BufferUsageFlags::TRANSFER_DST);
+        let both = vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
+        let info = vk::BufferCreateInfo::default().size(bytes.into()).usage(both);
         unsafe {
             let buffer = host.device.create_buffer(&info, None).expect("a buffer");
             let needs = host.device.get_buffer_memory_requirements(buffer);
@@ -40,6 +41,59 @@ impl TestImage {
             let memory = memory(host, &needs, seen);
             host.device.bind_buffer_memory(buffer, memory, 0).expect("memory");
             Self { image: vk::Image::null(), buffer, bytes: bytes.into(), memory }
+        }
+    }
+
+    /// A buffer with texels of one number each.
+    pub fn upload(host: &Host, texels: &[f32]) -> Self {
+        let this = Self::readback(host, 4 * texels.len() as u32);
+        unsafe {
+            let flags = vk::MemoryMapFlags::empty();
+            let start = host.device.map_memory(this.memory, 0, this.bytes, flags).expect("a map");
+            std::ptr::copy_nonoverlapping(texels.as_ptr(), start.cast::<f32>(), texels.len());
+            host.device.unmap_memory(this.memory);
+        }
+        this
+    }
+
+    /// Records that it is copied to a level of a layer of an image, which then is in the layout of transfers' targets.
+    pub fn copy_to(
+        &self,
+        device: &ash::Device,
+        commands: vk::CommandBuffer,
+        image: vk::Image,
+        (width, height): (u32, u32),
+        (level, layer): (u32, u32),
+    ) {
+        let aspect = vk::ImageAspectFlags::COLOR;
+        let part = vk::ImageSubresourceLayers::default()
+            .aspect_mask(aspect)
+            .mip_level(level)
+            .base_array_layer(layer)
+            .layer_count(1);
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(aspect)
+            .base_mip_level(level)
+            .level_count(1)
+            .base_array_layer(layer)
+            .layer_count(1);
+        let target = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let barrier = [vk::ImageMemoryBarrier::default()
+            .new_layout(target)
+            .dst_access_mask(vk::AccessFlags::TRANSFER_WRITE)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image)
+            .subresource_range(range)];
+        let region = [vk::BufferImageCopy::default().image_subresource(part).image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })];
+        let (all, copy) = (vk::PipelineStageFlags::ALL_COMMANDS, vk::PipelineStageFlags::TRANSFER);
+        unsafe {
+            device.cmd_pipeline_barrier(commands, all, copy, vk::DependencyFlags::empty(), &[], &[], &barrier);
+            device.cmd_copy_buffer_to_image(commands, self.buffer, image, target, &region);
         }
     }
 

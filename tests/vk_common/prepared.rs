@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use twobounce::ash::vk;
-use twobounce::host::{Aov, Context, Layers, Output, Prepare, Prepared, Seen};
+use twobounce::host::{Aov, Context, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Seen};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
 use twobounce::settings::Settings;
@@ -79,6 +79,55 @@ impl Setup {
         let texels = buffer.read(&self.host);
         buffer.destroy(&self.host);
         texels
+    }
+
+    /// Direct and indirect light of a frame's own surfaces: its layers go to images of the host, and come back as its inputs.
+    pub fn given_light(&mut self) -> [Vec<[f32; 4]>; 2] {
+        let formats = [vk::Format::R32_SFLOAT, vk::Format::R16G16B16A16_SFLOAT, vk::Format::R32G32B32A32_SFLOAT];
+        let formats = formats.into_iter().chain([vk::Format::R32G32B32A32_SFLOAT; 2]);
+        let images: Vec<_> =
+            formats.map(|format| (TestImage::new(&self.host, format, (2 * SIZE.0, 2 * SIZE.1)), format)).collect();
+        let place = |i: usize, before: vk::ImageLayout, after: vk::ImageLayout| {
+            let (stages, access) = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
+            let access = access | vk::AccessFlags2::TRANSFER_READ;
+            let state = |layout| ImageUse { stages, access, layout };
+            let (image, format) = (images[i].0.image, images[i].1);
+            HostImage { image, format, size: SIZE, level: 1, layer: 1, before: state(before), after: state(after) }
+        };
+        use vk::ImageLayout as L;
+        // The combined image of single numbers has depth in another channel, so the host's own depth is made from it.
+        let drawn = [(1, Aov::Normal), (2, Aov::Albedo)]
+            .map(|(i, layer)| self.prepared.output(layer, place(i, L::UNDEFINED, L::GENERAL)).expect("an output"));
+        let depth = self.texels(Aov::Depth);
+        let channel = self.prepared.layer(Aov::Depth).and_then(|layer| layer.channel).expect("one number");
+        let depth: Vec<f32> = depth.iter().map(|texel| texel[channel]).collect();
+        let upload = TestImage::upload(&self.host, &depth);
+        let device = self.host.device.clone();
+        let first = images[0].0.image;
+        self.draw(&drawn, |commands| upload.copy_to(&device, commands, first, SIZE, (1, 1)));
+        let inputs = [(0, L::TRANSFER_DST_OPTIMAL), (1, L::GENERAL), (2, L::GENERAL)];
+        let [depth, normal, albedo] = inputs.map(|(i, before)| place(i, before, L::GENERAL));
+        let inputs = self.prepared.inputs(depth, normal, albedo).expect("inputs");
+        let lights = [(3, Aov::Direct), (4, Aov::Indirect)].map(|(i, layer)| {
+            self.prepared.given_output(layer, place(i, L::UNDEFINED, L::GENERAL)).expect("an output")
+        });
+        let buffers = [0; 2].map(|_| TestImage::readback(&self.host, SIZE.0 * SIZE.1 * 16));
+        let view = view();
+        self.frame.begin();
+        // SAFETY: the frame was waited for, and so is this one.
+        unsafe {
+            let seen = Seen::new(&self.scene, &self.pose, &view);
+            self.prepared.record_given(self.frame.commands, 0, &seen, &inputs, &lights);
+        }
+        for (i, buffer) in buffers.iter().enumerate() {
+            buffer.copy(&device, self.frame.commands, (images[3 + i].0.image, L::GENERAL), SIZE, (1, 1));
+        }
+        self.frame.submit(&self.host);
+        self.frame.wait();
+        let found = [0, 1].map(|i| buffers[i].read(&self.host));
+        images.into_iter().for_each(|(image, _)| image.destroy(&self.host));
+        buffers.into_iter().chain([upload]).for_each(|buffer| buffer.destroy(&self.host));
+        found
     }
 
     pub fn close(self) {

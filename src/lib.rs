@@ -10,6 +10,7 @@
 //! The whole contract is in [`host`]. In short: a program enables what [`host::required_features`] and
 //! [`host::required_extensions`] list, lends its device once, prepares a scene once, and then records frames, which allocates,
 //! submits and waits for nothing. Radiance goes to an image of the program's, and depth, normals and albedo can be had as images.
+//! Or the program draws surfaces itself, and hands over their depth, normals and albedo to have them lit.
 //!
 //! ```no_run
 //! use std::path::Path;

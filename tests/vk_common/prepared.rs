@@ -100,7 +100,8 @@ impl Setup {
             .map(|(i, layer)| self.prepared.output(layer, place(i, L::UNDEFINED, L::GENERAL)).expect("an output"));
         let depth = self.texels(Aov::Depth);
         let channel = self.prepared.layer(Aov::Depth).and_then(|layer| layer.channel).expect("one number");
-        let depth: Vec<f32> = depth.iter().map(|texel| texel[channel]).collect();
+        let mut depth: Vec<f32> = depth.iter().map(|texel| texel[channel]).collect();
+        depth[0] = 0.0; // nothing is there
         let upload = TestImage::upload(&self.host, &depth);
         let device = self.host.device.clone();
         let first = images[0].0.image;

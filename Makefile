@@ -23,7 +23,8 @@ test:  ## formatting, lints, docs, every test
 	scripts/setup.sh test
 	cargo fmt --check
 	cargo clippy --release --locked --all-targets -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps --document-private-items
+	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps --lib
+	RUSTDOCFLAGS="-D warnings --cfg internals" cargo doc --release --locked --no-deps --document-private-items
 	cargo test --release --locked --no-run
 	scripts/guard.sh $(TEST_SECONDS) cargo test --release --locked
 

@@ -33,6 +33,8 @@ fn main() {
     println!("cargo:rerun-if-changed={ROOT}");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=src/vk/used.rs");
+    // With `RUSTDOCFLAGS="--cfg internals"` the documentation has what is not for hosts, too.
+    println!("cargo:rustc-check-cfg=cfg(internals)");
     let mut shaders = Vec::new();
     find_shaders(Path::new(ROOT), &mut shaders);
     shaders.sort();

@@ -14,6 +14,7 @@ use crate::Result;
 use crate::gi::{Gi, Maker, Update};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::grid::radiance_scale;
+use crate::ground::image::given::GivenPass;
 use crate::ground::image::target::ImageTarget;
 use crate::ground::image::{ImageFrame, ImagePass, ImagePassDesc};
 use crate::ground::lamps::Lamps;
@@ -74,6 +75,13 @@ pub struct Seen<'a> {
     pub view: &'a View,
     /// Which of the passes over the image this is, whose mean the host takes; `None`: the light alone is wanted.
     pub image: Option<u32>,
+}
+
+impl<'a> Seen<'a> {
+    /// An image of one pass.
+    pub fn new(scene: &'a Scene, pose: &'a Pose, view: &'a View) -> Self {
+        Self { scene, pose, view, image: Some(0) }
+    }
 }
 
 /// The GPU's counters after a frame.
@@ -143,6 +151,27 @@ impl Frame {
 
     /// Records a frame. `slot`: one of those in flight that is free again.
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
+        self.record_light(r, seen, seen.image.is_none());
+        if seen.image.is_some() {
+            // The recorded triangles become the image, with what the method looks up.
+            let (ground, target) = (&self.ground, &self.target);
+            let frame = ImageFrame { ground, target, blended: self.counts().blended, scene: seen.scene };
+            self.image.record(r, &frame, &self.method.binds(ground));
+        }
+        self.copy_counters(r, slot);
+        self.frame_index += 1;
+    }
+
+    /// Records a frame that lights what a host drew, instead of an image. `given`: of [`Self::given`].
+    pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Seen, given: &GivenPass) {
+        self.record_light(r, seen, false);
+        given.record(r, &self.ground, &self.method.binds(&self.ground));
+        self.copy_counters(r, slot);
+        self.frame_index += 1;
+    }
+
+    /// Records what stands where, and the light that the method makes of it. `measured`: no image follows.
+    fn record_light(&mut self, r: &mut Recorder, seen: &Seen, measured: bool) {
         let now = self.made_now(seen);
         let before = self.made_of.take();
         let unlit = std::mem::take(&mut self.unlit);
@@ -169,20 +198,12 @@ impl Frame {
                 lists: lists || unlit,
                 history: self.history,
                 known: !unlit,
-                measured: seen.image.is_none(),
+                measured,
                 sky: seen.scene.sky != Vec3::ZERO,
             };
             self.method.update(r, &self.ground, &update);
             self.light_passes += 1;
         }
-        if seen.image.is_some() {
-            // The recorded triangles become the image, with what the method looks up.
-            let (ground, target) = (&self.ground, &self.target);
-            let frame = ImageFrame { ground, target, blended: self.counts().blended, scene: seen.scene };
-            self.image.record(r, &frame, &self.method.binds(ground));
-        }
-        self.copy_counters(r, slot);
-        self.frame_index += 1;
         self.made_of = Some(now);
     }
 
@@ -276,6 +297,16 @@ impl Frame {
     /// The next frame starts from nothing: the last one was not finished, or what it made is gone.
     pub fn start_over(&mut self) {
         (self.made_of, self.history, self.unlit) = (None, false, true);
+    }
+
+    /// A pass that lights what a host drew, for this frame as it is. `desc`: what the frame was made for, or changed to last.
+    ///
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn given(&self, context: &Arc<Context>, desc: &FrameDesc) -> Result<GivenPass> {
+        let given = with_image_pass(desc, &*self.method, |pass| GivenPass::new(context, pass, desc.size))?;
+        context.wait_for_pipelines()?;
+        Ok(given)
     }
 
     /// Changes to the settings, the size and the lights of `desc`, of the same scene, and remakes only what depends on what
@@ -376,14 +407,18 @@ fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Grou
 }
 
 fn image_pass(context: &Arc<Context>, desc: &FrameDesc, method: &dyn Gi, target: &ImageTarget) -> Result<ImagePass> {
+    with_image_pass(desc, method, |pass| ImagePass::new(context, pass, target))
+}
+
+/// Hands over what passes over the image are made for.
+fn with_image_pass<T>(desc: &FrameDesc, method: &dyn Gi, make: impl FnOnce(&ImagePassDesc) -> Result<T>) -> Result<T> {
     let settings = desc.settings;
     let features = Features::of(desc.scene, settings);
-    let pass = ImagePassDesc {
+    make(&ImagePassDesc {
         settings: &settings.image,
         features,
         method: settings.method.name(),
         apart: wants(settings).diffuse && settings.image.gathers_apart(),
         constants: &with(constants(settings, features), method.constants()),
-    };
-    ImagePass::new(context, &pass, target)
+    })
 }

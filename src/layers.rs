@@ -58,6 +58,7 @@ impl Layers {
 
 /// The mean of passes over one image, each along other rays.
 #[derive(Default)]
+#[cfg_attr(not(internals), doc(hidden))]
 pub struct PassMean {
     passes: u32,
     /// Sums over all passes, as [`Layers`].
@@ -105,6 +106,7 @@ impl PassMean {
 
 /// Root mean square over pixels of errors relative to values, as in `relmse`: per pixel √(Σ error² / (Σ value² + 3ε)),
 /// ε = 0.01 · mean(values)². `pixels`: value and error of each, linear radiance. 0 for a black image.
+#[cfg_attr(not(internals), doc(hidden))]
 pub fn relative_noise(pixels: impl Iterator<Item = (DVec3, DVec3)> + Clone) -> f64 {
     let n = pixels.clone().count() as f64;
     let mean = pixels.clone().map(|(value, _)| value.element_sum()).sum::<f64>() / (3.0 * n);

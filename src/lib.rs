@@ -1,22 +1,124 @@
-//! Voxel cone tracing with two bounces for everything, in raw Vulkan.
+//! Global illumination for any glTF 2.0 scene in raw Vulkan, with or without a GPU: a Vulkan program lends its device and has
+//! frames recorded into its own command buffers; another program has images rendered by a device opened here.
+//!
+//! Direct light of lamps, lights and sky with exact shadows, and light of two bounces or all of them, by one of several methods
+//! ([`settings::Method`]). The repository's README has what each costs and how far each is from a path-traced reference. The
+//! same calls on the same device give the same bits.
+//!
+//! # In a Vulkan program
+//!
+//! The whole contract is in [`host`]. In short: a program enables what [`host::required_features`] and
+//! [`host::required_extensions`] list, lends its device once, prepares a scene once, and then records frames, which allocates,
+//! submits and waits for nothing. Radiance goes to an image of the program's, and depth, normals and albedo can be had as images.
+//! Or the program draws surfaces itself, and hands over their depth, normals and albedo to have them lit.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use std::sync::Arc;
+//! use twobounce::ash::vk;
+//! use twobounce::host::{Aov, Context, HostDevice, HostImage, Prepare, Prepared, Seen};
+//! use twobounce::scene::{LoadOptions, Scene, View};
+//! use twobounce::settings::Settings;
+//!
+//! /// Once: `lent` says what the program's device is and what is enabled on it.
+//! fn prepare(lent: HostDevice<'_>, scene: &Scene) -> twobounce::Result<Prepared> {
+//!     // SAFETY: the handles are valid and outlive what is prepared.
+//!     let context: Arc<Context> = unsafe { Context::adopt(lent)? };
+//!     let pose = scene.pose(None, 0.0);
+//!     let mut settings = Settings::fast();
+//!     settings.set("voxels=64")?;
+//!     Prepared::new(&context, scene, &pose, &settings, &Prepare::new((1280, 720), scene.bounds(None)))
+//! }
+//!
+//! /// Each frame, once the device is done with the one before in the same slot; `target` says where radiance goes.
+//! fn frame(
+//!     prepared: &mut Prepared,
+//!     (scene, view): (&Scene, &View),
+//!     (commands, slot): (vk::CommandBuffer, usize),
+//!     target: HostImage,
+//! ) -> twobounce::Result<()> {
+//!     if let Some(growth) = prepared.poll(slot) {
+//!         // The program waits for all frames in flight, and then:
+//!         prepared.grow(growth)?;
+//!     }
+//!     let output = prepared.output(Aov::Beauty, target)?;
+//!     let pose = scene.pose(None, 0.5);
+//!     // SAFETY: the buffer is recording, outside of a rendering scope, and the slot is free.
+//!     unsafe { prepared.record(commands, slot, &Seen::new(scene, &pose, view), &[output]) };
+//!     Ok(())
+//! }
+//!
+//! let scene = Scene::load(Path::new("scene.glb"), &LoadOptions::default())?;
+//! # Ok::<(), twobounce::Error>(())
+//! ```
+//!
+//! `examples/host/` is such a program, whole: `cargo run --release --example host -- scene.glb image.png`.
+//!
+//! # In any other program
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use twobounce::renderer::{Context, ContextOptions, RenderOptions, Renderer};
+//! use twobounce::scene::{LoadOptions, Scene};
+//! use twobounce::settings::Settings;
+//!
+//! let scene = Scene::load(Path::new("scene.glb"), &LoadOptions::default())?;
+//! let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+//! let view = scene.view(&pose, 0);
+//! let context = Context::new(&ContextOptions::default())?;
+//! let options = RenderOptions::new((640, 360), bounds);
+//! let mut renderer = Renderer::new(&context, scene, &pose, Settings::default(), options)?;
+//! renderer.render(&pose, &view)?;
+//! renderer.read().write_png(Path::new("image.png"), 0.0)?;
+//! # Ok::<(), twobounce::Error>(())
+//! ```
+//!
+//! # What stays
+//!
+//! Versions follow [semantic versioning](https://semver.org) for what these pages show: [`host`], [`renderer`], [`scene`],
+//! [`settings`], [`Error`], and the crates whose types a host hands over, [`ash`], [`glam`] and [`gpu_allocator`]. Structs are
+//! made by their functions, and their fields changed after that or with `..`, since fields are added. Everything else is public for the program
+//! `twobounce` and for tests, is not shown here, and may change with any version
+//! (`RUSTDOCFLAGS="--cfg internals" cargo doc` shows it).
 
-pub mod assets;
-pub mod chart;
-pub mod error;
-pub mod frame;
-pub mod gi;
-pub mod ground;
-pub mod layers;
-pub mod measure;
-pub mod memory;
-pub mod output;
-pub mod profile;
-pub mod reference;
+pub mod host;
 pub mod renderer;
-pub mod requirements;
 pub mod scene;
 pub mod settings;
+
+// Not for hosts: see above.
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod assets;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod chart;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod error;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod frame;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod gi;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod ground;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod layers;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod measure;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod memory;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod output;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod profile;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod reference;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod requirements;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod stability;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod vk;
+
+/// The crates whose types a host hands over.
+pub use {ash, glam, gpu_allocator};
 
 pub use error::{Error, Result};

@@ -12,12 +12,15 @@ use crate::ground::image::target::{self, Readback};
 use crate::ground::layout::Triangle;
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
 use crate::ground::scene_on_gpu::ScenePacked;
-use crate::layers::{Aov, Layers, PassMean};
+use crate::layers::PassMean;
 use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
-use crate::vk::{self, Context, FrameLog, Pace, Recorder, RecorderOptions, Watch, ZoneTimings};
+use crate::vk::{self, FrameLog, Pace, Recorder, RecorderOptions};
 use crate::{Error, Result};
+
+pub use crate::layers::{Aov, Layers};
+pub use crate::vk::{Context, ContextOptions, Step, Watch, ZoneTimings};
 
 /// How a frame is handed to the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,6 +70,7 @@ pub struct FrameReport {
 }
 
 /// With `bounces = all`: the share of all light by which one frame may still differ from the one before it.
+#[cfg_attr(not(internals), doc(hidden))]
 pub const SETTLED: f64 = 1e-3;
 pub struct Renderer {
     context: Arc<Context>,
@@ -105,9 +109,12 @@ impl Renderer {
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
         let memory_limit = memory_limit(context, options.memory_limit);
         // Before anything is uploaded: what is too large is refused at once.
-        check_memory((context, &memory_limit), (&scene, settings.voxels), &fixed_plan, &|voxels| {
-            first_plan(&desc, &packed.trees, voxels)
-        })?;
+        check_memory(
+            (context, &memory_limit),
+            (scene.triangle_count() as u64, settings.voxels),
+            &fixed_plan,
+            &|voxels| first_plan(&desc, &packed.trees, voxels),
+        )?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let (pace, context) = (Pace::new(context.is_cpu, options.watch.clone()), context.clone());
@@ -136,9 +143,12 @@ impl Renderer {
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
-        check_memory((&self.context, &self.memory_limit), (&self.scene, settings.voxels), &fixed_plan, &|voxels| {
-            first_plan(&desc, &self.frame.ground.scene.trees, voxels)
-        })?;
+        check_memory(
+            (&self.context, &self.memory_limit),
+            (self.scene.triangle_count() as u64, settings.voxels),
+            &fixed_plan,
+            &|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels),
+        )?;
         self.frame.change(&self.context, &desc)?;
         self.pace = Pace::new(self.context.is_cpu, options.watch.clone());
         if size != self.options.size {
@@ -222,6 +232,7 @@ impl Renderer {
     }
 
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn make_anew(&mut self) {
         self.frame.make_anew();
     }
@@ -243,7 +254,7 @@ impl Renderer {
                 let plan = |voxels| self.frame.plan(&counts, voxels);
                 check_memory(
                     (&self.context, &self.memory_limit),
-                    (&self.scene, self.settings.voxels),
+                    (self.scene.triangle_count() as u64, self.settings.voxels),
                     &self.fixed_plan,
                     &plan,
                 )?;
@@ -320,6 +331,7 @@ impl Renderer {
     }
 
     /// What is allocated now, resource by resource.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn plan(&self) -> MemoryPlan {
         let mut rows = self.frame.plan(self.frame.counts(), self.settings.voxels);
         rows.extend(&self.fixed_plan);
@@ -327,21 +339,25 @@ impl Renderer {
     }
 
     /// From the next frame on, keeps what a frame records, for tests: see [`Self::log`].
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn keep_log(&mut self) {
         self.log.get_or_insert_default();
     }
 
     /// What the last frame recorded; `None` without [`Self::keep_log`].
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn log(&self) -> Option<&FrameLog> {
         self.log.as_ref()
     }
 
     /// Buffers and lists after the last frame.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn ground(&self) -> &Ground {
         &self.frame.ground
     }
 
     /// The frame, with everything that it works on.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn frame(&self) -> &Frame {
         &self.frame
     }
@@ -353,6 +369,7 @@ impl Renderer {
 }
 
 /// What may be taken of a device's memory: what it has left, or `limit` bytes of that.
+#[cfg_attr(not(internals), doc(hidden))]
 pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
     let budget = context.memory_budget();
     match limit.filter(|bytes| *bytes < budget) {
@@ -362,6 +379,7 @@ pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
 }
 
 /// How many triangles, over all instances, a device's buffers hold at most, whatever is known of each, and what says so.
+#[cfg_attr(not(internals), doc(hidden))]
 pub fn most_triangles(context: &Context) -> (u64, String) {
     let most = u64::from(context.limits.max_storage_buffer_range) / size_of::<Triangle>() as u64;
     (most, format!("the largest buffer that {} binds", context.name))
@@ -374,9 +392,9 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -
 }
 
 /// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit or what the device binds at once.
-fn check_memory(
+pub(crate) fn check_memory(
     (context, limit): (&Context, &Limit),
-    (scene, voxels): (&Scene, u32),
+    (triangles, voxels): (u64, u32),
     fixed: &[MemoryRow],
     plan: &dyn Fn(u32) -> Vec<MemoryRow>,
 ) -> Result<()> {
@@ -384,5 +402,5 @@ fn check_memory(
     memory_plan::check(voxels, limit, rows_at)?;
     let words = format!("the largest buffer that {} binds", context.name);
     let largest = Limit { bytes: context.limits.max_storage_buffer_range.into(), words };
-    memory_plan::check_buffers(&rows_at(voxels), scene.triangle_count() as u64, &largest)
+    memory_plan::check_buffers(&rows_at(voxels), triangles, &largest)
 }

@@ -134,3 +134,18 @@ fn no_file_is_larger_than_five_megabytes() {
         assert!(bytes <= 5_000_000, "{} has {bytes} bytes", file.display());
     }
 }
+
+/// What hosts rely on is little: every other module is hidden from the pages that say what stays.
+#[test]
+fn the_documentation_shows_four_modules() {
+    let page = read("src/lib.rs");
+    let hidden = "#[cfg_attr(not(internals), doc(hidden))]";
+    let lines: Vec<&str> = page.lines().collect();
+    let modules = lines.iter().enumerate().filter_map(|(i, line)| Some((i, line.strip_prefix("pub mod ")?)));
+    let shown: Vec<_> = modules.filter(|(i, _)| lines[i - 1] != hidden).map(|(_, name)| name).collect();
+    assert_eq!(shown, ["host;", "renderer;", "scene;", "settings;"]);
+    for name in shown {
+        let link = format!("[`{}`]", name.trim_end_matches(';'));
+        assert!(page.contains(&link), "the first page does not name {link}");
+    }
+}

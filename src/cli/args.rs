@@ -46,6 +46,10 @@ pub enum Command {
     Settings(SettingsCommandArgs),
     /// List the Vulkan devices, what twobounce needs of them, and what they lack
     Info(InfoArgs),
+    /// Print what a shell completes: bash, zsh, fish, elvish, powershell
+    Completions(super::completions::CompletionsArgs),
+    /// Print the manual page, or write a page per command
+    Man(super::man::ManArgs),
     /// Run the default study and write docs/study again
     #[command(hide = true)]
     Study(super::study::StudyArgs),

@@ -8,10 +8,12 @@ mod bench;
 mod blank;
 mod chart;
 mod compare;
+mod completions;
 mod info;
 mod interrupt;
 mod ledger;
 mod make_assets;
+mod man;
 pub mod out;
 mod outputs;
 mod profile;
@@ -86,5 +88,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Stability(args) => stability::run(args),
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
+        Command::Completions(args) => completions::run(args),
+        Command::Man(args) => man::run(args),
     }
 }

@@ -28,6 +28,7 @@ impl Layers {
     }
 
     /// Reads R G B, all layers of [`Aov`] in the file, and the text in its header.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn read_exr(path: &Path) -> Result<(Self, Metadata)> {
         let length = read::about(path, "an OpenEXR image")?.len();
         let check_memory = |bytes: u64| read::check_memory(path, bytes, "image");

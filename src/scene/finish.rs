@@ -7,6 +7,7 @@ use super::texture::ColorSpace;
 use super::{Material, TextureRef};
 
 /// The least roughness of sheen: below it all of the lobe lies within 5° of grazing.
+#[cfg_attr(not(internals), doc(hidden))]
 pub const SHEEN_ROUGHNESS_MIN: f32 = 0.07;
 
 /// The parts of a material that most do not have, one per extension; the default of each changes nothing.
@@ -102,6 +103,7 @@ impl Default for DiffuseTransmission {
 
 impl Finish {
     /// All texture slots in a fixed order, the renderer's, with the colour space of each.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn slots(&self) -> [(Option<TextureRef>, ColorSpace); 10] {
         use ColorSpace::{Linear, Srgb};
         [
@@ -119,6 +121,7 @@ impl Finish {
     }
 
     /// The same slots, to be changed.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn slots_mut(&mut self) -> [&mut Option<TextureRef>; 10] {
         [
             &mut self.clearcoat.texture,
@@ -137,6 +140,7 @@ impl Finish {
 
 /// A [`Finish`] at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(internals), doc(hidden))]
 pub struct FinishParams {
     pub clearcoat: f32,
     /// Perceptual; GGX's α is its square. At least `ROUGHNESS_MIN`.
@@ -163,6 +167,7 @@ pub struct FinishParams {
 impl Finish {
     /// At a point; `sample` reads a texture there, white where there is none.
     #[cold]
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn evaluate(&self, sample: impl Fn(&Option<TextureRef>, ColorSpace) -> Vec4) -> FinishParams {
         use ColorSpace::{Linear, Srgb};
         let Self { clearcoat, sheen, anisotropy, iridescence, diffuse_transmission: diffuse, dispersion } = self;
@@ -198,6 +203,7 @@ impl FinishParams {
 }
 
 /// KHR_materials_dispersion: the index of refraction of red (0), green or blue (2) light, at least 1. `ior` is green's.
+#[cfg_attr(not(internals), doc(hidden))]
 pub fn dispersed(ior: f32, dispersion: f32, channel: usize) -> f32 {
     // Half the difference of the outer two, (ior − 1) / V / 2, where Abbe's number V is 20 / dispersion.
     let half_spread = (ior - 1.0) * 0.025 * dispersion;
@@ -206,6 +212,7 @@ pub fn dispersed(ior: f32, dispersion: f32, channel: usize) -> f32 {
 
 impl Anisotropy {
     /// Unit, in tangent space: where highlights are longest, at a texel's red and green.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn direction(&self, texel: Vec2) -> Vec2 {
         let own = if self.texture.is_some() { 2.0 * texel - 1.0 } else { Vec2::X };
         Vec2::from_angle(self.rotation).rotate(own.normalize_or(Vec2::X))
@@ -214,6 +221,7 @@ impl Anisotropy {
 
 impl Material {
     /// The uv set, and its transform, along which a mesh without tangents gets them; `None` where nothing reads tangents.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn tangent_uvs(&self) -> Option<(usize, Affine2)> {
         let finish = self.finish.as_deref();
         let of_anisotropy = finish.and_then(|f| f.anisotropy.texture);

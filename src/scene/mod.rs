@@ -3,6 +3,7 @@
 //! [`Scene`] is independent of time; [`Scene::pose`] gives the transforms at a time. The renderer and the reference take both.
 //! World positions are f64, so that a scene 10⁷ m from the origin keeps its precision.
 
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod analytic;
 mod animation;
 mod bounds;
@@ -11,12 +12,16 @@ mod camera;
 pub mod finish;
 mod gltf;
 mod lights;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod sheen;
 pub mod sky;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod surface;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod texture;
 pub(crate) mod ties;
 
+#[cfg_attr(not(internals), doc(hidden))]
 pub use camera::DEFAULT_FOV_DEGREES;
 pub use gltf::LoadOptions;
 

@@ -56,6 +56,7 @@ pub struct SurfaceParams {
 impl Material {
     /// The material at `point`.
     #[inline]
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn evaluate(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> SurfaceParams {
         let sample = |slot: &Option<_>, space| textures.sample(scene, slot.as_ref(), space, point);
         let base = self.base_color * sample(&self.base_color_texture, ColorSpace::Srgb) * point.color;
@@ -87,6 +88,7 @@ impl Material {
     }
 
     /// Only [`SurfaceParams::opacity`], for rays that pass the surface.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn opacity(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> f32 {
         if self.alpha == Alpha::Opaque {
             return 1.0;
@@ -97,6 +99,7 @@ impl Material {
     }
 
     /// Whether this side of a triangle is visible, is lit and emits. The other side still blocks light.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn shows(&self, front: bool) -> bool {
         front || self.double_sided
     }
@@ -110,6 +113,7 @@ pub(super) fn normal_map(texel: Vec4, scale: f32) -> Vec3 {
 
 impl Alpha {
     /// The share of light from behind that is blocked, for the product `alpha` of factor, texture and vertex colour.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn opacity(self, alpha: f32) -> f32 {
         match self {
             Self::Opaque => 1.0,

@@ -242,6 +242,7 @@ impl Sampling for Textures {
 impl TextureRef {
     /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide in the geometric
     /// mean of both axes. Not clamped; −∞ for a footprint of 0.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn level(&self, image: &Image, footprint: f32) -> f32 {
         let texels = image.width as f32 * image.height as f32 * self.transform.matrix2.determinant().abs();
         (footprint * texels.sqrt()).log2()
@@ -250,6 +251,7 @@ impl TextureRef {
 
 impl Material {
     /// Every used texture and the colour space of its slot.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn texture_slots(&self) -> impl Iterator<Item = (TextureRef, ColorSpace)> {
         let srgb = [self.base_color_texture, self.emissive_texture, self.specular_color_texture];
         let linear = [

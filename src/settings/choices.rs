@@ -75,6 +75,7 @@ choices! {
 
 impl GatherResolution {
     /// Pixels of the image per gathered one, along each side.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn scale(self) -> u32 {
         match self {
             Self::Full => 1,
@@ -86,6 +87,7 @@ impl GatherResolution {
 
 impl Bounces {
     /// Volumes that are filled.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn volumes(self) -> u32 {
         if self == Self::One { 1 } else { 2 }
     }

@@ -60,6 +60,7 @@ impl Settings {
     }
 
     /// Every key and its value as the user would write it after `--set key=`, tables of other methods included.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn entries(&self) -> Vec<(&'static Key, String)> {
         let bare = |value: &Value| match value {
             Value::String(text) => text.clone(),

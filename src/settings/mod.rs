@@ -13,7 +13,9 @@ mod tables;
 
 pub(crate) use choices::choices;
 pub use choices::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shadows};
+#[cfg_attr(not(internals), doc(hidden))]
 pub use docs::markdown;
+#[cfg_attr(not(internals), doc(hidden))]
 pub use keys::{Key, Range, keys};
 pub(crate) use keys::{key, names, rare};
 pub use presets::{PRESETS, Preset};
@@ -21,7 +23,8 @@ pub use tables::{GridSettings, ImageSettings, LightSettings};
 
 use serde::{Deserialize, Serialize};
 
-use crate::gi::{Method, Tables};
+pub use crate::gi::Method;
+use crate::gi::Tables;
 
 /// Every setting. `twobounce settings` prints this tree; `--set key=value` writes into it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +39,7 @@ pub struct Settings {
     pub image: ImageSettings,
     /// One table per method, under the method's name.
     #[serde(flatten)]
+    #[cfg_attr(not(internals), doc(hidden))]
     pub of: Tables,
 }
 

@@ -36,8 +36,10 @@ pub struct Context {
     pub is_cpu: bool,
     /// Pipelines count what they read; see [`Context::counting`].
     pub(super) counting: bool,
+    #[cfg_attr(not(internals), doc(hidden))]
     pub limits: vk::PhysicalDeviceLimits,
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](super::RasterDesc) can be asked for.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub conservative_rasterization: bool,
     /// `VK_EXT_post_depth_coverage` is enabled. Without it direct light at an edge is a mean that takes in samples of the surface
     /// which a nearer one hides.
@@ -59,9 +61,9 @@ pub struct Context {
     pub(super) functions: Functions,
     pub(super) labels: Labels,
     capabilities: Capabilities,
-    physical: vk::PhysicalDevice,
+    pub(super) physical: vk::PhysicalDevice,
     device: ash::Device,
-    instance: ash::Instance,
+    pub(super) instance: ash::Instance,
     /// The instance, where it and the device were made here: they are destroyed with the context, a host's are not.
     own: Option<Instance>,
 }
@@ -92,6 +94,7 @@ impl Context {
 
     /// A device on which every shader that can (`glsl/common/count.glsl`) counts what it reads, zone by zone: slower, and
     /// the same images. The counts come with the zones' times.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn counting(options: &ContextOptions) -> Result<Arc<Self>> {
         Self::with(options, true)
     }
@@ -123,11 +126,13 @@ impl Context {
     }
 
     /// How many pipelines were compiled so far.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn compiled_pipelines(&self) -> u64 {
         self.pipelines.compiled()
     }
 
     /// The same, where no earlier run had left any: it takes long, and only once.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn compiled_anew(&self) -> Option<u64> {
         Some(self.compiled_pipelines()).filter(|_| self.pipeline_cache.is_cold())
     }
@@ -175,6 +180,7 @@ impl Context {
         }))
     }
 
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn device(&self) -> &ash::Device {
         &self.device
     }

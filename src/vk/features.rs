@@ -29,6 +29,7 @@ pub struct Requirements {
 
 impl Features {
     /// What every recording needs, whatever the passes are.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub const RECORDER: Self = Self {
         geometry_shader: false,
         vertex_pipeline_stores_and_atomics: false,

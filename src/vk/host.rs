@@ -69,6 +69,15 @@ impl Context {
     }
 }
 
+/// What `physical_device` lacks of what is needed, by the specification's names; empty where it will do. For a host that
+/// chooses among devices, before it makes one. `api_version`: what the instance was made with.
+///
+/// # Safety
+/// The handle comes from `instance`.
+pub unsafe fn missing(instance: &ash::Instance, api_version: u32, physical_device: vk::PhysicalDevice) -> Vec<String> {
+    Capabilities::query(instance, api_version, physical_device).missing(&REQUIREMENTS)
+}
+
 fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
     let name = capabilities.name();
     let version = capabilities.version();

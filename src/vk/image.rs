@@ -100,6 +100,13 @@ pub struct ImageView<'a> {
     pub(super) level: u32,
 }
 
+impl ImageView<'_> {
+    /// For a host's own commands; valid as long as the image lives.
+    pub fn handle(&self) -> vk::ImageView {
+        self.handle
+    }
+}
+
 impl Image {
     /// Makes the image and its views and brings it into `GENERAL` layout; its contents are undefined.
     ///

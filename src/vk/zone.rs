@@ -43,6 +43,7 @@ pub struct ZoneTimings {
 impl ZoneTimings {
     /// Of a frame that goes on in a second submission.
     #[must_use]
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn then(mut self, later: Self) -> Self {
         self.zones
             .extend(later.zones.into_iter().map(|zone| ZoneTiming { start_ms: self.gpu_ms + zone.start_ms, ..zone }));

@@ -1,6 +1,9 @@
 //! A host with a Vulkan device of its own, under validation and synchronisation validation.
 #![allow(dead_code)]
 
+pub mod images;
+pub mod prepared;
+
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
 use twobounce::vk::ash::{self, vk};
@@ -89,6 +92,22 @@ impl Host {
         change(&mut host);
         // SAFETY: `device` enables all that is required; the test drops the context first.
         unsafe { Context::adopt(host) }
+    }
+
+    /// What its device lacks of what is needed.
+    pub fn missing(&self) -> Vec<String> {
+        self.missing_with(self.version)
+    }
+
+    /// The same, had the instance been made with that version.
+    pub fn missing_with(&self, version: u32) -> Vec<String> {
+        // SAFETY: the handle comes from this instance.
+        unsafe { twobounce::vk::missing(&self.instance, version, self.physical) }
+    }
+
+    pub fn memory_types(&self) -> Vec<vk::MemoryType> {
+        let memory = unsafe { self.instance.get_physical_device_memory_properties(self.physical) };
+        memory.memory_types_as_slice().to_vec()
     }
 
     /// What the validation layer said so far, which is then forgotten.

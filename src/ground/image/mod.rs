@@ -4,6 +4,7 @@
 //! Reads: triangles, lists, the method's light. Writes: radiance, f32.
 
 pub mod gather;
+pub mod given;
 pub mod target;
 
 use std::sync::Arc;

@@ -20,7 +20,7 @@ const DEPTH_BYTES: u64 = 4;
 const BAND_BYTES: u64 = 24 << 20;
 
 /// Depth of the sky while it is blended and resolved; infinity times zero would be NaN. Read back as infinity.
-const FAR: f32 = 1e36;
+pub const FAR: f32 = 1e36;
 
 /// The outputs of `image.frag` in their order: what each holds, a layer or, channel by channel, several of one number.
 const OUTPUTS: &[&[Aov]] = &[
@@ -177,6 +177,17 @@ impl ImageTarget {
     /// The whole image, in `GENERAL` layout: radiance, RGBA in f32.
     pub fn image(&self) -> &Image {
         &self.outputs[0].image
+    }
+
+    /// The whole image that holds `layer`, and which of its channels where it is one number; `None` where it is not drawn.
+    pub fn layer(&self, layer: Aov) -> Option<(&Image, Option<usize>)> {
+        if layer == Aov::Alpha {
+            return Some((self.image(), Some(3)));
+        }
+        self.outputs.iter().zip(OUTPUTS).find_map(|(output, layers)| {
+            let channel = layers.iter().position(|other| *other == layer)?;
+            Some((&output.image, (layers.len() > 1).then_some(channel)))
+        })
     }
 }
 

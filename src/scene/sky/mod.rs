@@ -15,10 +15,12 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3, Vec3};
 
 use super::Scene;
+#[cfg_attr(not(internals), doc(hidden))]
 pub use bright::SkyLight;
 pub use file::read;
 
 /// Texels that a map keeps at most: 4096 × 2048, 32 MiB on a device. Larger ones are halved.
+#[cfg_attr(not(internals), doc(hidden))]
 pub const MOST_TEXELS: usize = 1 << 23;
 
 /// An equirectangular image before it is a sky: rows from the top, linear radiance.
@@ -93,16 +95,19 @@ impl SkyMap {
     }
 
     /// Its texels, unpacked to the same scale.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn texels(&self) -> Texels<'_> {
         Texels { width: self.width, height: self.height, words: &self.words[..self.width * self.height] }
     }
 
     /// Radiance of the brightest channel without the bright part.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn brightest_of_rest(&self) -> f32 {
         self.scale * self.most.min(LARGEST)
     }
 
     /// How often the cones of the last level are halved until one is as narrow as a texel.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn octaves(&self) -> f32 {
         levels::octaves(self.levels, self.height)
     }
@@ -137,12 +142,14 @@ fn unpack(word: u32) -> Vec3 {
 }
 
 /// Where unit d lies in a map: across from 0 to 1, and down from 0 to 1.
+#[cfg_attr(not(internals), doc(hidden))]
 pub fn place(d: Vec3) -> [f32; 2] {
     let down = d.x.hypot(d.z).atan2(d.y) / std::f32::consts::PI;
     [0.5 + d.z.atan2(d.x) / std::f32::consts::TAU, down]
 }
 
 /// The unit direction of such a place.
+#[cfg_attr(not(internals), doc(hidden))]
 pub fn direction(across: f64, down: f64) -> DVec3 {
     let ((sin, cos), (out, up)) = ((TAU * (across - 0.5)).sin_cos(), (PI * down).sin_cos());
     DVec3::new(out * cos, up, out * sin)
@@ -150,6 +157,7 @@ pub fn direction(across: f64, down: f64) -> DVec3 {
 
 /// The texels of a map, or of one of its levels.
 #[derive(Clone, Copy)]
+#[cfg_attr(not(internals), doc(hidden))]
 pub struct Texels<'a> {
     pub width: usize,
     pub height: usize,
@@ -228,6 +236,7 @@ impl Scene {
     }
 
     /// What the bright part of the sky's map sends, from where it is.
+    #[cfg_attr(not(internals), doc(hidden))]
     pub fn sky_lights(&self) -> impl Iterator<Item = SkyLight> {
         let rotation = self.sky_rotation();
         let lights = self.sky_map.iter().flat_map(|map| &map.lights);

@@ -1,0 +1,81 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+//! per method
+// Given: the light of surfaces that a host drew itself: Lambertian ones, each known by its depth, its normal and its albedo. They are
+// lit by the scene, and are not a part of it. Writes radiance; alpha is 1 where there is a surface.
+
+#include "ground/constants.glsl"
+#include "ground/surface.glsl"
+#include "ground/brdf.glsl"
+#include "method/look_up.glsl"
+#include "ground/lamp_light.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(set = 0, binding = 61) uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR where there is nothing
+layout(set = 0, binding = 62) uniform sampler2D given_normal;
+layout(set = 0, binding = 63) uniform sampler2D given_albedo;
+layout(set = 0, binding = 64, rgba32f) writeonly uniform image2D given_direct;
+layout(set = 0, binding = 65, rgba32f) writeonly uniform image2D given_indirect;
+
+const float FAR = 1e30; // and above
+
+Surface given_surface(ivec2 at, float depth) {
+    vec2 ndc = (vec2(at) + 0.5) / frame.image_size * 2.0 - 1.0 - frame.ndc_shift;
+    vec3 across = frame.right_per_ndc * ndc.x + frame.down_per_ndc * ndc.y;
+    float way = depth / frame.voxel_m;
+    Surface s;
+    s.position = frame.eye + frame.forward * way + across * (frame.orthographic != 0u ? 1.0 : way);
+    s.normal = normalize(texelFetch(given_normal, at, 0).xyz);
+    s.facet = s.normal;
+    s.albedo = texelFetch(given_albedo, at, 0).rgb;
+    s.diffuse = s.albedo;
+    s.diffuse_share = 1.0;
+    s.f0 = vec3(0.0);
+    s.f90 = 0.0;
+    s.coat_f0 = 0.0;
+    s.coat_f90 = 0.0;
+    s.roughness = 1.0;
+    s.opacity = 1.0;
+    s.transmitted = vec3(0.0);
+    s.transmission = 0.0;
+    s.emitted = vec3(0.0);
+    s.ior = 1.5;
+    s.thickness_m = 0.0;
+    s.unlit = false;
+    s.finish = NO_FINISH;
+    return s;
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, ivec2(frame.image_size)))) {
+        return;
+    }
+    float depth = texelFetch(given_depth, at, 0).r;
+    bool there = depth > 0.0 && depth < FAR && any(notEqual(texelFetch(given_normal, at, 0).xyz, vec3(0.0)));
+    Surface s = given_surface(at, there ? depth : 1.0);
+    vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+    vec3 direct = vec3(0.0);
+    vec3 indirect = vec3(0.0);
+    // Loops, which a CPU device leaves early, name each look-up once.
+    for (uint k = 0u; k < (there ? frame.light_count : 0u); k++) {
+        LightSample to = sample_light(lights[k], s.position, frame.voxel_m);
+        vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, lights[k].kind == LIGHT_SKY);
+        if (any(greaterThan(reflected, vec3(0.0)))) {
+            direct += reflected * shadow_towards(lights[k], to, s, s.position, 0u, 1u);
+        }
+    }
+    // Nothing is shared with neighbours, so each looks along all directions that these would have.
+    const uint places = INTERLEAVE * INTERLEAVE;
+    for (uint k = 0u; k < (there ? places : 0u); k++) {
+        uvec3 place = places == 1u ? uvec3(at, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
+        indirect += look_up_diffuse(s, place).rgb / float(places);
+    }
+    for (uint k = 0u; k < (there ? 1u : 0u); k++) {
+        direct += s.diffuse * lamp_light(s, view).diffuse;
+    }
+    imageStore(given_direct, at, vec4(direct, there ? 1.0 : 0.0));
+    imageStore(given_indirect, at, vec4(s.diffuse * indirect / frame.scale, there ? 1.0 : 0.0));
+}

@@ -1,0 +1,79 @@
+//! Given: light on surfaces that a host drew itself, by their depth, normal and albedo.
+//! Reads: these, triangles, lists, the method's light. Writes: direct and indirect radiance, f32.
+
+use std::sync::Arc;
+
+use super::ImagePassDesc;
+use super::target::COLOR_FORMAT;
+use crate::Result;
+use crate::ground::Ground;
+use crate::ground::memory_plan::MemoryRow;
+use crate::vk::{Bind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder, ZoneKind};
+
+/// Depth, normal, albedo; direct, indirect.
+const NAMES: [&str; 5] = ["given_depth", "given_normal", "given_albedo", "given_direct", "given_indirect"];
+const INPUTS: usize = 3;
+/// Pixels along each side of a workgroup of `given.comp`.
+const GROUP: u32 = 8;
+
+pub struct GivenPass {
+    pass: Compute,
+    images: Vec<Image>,
+    size: (u32, u32),
+}
+
+/// Bytes of what [`GivenPass::new`] makes.
+pub fn plan((width, height): (u32, u32)) -> MemoryRow {
+    ("given surfaces and their light", u64::from(width) * u64::from(height) * 16 * NAMES.len() as u64)
+}
+
+impl GivenPass {
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, size: (u32, u32)) -> Result<Self> {
+        let shader = format!("ground/image/given.comp {}", desc.method);
+        let copied = ImageUsageFlags::TRANSFER_SRC | ImageUsageFlags::TRANSFER_DST;
+        let usage = copied | ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE;
+        let image = |label: &&str| {
+            let (dim, format, (width, height)) = (ImageDim::D2, COLOR_FORMAT, size);
+            Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
+        };
+        Ok(Self {
+            pass: Compute::new(context, &ComputeDesc { label: "given", shader: &shader, constants: desc.constants })?,
+            images: NAMES.iter().map(image).collect::<Result<_>>()?,
+            size,
+        })
+    }
+
+    /// What a host's depth, normal and albedo are copied to.
+    pub fn inputs(&self) -> &[Image] {
+        &self.images[..INPUTS]
+    }
+
+    /// Direct light, or the other one.
+    pub fn light(&self, direct: bool) -> &Image {
+        &self.images[if direct { INPUTS } else { INPUTS + 1 }]
+    }
+
+    /// `look_up`: what the method's look-up binds.
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>]) {
+        let texels = &ground.scene.texel_sampler;
+        let mut binds = ground.image_binds();
+        binds.extend_from_slice(look_up);
+        for (i, (name, image)) in NAMES.into_iter().zip(&self.images).enumerate() {
+            let input = i < INPUTS;
+            binds.push(if input {
+                Bind::image(name, image.view(), texels)
+            } else {
+                Bind::storage_image(name, image.view())
+            });
+        }
+        let (width, height) = self.size;
+        let groups = [width.div_ceil(GROUP), height.div_ceil(GROUP), 1];
+        let bytes = u64::from(width) * u64::from(height) * 32;
+        r.full_barrier(); // the method wrote its light, the host its surfaces
+        r.zone("given", ZoneKind::Compute, bytes, |r| {
+            r.dispatch(&self.pass, &self.pass.select(&binds), &(), groups);
+        });
+    }
+}

@@ -247,11 +247,20 @@ impl Frame {
             frame_index: self.frame_index,
             lamps: self.placed_lamps,
             light_pass: mean_pass,
+            light_share: self.share_of_mean(mean_pass),
             image_pass: seen.image.unwrap_or(0),
         };
         r.update(&self.ground.frame, 0, &[uniforms.layout()]);
         r.update(&self.ground.lights, 0, lights);
         r.update(&self.ground.order, 0, &self.back_to_front(seen));
+    }
+
+    /// How much of the mean over passes is that of `pass`. Settled light of one set of directions is wrong where light goes to and fro
+    /// along them, and a mean that began with it would keep that for long: the first third of the passes each take the place of the
+    /// one before instead.
+    fn share_of_mean(&self, pass: u32) -> f32 {
+        let replacing = self.ground.desc.wants.mean_passes.unwrap_or(0) / 3;
+        1.0 / (1 + pass.saturating_sub(replacing)) as f32
     }
 
     /// Sources of the blended triangles, the farthest centroid first; equal depths in the scene's order.

@@ -8,10 +8,14 @@ uvec4 place_seed(vec3 position) {
     return uvec4(floatBitsToUint(position), 0u);
 }
 
-// The R2 sequence over passes (Roberts, 2018); 0 in the first.
+// The R2 sequence over passes (Roberts, 2018); 0 in the first. A pass over the voxels gathers what passes before it left: with the
+// same step from each to the next, what light meets would depend on where it was sent before. So every 32 passes take their places
+// in the order of the triangular numbers, whose steps all differ.
 vec2 pass_shift() {
 #ifdef LIGHTS_ITEMS
-    return fract(float(frame.light_pass) * vec2(0.7548776662, 0.5698402909));
+    uint k = frame.light_pass % 32u;
+    uint place = frame.light_pass - k + (k * (k + 1u) / 2u) % 32u;
+    return fract(float(place) * vec2(0.7548776662, 0.5698402909));
 #else
     return frame.image_shift;
 #endif

@@ -26,6 +26,8 @@ pub struct FrameUniforms<'a> {
     pub lamps: (u32, bool),
     /// Which of the passes whose mean is kept lights the list items.
     pub light_pass: u32,
+    /// How much of the mean is that pass's.
+    pub light_share: f32,
     /// Which of the passes over the image whose mean is shown this is.
     pub image_pass: u32,
 }
@@ -55,7 +57,7 @@ impl FrameUniforms<'_> {
             lamp_tree: u32::from(self.lamps.1),
             light_pass: self.light_pass,
             sky_gradient: self.scene.sky_gradient.into(),
-            light_share: 1.0 / (1 + self.light_pass) as f32,
+            light_share: self.light_share,
             sky_scale: map.map_or(1.0, |map| map.scale),
             sky_most: map.map_or(f32::MAX, |map| map.most.min(f32::MAX)),
             sky_width: map.map_or(0, |map| map.width as i32),

@@ -86,6 +86,18 @@ impl Scene {
         named("animation", name, self.animations.iter().map(|a| a.name.as_str()))
     }
 
+    /// The indices of the animations that `name` names: one by its name or number, or `all`, unless one is called so.
+    ///
+    /// # Errors
+    /// As for [`Self::animation_named`].
+    pub fn animations_named(&self, name: &str) -> Result<Vec<usize>> {
+        let one = self.animation_named(name);
+        match one {
+            Err(_) if name == "all" && !self.animations.is_empty() => Ok((0..self.animations.len()).collect()),
+            one => Ok(vec![one?]),
+        }
+    }
+
     /// The index of the camera with the name or number `name`.
     ///
     /// # Errors

@@ -183,9 +183,9 @@ impl Mesh {
 
     /// Its positions alone.
     pub fn posed_positions(&self, pose: &Pose) -> Cow<'_, [Vec3]> {
-        match self.posed(pose) {
-            Cow::Borrowed(mesh) => Cow::Borrowed(&mesh.positions),
-            Cow::Owned(mesh) => Cow::Owned(mesh.positions),
+        match &self.deform {
+            Some(deform) => Cow::Owned(deform.of(&pose.deforms[deform.deformer]).0),
+            None => Cow::Borrowed(&self.positions),
         }
     }
 

@@ -169,11 +169,10 @@ pub struct Top {
 fn groups(scene: &Scene) -> Vec<Vec<usize>> {
     let moves = scene.moving_nodes();
     let solid = |&index: &usize| !scene.meshes[scene.instances[index].mesh].indices.is_empty();
-    let (moving, still): (Vec<_>, Vec<_>) =
-        (0..scene.instances.len()).filter(solid).partition(|&index| {
-            let instance = scene.instances[index];
-            moves[instance.node] || scene.meshes[instance.mesh].deform.is_some()
-        });
+    let (moving, still): (Vec<_>, Vec<_>) = (0..scene.instances.len()).filter(solid).partition(|&index| {
+        let instance = scene.instances[index];
+        moves[instance.node] || scene.meshes[instance.mesh].deform.is_some()
+    });
     let still = (!still.is_empty()).then_some(still);
     still.into_iter().chain(moving.into_iter().map(|index| vec![index])).collect()
 }

@@ -96,7 +96,9 @@ fn load_channel(
         let width = deform::targets(data, target);
         if values.len() != times.len() * per_key * width {
             let (keys, have) = (times.len(), values.len());
-            return Err(format!("{what} has {keys} keys and {have} weights of {width} morph targets; export the file again"));
+            return Err(format!(
+                "{what} has {keys} keys and {have} weights of {width} morph targets; export the file again"
+            ));
         }
         let Some(deformer) = deformer.filter(|_| !times.is_empty()) else { return Ok(None) };
         return Ok(Some(Loaded::Weights(WeightChannel { deformer, times, values, width, interpolation })));

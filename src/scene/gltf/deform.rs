@@ -78,7 +78,8 @@ pub fn joints(data: &Data, tree: &Tree, index: usize) -> Result<Vec<Joint>, Prob
         let node = *tree.slot.get(joint).ok_or_else(|| missing("node", joint))?;
         Ok(Joint { node, joint_from_mesh: DAffine3::from_mat4(DMat4::from_cols_array(&bind.map(f64::from))) })
     };
-    let mut joints: Vec<Joint> = skin.joints.iter().map(|j| j.value()).zip(&bind).map(joint).collect::<Result<_, Problem>>()?;
+    let mut joints: Vec<Joint> =
+        skin.joints.iter().map(|j| j.value()).zip(&bind).map(joint).collect::<Result<_, Problem>>()?;
     joints.push(Joint { node: tree.slot[index], joint_from_mesh: DAffine3::IDENTITY });
     Ok(joints)
 }
@@ -123,9 +124,9 @@ fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>, want: usize)
     }
     let offsets: Vec<Vec3> = offsets.into_iter().map(Vec3::from).collect();
     match offsets.iter().position(|offset| !offset.is_finite()) {
-        Some(bad) => {
-            Err(format!("{what} has a morph target with a {name} that is NaN or infinite (vertex {bad}); export the file again"))
-        }
+        Some(bad) => Err(format!(
+            "{what} has a morph target with a {name} that is NaN or infinite (vertex {bad}); export the file again"
+        )),
         None => Ok(offsets),
     }
 }

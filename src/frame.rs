@@ -6,6 +6,8 @@
 
 mod desc;
 
+use std::borrow::Cow;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -23,6 +25,7 @@ use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::SceneOnGpu;
 use crate::ground::uniforms::{self, FrameUniforms};
 use crate::ground::{Counts, Ground};
+use crate::scene::deform::DeformPose;
 use crate::scene::{Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
@@ -62,6 +65,8 @@ pub struct Frame {
 /// Everything that changes from frame to frame and shows in lists or light: no camera does.
 struct MadeOf {
     instances: Vec<DAffine3>,
+    /// What deforms meshes.
+    deforms: Vec<DeformPose>,
     lights: Vec<layout::Light>,
     /// Its two colours, and how far its map is turned.
     sky: ([Vec3; 2], f32),
@@ -177,7 +182,8 @@ impl Frame {
         let unlit = std::mem::take(&mut self.unlit);
         let moved = self.place_grids(seen.view);
         let stale = std::mem::take(&mut self.stale) || moved;
-        let lists = stale || before.as_ref().is_none_or(|b| b.instances != now.instances);
+        let stood = |b: &MadeOf| b.instances == now.instances && b.deforms == now.deforms;
+        let lists = stale || !before.as_ref().is_some_and(stood);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
         let same = |before: &MadeOf| bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky;
         if lists || unlit || !before.as_ref().is_some_and(same) {
@@ -210,6 +216,7 @@ impl Frame {
     fn made_now(&self, seen: &Seen) -> MadeOf {
         MadeOf {
             instances: seen.pose.world_from_instance.clone(),
+            deforms: seen.pose.deforms.clone(),
             lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
             sky: ([seen.scene.sky, seen.scene.sky_gradient], seen.scene.sky_turn),
         }
@@ -232,7 +239,8 @@ impl Frame {
     fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], (lamps, mean_pass): (bool, u32)) {
         r.full_barrier(); // the frame before read the same buffers
         if lamps {
-            let placed = self.lamps.place(seen.pose, &self.ground.desc.grid, self.settings.lights.lamp_points);
+            let placed =
+                self.lamps.place((seen.scene, seen.pose), &self.ground.desc.grid, self.settings.lights.lamp_points);
             self.placed_lamps = (placed.pieces.len() as u32, !placed.nodes.is_empty());
             r.update(&self.ground.lamps, 0, &placed.pieces);
             r.update(&self.ground.lamp_nodes, 0, &placed.nodes);
@@ -266,12 +274,13 @@ impl Frame {
     /// Sources of the blended triangles, the farthest centroid first; equal depths in the scene's order.
     fn back_to_front(&self, seen: &Seen) -> Vec<u32> {
         let mut order: Vec<(f64, u32)> = Vec::new();
+        let mut posed: HashMap<usize, Cow<[Vec3]>> = HashMap::new();
         for t in &self.ground.scene.blended {
             let mesh = &seen.scene.meshes[t.mesh];
             let place = &seen.pose.world_from_instance[t.instance];
+            let positions = posed.entry(t.mesh).or_insert_with(|| mesh.posed_positions(seen.pose));
             let corners = &mesh.indices[t.first_index..t.first_index + 3];
-            let sum: DVec3 =
-                corners.iter().map(|&i| place.transform_point3(mesh.positions[i as usize].as_dvec3())).sum();
+            let sum: DVec3 = corners.iter().map(|&i| place.transform_point3(positions[i as usize].as_dvec3())).sum();
             order.push(((sum / 3.0 - seen.view.eye).dot(seen.view.forward), t.source));
         }
         order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

@@ -162,13 +162,18 @@ impl Renderer {
     /// before) changed: what else it holds stays.
     ///
     /// # Errors
-    /// The device is lost, or has no room for more lights, or vertices have other attributes than before that shading reads.
+    /// The device is lost, or has no room for more lights, or vertices have other attributes than before that shading reads, or a
+    /// mesh of `moved` has a skin or morph targets: a pose moves these.
     pub fn change_scene(&mut self, scene: Scene, pose: &Pose, moved: &[usize]) -> Result<()> {
         let on_gpu = self.frame.ground.scene.clone();
         if CornerWords::of(Features::of_scene(&scene)) != on_gpu.corner {
             let words =
                 "a scene that changes got its first vertex colours or textures, or lost its last: make a new renderer";
             return Err(Error::Usage(words.into()));
+        }
+        if let Some(mesh) = moved.iter().find(|&&mesh| scene.meshes[mesh].deform.is_some()) {
+            let words = format!("mesh {mesh} of a scene that changes has a skin or morph targets: move it by a pose");
+            return Err(Error::Usage(words));
         }
         let mut recorder = Recorder::new(&self.context, RecorderOptions::default())?;
         on_gpu.update_materials(&mut recorder, &scene, pose);

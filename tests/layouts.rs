@@ -62,6 +62,13 @@ fn the_push_constants_of_lpv_agree() {
 }
 
 #[test]
+fn the_push_constants_of_deform_agree() {
+    let push = &shader::structs("ground/deform.comp")["Push"];
+    let names: Vec<_> = push.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+    assert_eq!(names, DeformPush::FIELDS);
+}
+
+#[test]
 fn numbers_agree_with_the_shaders() {
     let glsl = include_str!("../glsl/ground/constants.glsl");
     let ours = cells::LIT_COUNTS;

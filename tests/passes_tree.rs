@@ -99,7 +99,7 @@ fn boxes_follow_what_moves() {
         values: vec![Vec4::ZERO],
         interpolation: Interpolation::Step,
     };
-    scene.animations.push(Animation { name: String::new(), duration: 0.0, channels: nodes.map(channel).collect() });
+    scene.animations.push(Animation { channels: nodes.map(channel).collect(), ..Animation::default() });
     let mut renderer = gpu::render(&context, &scene, &settings(), 8);
     let mut pose = scene.pose(None, 0.0);
     let view = View::framing(Bounds { min: DVec3::ZERO, max: DVec3::splat(16.0) });

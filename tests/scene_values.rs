@@ -334,7 +334,12 @@ fn long_animations_of_large_meshes_are_bounded_quickly() {
     let values = times.iter().map(|t| Vec4::Y * *t).collect();
     let channel =
         Channel { node: 0, times, property: Property::Translation, values, interpolation: Interpolation::Linear };
-    scene.animations.push(Animation { name: "up".into(), duration: 4999.0, channels: vec![channel] });
+    scene.animations.push(Animation {
+        name: "up".into(),
+        duration: 4999.0,
+        channels: vec![channel],
+        ..Animation::default()
+    });
     let expected =
         Bounds { min: DVec3::new(0.0, 0.5, 0.0), max: DVec3::new(f64::from(29_999f32 / 30_000.0), 4999.5, 2.0) };
     assert_eq!(scene.bounds(Some(0)), expected);

@@ -89,13 +89,16 @@ pub struct SceneArgs {
     /// The file's scene to load; by default the one that the file names
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,
-    /// The animation to play; by default the first
-    #[arg(long, value_name = "NAME|INDEX")]
+    /// The animation to play, or all at once; by default the first
+    #[arg(long, value_name = "NAME|INDEX|all")]
     pub animation: Option<String>,
     /// The time within the animation, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub time: f64,
+    /// Whether an animation begins anew when it ends; else it stays as it ended
+    #[arg(long = "loop", value_name = "WHETHER", value_enum, default_value_t = Loop::Off)]
+    pub repeats: Loop,
     #[command(flatten)]
     pub sky: SkyArgs,
     /// Scale textures down to at most this many texels a side, by halves
@@ -107,6 +110,13 @@ pub struct SceneArgs {
     /// Add a sky and a directional light: `auto` where the scene has no light and no sky and does not light itself
     #[arg(long, value_name = "WHEN", value_enum, default_value_t = DefaultLight::Auto)]
     pub default_light: DefaultLight,
+}
+
+/// What comes after an animation's end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Loop {
+    On,
+    Off,
 }
 
 /// When light is added that the file does not have.
@@ -191,6 +201,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n > 0.0, "write frames per second, finite and above 0"))]
     pub fps: f64,
+    /// How fast --frames plays the animation; backward below 0
+    #[arg(long, value_name = "FACTOR", requires = "frames", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n != 0.0, "write a factor, finite and not 0"))]
+    pub speed: f64,
     /// Print what each pass took, and what memory is taken
     #[arg(long)]
     pub timings: bool,

@@ -65,7 +65,8 @@ fn where_it_is(scene: &Scene, pose: &Pose, view: &View) -> Option<String> {
     let depth = |p: DVec3| (p - view.eye).dot(view.forward);
     let places = scene.instances.iter().zip(&pose.world_from_instance);
     let depths = places.flat_map(|(instance, place)| {
-        scene.meshes[instance.mesh].positions.iter().map(move |p| depth(place.transform_point3(p.as_dvec3())))
+        let positions = scene.meshes[instance.mesh].posed_positions(pose).into_owned();
+        positions.into_iter().map(move |p| depth(place.transform_point3(p.as_dvec3())))
     });
     let (nearest, farthest) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(d), b.max(d)));
     let moved = "move the camera, or choose one with --camera or --eye";

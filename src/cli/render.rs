@@ -78,7 +78,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     (0..warm_up).try_for_each(|_| session.frame(0.0))?;
     match args.frames {
         Some(count) => (0..count).try_for_each(|frame| {
-            let later_s = f64::from(frame) * (1.0 / args.fps);
+            let later_s = f64::from(frame) * (1.0 / args.fps) * args.speed;
             session.frame(later_s)?;
             session.write(frame, later_s)
         })?,

@@ -9,11 +9,11 @@ use glam::DVec3;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
 use twobounce::renderer::{RenderOptions, memory_limit, most_triangles};
-use twobounce::scene::{DEFAULT_FOV_DEGREES, LoadOptions, Pose, Projection, Scene, View};
+use twobounce::scene::{DEFAULT_FOV_DEGREES, LoadOptions, Playback, Pose, Projection, Scene, View};
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
-use super::args::{DefaultLight, DeviceArgs, RunArgs, SceneArgs};
+use super::args::{DefaultLight, DeviceArgs, Loop, RunArgs, SceneArgs};
 use super::out;
 use super::progress::watch;
 use crate::say;
@@ -31,9 +31,9 @@ pub struct Opened {
 }
 
 /// Which moment of a scene is seen, and from where.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Shot {
-    animation: Option<usize>,
+    playback: Playback,
     time_s: f64,
     camera: Camera,
     /// What a file's camera has instead of its own, radians.
@@ -91,12 +91,13 @@ impl SceneArgs {
         };
         let mut scene = Scene::load(&self.path, &options)?;
         let of_sky = self.sky.add_to(&mut scene, self.max_texture)?;
-        let animation = match &self.animation {
-            Some(name) => Some(scene.animation_named(name)?),
-            None => (!scene.animations.is_empty()).then_some(0),
+        let animations = match &self.animation {
+            Some(name) => scene.animations_named(name)?,
+            None => (0..scene.animations.len().min(1)).collect(),
         };
-        let (camera, words) = self.choose_camera(&scene, animation)?;
-        let shot = Shot { animation, time_s: self.time, camera, fov: self.fov_rad() };
+        let playback = Playback { animations, repeats: self.repeats == Loop::On };
+        let (camera, words) = self.choose_camera(&scene, &playback)?;
+        let shot = Shot { playback, time_s: self.time, camera, fov: self.fov_rad() };
         let mut notes = std::mem::take(&mut scene.warnings);
         notes.extend(of_sky);
         if let Some(note) = self.light(&mut scene, &shot)? {
@@ -147,7 +148,7 @@ impl SceneArgs {
     }
 
     /// The camera, and its words.
-    fn choose_camera(&self, scene: &Scene, animation: Option<usize>) -> Result<(Camera, String)> {
+    fn choose_camera(&self, scene: &Scene, playback: &Playback) -> Result<(Camera, String)> {
         if let (Some(eye), Some(target)) = (self.eye, self.target) {
             let fov = self.fov.unwrap_or(f64::from(DEFAULT_FOV_DEGREES));
             let view = View::look_at(eye, target, self.up, fov.to_radians() as f32);
@@ -171,7 +172,7 @@ impl SceneArgs {
             }
             None => {
                 let fov = self.fov_rad().unwrap_or(DEFAULT_FOV_DEGREES.to_radians());
-                let view = View::framing_within(scene.bounds(animation), fov);
+                let view = View::framing_within(scene.bounds_of(playback), fov);
                 (Camera::Fixed(view), format!("framing the scene{}", self.fov_words()))
             }
         })
@@ -196,7 +197,7 @@ impl Opened {
 
     /// The image alone, within a limit on device memory.
     pub fn options(&self, memory_limit: Option<u64>) -> RenderOptions {
-        let bounds = self.scene.bounds(self.shot.animation);
+        let bounds = self.scene.bounds_of(&self.shot.playback);
         RenderOptions { memory_limit, watch: Some(watch()), ..RenderOptions::new(self.size, bounds) }
     }
 
@@ -219,7 +220,7 @@ impl Opened {
 impl Shot {
     /// The scene `later_s` seconds after --time.
     pub fn pose(&self, scene: &Scene, later_s: f64) -> Pose {
-        scene.pose(self.animation, (self.time_s + later_s) as f32)
+        scene.pose_of(&self.playback, self.time_s + later_s)
     }
 
     /// The camera in a pose.

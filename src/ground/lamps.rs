@@ -1,6 +1,9 @@
 //! Emissive triangles as area lights (`lights.lamps = sampled`): evenly bright pieces, and a tree of neighbours to choose among
 //! many. `glsl/ground/lamps.glsl` samples them.
 
+use std::borrow::Cow;
+use std::collections::HashMap;
+
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -26,6 +29,8 @@ struct Piece {
     corners: [Vec3; 3],
     radiance: Vec3,
     two_sided: bool,
+    /// Of a mesh that deforms: the vertices of the triangle that it is a part of, and the weights of these at its corners.
+    of: Option<([u32; 3], [Vec3; 3])>,
 }
 
 /// The lamps of a scene, made once; a pose places them.
@@ -47,8 +52,10 @@ impl Lamps {
             let mesh = &scene.meshes[scene.instances[instance].mesh];
             for triangle in mesh.indices.chunks_exact(3) {
                 let lamp = Lamp { scene, textures: &textures, mesh, triangle };
+                let vertices = [triangle[0], triangle[1], triangle[2]];
                 pieces.extend(lamp.pieces(cuts).map(|(corners, radiance)| Piece {
                     instance,
+                    of: mesh.deform.is_some().then_some((vertices, corners)),
                     corners: corners.map(|w| lamp.position(w)),
                     radiance,
                     two_sided: scene.materials[mesh.material].double_sided,
@@ -65,10 +72,18 @@ impl Lamps {
 
     /// What the GPU samples. Fewer lamps than samples are cut until every sample has a piece of its own; more are chosen
     /// through a tree, in an order in which neighbours lie side by side.
-    pub fn place(&self, pose: &Pose, grid: &Grid, samples: u32) -> PlacedLamps {
+    pub fn place(&self, (scene, pose): (&Scene, &Pose), grid: &Grid, samples: u32) -> PlacedLamps {
         let voxel_from_world = grid.voxel_from_world();
         let frames: Vec<DAffine3> = pose.world_from_instance.iter().map(|w| voxel_from_world * *w).collect();
-        let mut placed: Vec<Placed> = self.pieces.iter().map(|p| Placed::new(p, &frames[p.instance])).collect();
+        let mut posed: HashMap<usize, Cow<[Vec3]>> = HashMap::new();
+        let mut piece = |piece: &Piece| {
+            let Some((vertices, weights)) = piece.of else { return *piece };
+            let mesh = scene.instances[piece.instance].mesh;
+            let positions = posed.entry(mesh).or_insert_with(|| scene.meshes[mesh].posed_positions(pose));
+            let [a, b, c] = vertices.map(|vertex| positions[vertex as usize]);
+            Piece { corners: weights.map(|w| a * w.x + b * w.y + c * w.z), ..*piece }
+        };
+        let mut placed: Vec<Placed> = self.pieces.iter().map(|p| Placed::new(&piece(p), &frames[p.instance])).collect();
         placed.retain(|p| p.power() > 0.0);
         if placed.is_empty() {
             return PlacedLamps::default();

@@ -98,6 +98,13 @@ shared! {
     RecordPush { rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32 }
 }
 shared! {
+    /// Push constants of the pass that deforms a mesh: where in the words, the pose and the vertices its own begin.
+    DeformPush {
+        first_word: u32, vertices: u32, targets: u32, influences: u32, first_weight: u32, first_joint: u32, first_vertex: u32,
+        vertex_words: u32, flags: u32,
+    }
+}
+shared! {
     /// Push constants of the voxeliser: where a grid lies among the base grid's voxels.
     GridPush { offset: [f32; 3], scale: f32 }
 }

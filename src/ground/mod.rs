@@ -7,6 +7,7 @@ pub mod attributes;
 pub mod cell_passes;
 pub mod cells;
 pub mod constants;
+pub mod deform;
 pub mod expected_items;
 pub mod faces;
 pub mod finish;
@@ -250,6 +251,8 @@ impl Ground {
     pub fn record_lists(&self, r: &mut Recorder, pose: &Pose) {
         // Counters and lists start empty.
         reset::all(r, self);
+        // Skins and morph targets move vertices.
+        self.scene.deform(r, pose);
         // The scene is drawn into an empty screen; the geometry shader keeps its triangles.
         self.record.record(r, self, &self.scene, pose);
         // Boxes are put about them, for rays.

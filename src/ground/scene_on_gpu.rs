@@ -8,6 +8,7 @@ use glam::DAffine3;
 use super::atlas::Atlas;
 use super::attributes::CornerWords;
 use super::constants::Features;
+use super::deform::{DeformOnGpu, DeformPacked};
 use super::finish::{self, PackedFinish};
 use super::layout::{self, material_flags};
 use super::tree::groups::TreesOnce;
@@ -52,10 +53,19 @@ pub struct SceneOnGpu {
     /// First vertex of every mesh.
     first_vertex: Vec<i32>,
     pub trees: TreesOnce,
+    /// What deforms vertices, if anything does.
+    deform: Option<DeformOnGpu>,
 }
 
 impl SceneOnGpu {
-    /// Records that the vertices of mesh `index` are those of `mesh` from now on: as many as before.
+    /// Records that the vertices are those of a pose.
+    pub fn deform(&self, r: &mut Recorder, pose: &Pose) {
+        if let Some(deform) = &self.deform {
+            deform.record(r, &self.vertices, pose);
+        }
+    }
+
+    /// Records that the vertices of mesh `index`, which nothing deforms, are those of `mesh` from now on: as many as before.
     pub fn update_mesh(&self, r: &mut Recorder, index: usize, mesh: &Mesh) {
         r.full_barrier(); // the frame before read them
         let first = self.first_vertex[index] as u64 * self.corner.vertex_bytes() as u64;
@@ -88,6 +98,7 @@ pub struct ScenePacked {
     atlas: Atlas,
     draws: Vec<SceneDraw>,
     first_vertex: Vec<i32>,
+    deform: DeformPacked,
     pub trees: TreesOnce,
     /// Triangles over all instances.
     pub triangles: u32,
@@ -161,7 +172,9 @@ impl ScenePacked {
         let slots = materials.iter_mut().flat_map(|m| &mut m.slots);
         let mut levels = textures.place(&atlas, slots.chain(finishes.iter_mut().flat_map(|f| &mut f.slots)));
         finish::append(&finishes, &mut materials, &mut levels);
+        let first_vertex: Vec<i32> = mesh_start.iter().map(|start| start.1).collect();
         Self {
+            deform: DeformPacked::new(scene, corner, &first_vertex),
             corner,
             vertices,
             indices,
@@ -171,7 +184,7 @@ impl ScenePacked {
             chains: textures.chains,
             atlas,
             draws,
-            first_vertex: mesh_start.iter().map(|start| start.1).collect(),
+            first_vertex,
             trees: TreesOnce::new(&pose.world_from_instance),
             triangles,
             blended,
@@ -183,13 +196,15 @@ impl ScenePacked {
         fn bytes<T>(data: &[T]) -> u64 {
             size_of_val(data) as u64
         }
-        vec![
+        let mut rows = vec![
             ("scene vertices", bytes(&self.vertices)),
             ("scene indices", bytes(&self.indices)),
             ("materials", bytes(&self.materials)),
             ("texture levels", bytes(&self.levels)),
             ("textures", self.atlas.bytes()),
-        ]
+        ];
+        rows.extend(self.deform.plan());
+        rows
     }
 
     /// # Errors
@@ -208,6 +223,7 @@ impl ScenePacked {
             blended: self.blended.clone(),
             first_vertex: self.first_vertex.clone(),
             trees: self.trees.clone(),
+            deform: self.deform.upload(context)?,
         })
     }
 }

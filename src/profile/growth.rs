@@ -147,7 +147,7 @@ pub fn exponent(x: &[f64], y: &[f64]) -> Option<f64> {
 /// The same surface with every triangle cut into four at the middles of its edges. Attributes are averaged and no
 /// direction is made unit again, so that they interpolate as before.
 pub fn subdivided(mesh: &Mesh) -> Mesh {
-    let mut fine = Mesh { indices: Vec::with_capacity(4 * mesh.indices.len()), ..mesh.clone() };
+    let mut fine = Mesh { indices: Vec::with_capacity(4 * mesh.indices.len()), deform: None, ..mesh.clone() };
     let mut middles = HashMap::new();
     let mut middle = |fine: &mut Mesh, a: u32, b: u32| {
         *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {

@@ -127,8 +127,12 @@ pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> bl
     };
     let Options { width, height, seed, occlusion, .. } = options;
     add(format!("twobounce reference {VERSION}: {width}x{height} depth {depth} seed {seed} ao {occlusion}").as_bytes());
-    // Debug prints floats with enough digits to distinguish them.
-    add(format!("{view:?} {pose:?} {:?} {:?} {:?}", scene.sky, scene.instances, scene.textures).as_bytes());
+    // Debug prints floats with enough digits to distinguish them. What deforms meshes shows in their vertices.
+    let Pose { world_from_instance, lights, world_from_camera, .. } = pose;
+    let pose_words = format!(
+        "Pose {{ world_from_instance: {world_from_instance:?}, lights: {lights:?}, world_from_camera: {world_from_camera:?} }}"
+    );
+    add(format!("{view:?} {pose_words} {:?} {:?} {:?}", scene.sky, scene.instances, scene.textures).as_bytes());
     if scene.sky_gradient != glam::Vec3::ZERO {
         add(format!("{:?}", scene.sky_gradient).as_bytes());
     }
@@ -139,7 +143,7 @@ pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> bl
         add(format!("{} {:?}", map.hash, scene.sky_turn).as_bytes());
     }
     add(format!("{:?} {:?}", scene.materials, scene.lights).as_bytes());
-    for mesh in &scene.meshes {
+    for mesh in &scene.posed_meshes(pose) {
         add(&mesh.material.to_le_bytes());
         add(cast_slice(&mesh.positions));
         add(cast_slice(&mesh.normals));

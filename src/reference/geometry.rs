@@ -4,6 +4,8 @@
 //! centre is the origin. A translated scene, or one scaled by a power of two, gives the same numbers. (A thousand, because
 //! obvhs ignores boxes smaller than 10⁻⁴.)
 
+use std::borrow::Cow;
+
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::scene::surface::{SurfacePoint, WorldFrame};
@@ -88,12 +90,15 @@ pub struct Geometry<'a> {
     pub flags: Vec<MaterialFlags>,
     /// Per instance.
     frames: Vec<WorldFrame>,
+    /// As the pose deforms them.
+    meshes: Vec<Cow<'a, Mesh>>,
 }
 
 impl<'a> Geometry<'a> {
     /// Leaves out triangles without area or with non-finite positions.
     pub fn new(scene: &'a Scene, pose: &Pose) -> Self {
-        let world = world_triangles(scene, pose);
+        let meshes = scene.posed_meshes(pose);
+        let world = world_triangles(scene, pose, &meshes);
         let bounds = world.iter().flat_map(|(_, t)| t).copied().fold(Bounds::EMPTY, Bounds::include);
         let extent = bounds.size().max_element();
         let units = if extent > 0.0 {
@@ -111,14 +116,14 @@ impl<'a> Geometry<'a> {
         }
         let flags = scene.materials.iter().map(MaterialFlags::of).collect();
         let frames = pose.world_from_instance.iter().map(WorldFrame::new).collect();
-        Self { scene, units, triangles, sources, flags, frames }
+        Self { scene, units, triangles, sources, flags, frames, meshes }
     }
 
     #[inline]
-    fn mesh(&self, triangle: u32) -> (&'a Mesh, &WorldFrame, [usize; 3]) {
+    fn mesh(&self, triangle: u32) -> (&Mesh, &WorldFrame, [usize; 3]) {
         let source = self.sources[triangle as usize];
         let instance = source.instance as usize;
-        let (mesh, frame) = (&self.scene.meshes[self.scene.instances[instance].mesh], &self.frames[instance]);
+        let (mesh, frame) = (&*self.meshes[self.scene.instances[instance].mesh], &self.frames[instance]);
         (mesh, frame, corners(mesh, source.triangle, frame.winding < 0.0))
     }
 
@@ -179,10 +184,10 @@ fn corners(mesh: &Mesh, triangle: u32, mirrored: bool) -> [usize; 3] {
     if mirrored { [a, c, b] } else { [a, b, c] }
 }
 
-fn world_triangles(scene: &Scene, pose: &Pose) -> Vec<(Source, [DVec3; 3])> {
+fn world_triangles(scene: &Scene, pose: &Pose, meshes: &[Cow<Mesh>]) -> Vec<(Source, [DVec3; 3])> {
     let mut triangles = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
-        let (mesh, world) = (&scene.meshes[instance.mesh], pose.world_from_instance[i]);
+        let (mesh, world) = (&*meshes[instance.mesh], pose.world_from_instance[i]);
         let mirrored = world.matrix3.determinant() < 0.0;
         for t in 0..mesh.indices.len() as u32 / 3 {
             let corners = corners(mesh, t, mirrored).map(|c| world.transform_point3(mesh.positions[c].as_dvec3()));

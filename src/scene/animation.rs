@@ -3,27 +3,55 @@
 use glam::{DAffine3, DQuat, DVec3, DVec4};
 
 use super::gltf::list;
-use super::{Channel, Interpolation, Pose, PosedLight, Property, Scene, Transform};
+use super::{Channel, Instance, Interpolation, Playback, Pose, PosedLight, Property, Scene, Transform, WeightChannel};
 use crate::{Error, Result};
+
+impl Playback {
+    /// One animation, or none.
+    pub fn once(animation: Option<usize>) -> Self {
+        Self { animations: animation.into_iter().collect(), repeats: false }
+    }
+}
 
 impl Scene {
     /// The pose at `time_s` seconds of `animation`; with the file's own transforms if `animation` is `None`. Before its
     /// first key and after its last one a channel is constant.
     pub fn pose(&self, animation: Option<usize>, time_s: f32) -> Pose {
+        self.pose_of(&Playback::once(animation), f64::from(time_s))
+    }
+
+    /// The pose at `time_s` seconds of all that plays. Node transforms, skins and weights of morph targets are those of one time.
+    pub fn pose_of(&self, playback: &Playback, time_s: f64) -> Pose {
         let mut locals: Vec<Transform> = self.nodes.iter().map(|n| n.local).collect();
-        if let Some(animation) = animation.and_then(|a| self.animations.get(a)) {
-            animation.channels.iter().for_each(|c| c.apply(time_s, &mut locals[c.node]));
+        let mut weights: Vec<Vec<f32>> = self.deformers.iter().map(|d| d.weights.clone()).collect();
+        for animation in playback.animations.iter().filter_map(|&a| self.animations.get(a)) {
+            let length = f64::from(animation.duration);
+            let looped = playback.repeats && length > 0.0 && !(0.0..=length).contains(&time_s);
+            let time = if looped { time_s.rem_euclid(length) } else { time_s } as f32;
+            animation.channels.iter().for_each(|c| c.apply(time, &mut locals[c.node]));
+            animation.weights.iter().for_each(|c| weights[c.deformer] = c.at(time));
         }
         let world = self.compose(&locals);
         let light = |node: usize| PosedLight {
             position: world[node].translation,
             direction: world[node].matrix3.z_axis.try_normalize().map_or(DVec3::NEG_Z, |z| -z),
         };
+        let deforms = self.deformers.iter().zip(weights).map(|(deformer, weights)| deformer.pose(&world, weights));
         Pose {
-            world_from_instance: self.instances.iter().map(|i| world[i.node]).collect(),
+            world_from_instance: self.instances.iter().map(|i| self.place(i, &world)).collect(),
             lights: self.lights.iter().map(|l| light(l.node)).collect(),
             world_from_camera: self.cameras.iter().map(|c| world[c.node]).collect(),
+            deforms: deforms.collect(),
         }
+    }
+
+    /// Where an instance stands: at its node, or where its joints are. What is both skinned and instanced stands where instancing
+    /// puts it, from its node.
+    fn place(&self, instance: &Instance, world: &[DAffine3]) -> DAffine3 {
+        let Some(deformer) = self.skinned(instance.mesh) else { return world[instance.node] };
+        let frame = deformer.world_from_frame(world);
+        let moved = world[instance.node] * world[deformer.node].inverse() * frame;
+        if instance.node == deformer.node || !moved.is_finite() { frame } else { moved }
     }
 
     /// Of every node, whether an animation moves it.
@@ -56,6 +84,18 @@ impl Scene {
     /// [`Error::Usage`] with a list of the animations.
     pub fn animation_named(&self, name: &str) -> Result<usize> {
         named("animation", name, self.animations.iter().map(|a| a.name.as_str()))
+    }
+
+    /// The indices of the animations that `name` names: one by its name or number, or `all`, unless one is called so.
+    ///
+    /// # Errors
+    /// As for [`Self::animation_named`].
+    pub fn animations_named(&self, name: &str) -> Result<Vec<usize>> {
+        let one = self.animation_named(name);
+        match one {
+            Err(_) if name == "all" && !self.animations.is_empty() => Ok((0..self.animations.len()).collect()),
+            one => Ok(vec![one?]),
+        }
     }
 
     /// The index of the camera with the name or number `name`.
@@ -104,7 +144,7 @@ impl Channel {
     }
 
     fn value(&self, time_s: f32) -> DVec4 {
-        let (key, part, seconds) = self.span(time_s);
+        let (key, part, seconds) = span(&self.times, time_s);
         let at = |i: usize| self.values[i].as_dvec4();
         match self.interpolation {
             Interpolation::CubicSpline if part > 0.0 => {
@@ -121,16 +161,35 @@ impl Channel {
             _ => at(key),
         }
     }
+}
 
-    /// The key before `time_s`, the position between it and the next key (0 to 1), and the seconds between the two.
-    fn span(&self, time_s: f32) -> (usize, f64, f64) {
-        let after = self.times.partition_point(|t| *t <= time_s);
-        if after == 0 || after == self.times.len() {
-            return (after.saturating_sub(1), 0.0, 0.0);
-        }
-        let [from, to] = [self.times[after - 1], self.times[after]].map(f64::from);
-        (after - 1, (f64::from(time_s) - from) / (to - from), to - from)
+impl WeightChannel {
+    /// The weights at `time_s`.
+    fn at(&self, time_s: f32) -> Vec<f32> {
+        let (key, part, seconds) = span(&self.times, time_s);
+        let at = |row: usize, target: usize| f64::from(self.values[row * self.width + target]);
+        let weight = |target: usize| match self.interpolation {
+            Interpolation::CubicSpline if part > 0.0 => {
+                let [v0, b0, a1, v1] = [1, 2, 3, 4].map(|i| at(3 * key + i, target));
+                let [h00, h10, h01, h11] = hermite(part);
+                h00 * v0 + h10 * seconds * b0 + h01 * v1 + h11 * seconds * a1
+            }
+            Interpolation::CubicSpline => at(3 * key + 1, target),
+            Interpolation::Linear if part > 0.0 => (1.0 - part) * at(key, target) + part * at(key + 1, target),
+            _ => at(key, target),
+        };
+        (0..self.width).map(|target| weight(target) as f32).collect()
     }
+}
+
+/// Of key times, the key before `time_s`, the position between it and the next key (0 to 1), and the seconds between the two.
+fn span(times: &[f32], time_s: f32) -> (usize, f64, f64) {
+    let after = times.partition_point(|t| *t <= time_s);
+    if after == 0 || after == times.len() {
+        return (after.saturating_sub(1), 0.0, 0.0);
+    }
+    let [from, to] = [times[after - 1], times[after]].map(f64::from);
+    (after - 1, (f64::from(time_s) - from) / (to - from), to - from)
 }
 
 fn unit(q: DQuat) -> DQuat {

@@ -6,13 +6,15 @@ use std::collections::HashSet;
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Bounds, Pose, Scene};
+use super::{Bounds, Playback, Pose, Scene};
 
 /// Uniform times at which [`Scene::bounds`] samples an animation, in addition to every key.
 const UNIFORM_TIMES: usize = 64;
 const TIMES_MAX: usize = 4096;
 /// Up to this number of vertices × times every vertex is transformed, which takes about a second.
 const VERTEX_SAMPLES_MAX: usize = 1 << 28;
+/// The same of vertices that deform, which takes longer.
+const DEFORMED_SAMPLES_MAX: usize = 1 << 24;
 
 impl Bounds {
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
@@ -45,36 +47,59 @@ impl Bounds {
 impl Scene {
     /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion
     /// between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at
-    /// 4096 uniform times, and very large meshes are replaced by their boxes. Empty for a scene without meshes.
+    /// 4096 uniform times, and very large meshes are replaced by their boxes, or, where they deform, seen at fewer of these
+    /// times. Empty for a scene without meshes.
     pub fn bounds(&self, animation: Option<usize>) -> Bounds {
-        let times = self.sample_times(animation);
+        self.bounds_of(&Playback::once(animation))
+    }
+
+    /// The same over all that plays, until the longest has ended, or twice as long where it repeats.
+    pub fn bounds_of(&self, playback: &Playback) -> Bounds {
+        let times = self.sample_times(playback);
         let points: Vec<Cow<[Vec3]>> = self.meshes.iter().map(|m| hull_points(&m.positions, times.len())).collect();
-        let over = |times: &[f32]| {
+        let deforming = self.meshes.iter().filter_map(|mesh| mesh.deform.as_ref());
+        let deformed: usize = deforming.map(|deform| deform.positions.len()).sum();
+        let every = deformed.saturating_mul(times.len()).div_ceil(DEFORMED_SAMPLES_MAX).max(1);
+        let over = |numbered: &[(usize, f32)]| {
             let (mut bounds, mut last) = (Bounds::EMPTY, Vec::new());
-            for &time in times {
-                let pose = self.pose(animation, time).world_from_instance;
-                for (index, (instance, world)) in self.instances.iter().zip(&pose).enumerate() {
-                    // Most instances do not move.
-                    if last.get(index) != Some(world) {
-                        let place = |p: &Vec3| world.transform_point3(p.as_dvec3());
+            for &(number, time) in numbered {
+                let pose = self.pose_of(playback, f64::from(time));
+                for (index, (instance, world)) in self.instances.iter().zip(&pose.world_from_instance).enumerate() {
+                    let place = |p: &Vec3| world.transform_point3(p.as_dvec3());
+                    let mesh = &self.meshes[instance.mesh];
+                    if mesh.deform.is_some() {
+                        if number.is_multiple_of(every) {
+                            bounds = mesh.posed_positions(&pose).iter().map(place).fold(bounds, Bounds::include);
+                        }
+                    } else if last.get(index) != Some(world) {
+                        // Most instances do not move.
                         bounds = points[instance.mesh].iter().map(place).fold(bounds, Bounds::include);
                     }
                 }
-                last = pose;
+                last = pose.world_from_instance;
             }
             bounds
         };
-        let part = times.len().div_ceil(rayon::current_num_threads());
-        times.par_chunks(part).map(over).reduce(|| Bounds::EMPTY, Bounds::union)
+        let numbered: Vec<(usize, f32)> = times.into_iter().enumerate().collect();
+        let part = numbered.len().div_ceil(rayon::current_num_threads());
+        numbered.par_chunks(part).map(over).reduce(|| Bounds::EMPTY, Bounds::union)
     }
 
-    fn sample_times(&self, animation: Option<usize>) -> Vec<f32> {
-        let Some(animation) = animation.and_then(|a| self.animations.get(a)) else { return vec![0.0] };
-        let uniform = |n: usize| (0..=n).map(move |i| animation.duration * i as f32 / n as f32);
+    fn sample_times(&self, playback: &Playback) -> Vec<f32> {
+        let animations = || playback.animations.iter().filter_map(|&a| self.animations.get(a));
+        let several = animations().count() > 1 && playback.repeats;
+        let Some(longest) = animations().map(|a| a.duration).reduce(f32::max) else { return vec![0.0] };
+        // Animations of different lengths meet anew each time that they repeat.
+        let duration = if several { 2.0 * longest } else { longest };
+        let uniform = |n: usize| (0..=n).map(move |i| duration * i as f32 / n as f32);
         // Many channels share their times.
         let mut times: HashSet<u32> = uniform(UNIFORM_TIMES).map(f32::to_bits).collect();
         let mut last = f32::NAN;
-        for &key in animation.channels.iter().flat_map(|c| &c.times) {
+        let keys = animations().flat_map(|a| {
+            let weights = a.weights.iter().flat_map(|c| &c.times);
+            a.channels.iter().flat_map(|c| &c.times).chain(weights)
+        });
+        for &key in keys {
             // Damaged files have millions of equal ones.
             if key != last {
                 times.insert(key.to_bits());
@@ -98,7 +123,8 @@ impl Scene {
     pub fn degenerate_triangles(&self, pose: &Pose) -> usize {
         let count = |(instance, world): (&super::Instance, &DAffine3)| {
             let mesh = &self.meshes[instance.mesh];
-            let corner = |i: u32| world.transform_vector3(mesh.positions[i as usize].as_dvec3());
+            let positions = mesh.posed_positions(pose);
+            let corner = |i: u32| world.transform_vector3(positions[i as usize].as_dvec3());
             let flat = |t: &&[u32]| {
                 let [a, b, c] = [corner(t[0]), corner(t[1]), corner(t[2])];
                 (b - a).cross(c - a) == DVec3::ZERO

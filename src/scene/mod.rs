@@ -9,6 +9,7 @@ mod animation;
 mod bounds;
 mod builder;
 mod camera;
+pub mod deform;
 pub mod finish;
 mod gltf;
 mod lights;
@@ -43,6 +44,8 @@ pub struct Scene {
     /// The node tree, parents before children.
     pub nodes: Vec<Node>,
     pub animations: Vec<Animation>,
+    /// What deforms meshes.
+    pub deformers: Vec<deform::Deformer>,
     /// Meshes, lights and cameras refer to nodes.
     pub instances: Vec<Instance>,
     pub lights: Vec<Light>,
@@ -79,6 +82,8 @@ pub struct Mesh {
     /// 3 per triangle.
     pub indices: Vec<u32>,
     pub material: usize,
+    /// Where a skin or morph targets move vertices; those above are in the rest pose.
+    pub deform: Option<Arc<deform::Deform>>,
 }
 
 /// glTF 2.0 metallic-roughness with the supported KHR extensions. Factors are linear.
@@ -283,12 +288,37 @@ pub enum Projection {
     Orthographic { half_height: f32, near: f32, far: f32 },
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Animation {
     pub name: String,
     /// Seconds.
     pub duration: f32,
     pub channels: Vec<Channel>,
+    /// Of morph targets.
+    pub weights: Vec<WeightChannel>,
+}
+
+/// Weights of a node's morph targets.
+#[derive(Clone, Debug)]
+pub struct WeightChannel {
+    /// Index into [`Scene::deformers`].
+    pub deformer: usize,
+    /// Seconds, in ascending order.
+    pub times: Vec<f32>,
+    /// One weight per morph target and key; for cubic splines three times as many: in-tangents, values, out-tangents.
+    pub values: Vec<f32>,
+    /// Morph targets.
+    pub width: usize,
+    pub interpolation: Interpolation,
+}
+
+/// What plays: animations of a scene, all at once. Where two set the same, the later one wins.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Playback {
+    /// Indices into [`Scene::animations`].
+    pub animations: Vec<usize>,
+    /// Whether each begins anew when it ends; else its last key stays.
+    pub repeats: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -323,6 +353,8 @@ pub struct Pose {
     pub world_from_instance: Vec<DAffine3>,
     pub lights: Vec<PosedLight>,
     pub world_from_camera: Vec<DAffine3>,
+    /// In the order of [`Scene::deformers`].
+    pub deforms: Vec<deform::DeformPose>,
 }
 
 #[derive(Clone, Copy, Debug)]

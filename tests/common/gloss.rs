@@ -53,6 +53,7 @@ fn sphere(material: usize, radius: f32, subdivisions: u32) -> Mesh {
         colors: vec![Vec4::ONE; count],
         indices: triangles.into_iter().flatten().collect(),
         material,
+        ..Mesh::default()
     }
 }
 

@@ -72,7 +72,7 @@ fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
     known_failures(scene, pose, bounds, settings);
     let Ok(grid) = Grid::place(bounds, settings) else { return };
     expected_items(scene, &pose.world_from_instance, &grid);
-    Lamps::new(scene).place(pose, &grid, settings.lights.lamp_points);
+    Lamps::new(scene).place((scene, pose), &grid, settings.lights.lamp_points);
     uniforms::lights(scene, pose, &grid);
     let scale = radiance_scale(scene, grid.voxel_m, settings.bounces);
     let (size, lamps) = ((4, 4), (0, false));

@@ -154,6 +154,34 @@ fn paths_outside_the_folder_of_the_scene_are_refused() {
     assert!(sentence.contains("holds 35 of its 36 bytes"), "{sentence}");
 }
 
+#[test]
+fn skins_and_morph_targets_that_do_not_fit_are_refused_by_name() {
+    let with = |attribute: &str, kind: &str, values: &[f32]| {
+        let mut file = everything();
+        let accessor = file.floats(kind, values);
+        let pointer = if attribute == "target" { "targets/0/POSITION" } else { "attributes/WEIGHTS_0" };
+        *file.json.pointer_mut(&format!("/meshes/0/primitives/0/{pointer}")).expect("it is there") = json!(accessor);
+        file
+    };
+    let weights = |bad: f32| [[0.5, 0.5, 0.0, 0.0], [bad, 0.5, 0.0, 0.0]].concat().repeat(2);
+    refused(&with("weights", "VEC4", &weights(f32::NAN)), "a weight of a joint that is NaN (vertex 1)");
+    refused(&with("weights", "VEC4", &weights(-0.5)), "a weight of a joint that is -0.5 (vertex 1)");
+    refused(&with("weights", "VEC4", &[0.25; 12]), "joints or weights in another number than its vertices");
+    refused(&with("target", "VEC3", &[1.0; 9]), "a morph target with 3 values of POSITION for 4 vertices");
+    refused(&with("target", "VEC3", &[f32::INFINITY; 12]), "a POSITION that is NaN or infinite");
+    let mut file = everything();
+    let (values, broken) = (file.floats("SCALAR", &[0.0, 1.0, 2.0]), file.floats("SCALAR", &[0.0, f32::NAN]));
+    file.json["animations"][0]["channels"][0]["target"] = json!({"node": 0, "path": "weights"});
+    file.json["animations"][0]["samplers"][0]["output"] = json!(values);
+    refused(&file, "2 keys and 3 weights of 1 morph targets");
+    file.json["animations"][0]["samplers"][0]["output"] = json!(broken);
+    refused(&file, "keys that are NaN or infinite");
+    let mut file = everything();
+    let bind = file.floats("MAT4", &[f32::NAN; 32]);
+    file.json["skins"][0]["inverseBindMatrices"] = json!(bind);
+    refused(&file, "skin 0 has a matrix that is NaN or infinite");
+}
+
 /// Replaces the value at a JSON pointer; the file must be refused with these words.
 #[test]
 fn wrong_values_are_refused_by_name() {
@@ -191,6 +219,9 @@ fn wrong_values_are_refused_by_name() {
         ("/skins/0/joints", json!([8, 1]), "node 8 is used but does not exist"),
         ("/skins/0/joints", json!([1]), "uses joint 1 of 1"),
         ("/skins/0/joints", json!([1, 1, 1]), "3 joints and 2 matrices"),
+        ("/meshes/0/primitives/0/attributes/JOINTS_0", json!(0), "does not fit its use"),
+        ("/meshes/0/weights", json!([1e39]), "whose weight is infinite"),
+        ("/animations/0/channels/0/target", json!({"node": 0, "path": "weights"}), "does not fit its use"),
         ("/textures/0/source", json!(1), "image 1 is used but does not exist"),
         ("/textures/0/sampler", json!(0), "sampler 0 is used but does not exist"),
         ("/materials/0/normalTexture/index", json!(4), "texture 4 is used but does not exist"),

@@ -1,5 +1,5 @@
 //! The trees over all triangles of a scene, made once: one over the triangles that no animation moves, and one over each instance that
-//! moves. Triangles of all meshes stand in one tree, because meshes lie through one another.
+//! moves or is deformed: then it stands as in its rest pose, and the boxes follow its triangles. Triangles of all meshes stand in one tree, because meshes lie through one another.
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -165,12 +165,14 @@ pub struct Top {
     pub levels: Vec<Range<usize>>,
 }
 
-/// Instances with triangles: first all that no animation moves, then each that one does.
+/// Instances with triangles: first all that nothing moves or deforms, then each other one.
 fn groups(scene: &Scene) -> Vec<Vec<usize>> {
     let moves = scene.moving_nodes();
     let solid = |&index: &usize| !scene.meshes[scene.instances[index].mesh].indices.is_empty();
-    let (moving, still): (Vec<_>, Vec<_>) =
-        (0..scene.instances.len()).filter(solid).partition(|&index| moves[scene.instances[index].node]);
+    let (moving, still): (Vec<_>, Vec<_>) = (0..scene.instances.len()).filter(solid).partition(|&index| {
+        let instance = scene.instances[index];
+        moves[instance.node] || scene.meshes[instance.mesh].deform.is_some()
+    });
     let still = (!still.is_empty()).then_some(still);
     still.into_iter().chain(moving.into_iter().map(|index| vec![index])).collect()
 }

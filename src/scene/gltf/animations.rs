@@ -1,4 +1,4 @@
-//! Animation channels of node transforms. Channels of morph weights and of other properties are left out with a warning.
+//! Animation channels of node transforms and of morph targets' weights. Those of other properties are left out with a warning.
 
 use glam::{DQuat, Vec3, Vec4};
 use gltf::json::animation::Interpolation as Source;
@@ -6,18 +6,27 @@ use gltf::json::validation::Checked;
 
 use super::accessor::{Data, Problem, missing};
 use super::container::shorten;
+use super::deform;
 use super::document;
 use super::nodes::Tree;
-use crate::scene::{Animation, Channel, Interpolation, Property, Scene, Transform};
+use crate::scene::{Animation, Channel, Interpolation, Property, Scene, Transform, WeightChannel};
 
 pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> {
     for (index, source) in data.document.animations.iter().enumerate() {
-        let mut animation = Animation { name: source.name.clone(), duration: 0.0, channels: Vec::new() };
+        let mut animation = Animation { name: source.name.clone(), ..Animation::default() };
         for channel in &source.channels {
-            let Some(channel) = load_channel(data, tree, index, channel)? else { continue };
-            animation.duration = animation.duration.max(channel.times.last().copied().unwrap_or(0.0));
-            make_animatable(&mut scene.nodes[channel.node].local);
-            animation.channels.push(channel);
+            match load_channel(data, tree, scene, (index, channel))? {
+                Some(Loaded::Transform(channel)) => {
+                    animation.duration = animation.duration.max(channel.times.last().copied().unwrap_or(0.0));
+                    make_animatable(&mut scene.nodes[channel.node].local);
+                    animation.channels.push(channel);
+                }
+                Some(Loaded::Weights(channel)) => {
+                    animation.duration = animation.duration.max(channel.times.last().copied().unwrap_or(0.0));
+                    animation.weights.push(channel);
+                }
+                None => {}
+            }
         }
         scene.animations.push(animation);
     }
@@ -33,39 +42,39 @@ fn make_animatable(local: &mut Transform) {
     }
 }
 
+enum Loaded {
+    Transform(Channel),
+    Weights(WeightChannel),
+}
+
 /// One channel of animation number `animation`; `None` if it is left out.
 fn load_channel(
     data: &Data,
     tree: &Tree,
-    animation: usize,
-    source: &document::Channel,
-) -> Result<Option<Channel>, Problem> {
+    scene: &Scene,
+    (animation, source): (usize, &document::Channel),
+) -> Result<Option<Loaded>, Problem> {
     let samplers = &data.document.animations[animation].samplers;
     let sampler = samplers.get(source.sampler).ok_or_else(|| missing("animation sampler", source.sampler))?;
-    let Some(node) = source.target.node else { return Ok(None) };
-    let node = *tree.slot.get(node).ok_or_else(|| missing("node", node))?;
+    let Some(target) = source.target.node else { return Ok(None) };
+    let node = *tree.slot.get(target).ok_or_else(|| missing("node", target))?;
     let what = format!("animation {animation}");
     let output = sampler.output.value();
     let property = match source.target.path.as_str() {
-        "translation" => Property::Translation,
-        "scale" => Property::Scale,
-        "rotation" => Property::Rotation,
-        "weights" => {
-            data.document.warn("animated morph weights are not supported; morph targets keep their default weights");
-            return Ok(None);
-        }
+        "translation" => Some(Property::Translation),
+        "scale" => Some(Property::Scale),
+        "rotation" => Some(Property::Rotation),
+        "weights" => None,
         other => {
             data.document
                 .warn(format!("animation channels of kind \"{}\" are not supported and were ignored", shorten(other)));
             return Ok(None);
         }
     };
-    let values: Vec<Vec4> = match property {
-        Property::Rotation => data.floats::<4>(output, None)?.into_iter().map(Vec4::from).collect(),
-        _ => data.floats::<3>(output, None)?.into_iter().map(|v| Vec3::from(v).extend(0.0)).collect(),
-    };
-    if !values.iter().all(|v| v.is_finite()) {
-        return Err(format!("{what} has keys that are NaN or infinite; export the file again"));
+    // Of the nodes that are not shown, or have nothing to morph, there is no deformer.
+    let deformer = scene.deformers.iter().position(|d| d.node == node);
+    if property.is_none() && (deformer.is_none() || deform::targets(data, target) == 0) {
+        return Ok(None);
     }
     let (interpolation, per_key) = match sampler.interpolation {
         Checked::Valid(Source::Step) => (Interpolation::Step, 1),
@@ -77,9 +86,29 @@ fn load_channel(
             return Err(format!("{what} has the unknown interpolation \"{unknown}\"; export the file again"));
         }
     };
-    let times: Vec<f32> = data.floats::<1>(sampler.input.value(), None)?.into_iter().map(|[t]| t).collect();
-    if times.iter().any(|t| !t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
-        return Err(format!("{what} has key times that do not increase; export the file again"));
+    let broken = || Err(format!("{what} has keys that are NaN or infinite; export the file again"));
+    let times = key_times(data, &what, sampler.input.value())?;
+    let Some(property) = property else {
+        let values: Vec<f32> = data.floats::<1>(output, None)?.into_iter().map(|[x]| x).collect();
+        if !values.iter().all(|v| v.is_finite()) {
+            return broken();
+        }
+        let width = deform::targets(data, target);
+        if values.len() != times.len() * per_key * width {
+            let (keys, have) = (times.len(), values.len());
+            return Err(format!(
+                "{what} has {keys} keys and {have} weights of {width} morph targets; export the file again"
+            ));
+        }
+        let Some(deformer) = deformer.filter(|_| !times.is_empty()) else { return Ok(None) };
+        return Ok(Some(Loaded::Weights(WeightChannel { deformer, times, values, width, interpolation })));
+    };
+    let values: Vec<Vec4> = match property {
+        Property::Rotation => data.floats::<4>(output, None)?.into_iter().map(Vec4::from).collect(),
+        _ => data.floats::<3>(output, None)?.into_iter().map(|v| Vec3::from(v).extend(0.0)).collect(),
+    };
+    if !values.iter().all(|v| v.is_finite()) {
+        return broken();
     }
     if times.is_empty() {
         return Ok(None);
@@ -87,5 +116,13 @@ fn load_channel(
     if values.len() != times.len() * per_key {
         return Err(format!("{what} has {} keys and {} values; export the file again", times.len(), values.len()));
     }
-    Ok(Some(Channel { node, times, property, values, interpolation }))
+    Ok(Some(Loaded::Transform(Channel { node, times, property, values, interpolation })))
+}
+
+fn key_times(data: &Data, what: &str, input: usize) -> Result<Vec<f32>, Problem> {
+    let times: Vec<f32> = data.floats::<1>(input, None)?.into_iter().map(|[t]| t).collect();
+    if times.iter().any(|t| !t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
+        return Err(format!("{what} has key times that do not increase; export the file again"));
+    }
+    Ok(times)
 }

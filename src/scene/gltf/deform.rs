@@ -1,4 +1,7 @@
-//! Applies skins and morph targets once, with the file's own node transforms and default weights.
+//! Skins and morph targets of primitives. What no animation changes is applied once: weights of morph targets, where none sets
+//! them. The others become a [`Deform`] of the mesh.
+
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, Vec3};
 use gltf::json::mesh::Semantic;
@@ -8,32 +11,55 @@ use super::accessor::{Data, Problem, missing};
 use super::mesh::Source;
 use super::nodes::Tree;
 use crate::scene::Mesh;
-use crate::scene::surface::cofactor;
+use crate::scene::deform::{Deform, DeformPose, Deformer, Joint, Target};
 
 /// The deformation that a node applies to its mesh.
-pub struct Rest<'a> {
-    /// Per joint: the transform from the bind pose to the node's space.
-    pub joints: Option<&'a [DAffine3]>,
+#[derive(Default)]
+pub struct Applied<'a> {
     /// One per morph target; missing ones are 0.
     pub weights: &'a [f32],
+    /// What goes on deforming the mesh.
+    pub deformer: Option<Applying<'a>>,
 }
 
-/// [`Rest::joints`] of node `index`. glTF ignores the transform of a skinned node; instances apply it, so it is divided out
-/// here.
-pub fn joint_matrices(
-    data: &Data,
-    tree: &Tree,
-    world: &[DAffine3],
-    index: usize,
-) -> Result<Option<Vec<DAffine3>>, Problem> {
-    let Some(skin_index) = data.document.nodes[index].skin else { return Ok(None) };
-    let skin = data.document.skins.get(skin_index).ok_or_else(|| missing("skin", skin_index))?;
-    let node_from_world = world[tree.slot[index]].inverse();
-    if !node_from_world.is_finite() {
-        data.document.warn(format!("node {index} has a skin and a scale of 0; the skin was ignored"));
-        return Ok(None);
+pub struct Applying<'a> {
+    /// Into the scene's.
+    pub index: usize,
+    pub deformer: &'a Deformer,
+    /// Whether an animation sets the weights.
+    pub morphs: bool,
+    pub rest: DeformPose,
+}
+
+/// Whether an animation sets weights of the node's morph targets.
+pub fn morphs(data: &Data, node: usize) -> bool {
+    let channels = data.document.animations.iter().flat_map(|animation| &animation.channels);
+    channels.into_iter().any(|c| c.target.node == Some(node) && c.target.path == "weights") && targets(data, node) > 0
+}
+
+/// Morph targets of a node's mesh.
+pub fn targets(data: &Data, node: usize) -> usize {
+    let mesh = data.document.nodes.get(node).and_then(|node| data.document.meshes.get(node.mesh?));
+    let primitives = mesh.into_iter().flat_map(|mesh| &mesh.primitives);
+    primitives.map(|primitive| primitive.targets.as_ref().map_or(0, Vec::len)).max().unwrap_or(0)
+}
+
+/// The weights of a node's morph targets where no animation sets them.
+pub fn weights<'a>(data: &Data<'a>, node: usize) -> Result<&'a [f32], Problem> {
+    let of = &data.document.nodes[node];
+    let mesh = of.mesh.and_then(|mesh| data.document.meshes.get(mesh));
+    let weights = of.weights.as_ref().or_else(|| mesh.and_then(|mesh| mesh.weights.as_ref()));
+    let weights = weights.map_or(&[][..], Vec::as_slice);
+    match weights.iter().all(|weight| weight.is_finite()) {
+        true => Ok(weights),
+        false => Err(format!("node {node} has a morph target whose weight is infinite; export the file again")),
     }
-    data.document.warn("skins are not animated; skinned meshes keep the pose of the file's nodes");
+}
+
+/// The joints of node `index`'s skin, and behind them the node itself; none without a skin.
+pub fn joints(data: &Data, tree: &Tree, index: usize) -> Result<Vec<Joint>, Problem> {
+    let Some(skin_index) = data.document.nodes[index].skin else { return Ok(Vec::new()) };
+    let skin = data.document.skins.get(skin_index).ok_or_else(|| missing("skin", skin_index))?;
     let bind = match skin.inverse_bind_matrices {
         Some(accessor) => data.floats::<16>(accessor.value(), None)?,
         None => vec![glam::Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
@@ -45,31 +71,74 @@ pub fn joint_matrices(
             bind.len()
         ));
     }
-    let matrix = |(joint, bind): (usize, &[f32; 16])| {
-        let slot = *tree.slot.get(joint).ok_or_else(|| missing("node", joint))?;
-        let bind = DAffine3::from_mat4(DMat4::from_cols_array(&bind.map(f64::from)));
-        Ok(node_from_world * world[slot] * bind)
+    if !bind.iter().flatten().all(|x| x.is_finite()) {
+        return Err(format!("skin {skin_index} has a matrix that is NaN or infinite; export the file again"));
+    }
+    let joint = |(joint, bind): (usize, &[f32; 16])| {
+        let node = *tree.slot.get(joint).ok_or_else(|| missing("node", joint))?;
+        Ok(Joint { node, joint_from_mesh: DAffine3::from_mat4(DMat4::from_cols_array(&bind.map(f64::from))) })
     };
-    skin.joints.iter().map(|j| j.value()).zip(&bind).map(matrix).collect::<Result<_, _>>().map(Some)
+    let mut joints: Vec<Joint> =
+        skin.joints.iter().map(|j| j.value()).zip(&bind).map(joint).collect::<Result<_, Problem>>()?;
+    joints.push(Joint { node: tree.slot[index], joint_from_mesh: DAffine3::IDENTITY });
+    Ok(joints)
 }
 
-/// Deforms positions, normals and tangents of `mesh`, morph targets first.
-pub fn apply(source: &Source, rest: &Rest, mesh: &mut Mesh) -> Result<(), Problem> {
+/// Morphs `mesh`, or notes what will move its vertices.
+pub fn apply(source: &Source, applied: &Applied, mesh: &mut Mesh) -> Result<(), Problem> {
+    let Some(Applying { index, deformer, morphs, .. }) = &applied.deformer else {
+        return morph(source, applied.weights, mesh);
+    };
+    let mut deform = Deform { deformer: *index, flat: mesh.normals.is_empty(), ..Deform::default() };
     let targets = source.primitive.targets.as_deref().unwrap_or_default();
-    if !targets.is_empty() {
-        source.data.document.warn("morph targets are not animated; they keep the file's default weights");
+    if *morphs {
+        for target in targets {
+            let read = |name, accessor: &Option<Index<Accessor>>, used: bool| match accessor {
+                Some(accessor) if used => offsets(source, name, accessor, mesh.positions.len()),
+                _ => Ok(Vec::new()),
+            };
+            deform.targets.push(Target {
+                positions: read("POSITION", &target.positions, true)?,
+                normals: read("NORMAL", &target.normals, !mesh.normals.is_empty())?,
+                tangents: read("TANGENT", &target.tangents, !mesh.tangents.is_empty())?,
+            });
+        }
+    } else {
+        morph(source, applied.weights, mesh)?;
     }
-    for (target, &weight) in targets.iter().zip(rest.weights).filter(|(_, w)| **w != 0.0) {
+    if !deformer.joints.is_empty() {
+        skin(source, deformer.joints.len() as u32 - 1, &mut deform)?;
+    }
+    mesh.deform = Some(Arc::new(deform));
+    Ok(())
+}
+
+/// The differences of a morph target.
+fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>, want: usize) -> Result<Vec<Vec3>, Problem> {
+    let (what, offsets) = (&source.what, source.data.floats::<3>(accessor.value(), None)?);
+    if want != offsets.len() {
+        let have = offsets.len();
+        return Err(format!(
+            "{what} has a morph target with {have} values of {name} for {want} vertices; export the file again"
+        ));
+    }
+    let offsets: Vec<Vec3> = offsets.into_iter().map(Vec3::from).collect();
+    match offsets.iter().position(|offset| !offset.is_finite()) {
+        Some(bad) => Err(format!(
+            "{what} has a morph target with a {name} that is NaN or infinite (vertex {bad}); export the file again"
+        )),
+        None => Ok(offsets),
+    }
+}
+
+/// Adds the targets once and for all.
+fn morph(source: &Source, weights: &[f32], mesh: &mut Mesh) -> Result<(), Problem> {
+    let targets = source.primitive.targets.as_deref().unwrap_or_default();
+    for (target, &weight) in targets.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
         let add = |name: &str, accessor: &Index<Accessor>, values: &mut [Vec3]| {
-            let offsets = source.data.floats::<3>(accessor.value(), None)?;
-            if values.len() != offsets.len() {
-                let (what, have, want) = (&source.what, offsets.len(), values.len());
-                return Err(format!(
-                    "{what} has a morph target with {have} values of {name} for {want} vertices; export the file again"
-                ));
-            }
-            values.iter_mut().zip(offsets).for_each(|(value, offset)| *value += weight * Vec3::from(offset));
-            Ok(())
+            let offsets = offsets(source, name, accessor, values.len())?;
+            values.iter_mut().zip(offsets).for_each(|(value, offset)| *value += weight * offset);
+            Ok::<_, Problem>(())
         };
         if let Some(accessor) = &target.positions {
             add("POSITION", accessor, &mut mesh.positions)?;
@@ -83,47 +152,45 @@ pub fn apply(source: &Source, rest: &Rest, mesh: &mut Mesh) -> Result<(), Proble
             mesh.tangents.iter_mut().zip(directions).for_each(|(t, d)| *t = d.extend(t.w));
         }
     }
-    match rest.joints {
-        Some(joints) => skin(source, joints, mesh),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
-fn skin(source: &Source, joints: &[DAffine3], mesh: &mut Mesh) -> Result<(), Problem> {
+/// Influences of all sets, as many for each vertex as the one with the most has. `own`: the joint that stands for the node itself.
+fn skin(source: &Source, own: u32, deform: &mut Deform) -> Result<(), Problem> {
     let (data, what) = (source.data, &source.what);
-    let mut blended = vec![DAffine3::ZERO; mesh.positions.len()];
-    let mut sums = vec![0.0f64; mesh.positions.len()];
+    let mut of_vertices: Vec<Vec<(u32, f32)>> = vec![Vec::new(); source.count];
     for set in 0.. {
         let accessors = (source.accessor(Semantic::Joints(set)), source.accessor(Semantic::Weights(set)));
         let (Some(keys), Some(weights)) = accessors else { break };
         let (keys, weights) = (data.integers::<4>(keys)?, data.floats::<4>(weights, None)?);
-        if keys.len() != blended.len() || weights.len() != blended.len() {
+        if keys.len() != source.count || weights.len() != source.count {
             return Err(format!(
                 "{what} has joints or weights in another number than its vertices; export the file again"
             ));
         }
         for (vertex, (keys, weights)) in keys.into_iter().zip(weights).enumerate() {
             for (key, weight) in keys.into_iter().zip(weights).filter(|(_, w)| *w != 0.0) {
-                let joint = joints.get(key as usize);
-                let joint = joint
-                    .ok_or_else(|| format!("{what} uses joint {key} of {}; export the file again", joints.len()))?;
-                let weight = f64::from(weight);
-                blended[vertex].matrix3 += joint.matrix3 * weight;
-                blended[vertex].translation += joint.translation * weight;
-                sums[vertex] += weight;
+                if !weight.is_finite() || weight < 0.0 {
+                    return Err(format!(
+                        "{what} has a weight of a joint that is {weight} (vertex {vertex}); export the file again"
+                    ));
+                }
+                if key >= own {
+                    return Err(format!("{what} uses joint {key} of {own}; export the file again"));
+                }
+                of_vertices[vertex].push((key, weight));
             }
         }
     }
-    for (vertex, (matrix, sum)) in blended.into_iter().zip(sums).enumerate().filter(|(_, (_, sum))| *sum != 0.0) {
-        let linear = matrix.matrix3 * (1.0 / sum);
-        let position = &mut mesh.positions[vertex];
-        *position = (linear * position.as_dvec3() + matrix.translation / sum).as_vec3();
-        if let Some(normal) = mesh.normals.get_mut(vertex) {
-            *normal = (cofactor(linear) * normal.as_dvec3()).as_vec3();
+    deform.influences = of_vertices.iter().map(Vec::len).max().unwrap_or(0).max(1);
+    for mut of in of_vertices {
+        let sum: f64 = of.iter().map(|(_, weight)| f64::from(*weight)).sum();
+        of.iter_mut().for_each(|(_, weight)| *weight = (f64::from(*weight) / sum) as f32);
+        if of.is_empty() {
+            of.push((own, 1.0));
         }
-        if let Some(tangent) = mesh.tangents.get_mut(vertex) {
-            *tangent = (linear * tangent.truncate().as_dvec3()).as_vec3().extend(tangent.w);
-        }
+        of.resize(deform.influences, (0, 0.0));
+        deform.skin.extend(of);
     }
     Ok(())
 }

@@ -1,12 +1,14 @@
 //! Converts one primitive into one [`Mesh`]: triangles of any mode, checked attributes, generated normals and tangents.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked::Valid;
 
 use super::COORDINATE_MAX;
 use super::accessor::{Data, Problem};
-use super::deform::{self, Rest};
+use super::deform::{self, Applied};
 use super::draco;
 use super::tangents;
 use crate::scene::{Material, Mesh};
@@ -28,7 +30,7 @@ pub struct Source<'a> {
 pub fn load(
     data: &Data,
     [mesh, number]: [usize; 2],
-    rest: &Rest,
+    applied: &Applied,
     materials: &[Material],
 ) -> Result<Option<Mesh>, Problem> {
     let what = format!("mesh {mesh} primitive {number}");
@@ -69,15 +71,10 @@ pub fn load(
         positions,
         indices,
         material,
+        deform: None,
     };
-    deform::apply(&source, rest, &mut mesh)?;
-    let what = &source.what;
-    if let Some(bad) = mesh.positions.iter().position(|p| !p.is_finite()) {
-        return Err(format!("{what} has a position that is NaN or infinite (vertex {bad}); export the file again"));
-    }
-    if let Some(bad) = mesh.positions.iter().position(|p| p.abs().max_element() > COORDINATE_MAX as f32) {
-        return Err(format!("{what} has a position beyond 10¹⁵ m (vertex {bad}); scale the scene down"));
-    }
+    deform::apply(&source, applied, &mut mesh)?;
+    check_positions(&source.what, &mesh.positions)?;
     compact(&mut mesh);
     if !complete_normals(&mut mesh) {
         source.warn("has normals without a direction; the normals of their faces replace them");
@@ -89,7 +86,21 @@ pub fn load(
         Some(_) => {}
         None => mesh.tangents = vec![Vec4::new(1.0, 0.0, 0.0, 1.0); mesh.positions.len()],
     }
+    if let Some(deformer) = &applied.deformer {
+        mesh.rest_in(&deformer.rest);
+        check_positions(&source.what, &mesh.positions)?;
+    }
     Ok(Some(mesh))
+}
+
+fn check_positions(what: &str, positions: &[Vec3]) -> Result<(), Problem> {
+    if let Some(bad) = positions.iter().position(|p| !p.is_finite()) {
+        return Err(format!("{what} has a position that is NaN or infinite (vertex {bad}); export the file again"));
+    }
+    if let Some(bad) = positions.iter().position(|p| p.abs().max_element() > COORDINATE_MAX as f32) {
+        return Err(format!("{what} has a position beyond 10¹⁵ m (vertex {bad}); scale the scene down"));
+    }
+    Ok(())
 }
 
 impl Source<'_> {
@@ -241,6 +252,17 @@ fn gather(mesh: &mut Mesh, from: &[u32]) {
     pick(&mut mesh.tangents, from);
     mesh.uvs.iter_mut().for_each(|uvs| pick(uvs, from));
     pick(&mut mesh.colors, from);
+    if let Some(deform) = mesh.deform.as_mut().map(Arc::make_mut) {
+        for target in &mut deform.targets {
+            pick(&mut target.positions, from);
+            pick(&mut target.normals, from);
+            pick(&mut target.tangents, from);
+        }
+        if deform.influences > 0 {
+            let of = |&vertex: &u32| &deform.skin[vertex as usize * deform.influences..][..deform.influences];
+            deform.skin = from.iter().flat_map(of).copied().collect();
+        }
+    }
 }
 
 /// Computed in f64, so that squared differences of large coordinates stay finite. +Y for degenerate triangles.

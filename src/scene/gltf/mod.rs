@@ -31,6 +31,7 @@ use self::accessor::{Data, Problem, missing};
 pub(super) use self::container::list;
 use self::document::Document;
 use self::need::{Kind, Need};
+use super::deform::Deformer;
 use super::{Instance, Scene};
 use crate::Error;
 use crate::memory::Limit;
@@ -85,8 +86,7 @@ const COORDINATE_MAX: f64 = 1e15;
 impl Scene {
     /// Loads the glTF 2.0 file at `path`, `-` for standard input: buffers, images, the chosen scene, every animation.
     ///
-    /// The README lists the supported extensions. Skins and morph targets are applied once, with the file's own node
-    /// transforms and default weights. Points and lines are left out, and so are textures that cannot be read, unless
+    /// The README lists the supported extensions. Points and lines are left out, and so are textures that cannot be read, unless
     /// `options.strict`. Each simplification adds one of [`Scene::warnings`].
     ///
     /// # Errors
@@ -277,31 +277,46 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
         if !places.clone().all(near) {
             return Err(format!("node {index} is translated or scaled beyond 10¹⁵; scale the scene down"));
         }
-        let mesh = document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
-        let deformed = node.skin.is_some() || node.weights.is_some();
-        let meshes = match shared.get(&mesh_index).filter(|_| !deformed) {
+        document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
+        let morphs = deform::morphs(data, index);
+        let own = node.skin.is_some() || node.weights.is_some() || morphs;
+        let meshes = match shared.get(&mesh_index).filter(|_| !own) {
             Some(meshes) => meshes.clone(),
             None => {
-                let skin = deform::joint_matrices(data, tree, &world, index)?;
-                let weights = node.weights.as_ref().or(mesh.weights.as_ref());
-                let rest = deform::Rest { joints: skin.as_deref(), weights: weights.map_or(&[], Vec::as_slice) };
-                load_primitives(data, mesh_index, &rest, scene)?
+                let weights = deform::weights(data, index)?;
+                let joints = deform::joints(data, tree, index)?;
+                let mut applied = deform::Applied { weights, deformer: None };
+                let deformer;
+                if morphs || !joints.is_empty() {
+                    let mut own_weights = weights.to_vec();
+                    own_weights.resize(if morphs { deform::targets(data, index) } else { 0 }, 0.0);
+                    deformer = Deformer { node: tree.slot[index], joints, weights: own_weights };
+                    let (index, rest) = (scene.deformers.len(), deformer.pose(&world, deformer.weights.clone()));
+                    scene.deformers.push(deformer.clone());
+                    applied.deformer = Some(deform::Applying { index, deformer: &deformer, morphs, rest });
+                }
+                load_primitives(data, mesh_index, &applied, scene)?
             }
         };
         for node in places {
             scene.instances.extend(meshes.iter().map(|&mesh| Instance { mesh, node }));
         }
-        if !deformed {
+        if !own {
             shared.insert(mesh_index, meshes);
         }
     }
     Ok(())
 }
 
-fn load_primitives(data: &Data, mesh: usize, rest: &deform::Rest, scene: &mut Scene) -> Result<Vec<usize>, Problem> {
+fn load_primitives(
+    data: &Data,
+    mesh: usize,
+    applied: &deform::Applied,
+    scene: &mut Scene,
+) -> Result<Vec<usize>, Problem> {
     let first = scene.meshes.len();
     for number in 0..data.document.meshes[mesh].primitives.len() {
-        scene.meshes.extend(mesh::load(data, [mesh, number], rest, &scene.materials)?);
+        scene.meshes.extend(mesh::load(data, [mesh, number], applied, &scene.materials)?);
     }
     Ok((first..scene.meshes.len()).collect())
 }

@@ -3,6 +3,8 @@
 //! The sums are estimates from above, for loading and for the copies that rendering makes: small files can describe scenes
 //! that no machine holds, and a program that runs out of memory is killed without a word.
 
+use std::collections::HashSet;
+
 use gltf::json;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked::Valid;
@@ -50,6 +52,11 @@ const PACKED_COPIES: u64 = 3;
 const PACKED_CORNER: u64 = 64;
 /// Bytes of a vertex that is kept: in the scene, packed, and on a device that shares the machine's memory.
 const VERTEX_KEPT: u64 = 72 + 64 + 64;
+/// Bytes of a vertex that a skin moves: undeformed, with joints and weights, in the scene, packed and on the device.
+const VERTEX_DEFORMED: u64 = 3 * (40 + 8 * 4);
+/// The same of its difference in a morph target, and of four more joints.
+const VERTEX_TARGET: u64 = 3 * 36;
+const VERTEX_JOINTS: u64 = 3 * 8 * 4;
 /// Bytes of an index in the same three places.
 const INDEX_KEPT: u64 = 12;
 /// Bytes of a triangle of an instance: what blending, sampling of lamps and tracing note of it.
@@ -166,14 +173,27 @@ impl Need {
         let sizes: Vec<MeshSize> = document.meshes.iter().map(|mesh| MeshSize::new(document, mesh)).collect();
         let mut loaded = vec![false; sizes.len()];
         let (mut read, mut packed) = (0, 0);
-        for node in shown.iter().map(|&index| &document.nodes[index]) {
+        let channels = document.animations.iter().flat_map(|animation| &animation.channels);
+        let weights = channels.filter(|channel| channel.target.path == "weights");
+        let morphed: HashSet<usize> = weights.filter_map(|channel| channel.target.node).collect();
+        for (index, node) in shown.iter().map(|&index| (index, &document.nodes[index])) {
             let Some((mesh, size)) = node.mesh.and_then(|mesh| Some((mesh, sizes.get(mesh)?))) else { continue };
             let times = instancing::count(document, node);
             self.add(Kind::Triangles, (size.corners / 3).saturating_mul(times), TRIANGLE_POSED);
             self.add(Kind::Instances, size.primitives.saturating_mul(times), INSTANCE);
             self.add_bytes(Kind::Instances, times.saturating_mul(NODE));
             let skin = node.skin.and_then(|skin| document.skins.get(skin));
-            if skin.is_some() || node.weights.is_some() || !loaded[mesh] {
+            let morphs = morphed.contains(&index);
+            if skin.is_some() || morphs {
+                self.add_bytes(Kind::Vertices, size.kept.saturating_mul(VERTEX_DEFORMED));
+            }
+            if skin.is_some() {
+                self.add_bytes(Kind::Vertices, size.joints.saturating_mul(VERTEX_JOINTS));
+            }
+            if morphs {
+                self.add_bytes(Kind::Vertices, size.targets.saturating_mul(VERTEX_TARGET));
+            }
+            if skin.is_some() || morphs || node.weights.is_some() || !loaded[mesh] {
                 self.add(Kind::Vertices, size.kept, VERTEX_KEPT);
                 self.add_bytes(Kind::Vertices, size.unbacked.saturating_mul(UNBACKED));
                 self.add_bytes(Kind::Triangles, size.corners.saturating_mul(INDEX_KEPT));
@@ -226,6 +246,9 @@ struct MeshSize {
     kept: u64,
     /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no limit.
     unbacked: u64,
+    /// Vertices times morph targets, and vertices times sets of joints.
+    targets: u64,
+    joints: u64,
     /// Vertices of the largest primitive, of which loading drops those that no triangle uses.
     largest: u64,
     /// Bytes while the largest compressed primitive is decoded.
@@ -245,14 +268,19 @@ impl MeshSize {
                 _ => continue,
             };
             let welded = primitive.attributes.contains_key(&Valid(Semantic::Normals));
-            let targets =
+            let differences =
                 primitive.targets.iter().flatten().flat_map(|t| [t.positions, t.normals, t.tangents]).flatten();
-            let unbacked = primitive.attributes.values().copied().chain(targets).map(|a| a.value());
+            let unbacked = primitive.attributes.values().copied().chain(differences).map(|a| a.value());
             let unbacked = unbacked.filter(|&a| document.accessors.get(a).is_some_and(|a| a.buffer_view.is_none()));
             let unbacked = unbacked.fold(0u64, |sum, a| sum.saturating_add(elements(document, a)));
             sum.primitives += 1;
             sum.corners = sum.corners.saturating_add(corners);
-            sum.kept = sum.kept.saturating_add(if welded { corners.min(vertices) } else { corners });
+            let kept = if welded { corners.min(vertices) } else { corners };
+            let sets = primitive.attributes.keys().filter(|key| matches!(key, Valid(Semantic::Joints(_)))).count();
+            let targets = primitive.targets.as_ref().map_or(0, Vec::len);
+            sum.kept = sum.kept.saturating_add(kept);
+            sum.targets = sum.targets.saturating_add(kept.saturating_mul(targets as u64));
+            sum.joints = sum.joints.saturating_add(kept.saturating_mul(sets as u64));
             sum.unbacked = sum.unbacked.saturating_add(unbacked);
             sum.largest = sum.largest.max(vertices);
             if draco::is_packed(primitive) {

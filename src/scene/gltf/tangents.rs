@@ -1,6 +1,7 @@
 //! Tangents for normal maps and anisotropy: the file's, else MikkTSpace's, as glTF demands.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Affine2, Vec3, Vec4};
@@ -44,6 +45,9 @@ fn generate(mesh: &mut Mesh, uvs: (usize, Affine2)) {
             mesh.normals.push(mesh.normals[at]);
             mesh.uvs.iter_mut().for_each(|uvs| uvs.push(uvs[at]));
             mesh.colors.push(mesh.colors[at]);
+            if let Some(deform) = mesh.deform.as_mut().map(Arc::make_mut) {
+                deform.repeat_vertex(at);
+            }
             mesh.tangents.push(tangent);
             mesh.tangents.len() as u32 - 1
         });

@@ -1,0 +1,213 @@
+//! Skins and morph targets: what deforms meshes, and the deformed meshes of a pose. `glsl/ground/deform.comp` does the same as
+//! [`Deform::of`] on the device; `tests/deform.rs` holds one against the other.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3, Vec4};
+
+use super::{Mesh, Pose, Scene};
+
+/// What a node has to deform the meshes that it shows: a skin's joints, weights of morph targets, or both.
+#[derive(Clone, Debug, Default)]
+pub struct Deformer {
+    /// Index into [`Scene::nodes`].
+    pub node: usize,
+    /// Without a skin there are none. Behind the skin's stands the node itself, for vertices that no joint moves.
+    pub joints: Vec<Joint>,
+    /// Of the morph targets, where no animation sets them.
+    pub weights: Vec<f32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Joint {
+    /// Index into [`Scene::nodes`].
+    pub node: usize,
+    /// The joint's space from the mesh's, in the bind pose.
+    pub joint_from_mesh: DAffine3,
+}
+
+/// How the vertices of one mesh deform. All lists are as long as the mesh has vertices, or empty.
+#[derive(Clone, Debug, Default)]
+pub struct Deform {
+    /// Index into [`Scene::deformers`].
+    pub deformer: usize,
+    /// As the file has them; the mesh's own are those of its rest pose.
+    pub positions: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
+    pub tangents: Vec<Vec4>,
+    pub targets: Vec<Target>,
+    /// Influences of joints on a vertex; 0 without a skin.
+    pub influences: usize,
+    /// Joint and weight, [`Self::influences`] for each vertex; their weights add up to 1.
+    pub skin: Vec<(u32, f32)>,
+    /// The file has no normals: they are those of the deformed faces. Each face then has three vertices of its own, in order.
+    pub flat: bool,
+}
+
+/// Differences of a morph target.
+#[derive(Clone, Debug, Default)]
+pub struct Target {
+    pub positions: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
+    pub tangents: Vec<Vec3>,
+}
+
+/// What a [`Deformer`] does at a time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DeformPose {
+    /// Rows of a matrix per joint: the instance's space from the mesh's.
+    pub joints: Vec<[[f32; 4]; 3]>,
+    pub weights: Vec<f32>,
+}
+
+impl Deformer {
+    /// The space in which skinned meshes are deformed, in the world. glTF lets joints alone place them; a space at the first joint
+    /// keeps f32's precision far from the origin. It is mirrored as the node is, which decides what is a face's front.
+    pub fn world_from_frame(&self, world: &[DAffine3]) -> DAffine3 {
+        let Some(first) = self.joints.first() else { return world[self.node] };
+        let mirrored = world[self.node].matrix3.determinant() < 0.0;
+        let scale = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
+        DAffine3::from_translation(world[first.node].translation) * DAffine3::from_scale(scale)
+    }
+
+    /// `world`: of every node; `weights`: instead of the deformer's own.
+    pub fn pose(&self, world: &[DAffine3], weights: Vec<f32>) -> DeformPose {
+        let frame_from_world = self.world_from_frame(world).inverse();
+        let rows = |joint: &Joint| {
+            let m = frame_from_world * world[joint.node] * joint.joint_from_mesh;
+            // Damaged files have transforms that overflow; what they move is somewhere, but a number.
+            let row = |i: usize| m.matrix3.row(i).extend(m.translation[i]).to_array().map(finite);
+            [row(0), row(1), row(2)]
+        };
+        DeformPose { joints: self.joints.iter().map(rows).collect(), weights }
+    }
+}
+
+fn finite(x: f64) -> f32 {
+    if x.is_finite() { x.clamp(-1e15, 1e15) as f32 } else { 0.0 }
+}
+
+/// Positions, normals and tangents of all vertices.
+pub type Vertices = (Vec<Vec3>, Vec<Vec3>, Vec<Vec4>);
+
+impl Deform {
+    /// The vertices in a pose: morph targets first, then the skin.
+    pub fn of(&self, pose: &DeformPose) -> Vertices {
+        let vertices = 0..self.positions.len();
+        let (mut positions, mut normals, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
+        for v in vertices.clone() {
+            let [mut position, mut normal, mut tangent] = self.morphed(pose, v);
+            if self.influences > 0 {
+                let rows = self.blended(pose, v);
+                let linear = rows.map(|row| row.truncate());
+                position = linear_of(&linear, position) + Vec3::new(rows[0].w, rows[1].w, rows[2].w);
+                normal = cofactor_of(&linear, normal);
+                tangent = linear_of(&linear, tangent);
+            }
+            positions.push(position);
+            normals.push(unit_or(normal, self.normals[v]));
+            let kept = self.tangents[v];
+            tangents.push(unit_or(tangent, kept.truncate()).extend(kept.w));
+        }
+        if self.flat {
+            for v in vertices {
+                let [a, b, c] = [0, 1, 2].map(|k| positions[v - v % 3 + k]);
+                normals[v] = unit_or((b - a).cross(c - a), self.normals[v]);
+            }
+        }
+        (positions, normals, tangents)
+    }
+
+    fn morphed(&self, pose: &DeformPose, v: usize) -> [Vec3; 3] {
+        let mut sums = [self.positions[v], self.normals[v], self.tangents[v].truncate()];
+        for (target, &weight) in self.targets.iter().zip(&pose.weights).filter(|(_, weight)| **weight != 0.0) {
+            let parts = [&target.positions, &target.normals, &target.tangents];
+            for (sum, part) in sums.iter_mut().zip(parts).filter(|(_, part)| !part.is_empty()) {
+                *sum += weight * part[v];
+            }
+        }
+        sums
+    }
+
+    /// The mean of the joints' matrices, row by row.
+    fn blended(&self, pose: &DeformPose, v: usize) -> [Vec4; 3] {
+        let mut rows = [Vec4::ZERO; 3];
+        for &(joint, weight) in &self.skin[v * self.influences..][..self.influences] {
+            for (row, of) in rows.iter_mut().zip(&pose.joints[joint as usize]) {
+                *row += weight * Vec4::from_array(*of);
+            }
+        }
+        rows
+    }
+
+    /// Adds a vertex that moves as vertex `v` does, before the mesh's vertices are taken.
+    pub fn repeat_vertex(&mut self, v: usize) {
+        for target in &mut self.targets {
+            for part in [&mut target.positions, &mut target.normals, &mut target.tangents] {
+                part.extend(part.get(v).copied());
+            }
+        }
+        self.skin.extend_from_within(v * self.influences..(v + 1) * self.influences);
+    }
+
+    /// Bytes of all lists.
+    pub fn bytes(&self) -> usize {
+        let targets = self.targets.iter().map(|t| t.positions.len() + t.normals.len() + t.tangents.len());
+        40 * self.positions.len() + 12 * targets.sum::<usize>() + 8 * self.skin.len()
+    }
+}
+
+fn linear_of(rows: &[Vec3; 3], v: Vec3) -> Vec3 {
+    Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v))
+}
+
+/// The inverse transpose up to a factor that keeps its side, which flat scales have too.
+fn cofactor_of(rows: &[Vec3; 3], v: Vec3) -> Vec3 {
+    Vec3::new(rows[1].cross(rows[2]).dot(v), rows[2].cross(rows[0]).dot(v), rows[0].cross(rows[1]).dot(v))
+}
+
+fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
+    // Scaled first, so that no square overflows or vanishes.
+    let largest = v.abs().max_element();
+    if largest > 0.0 && largest.is_finite() { (v / largest).normalize() } else { other }
+}
+
+impl Mesh {
+    /// The mesh in a pose; itself where nothing deforms it.
+    pub fn posed(&self, pose: &Pose) -> Cow<'_, Self> {
+        let Some(deform) = &self.deform else { return Cow::Borrowed(self) };
+        let (positions, normals, tangents) = deform.of(&pose.deforms[deform.deformer]);
+        Cow::Owned(Self { positions, normals, tangents, ..self.clone() })
+    }
+
+    /// Its positions alone.
+    pub fn posed_positions(&self, pose: &Pose) -> Cow<'_, [Vec3]> {
+        match &self.deform {
+            Some(deform) => Cow::Owned(deform.of(&pose.deforms[deform.deformer]).0),
+            None => Cow::Borrowed(&self.positions),
+        }
+    }
+
+    /// Takes the vertices as they are for those that deform, and takes on the rest pose.
+    pub fn rest_in(&mut self, pose: &DeformPose) {
+        let Some(deform) = self.deform.as_mut().map(Arc::make_mut) else { return };
+        deform.positions = std::mem::take(&mut self.positions);
+        deform.normals = std::mem::take(&mut self.normals);
+        deform.tangents = std::mem::take(&mut self.tangents);
+        (self.positions, self.normals, self.tangents) = deform.of(pose);
+    }
+}
+
+impl Scene {
+    /// All meshes in a pose.
+    pub fn posed_meshes(&self, pose: &Pose) -> Vec<Cow<'_, Mesh>> {
+        self.meshes.iter().map(|mesh| mesh.posed(pose)).collect()
+    }
+
+    /// What deforms the mesh, if it has a skin.
+    pub fn skinned(&self, mesh: usize) -> Option<&Deformer> {
+        let deformer = &self.deformers[self.meshes[mesh].deform.as_ref()?.deformer];
+        (!deformer.joints.is_empty()).then_some(deformer)
+    }
+}

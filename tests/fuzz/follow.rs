@@ -86,6 +86,7 @@ fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
         frame_index: 0,
         lamps,
         light_pass: 0,
+        light_share: 1.0,
         image_pass: 0,
     }
     .layout();

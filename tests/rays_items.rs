@@ -386,6 +386,38 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
     assert!(mean < 0.85 * settled, "{mean} after {settled}");
 }
 
+/// Blocks of 8×8 pixels, each the sum of its radiance.
+fn blocks(image: &Layers) -> Vec<f64> {
+    let row = image.width as usize;
+    let mut sums = vec![0.0; (row / 8) * (image.height as usize / 8)];
+    for (i, p) in image.beauty().iter().enumerate() {
+        sums[i / row / 8 * (row / 8) + i % row / 8] += f64::from(p[0] + p[1] + p[2]);
+    }
+    sums
+}
+
+#[test]
+fn adding_a_bounce_never_darkens() {
+    const SIZE: u32 = 64;
+    let context = gpu::context();
+    let scene = two_rooms(0.1);
+    let view = into_both_rooms(&scene, 8).0;
+    for base in [Settings::fast(), Settings::default(), Settings::accurate()] {
+        let image = |bounces: &str| {
+            let settings = gpu::with(base.clone(), &["voxels=32", bounces]);
+            blocks(&gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![]).read())
+        };
+        let [one, two, all] = ["bounces=1", "bounces=2", "bounces=all"].map(image);
+        let darkest = |few: &[f64], more: &[f64]| {
+            few.iter().zip(more).map(|(few, more)| more / few - 1.0).fold(f64::INFINITY, f64::min)
+        };
+        // The second bounce comes along the same rays. All bounces are a mean over passes, two are one pass: where a block has little
+        // indirect light, the noise of one pass of `fast` may hide what it gains, but not here.
+        let (second, rest) = (darkest(&one, &two), darkest(&two, &all));
+        assert!(second > -0.002 && rest > -0.002, "{second}, {rest}");
+    }
+}
+
 #[test]
 fn passes_over_the_image_come_nearer_to_the_truth_and_say_how_near() {
     const SIZE: u32 = 48;

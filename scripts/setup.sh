@@ -44,7 +44,7 @@ bundled_shaderc=(
 list_for_other_systems() {
   cat <<'END'
 This is neither Debian nor Ubuntu, so this script installs nothing. twobounce needs:
-  - Rust 1.88 or newer: https://rustup.rs
+  - Rust 1.95 or newer: https://rustup.rs
   - a C compiler, for linking
   - the Vulkan loader (libvulkan.so.1) and a driver; without a GPU, Mesa's lavapipe
   - for the tests: the Vulkan validation layers

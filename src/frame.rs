@@ -60,6 +60,8 @@ pub struct Frame {
     stale: bool,
     /// The method holds no light yet.
     unlit: bool,
+    /// The last frame recorded lists and light whole, if not its image.
+    light_whole: bool,
 }
 
 /// Everything that changes from frame to frame and shows in lists or light: no camera does.
@@ -129,6 +131,7 @@ impl Frame {
             made_of: None,
             stale: false,
             unlit: true,
+            light_whole: false,
             ground,
             method,
             target,
@@ -157,6 +160,7 @@ impl Frame {
     /// Records a frame. `slot`: one of those in flight that is free again.
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         self.record_light(r, seen, seen.image.is_none());
+        self.light_whole = r.goes_on();
         if seen.image.is_some() {
             // The recorded triangles become the image, with what the method looks up.
             let (ground, target) = (&self.ground, &self.target);
@@ -299,6 +303,11 @@ impl Frame {
         };
         let grown = self.counts().grown(&found);
         (counters, (grown != *self.counts()).then_some(grown))
+    }
+
+    /// A frame that ended early had its lists and light by then: the next one goes on from them.
+    pub fn light_is_whole(&self) -> bool {
+        self.light_whole
     }
 
     /// Replaces the buffers that are too small for `counts`; no frame may be in flight. The next frame starts from nothing.

@@ -47,12 +47,14 @@ pub struct RenderOptions {
     pub bounds: Bounds,
     /// With [`Submit::Short`], asked after each of them; an error ends the frame.
     pub watch: Option<Watch>,
+    /// With [`Submit::Short`], as short on a CPU device as on a GPU: it pays for that, and answers sooner.
+    pub responsive: bool,
 }
 
 impl RenderOptions {
     /// The image alone, in short submissions and within the budget.
     pub fn new(size: (u32, u32), bounds: Bounds) -> Self {
-        Self { size, aovs: vec![], submit: Submit::Short, memory_limit: None, bounds, watch: None }
+        Self { size, aovs: vec![], submit: Submit::Short, memory_limit: None, bounds, watch: None, responsive: false }
     }
 }
 
@@ -117,7 +119,7 @@ impl Renderer {
         )?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
-        let (pace, context) = (Pace::new(context.is_cpu, options.watch.clone()), context.clone());
+        let (pace, context) = (pace(context, &options), context.clone());
         Ok(Self {
             context,
             scene,
@@ -138,7 +140,15 @@ impl Renderer {
     /// # Errors
     /// As for [`Renderer::new`]; the renderer then is as before.
     pub fn change(&mut self, settings: Settings, size: (u32, u32)) -> Result<()> {
-        let options = RenderOptions { size, ..self.options.clone() };
+        self.change_layers(settings, size, self.options.aovs.clone())
+    }
+
+    /// The same, and to other layers.
+    ///
+    /// # Errors
+    /// As for [`Renderer::new`]; the renderer then is as before.
+    pub fn change_layers(&mut self, settings: Settings, size: (u32, u32), aovs: Vec<Aov>) -> Result<()> {
+        let options = RenderOptions { size, aovs, ..self.options.clone() };
         let desc = desc(&self.scene, &settings, &options);
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
@@ -150,8 +160,8 @@ impl Renderer {
             &|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels),
         )?;
         self.frame.change(&self.context, &desc)?;
-        self.pace = Pace::new(self.context.is_cpu, options.watch.clone());
-        if size != self.options.size {
+        self.pace = pace(&self.context, &options);
+        if size != self.options.size || desc.outputs != target::outputs(&self.options.aovs) {
             self.readback = Readback::new(&self.context, &self.frame.target)?;
         }
         (self.settings, self.options, self.fixed_plan) = (settings, options, fixed_plan);
@@ -303,7 +313,12 @@ impl Renderer {
             }
         }
         let log = recorder.frame_log().clone();
-        let timings = recorder.finish().inspect_err(|_| self.frame.start_over())?;
+        let timings = recorder.finish().inspect_err(|error| {
+            // What was asked to end over its image has made its light.
+            if !(matches!(error, Error::Interrupted) && self.frame.light_is_whole() && !lists_alone) {
+                self.frame.start_over();
+            }
+        })?;
         Ok((timings, log))
     }
 
@@ -388,6 +403,10 @@ pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
 pub fn most_triangles(context: &Context) -> (u64, String) {
     let most = u64::from(context.limits.max_storage_buffer_range) / size_of::<Triangle>() as u64;
     (most, format!("the largest buffer that {} binds", context.name))
+}
+
+fn pace(context: &Context, options: &RenderOptions) -> Arc<Mutex<Pace>> {
+    Pace::new(context.is_cpu && !options.responsive, options.watch.clone())
 }
 
 /// One frame in flight.

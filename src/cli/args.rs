@@ -32,6 +32,9 @@ const OWN_DOCS: &str = "For this project's own pages and scenes:
 pub enum Command {
     /// Render a scene to an image
     Render(RenderArgs),
+    /// Look at a scene in a window
+    #[cfg(feature = "window")]
+    View(Box<super::view::ViewArgs>),
     /// Path-trace a reference image on the CPU
     Reference(super::reference::ReferenceArgs),
     /// Compare an image with its reference

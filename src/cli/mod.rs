@@ -26,6 +26,8 @@ mod settings;
 mod sky;
 mod stability;
 mod study;
+#[cfg(feature = "window")]
+mod view;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -80,6 +82,8 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Ledger(args) => ledger::run(args),
         Command::MakeAssets(args) => make_assets::run(args),
         Command::Render(args) => render::run(args),
+        #[cfg(feature = "window")]
+        Command::View(args) => view::run(args),
         Command::Profile(args) => profile::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),

@@ -149,7 +149,7 @@ impl Recorder {
     }
 
     /// Whether nothing has failed so far: what is recorded afterwards is never submitted.
-    pub(super) fn goes_on(&self) -> bool {
+    pub(crate) fn goes_on(&self) -> bool {
         self.error.is_none()
     }
 

@@ -1,0 +1,87 @@
+//! The eye that keys and mouse move.
+
+use glam::{DQuat, DVec3};
+use twobounce::scene::{DEFAULT_FOV_DEGREES, Projection, View};
+
+/// Where is looked from, and at what; the same numbers as `--eye`, `--target`, `--up` and `--fov` take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eye {
+    /// Metres.
+    pub eye: DVec3,
+    pub target: DVec3,
+    pub up: DVec3,
+    /// Vertical, degrees.
+    pub fov: f64,
+}
+
+/// How near the line of sight may come to the vertical, radians.
+const LEAST_TO_VERTICAL: f64 = 0.02;
+
+impl Eye {
+    /// What looks as `view` does, at a point `distance` metres away; orthographic views become perspective ones.
+    pub fn of(view: &View, distance: f64) -> Self {
+        let fov = match view.projection {
+            Projection::Perspective { fov, .. } => f64::from(fov).to_degrees(),
+            Projection::Orthographic { .. } => f64::from(DEFAULT_FOV_DEGREES),
+        };
+        // A roll is kept until the eye turns.
+        Self { eye: view.eye, target: view.eye + view.forward * distance, up: view.up, fov }
+    }
+
+    /// As the command line makes it of its flags.
+    pub fn view(&self) -> View {
+        View::look_at(self.eye, self.target, self.up, self.fov.to_radians() as f32)
+    }
+
+    fn forward(&self) -> DVec3 {
+        (self.target - self.eye).normalize_or(DVec3::NEG_Z)
+    }
+
+    /// Moves by metres to the right, up, and ahead.
+    pub fn walk(&mut self, by: DVec3) {
+        let forward = self.forward();
+        let right = forward.cross(DVec3::Y).normalize_or(DVec3::X);
+        let step = right * by.x + DVec3::Y * by.y + forward * by.z;
+        (self.eye, self.target) = (self.eye + step, self.target + step);
+    }
+
+    /// Looks about: radians to the left and up.
+    pub fn turn(&mut self, left: f64, up: f64) {
+        let distance = (self.target - self.eye).length();
+        self.target = self.eye + turned(self.forward(), left, up) * distance;
+        self.up = DVec3::Y;
+    }
+
+    /// Goes round the target: radians to the left and up.
+    pub fn orbit(&mut self, left: f64, up: f64) {
+        let distance = (self.target - self.eye).length();
+        self.eye = self.target - turned(self.forward(), left, up) * distance;
+        self.up = DVec3::Y;
+    }
+}
+
+fn turned(forward: DVec3, left: f64, up: f64) -> DVec3 {
+    let forward = DQuat::from_rotation_y(left) * forward;
+    let height = forward.angle_between(DVec3::Y);
+    let to = (height - up).clamp(LEAST_TO_VERTICAL, std::f64::consts::PI - LEAST_TO_VERTICAL);
+    let right = forward.cross(DVec3::Y).normalize_or(DVec3::X);
+    (DQuat::from_axis_angle(right, height - to) * forward).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turning_and_orbiting_keep_the_distance_and_stop_below_the_zenith() {
+        let mut eye = Eye { eye: DVec3::new(0.0, 1.0, 5.0), target: DVec3::Y, up: DVec3::Y, fov: 45.0 };
+        eye.orbit(0.7, 9.0);
+        assert!((eye.eye.distance(DVec3::Y) - 5.0).abs() < 1e-12, "{eye:?}");
+        assert!(eye.forward().y > 0.999 && eye.forward().y < 1.0);
+        eye.turn(-0.4, -0.3);
+        assert!(((eye.target - eye.eye).length() - 5.0).abs() < 1e-12);
+        let before = eye.eye;
+        eye.walk(DVec3::new(0.0, 0.0, 2.0));
+        assert!((eye.eye - before - eye.forward() * 2.0).length() < 1e-12);
+    }
+}

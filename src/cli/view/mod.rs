@@ -1,0 +1,538 @@
+//! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, [`screen`] shows them, [`panel`] has the settings,
+//! [`eye`] is what keys and mouse move, [`script`] plays a user for tests.
+
+mod command;
+mod eye;
+mod panel;
+mod screen;
+mod script;
+mod worker;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, anyhow};
+use clap::Args;
+use glam::DVec3;
+use twobounce::layers::Aov;
+use twobounce::output::file;
+use twobounce::settings::Settings;
+use twobounce::vk::Context;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::keyboard::{KeyCode, PhysicalKey};
+use winit::window::{Window, WindowId};
+
+use super::args::{RunArgs, SceneArgs, SettingsArgs, number};
+use super::scene::Opened;
+use super::{interrupt, out};
+use crate::say;
+use command::Seen;
+use eye::Eye;
+use panel::Panel;
+use screen::{Overlay, Screen};
+use script::{Act, Script};
+use worker::{Frame, Job, Stage, Worker};
+
+#[derive(Args, Debug)]
+pub struct ViewArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// Exposure in stops: radiance is multiplied by 2^EV [default: automatic]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
+    pub exposure: Option<f64>,
+    /// Do what this file says, line by line, as a user would; for tests
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub script: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// The camera counts as at rest this long after it moved.
+const REST: Duration = Duration::from_millis(250);
+/// The longest time that a step of movement makes up for: a window that was suspended does not leap.
+const LONGEST_STEP: Duration = Duration::from_millis(100);
+/// Movement is looked at this often.
+const TICK: Duration = Duration::from_millis(16);
+/// Radians that the view turns when the mouse crosses the window's height.
+const TURN: f64 = 2.0;
+/// The scene's diagonals that a held key goes in a second, at first.
+const SPEED: f64 = 0.15;
+/// By how much a notch of the mouse wheel changes that.
+const NOTCH: f64 = 1.25;
+
+pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
+Space  play or pause\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
+
+/// Opens the window and stays until it is closed.
+pub fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
+    let settings = args.settings.effective()?;
+    args.scene.check()?;
+    let script = args.script.as_deref().map(Script::read).transpose()?.unwrap_or_default();
+    interrupt::install()?;
+    let no_window = |e: &dyn std::fmt::Display| anyhow!("no window can be opened ({e}): use twobounce render");
+    let event_loop = EventLoop::new().map_err(|e| no_window(&e))?;
+    let (opened, context) = args.scene.open_on(&args.run)?;
+    let mut app = App::new(args, opened, &context, settings, script, event_loop.create_proxy());
+    event_loop.run_app(&mut app).map_err(|e| no_window(&e))?;
+    drop(app.worker.take());
+    drop(app.shown.take());
+    if let Some(error) = app.failed {
+        return Err(error);
+    }
+    interrupt::check()?;
+    Screen::refuse_invalid()?;
+    twobounce::measure::refuse_invalid(&context)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The window and what belongs to it; fields are dropped in this order.
+struct Shown {
+    egui: egui_winit::State,
+    screen: Screen,
+    window: Window,
+}
+
+struct App {
+    typed: Vec<String>,
+    name: String,
+    device: String,
+    validation: bool,
+    stage: Option<Stage>,
+    proxy: EventLoopProxy<()>,
+    worker: Option<Worker>,
+    shown: Option<Shown>,
+    panel: Panel,
+    script: Script,
+    first_size: (u32, u32),
+    /// `None`: the camera that was asked for, at its place.
+    eye: Option<Eye>,
+    first_view: Box<dyn Fn(f64) -> twobounce::scene::View>,
+    framing: Eye,
+    diagonal_m: f64,
+    speed: f64,
+    held: HashSet<KeyCode>,
+    pointer: Option<(f64, f64)>,
+    buttons: (bool, bool),
+    start_s: f64,
+    later_s: f64,
+    plays: bool,
+    stepped: Instant,
+    moved: Option<Instant>,
+    asked: Option<Job>,
+    /// When the newest job was asked for.
+    asked_at: Instant,
+    frame: Option<(u64, Frame)>,
+    failed: Option<anyhow::Error>,
+}
+
+impl App {
+    fn new(
+        args: &ViewArgs,
+        opened: Opened,
+        context: &std::sync::Arc<Context>,
+        settings: Settings,
+        script: Script,
+        proxy: EventLoopProxy<()>,
+    ) -> Self {
+        let options = opened.run_options(&args.run);
+        let Opened { scene, size, shot, .. } = opened;
+        let bounds = options.bounds;
+        let diagonal_m = bounds.size().length().max(1e-3);
+        let framing = Eye::of(&twobounce::scene::View::framing(bounds), 1.0);
+        let distance = (bounds.center() - framing.eye).length();
+        let framing = Eye { target: framing.eye + (framing.target - framing.eye) * distance, ..framing };
+        let cameras = scene.clone();
+        let of_shot = shot.clone();
+        let first_view = Box::new(move |later_s: f64| of_shot.view(&cameras, &of_shot.pose(&cameras, later_s)));
+        let device = context.name.clone();
+        let stage = Stage { context: context.clone(), scene, shot, options };
+        Self {
+            typed: std::env::args().skip(2).collect(),
+            name: stage.scene.name.clone(),
+            device,
+            validation: args.run.device.validation,
+            stage: Some(stage),
+            proxy,
+            worker: None,
+            shown: None,
+            panel: Panel::new(&args.settings.preset, settings, args.exposure.map(|ev| ev as f32)),
+            script,
+            first_size: size,
+            eye: None,
+            first_view,
+            framing,
+            diagonal_m,
+            speed: SPEED,
+            held: HashSet::new(),
+            pointer: None,
+            buttons: (false, false),
+            start_s: args.scene.time,
+            later_s: 0.0,
+            plays: false,
+            stepped: Instant::now(),
+            moved: None,
+            asked: None,
+            asked_at: Instant::now(),
+            frame: None,
+            failed: None,
+        }
+    }
+
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        let size = PhysicalSize::new(self.first_size.0, self.first_size.1);
+        let attributes = Window::default_attributes().with_title(&self.name).with_inner_size(size);
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|e| anyhow!("no window can be opened ({e}): use twobounce render"))?;
+        let screen = Screen::new(&window, &self.device, self.validation)?;
+        let context = egui::Context::default();
+        let side = Some(4096);
+        let egui = egui_winit::State::new(context, egui::ViewportId::ROOT, &window, None, None, side);
+        self.shown = Some(Shown { egui, screen, window });
+        let stage = self.stage.take().context("the window was opened twice")?;
+        self.worker = Some(Worker::start(stage, self.proxy.clone()));
+        self.ask(false);
+        Ok(())
+    }
+
+    /// The eye to move: from now on the camera is not the one that was asked for.
+    fn eye(&mut self) -> &mut Eye {
+        let (view, diagonal) = ((self.first_view)(self.later_s), 0.5 * self.diagonal_m);
+        self.eye.get_or_insert_with(|| Eye::of(&view, diagonal))
+    }
+
+    /// Asks for a frame of what is to be seen now.
+    fn ask(&mut self, moving: bool) {
+        let (Some(worker), Some(shown)) = (&self.worker, &self.shown) else { return };
+        let size = shown.screen.size();
+        if size.0 == 0 || size.1 == 0 {
+            return; // minimised
+        }
+        let view = self.eye.map_or_else(|| (self.first_view)(self.later_s), |eye| eye.view());
+        let job = Job {
+            revision: self.asked.as_ref().map_or(1, |job| job.revision + 1),
+            view,
+            later_s: self.later_s,
+            settings: self.panel.settings.clone(),
+            size,
+            layer: self.panel.layer,
+            exposure: self.panel.exposure,
+            moving,
+        };
+        worker.ask(job.clone());
+        (self.asked, self.asked_at) = (Some(job), Instant::now());
+    }
+
+    fn moves(&mut self) {
+        self.moved = Some(Instant::now());
+        self.ask(true);
+    }
+
+    /// What held keys and the animation do since the last step.
+    fn step(&mut self) {
+        let since = self.stepped.elapsed().min(LONGEST_STEP).as_secs_f64();
+        self.stepped = Instant::now();
+        let along = |more, less| f64::from(u8::from(self.held.contains(&more))) - f64::from(u8::from(self.held.contains(&less)));
+        let by = DVec3::new(
+            along(KeyCode::KeyD, KeyCode::KeyA),
+            along(KeyCode::KeyE, KeyCode::KeyQ),
+            along(KeyCode::KeyW, KeyCode::KeyS),
+        );
+        let walks = by != DVec3::ZERO;
+        if walks {
+            let metres = self.speed * self.diagonal_m * since;
+            self.eye().walk(by * metres);
+        }
+        // An animation waits for the frames that it is shown in.
+        let shows = self.frame.as_ref().map(|(revision, _)| *revision) == self.asked.as_ref().map(|job| job.revision);
+        if self.plays && shows {
+            self.later_s += since;
+        }
+        if walks || self.plays && shows {
+            self.moves();
+        } else if self.moved.is_some_and(|at| at.elapsed() > REST) {
+            self.moved = None;
+            self.ask(false);
+        }
+    }
+
+    /// Whether what is shown is the last thing asked for, whole.
+    fn rests(&self) -> bool {
+        let newest = self.asked.as_ref().is_some_and(|job| !job.moving);
+        newest && self.moved.is_none() && self.frame.as_ref().map(|(r, _)| *r) == self.asked.as_ref().map(|j| j.revision)
+    }
+
+    fn key(&mut self, event_loop: &ActiveEventLoop, key: KeyCode, pressed: bool) {
+        if !pressed {
+            self.held.remove(&key);
+            return;
+        }
+        match key {
+            KeyCode::Escape => event_loop.exit(),
+            KeyCode::Tab => self.panel.open = !self.panel.open,
+            KeyCode::Space => {
+                self.plays = !self.plays;
+                self.stepped = Instant::now();
+            }
+            KeyCode::KeyF => {
+                self.eye = Some(self.framing);
+                self.moves();
+            }
+            KeyCode::KeyC => say!("{}", self.command()),
+            KeyCode::KeyP => {
+                let saved = self.save(&PathBuf::from(format!("{}.png", self.name)));
+                saved.unwrap_or_else(|error| out::warn(&format!("{error:#}")));
+            }
+            KeyCode::KeyW | KeyCode::KeyA | KeyCode::KeyS | KeyCode::KeyD | KeyCode::KeyQ | KeyCode::KeyE => {
+                if self.held.is_empty() {
+                    self.stepped = Instant::now();
+                }
+                self.held.insert(key);
+            }
+            _ => {}
+        }
+        self.redraw();
+    }
+
+    fn redraw(&self) {
+        if let Some(shown) = &self.shown {
+            shown.window.request_redraw();
+        }
+    }
+
+    fn command(&self) -> String {
+        let exposure = self.panel.exposure.or(self.frame.as_ref().map(|(_, frame)| frame.exposure_ev));
+        let seen = Seen {
+            typed: &self.typed,
+            eye: self.eye,
+            time_s: self.start_s + self.later_s,
+            size: self.shown.as_ref().map_or(self.first_size, |shown| shown.screen.size()),
+            preset: &self.panel.preset,
+            settings: &self.panel.settings,
+            exposure_ev: exposure.unwrap_or(0.0),
+        };
+        seen.command()
+    }
+
+    /// Writes the image that is shown as a PNG, and beside it as an EXR with the settings.
+    fn save(&self, path: &Path) -> anyhow::Result<()> {
+        let (_, frame) = self.frame.as_ref().context("there is no picture to save yet: wait for the first")?;
+        let mut image = frame.image.clone();
+        image.layers.retain(|(layer, _)| *layer != Aov::Alpha);
+        image.write_png(path, frame.exposure_ev)?;
+        let exr = path.with_extension("exr");
+        let header = [("settings", self.panel.settings.to_toml()), ("command", self.command())];
+        let header = header.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        image.write_exr(&exr, &header)?;
+        say!("wrote {} and {}", out::name(path), out::name(&exr));
+        Ok(())
+    }
+
+    fn take_answer(&mut self) -> anyhow::Result<()> {
+        let Some(answer) = self.worker.as_ref().and_then(Worker::answer) else { return Ok(()) };
+        match answer.frame {
+            Err(words) if self.frame.is_none() => return Err(anyhow!(words)),
+            Err(words) => self.panel.error = Some(words),
+            Ok(frame) => {
+                self.panel.error = None;
+                if let Some(shown) = &mut self.shown {
+                    shown.screen.set_picture(&frame.picture)?;
+                    let (width, height) = shown.screen.size();
+                    let coarse = match frame.divisor {
+                        1 => String::new(),
+                        by => format!(" at 1/{by}"),
+                    };
+                    let title = format!("{} · {width}x{height}{coarse} · {:.0} ms · {}", self.name, frame.ms, self.device);
+                    shown.window.set_title(&title);
+                }
+                if self.asked.as_ref().is_some_and(|job| job.revision == answer.revision) {
+                    self.script.answered(self.asked_at.elapsed());
+                }
+                self.frame = Some((answer.revision, frame));
+            }
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, grab: Option<&Path>) -> anyhow::Result<()> {
+        let Some(shown) = &mut self.shown else { return Ok(()) };
+        let input = shown.egui.take_egui_input(&shown.window);
+        let context = shown.egui.egui_ctx().clone();
+        let (panel, frame) = (&mut self.panel, self.frame.as_ref().map(|(_, frame)| frame));
+        let step = self.worker.as_ref().and_then(Worker::step);
+        let mut changed = false;
+        let output = context.run_ui(input, |ui| changed |= panel.show(ui.ctx(), frame, step));
+        shown.egui.handle_platform_output(&shown.window, output.platform_output);
+        let pixels_per_point = output.pixels_per_point;
+        let primitives = context.tessellate(output.shapes, pixels_per_point);
+        let size = shown.screen.size();
+        let overlay = Overlay { textures: output.textures_delta, primitives, pixels_per_point, window: &shown.window };
+        let grabbed = shown.screen.draw(overlay, grab.is_some())?;
+        let resized = shown.screen.size() != size;
+        if let (Some(path), Some(picture)) = (grab, grabbed) {
+            let rgb = picture.rgba.chunks_exact(4).flat_map(|p| p[..3].to_vec()).collect();
+            file::write(path, &twobounce::output::png::encode_rgb(picture.size.0, picture.size.1, rgb)?)?;
+        }
+        if changed || resized {
+            self.ask(false);
+        }
+        Ok(())
+    }
+
+    /// One line of the script, once nothing is under way.
+    fn act(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        if self.frame.is_none() || self.script.waits(self.rests()) {
+            return Ok(());
+        }
+        let Some(act) = self.script.next() else { return Ok(()) };
+        let Some(shown) = &mut self.shown else { return Ok(()) };
+        match act {
+            Act::Rest => {}
+            Act::Turn(left, up) => {
+                self.eye().turn(left, up);
+                self.moves();
+            }
+            Act::Walk(by) => {
+                self.eye().walk(by);
+                self.moves();
+            }
+            Act::Key(key) => {
+                self.key(event_loop, key, true);
+                self.key(event_loop, key, false);
+            }
+            Act::Set(text) => {
+                self.panel.set(&text)?;
+                self.ask(false);
+            }
+            Act::Layer(layer) => {
+                self.panel.layer = layer;
+                self.ask(false);
+            }
+            Act::Size(width, height) => drop(shown.window.request_inner_size(PhysicalSize::new(width, height))),
+            Act::Minimise(whether) => shown.window.set_minimized(whether),
+            Act::Remake(times) => {
+                for _ in 0..times {
+                    let Some(shown) = &mut self.shown else { break };
+                    shown.screen.remake(&shown.window)?;
+                    self.draw(None)?;
+                }
+            }
+            Act::Save(path) => self.save(&path)?,
+            Act::Grab(path) => {
+                self.panel.open = false;
+                self.draw(Some(&path))?;
+            }
+            Act::Panel(open) => self.panel.open = open,
+            Act::Say => {
+                let made = self.shown.as_ref().map_or(0, |shown| shown.screen.made);
+                say!("swapchains {made}; {}", self.script.answers());
+            }
+            Act::Quit => event_loop.exit(),
+        }
+        self.redraw();
+        Ok(())
+    }
+
+    fn or_fail(&mut self, event_loop: &ActiveEventLoop, result: anyhow::Result<()>) {
+        if let Err(error) = result {
+            self.failed.get_or_insert(error);
+            event_loop.exit();
+        }
+    }
+}
+
+impl ApplicationHandler<()> for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.shown.is_none() {
+            let opened = self.open(event_loop);
+            self.or_fail(event_loop, opened);
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
+        let taken = self.take_answer();
+        self.or_fail(event_loop, taken);
+        self.redraw();
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(shown) = &mut self.shown else { return };
+        let response = shown.egui.on_window_event(&shown.window, &event);
+        if response.repaint {
+            shown.window.request_redraw();
+        }
+        let height = f64::from(shown.screen.size().1.max(1));
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::RedrawRequested => {
+                let drawn = self.draw(None);
+                self.or_fail(event_loop, drawn);
+            }
+            WindowEvent::Resized(_) => {
+                let made = shown.screen.remake(&shown.window);
+                self.or_fail(event_loop, made);
+                self.ask(false);
+                self.redraw();
+            }
+            WindowEvent::Focused(false) => self.held.clear(),
+            WindowEvent::DroppedFile(path) => {
+                say!("{}: open it with: twobounce view {}", out::name(&path), out::name(&path));
+            }
+            WindowEvent::KeyboardInput { event, .. } => {
+                let PhysicalKey::Code(key) = event.physical_key else { return };
+                let pressed = event.state == ElementState::Pressed;
+                if !response.consumed && !event.repeat || !pressed {
+                    self.key(event_loop, key, pressed);
+                }
+            }
+            WindowEvent::MouseInput { state, button, .. } => {
+                let pressed = state == ElementState::Pressed && !response.consumed;
+                match button {
+                    MouseButton::Left => self.buttons.0 = pressed,
+                    MouseButton::Middle => self.buttons.1 = pressed,
+                    _ => {}
+                }
+            }
+            WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
+                let notches = match delta {
+                    MouseScrollDelta::LineDelta(_, y) => f64::from(y),
+                    MouseScrollDelta::PixelDelta(by) => by.y / 50.0,
+                };
+                self.speed = (self.speed * NOTCH.powf(notches)).clamp(1e-4, 1e2);
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                let (x, y) = (position.x, position.y);
+                let before = self.pointer.replace((x, y));
+                let Some((old_x, old_y)) = before.filter(|_| self.buttons.0 || self.buttons.1) else { return };
+                let (left, up) = (TURN * (old_x - x) / height, TURN * (old_y - y) / height);
+                let alt = self.held.contains(&KeyCode::AltLeft);
+                if self.buttons.1 || alt { self.eye().orbit(left, up) } else { self.eye().turn(left, up) }
+                self.moves();
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if interrupt::check().is_err() {
+            return event_loop.exit();
+        }
+        self.step();
+        let acted = self.act(event_loop);
+        self.or_fail(event_loop, acted);
+        let busy = !self.rests() || self.plays || !self.script.is_done();
+        if !self.rests() {
+            self.redraw(); // how far the frame is
+        }
+        let next = Instant::now() + if busy { TICK } else { 10 * TICK };
+        event_loop.set_control_flow(ControlFlow::WaitUntil(next));
+    }
+}

@@ -1,0 +1,175 @@
+//! The panel: settings, layers, exposure; what the frame took.
+
+use std::collections::BTreeMap;
+
+use twobounce::Result;
+use twobounce::layers::Aov;
+use twobounce::memory::mib;
+use twobounce::settings::{PRESETS, Range, Settings};
+use twobounce::vk::Step;
+
+use super::KEYS;
+use super::worker::Frame;
+
+pub struct Panel {
+    pub open: bool,
+    pub preset: String,
+    pub settings: Settings,
+    pub layer: Aov,
+    /// Stops; automatic where absent.
+    pub exposure: Option<f32>,
+    /// Why the last thing asked for was refused.
+    pub error: Option<String>,
+    /// Values that are being typed.
+    typed: BTreeMap<&'static str, String>,
+    all: bool,
+}
+
+impl Panel {
+    pub fn new(preset: &str, settings: Settings, exposure: Option<f32>) -> Self {
+        Self {
+            open: true,
+            preset: preset.to_owned(),
+            settings,
+            layer: Aov::Beauty,
+            exposure,
+            error: None,
+            typed: BTreeMap::new(),
+            all: false,
+        }
+    }
+
+    /// # Errors
+    /// As `--set`.
+    pub fn set(&mut self, assignment: &str) -> Result<()> {
+        let mut settings = self.settings.clone();
+        settings.set(assignment)?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// Shows it. Returns whether another picture is asked for.
+    pub fn show(&mut self, context: &egui::Context, frame: Option<&Frame>, step: Option<Step>) -> bool {
+        if !self.open {
+            return false;
+        }
+        let mut changed = false;
+        egui::Window::new("twobounce").default_width(320.0).default_pos((8.0, 8.0)).show(context, |ui| {
+            egui::ScrollArea::vertical().max_height(context.content_rect().height() - 60.0).show(ui, |ui| {
+                if let Some(words) = &self.error {
+                    ui.colored_label(egui::Color32::LIGHT_RED, words);
+                }
+                match (step, frame) {
+                    (Some(step), _) => drop(ui.label(format!("{} {:.0} %", step.pass, 100.0 * step.share))),
+                    (None, Some(frame)) => drop(ui.label(format!("{:.0} ms, input to picture", frame.ms))),
+                    (None, None) => drop(ui.label("preparing the scene")),
+                }
+                changed |= self.show_view(ui, frame);
+                ui.collapsing("settings", |ui| changed |= self.show_settings(ui));
+                if let Some(frame) = frame {
+                    ui.collapsing("times", |ui| show_times(ui, frame));
+                }
+                ui.collapsing("keys", |ui| ui.label(KEYS));
+            });
+        });
+        changed
+    }
+
+    fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) -> bool {
+        let before = (self.preset.clone(), self.layer, self.exposure);
+        egui::ComboBox::from_label("preset").selected_text(&self.preset).show_ui(ui, |ui| {
+            for preset in PRESETS {
+                let chosen = ui.selectable_label(self.preset == preset.name, preset.name).on_hover_text(preset.meaning);
+                if chosen.clicked() {
+                    self.preset = preset.name.to_owned();
+                    self.settings = (preset.settings)();
+                    self.typed.clear();
+                }
+            }
+        });
+        egui::ComboBox::from_label("layer").selected_text(self.layer.name()).show_ui(ui, |ui| {
+            for layer in Aov::ALL {
+                ui.selectable_value(&mut self.layer, *layer, layer.name());
+            }
+        });
+        let automatic = frame.map_or(0.0, |frame| frame.exposure_ev);
+        ui.horizontal(|ui| {
+            let mut own = self.exposure.is_some();
+            ui.checkbox(&mut own, "exposure");
+            self.exposure = own.then_some(self.exposure.unwrap_or(automatic));
+            match &mut self.exposure {
+                Some(ev) => drop(ui.add(egui::Slider::new(ev, -10.0..=10.0).suffix(" EV"))),
+                None => drop(ui.label(format!("{automatic} EV, automatic"))),
+            }
+        });
+        before != (self.preset.clone(), self.layer, self.exposure)
+    }
+
+    fn show_settings(&mut self, ui: &mut egui::Ui) -> bool {
+        ui.checkbox(&mut self.all, "all, also rare ones");
+        let mut sets = vec![];
+        for (key, value) in self.settings.entries() {
+            if key.rare && !self.all {
+                continue;
+            }
+            let hover = format!("{}\n[{}] takes {}\ncost: {}", key.meaning, key.unit, key.range, key.cost);
+            ui.horizontal(|ui| {
+                let mut set = |value: &str| sets.push(format!("{}={value}", key.name));
+                match key.range {
+                    Range::Choice(names) => drop(egui::ComboBox::from_id_salt(key.name).selected_text(&value).show_ui(
+                        ui,
+                        |ui| {
+                            for name in names() {
+                                if ui.selectable_label(value == name, name).clicked() {
+                                    set(name);
+                                }
+                            }
+                        },
+                    )),
+                    Range::Bool => {
+                        let mut on = value == "true";
+                        if ui.checkbox(&mut on, "").clicked() {
+                            set(if on { "true" } else { "false" });
+                        }
+                    }
+                    _ => {
+                        let typed = self.typed.entry(key.name).or_insert_with(|| value.clone());
+                        let edit = ui.add(egui::TextEdit::singleline(typed).desired_width(70.0));
+                        if edit.lost_focus() && *typed != value {
+                            set(typed);
+                        } else if !edit.has_focus() && *typed != value {
+                            typed.clone_from(&value);
+                        }
+                    }
+                }
+                ui.label(key.name).on_hover_text(hover);
+            });
+        }
+        let changed = !sets.is_empty();
+        for set in sets {
+            self.error = self.set(&set).err().map(|error| error.to_string());
+        }
+        changed && self.error.is_none()
+    }
+}
+
+/// The passes of the last frame, in their order, and what it counted.
+fn show_times(ui: &mut egui::Ui, frame: &Frame) {
+    let timings = &frame.report.timings;
+    let all = timings.zones.iter().map(|zone| zone.gpu_ms).sum::<f64>().max(1e-9);
+    egui::Grid::new("times").striped(true).show(ui, |ui| {
+        for zone in &timings.zones {
+            ui.label(zone.name);
+            ui.label(format!("{:.2} ms", zone.gpu_ms));
+            ui.add(egui::ProgressBar::new((zone.gpu_ms / all) as f32).desired_width(90.0));
+            ui.end_row();
+        }
+    });
+    let counters = &frame.report.counters;
+    ui.label(format!("passes {all:.1} ms, frame {:.1} ms", timings.wall_ms));
+    ui.label(format!("triangles {}, list items {}", counters.triangles, counters.list_items));
+    ui.label(format!("device memory {:.0} MiB", mib(frame.allocated_bytes)));
+    if let Some(noise) = frame.report.noise {
+        ui.label(format!("noise of the image {:.2} %", 100.0 * noise));
+    }
+}

@@ -1,0 +1,124 @@
+//! A user for tests: one act a line, each once what was asked before is shown.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use glam::DVec3;
+use twobounce::layers::Aov;
+use twobounce::output::read;
+use twobounce::{Error, Result};
+use winit::keyboard::KeyCode;
+
+/// One line.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Act {
+    /// Waits until the picture is whole and at rest.
+    Rest,
+    /// Radians to the left and up.
+    Turn(f64, f64),
+    /// Metres to the right, up, and ahead.
+    Walk(DVec3),
+    Key(KeyCode),
+    /// `key=value`
+    Set(String),
+    Layer(Aov),
+    Size(u32, u32),
+    Minimise(bool),
+    /// Swapchains, made anew so many times.
+    Remake(u32),
+    Save(PathBuf),
+    /// What the swapchain holds, without the panel.
+    Grab(PathBuf),
+    Panel(bool),
+    /// Prints swapchains, and how long answers took.
+    Say,
+    Quit,
+}
+
+#[derive(Default)]
+pub struct Script {
+    acts: VecDeque<Act>,
+    /// What the last act waits for.
+    for_rest: bool,
+    for_answer: bool,
+    /// Of movements.
+    answers: Vec<Duration>,
+}
+
+impl Script {
+    /// # Errors
+    /// The file, and the line that makes no sense.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = read::text(path, "script")?;
+        let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        let acts = lines.map(|(at, line)| {
+            act(line).ok_or_else(|| Error::file(path, format!("line {}: {line:?} is nothing that a user does", at + 1)))
+        });
+        Ok(Self { acts: acts.collect::<Result<_>>()?, ..Self::default() })
+    }
+
+    pub fn is_done(&self) -> bool {
+        self.acts.is_empty()
+    }
+
+    /// The next act, where the last one waits for nothing more.
+    pub fn next(&mut self) -> Option<Act> {
+        let act = self.acts.pop_front()?;
+        self.for_rest = act == Act::Rest;
+        self.for_answer = matches!(act, Act::Turn(..) | Act::Walk(_));
+        Some(act)
+    }
+
+    /// Whether the last act waits for something yet.
+    pub fn waits(&self, rests: bool) -> bool {
+        self.for_answer || self.for_rest && !rests
+    }
+
+    /// What was asked for last is shown, so long after.
+    pub fn answered(&mut self, after: Duration) {
+        if std::mem::take(&mut self.for_answer) {
+            self.answers.push(after);
+        }
+    }
+
+    /// Median and worst of the answers to movements.
+    pub fn answers(&self) -> String {
+        let mut ms: Vec<f64> = self.answers.iter().map(|d| 1e3 * d.as_secs_f64()).collect();
+        ms.sort_by(f64::total_cmp);
+        match ms.last() {
+            Some(worst) => format!("{} answers, median {:.0} ms, worst {worst:.0} ms", ms.len(), ms[ms.len() / 2]),
+            None => "no answers".into(),
+        }
+    }
+}
+
+fn act(line: &str) -> Option<Act> {
+    let (name, rest) = line.trim().split_once(' ').unwrap_or((line.trim(), ""));
+    let mut numbers = rest.split_whitespace().map(|word| word.parse::<f64>().ok());
+    let mut number = || numbers.next().flatten();
+    Some(match name {
+        "rest" => Act::Rest,
+        "turn" => Act::Turn(number()?, number()?),
+        "walk" => Act::Walk(DVec3::new(number()?, number()?, number()?)),
+        "key" => Act::Key(match rest {
+            "C" => KeyCode::KeyC,
+            "F" => KeyCode::KeyF,
+            "Space" => KeyCode::Space,
+            "Tab" => KeyCode::Tab,
+            _ => return None,
+        }),
+        "set" => Act::Set(rest.to_owned()),
+        "layer" => Act::Layer(Aov::ALL.iter().find(|aov| aov.name() == rest).copied()?),
+        "size" => Act::Size(number()? as u32, number()? as u32),
+        "minimise" => Act::Minimise(true),
+        "restore" => Act::Minimise(false),
+        "remake" => Act::Remake(number()? as u32),
+        "save" => Act::Save(rest.into()),
+        "grab" => Act::Grab(rest.into()),
+        "panel" => Act::Panel(rest == "open"),
+        "say" => Act::Say,
+        "quit" => Act::Quit,
+        _ => return None,
+    })
+}

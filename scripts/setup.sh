@@ -16,7 +16,15 @@ wanted=(
   "mesa-vulkan-drivers: Vulkan drivers for GPUs, and for the CPU"
 )
 if [ "$purpose" = test ]; then
-  wanted+=("vulkan-validationlayers: checks every Vulkan call of the tests")
+  wanted+=(
+    "vulkan-validationlayers: checks every Vulkan call of the tests"
+    "xvfb: a display in memory for the tests of the window"
+    "xauth: lets programs use it"
+    "libx11-xcb1: opens windows"
+    "libxcursor1: opens windows"
+    "libxi6: hears keys and mouse"
+    "libxkbcommon-x11-0: knows keys"
+  )
 fi
 if [ "$purpose" = web ]; then
   wanted+=(
@@ -47,7 +55,8 @@ This is neither Debian nor Ubuntu, so this script installs nothing. twobounce ne
   - Rust 1.95 or newer: https://rustup.rs
   - a C compiler, for linking
   - the Vulkan loader (libvulkan.so.1) and a driver; without a GPU, Mesa's lavapipe
-  - for the tests: the Vulkan validation layers
+  - for the tests: the Vulkan validation layers, xvfb-run
+  - for the window on X11: libX11, libX11-xcb, libXcursor, libXi, libxkbcommon-x11
   - for make test-web: chromium, chromedriver, python3
   - for building shaderc once (about 8 minutes): cmake, git, python3, a C++ compiler; ninja helps
 END

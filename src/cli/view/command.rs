@@ -6,8 +6,19 @@ use super::eye::Eye;
 
 /// Flags that what is seen replaces; each takes a value.
 const REPLACED: [&str; 13] = [
-    "--size", "--camera", "--eye", "--target", "--up", "--fov", "--time", "--preset", "--config", "--method", "--set",
-    "--exposure", "--script",
+    "--size",
+    "--camera",
+    "--eye",
+    "--target",
+    "--up",
+    "--fov",
+    "--time",
+    "--preset",
+    "--config",
+    "--method",
+    "--set",
+    "--exposure",
+    "--script",
 ];
 
 /// What is seen, as flags.
@@ -67,7 +78,11 @@ fn changed(preset: &str, settings: &Settings) -> Vec<String> {
 
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_=./,:+%@".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 #[cfg(test)]

@@ -71,7 +71,7 @@ const NOTCH: f64 = 1.25;
 pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
 Space  play or pause\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
 
-/// Opens the window and stays until it is closed.
+/// Opens the window, and stays until it is closed.
 pub fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
@@ -199,7 +199,7 @@ impl App {
         self.shown = Some(Shown { egui, screen, window });
         let stage = self.stage.take().context("the window was opened twice")?;
         self.worker = Some(Worker::start(stage, self.proxy.clone()));
-        self.ask(false);
+        self.moves(); // a coarse picture comes first
         Ok(())
     }
 
@@ -240,7 +240,9 @@ impl App {
     fn step(&mut self) {
         let since = self.stepped.elapsed().min(LONGEST_STEP).as_secs_f64();
         self.stepped = Instant::now();
-        let along = |more, less| f64::from(u8::from(self.held.contains(&more))) - f64::from(u8::from(self.held.contains(&less)));
+        let along = |more, less| {
+            f64::from(u8::from(self.held.contains(&more))) - f64::from(u8::from(self.held.contains(&less)))
+        };
         let by = DVec3::new(
             along(KeyCode::KeyD, KeyCode::KeyA),
             along(KeyCode::KeyE, KeyCode::KeyQ),
@@ -267,7 +269,9 @@ impl App {
     /// Whether what is shown is the last thing asked for, whole.
     fn rests(&self) -> bool {
         let newest = self.asked.as_ref().is_some_and(|job| !job.moving);
-        newest && self.moved.is_none() && self.frame.as_ref().map(|(r, _)| *r) == self.asked.as_ref().map(|j| j.revision)
+        newest
+            && self.moved.is_none()
+            && self.frame.as_ref().map(|(r, _)| *r) == self.asked.as_ref().map(|j| j.revision)
     }
 
     fn key(&mut self, event_loop: &ActiveEventLoop, key: KeyCode, pressed: bool) {
@@ -350,7 +354,8 @@ impl App {
                         1 => String::new(),
                         by => format!(" at 1/{by}"),
                     };
-                    let title = format!("{} · {width}x{height}{coarse} · {:.0} ms · {}", self.name, frame.ms, self.device);
+                    let title =
+                        format!("{} · {width}x{height}{coarse} · {:.0} ms · {}", self.name, frame.ms, self.device);
                     shown.window.set_title(&title);
                 }
                 if self.asked.as_ref().is_some_and(|job| job.revision == answer.revision) {
@@ -382,7 +387,7 @@ impl App {
             file::write(path, &twobounce::output::png::encode_rgb(picture.size.0, picture.size.1, rgb)?)?;
         }
         if changed || resized {
-            self.ask(false);
+            self.moves();
         }
         Ok(())
     }
@@ -410,11 +415,11 @@ impl App {
             }
             Act::Set(text) => {
                 self.panel.set(&text)?;
-                self.ask(false);
+                self.moves();
             }
             Act::Layer(layer) => {
                 self.panel.layer = layer;
-                self.ask(false);
+                self.moves();
             }
             Act::Size(width, height) => drop(shown.window.request_inner_size(PhysicalSize::new(width, height))),
             Act::Minimise(whether) => shown.window.set_minimized(whether),
@@ -426,10 +431,7 @@ impl App {
                 }
             }
             Act::Save(path) => self.save(&path)?,
-            Act::Grab(path) => {
-                self.panel.open = false;
-                self.draw(Some(&path))?;
-            }
+            Act::Grab(path) => self.draw(Some(&path))?,
             Act::Panel(open) => self.panel.open = open,
             Act::Say => {
                 let made = self.shown.as_ref().map_or(0, |shown| shown.screen.made);
@@ -479,7 +481,7 @@ impl ApplicationHandler<()> for App {
             WindowEvent::Resized(_) => {
                 let made = shown.screen.remake(&shown.window);
                 self.or_fail(event_loop, made);
-                self.ask(false);
+                self.moves();
                 self.redraw();
             }
             WindowEvent::Focused(false) => self.held.clear(),
@@ -514,7 +516,11 @@ impl ApplicationHandler<()> for App {
                 let Some((old_x, old_y)) = before.filter(|_| self.buttons.0 || self.buttons.1) else { return };
                 let (left, up) = (TURN * (old_x - x) / height, TURN * (old_y - y) / height);
                 let alt = self.held.contains(&KeyCode::AltLeft);
-                if self.buttons.1 || alt { self.eye().orbit(left, up) } else { self.eye().turn(left, up) }
+                if self.buttons.1 || alt {
+                    self.eye().orbit(left, up)
+                } else {
+                    self.eye().turn(left, up)
+                }
                 self.moves();
             }
             _ => {}

@@ -116,16 +116,15 @@ impl Panel {
             ui.horizontal(|ui| {
                 let mut set = |value: &str| sets.push(format!("{}={value}", key.name));
                 match key.range {
-                    Range::Choice(names) => drop(egui::ComboBox::from_id_salt(key.name).selected_text(&value).show_ui(
-                        ui,
-                        |ui| {
+                    Range::Choice(names) => {
+                        drop(egui::ComboBox::from_id_salt(key.name).selected_text(&value).show_ui(ui, |ui| {
                             for name in names() {
                                 if ui.selectable_label(value == name, name).clicked() {
                                     set(name);
                                 }
                             }
-                        },
-                    )),
+                        }))
+                    }
                     Range::Bool => {
                         let mut on = value == "true";
                         if ui.checkbox(&mut on, "").clicked() {

@@ -9,9 +9,7 @@ use anyhow::{Context as _, anyhow};
 use ash::{khr, vk};
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer};
 use gpu_allocator::MemoryLocation;
-use gpu_allocator::vulkan::{
-    Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
-};
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
 use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use winit::window::Window;
 
@@ -85,7 +83,8 @@ impl Screen {
     /// One sentence: no loader, no device that presents, no memory.
     pub fn new(window: &Window, device_name: &str, validation: bool) -> anyhow::Result<Self> {
         // SAFETY: loading the system's Vulkan library runs only its own initialisers.
-        let entry = unsafe { ash::Entry::load() }.context("the Vulkan loader is missing: install package libvulkan1")?;
+        let entry =
+            unsafe { ash::Entry::load() }.context("the Vulkan loader is missing: install package libvulkan1")?;
         let display = window.display_handle()?.as_raw();
         let mut extensions = ash_window::enumerate_required_extensions(display)
             .map_err(|e| anyhow!("Vulkan cannot present to this display ({e}): use twobounce render"))?
@@ -95,7 +94,8 @@ impl Screen {
             layers.push(VALIDATION_LAYER.as_ptr());
             extensions.push(ash::ext::debug_utils::NAME.as_ptr());
         }
-        let application = vk::ApplicationInfo::default().application_name(c"twobounce").api_version(vk::API_VERSION_1_3);
+        let application =
+            vk::ApplicationInfo::default().application_name(c"twobounce").api_version(vk::API_VERSION_1_3);
         let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
         let mut info = vk::InstanceCreateInfo::default()
@@ -115,7 +115,8 @@ impl Screen {
             unsafe { ash_window::create_surface(&entry, &instance, display, window.window_handle()?.as_raw(), None) }?;
         let (physical, family) = choose(&instance, (&surface_functions, surface), device_name)?;
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-        let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+        let mut vulkan_13 =
+            vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
         let device_extensions = [khr::swapchain::NAME.as_ptr()];
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
@@ -193,7 +194,8 @@ impl Screen {
             let can = functions.get_physical_device_surface_capabilities(self.physical, self.surface)?;
             let formats = functions.get_physical_device_surface_formats(self.physical, self.surface)?;
             let fits = |f: &&vk::SurfaceFormatKHR| FORMATS.contains(&f.format);
-            let format = *formats.iter().find(fits).context("the display takes no 8-bit format: use twobounce render")?;
+            let format =
+                *formats.iter().find(fits).context("the display takes no 8-bit format: use twobounce render")?;
             let extent = match can.current_extent {
                 vk::Extent2D { width: u32::MAX, .. } => vk::Extent2D {
                     width: window_size.0.clamp(can.min_image_extent.width, can.max_image_extent.width),
@@ -306,8 +308,7 @@ impl Screen {
                 Err(error) => return Err(error.into()),
             };
             let (image, view, rendered) = self.swapchain.images[index as usize];
-            let begin =
-                vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             self.device.begin_command_buffer(self.commands, &begin)?;
             self.record_picture(image);
             let attachment = [vk::RenderingAttachmentInfo::default()
@@ -338,10 +339,8 @@ impl Screen {
             self.device.reset_fences(&[self.fence])?;
             let grabbed = staging.map(|staging| self.read_grab(staging)).transpose()?;
             let (swapchains, indices) = ([handle], [index]);
-            let present = vk::PresentInfoKHR::default()
-                .wait_semaphores(&signals)
-                .swapchains(&swapchains)
-                .image_indices(&indices);
+            let present =
+                vk::PresentInfoKHR::default().wait_semaphores(&signals).swapchains(&swapchains).image_indices(&indices);
             let stale = match self.swapchain_functions.queue_present(self.queue, &present) {
                 Ok(late) => late || suboptimal,
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => true,
@@ -370,9 +369,11 @@ impl Screen {
         self.barrier(shown.image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
         let (width, height) = shown.size;
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
-        let copy = [vk::BufferImageCopy::default()
-            .image_subresource(layers)
-            .image_extent(vk::Extent3D { width, height, depth: 1 })];
+        let copy = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })];
         let corners = |width: u32, height: u32| {
             [vk::Offset3D::default(), vk::Offset3D { x: width as i32, y: height as i32, z: 1 }]
         };
@@ -419,9 +420,11 @@ impl Screen {
         let general = vk::ImageLayout::GENERAL;
         self.barrier(image, general, general);
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
-        let copy = [vk::BufferImageCopy::default()
-            .image_subresource(layers)
-            .image_extent(vk::Extent3D { width, height, depth: 1 })];
+        let copy = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })];
         let visible = [vk::MemoryBarrier2::default()
             .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
             .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
@@ -430,10 +433,7 @@ impl Screen {
         // SAFETY: the image is in this layout, the buffer is large enough.
         unsafe {
             self.device.cmd_copy_image_to_buffer(self.commands, image, general, buffer, &copy);
-            self.device.cmd_pipeline_barrier2(
-                self.commands,
-                &vk::DependencyInfo::default().memory_barriers(&visible),
-            );
+            self.device.cmd_pipeline_barrier2(self.commands, &vk::DependencyInfo::default().memory_barriers(&visible));
         }
         Ok((buffer, memory))
     }
@@ -603,7 +603,8 @@ fn choose(
             found.extend(family.map(|family| (!is_it, physical, family)));
         }
         let best = found.into_iter().min_by_key(|(other, ..)| *other);
-        let (_, physical, family) = best.context("no Vulkan 1.3 device presents to this display: use twobounce render")?;
+        let (_, physical, family) =
+            best.context("no Vulkan 1.3 device presents to this display: use twobounce render")?;
         Ok((physical, family))
     }
 }

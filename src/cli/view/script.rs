@@ -28,7 +28,7 @@ pub enum Act {
     /// Swapchains, made anew so many times.
     Remake(u32),
     Save(PathBuf),
-    /// What the swapchain holds, without the panel.
+    /// What the swapchain holds.
     Grab(PathBuf),
     Panel(bool),
     /// Prints swapchains, and how long answers took.

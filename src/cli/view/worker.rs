@@ -150,20 +150,22 @@ fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
         let began = Instant::now();
         let result = match &mut maker {
             Some(maker) => maker.frame(&job, &shot),
-            None => scene.take().ok_or_else(|| Error::Device("the scene could not be prepared".into())).and_then(|scene| {
-                let options = RenderOptions {
-                    size: job.size,
-                    aovs: layers(job.layer),
-                    watch: Some(watch(shared)),
-                    responsive: true,
-                    ..options.clone()
-                };
-                let pose = shot.pose(&scene, job.later_s);
-                let renderer = Renderer::new(&context, scene, &pose, job.settings.clone(), options)?;
-                let ms_per_pixel = if context.is_cpu { 1.0 } else { 0.0 };
-                let made = Maker { renderer, made_for: (job.settings.clone(), job.size, job.layer), ms_per_pixel };
-                maker.insert(made).frame(&job, &shot)
-            }),
+            None => {
+                scene.take().ok_or_else(|| Error::Device("the scene could not be prepared".into())).and_then(|scene| {
+                    let options = RenderOptions {
+                        size: job.size,
+                        aovs: layers(job.layer),
+                        watch: Some(watch(shared)),
+                        responsive: true,
+                        ..options.clone()
+                    };
+                    let pose = shot.pose(&scene, job.later_s);
+                    let renderer = Renderer::new(&context, scene, &pose, job.settings.clone(), options)?;
+                    let ms_per_pixel = if context.is_cpu { 1.0 } else { 0.0 };
+                    let made = Maker { renderer, made_for: (job.settings.clone(), job.size, job.layer), ms_per_pixel };
+                    maker.insert(made).frame(&job, &shot)
+                })
+            }
         };
         let frame = match result {
             Err(Error::Interrupted) => continue, // for a newer job, or to end
@@ -233,9 +235,8 @@ impl Maker {
             zones.map(|zone| zone.gpu_ms).sum::<f64>() * passes / (f64::from(size.0) * f64::from(size.1));
         let image = self.renderer.read();
         let scene = self.renderer.scene();
-        let ev = job
-            .exposure
-            .unwrap_or_else(|| automatic_exposure(image.beauty(), sky_shown(&image, scene, &job.view)));
+        let ev =
+            job.exposure.unwrap_or_else(|| automatic_exposure(image.beauty(), sky_shown(&image, scene, &job.view)));
         Ok((Picture { size, rgba: encode(&image, job.layer, ev) }, image, ev, divisor, report))
     }
 }

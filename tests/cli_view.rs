@@ -1,0 +1,130 @@
+//! `view` as a user meets it, in a display that is kept in memory.
+#![cfg(feature = "window")]
+
+mod cli_common;
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::{Mutex, PoisonError};
+
+use cli_common::folder;
+
+/// One display at a time.
+static DISPLAY: Mutex<()> = Mutex::new(());
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cornell-area.glb");
+
+/// Small enough for a CPU device.
+const SMALL: [&str; 5] = ["--preset", "fast", "--set", "voxels=16", "--validation"];
+
+/// Plays a script in a window of 96×64.
+fn view(folder: &Path, script: &str, more: &[&str]) -> Output {
+    let _alone = DISPLAY.lock().unwrap_or_else(PoisonError::into_inner);
+    std::fs::write(folder.join("script"), script).unwrap();
+    Command::new("xvfb-run")
+        .args(["-a", "-s", "-screen 0 640x480x24", env!("CARGO_BIN_EXE_twobounce"), "view", SCENE])
+        .args(["--size", "96x64", "--script", "script"])
+        .args(SMALL)
+        .args(more)
+        .current_dir(folder)
+        .output()
+        .expect("xvfb-run is missing: install package xvfb")
+}
+
+/// Standard output of a session that must work.
+fn viewed(folder: &Path, script: &str) -> String {
+    let output = view(folder, script, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn pixels(path: &Path) -> image::RgbImage {
+    image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgb8()
+}
+
+/// Runs a command that the window printed.
+fn run_printed(folder: &Path, command: &str) {
+    let program = Path::new(env!("CARGO_BIN_EXE_twobounce")).parent().unwrap();
+    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap_or_default());
+    let output = Command::new("sh").args(["-c", command]).env("PATH", path).current_dir(folder).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn the_window_shows_the_bits_that_its_command_renders() {
+    let folder = folder();
+    let walk = "turn 0.1 0\nwalk 0.1 0.2 0.3\nset bounces=all\nrest\npanel closed\n";
+    let script = format!("rest\npanel closed\ngrab a.png\nkey C\n{walk}grab b.png\nsave c.png\nkey C\nquit");
+    let said = viewed(folder.path(), &script);
+    let commands: Vec<&str> = said.lines().filter(|line| line.starts_with("twobounce render")).collect();
+    assert_eq!(commands.len(), 2, "{said}");
+    assert!(!commands[0].contains("--eye") && commands[1].contains("--eye"), "{commands:?}");
+    for (command, shown) in commands.iter().zip(["a.png", "b.png"]) {
+        run_printed(folder.path(), command);
+        let (rendered, shown) = (pixels(&folder.path().join("image.png")), pixels(&folder.path().join(shown)));
+        assert!(rendered.pixels().any(|pixel| pixel.0 != rendered.get_pixel(0, 0).0), "an image of one colour");
+        assert!(rendered == shown, "{command}");
+    }
+    assert!(pixels(&folder.path().join("c.png")) == pixels(&folder.path().join("b.png")));
+    assert!(folder.path().join("c.exr").exists());
+    assert!(pixels(&folder.path().join("a.png")) != pixels(&folder.path().join("b.png")));
+}
+
+#[test]
+fn a_window_is_resized_and_its_swapchain_made_a_hundred_times() {
+    let folder = folder();
+    let script = "rest\nremake 100\nsize 120 80\nrest\nminimise\nrestore\nrest\npanel closed\ngrab a.png\nsay\nquit";
+    let said = viewed(folder.path(), script);
+    let made = said.lines().find_map(|line| line.strip_prefix("swapchains ")?.split(';').next()?.parse::<u32>().ok());
+    assert!(made.is_some_and(|made| made > 101), "{said}");
+    assert_eq!(pixels(&folder.path().join("a.png")).dimensions(), (120, 80));
+}
+
+#[test]
+fn layers_and_panel_are_shown() {
+    let folder = folder();
+    let script = "rest\npanel closed\ngrab a.png\nlayer normal\nrest\ngrab b.png\nlayer beauty\npanel open\nrest\ngrab c.png\nquit";
+    viewed(folder.path(), script);
+    let [image, normals, panel] = ["a.png", "b.png", "c.png"].map(|name| pixels(&folder.path().join(name)));
+    assert!(image != normals && image != panel);
+}
+
+#[test]
+fn a_window_closes_while_a_frame_is_made() {
+    let folder = folder();
+    viewed(folder.path(), "set image.passes=64\nquit");
+}
+
+#[test]
+fn what_cannot_be_shown_is_said_in_a_sentence() {
+    let folder = folder();
+    let output = Command::new(env!("CARGO_BIN_EXE_twobounce"))
+        .args(["view", SCENE])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.lines().count() == 1 && said.contains("twobounce render"), "{said}");
+
+    let output = view(folder.path(), "rest\nsomersault", &[]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("script") && said.contains("line 2"), "{said}");
+}
+
+#[test]
+fn without_the_feature_there_is_nothing_of_a_window() {
+    let tree = |features: &[&str]| {
+        let arguments = ["tree", "--offline", "--locked", "--edges", "normal", "--prefix", "none"];
+        let cargo =
+            Command::new(env!("CARGO")).args(arguments).args(features).current_dir(env!("CARGO_MANIFEST_DIR")).output();
+        String::from_utf8(cargo.unwrap().stdout).unwrap()
+    };
+    let windows =
+        |tree: &str| ["winit ", "egui ", "ash-window "].iter().any(|name| tree.lines().any(|l| l.starts_with(name)));
+    assert!(windows(&tree(&[])));
+    assert!(!windows(&tree(&["--no-default-features"])));
+}

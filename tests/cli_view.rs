@@ -90,6 +90,22 @@ fn layers_and_panel_are_shown() {
 }
 
 #[test]
+fn the_path_tracer_runs_beside_and_the_picture_fades_to_it() {
+    let folder = folder();
+    let script = "rest\npanel closed\ngrab a.png\ntruth 1\ngrab b.png\nsay\ntruth 2\ngrab c.png\nturn 0.1 0\nquit";
+    let said = viewed(folder.path(), script);
+    let number = |name: &str| {
+        let after = said.split_once(name).unwrap_or_else(|| panic!("no {name} in {said}")).1;
+        after.trim_start().split([',', '\n']).next().unwrap().parse::<f64>().unwrap()
+    };
+    // A few paths a pixel are noise; the energy is right all the same.
+    assert!((number("energy") - 1.0).abs() < 0.1 && number("rel") > 0.0 && number("FLIP") > 0.0, "{said}");
+    let [image, reference, error] = ["a.png", "b.png", "c.png"].map(|name| pixels(&folder.path().join(name)));
+    assert!(image != reference && reference != error);
+    assert!(error.pixels().all(|pixel| pixel.0[0] == pixel.0[1] && pixel.0[1] == pixel.0[2]), "FLIP is grey");
+}
+
+#[test]
 fn a_window_closes_while_a_frame_is_made() {
     let folder = folder();
     viewed(folder.path(), "set image.passes=64\nquit");

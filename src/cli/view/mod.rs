@@ -1,16 +1,18 @@
 //! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, [`screen`] shows them, [`panel`] has the settings,
-//! [`eye`] is what keys and mouse move, [`script`] plays a user for tests.
+//! [`eye`] is what keys and mouse move, [`truth`] the path tracer beside, [`script`] plays a user for tests.
 
 mod command;
 mod eye;
 mod panel;
 mod screen;
 mod script;
+mod truth;
 mod worker;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, anyhow};
@@ -18,6 +20,7 @@ use clap::Args;
 use glam::DVec3;
 use twobounce::layers::Aov;
 use twobounce::output::file;
+use twobounce::scene::Scene;
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
 use winit::application::ApplicationHandler;
@@ -28,7 +31,7 @@ use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::{Window, WindowId};
 
 use super::args::{RunArgs, SceneArgs, SettingsArgs, number};
-use super::scene::Opened;
+use super::scene::{Opened, Shot};
 use super::{interrupt, out};
 use crate::say;
 use command::Seen;
@@ -36,6 +39,7 @@ use eye::Eye;
 use panel::Panel;
 use screen::{Overlay, Screen};
 use script::{Act, Script};
+use truth::{Compared, Truth};
 use worker::{Frame, Job, Stage, Worker};
 
 #[derive(Args, Debug)]
@@ -130,6 +134,12 @@ struct App {
     /// When the newest job was asked for.
     asked_at: Instant,
     frame: Option<(u64, Frame)>,
+    truth: Option<Truth>,
+    compared: Option<Compared>,
+    /// What the picture on the screen is mixed of: how far it is faded, and the reference's samples.
+    mixed: (f32, u32),
+    of: Arc<Scene>,
+    shot: Shot,
     failed: Option<anyhow::Error>,
 }
 
@@ -137,7 +147,7 @@ impl App {
     fn new(
         args: &ViewArgs,
         opened: Opened,
-        context: &std::sync::Arc<Context>,
+        context: &Arc<Context>,
         settings: Settings,
         script: Script,
         proxy: EventLoopProxy<()>,
@@ -149,7 +159,8 @@ impl App {
         let framing = Eye::of(&twobounce::scene::View::framing(bounds), 1.0);
         let distance = (bounds.center() - framing.eye).length();
         let framing = Eye { target: framing.eye + (framing.target - framing.eye) * distance, ..framing };
-        let cameras = scene.clone();
+        let of = Arc::new(scene.clone());
+        let (cameras, beside) = (of.clone(), shot.clone());
         let of_shot = shot.clone();
         let first_view = Box::new(move |later_s: f64| of_shot.view(&cameras, &of_shot.pose(&cameras, later_s)));
         let device = context.name.clone();
@@ -182,6 +193,11 @@ impl App {
             asked: None,
             asked_at: Instant::now(),
             frame: None,
+            truth: None,
+            compared: None,
+            mixed: (0.0, 0),
+            of,
+            shot: beside,
             failed: None,
         }
     }
@@ -361,20 +377,53 @@ impl App {
                 if self.asked.as_ref().is_some_and(|job| job.revision == answer.revision) {
                     self.script.answered(self.asked_at.elapsed());
                 }
+                self.mixed = (0.0, 0);
+                (self.truth, self.compared) = (None, None);
                 self.frame = Some((answer.revision, frame));
             }
         }
         Ok(())
     }
 
+    /// Starts and ends the path tracer, and mixes what it found into the picture.
+    fn compare(&mut self) -> anyhow::Result<()> {
+        let Some((revision, frame)) = &self.frame else { return Ok(()) };
+        let wanted = self.panel.truth && self.rests() && self.panel.layer == Aov::Beauty;
+        if self.truth.as_ref().is_some_and(|truth| !wanted || truth.revision != *revision) {
+            (self.truth, self.compared) = (None, None);
+        }
+        if wanted && self.truth.is_none() {
+            let job = self.asked.as_ref().context("a picture that nobody asked for")?;
+            let pose = self.shot.pose(&self.of, job.later_s);
+            let of = (self.of.clone(), pose, job.view);
+            self.truth = Some(Truth::begin(*revision, of, frame.image.clone(), self.proxy.clone()));
+        }
+        if let Some(compared) = self.truth.as_ref().and_then(Truth::take) {
+            self.compared = Some(compared);
+        }
+        let mixed = self.compared.as_ref().map_or((0.0, 0), |compared| (self.panel.fade, compared.samples));
+        if self.mixed != mixed {
+            self.mixed = mixed;
+            let screen = self.shown.as_mut().map(|shown| &mut shown.screen);
+            match (&self.compared, screen) {
+                (Some(compared), Some(screen)) => screen.set_picture(&compared.picture(frame, mixed.0))?,
+                (None, Some(screen)) => screen.set_picture(&frame.picture)?,
+                (_, None) => {}
+            }
+        }
+        Ok(())
+    }
+
     fn draw(&mut self, grab: Option<&Path>) -> anyhow::Result<()> {
+        self.compare()?;
         let Some(shown) = &mut self.shown else { return Ok(()) };
         let input = shown.egui.take_egui_input(&shown.window);
         let context = shown.egui.egui_ctx().clone();
         let (panel, frame) = (&mut self.panel, self.frame.as_ref().map(|(_, frame)| frame));
+        let compared = self.compared.as_ref();
         let step = self.worker.as_ref().and_then(Worker::step);
         let mut changed = false;
-        let output = context.run_ui(input, |ui| changed |= panel.show(ui.ctx(), frame, step));
+        let output = context.run_ui(input, |ui| changed |= panel.show(ui.ctx(), (frame, compared), step));
         shown.egui.handle_platform_output(&shown.window, output.platform_output);
         let pixels_per_point = output.pixels_per_point;
         let primitives = context.tessellate(output.shapes, pixels_per_point);
@@ -394,7 +443,7 @@ impl App {
 
     /// One line of the script, once nothing is under way.
     fn act(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
-        if self.frame.is_none() || self.script.waits(self.rests()) {
+        if self.frame.is_none() || self.script.waits(self.rests(), self.compared.is_some()) {
             return Ok(());
         }
         let Some(act) = self.script.next() else { return Ok(()) };
@@ -432,10 +481,12 @@ impl App {
             }
             Act::Save(path) => self.save(&path)?,
             Act::Grab(path) => self.draw(Some(&path))?,
+            Act::Truth(fade) => (self.panel.truth, self.panel.fade) = (true, fade),
             Act::Panel(open) => self.panel.open = open,
             Act::Say => {
                 let made = self.shown.as_ref().map_or(0, |shown| shown.screen.made);
-                say!("swapchains {made}; {}", self.script.answers());
+                let error = self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.words()));
+                say!("swapchains {made}; {}{error}", self.script.answers());
             }
             Act::Quit => event_loop.exit(),
         }

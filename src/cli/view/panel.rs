@@ -9,6 +9,7 @@ use twobounce::settings::{PRESETS, Range, Settings};
 use twobounce::vk::Step;
 
 use super::KEYS;
+use super::truth::Compared;
 use super::worker::Frame;
 
 pub struct Panel {
@@ -18,6 +19,10 @@ pub struct Panel {
     pub layer: Aov,
     /// Stops; automatic where absent.
     pub exposure: Option<f32>,
+    /// Whether the path tracer runs beside a picture at rest.
+    pub truth: bool,
+    /// From image to reference to error: see [`Compared::picture`].
+    pub fade: f32,
     /// Why the last thing asked for was refused.
     pub error: Option<String>,
     /// Values that are being typed.
@@ -33,6 +38,8 @@ impl Panel {
             settings,
             layer: Aov::Beauty,
             exposure,
+            truth: false,
+            fade: 0.0,
             error: None,
             typed: BTreeMap::new(),
             all: false,
@@ -49,7 +56,12 @@ impl Panel {
     }
 
     /// Shows it. Returns whether another picture is asked for.
-    pub fn show(&mut self, context: &egui::Context, frame: Option<&Frame>, step: Option<Step>) -> bool {
+    pub fn show(
+        &mut self,
+        context: &egui::Context,
+        (frame, compared): (Option<&Frame>, Option<&Compared>),
+        step: Option<Step>,
+    ) -> bool {
         if !self.open {
             return false;
         }
@@ -65,6 +77,12 @@ impl Panel {
                     (None, None) => drop(ui.label("preparing the scene")),
                 }
                 changed |= self.show_view(ui, frame);
+                ui.checkbox(&mut self.truth, "error against the truth");
+                if self.truth {
+                    let slider = egui::Slider::new(&mut self.fade, 0.0..=2.0).show_value(false);
+                    ui.add(slider.text("image, reference, FLIP"));
+                    ui.label(compared.map_or("the path tracer starts when the picture rests".into(), Compared::words));
+                }
                 ui.collapsing("settings", |ui| changed |= self.show_settings(ui));
                 if let Some(frame) = frame {
                     ui.collapsing("times", |ui| show_times(ui, frame));

@@ -31,6 +31,8 @@ pub enum Act {
     /// What the swapchain holds.
     Grab(PathBuf),
     Panel(bool),
+    /// Runs the path tracer beside, and waits for its first round; shown so far faded to it.
+    Truth(f32),
     /// Prints swapchains, and how long answers took.
     Say,
     Quit,
@@ -42,6 +44,7 @@ pub struct Script {
     /// What the last act waits for.
     for_rest: bool,
     for_answer: bool,
+    for_truth: bool,
     /// Of movements.
     answers: Vec<Duration>,
 }
@@ -66,13 +69,14 @@ impl Script {
     pub fn next(&mut self) -> Option<Act> {
         let act = self.acts.pop_front()?;
         self.for_rest = act == Act::Rest;
+        self.for_truth = matches!(act, Act::Truth(_));
         self.for_answer = matches!(act, Act::Turn(..) | Act::Walk(_));
         Some(act)
     }
 
     /// Whether the last act waits for something yet.
-    pub fn waits(&self, rests: bool) -> bool {
-        self.for_answer || self.for_rest && !rests
+    pub fn waits(&self, rests: bool, compared: bool) -> bool {
+        self.for_answer || self.for_rest && !rests || self.for_truth && !compared
     }
 
     /// What was asked for last is shown, so long after.
@@ -116,6 +120,7 @@ fn act(line: &str) -> Option<Act> {
         "remake" => Act::Remake(number()? as u32),
         "save" => Act::Save(rest.into()),
         "grab" => Act::Grab(rest.into()),
+        "truth" => Act::Truth(number()? as f32),
         "panel" => Act::Panel(rest == "open"),
         "say" => Act::Say,
         "quit" => Act::Quit,

@@ -242,7 +242,7 @@ impl Maker {
 }
 
 /// A layer as a display takes it; the image as a PNG has it.
-fn encode(image: &Layers, layer: Aov, exposure_ev: f32) -> Vec<u8> {
+pub fn encode(image: &Layers, layer: Aov, exposure_ev: f32) -> Vec<u8> {
     let gain = exposure_ev.exp2();
     let code = |p: &[f32; 3]| match layer {
         Aov::Beauty | Aov::Direct | Aov::Indirect => tone_curve(p.map(|c| c * gain)).map(srgb_code),

@@ -2,25 +2,30 @@
 //!
 //! A description has the materials and nodes of a glTF document, with these differences. A node has a shape and the name of a
 //! material instead of a mesh, and holds its light or camera itself. A material lists the images to embed before its first use.
+//! What moves is described where it stands, by keys, and becomes one animation.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec3};
 use gltf::binary::{self, Header};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
 use super::shapes::{Form, Shape};
 use super::texels;
+use super::tracks::{self, Angle, Keys, Sway};
 use crate::{Error, Result};
 
 const FLOAT: u32 = 5126;
+const UNSIGNED_BYTE: u32 = 5121;
 const UNSIGNED_SHORT: u32 = 5123;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 #[derive(Deserialize)]
 struct Description {
+    /// The name of the animation, where something moves.
+    animation: Option<String>,
     materials: Vec<Value>,
     nodes: Vec<Node>,
 }
@@ -39,6 +44,15 @@ struct Node {
     looks: Option<[[f64; 3]; 2]>,
     /// Makes the node rotate around Y: seconds per rotation.
     turn_s: Option<f64>,
+    /// Where the node is: seconds, then metres.
+    path: Option<Keys<4>>,
+    /// Where it is, and a point on its −Z axis.
+    flight: Option<Keys<7>>,
+    angle: Option<Angle>,
+    /// How far the shape's other form is reached: seconds, then 0 to 1.
+    morph: Option<Keys<2>>,
+    /// Makes the shape a chain of joints.
+    sway: Option<Sway>,
     /// Properties of a glTF node.
     #[serde(flatten)]
     others: Map<String, Value>,
@@ -50,6 +64,8 @@ struct Glb {
     bin: Vec<u8>,
     /// The lists of the document, by their keys.
     lists: BTreeMap<&'static str, Vec<Value>>,
+    samplers: Vec<Value>,
+    channels: Vec<Value>,
     /// Each shape so far as a primitive without a material: equal shapes are stored once.
     shapes: Vec<(Form, Value)>,
 }
@@ -57,10 +73,14 @@ struct Glb {
 /// The bytes of the file that `description` describes.
 pub fn make(name: &str, description: &str) -> Result<Vec<u8>> {
     let invalid = |e| Error::Usage(format!("the description of the scene {name} is not valid: {e}"));
-    let Description { materials, nodes } = toml::from_str(description).map_err(invalid)?;
+    let Description { animation, materials, nodes } = toml::from_str(description).map_err(invalid)?;
     let mut glb = Glb { lists: BTreeMap::from([("materials", materials)]), ..Glb::default() };
     for node in nodes {
         glb.node(node)?;
+    }
+    if let Some(name) = animation {
+        let (samplers, channels) = (std::mem::take(&mut glb.samplers), std::mem::take(&mut glb.channels));
+        glb.push("animations", json!({ "name": name, "samplers": samplers, "channels": channels }));
     }
     glb.finish(name)
 }
@@ -71,14 +91,22 @@ impl Glb {
         let mut made = Value::Object(node.others);
         made["name"] = name.clone();
         if let Some([eye, target]) = node.looks {
-            let [translation, rotation] = looking(eye.into(), target.into());
-            (made["translation"], made["rotation"]) = (translation, rotation);
+            made["translation"] = json!(eye.map(snap));
+            made["rotation"] = json!(looking(eye.into(), target.into()).to_array().map(snap));
         }
         if let Some(form) = node.shape {
             let material = self.material(node.material.as_deref())?;
-            let mut primitive = self.primitive(form);
+            let mut primitive = self.primitive(&form);
             primitive["material"] = json!(material);
-            made["mesh"] = json!(self.push("meshes", json!({ "name": name, "primitives": [primitive] })));
+            if let Some(sway) = &node.sway {
+                made["skin"] = json!(self.sway(sway, &form, &mut primitive, made["translation"].take()));
+                made.as_object_mut().map(|node| node.remove("translation"));
+            }
+            let mut mesh = json!({ "name": name, "primitives": [primitive] });
+            if node.morph.is_some() {
+                mesh["weights"] = json!([0.0]);
+            }
+            made["mesh"] = json!(self.push("meshes", mesh));
         }
         if let Some(mut light) = node.light {
             light["name"] = name.clone();
@@ -91,9 +119,72 @@ impl Glb {
         }
         let index = self.push("nodes", made);
         if let Some(seconds) = node.turn_s {
-            self.turn(index, seconds);
+            self.track(index, "rotation", tracks::turn(seconds));
+        }
+        if let Some(keys) = &node.path {
+            self.track::<3>(index, "translation", tracks::smooth(keys));
+        }
+        if let Some(keys) = &node.flight {
+            let seen = tracks::smooth(keys);
+            let at = |p: &[f64; 6]| DVec3::from_slice(&p[..3]);
+            let turned = |p: &[f64; 6]| looking(at(p), DVec3::from_slice(&p[3..])).to_array();
+            self.track(index, "translation", seen.iter().map(|(t, p)| (*t, at(p).to_array())).collect());
+            self.track(index, "rotation", seen.iter().map(|(t, p)| (*t, turned(p))).collect());
+        }
+        if let Some(angle) = &node.angle {
+            self.track(index, "rotation", angle.rotations());
+        }
+        if let Some(keys) = &node.morph {
+            self.track::<1>(index, "weights", tracks::smooth(keys));
         }
         Ok(())
+    }
+
+    /// Moves a property of a node: seconds and values, linear between them.
+    fn track<const N: usize>(&mut self, node: usize, path: &str, keys: Vec<(f64, [f64; N])>) {
+        let last = keys.last().map_or(0.0, |(t, _)| *t);
+        let input = self.vectors(keys.iter().map(|(t, _)| [*t]), None);
+        self.limits(input, [0.0], [last as f32]);
+        let output = self.vectors(keys.iter().map(|(_, value)| *value), None);
+        let sampler = self.samplers.len();
+        self.samplers.push(json!({ "input": input, "output": output, "interpolation": "LINEAR" }));
+        self.channels.push(json!({ "sampler": sampler, "target": { "node": node, "path": path } }));
+    }
+
+    /// A skin for the shape: a chain of joints from `at` upwards, each turned against the one below. The vertices follow the two
+    /// that are nearest in height.
+    fn sway(&mut self, sway: &Sway, form: &Form, primitive: &mut Value, at: Value) -> usize {
+        let heights: Vec<f64> = Shape::of(form).positions.iter().map(|p| p.y).collect();
+        let height = heights.iter().copied().fold(0.0, f64::max);
+        let step = height / f64::from(sway.joints);
+        let joints: Vec<usize> = (0..sway.joints)
+            .map(|joint| {
+                let place = if joint == 0 { at.clone() } else { json!([0.0, snap(step), 0.0]) };
+                let index = self.push("nodes", json!({ "name": "joint", "translation": place }));
+                self.track(index, "rotation", sway.rotations(joint));
+                index
+            })
+            .collect();
+        for pair in joints.windows(2) {
+            self.lists.get_mut("nodes").expect("just pushed")[pair[0]]["children"] = json!([pair[1]]);
+        }
+        let inverse = (0..sway.joints)
+            .map(|joint| DMat4::from_translation(DVec3::NEG_Y * step * f64::from(joint)).to_cols_array());
+        let inverse = self.vectors(inverse.collect::<Vec<_>>().into_iter(), None);
+        let (mut of, mut weights) = (vec![], vec![]);
+        for y in heights {
+            // A joint turns the part above it; between two, both do.
+            let along = (y / step - 0.5).clamp(0.0, f64::from(sway.joints - 1));
+            let lower = (along as u8).min((sway.joints - 2) as u8);
+            let upper = along - f64::from(lower);
+            of.extend([lower, lower + 1, 0, 0]);
+            weights.push([1.0 - upper, upper, 0.0, 0.0]);
+        }
+        let view = self.view(&of, Some(ARRAY_BUFFER));
+        let of = json!({ "bufferView": view, "componentType": UNSIGNED_BYTE, "count": weights.len(), "type": "VEC4" });
+        primitive["attributes"]["JOINTS_0"] = json!(self.push("accessors", of));
+        primitive["attributes"]["WEIGHTS_0"] = json!(self.vectors(weights.into_iter(), Some(ARRAY_BUFFER)));
+        self.push("skins", json!({ "joints": joints, "inverseBindMatrices": inverse }))
     }
 
     /// The index of the material with this name, whose images are in the file from now on.
@@ -110,11 +201,11 @@ impl Glb {
     }
 
     /// The attributes and indices of a shape.
-    fn primitive(&mut self, form: Form) -> Value {
-        if let Some((_, primitive)) = self.shapes.iter().find(|(f, _)| *f == form) {
+    fn primitive(&mut self, form: &Form) -> Value {
+        if let Some((_, primitive)) = self.shapes.iter().find(|(f, _)| f == form) {
             return primitive.clone();
         }
-        let shape = Shape::of(&form);
+        let shape = Shape::of(form);
         assert!(shape.positions.len() <= usize::from(u16::MAX), "indices are 16 bits wide");
         let positions = self.vectors(shape.positions.iter().map(|p| p.to_array()), Some(ARRAY_BUFFER));
         let least = shape.positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
@@ -135,24 +226,17 @@ impl Glb {
         let (count, component) = (shape.indices.len(), UNSIGNED_SHORT);
         let indices = json!({ "bufferView": view, "componentType": component, "count": count, "type": "SCALAR" });
         let indices = self.push("accessors", indices);
-        let primitive = json!({ "attributes": attributes, "indices": indices });
-        self.shapes.push((form, primitive.clone()));
+        let mut primitive = json!({ "attributes": attributes, "indices": indices });
+        if let Some((positions, normals)) = &shape.morph {
+            let least = positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+            let greatest = positions.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+            let moved = self.vectors(positions.iter().map(|p| p.to_array()), None);
+            self.limits(moved, least.to_array().map(snap), greatest.to_array().map(snap));
+            let turned = self.vectors(normals.iter().map(|n| n.to_array()), None);
+            primitive["targets"] = json!([{ "POSITION": moved, "NORMAL": turned }]);
+        }
+        self.shapes.push((form.clone(), primitive.clone()));
         primitive
-    }
-
-    /// A linear animation of `node`, once around the Y axis: five keys, because a rotation takes the shorter way between two.
-    fn turn(&mut self, node: usize, seconds: f64) {
-        let quarters = [0.0, 0.25, 0.5, 0.75, 1.0];
-        let input = self.vectors(quarters.map(|part| [seconds * part]).into_iter(), None);
-        self.limits(input, [0.0], [seconds as f32]);
-        let rotation = |part: f64| DQuat::from_rotation_y(std::f64::consts::TAU * part).to_array();
-        let output = self.vectors(quarters.map(rotation).into_iter(), None);
-        let animation = json!({
-            "name": "turn",
-            "samplers": [{ "input": input, "output": output, "interpolation": "LINEAR" }],
-            "channels": [{ "sampler": 0, "target": { "node": node, "path": "rotation" } }],
-        });
-        self.push("animations", animation);
     }
 
     /// The bytes of the file. Nodes without a parent become the roots of the scene.
@@ -197,7 +281,10 @@ impl Glb {
         let count = values.len();
         let bytes: Vec<u8> = values.flatten().flat_map(|v| snap(v).to_le_bytes()).collect();
         let view = self.view(&bytes, target);
-        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
+        let kind = match N {
+            16 => "MAT4",
+            _ => ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1],
+        };
         self.push("accessors", json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": kind }))
     }
 
@@ -235,13 +322,12 @@ fn snap(x: f64) -> f32 {
     ((x * f64::from(1 << 20)).round() / f64::from(1 << 20)) as f32
 }
 
-/// The translation and rotation of a node at `eye` with −Z towards `target` and +Y as close to up as possible.
-fn looking(eye: DVec3, target: DVec3) -> [Value; 2] {
+/// The rotation of a node at `eye` with −Z towards `target` and +Y as close to up as possible.
+fn looking(eye: DVec3, target: DVec3) -> DQuat {
     let back = (eye - target).normalize();
     let up = if back.y.abs() > 0.999 { DVec3::Z } else { DVec3::Y };
     let right = up.cross(back).normalize();
-    let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
-    [json!(eye.to_array().map(snap)), json!(rotation.to_array().map(snap))]
+    DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back))
 }
 
 /// Adds the names of all extensions in `value` and its descendants to `used`.

@@ -5,22 +5,34 @@
 mod glb;
 mod shapes;
 mod texels;
+mod tracks;
 
 use std::path::Path;
 
 use crate::output::file;
 use crate::{Error, Result};
 
+const DEMO: &str = include_str!("demo.toml");
+
 /// Every scene as (file name, bytes of the .glb).
 pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
     let described = [
         ("cornell-area.glb", concat!(include_str!("cornell.toml"), include_str!("cornell_area.toml"))),
         ("cornell-point.glb", concat!(include_str!("cornell.toml"), include_str!("cornell_point.toml"))),
+        ("demo.glb", DEMO),
         ("gallery.glb", include_str!("gallery.toml")),
         ("thick-walls.glb", include_str!("thick_walls.toml")),
     ];
     described.into_iter().map(|(name, text)| Ok((name, glb::make(name.trim_end_matches(".glb"), text)?))).collect()
 }
+
+/// The sequence of `twobounce demo`: the bytes of a .glb with one animation and a camera that flies.
+pub fn demo() -> Result<Vec<u8>> {
+    glb::make("demo", DEMO)
+}
+
+/// Seconds that [`demo`] plays.
+pub const DEMO_S: f64 = 12.0;
 
 /// Writes every scene into the folder `dir`, which is created if missing. Returns the names of the files.
 pub fn write(dir: &Path) -> Result<Vec<&'static str>> {

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde::Deserialize;
 
 /// A shape as it is described.
-#[derive(Deserialize, PartialEq)]
+#[derive(Clone, Deserialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
 pub enum Form {
     /// A parallelogram with normal `u` × `v`. Its uv goes from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) at the opposite
@@ -17,6 +17,10 @@ pub enum Form {
     Boxes { corners: Vec<[[f64; 3]; 2]>, moved: Option<(f64, [f64; 3])> },
     /// A closed sphere around the origin with `rings` of latitude and `segments` of longitude.
     Sphere { radius: f64, rings: u32, segments: u32 },
+    /// The same, which a morph target gives eight lobes, four out and four in, by this share of the radius.
+    Blob { radius: f64, rings: u32, segments: u32, lobes: f64 },
+    /// A closed ellipsoid about the Y axis that stands at the origin.
+    Blade { radius: f64, height: f64 },
     /// A trefoil knot in all colours around the Z axis.
     Knot {},
     /// A tube around a circle in the plane of X and Y.
@@ -32,6 +36,8 @@ pub struct Shape {
     /// Linear.
     pub colors: Vec<DVec3>,
     pub indices: Vec<u32>,
+    /// What a morph target adds to positions and normals.
+    pub morph: Option<(Vec<DVec3>, Vec<DVec3>)>,
 }
 
 impl Shape {
@@ -46,6 +52,16 @@ impl Shape {
                 moved.map_or(shape.clone(), |(angle, by)| shape.moved(angle, by.into()))
             }
             &Form::Sphere { radius, rings, segments } => Self::sphere(radius, rings, segments),
+            &Form::Blob { radius, rings, segments, lobes } => Self::sphere(radius, rings, segments).lobed(lobes),
+            &Form::Blade { radius, height } => {
+                let sphere = Self::sphere(1.0, 32, 10);
+                let half = dvec3(radius, 0.5 * height, radius);
+                Self {
+                    positions: sphere.positions.iter().map(|p| (*p + DVec3::Y) * half).collect(),
+                    normals: sphere.normals.iter().map(|n| (*n / half).normalize()).collect(),
+                    ..sphere
+                }
+            }
             Form::Knot {} => {
                 let curve = |t: f64| {
                     let t = t * TAU;
@@ -72,6 +88,7 @@ impl Shape {
             uvs: vec![dvec2(0.0, repeat.y), repeat, dvec2(repeat.x, 0.0), DVec2::ZERO],
             colors: vec![],
             indices: vec![0, 1, 2, 0, 2, 3],
+            morph: None,
         }
     }
 
@@ -111,6 +128,18 @@ impl Shape {
         }
         let positions = normals.iter().map(|normal| *normal * radius).collect();
         Self { positions, normals, indices, ..Self::default() }
+    }
+
+    /// The radius of a sphere becomes r (1 + a y), y = 3√3 x y z of the direction: its gradient along the sphere turns the normals.
+    fn lobed(self, a: f64) -> Self {
+        let moved = |&n: &DVec3| {
+            let (height, slope) = (n.x * n.y * n.z, dvec3(n.y * n.z, n.x * n.z, n.x * n.y));
+            let (height, slope) = (27f64.sqrt() * height, 27f64.sqrt() * slope.reject_from_normalized(n));
+            (n * a * height, (n - slope * a / (1.0 + a * height)).normalize() - n)
+        };
+        let (positions, normals): (Vec<DVec3>, Vec<DVec3>) = self.normals.iter().map(moved).unzip();
+        let radius = self.positions[0].length();
+        Self { morph: Some((positions.iter().map(|p| *p * radius).collect(), normals)), ..self }
     }
 
     /// A closed tube of `radius` around the closed curve `curve` (parameter 0 to 1), with `along` × `around` quads.

@@ -35,6 +35,8 @@ pub enum Command {
     /// Look at a scene in a window
     #[cfg(feature = "window")]
     View(Box<super::view::ViewArgs>),
+    /// Play a sequence with everything that moves: in a window, to images, or as a benchmark
+    Demo(Box<super::demo::DemoArgs>),
     /// Path-trace a reference image on the CPU
     Reference(super::reference::ReferenceArgs),
     /// Compare an image with its reference
@@ -67,7 +69,7 @@ pub enum Command {
 /// A scene and how to look at it.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArgs {
-    /// The scene: glTF 2.0, .gltf or .glb; - is standard input
+    /// The scene: glTF 2.0, .gltf or .glb; - is standard input, demo: the scene of twobounce demo
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
     /// Size of the image in pixels
@@ -131,7 +133,7 @@ pub enum DefaultLight {
 }
 
 /// Where the settings come from. Later ones win: preset, then file, then method, then single keys.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct SettingsArgs {
     /// Start from this preset
     #[arg(long, value_name = "NAME", default_value = PRESETS[0].name)]
@@ -148,7 +150,7 @@ pub struct SettingsArgs {
 }
 
 /// How frames are handed to a device.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct RunArgs {
     /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
     #[arg(long, default_value = "short", value_parser = submit())]
@@ -161,7 +163,7 @@ pub struct RunArgs {
 }
 
 /// Which device to use and how.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct DeviceArgs {
     /// The device to use; `twobounce info` lists them. TWOBOUNCE_DEVICE does the same
     #[arg(long, value_name = "NAME|INDEX")]

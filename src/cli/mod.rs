@@ -9,6 +9,7 @@ mod blank;
 mod chart;
 mod compare;
 mod completions;
+mod demo;
 mod info;
 mod interrupt;
 mod ledger;
@@ -83,7 +84,8 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::MakeAssets(args) => make_assets::run(args),
         Command::Render(args) => render::run(args),
         #[cfg(feature = "window")]
-        Command::View(args) => view::run(args),
+        Command::View(args) => view::run(args, std::env::args().skip(2).collect()),
+        Command::Demo(args) => demo::run(args),
         Command::Profile(args) => profile::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),

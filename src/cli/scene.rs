@@ -18,6 +18,9 @@ use super::out;
 use super::progress::watch;
 use crate::say;
 
+/// The scene of `twobounce demo`, wherever a scene is named.
+pub const DEMO: &str = "demo:";
+
 /// A scene ready to render.
 pub struct Opened {
     pub scene: Scene,
@@ -89,7 +92,11 @@ impl SceneArgs {
             memory: None,
             ..device
         };
-        let mut scene = Scene::load(&self.path, &options)?;
+        let mut scene = if self.path == Path::new(DEMO) {
+            Scene::load_glb("demo", twobounce::assets::demo()?, &options)?
+        } else {
+            Scene::load(&self.path, &options)?
+        };
         let of_sky = self.sky.add_to(&mut scene, self.max_texture)?;
         let animations = match &self.animation {
             Some(name) => scene.animations_named(name)?,

@@ -21,6 +21,9 @@ const REPLACED: [&str; 13] = [
     "--script",
 ];
 
+/// Flags without a value that only the window has.
+const OF_WINDOW: [&str; 1] = ["--play"];
+
 /// What is seen, as flags.
 pub struct Seen<'a> {
     /// As typed after `twobounce view`.
@@ -43,6 +46,9 @@ impl Seen<'_> {
         let mut typed = self.typed.iter();
         while let Some(word) = typed.next() {
             let flag = word.split('=').next().unwrap_or(word);
+            if OF_WINDOW.contains(&flag) {
+                continue;
+            }
             if keeps(flag) {
                 words.push(word.clone());
             } else if flag == word {
@@ -91,7 +97,8 @@ mod tests {
 
     #[test]
     fn a_command_keeps_what_was_typed_but_what_is_seen() {
-        let typed = ["a b.glb", "--size", "64x64", "--sky=0.5", "--set", "voxels=32", "--strict"].map(str::to_owned);
+        let typed =
+            ["a b.glb", "--size", "64x64", "--play", "--sky=0.5", "--set", "voxels=32", "--strict"].map(str::to_owned);
         let mut settings = Settings::fast();
         settings.set("voxels=16").unwrap();
         let seen = Seen {

@@ -52,6 +52,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
     pub exposure: Option<f64>,
+    /// Play the animation at once
+    #[arg(long)]
+    pub play: bool,
     /// Do what this file says, line by line, as a user would; for tests
     #[arg(long, value_name = "FILE", hide = true)]
     pub script: Option<PathBuf>,
@@ -75,8 +78,8 @@ const NOTCH: f64 = 1.25;
 pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
 Space  play or pause\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
 
-/// Opens the window, and stays until it is closed.
-pub fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
+/// Opens the window, and stays until it is closed. `typed`: scene and flags, as `render` takes them too.
+pub fn run(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
     let script = args.script.as_deref().map(Script::read).transpose()?.unwrap_or_default();
@@ -84,7 +87,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     let no_window = |e: &dyn std::fmt::Display| anyhow!("no window can be opened ({e}): use twobounce render");
     let event_loop = EventLoop::new().map_err(|e| no_window(&e))?;
     let (opened, context) = args.scene.open_on(&args.run)?;
-    let mut app = App::new(args, opened, &context, settings, script, event_loop.create_proxy());
+    let mut app = App::new((args, typed), opened, &context, settings, script, event_loop.create_proxy());
     event_loop.run_app(&mut app).map_err(|e| no_window(&e))?;
     drop(app.worker.take());
     drop(app.shown.take());
@@ -145,7 +148,7 @@ struct App {
 
 impl App {
     fn new(
-        args: &ViewArgs,
+        (args, typed): (&ViewArgs, Vec<String>),
         opened: Opened,
         context: &Arc<Context>,
         settings: Settings,
@@ -166,7 +169,7 @@ impl App {
         let device = context.name.clone();
         let stage = Stage { context: context.clone(), scene, shot, options };
         Self {
-            typed: std::env::args().skip(2).collect(),
+            typed,
             name: stage.scene.name.clone(),
             device,
             validation: args.run.device.validation,
@@ -187,7 +190,7 @@ impl App {
             buttons: (false, false),
             start_s: args.scene.time,
             later_s: 0.0,
-            plays: false,
+            plays: args.play,
             stepped: Instant::now(),
             moved: None,
             asked: None,

@@ -67,8 +67,13 @@ fn standard_input(path: &Path, need: &mut Need) -> Result<Container, Error> {
     if bytes.is_empty() {
         return Err(Error::file(path, "standard input is empty; send a scene to it"));
     }
-    need.add(Kind::Bytes, bytes.len() as u64, 1);
+    held(path, bytes, need)
+}
+
+/// A file that the program itself holds; `path` is what errors call it.
+pub fn held(path: &Path, bytes: Vec<u8>, need: &mut Need) -> Result<Container, Error> {
     let length = bytes.len() as u64;
+    need.add(Kind::Bytes, length, 1);
     parts(path, (Box::new(Cursor::new(bytes)), length), need)
 }
 

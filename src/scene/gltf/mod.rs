@@ -28,6 +28,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use self::accessor::{Data, Problem, missing};
+use self::container::Container;
 pub(super) use self::container::list;
 use self::document::Document;
 use self::need::{Kind, Need};
@@ -95,6 +96,20 @@ impl Scene {
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         let mut need = Need::within(options.memory.clone().unwrap_or_else(Limit::host));
         let file = container::read(path, &mut need)?;
+        Self::of_file(path, file, need, options)
+    }
+
+    /// Loads a .glb that is in memory and refers to no other file; `name` is what errors and notes call it.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn load_glb(name: &str, bytes: Vec<u8>, options: &LoadOptions) -> Result<Self, Error> {
+        let mut need = Need::within(options.memory.clone().unwrap_or_else(Limit::host));
+        let file = container::held(Path::new(name), bytes, &mut need)?;
+        Self::of_file(Path::new(name), file, need, options)
+    }
+
+    fn of_file(path: &Path, file: Container, mut need: Need, options: &LoadOptions) -> Result<Self, Error> {
         need.add_json(&file.json);
         need.check().map_err(|problem| Error::file(path, problem))?;
         let document = parse(path, file.json)?;

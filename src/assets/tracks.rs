@@ -1,0 +1,120 @@
+//! What moves: keys in seconds, made dense enough that lines between them look smooth.
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
+use serde::Deserialize;
+
+/// Keys of seconds and values, in order of time, the first at 0.
+pub type Keys<const N: usize> = Vec<Key<N>>;
+
+#[derive(Clone, Deserialize)]
+#[serde(try_from = "Vec<f64>")]
+pub struct Key<const N: usize>([f64; N]);
+
+impl<const N: usize> TryFrom<Vec<f64>> for Key<N> {
+    type Error = String;
+
+    fn try_from(numbers: Vec<f64>) -> Result<Self, String> {
+        numbers.try_into().map(Self).map_err(|numbers| format!("a key has {} numbers instead of {N}", numbers.len()))
+    }
+}
+
+/// Seconds between the keys that are written.
+const STEP_S: f64 = 0.125;
+
+/// About an axis: seconds, then degrees.
+#[derive(Deserialize)]
+pub struct Angle {
+    axis: [f64; 3],
+    keys: Keys<2>,
+}
+
+/// A chain of joints that bends to and fro about Z.
+#[derive(Deserialize)]
+pub struct Sway {
+    pub joints: u32,
+    /// By which each joint turns against the one below, at most.
+    degrees: f64,
+    /// Of one bend to and fro; it goes up the chain as a wave.
+    period_s: f64,
+    /// Of the period, 0 to 1.
+    phase: f64,
+    /// Whole periods.
+    lasts_s: f64,
+}
+
+/// Of the period, by which a joint is later than the one below.
+const LATER: f64 = 0.09;
+
+impl Angle {
+    pub fn rotations(&self) -> Vec<(f64, [f64; 4])> {
+        let axis = DVec3::from(self.axis).normalize();
+        let turned = |[degrees]: [f64; 1]| DQuat::from_axis_angle(axis, degrees.to_radians()).to_array();
+        smooth(&self.keys).into_iter().map(|(t, angle)| (t, turned(angle))).collect()
+    }
+}
+
+impl Sway {
+    pub fn rotations(&self, joint: u32) -> Vec<(f64, [f64; 4])> {
+        let at = |t: f64| {
+            let part = t / self.period_s + self.phase - LATER * f64::from(joint);
+            DQuat::from_rotation_z(self.degrees.to_radians() * (TAU * part).sin()).to_array()
+        };
+        steps(self.lasts_s).map(|t| (t, at(t))).collect()
+    }
+}
+
+/// Once around the Y axis: five keys, because a rotation takes the shorter way between two.
+pub fn turn(seconds: f64) -> Vec<(f64, [f64; 4])> {
+    let rotation = |part: f64| DQuat::from_rotation_y(TAU * part).to_array();
+    [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| (seconds * part, rotation(part))).into()
+}
+
+/// Goes through the keys smoothly, each number for itself, and never beyond two that follow each other: a cubic with the harmonic
+/// mean of both sides' slopes at each key, 0 where they differ in sign (Fritsch and Butland, 1984, for even steps).
+pub fn smooth<const N: usize, const M: usize>(keys: &[Key<N>]) -> Vec<(f64, [f64; M])> {
+    let slope =
+        |from: usize, of: usize| (keys[from + 1].0[of] - keys[from].0[of]) / (keys[from + 1].0[0] - keys[from].0[0]);
+    let tangent = |key: usize, of: usize| {
+        if key == 0 || key + 1 == keys.len() {
+            return 0.0;
+        }
+        let (before, after) = (slope(key - 1, of), slope(key, of));
+        if before * after > 0.0 { 2.0 * before * after / (before + after) } else { 0.0 }
+    };
+    let value = |t: f64, of: usize| {
+        let from = keys.iter().rposition(|key| key.0[0] <= t).unwrap_or(0).min(keys.len() - 2);
+        let ([a, b], width) = ([keys[from].0[of], keys[from + 1].0[of]], keys[from + 1].0[0] - keys[from].0[0]);
+        let x = (t - keys[from].0[0]) / width;
+        let (m, n) = (width * tangent(from, of), width * tangent(from + 1, of));
+        let (xx, xxx) = (x * x, x * x * x);
+        (2.0 * xxx - 3.0 * xx + 1.0) * a + (xxx - 2.0 * xx + x) * m + (3.0 * xx - 2.0 * xxx) * b + (xxx - xx) * n
+    };
+    let lasts_s = keys.last().map_or(0.0, |key| key.0[0]);
+    steps(lasts_s).map(|t| (t, std::array::from_fn(|of| value(t, of + 1)))).collect()
+}
+
+fn steps(lasts_s: f64) -> impl Iterator<Item = f64> {
+    (0..=(lasts_s / STEP_S).round() as u32).map(|step| f64::from(step) * STEP_S)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_smooth_track_meets_its_keys_and_stays_between_them() {
+        let keys = [Key([0.0, 0.0]), Key([1.0, 0.0]), Key([3.0, 100.0]), Key([4.0, 110.0]), Key([5.0, 50.0])];
+        let track: Vec<(f64, [f64; 1])> = smooth(&keys);
+        for key in &keys {
+            assert!(
+                track.iter().any(|(t, [v])| *t == key.0[0] && (v - key.0[1]).abs() < 1e-12),
+                "{key:?}",
+                key = key.0
+            );
+        }
+        assert!(track.iter().all(|(t, [v])| (0.0..=110.0).contains(v) && (*t > 1.0 || *v == 0.0)), "{track:?}");
+        assert_eq!(track.len(), 41);
+    }
+}

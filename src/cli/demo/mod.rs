@@ -1,0 +1,106 @@
+//! `twobounce demo`: a sequence with everything that moves, in the window, to images, or as a benchmark.
+
+mod benchmark;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::anyhow;
+use clap::Args;
+use twobounce::assets::DEMO_S;
+
+use super::args::{Loop, RenderArgs, RunArgs, SceneArgs, SettingsArgs, number, size};
+use super::render;
+use super::scene::DEMO;
+
+#[derive(Args, Debug)]
+#[command(mut_arg("preset", |preset| preset.default_value("fast")))]
+pub struct DemoArgs {
+    /// Write images instead: a pattern such as out_%04d.png
+    #[arg(short, long, value_name = "OUT_%04d.png")]
+    pub output: Option<PathBuf>,
+    /// Time every pass over the whole sequence instead, and print minimum, median and 99th percentile
+    #[arg(long, conflicts_with = "output")]
+    pub benchmark: bool,
+    /// Write what --benchmark measured as JSON; - is standard output
+    #[arg(long, value_name = "FILE", requires = "benchmark")]
+    pub json: Option<PathBuf>,
+    /// Size of the images in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    pub size: (u32, u32),
+    /// Images or measured frames for each second of the sequence
+    #[arg(long, value_name = "F", default_value_t = 30.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n > 0.0 && n <= 1e4, "write frames per second, above 0 and at most 10000"))]
+    pub fps: f64,
+    /// Exposure in stops: radiance is multiplied by 2^EV
+    #[arg(long, value_name = "EV", default_value_t = EXPOSURE_EV, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
+    pub exposure: f64,
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// Do what this file says in the window, line by line, as a user would; for tests
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub script: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// Both rooms are seen with it: the first image is of the dark one, and would choose too much.
+const EXPOSURE_EV: f64 = 0.5;
+
+pub fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
+    let scene = SceneArgs { repeats: Loop::On, ..SceneArgs::plain(Path::new(DEMO), args.size) };
+    let frames = (DEMO_S * args.fps).round().max(1.0) as u32;
+    match &args.output {
+        _ if args.benchmark => benchmark::run(args, &scene, frames),
+        Some(output) => render::run(&images(args, scene, (output, frames))),
+        None => window(args, scene),
+    }
+}
+
+fn images(args: &DemoArgs, scene: SceneArgs, (output, frames): (&Path, u32)) -> RenderArgs {
+    let exr = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"));
+    RenderArgs {
+        scene,
+        output: output.to_owned(),
+        settings: args.settings.clone(),
+        aov: vec![],
+        transparent: false,
+        exposure: (!exr).then_some(args.exposure),
+        repeat: 1,
+        still: false,
+        frames: Some(frames),
+        fps: args.fps,
+        speed: 1.0,
+        timings: false,
+        verbose: false,
+        quiet: false,
+        json: None,
+        trace: None,
+        run: args.run.clone(),
+    }
+}
+
+#[cfg(feature = "window")]
+fn window(args: &DemoArgs, scene: SceneArgs) -> anyhow::Result<ExitCode> {
+    let view = super::view::ViewArgs {
+        scene,
+        settings: args.settings.clone(),
+        exposure: Some(args.exposure),
+        play: true,
+        script: args.script.clone(),
+        run: args.run.clone(),
+    };
+    let typed = [DEMO, "--loop=on"].into_iter().map(str::to_owned).chain(std::env::args().skip(2));
+    super::view::run(&view, typed.collect()).map_err(|error| match error.to_string() {
+        text if text.contains("twobounce render") => {
+            anyhow!("{}", text.replace("twobounce render", "twobounce demo -o out_%04d.png"))
+        }
+        _ => error,
+    })
+}
+
+#[cfg(not(feature = "window"))]
+fn window(_: &DemoArgs, _: SceneArgs) -> anyhow::Result<ExitCode> {
+    Err(anyhow!("this build has no window: write images with -o out_%04d.png, or measure with --benchmark"))
+}

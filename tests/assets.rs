@@ -130,6 +130,40 @@ fn the_gallery_has_all_promised_features() {
     assert_eq!(gltf.cameras().filter_map(|camera| camera.name()).collect::<Vec<_>>(), ["gallery", "spheres"]);
 }
 
+#[test]
+fn the_demo_moves_all_that_can_move() {
+    let gltf = parse("demo.glb");
+    let animation = gltf.animations().next().unwrap();
+    assert_eq!((gltf.animations().len(), gltf.skins().len(), animation.name()), (1, 5, Some("demo")));
+    use gltf::animation::Property::{MorphTargetWeights, Rotation, Translation};
+    let moves = |name: &str, property| {
+        animation.channels().any(|channel| {
+            let target = channel.target();
+            target.node().name() == Some(name) && target.property() == property
+        })
+    };
+    assert!(moves("door", Rotation) && moves("amber lamp", Translation) && moves("rolling light", Translation));
+    assert!(moves("clay ball", MorphTargetWeights) && moves("joint", Rotation));
+    assert!(moves("flight", Rotation) && moves("flight", Translation));
+    assert!(gltf.materials().any(|m| m.transmission().is_some()));
+    assert!(
+        gltf.materials().any(|m| m.pbr_metallic_roughness().roughness_factor() == 0.0 && m.name() == Some("mirror"))
+    );
+
+    let scene = Scene::load_glb("demo", twobounce::assets::demo().unwrap(), &LoadOptions::default()).unwrap();
+    assert_eq!(f64::from(scene.animations[0].duration), twobounce::assets::DEMO_S);
+    let nodes = |time| scene.pose(Some(0), time);
+    // The door stands still for a second, and is open after four.
+    let turned =
+        |time| nodes(time).world_from_instance.iter().map(|m| m.transform_vector3(glam::DVec3::Z)).collect::<Vec<_>>();
+    let door = turned(0.0)
+        .iter()
+        .zip(turned(4.0))
+        .filter(|(a, b)| (a.angle_between(*b).to_degrees() - 104.0).abs() < 0.1)
+        .count();
+    assert_eq!(door, 1);
+}
+
 /// The loader accepts every scene without a warning, and the gallery has the intended bounds and animation.
 #[test]
 fn the_loader_reads_them() {

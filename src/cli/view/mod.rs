@@ -446,13 +446,13 @@ impl App {
 
     /// One line of the script, once nothing is under way.
     fn act(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
-        if self.frame.is_none() || self.script.waits(self.rests(), self.compared.is_some()) {
+        if self.frame.is_none() || self.script.waits(self.rests(), self.compared.is_some(), self.later_s) {
             return Ok(());
         }
         let Some(act) = self.script.next() else { return Ok(()) };
         let Some(shown) = &mut self.shown else { return Ok(()) };
         match act {
-            Act::Rest => {}
+            Act::Rest | Act::Wait(_) => {}
             Act::Turn(left, up) => {
                 self.eye().turn(left, up);
                 self.moves();

@@ -15,6 +15,8 @@ use winit::keyboard::KeyCode;
 pub enum Act {
     /// Waits until the picture is whole and at rest.
     Rest,
+    /// Seconds that the animation has played at least.
+    Wait(f64),
     /// Radians to the left and up.
     Turn(f64, f64),
     /// Metres to the right, up, and ahead.
@@ -45,6 +47,7 @@ pub struct Script {
     for_rest: bool,
     for_answer: bool,
     for_truth: bool,
+    for_time_s: f64,
     /// Of movements.
     answers: Vec<Duration>,
 }
@@ -69,14 +72,15 @@ impl Script {
     pub fn next(&mut self) -> Option<Act> {
         let act = self.acts.pop_front()?;
         self.for_rest = act == Act::Rest;
+        self.for_time_s = if let Act::Wait(seconds) = act { seconds } else { 0.0 };
         self.for_truth = matches!(act, Act::Truth(_));
         self.for_answer = matches!(act, Act::Turn(..) | Act::Walk(_));
         Some(act)
     }
 
     /// Whether the last act waits for something yet.
-    pub fn waits(&self, rests: bool, compared: bool) -> bool {
-        self.for_answer || self.for_rest && !rests || self.for_truth && !compared
+    pub fn waits(&self, rests: bool, compared: bool, played_s: f64) -> bool {
+        played_s < self.for_time_s || self.for_answer || self.for_rest && !rests || self.for_truth && !compared
     }
 
     /// What was asked for last is shown, so long after.
@@ -103,6 +107,7 @@ fn act(line: &str) -> Option<Act> {
     let mut number = || numbers.next().flatten();
     Some(match name {
         "rest" => Act::Rest,
+        "wait" => Act::Wait(number()?),
         "turn" => Act::Turn(number()?, number()?),
         "walk" => Act::Walk(DVec3::new(number()?, number()?, number()?)),
         "key" => Act::Key(match rest {

@@ -66,6 +66,8 @@ pub struct ViewArgs {
 const REST: Duration = Duration::from_millis(250);
 /// The longest time that a step of movement makes up for: a window that was suspended does not leap.
 const LONGEST_STEP: Duration = Duration::from_millis(100);
+/// The longest time that an animation goes on from one frame to the next.
+const LONGEST_LEAP: Duration = Duration::from_secs(1);
 /// Movement is looked at this often.
 const TICK: Duration = Duration::from_millis(16);
 /// Radians that the view turns when the mouse crosses the window's height.
@@ -132,6 +134,8 @@ struct App {
     later_s: f64,
     plays: bool,
     stepped: Instant,
+    /// When the animation went on last.
+    played: Instant,
     moved: Option<Instant>,
     asked: Option<Job>,
     /// When the newest job was asked for.
@@ -192,6 +196,7 @@ impl App {
             later_s: 0.0,
             plays: args.play,
             stepped: Instant::now(),
+            played: Instant::now(),
             moved: None,
             asked: None,
             asked_at: Instant::now(),
@@ -275,7 +280,8 @@ impl App {
         // An animation waits for the frames that it is shown in.
         let shows = self.frame.as_ref().map(|(revision, _)| *revision) == self.asked.as_ref().map(|job| job.revision);
         if self.plays && shows {
-            self.later_s += since;
+            self.later_s += self.played.elapsed().min(LONGEST_LEAP).as_secs_f64();
+            self.played = Instant::now();
         }
         if walks || self.plays && shows {
             self.moves();
@@ -303,7 +309,7 @@ impl App {
             KeyCode::Tab => self.panel.open = !self.panel.open,
             KeyCode::Space => {
                 self.plays = !self.plays;
-                self.stepped = Instant::now();
+                self.played = Instant::now();
             }
             KeyCode::KeyF => {
                 self.eye = Some(self.framing);

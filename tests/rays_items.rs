@@ -117,7 +117,9 @@ impl Held {
         let mut from = here;
         from[axis] += (offset - n.dot(from)) / n[axis];
         let (mut sum, mut total, mut count) = (own.map(|v| v * area), area, 0);
-        for (u, v) in (-1..=1).flat_map(|v| (-1..=1).map(move |u| (u, v))).filter(|step| *step != (0, 0)) {
+        for (u, v) in (-2..=2).flat_map(|v| (-2..=2).map(move |u| (u, v))).filter(|step| *step != (0i32, 0i32)) {
+            // Four steps along each axis count in all, as many as directions differ within: the outer two half.
+            let weight = [u, v].map(|step| if step.abs() == 2 { 0.5 } else { 1.0 }).iter().product::<f64>();
             let mut there = here;
             there[(axis + 1) % 3] += f64::from(u);
             there[(axis + 2) % 3] += f64::from(v);
@@ -139,8 +141,8 @@ impl Held {
             let beside = self.parts[neighbour].alone != 0;
             if beside && same && apart < 0.5 && self.undivided_between(from, to) {
                 let (sides, part) = light(neighbour);
-                sum = std::array::from_fn(|k| sum[k] + part * sides[k]);
-                total += part;
+                sum = std::array::from_fn(|k| sum[k] + weight * part * sides[k]);
+                total += weight * part;
                 count += 1;
             }
         }

@@ -2,8 +2,10 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // What others see of each lit item: the mean of what it and its neighbours on the same surface send, since each looks along
-// other directions. Where a voxel lists anything else beside, nothing is shared with it or across it: the surface may end there at
-// a wall, and no light may pass that. A thread per lit item.
+// other directions. Directions differ within squares of four voxels (image.interleave); a square of five whose border counts half
+// has each of them once, so that no pattern is left where few directions meet something bright. Where a voxel lists anything else
+// beside, nothing is shared with it or across it: the surface may end there at a wall, and no light may pass that. A thread per
+// lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"
@@ -49,7 +51,7 @@ bool undivided(ivec3 voxel) {
     return head == 0u || item_parts[item_parts[head - 1u].lit_by].alone != 0u;
 }
 
-// Whether that holds for every voxel on the way from one point to another, a voxel away along two axes: a slanting plane passes
+// Whether that holds for every voxel on the way from one point to another, up to two voxels away along two axes: a slanting plane passes
 // through others between.
 bool undivided_between(vec3 from, vec3 to) {
     vec3 d = to - from;
@@ -58,7 +60,7 @@ bool undivided_between(vec3 from, vec3 to) {
     ivec3 way = ivec3(sign(d));
     vec3 next = mix((vec3(voxel) + max(sign(d), 0.0) - from) / d, vec3(1e30), equal(d, vec3(0.0))); // where each axis crosses
     bool free = true;
-    for (uint i = 0u; i < 4u && free && voxel != last; i++) {
+    for (uint i = 0u; i < 8u && free && voxel != last; i++) {
         free = undivided(voxel);
         bvec3 crossed = lessThanEqual(next, vec3(min(next.x, min(next.y, next.z)) + 1e-5)); // more than one at an edge
         voxel += ivec3(crossed) * way;
@@ -82,14 +84,17 @@ void main() {
         vec3 here = center;
         here[axis] += (own.offset - dot(own.normal, here)) / own.normal[axis];
         bool shares = item_parts[item].alone != 0u && total > 0.0;
-        for (int k = 0; k < (shares ? 9 : 0); k++) {
+        for (int k = 0; k < (shares ? 25 : 0); k++) {
+            ivec2 away = ivec2(k % 5, k / 5) - 2;
+            bool near = max(abs(away.x), abs(away.y)) < 2;
+            float share = (abs(away.x) < 2 ? 1.0 : 0.5) * (abs(away.y) < 2 ? 1.0 : 0.5);
             vec3 there = center;
-            there[(axis + 1) % 3] += float(k % 3 - 1);
-            there[(axis + 2) % 3] += float(k / 3 - 1);
+            there[(axis + 1) % 3] += float(away.x);
+            there[(axis + 2) % 3] += float(away.y);
             there[axis] += (own.offset - dot(own.normal, there)) / own.normal[axis]; // where the plane goes on
             ivec3 voxel = ivec3(floor(there));
             bool inside = all(greaterThanEqual(voxel, ivec3(0))) && all(lessThan(voxel, ivec3(EDGE)));
-            uint head = inside && k != 4 ? heads[head_index(voxel)] : 0u;
+            uint head = inside && k != 12 ? heads[head_index(voxel)] : 0u;
             uint neighbour = item_parts[max(head, 1u) - 1u].lit_by;
             COUNT(HEADS, 1u);
             COUNT(WORDS, 2u);
@@ -98,14 +103,14 @@ void main() {
                 vec3 middle = vec3(voxel) + 0.5;
                 float apart = abs(dot(own.normal, middle) - own.offset - dot(other.normal, middle) + other.offset);
                 float height = floor(here[axis]);
-                bool level = height == floor(center[axis]) && height == float(voxel[axis]); // nothing lies between
+                bool level = height == floor(center[axis]) && height == float(voxel[axis]) && near; // nothing lies between
                 bool same = other.facing == own.facing && other.material == own.material && apart < SAME_PLANE;
                 if (same && (level || undivided_between(here, there))) {
                     COUNT(WORDS, 8u);
                     ItemLight light = item_lights[neighbour];
-                    sum.front += light.area * light.front;
-                    sum.back += light.area * light.back;
-                    total += light.area;
+                    sum.front += share * light.area * light.front;
+                    sum.back += share * light.area * light.back;
+                    total += share * light.area;
                 }
             }
         }

@@ -144,3 +144,59 @@ fn without_the_feature_there_is_nothing_of_a_window() {
     assert!(windows(&tree(&[])));
     assert!(!windows(&tree(&["--no-default-features"])));
 }
+
+/// Left of the line what `--preset fast` renders, right of it what another preset does; a picture differs in nothing from itself.
+#[test]
+fn another_preset_is_shown_beside() {
+    let folder = folder();
+    let script = "rest\npanel closed\ngrab own.png\nkey C\nbeside split cones\nrest\ngrab both.png\nbeside difference fast\nrest\n\
+                  grab none.png\nbeside difference one bounce fewer\nrest\ngrab bounce.png\nbeside flicker cones\nrest\n\
+                  beside split nothing\nrest\ngrab again.png\nquit";
+    let said = viewed(folder.path(), script);
+    let command = said.lines().find(|line| line.starts_with("twobounce render")).expect("a command");
+    run_printed(folder.path(), &command.replace("--preset=fast", "--preset=cones"));
+    let shown = |name: &str| pixels(&folder.path().join(name));
+    let (own, other, both) = (shown("own.png"), shown("image.png"), shown("both.png"));
+    assert!(own != other);
+    for (x, y, pixel) in both.enumerate_pixels().filter(|(x, ..)| *x != 48) {
+        assert_eq!(pixel, if x < 48 { &own } else { &other }.get_pixel(x, y), "{x}, {y}");
+    }
+    assert!(shown("none.png").pixels().all(|pixel| pixel.0 == [0; 3]));
+    // The second bounce alone is light, and less than all of it.
+    let sum = |image: &image::RgbImage| image.pixels().flat_map(|p| p.0).map(u64::from).sum::<u64>();
+    let bounce = sum(&shown("bounce.png"));
+    assert!(bounce > 0 && bounce < sum(&own), "{bounce}");
+    assert!(shown("again.png") == own);
+}
+
+#[test]
+fn voxels_and_list_lengths_are_shown() {
+    let folder = folder();
+    let script = "layer voxels\nrest\npanel closed\ngrab a.png\nlayer voxels, level 2\nrest\ngrab b.png\n\
+                  layer list lengths\nrest\ngrab c.png\nquit";
+    viewed(folder.path(), script);
+    let colors = |name: &str| {
+        let image = pixels(&folder.path().join(name));
+        image.pixels().map(|pixel| pixel.0).collect::<std::collections::BTreeSet<_>>()
+    };
+    let (fine, coarse, lengths) = (colors("a.png").len(), colors("b.png").len(), colors("c.png"));
+    assert!(fine > 3 * coarse && coarse > 3, "{fine} and {coarse} voxels");
+    // A wall's inside has one or two triangles in a voxel, a corner more.
+    assert!(lengths.contains(&[0, 0, 0]) && lengths.len() > 2, "{lengths:?}");
+}
+
+/// Another file instead of the one that is open; one that cannot be read changes nothing.
+#[test]
+fn a_dropped_file_is_shown_instead() {
+    let folder = folder();
+    let other = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/thick-walls.glb");
+    let script = format!(
+        "rest\npanel closed\ndrop missing.glb\nrest\ngrab a.png\ndrop {other}\nrest\nkey C\ngrab b.png\nkey R\nrest\ngrab c.png\nquit"
+    );
+    let said = viewed(folder.path(), &script);
+    let command = said.lines().find(|line| line.starts_with("twobounce render")).expect("a command");
+    run_printed(folder.path(), command);
+    let shown = |name: &str| pixels(&folder.path().join(name));
+    assert!(shown("a.png") != shown("b.png"));
+    assert!(shown("b.png") == shown("image.png") && shown("b.png") == shown("c.png"), "{command}");
+}

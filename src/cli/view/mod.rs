@@ -1,8 +1,10 @@
 //! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, [`screen`] shows them, [`panel`] has the settings,
-//! [`eye`] is what keys and mouse move, [`truth`] the path tracer beside, [`script`] plays a user for tests.
+//! [`eye`] is what keys and mouse move, [`layer`] what of a frame is shown, [`beside`] other settings next to it, [`truth`] the path tracer beside, [`script`] plays a user for tests.
 
+mod beside;
 mod command;
 mod eye;
+mod layer;
 mod panel;
 mod screen;
 mod script;
@@ -34,8 +36,10 @@ use super::args::{RunArgs, SceneArgs, SettingsArgs, number};
 use super::scene::{Opened, Shot};
 use super::{interrupt, out};
 use crate::say;
+use beside::Mix;
 use command::Seen;
 use eye::Eye;
+use layer::Layer;
 use panel::Panel;
 use screen::{Overlay, Screen};
 use script::{Act, Script};
@@ -74,11 +78,13 @@ const TICK: Duration = Duration::from_millis(16);
 const TURN: f64 = 2.0;
 /// The scene's diagonals that a held key goes in a second, at first.
 const SPEED: f64 = 0.15;
+/// Seconds that each of two pictures is shown by turns.
+const FLICKER_S: f64 = 0.5;
 /// By how much a notch of the mouse wheel changes that.
 const NOTCH: f64 = 1.25;
 
 pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
-Space  play or pause\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
+Space  play or pause\nR  read the scene's file again; a file dropped here is shown instead\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
 
 /// Opens the window, and stays until it is closed. `typed`: scene and flags, as `render` takes them too.
 pub fn run(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
@@ -89,7 +95,8 @@ pub fn run(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let no_window = |e: &dyn std::fmt::Display| anyhow!("no window can be opened ({e}): use twobounce render");
     let event_loop = EventLoop::new().map_err(|e| no_window(&e))?;
     let (opened, context) = args.scene.open_on(&args.run)?;
-    let mut app = App::new((args, typed), opened, &context, settings, script, event_loop.create_proxy());
+    let mut app = App::new((args, typed), (opened, &context), settings, script, event_loop.create_proxy());
+    drop(context);
     event_loop.run_app(&mut app).map_err(|e| no_window(&e))?;
     drop(app.worker.take());
     drop(app.shown.take());
@@ -98,8 +105,18 @@ pub fn run(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     }
     interrupt::check()?;
     Screen::refuse_invalid()?;
-    twobounce::measure::refuse_invalid(&context)?;
+    twobounce::measure::refuse_invalid(&app.context)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the picture on the screen is mixed of.
+#[derive(Clone, Copy, PartialEq)]
+enum Mixed {
+    Not,
+    /// How far it is faded, and the reference's samples.
+    Truth(f32, u32),
+    /// How, where the line is, and whether it is the other's turn.
+    Beside(Mix, f32, bool),
 }
 
 /// The window and what belongs to it; fields are dropped in this order.
@@ -110,10 +127,14 @@ struct Shown {
 }
 
 struct App {
+    /// What is open, and how.
+    scene: SceneArgs,
+    run: RunArgs,
+    context: Arc<Context>,
     typed: Vec<String>,
     name: String,
-    device: String,
-    validation: bool,
+    opened: Instant,
+    /// For a worker to be started.
     stage: Option<Stage>,
     proxy: EventLoopProxy<()>,
     worker: Option<Worker>,
@@ -143,47 +164,63 @@ struct App {
     frame: Option<(u64, Frame)>,
     truth: Option<Truth>,
     compared: Option<Compared>,
-    /// What the picture on the screen is mixed of: how far it is faded, and the reference's samples.
-    mixed: (f32, u32),
+    mixed: Mixed,
     of: Arc<Scene>,
     shot: Shot,
     failed: Option<anyhow::Error>,
 }
 
-impl App {
-    fn new(
-        (args, typed): (&ViewArgs, Vec<String>),
-        opened: Opened,
-        context: &Arc<Context>,
-        settings: Settings,
-        script: Script,
-        proxy: EventLoopProxy<()>,
-    ) -> Self {
-        let options = opened.run_options(&args.run);
-        let Opened { scene, size, shot, .. } = opened;
+/// What an opened scene brings.
+struct Place {
+    stage: Stage,
+    first_view: Box<dyn Fn(f64) -> twobounce::scene::View>,
+    framing: Eye,
+    diagonal_m: f64,
+}
+
+impl Place {
+    fn of(opened: Opened, run: &RunArgs, context: &Arc<Context>) -> Self {
+        let options = opened.run_options(run);
+        let Opened { scene, shot, .. } = opened;
         let bounds = options.bounds;
         let diagonal_m = bounds.size().length().max(1e-3);
         let framing = Eye::of(&twobounce::scene::View::framing(bounds), 1.0);
         let distance = (bounds.center() - framing.eye).length();
         let framing = Eye { target: framing.eye + (framing.target - framing.eye) * distance, ..framing };
-        let of = Arc::new(scene.clone());
-        let (cameras, beside) = (of.clone(), shot.clone());
-        let of_shot = shot.clone();
+        let scene = Arc::new(scene);
+        let (cameras, of_shot) = (scene.clone(), shot.clone());
         let first_view = Box::new(move |later_s: f64| of_shot.view(&cameras, &of_shot.pose(&cameras, later_s)));
-        let device = context.name.clone();
         let stage = Stage { context: context.clone(), scene, shot, options };
+        Self { stage, first_view, framing, diagonal_m }
+    }
+}
+
+impl App {
+    fn new(
+        (args, typed): (&ViewArgs, Vec<String>),
+        (opened, context): (Opened, &Arc<Context>),
+        settings: Settings,
+        script: Script,
+        proxy: EventLoopProxy<()>,
+    ) -> Self {
+        let run = args.run.clone();
+        let Place { stage, first_view, framing, diagonal_m } = Place::of(opened, &run, context);
         Self {
+            scene: args.scene.clone(),
+            run,
+            context: context.clone(),
             typed,
             name: stage.scene.name.clone(),
-            device,
-            validation: args.run.device.validation,
+            opened: Instant::now(),
+            of: stage.scene.clone(),
+            shot: stage.shot.clone(),
             stage: Some(stage),
             proxy,
             worker: None,
             shown: None,
             panel: Panel::new(&args.settings.preset, settings, args.exposure.map(|ev| ev as f32)),
             script,
-            first_size: size,
+            first_size: args.scene.size,
             eye: None,
             first_view,
             framing,
@@ -203,9 +240,7 @@ impl App {
             frame: None,
             truth: None,
             compared: None,
-            mixed: (0.0, 0),
-            of,
-            shot: beside,
+            mixed: Mixed::Not,
             failed: None,
         }
     }
@@ -216,15 +251,49 @@ impl App {
         let window = event_loop
             .create_window(attributes)
             .map_err(|e| anyhow!("no window can be opened ({e}): use twobounce render"))?;
-        let screen = Screen::new(&window, &self.device, self.validation)?;
+        let screen = Screen::new(&window, &self.context.name, self.run.device.validation)?;
         let context = egui::Context::default();
         let side = Some(4096);
         let egui = egui_winit::State::new(context, egui::ViewportId::ROOT, &window, None, None, side);
         self.shown = Some(Shown { egui, screen, window });
-        let stage = self.stage.take().context("the window was opened twice")?;
+        self.start();
+        Ok(())
+    }
+
+    /// Starts to make frames of the scene that was opened last.
+    fn start(&mut self) {
+        let Some(stage) = self.stage.take() else { return };
         self.worker = Some(Worker::start(stage, self.proxy.clone()));
         self.moves(); // a coarse picture comes first
-        Ok(())
+    }
+
+    /// Another scene, as `twobounce view` shows it without flags.
+    fn dropped(&mut self, path: &Path) {
+        self.reopen(SceneArgs::plain(path, self.scene.size));
+    }
+
+    /// Opens a scene instead of the one that is shown; where that fails, says why, and keeps what there is.
+    fn reopen(&mut self, scene: SceneArgs) {
+        let again = scene.path == self.scene.path;
+        let (opened, context) = match scene.open_on(&self.run) {
+            Ok(opened) => opened,
+            Err(error) => return self.panel.error = Some(error.to_string()),
+        };
+        if let Err(error) = twobounce::measure::refuse_invalid(&self.context) {
+            self.failed.get_or_insert(error.into());
+        }
+        self.worker = None; // waits for its frame
+        let Place { stage, first_view, framing, diagonal_m } = Place::of(opened, &self.run, &context);
+        (self.first_view, self.framing, self.diagonal_m) = (first_view, framing, diagonal_m);
+        (self.name, self.of, self.shot) = (stage.scene.name.clone(), stage.scene.clone(), stage.shot.clone());
+        if !again {
+            (self.eye, self.later_s, self.start_s) = (None, 0.0, scene.time);
+            self.typed = vec![scene.path.to_string_lossy().into_owned()];
+        }
+        (self.stage, self.context, self.scene) = (Some(stage), context, scene);
+        (self.frame, self.truth, self.compared, self.mixed) = (None, None, None, Mixed::Not);
+        self.panel.error = None;
+        self.start();
     }
 
     /// The eye to move: from now on the camera is not the one that was asked for.
@@ -248,6 +317,7 @@ impl App {
             settings: self.panel.settings.clone(),
             size,
             layer: self.panel.layer,
+            beside: self.panel.beside.settings(&self.panel.settings),
             exposure: self.panel.exposure,
             moving,
         };
@@ -315,6 +385,10 @@ impl App {
                 self.eye = Some(self.framing);
                 self.moves();
             }
+            KeyCode::KeyR => {
+                let scene = self.scene.clone();
+                self.reopen(scene);
+            }
             KeyCode::KeyC => say!("{}", self.command()),
             KeyCode::KeyP => {
                 let saved = self.save(&PathBuf::from(format!("{}.png", self.name)));
@@ -379,14 +453,16 @@ impl App {
                         1 => String::new(),
                         by => format!(" at 1/{by}"),
                     };
-                    let title =
-                        format!("{} · {width}x{height}{coarse} · {:.0} ms · {}", self.name, frame.ms, self.device);
+                    let title = format!(
+                        "{} · {width}x{height}{coarse} · {:.0} ms · {}",
+                        self.name, frame.ms, self.context.name
+                    );
                     shown.window.set_title(&title);
                 }
                 if self.asked.as_ref().is_some_and(|job| job.revision == answer.revision) {
                     self.script.answered(self.asked_at.elapsed());
                 }
-                self.mixed = (0.0, 0);
+                self.mixed = Mixed::Not;
                 (self.truth, self.compared) = (None, None);
                 self.frame = Some((answer.revision, frame));
             }
@@ -397,7 +473,7 @@ impl App {
     /// Starts and ends the path tracer, and mixes what it found into the picture.
     fn compare(&mut self) -> anyhow::Result<()> {
         let Some((revision, frame)) = &self.frame else { return Ok(()) };
-        let wanted = self.panel.truth && self.rests() && self.panel.layer == Aov::Beauty;
+        let wanted = self.panel.truth && self.rests() && self.panel.layer == Layer::BEAUTY;
         if self.truth.as_ref().is_some_and(|truth| !wanted || truth.revision != *revision) {
             (self.truth, self.compared) = (None, None);
         }
@@ -410,17 +486,29 @@ impl App {
         if let Some(compared) = self.truth.as_ref().and_then(Truth::take) {
             self.compared = Some(compared);
         }
-        let mixed = self.compared.as_ref().map_or((0.0, 0), |compared| (self.panel.fade, compared.samples));
+        let panel = &self.panel;
+        let mixed = match (&self.compared, &frame.beside) {
+            (Some(compared), _) => Mixed::Truth(panel.fade, compared.samples),
+            (None, Some(_)) => Mixed::Beside(panel.mix, panel.split, panel.mix == Mix::Flicker && self.flickers()),
+            (None, None) => Mixed::Not,
+        };
         if self.mixed != mixed {
-            self.mixed = mixed;
-            let screen = self.shown.as_mut().map(|shown| &mut shown.screen);
-            match (&self.compared, screen) {
-                (Some(compared), Some(screen)) => screen.set_picture(&compared.picture(frame, mixed.0))?,
-                (None, Some(screen)) => screen.set_picture(&frame.picture)?,
-                (_, None) => {}
+            let picture = match (mixed, &self.compared) {
+                (Mixed::Truth(fade, _), Some(compared)) => Some(compared.picture(frame, fade)),
+                (Mixed::Beside(mix, split, other), _) => beside::picture(frame, panel.layer, mix, (split, other)),
+                _ => None,
+            };
+            if let Some(shown) = &mut self.shown {
+                shown.screen.set_picture(picture.as_ref().unwrap_or(&frame.picture))?;
             }
+            self.mixed = mixed;
         }
         Ok(())
+    }
+
+    /// Whether it is the turn of what is beside.
+    fn flickers(&self) -> bool {
+        (self.opened.elapsed().as_secs_f64() / FLICKER_S) as u64 % 2 == 1
     }
 
     fn draw(&mut self, grab: Option<&Path>) -> anyhow::Result<()> {
@@ -479,6 +567,11 @@ impl App {
                 self.panel.layer = layer;
                 self.moves();
             }
+            Act::Beside(other, mix) => {
+                (self.panel.beside, self.panel.mix) = (other, mix);
+                self.moves();
+            }
+            Act::Drop(path) => self.dropped(&path),
             Act::Size(width, height) => drop(shown.window.request_inner_size(PhysicalSize::new(width, height))),
             Act::Minimise(whether) => shown.window.set_minimized(whether),
             Act::Remake(times) => {
@@ -545,9 +638,7 @@ impl ApplicationHandler<()> for App {
                 self.redraw();
             }
             WindowEvent::Focused(false) => self.held.clear(),
-            WindowEvent::DroppedFile(path) => {
-                say!("{}: open it with: twobounce view {}", out::name(&path), out::name(&path));
-            }
+            WindowEvent::DroppedFile(path) => self.dropped(&path),
             WindowEvent::KeyboardInput { event, .. } => {
                 let PhysicalKey::Code(key) = event.physical_key else { return };
                 let pressed = event.state == ElementState::Pressed;
@@ -595,8 +686,9 @@ impl ApplicationHandler<()> for App {
         let acted = self.act(event_loop);
         self.or_fail(event_loop, acted);
         let busy = !self.rests() || self.plays || !self.script.is_done();
-        if !self.rests() {
-            self.redraw(); // how far the frame is
+        let flickers = self.panel.beside != beside::Other::None && self.panel.mix == Mix::Flicker;
+        if !self.rests() || flickers {
+            self.redraw(); // how far the frame is, or the other's turn
         }
         let next = Instant::now() + if busy { TICK } else { 10 * TICK };
         event_loop.set_control_flow(ControlFlow::WaitUntil(next));

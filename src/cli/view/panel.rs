@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use twobounce::Result;
-use twobounce::layers::Aov;
 use twobounce::memory::mib;
 use twobounce::settings::{PRESETS, Range, Settings};
 use twobounce::vk::Step;
 
 use super::KEYS;
+use super::beside::{Mix, Other};
+use super::layer::Layer;
 use super::truth::Compared;
 use super::worker::Frame;
 
@@ -16,7 +17,11 @@ pub struct Panel {
     pub open: bool,
     pub preset: String,
     pub settings: Settings,
-    pub layer: Aov,
+    pub layer: Layer,
+    /// What is shown beside the picture, how, and where the line between both is, 0 to 1.
+    pub beside: Other,
+    pub mix: Mix,
+    pub split: f32,
     /// Stops; automatic where absent.
     pub exposure: Option<f32>,
     /// Whether the path tracer runs beside a picture at rest.
@@ -36,7 +41,10 @@ impl Panel {
             open: true,
             preset: preset.to_owned(),
             settings,
-            layer: Aov::Beauty,
+            layer: Layer::BEAUTY,
+            beside: Other::None,
+            mix: Mix::Split,
+            split: 0.5,
             exposure,
             truth: false,
             fade: 0.0,
@@ -94,7 +102,7 @@ impl Panel {
     }
 
     fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) -> bool {
-        let before = (self.preset.clone(), self.layer, self.exposure);
+        let before = (self.preset.clone(), self.layer, self.beside, self.exposure);
         egui::ComboBox::from_label("preset").selected_text(&self.preset).show_ui(ui, |ui| {
             for preset in PRESETS {
                 let chosen = ui.selectable_label(self.preset == preset.name, preset.name).on_hover_text(preset.meaning);
@@ -105,11 +113,31 @@ impl Panel {
                 }
             }
         });
-        egui::ComboBox::from_label("layer").selected_text(self.layer.name()).show_ui(ui, |ui| {
-            for layer in Aov::ALL {
-                ui.selectable_value(&mut self.layer, *layer, layer.name());
+        egui::ComboBox::from_label("layer").selected_text(self.layer.name()).height(400.0).show_ui(ui, |ui| {
+            for layer in Layer::all() {
+                ui.selectable_value(&mut self.layer, layer, layer.name());
             }
         });
+        if !self.layer.meaning().is_empty() {
+            ui.label(self.layer.meaning());
+        }
+        egui::ComboBox::from_label("beside").selected_text(self.beside.name()).show_ui(ui, |ui| {
+            for other in Other::all() {
+                ui.selectable_value(&mut self.beside, other, other.name());
+            }
+        });
+        if let Some(beside) = frame.and_then(|frame| Some((frame.report.timings.gpu_ms, frame.beside.as_ref()?.gpu_ms)))
+        {
+            ui.horizontal(|ui| {
+                for (mix, name) in Mix::ALL {
+                    ui.selectable_value(&mut self.mix, mix, name);
+                }
+                if self.mix == Mix::Split {
+                    ui.add(egui::Slider::new(&mut self.split, 0.0..=1.0).show_value(false));
+                }
+            });
+            ui.label(format!("passes {:.1} ms, beside {:.1} ms", beside.0, beside.1));
+        }
         let automatic = frame.map_or(0.0, |frame| frame.exposure_ev);
         ui.horizontal(|ui| {
             let mut own = self.exposure.is_some();
@@ -120,7 +148,7 @@ impl Panel {
                 None => drop(ui.label(format!("{automatic} EV, automatic"))),
             }
         });
-        before != (self.preset.clone(), self.layer, self.exposure)
+        before != (self.preset.clone(), self.layer, self.beside, self.exposure)
     }
 
     fn show_settings(&mut self, ui: &mut egui::Ui) -> bool {

@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use glam::DVec3;
-use twobounce::layers::Aov;
 use twobounce::output::read;
 use twobounce::{Error, Result};
 use winit::keyboard::KeyCode;
+
+use super::beside::{Mix, Other};
+use super::layer::Layer;
 
 /// One line.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +26,11 @@ pub enum Act {
     Key(KeyCode),
     /// `key=value`
     Set(String),
-    Layer(Aov),
+    Layer(Layer),
+    /// What is shown beside, and how.
+    Beside(Other, Mix),
+    /// A file, dragged onto the window.
+    Drop(PathBuf),
     Size(u32, u32),
     Minimise(bool),
     /// Swapchains, made anew so many times.
@@ -113,12 +119,19 @@ fn act(line: &str) -> Option<Act> {
         "key" => Act::Key(match rest {
             "C" => KeyCode::KeyC,
             "F" => KeyCode::KeyF,
+            "R" => KeyCode::KeyR,
             "Space" => KeyCode::Space,
             "Tab" => KeyCode::Tab,
             _ => return None,
         }),
         "set" => Act::Set(rest.to_owned()),
-        "layer" => Act::Layer(Aov::ALL.iter().find(|aov| aov.name() == rest).copied()?),
+        "layer" => Act::Layer(Layer::all().find(|layer| layer.name() == rest)?),
+        "beside" => {
+            let (mix, other) = rest.split_once(' ')?;
+            let mix = Mix::ALL.iter().find(|(_, name)| *name == mix)?.0;
+            Act::Beside(Other::all().find(|choice| choice.name() == other)?, mix)
+        }
+        "drop" => Act::Drop(rest.into()),
         "size" => Act::Size(number()? as u32, number()? as u32),
         "minimise" => Act::Minimise(true),
         "restore" => Act::Minimise(false),

@@ -13,6 +13,7 @@ use twobounce::vk::{Context, Step, Watch};
 use twobounce::{Error, Result};
 use winit::event_loop::EventLoopProxy;
 
+use super::layer::Layer;
 use super::screen::Picture;
 use crate::cli::blank::sky_shown;
 use crate::cli::interrupt;
@@ -36,7 +37,9 @@ pub struct Job {
     pub settings: Settings,
     /// Pixels at rest.
     pub size: (u32, u32),
-    pub layer: Aov,
+    pub layer: Layer,
+    /// Settings of which the same is shown beside.
+    pub beside: Option<Settings>,
     /// Stops; automatic where absent.
     pub exposure: Option<f32>,
     /// A coarser image will do, if it comes soon.
@@ -59,6 +62,15 @@ pub struct Frame {
     pub ms: f64,
     pub report: FrameReport,
     pub allocated_bytes: u64,
+    pub beside: Option<Beside>,
+}
+
+/// The same with other settings.
+pub struct Beside {
+    pub picture: Picture,
+    pub image: Layers,
+    /// Of the frame's passes.
+    pub gpu_ms: f64,
 }
 
 /// A thread that makes frames; it ends when this is dropped.
@@ -90,7 +102,7 @@ impl Shared {
 /// What the thread makes frames of.
 pub struct Stage {
     pub context: Arc<Context>,
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     pub shot: Shot,
     pub options: RenderOptions,
 }
@@ -132,9 +144,7 @@ impl Drop for Worker {
 }
 
 fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
-    let Stage { context, scene, shot, options } = stage;
-    let mut scene = Some(scene);
-    let mut maker: Option<Maker> = None;
+    let mut makers = Makers { stage, watch: watch(shared), own: None, beside: None };
     let mut done = 0;
     loop {
         let job = {
@@ -147,34 +157,9 @@ fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
                 _ => return,
             }
         };
-        let began = Instant::now();
-        let result = match &mut maker {
-            Some(maker) => maker.frame(&job, &shot),
-            None => {
-                scene.take().ok_or_else(|| Error::Device("the scene could not be prepared".into())).and_then(|scene| {
-                    let options = RenderOptions {
-                        size: job.size,
-                        aovs: layers(job.layer),
-                        watch: Some(watch(shared)),
-                        responsive: true,
-                        ..options.clone()
-                    };
-                    let pose = shot.pose(&scene, job.later_s);
-                    let renderer = Renderer::new(&context, scene, &pose, job.settings.clone(), options)?;
-                    let ms_per_pixel = if context.is_cpu { 1.0 } else { 0.0 };
-                    let made = Maker { renderer, made_for: (job.settings.clone(), job.size, job.layer), ms_per_pixel };
-                    maker.insert(made).frame(&job, &shot)
-                })
-            }
-        };
-        let frame = match result {
+        let frame = match makers.frame(&job) {
             Err(Error::Interrupted) => continue, // for a newer job, or to end
-            Err(error) => Err(error.to_string()),
-            Ok((picture, image, exposure_ev, divisor, report)) => {
-                let ms = 1e3 * began.elapsed().as_secs_f64();
-                let allocated_bytes = context.allocated_bytes();
-                Ok(Frame { picture, image, exposure_ev, divisor, ms, report, allocated_bytes })
-            }
+            result => result.map_err(|error| error.to_string()),
         };
         done = job.revision;
         let mut state = shared.lock();
@@ -203,41 +188,106 @@ fn watch(shared: &Arc<Shared>) -> Watch {
     })
 }
 
-/// Alpha tells what is sky, which exposure leaves out.
-fn layers(layer: Aov) -> Vec<Aov> {
-    Aov::ALL.iter().copied().filter(|aov| *aov == Aov::Alpha || *aov == layer && layer != Aov::Beauty).collect()
+struct Makers {
+    stage: Stage,
+    watch: Watch,
+    own: Option<Maker>,
+    beside: Option<Maker>,
+}
+
+impl Makers {
+    fn frame(&mut self, job: &Job) -> Result<Frame> {
+        let began = Instant::now();
+        let Self { stage, watch, own, beside } = self;
+        let own = Maker::of(own, (stage, watch), &job.settings, job)?;
+        let beside = match &job.beside {
+            Some(settings) => Some((Maker::of(beside, (stage, watch), settings, job)?, settings)),
+            None => {
+                *beside = None;
+                None
+            }
+        };
+        let ms_per_pixel = own.ms_per_pixel + beside.as_ref().map_or(0.0, |(maker, _)| maker.ms_per_pixel);
+        let divisor = if job.moving { divisor(job.size, ms_per_pixel) } else { 1 };
+        let (picture, image, exposure_ev, report) = own.frame((job, &job.settings), divisor, stage)?;
+        let beside = beside.map(|(maker, settings)| {
+            let job = Job { exposure: Some(exposure_ev), ..job.clone() };
+            let (picture, image, _, report) = maker.frame((&job, settings), divisor, stage)?;
+            Ok(Beside { picture, image, gpu_ms: report.timings.gpu_ms })
+        });
+        let beside = beside.transpose()?;
+        let ms = 1e3 * began.elapsed().as_secs_f64();
+        let allocated_bytes = stage.context.allocated_bytes();
+        Ok(Frame { picture, image, exposure_ev, divisor, ms, report, allocated_bytes, beside })
+    }
+}
+
+/// The least by which a side of the image is divided to be made soon.
+fn divisor(size: (u32, u32), ms_per_pixel: f64) -> u32 {
+    let pixels = f64::from(size.0) * f64::from(size.1);
+    let soon = |d: &&u32| pixels / f64::from(**d * **d) * ms_per_pixel <= MOVING_MS;
+    DIVISORS.iter().find(soon).or(DIVISORS.last()).copied().unwrap_or(1)
 }
 
 struct Maker {
     renderer: Renderer,
-    made_for: (Settings, (u32, u32), Aov),
+    made_for: (Settings, (u32, u32), Layer),
     /// Of the image alone, as it was last.
     ms_per_pixel: f64,
 }
 
 impl Maker {
-    fn frame(&mut self, job: &Job, shot: &Shot) -> Result<(Picture, Layers, f32, u32, FrameReport)> {
-        let pixels = f64::from(job.size.0) * f64::from(job.size.1);
-        let soon = |d: &&u32| pixels / f64::from(**d * **d) * self.ms_per_pixel <= MOVING_MS;
-        let coarse = || DIVISORS.iter().find(soon).or(DIVISORS.last()).copied().unwrap_or(1);
-        let divisor = if job.moving { coarse() } else { 1 };
+    /// What is there, or a new one.
+    fn of<'a>(
+        there: &'a mut Option<Self>,
+        (stage, watch): (&Stage, &Watch),
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<&'a mut Self> {
+        if there.is_none() {
+            let Stage { context, scene, shot, options } = stage;
+            let options = RenderOptions {
+                size: job.size,
+                aovs: job.layer.needs(),
+                watch: Some(watch.clone()),
+                responsive: true,
+                ..options.clone()
+            };
+            let pose = shot.pose(scene, job.later_s);
+            let renderer = Renderer::new(context, scene.as_ref().clone(), &pose, settings.clone(), options)?;
+            let ms_per_pixel = if context.is_cpu { 1.0 } else { 0.0 };
+            *there = Some(Self { renderer, made_for: (settings.clone(), job.size, job.layer), ms_per_pixel });
+        }
+        Ok(there.as_mut().expect("just made"))
+    }
+
+    fn frame(
+        &mut self,
+        (job, wanted): (&Job, &Settings),
+        divisor: u32,
+        Stage { context, shot, .. }: &Stage,
+    ) -> Result<(Picture, Layers, f32, FrameReport)> {
         let size = ((job.size.0 / divisor).max(1), (job.size.1 / divisor).max(1));
         let (settings, made_size, layer) = &self.made_for;
-        if !settings.means_same(&job.settings) || *made_size != size || *layer != job.layer {
-            self.renderer.change_layers(job.settings.clone(), size, layers(job.layer))?;
-            self.made_for = (job.settings.clone(), size, job.layer);
+        if !settings.means_same(wanted) || *made_size != size || *layer != job.layer {
+            self.renderer.change_layers(wanted.clone(), size, job.layer.needs())?;
+            self.made_for = (wanted.clone(), size, job.layer);
         }
         let pose = shot.pose(self.renderer.scene(), job.later_s);
         let report = self.renderer.render(&pose, &job.view)?;
         let zones = report.timings.zones.iter().filter(|zone| IMAGE_PASSES.contains(&zone.name));
-        let passes = f64::from(job.settings.image.passes);
+        let passes = f64::from(wanted.image.passes);
         self.ms_per_pixel =
             zones.map(|zone| zone.gpu_ms).sum::<f64>() * passes / (f64::from(size.0) * f64::from(size.1));
         let image = self.renderer.read();
         let scene = self.renderer.scene();
         let ev =
             job.exposure.unwrap_or_else(|| automatic_exposure(image.beauty(), sky_shown(&image, scene, &job.view)));
-        Ok((Picture { size, rgba: encode(&image, job.layer, ev) }, image, ev, divisor, report))
+        let rgba = match job.layer {
+            Layer::Image(layer) => encode(&image, layer, ev),
+            Layer::Grid(layer) => layer.picture((context, &self.renderer), &image, &job.view)?,
+        };
+        Ok((Picture { size, rgba }, image, ev, report))
     }
 }
 

@@ -92,7 +92,7 @@ impl GridLayer {
                 Self::Lists => heat(longest_near(&lengths, at, edge)),
             }
         };
-        Ok(depths.par_iter().enumerate().flat_map_iter(|pixel| color(pixel)).collect())
+        Ok(depths.par_iter().enumerate().flat_map_iter(color).collect())
     }
 }
 

@@ -2,7 +2,6 @@
 
 mod cli_common;
 
-use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -36,19 +35,8 @@ fn its_images_are_those_of_its_scene() {
     assert_eq!(bytes("out_1.png"), bytes("same.png"));
 }
 
-/// Every path to a value, `[]` for an element of a list.
-fn paths(json: &Value, path: &str, found: &mut BTreeSet<String>) {
-    match json {
-        Value::Object(map) => map.iter().for_each(|(key, value)| {
-            paths(value, &if path.is_empty() { key.clone() } else { format!("{path}.{key}") }, found);
-        }),
-        Value::Array(list) => list.iter().for_each(|value| paths(value, &format!("{path}[]"), found)),
-        _ => drop(found.insert(path.to_owned())),
-    }
-}
-
 #[test]
-fn its_benchmark_writes_what_the_page_says() {
+fn its_benchmark_times_every_pass() {
     let folder = tempfile::tempdir().unwrap();
     let said = done(folder.path(), &[&["demo", "--benchmark", "--json", "b.json"], &SMALL[..]].concat());
     assert_eq!(names(folder.path()), ["b.json"], "no image is written");
@@ -66,20 +54,6 @@ fn its_benchmark_writes_what_the_page_says() {
     }
     let (device, driver) = (json["device"].as_str().unwrap(), json["driver"].as_str().unwrap());
     assert!(said.contains(device) && said.contains(driver) && said.contains("preset fast"), "{said}");
-
-    let mut written = BTreeSet::new();
-    paths(&json, "", &mut written);
-    written.retain(|path| !path.starts_with("settings."));
-    written.insert("settings".into());
-    let percentile = |path: &String| {
-        ["min", "median", "p99"].iter().fold(path.clone(), |path, end| path.trim_end_matches(&format!(".{end}")).into())
-    };
-    let written: BTreeSet<String> = written.iter().map(percentile).collect();
-    let page = include_str!("../docs/json.md");
-    let part = page.split("\n# ").find(|part| part.starts_with("The file that `twobounce demo")).expect("a part");
-    let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
-    assert_eq!(written, part.lines().filter_map(cell).collect());
-    assert!(part.contains("`version` is 1"));
 }
 
 #[test]

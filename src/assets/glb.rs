@@ -99,8 +99,9 @@ impl Glb {
             let mut primitive = self.primitive(&form);
             primitive["material"] = json!(material);
             if let Some(sway) = &node.sway {
-                made["skin"] = json!(self.sway(sway, &form, &mut primitive, made["translation"].take()));
-                made.as_object_mut().map(|node| node.remove("translation"));
+                // Its joints stand where it would.
+                let at = made.as_object_mut().and_then(|node| node.remove("translation"));
+                made["skin"] = json!(self.sway(sway, &form, &mut primitive, at.unwrap_or_default()));
             }
             let mut mesh = json!({ "name": name, "primitives": [primitive] });
             if node.morph.is_some() {
@@ -207,10 +208,7 @@ impl Glb {
         }
         let shape = Shape::of(form);
         assert!(shape.positions.len() <= usize::from(u16::MAX), "indices are 16 bits wide");
-        let positions = self.vectors(shape.positions.iter().map(|p| p.to_array()), Some(ARRAY_BUFFER));
-        let least = shape.positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let greatest = shape.positions.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-        self.limits(positions, least.to_array().map(snap), greatest.to_array().map(snap));
+        let positions = self.positions(&shape.positions, Some(ARRAY_BUFFER));
         let normals = self.vectors(shape.normals.iter().map(|n| n.to_array()), Some(ARRAY_BUFFER));
         let mut attributes = json!({ "POSITION": positions, "NORMAL": normals });
         if !shape.uvs.is_empty() {
@@ -228,10 +226,7 @@ impl Glb {
         let indices = self.push("accessors", indices);
         let mut primitive = json!({ "attributes": attributes, "indices": indices });
         if let Some((positions, normals)) = &shape.morph {
-            let least = positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-            let greatest = positions.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-            let moved = self.vectors(positions.iter().map(|p| p.to_array()), None);
-            self.limits(moved, least.to_array().map(snap), greatest.to_array().map(snap));
+            let moved = self.positions(positions, None);
             let turned = self.vectors(normals.iter().map(|n| n.to_array()), None);
             primitive["targets"] = json!([{ "POSITION": moved, "NORMAL": turned }]);
         }
@@ -286,6 +281,17 @@ impl Glb {
             _ => ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1],
         };
         self.push("accessors", json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": kind }))
+    }
+
+    /// Vectors with their bounds, which glTF asks of positions.
+    fn positions(&mut self, positions: &[DVec3], target: Option<u32>) -> usize {
+        let accessor = self.vectors(positions.iter().map(|p| p.to_array()), target);
+        let bound = |start: DVec3, of: fn(DVec3, DVec3) -> DVec3| {
+            positions.iter().copied().fold(start, of).to_array().map(snap)
+        };
+        let (least, greatest) = (bound(DVec3::INFINITY, DVec3::min), bound(DVec3::NEG_INFINITY, DVec3::max));
+        self.limits(accessor, least, greatest);
+        accessor
     }
 
     fn limits<const N: usize>(&mut self, accessor: usize, min: [f32; N], max: [f32; N]) {

@@ -165,6 +165,32 @@ pub fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
     (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
 }
 
+/// The frames of a run.
+pub struct FrameProgress {
+    work: Work,
+    began: Instant,
+    done: u32,
+    all: u32,
+}
+
+impl FrameProgress {
+    /// `work`: under way already, while passes are made.
+    pub fn new(work: Work, all: u32) -> Self {
+        Self { work, began: Instant::now(), done: 0, all }
+    }
+
+    /// `name`: of the scene whose frame is being made.
+    pub fn begin(&self, name: &str) {
+        let (done, all) = (self.done, self.all);
+        let text = if all > 1 { format!("{name}, frame {} of {all}", done + 1) } else { name.to_owned() };
+        self.work.is_at(text, left(self.began.elapsed(), done.into(), all.into()));
+    }
+
+    pub fn finish(&mut self) {
+        self.done += 1;
+    }
+}
+
 /// The rows of a chart that are still to be made, with a line on standard output for each that is finished.
 pub struct RowProgress {
     work: Work,

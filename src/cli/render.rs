@@ -2,7 +2,6 @@
 
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::Instant;
 
 use twobounce::Result;
 use twobounce::ground::finish::approximated;
@@ -22,7 +21,7 @@ use twobounce::vk::Context;
 use super::args::RenderArgs;
 use super::blank::{sky_shown, why_blank};
 use super::outputs::{self, ImageFiles};
-use super::progress::{Work, left};
+use super::progress::{FrameProgress, Work};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
 use super::{interrupt, out};
@@ -70,7 +69,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
     let shot = opened.shot;
-    let frames = Frames { work, done: 0, all: warm_up + args.frames.unwrap_or(args.repeat), began: Instant::now() };
+    let frames = FrameProgress::new(work, warm_up + args.frames.unwrap_or(args.repeat));
     let mut session = Session { args, files, context: &context, renderer, shot, header, report, timings, frames };
     if args.timings || args.verbose {
         session.print_memory(budget_bytes);
@@ -102,24 +101,7 @@ struct Session<'a> {
     /// Its exposure is the one asked for, or the one that the first image of a sequence chooses for all of them.
     report: RenderReport,
     timings: Timings,
-    frames: Frames,
-}
-
-/// How far a render is.
-struct Frames {
-    work: Work,
-    done: u32,
-    all: u32,
-    began: Instant,
-}
-
-impl Frames {
-    fn begin(&self, scene: &str) {
-        let (done, all) = (self.done, self.all);
-        let left = left(self.began.elapsed(), done.into(), all.into());
-        let text = if all > 1 { format!("{scene}, frame {} of {all}", done + 1) } else { scene.to_owned() };
-        self.work.is_at(text, left);
-    }
+    frames: FrameProgress,
 }
 
 impl Session<'_> {
@@ -133,7 +115,7 @@ impl Session<'_> {
         let pose = self.shot.pose(self.renderer.scene(), later_s);
         let view = self.shot.view(self.renderer.scene(), &pose);
         self.timings.push(self.renderer.render(&pose, &view)?);
-        self.frames.done += 1;
+        self.frames.finish();
         interrupt::check()
     }
 

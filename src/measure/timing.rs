@@ -24,6 +24,58 @@ impl Spread {
     }
 }
 
+/// Minimum, median and 99th percentile of one quantity, each that of one frame (nearest rank).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Percentiles {
+    pub min: f64,
+    pub median: f64,
+    pub p99: f64,
+}
+
+impl Percentiles {
+    /// All zero without values.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut values: Vec<f64> = values.into_iter().collect();
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let rank = (share * values.len() as f64).ceil().max(1.0) as usize;
+            values.get(rank - 1).copied().unwrap_or_default()
+        };
+        Self { min: at(0.0), median: at(0.5), p99: at(0.99) }
+    }
+}
+
+/// What one pass did in each frame that ran it.
+pub struct PassFrames<'a> {
+    pub name: &'static str,
+    pub kind: ZoneKind,
+    /// A frame may run a pass several times.
+    frames: Vec<Vec<&'a ZoneTiming>>,
+}
+
+impl PassFrames<'_> {
+    /// Milliseconds of device time in each frame that ran the pass, added up where it ran several times.
+    pub fn gpu_ms(&self) -> impl ExactSizeIterator<Item = f64> {
+        self.frames.iter().map(|zones| zones.iter().map(|zone| zone.gpu_ms).sum())
+    }
+
+    fn timing(&self) -> PassTiming {
+        let spread = |ms: fn(&ZoneTiming) -> Option<f64>| -> Option<Spread> {
+            let sums = self.frames.iter().map(|zones| zones.iter().map(|zone| ms(zone)).sum());
+            sums.collect::<Option<Vec<f64>>>().map(Spread::of)
+        };
+        PassTiming {
+            name: self.name,
+            kind: self.kind,
+            gpu_ms: Spread::of(self.gpu_ms()),
+            share: 0.0,
+            cpu_ms: spread(|zone| zone.cpu_ms),
+            wall_ms: spread(|zone| zone.wall_ms),
+            bytes: self.frames.last().map_or(0, |zones| zones.iter().map(|zone| zone.bytes).sum()),
+        }
+    }
+}
+
 /// One pass over all frames. If a frame runs a pass several times, the times are added.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassTiming {
@@ -90,38 +142,28 @@ impl Timings {
         Spread::of(self.frames().map(|frame| frame.zones.iter().map(|zone| zone.gpu_ms).sum()))
     }
 
-    /// One row per pass in the order of the frame.
-    pub fn passes(&self) -> Vec<PassTiming> {
-        let mut rows: Vec<PassTiming> = Vec::new();
+    /// Every pass, in the order in which they first ran.
+    pub fn pass_frames(&self) -> Vec<PassFrames<'_>> {
+        let mut passes: Vec<PassFrames> = vec![];
         for zone in self.frames().flat_map(|frame| &frame.zones) {
-            if rows.iter().all(|row| (row.name, row.kind) != (zone.name, zone.kind)) {
-                rows.push(self.pass(zone.name, zone.kind));
+            let is_it = |other: &&ZoneTiming| (other.name, other.kind) == (zone.name, zone.kind);
+            if passes.iter().all(|pass| (pass.name, pass.kind) != (zone.name, zone.kind)) {
+                let frames = self.frames().map(|frame| frame.zones.iter().filter(is_it).collect::<Vec<_>>());
+                let frames = frames.filter(|zones| !zones.is_empty()).collect();
+                passes.push(PassFrames { name: zone.name, kind: zone.kind, frames });
             }
         }
+        passes
+    }
+
+    /// One row per pass in the order of the frame.
+    pub fn passes(&self) -> Vec<PassTiming> {
+        let mut rows: Vec<PassTiming> = self.pass_frames().iter().map(PassFrames::timing).collect();
         let total: f64 = rows.iter().map(|row| row.gpu_ms.median).sum();
         for row in &mut rows {
             row.share = if total > 0.0 { row.gpu_ms.median / total } else { 0.0 };
         }
         rows
-    }
-
-    fn pass(&self, name: &'static str, kind: ZoneKind) -> PassTiming {
-        let is_it = |zone: &&ZoneTiming| zone.name == name && zone.kind == kind;
-        let frames = self.frames().map(|frame| frame.zones.iter().filter(is_it).collect::<Vec<_>>());
-        let frames: Vec<_> = frames.filter(|zones| !zones.is_empty()).collect();
-        let spread = |ms: fn(&ZoneTiming) -> Option<f64>| -> Option<Spread> {
-            let sums = frames.iter().map(|zones| zones.iter().map(|zone| ms(zone)).sum());
-            sums.collect::<Option<Vec<f64>>>().map(Spread::of)
-        };
-        PassTiming {
-            name,
-            kind,
-            gpu_ms: spread(|zone| Some(zone.gpu_ms)).unwrap_or_default(),
-            share: 0.0,
-            cpu_ms: spread(|zone| zone.cpu_ms),
-            wall_ms: spread(|zone| zone.wall_ms),
-            bytes: frames.last().map_or(0, |zones| zones.iter().map(|zone| zone.bytes).sum()),
-        }
     }
 
     /// The table that `--timings` prints: a row per pass, then the sum of the passes and the frame.
@@ -210,6 +252,14 @@ mod tests {
     fn the_median_of_an_even_count_lies_between() {
         assert_eq!(Spread::of([4.0, 1.0, 3.0, 2.0]), Spread { median: 2.5, min: 1.0, max: 4.0 });
         assert_eq!(Spread::of([]), Spread::default());
+    }
+
+    #[test]
+    fn percentiles_are_nearest_ranks() {
+        let hundred = Percentiles::of((1..=200).rev().map(f64::from));
+        assert_eq!(hundred, Percentiles { min: 1.0, median: 100.0, p99: 198.0 });
+        assert_eq!(Percentiles::of([7.0]), Percentiles { min: 7.0, median: 7.0, p99: 7.0 });
+        assert_eq!(Percentiles::of([]), Percentiles { min: 0.0, median: 0.0, p99: 0.0 });
     }
 
     #[test]

@@ -1,32 +1,24 @@
 //! What each pass takes over the whole sequence, to be quoted.
 
 use std::process::ExitCode;
-use std::time::Instant;
 
 use serde::Serialize;
 use twobounce::assets::DEMO_S;
 use twobounce::measure::refuse_invalid;
+use twobounce::measure::timing::{PassFrames, Percentiles, Timings};
 use twobounce::output::file;
 use twobounce::profile::WARM_UP;
-use twobounce::renderer::{FrameReport, Renderer};
+use twobounce::renderer::Renderer;
 use twobounce::settings::Settings;
 use twobounce::vk::ZoneKind;
 
 use super::DemoArgs;
 use crate::cli::args::SceneArgs;
-use crate::cli::progress::{Work, left};
+use crate::cli::progress::{FrameProgress, Work};
 use crate::cli::{interrupt, out, outputs, report};
 
 /// The version of the JSON. It must grow when a key is new or changes its name, unit or meaning.
 const VERSION: u32 = 1;
-
-/// Milliseconds: minimum, median and 99th percentile, each of one frame (nearest rank).
-#[derive(Clone, Copy, Debug, Serialize, PartialEq)]
-struct Percentiles {
-    min: f64,
-    median: f64,
-    p99: f64,
-}
 
 #[derive(Serialize)]
 struct Pass {
@@ -66,34 +58,19 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     let work = Work::begin("demo: making passes");
     let mut renderer = Renderer::new(&context, opened.scene, &pose, settings.clone(), options)?;
     report::say_compiled(&context);
-    let (all, began, mut frames) = (WARM_UP + count, Instant::now(), vec![]);
-    for frame in 0..all {
+    let (mut progress, mut timings) = (FrameProgress::new(work, WARM_UP + count), Timings::new(WARM_UP as usize));
+    for frame in 0..WARM_UP + count {
         interrupt::check()?;
-        let left = left(began.elapsed(), frame.into(), all.into());
-        work.is_at(format!("demo, frame {} of {all}", frame + 1), left);
+        progress.begin("demo");
         let later_s = DEMO_S + (f64::from(frame) - f64::from(WARM_UP)) / args.fps;
         let pose = opened.shot.pose(renderer.scene(), later_s);
         let view = opened.shot.view(renderer.scene(), &pose);
-        frames.push(renderer.render(&pose, &view)?);
+        timings.push(renderer.render(&pose, &view)?);
+        progress.finish();
     }
-    drop(work);
+    drop(progress);
     refuse_invalid(&context)?;
-    let frames = &frames[WARM_UP as usize..];
-    let report = Report {
-        version: VERSION,
-        program: format!("twobounce {}", env!("CARGO_PKG_VERSION")),
-        device: context.name.clone(),
-        driver: context.driver.clone(),
-        width: args.size.0,
-        height: args.size.1,
-        fps: args.fps,
-        frames: frames.len(),
-        frame_wall_ms: Percentiles::of(frames.iter().map(|frame| frame.timings.wall_ms)),
-        frame_gpu_ms: Percentiles::of(frames.iter().map(|frame| frame.timings.gpu_ms)),
-        passes: passes(frames),
-        method: settings.method.name(),
-        settings,
-    };
+    let report = Report::of(args, settings, (&context.name, &context.driver), &timings);
     out::write(&report.table(&args.settings.preset));
     if let Some(path) = &args.json {
         file::write_json(path, &report)?;
@@ -101,42 +78,29 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     Ok(ExitCode::SUCCESS)
 }
 
-impl Percentiles {
-    /// All zero without values.
-    fn of(values: impl IntoIterator<Item = f64>) -> Self {
-        let mut values: Vec<f64> = values.into_iter().collect();
-        values.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let rank = (share * values.len() as f64).ceil().max(1.0) as usize;
-            values.get(rank - 1).copied().unwrap_or_default()
-        };
-        Self { min: at(0.0), median: at(0.5), p99: at(0.99) }
-    }
-}
-
-/// In the order in which they first ran; what runs several times in a frame is added.
-fn passes(frames: &[FrameReport]) -> Vec<Pass> {
-    let mut passes: Vec<(&'static str, ZoneKind, Vec<f64>)> = vec![];
-    for frame in frames {
-        let mut of_frame: Vec<(&'static str, ZoneKind, f64)> = vec![];
-        for zone in &frame.timings.zones {
-            match of_frame.iter_mut().find(|(name, kind, _)| (*name, *kind) == (zone.name, zone.kind)) {
-                Some((_, _, ms)) => *ms += zone.gpu_ms,
-                None => of_frame.push((zone.name, zone.kind, zone.gpu_ms)),
-            }
-        }
-        for (name, kind, ms) in of_frame {
-            match passes.iter_mut().find(|pass| (pass.0, pass.1) == (name, kind)) {
-                Some((_, _, all)) => all.push(ms),
-                None => passes.push((name, kind, vec![ms])),
-            }
-        }
-    }
-    let pass = |(name, kind, ms): (_, _, Vec<f64>)| Pass { name, kind, frames: ms.len(), gpu_ms: Percentiles::of(ms) };
-    passes.into_iter().map(pass).collect()
-}
-
 impl Report {
+    fn of(args: &DemoArgs, settings: Settings, (device, driver): (&str, &str), timings: &Timings) -> Self {
+        let pass = |pass: &PassFrames| {
+            let gpu_ms = pass.gpu_ms();
+            Pass { name: pass.name, kind: pass.kind, frames: gpu_ms.len(), gpu_ms: Percentiles::of(gpu_ms) }
+        };
+        Self {
+            version: VERSION,
+            program: format!("twobounce {}", env!("CARGO_PKG_VERSION")),
+            device: device.to_owned(),
+            driver: driver.to_owned(),
+            width: args.size.0,
+            height: args.size.1,
+            fps: args.fps,
+            frames: timings.frames().len(),
+            frame_wall_ms: Percentiles::of(timings.frames().map(|frame| frame.wall_ms)),
+            frame_gpu_ms: Percentiles::of(timings.frames().map(|frame| frame.gpu_ms)),
+            passes: timings.pass_frames().iter().map(pass).collect(),
+            method: settings.method.name(),
+            settings,
+        }
+    }
+
     /// A table in Markdown, with all that one must know to compare it.
     fn table(&self, preset: &str) -> String {
         let Self { program, device, driver, width, height, fps, frames, .. } = self;
@@ -158,13 +122,46 @@ impl Report {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
+    /// A key that is renamed, added or dropped must be so in the page too, and its version looked at.
     #[test]
-    fn percentiles_are_nearest_ranks() {
-        let hundred = Percentiles::of((1..=200).rev().map(f64::from));
-        assert_eq!(hundred, Percentiles { min: 1.0, median: 100.0, p99: 198.0 });
-        assert_eq!(Percentiles::of([7.0]), Percentiles { min: 7.0, median: 7.0, p99: 7.0 });
-        assert_eq!(Percentiles::of([]), Percentiles { min: 0.0, median: 0.0, p99: 0.0 });
+    fn the_keys_are_those_of_the_page() {
+        let all = Percentiles { min: 1.0, median: 2.0, p99: 3.0 };
+        let pass = Pass { name: "record", kind: ZoneKind::Raster, frames: 1, gpu_ms: all };
+        let report = Report {
+            version: VERSION,
+            program: String::new(),
+            device: String::new(),
+            driver: String::new(),
+            width: 1,
+            height: 1,
+            fps: 1.0,
+            frames: 1,
+            frame_wall_ms: all,
+            frame_gpu_ms: all,
+            passes: vec![pass],
+            method: "rays",
+            settings: Settings::default(),
+        };
+        let mut paths = BTreeSet::new();
+        report::tests::paths(&serde_json::to_value(report).unwrap(), "", &mut paths);
+        // Settings have a page of their own; percentiles are explained once.
+        let percentile = |path: &str| {
+            ["min", "median", "p99"].iter().find_map(|end| path.strip_suffix(&format!(".{end}")).map(str::to_owned))
+        };
+        let mut written: BTreeSet<String> = paths
+            .iter()
+            .filter(|path| !path.starts_with("settings."))
+            .map(|path| percentile(path).unwrap_or(path.clone()))
+            .collect();
+        written.insert("settings".into());
+        let page = include_str!("../../../docs/json.md");
+        let part = page.split("\n# ").find(|part| part.starts_with("The file that `twobounce demo")).expect("a part");
+        let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
+        assert_eq!(written, part.lines().filter_map(cell).collect());
+        assert!(part.contains(&format!("`version` is {VERSION}")));
     }
 }

@@ -200,3 +200,26 @@ fn a_dropped_file_is_shown_instead() {
     assert!(shown("a.png") != shown("b.png"));
     assert!(shown("b.png") == shown("image.png") && shown("b.png") == shown("c.png"), "{command}");
 }
+
+/// A scene that can be read but not rendered: what was open stays.
+#[test]
+fn a_dropped_scene_that_does_not_fit_changes_nothing() {
+    let folder = folder();
+    let large = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/demo.glb");
+    let script = format!(
+        "rest\npanel closed\ngrab a.png\ndrop {large}\nrest\nturn 0.1 0\nturn -0.1 0\nrest\ngrab b.png\nkey C\npanel open\nrest\nquit"
+    );
+    let output = view(folder.path(), &script, &["--memory-limit", "12MiB"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("demo: triangles"), "it was not read: {said}");
+    let command = said.lines().find(|line| line.starts_with("twobounce render")).expect("a command");
+    assert!(command.contains("cornell-area"), "{command}");
+    let shown = |name: &str| pixels(&folder.path().join(name));
+    let moved = shown("a.png")
+        .pixels()
+        .zip(shown("b.png").pixels())
+        .filter(|(a, b)| a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > 2))
+        .count();
+    assert!(moved < 60, "{moved} pixels differ: the eye did not come back");
+}

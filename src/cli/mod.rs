@@ -84,7 +84,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::MakeAssets(args) => make_assets::run(args),
         Command::Render(args) => render::run(args),
         #[cfg(feature = "window")]
-        Command::View(args) => view::run(args, std::env::args().skip(2).collect()),
+        Command::View(args) => view::run(args, std::env::args().skip(2).collect(), "twobounce render"),
         Command::Demo(args) => demo::run(args),
         Command::Profile(args) => profile::run(args),
         Command::Reference(args) => reference::run(args),

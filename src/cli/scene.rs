@@ -136,22 +136,21 @@ impl SceneArgs {
 
     /// Opens the scene and the device, and prints what they are.
     pub fn open_on(&self, run: &RunArgs) -> Result<(Opened, Arc<Context>)> {
-        // The device comes first, for its memory; what is wrong with the scene is said first.
+        // The device comes first, for its limits; what is wrong with the scene is said first.
         let context = run.device.open(self.size);
-        let device = context.as_ref().map_or_else(
-            |_| LoadOptions::default(),
-            |context| LoadOptions {
-                texture_memory: Some(memory_limit(context, run.memory_limit)),
-                triangles: Some(most_triangles(context)),
-                ..LoadOptions::default()
-            },
-        );
-        let opened = self.open_within(device)?;
+        let limits = context.as_ref().map_or_else(|_| LoadOptions::default(), |context| limits(context, run));
+        let opened = self.open_within(limits)?;
         let context = context?;
-        let (Opened { scene, camera, .. }, (width, height)) = (&opened, opened.size);
-        say!("{}: triangles {}, camera {camera}, {width}x{height}", scene.name, scene.triangle_count());
-        say!("{}: {}", context.name, context.driver);
+        opened.say(&context);
         Ok((opened, context))
+    }
+
+    /// Opens the scene for a device that is open, and prints what both are.
+    #[cfg(feature = "window")]
+    pub fn open_for(&self, context: &Context, run: &RunArgs) -> Result<Opened> {
+        let opened = self.open_within(limits(context, run))?;
+        opened.say(context);
+        Ok(opened)
     }
 
     /// The camera, and its words.
@@ -194,7 +193,22 @@ impl SceneArgs {
     }
 }
 
+/// What a device sets limits to.
+fn limits(context: &Context, run: &RunArgs) -> LoadOptions {
+    LoadOptions {
+        texture_memory: Some(memory_limit(context, run.memory_limit)),
+        triangles: Some(most_triangles(context)),
+        ..LoadOptions::default()
+    }
+}
+
 impl Opened {
+    fn say(&self, context: &Context) {
+        let (Self { scene, camera, .. }, (width, height)) = (self, self.size);
+        say!("{}: triangles {}, camera {camera}, {width}x{height}", scene.name, scene.triangle_count());
+        say!("{}: {}", context.name, context.driver);
+    }
+
     /// The pose at --time, and the camera in it.
     pub fn at_time(&self) -> (Pose, View) {
         let pose = self.shot.pose(&self.scene, 0.0);

@@ -49,14 +49,22 @@ impl View {
         Self { eye, forward, up: right.cross(forward), projection }
     }
 
-    /// The direction in which a pixel of an image of `size` looks at its middle, unit. Pixels row by row from the upper left.
-    pub fn direction(&self, pixel: usize, size: (u32, u32)) -> DVec3 {
-        let Projection::Perspective { fov, .. } = self.projection else { return self.forward };
+    /// Where the middle of a pixel of an image of `size` looks from, and its direction, unit. Pixels row by row from the upper left.
+    pub fn ray(&self, pixel: usize, size: (u32, u32)) -> (DVec3, DVec3) {
         let (width, height) = (f64::from(size.0), f64::from(size.1));
         let (x, y) = ((pixel % size.0 as usize) as f64 + 0.5, (pixel / size.0 as usize) as f64 + 0.5);
-        let half_height = (0.5 * f64::from(fov)).tan();
         let across = self.right() * (2.0 * x / width - 1.0) * (width / height) + self.up * (1.0 - 2.0 * y / height);
-        (self.forward + half_height * across).normalize()
+        match self.projection {
+            Projection::Perspective { fov, .. } => {
+                (self.eye, (self.forward + (0.5 * f64::from(fov)).tan() * across).normalize())
+            }
+            Projection::Orthographic { half_height, .. } => (self.eye + f64::from(half_height) * across, self.forward),
+        }
+    }
+
+    /// The direction of [`Self::ray`].
+    pub fn direction(&self, pixel: usize, size: (u32, u32)) -> DVec3 {
+        self.ray(pixel, size).1
     }
 
     /// The direction to the right in the image, unit.

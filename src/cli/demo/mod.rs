@@ -5,7 +5,6 @@ mod benchmark;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::anyhow;
 use clap::Args;
 use twobounce::assets::DEMO_S;
 
@@ -92,15 +91,10 @@ fn window(args: &DemoArgs, scene: SceneArgs) -> anyhow::Result<ExitCode> {
         run: args.run.clone(),
     };
     let typed = [DEMO, "--loop=on"].into_iter().map(str::to_owned).chain(std::env::args().skip(2));
-    super::view::run(&view, typed.collect()).map_err(|error| match error.to_string() {
-        text if text.contains("twobounce render") => {
-            anyhow!("{}", text.replace("twobounce render", "twobounce demo -o out_%04d.png"))
-        }
-        _ => error,
-    })
+    super::view::run(&view, typed.collect(), "twobounce demo -o out_%04d.png")
 }
 
 #[cfg(not(feature = "window"))]
 fn window(_: &DemoArgs, _: SceneArgs) -> anyhow::Result<ExitCode> {
-    Err(anyhow!("this build has no window: write images with -o out_%04d.png, or measure with --benchmark"))
+    Err(anyhow::anyhow!("this build has no window: write images with -o out_%04d.png, or measure with --benchmark"))
 }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use twobounce::ground::layout::{Globals, ListItem};
+use twobounce::ground::layout::ListItem;
 use twobounce::layers::{Aov, Layers};
 use twobounce::renderer::Renderer;
-use twobounce::scene::{Projection, View};
+use twobounce::scene::View;
 use twobounce::vk::{Context, download};
 use twobounce::{Error, Result};
 
@@ -76,7 +76,7 @@ impl GridLayer {
     ) -> Result<Vec<u8>> {
         let grid = renderer.ground().desc.grid;
         let edge = grid.edge as usize;
-        let lengths = if self == Self::Lists { lengths(context, renderer, edge)? } else { vec![] };
+        let lengths = if self == Self::Lists { lengths(context, renderer)? } else { vec![] };
         let voxel_from_world = grid.voxel_from_world();
         let size = (image.width, image.height);
         let depths = image.get(Aov::Depth).unwrap_or_default();
@@ -98,28 +98,22 @@ impl GridLayer {
 
 /// Where a pixel's centre meets a surface that is `depth` metres ahead; `None` on the sky.
 fn point(view: &View, (pixel, size): (usize, (u32, u32)), depth: f64) -> Option<DVec3> {
-    let eye = match view.projection {
-        Projection::Perspective { .. } => view.eye,
-        Projection::Orthographic { .. } => return None,
-    };
-    let direction = view.direction(pixel, size);
-    depth.is_finite().then(|| eye + direction * (depth / direction.dot(view.forward)))
+    let (from, direction) = view.ray(pixel, size);
+    depth.is_finite().then(|| from + direction * (depth / direction.dot(view.forward)))
 }
 
 /// Of every voxel's list, x fastest.
-fn lengths(context: &Arc<Context>, renderer: &Renderer, edge: usize) -> Result<Vec<u32>> {
+fn lengths(context: &Arc<Context>, renderer: &Renderer) -> Result<Vec<u32>> {
     let lists = &renderer.ground().lists[0];
-    let globals: Vec<Globals> = download(context, &lists.globals)?;
+    let heads: Vec<u32> = download(context, &lists.heads)?;
     let items: Vec<ListItem> = download(context, &lists.items)?;
-    let mut lengths = vec![0; edge * edge * edge];
-    let count = globals.first().map_or(0, |globals| globals.item_count as usize).min(items.len());
-    if count == 0 {
+    if heads.iter().all(|&head| head == 0) {
         return Err(Error::Usage("this method keeps no lists of triangles: show another layer".into()));
     }
-    for item in &items[..count] {
-        lengths[item.voxel as usize] += 1;
-    }
-    Ok(lengths)
+    // Indices are 1-based; 0 ends a list.
+    let item = |at: &u32| items.get((*at as usize).checked_sub(1)?).map(|item| item.next);
+    let length = |&head: &u32| std::iter::successors(Some(head), item).take_while(|&at| at != 0).count() as u32;
+    Ok(heads.par_iter().map(length).collect())
 }
 
 /// A point on a surface may lie on a voxel's face: the longest list of those that it touches.

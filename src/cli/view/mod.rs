@@ -1,13 +1,16 @@
-//! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, [`screen`] shows them, [`panel`] has the settings,
-//! [`eye`] is what keys and mouse move, [`layer`] what of a frame is shown, [`beside`] other settings next to it, [`truth`] the path tracer beside, [`script`] plays a user for tests.
+//! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, [`screen`] shows them, [`panel`] has the settings.
+//! [`subject`] is what is open, [`eye`] what keys and mouse move, [`events`] what they do; [`layer`] is what of a frame is shown,
+//! [`beside`] other settings next to it, [`truth`] the path tracer beside. [`script`] plays a user for tests.
 
 mod beside;
 mod command;
+mod events;
 mod eye;
 mod layer;
 mod panel;
 mod screen;
 mod script;
+mod subject;
 mod truth;
 mod worker;
 
@@ -22,18 +25,14 @@ use clap::Args;
 use glam::DVec3;
 use twobounce::layers::Aov;
 use twobounce::output::file;
-use twobounce::scene::Scene;
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
-use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
-use winit::keyboard::{KeyCode, PhysicalKey};
-use winit::window::{Window, WindowId};
+use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
+use winit::keyboard::KeyCode;
+use winit::window::Window;
 
 use super::args::{RunArgs, SceneArgs, SettingsArgs, number};
-use super::scene::{Opened, Shot};
 use super::{interrupt, out};
 use crate::say;
 use beside::Mix;
@@ -42,9 +41,10 @@ use eye::Eye;
 use layer::Layer;
 use panel::Panel;
 use screen::{Overlay, Screen};
-use script::{Act, Script};
+use script::Script;
+use subject::Subject;
 use truth::{Compared, Truth};
-use worker::{Frame, Job, Stage, Worker};
+use worker::{Frame, Job, Worker};
 
 #[derive(Args, Debug)]
 pub struct ViewArgs {
@@ -72,32 +72,44 @@ const REST: Duration = Duration::from_millis(250);
 const LONGEST_STEP: Duration = Duration::from_millis(100);
 /// The longest time that an animation goes on from one frame to the next.
 const LONGEST_LEAP: Duration = Duration::from_secs(1);
-/// Movement is looked at this often.
-const TICK: Duration = Duration::from_millis(16);
-/// Radians that the view turns when the mouse crosses the window's height.
-const TURN: f64 = 2.0;
 /// The scene's diagonals that a held key goes in a second, at first.
 const SPEED: f64 = 0.15;
 /// Seconds that each of two pictures is shown by turns.
 const FLICKER_S: f64 = 0.5;
-/// By how much a notch of the mouse wheel changes that.
-const NOTCH: f64 = 1.25;
 
 pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
 Space  play or pause\nR  read the scene's file again; a file dropped here is shown instead\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
 
-/// Opens the window, and stays until it is closed. `typed`: scene and flags, as `render` takes them too.
-pub fn run(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
+/// Opens the window, and stays until it is closed. `typed`: scene and flags, as `render` takes them too; `instead`: what to use
+/// where there is no window.
+pub fn run(args: &ViewArgs, typed: Vec<String>, instead: &str) -> anyhow::Result<ExitCode> {
+    show(args, typed).map_err(|error| match error.downcast::<NoWindow>() {
+        Ok(NoWindow(why)) => anyhow!("no window can be opened ({why}): use {instead}"),
+        Err(error) => error,
+    })
+}
+
+/// Why there can be no window.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct NoWindow(String);
+
+impl NoWindow {
+    fn because(why: impl std::fmt::Display) -> anyhow::Error {
+        Self(why.to_string()).into()
+    }
+}
+
+fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
     let script = args.script.as_deref().map(Script::read).transpose()?.unwrap_or_default();
     interrupt::install()?;
-    let no_window = |e: &dyn std::fmt::Display| anyhow!("no window can be opened ({e}): use twobounce render");
-    let event_loop = EventLoop::new().map_err(|e| no_window(&e))?;
+    let event_loop = EventLoop::new().map_err(NoWindow::because)?;
     let (opened, context) = args.scene.open_on(&args.run)?;
-    let mut app = App::new((args, typed), (opened, &context), settings, script, event_loop.create_proxy());
-    drop(context);
-    event_loop.run_app(&mut app).map_err(|e| no_window(&e))?;
+    let subject = Subject::new((args.scene.clone(), typed), opened, &args.run);
+    let mut app = App::new(args, (subject, context), settings, script, event_loop.create_proxy());
+    event_loop.run_app(&mut app).map_err(NoWindow::because)?;
     drop(app.worker.take());
     drop(app.shown.take());
     if let Some(error) = app.failed {
@@ -109,10 +121,10 @@ pub fn run(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the picture on the screen is mixed of.
+/// What the picture on the screen is, of a frame.
 #[derive(Clone, Copy, PartialEq)]
 enum Mixed {
-    Not,
+    Plain,
     /// How far it is faded, and the reference's samples.
     Truth(f32, u32),
     /// How, where the line is, and whether it is the other's turn.
@@ -127,31 +139,23 @@ struct Shown {
 }
 
 struct App {
-    /// What is open, and how.
-    scene: SceneArgs,
     run: RunArgs,
     context: Arc<Context>,
-    typed: Vec<String>,
-    name: String,
+    subject: Subject,
+    /// What was open before, until the first frame of what is.
+    before: Option<(Subject, Option<Eye>, f64)>,
     opened: Instant,
-    /// For a worker to be started.
-    stage: Option<Stage>,
     proxy: EventLoopProxy<()>,
     worker: Option<Worker>,
     shown: Option<Shown>,
     panel: Panel,
     script: Script,
-    first_size: (u32, u32),
     /// `None`: the camera that was asked for, at its place.
     eye: Option<Eye>,
-    first_view: Box<dyn Fn(f64) -> twobounce::scene::View>,
-    framing: Eye,
-    diagonal_m: f64,
     speed: f64,
     held: HashSet<KeyCode>,
     pointer: Option<(f64, f64)>,
     buttons: (bool, bool),
-    start_s: f64,
     later_s: f64,
     plays: bool,
     stepped: Instant,
@@ -161,75 +165,40 @@ struct App {
     asked: Option<Job>,
     /// When the newest job was asked for.
     asked_at: Instant,
+    /// Of the job that was answered last, with a frame or with words.
+    answered: u64,
     frame: Option<(u64, Frame)>,
     truth: Option<Truth>,
     compared: Option<Compared>,
-    mixed: Mixed,
-    of: Arc<Scene>,
-    shot: Shot,
+    /// What is on the screen of the frame; `None` where that is older.
+    mixed: Option<Mixed>,
     failed: Option<anyhow::Error>,
-}
-
-/// What an opened scene brings.
-struct Place {
-    stage: Stage,
-    first_view: Box<dyn Fn(f64) -> twobounce::scene::View>,
-    framing: Eye,
-    diagonal_m: f64,
-}
-
-impl Place {
-    fn of(opened: Opened, run: &RunArgs, context: &Arc<Context>) -> Self {
-        let options = opened.run_options(run);
-        let Opened { scene, shot, .. } = opened;
-        let bounds = options.bounds;
-        let diagonal_m = bounds.size().length().max(1e-3);
-        let framing = Eye::of(&twobounce::scene::View::framing(bounds), 1.0);
-        let distance = (bounds.center() - framing.eye).length();
-        let framing = Eye { target: framing.eye + (framing.target - framing.eye) * distance, ..framing };
-        let scene = Arc::new(scene);
-        let (cameras, of_shot) = (scene.clone(), shot.clone());
-        let first_view = Box::new(move |later_s: f64| of_shot.view(&cameras, &of_shot.pose(&cameras, later_s)));
-        let stage = Stage { context: context.clone(), scene, shot, options };
-        Self { stage, first_view, framing, diagonal_m }
-    }
 }
 
 impl App {
     fn new(
-        (args, typed): (&ViewArgs, Vec<String>),
-        (opened, context): (Opened, &Arc<Context>),
+        args: &ViewArgs,
+        (subject, context): (Subject, Arc<Context>),
         settings: Settings,
         script: Script,
         proxy: EventLoopProxy<()>,
     ) -> Self {
-        let run = args.run.clone();
-        let Place { stage, first_view, framing, diagonal_m } = Place::of(opened, &run, context);
         Self {
-            scene: args.scene.clone(),
-            run,
-            context: context.clone(),
-            typed,
-            name: stage.scene.name.clone(),
+            run: args.run.clone(),
+            context,
+            subject,
+            before: None,
             opened: Instant::now(),
-            of: stage.scene.clone(),
-            shot: stage.shot.clone(),
-            stage: Some(stage),
             proxy,
             worker: None,
             shown: None,
             panel: Panel::new(&args.settings.preset, settings, args.exposure.map(|ev| ev as f32)),
             script,
-            first_size: args.scene.size,
             eye: None,
-            first_view,
-            framing,
-            diagonal_m,
             speed: SPEED,
             held: HashSet::new(),
             pointer: None,
             buttons: (false, false),
-            start_s: args.scene.time,
             later_s: 0.0,
             plays: args.play,
             stepped: Instant::now(),
@@ -237,20 +206,21 @@ impl App {
             moved: None,
             asked: None,
             asked_at: Instant::now(),
+            answered: 0,
             frame: None,
             truth: None,
             compared: None,
-            mixed: Mixed::Not,
+            mixed: None,
             failed: None,
         }
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
-        let size = PhysicalSize::new(self.first_size.0, self.first_size.1);
-        let attributes = Window::default_attributes().with_title(&self.name).with_inner_size(size);
-        let window = event_loop
-            .create_window(attributes)
-            .map_err(|e| anyhow!("no window can be opened ({e}): use twobounce render"))?;
+        let (width, height) = self.subject.args.size;
+        let attributes = Window::default_attributes()
+            .with_title(&self.subject.scene.name)
+            .with_inner_size(PhysicalSize::new(width, height));
+        let window = event_loop.create_window(attributes).map_err(NoWindow::because)?;
         let screen = Screen::new(&window, &self.context.name, self.run.device.validation)?;
         let context = egui::Context::default();
         let side = Some(4096);
@@ -260,45 +230,38 @@ impl App {
         Ok(())
     }
 
-    /// Starts to make frames of the scene that was opened last.
+    /// Starts to make frames of what is open.
     fn start(&mut self) {
-        let Some(stage) = self.stage.take() else { return };
-        self.worker = Some(Worker::start(stage, self.proxy.clone()));
+        self.worker = None; // waits for its frame
+        self.worker = Some(Worker::start(self.subject.stage(&self.context), self.proxy.clone()));
         self.moves(); // a coarse picture comes first
     }
 
     /// Another scene, as `twobounce view` shows it without flags.
     fn dropped(&mut self, path: &Path) {
-        self.reopen(SceneArgs::plain(path, self.scene.size));
+        let typed = vec![path.to_string_lossy().into_owned()];
+        self.reopen(SceneArgs::plain(path, self.subject.args.size), typed);
     }
 
     /// Opens a scene instead of the one that is shown; where that fails, says why, and keeps what there is.
-    fn reopen(&mut self, scene: SceneArgs) {
-        let again = scene.path == self.scene.path;
-        let (opened, context) = match scene.open_on(&self.run) {
+    fn reopen(&mut self, args: SceneArgs, typed: Vec<String>) {
+        let opened = match args.open_for(&self.context, &self.run) {
             Ok(opened) => opened,
             Err(error) => return self.panel.error = Some(error.to_string()),
         };
-        if let Err(error) = twobounce::measure::refuse_invalid(&self.context) {
-            self.failed.get_or_insert(error.into());
-        }
-        self.worker = None; // waits for its frame
-        let Place { stage, first_view, framing, diagonal_m } = Place::of(opened, &self.run, &context);
-        (self.first_view, self.framing, self.diagonal_m) = (first_view, framing, diagonal_m);
-        (self.name, self.of, self.shot) = (stage.scene.name.clone(), stage.scene.clone(), stage.shot.clone());
-        if !again {
-            (self.eye, self.later_s, self.start_s) = (None, 0.0, scene.time);
-            self.typed = vec![scene.path.to_string_lossy().into_owned()];
-        }
-        (self.stage, self.context, self.scene) = (Some(stage), context, scene);
-        (self.frame, self.truth, self.compared, self.mixed) = (None, None, None, Mixed::Not);
         self.panel.error = None;
+        let again = args.path == self.subject.args.path;
+        let before = std::mem::replace(&mut self.subject, Subject::new((args, typed), opened, &self.run));
+        self.before.get_or_insert((before, self.eye, self.later_s));
+        if !again {
+            (self.eye, self.later_s) = (None, 0.0);
+        }
         self.start();
     }
 
     /// The eye to move: from now on the camera is not the one that was asked for.
     fn eye(&mut self) -> &mut Eye {
-        let (view, diagonal) = ((self.first_view)(self.later_s), 0.5 * self.diagonal_m);
+        let (view, diagonal) = (self.subject.first_view(self.later_s), 0.5 * self.subject.diagonal_m);
         self.eye.get_or_insert_with(|| Eye::of(&view, diagonal))
     }
 
@@ -309,7 +272,7 @@ impl App {
         if size.0 == 0 || size.1 == 0 {
             return; // minimised
         }
-        let view = self.eye.map_or_else(|| (self.first_view)(self.later_s), |eye| eye.view());
+        let view = self.eye.map_or_else(|| self.subject.first_view(self.later_s), |eye| eye.view());
         let job = Job {
             revision: self.asked.as_ref().map_or(1, |job| job.revision + 1),
             view,
@@ -344,11 +307,11 @@ impl App {
         );
         let walks = by != DVec3::ZERO;
         if walks {
-            let metres = self.speed * self.diagonal_m * since;
+            let metres = self.speed * self.subject.diagonal_m * since;
             self.eye().walk(by * metres);
         }
         // An animation waits for the frames that it is shown in.
-        let shows = self.frame.as_ref().map(|(revision, _)| *revision) == self.asked.as_ref().map(|job| job.revision);
+        let shows = self.asked.as_ref().is_none_or(|job| job.revision == self.answered);
         if self.plays && shows {
             self.later_s += self.played.elapsed().min(LONGEST_LEAP).as_secs_f64();
             self.played = Instant::now();
@@ -361,48 +324,10 @@ impl App {
         }
     }
 
-    /// Whether what is shown is the last thing asked for, whole.
+    /// Whether the last thing asked for is answered, whole.
     fn rests(&self) -> bool {
-        let newest = self.asked.as_ref().is_some_and(|job| !job.moving);
-        newest
-            && self.moved.is_none()
-            && self.frame.as_ref().map(|(r, _)| *r) == self.asked.as_ref().map(|j| j.revision)
-    }
-
-    fn key(&mut self, event_loop: &ActiveEventLoop, key: KeyCode, pressed: bool) {
-        if !pressed {
-            self.held.remove(&key);
-            return;
-        }
-        match key {
-            KeyCode::Escape => event_loop.exit(),
-            KeyCode::Tab => self.panel.open = !self.panel.open,
-            KeyCode::Space => {
-                self.plays = !self.plays;
-                self.played = Instant::now();
-            }
-            KeyCode::KeyF => {
-                self.eye = Some(self.framing);
-                self.moves();
-            }
-            KeyCode::KeyR => {
-                let scene = self.scene.clone();
-                self.reopen(scene);
-            }
-            KeyCode::KeyC => say!("{}", self.command()),
-            KeyCode::KeyP => {
-                let saved = self.save(&PathBuf::from(format!("{}.png", self.name)));
-                saved.unwrap_or_else(|error| out::warn(&format!("{error:#}")));
-            }
-            KeyCode::KeyW | KeyCode::KeyA | KeyCode::KeyS | KeyCode::KeyD | KeyCode::KeyQ | KeyCode::KeyE => {
-                if self.held.is_empty() {
-                    self.stepped = Instant::now();
-                }
-                self.held.insert(key);
-            }
-            _ => {}
-        }
-        self.redraw();
+        let whole = self.asked.as_ref().is_some_and(|job| !job.moving && job.revision == self.answered);
+        whole && self.moved.is_none()
     }
 
     fn redraw(&self) {
@@ -414,10 +339,10 @@ impl App {
     fn command(&self) -> String {
         let exposure = self.panel.exposure.or(self.frame.as_ref().map(|(_, frame)| frame.exposure_ev));
         let seen = Seen {
-            typed: &self.typed,
+            typed: &self.subject.typed,
             eye: self.eye,
-            time_s: self.start_s + self.later_s,
-            size: self.shown.as_ref().map_or(self.first_size, |shown| shown.screen.size()),
+            time_s: self.subject.args.time + self.later_s,
+            size: self.shown.as_ref().map_or(self.subject.args.size, |shown| shown.screen.size()),
             preset: &self.panel.preset,
             settings: &self.panel.settings,
             exposure_ev: exposure.unwrap_or(0.0),
@@ -441,46 +366,55 @@ impl App {
 
     fn take_answer(&mut self) -> anyhow::Result<()> {
         let Some(answer) = self.worker.as_ref().and_then(Worker::answer) else { return Ok(()) };
+        self.answered = answer.revision;
         match answer.frame {
-            Err(words) if self.frame.is_none() => return Err(anyhow!(words)),
-            Err(words) => self.panel.error = Some(words),
-            Ok(frame) => {
-                self.panel.error = None;
-                if let Some(shown) = &mut self.shown {
-                    shown.screen.set_picture(&frame.picture)?;
-                    let (width, height) = shown.screen.size();
-                    let coarse = match frame.divisor {
-                        1 => String::new(),
-                        by => format!(" at 1/{by}"),
-                    };
-                    let title = format!(
-                        "{} · {width}x{height}{coarse} · {:.0} ms · {}",
-                        self.name, frame.ms, self.context.name
-                    );
-                    shown.window.set_title(&title);
+            Err(words) => match self.before.take() {
+                // What was opened last cannot be shown.
+                Some((subject, eye, later_s)) => {
+                    (self.subject, self.eye, self.later_s) = (subject, eye, later_s);
+                    self.panel.error = Some(words);
+                    self.start();
                 }
+                None if self.frame.is_none() => return Err(anyhow!(words)),
+                None => self.panel.frame_error = Some(words),
+            },
+            Ok(frame) => {
+                (self.before, self.panel.frame_error) = (None, None);
                 if self.asked.as_ref().is_some_and(|job| job.revision == answer.revision) {
                     self.script.answered(self.asked_at.elapsed());
                 }
-                self.mixed = Mixed::Not;
-                (self.truth, self.compared) = (None, None);
+                (self.truth, self.compared, self.mixed) = (None, None, None);
                 self.frame = Some((answer.revision, frame));
+                self.set_title();
             }
         }
         Ok(())
     }
 
+    fn set_title(&self) {
+        let (Some(shown), Some((_, frame))) = (&self.shown, &self.frame) else { return };
+        let (width, height) = shown.screen.size();
+        let coarse = match frame.divisor {
+            1 => String::new(),
+            by => format!(" at 1/{by}"),
+        };
+        let (name, ms) = (&self.subject.scene.name, frame.ms);
+        let title = format!("{name} · {width}x{height}{coarse} · {ms:.0} ms · {}", self.context.name);
+        shown.window.set_title(&title);
+    }
+
     /// Starts and ends the path tracer, and mixes what it found into the picture.
     fn compare(&mut self) -> anyhow::Result<()> {
         let Some((revision, frame)) = &self.frame else { return Ok(()) };
-        let wanted = self.panel.truth && self.rests() && self.panel.layer == Layer::BEAUTY;
+        let newest = self.rests() && *revision == self.answered;
+        let wanted = self.panel.truth && newest && self.panel.layer == Layer::BEAUTY;
         if self.truth.as_ref().is_some_and(|truth| !wanted || truth.revision != *revision) {
             (self.truth, self.compared) = (None, None);
         }
         if wanted && self.truth.is_none() {
             let job = self.asked.as_ref().context("a picture that nobody asked for")?;
-            let pose = self.shot.pose(&self.of, job.later_s);
-            let of = (self.of.clone(), pose, job.view);
+            let Subject { scene, shot, .. } = &self.subject;
+            let of = (scene.clone(), shot.pose(scene, job.later_s), job.view);
             self.truth = Some(Truth::begin(*revision, of, frame.image.clone(), self.proxy.clone()));
         }
         if let Some(compared) = self.truth.as_ref().and_then(Truth::take) {
@@ -490,18 +424,19 @@ impl App {
         let mixed = match (&self.compared, &frame.beside) {
             (Some(compared), _) => Mixed::Truth(panel.fade, compared.samples),
             (None, Some(_)) => Mixed::Beside(panel.mix, panel.split, panel.mix == Mix::Flicker && self.flickers()),
-            (None, None) => Mixed::Not,
+            (None, None) => Mixed::Plain,
         };
-        if self.mixed != mixed {
-            let picture = match (mixed, &self.compared) {
-                (Mixed::Truth(fade, _), Some(compared)) => Some(compared.picture(frame, fade)),
-                (Mixed::Beside(mix, split, other), _) => beside::picture(frame, panel.layer, mix, (split, other)),
-                _ => None,
-            };
-            if let Some(shown) = &mut self.shown {
-                shown.screen.set_picture(picture.as_ref().unwrap_or(&frame.picture))?;
-            }
-            self.mixed = mixed;
+        if self.mixed == Some(mixed) {
+            return Ok(());
+        }
+        let picture = match (mixed, &self.compared) {
+            (Mixed::Truth(fade, _), Some(compared)) => Some(compared.picture(frame, fade)),
+            (Mixed::Beside(mix, split, other), _) => beside::picture(frame, panel.layer, mix, (split, other)),
+            _ => None,
+        };
+        if let Some(shown) = &mut self.shown {
+            shown.screen.set_picture(picture.as_ref().unwrap_or(&frame.picture))?;
+            self.mixed = Some(mixed);
         }
         Ok(())
     }
@@ -538,159 +473,10 @@ impl App {
         Ok(())
     }
 
-    /// One line of the script, once nothing is under way.
-    fn act(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
-        if self.frame.is_none() || self.script.waits(self.rests(), self.compared.is_some(), self.later_s) {
-            return Ok(());
-        }
-        let Some(act) = self.script.next() else { return Ok(()) };
-        let Some(shown) = &mut self.shown else { return Ok(()) };
-        match act {
-            Act::Rest | Act::Wait(_) => {}
-            Act::Turn(left, up) => {
-                self.eye().turn(left, up);
-                self.moves();
-            }
-            Act::Walk(by) => {
-                self.eye().walk(by);
-                self.moves();
-            }
-            Act::Key(key) => {
-                self.key(event_loop, key, true);
-                self.key(event_loop, key, false);
-            }
-            Act::Set(text) => {
-                self.panel.set(&text)?;
-                self.moves();
-            }
-            Act::Layer(layer) => {
-                self.panel.layer = layer;
-                self.moves();
-            }
-            Act::Beside(other, mix) => {
-                (self.panel.beside, self.panel.mix) = (other, mix);
-                self.moves();
-            }
-            Act::Drop(path) => self.dropped(&path),
-            Act::Size(width, height) => drop(shown.window.request_inner_size(PhysicalSize::new(width, height))),
-            Act::Minimise(whether) => shown.window.set_minimized(whether),
-            Act::Remake(times) => {
-                for _ in 0..times {
-                    let Some(shown) = &mut self.shown else { break };
-                    shown.screen.remake(&shown.window)?;
-                    self.draw(None)?;
-                }
-            }
-            Act::Save(path) => self.save(&path)?,
-            Act::Grab(path) => self.draw(Some(&path))?,
-            Act::Truth(fade) => (self.panel.truth, self.panel.fade) = (true, fade),
-            Act::Panel(open) => self.panel.open = open,
-            Act::Say => {
-                let made = self.shown.as_ref().map_or(0, |shown| shown.screen.made);
-                let error = self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.words()));
-                say!("swapchains {made}; {}{error}", self.script.answers());
-            }
-            Act::Quit => event_loop.exit(),
-        }
-        self.redraw();
-        Ok(())
-    }
-
     fn or_fail(&mut self, event_loop: &ActiveEventLoop, result: anyhow::Result<()>) {
         if let Err(error) = result {
             self.failed.get_or_insert(error);
             event_loop.exit();
         }
-    }
-}
-
-impl ApplicationHandler<()> for App {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.shown.is_none() {
-            let opened = self.open(event_loop);
-            self.or_fail(event_loop, opened);
-        }
-    }
-
-    fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
-        let taken = self.take_answer();
-        self.or_fail(event_loop, taken);
-        self.redraw();
-    }
-
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(shown) = &mut self.shown else { return };
-        let response = shown.egui.on_window_event(&shown.window, &event);
-        if response.repaint {
-            shown.window.request_redraw();
-        }
-        let height = f64::from(shown.screen.size().1.max(1));
-        match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::RedrawRequested => {
-                let drawn = self.draw(None);
-                self.or_fail(event_loop, drawn);
-            }
-            WindowEvent::Resized(_) => {
-                let made = shown.screen.remake(&shown.window);
-                self.or_fail(event_loop, made);
-                self.moves();
-                self.redraw();
-            }
-            WindowEvent::Focused(false) => self.held.clear(),
-            WindowEvent::DroppedFile(path) => self.dropped(&path),
-            WindowEvent::KeyboardInput { event, .. } => {
-                let PhysicalKey::Code(key) = event.physical_key else { return };
-                let pressed = event.state == ElementState::Pressed;
-                if !response.consumed && !event.repeat || !pressed {
-                    self.key(event_loop, key, pressed);
-                }
-            }
-            WindowEvent::MouseInput { state, button, .. } => {
-                let pressed = state == ElementState::Pressed && !response.consumed;
-                match button {
-                    MouseButton::Left => self.buttons.0 = pressed,
-                    MouseButton::Middle => self.buttons.1 = pressed,
-                    _ => {}
-                }
-            }
-            WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
-                let notches = match delta {
-                    MouseScrollDelta::LineDelta(_, y) => f64::from(y),
-                    MouseScrollDelta::PixelDelta(by) => by.y / 50.0,
-                };
-                self.speed = (self.speed * NOTCH.powf(notches)).clamp(1e-4, 1e2);
-            }
-            WindowEvent::CursorMoved { position, .. } => {
-                let (x, y) = (position.x, position.y);
-                let before = self.pointer.replace((x, y));
-                let Some((old_x, old_y)) = before.filter(|_| self.buttons.0 || self.buttons.1) else { return };
-                let (left, up) = (TURN * (old_x - x) / height, TURN * (old_y - y) / height);
-                let alt = self.held.contains(&KeyCode::AltLeft);
-                if self.buttons.1 || alt {
-                    self.eye().orbit(left, up)
-                } else {
-                    self.eye().turn(left, up)
-                }
-                self.moves();
-            }
-            _ => {}
-        }
-    }
-
-    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        if interrupt::check().is_err() {
-            return event_loop.exit();
-        }
-        self.step();
-        let acted = self.act(event_loop);
-        self.or_fail(event_loop, acted);
-        let busy = !self.rests() || self.plays || !self.script.is_done();
-        let flickers = self.panel.beside != beside::Other::None && self.panel.mix == Mix::Flicker;
-        if !self.rests() || flickers {
-            self.redraw(); // how far the frame is, or the other's turn
-        }
-        let next = Instant::now() + if busy { TICK } else { 10 * TICK };
-        event_loop.set_control_flow(ControlFlow::WaitUntil(next));
     }
 }

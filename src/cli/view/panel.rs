@@ -28,8 +28,10 @@ pub struct Panel {
     pub truth: bool,
     /// From image to reference to error: see [`Compared::picture`].
     pub fade: f32,
-    /// Why the last thing asked for was refused.
+    /// Why a setting or a scene was refused, until the next one.
     pub error: Option<String>,
+    /// Why there is no frame of what is asked for.
+    pub frame_error: Option<String>,
     /// Values that are being typed.
     typed: BTreeMap<&'static str, String>,
     all: bool,
@@ -49,6 +51,7 @@ impl Panel {
             truth: false,
             fade: 0.0,
             error: None,
+            frame_error: None,
             typed: BTreeMap::new(),
             all: false,
         }
@@ -76,7 +79,7 @@ impl Panel {
         let mut changed = false;
         egui::Window::new("twobounce").default_width(320.0).default_pos((8.0, 8.0)).show(context, |ui| {
             egui::ScrollArea::vertical().max_height(context.content_rect().height() - 60.0).show(ui, |ui| {
-                if let Some(words) = &self.error {
+                for words in self.error.iter().chain(&self.frame_error) {
                     ui.colored_label(egui::Color32::LIGHT_RED, words);
                 }
                 match (step, frame) {

@@ -13,6 +13,8 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, 
 use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use winit::window::Window;
 
+use super::NoWindow;
+
 /// 8 bits per channel, not converted: what is shown was encoded before.
 const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
 const PICTURE_FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
@@ -87,7 +89,7 @@ impl Screen {
             unsafe { ash::Entry::load() }.context("the Vulkan loader is missing: install package libvulkan1")?;
         let display = window.display_handle()?.as_raw();
         let mut extensions = ash_window::enumerate_required_extensions(display)
-            .map_err(|e| anyhow!("Vulkan cannot present to this display ({e}): use twobounce render"))?
+            .map_err(|e| NoWindow::because(format!("Vulkan cannot present to this display: {e}")))?
             .to_vec();
         let mut layers = vec![];
         if validation {
@@ -107,7 +109,7 @@ impl Screen {
         }
         // SAFETY: the info and all that it points to live through the call.
         let instance = unsafe { entry.create_instance(&info, None) }
-            .map_err(|e| anyhow!("Vulkan cannot present to this display ({e}): use twobounce render"))?;
+            .map_err(|e| NoWindow::because(format!("Vulkan cannot present to this display: {e}")))?;
         let messenger = validation.then(|| listen(&entry, &instance)).transpose()?;
         let surface_functions = khr::surface::Instance::new(&entry, &instance);
         // SAFETY: the window outlives the screen.
@@ -195,7 +197,7 @@ impl Screen {
             let formats = functions.get_physical_device_surface_formats(self.physical, self.surface)?;
             let fits = |f: &&vk::SurfaceFormatKHR| FORMATS.contains(&f.format);
             let format =
-                *formats.iter().find(fits).context("the display takes no 8-bit format: use twobounce render")?;
+                *formats.iter().find(fits).ok_or_else(|| NoWindow::because("the display takes no 8-bit format"))?;
             let extent = match can.current_extent {
                 vk::Extent2D { width: u32::MAX, .. } => vk::Extent2D {
                     width: window_size.0.clamp(can.min_image_extent.width, can.max_image_extent.width),
@@ -604,7 +606,7 @@ fn choose(
         }
         let best = found.into_iter().min_by_key(|(other, ..)| *other);
         let (_, physical, family) =
-            best.context("no Vulkan 1.3 device presents to this display: use twobounce render")?;
+            best.ok_or_else(|| NoWindow::because("no Vulkan 1.3 device presents to this display"))?;
         Ok((physical, family))
     }
 }

@@ -7,10 +7,14 @@ use std::time::Duration;
 use glam::DVec3;
 use twobounce::output::read;
 use twobounce::{Error, Result};
+use winit::dpi::PhysicalSize;
+use winit::event_loop::ActiveEventLoop;
 use winit::keyboard::KeyCode;
 
+use super::App;
 use super::beside::{Mix, Other};
 use super::layer::Layer;
+use crate::say;
 
 /// One line.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,4 +148,64 @@ fn act(line: &str) -> Option<Act> {
         "quit" => Act::Quit,
         _ => return None,
     })
+}
+
+impl App {
+    /// One line of the script, once nothing is under way.
+    pub(super) fn act(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        if self.frame.is_none() || self.script.waits(self.rests(), self.compared.is_some(), self.later_s) {
+            return Ok(());
+        }
+        let Some(act) = self.script.next() else { return Ok(()) };
+        let Some(shown) = &mut self.shown else { return Ok(()) };
+        match act {
+            Act::Rest | Act::Wait(_) => {}
+            Act::Turn(left, up) => {
+                self.eye().turn(left, up);
+                self.moves();
+            }
+            Act::Walk(by) => {
+                self.eye().walk(by);
+                self.moves();
+            }
+            Act::Key(key) => {
+                self.key(event_loop, key, true);
+                self.key(event_loop, key, false);
+            }
+            Act::Set(text) => {
+                self.panel.set(&text)?;
+                self.moves();
+            }
+            Act::Layer(layer) => {
+                self.panel.layer = layer;
+                self.moves();
+            }
+            Act::Beside(other, mix) => {
+                (self.panel.beside, self.panel.mix) = (other, mix);
+                self.moves();
+            }
+            Act::Drop(path) => self.dropped(&path),
+            Act::Size(width, height) => drop(shown.window.request_inner_size(PhysicalSize::new(width, height))),
+            Act::Minimise(whether) => shown.window.set_minimized(whether),
+            Act::Remake(times) => {
+                for _ in 0..times {
+                    let Some(shown) = &mut self.shown else { break };
+                    shown.screen.remake(&shown.window)?;
+                    self.draw(None)?;
+                }
+            }
+            Act::Save(path) => self.save(&path)?,
+            Act::Grab(path) => self.draw(Some(&path))?,
+            Act::Truth(fade) => (self.panel.truth, self.panel.fade) = (true, fade),
+            Act::Panel(open) => self.panel.open = open,
+            Act::Say => {
+                let made = self.shown.as_ref().map_or(0, |shown| shown.screen.made);
+                let error = self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.words()));
+                say!("swapchains {made}; {}{error}", self.script.answers());
+            }
+            Act::Quit => event_loop.exit(),
+        }
+        self.redraw();
+        Ok(())
+    }
 }

@@ -1,0 +1,151 @@
+//! What the window system says happened: keys, the mouse, files dropped, a new size.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use winit::application::ApplicationHandler;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::{KeyCode, PhysicalKey};
+use winit::window::WindowId;
+
+use super::App;
+use super::beside::{Mix, Other};
+use crate::cli::{interrupt, out};
+use crate::say;
+
+/// Movement is looked at this often.
+const TICK: Duration = Duration::from_millis(16);
+/// Radians that the view turns when the mouse crosses the window's height.
+const TURN: f64 = 2.0;
+/// By how much a notch of the mouse wheel changes the speed.
+const NOTCH: f64 = 1.25;
+
+impl ApplicationHandler<()> for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.shown.is_none() {
+            let opened = self.open(event_loop);
+            self.or_fail(event_loop, opened);
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
+        let taken = self.take_answer();
+        self.or_fail(event_loop, taken);
+        self.redraw();
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(shown) = &mut self.shown else { return };
+        let response = shown.egui.on_window_event(&shown.window, &event);
+        if response.repaint {
+            shown.window.request_redraw();
+        }
+        let height = f64::from(shown.screen.size().1.max(1));
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::RedrawRequested => {
+                let drawn = self.draw(None);
+                self.or_fail(event_loop, drawn);
+            }
+            WindowEvent::Resized(_) => {
+                let made = shown.screen.remake(&shown.window);
+                self.or_fail(event_loop, made);
+                self.moves();
+                self.redraw();
+            }
+            WindowEvent::Focused(false) => self.held.clear(),
+            WindowEvent::DroppedFile(path) => self.dropped(&path),
+            WindowEvent::KeyboardInput { event, .. } => {
+                let PhysicalKey::Code(key) = event.physical_key else { return };
+                let pressed = event.state == ElementState::Pressed;
+                if !response.consumed && !event.repeat || !pressed {
+                    self.key(event_loop, key, pressed);
+                }
+            }
+            WindowEvent::MouseInput { state, button, .. } => {
+                let pressed = state == ElementState::Pressed && !response.consumed;
+                match button {
+                    MouseButton::Left => self.buttons.0 = pressed,
+                    MouseButton::Middle => self.buttons.1 = pressed,
+                    _ => {}
+                }
+            }
+            WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
+                let notches = match delta {
+                    MouseScrollDelta::LineDelta(_, y) => f64::from(y),
+                    MouseScrollDelta::PixelDelta(by) => by.y / 50.0,
+                };
+                self.speed = (self.speed * NOTCH.powf(notches)).clamp(1e-4, 1e2);
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                let (x, y) = (position.x, position.y);
+                let before = self.pointer.replace((x, y));
+                let Some((old_x, old_y)) = before.filter(|_| self.buttons.0 || self.buttons.1) else { return };
+                let (left, up) = (TURN * (old_x - x) / height, TURN * (old_y - y) / height);
+                let alt = self.held.contains(&KeyCode::AltLeft);
+                if self.buttons.1 || alt {
+                    self.eye().orbit(left, up)
+                } else {
+                    self.eye().turn(left, up)
+                }
+                self.moves();
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if interrupt::check().is_err() {
+            return event_loop.exit();
+        }
+        self.step();
+        let acted = self.act(event_loop);
+        self.or_fail(event_loop, acted);
+        let busy = !self.rests() || self.plays || !self.script.is_done();
+        let flickers = self.panel.beside != Other::None && self.panel.mix == Mix::Flicker;
+        if !self.rests() || flickers {
+            self.redraw(); // how far the frame is, or the other's turn
+        }
+        let next = Instant::now() + if busy { TICK } else { 10 * TICK };
+        event_loop.set_control_flow(ControlFlow::WaitUntil(next));
+    }
+}
+
+impl App {
+    pub(super) fn key(&mut self, event_loop: &ActiveEventLoop, key: KeyCode, pressed: bool) {
+        if !pressed {
+            self.held.remove(&key);
+            return;
+        }
+        match key {
+            KeyCode::Escape => event_loop.exit(),
+            KeyCode::Tab => self.panel.open = !self.panel.open,
+            KeyCode::Space => {
+                self.plays = !self.plays;
+                self.played = Instant::now();
+            }
+            KeyCode::KeyF => {
+                self.eye = Some(self.subject.framing);
+                self.moves();
+            }
+            KeyCode::KeyR => {
+                let (args, typed) = (self.subject.args.clone(), self.subject.typed.clone());
+                self.reopen(args, typed);
+            }
+            KeyCode::KeyC => say!("{}", self.command()),
+            KeyCode::KeyP => {
+                let saved = self.save(&PathBuf::from(format!("{}.png", self.subject.scene.name)));
+                saved.unwrap_or_else(|error| out::warn(&format!("{error:#}")));
+            }
+            KeyCode::KeyW | KeyCode::KeyA | KeyCode::KeyS | KeyCode::KeyD | KeyCode::KeyQ | KeyCode::KeyE => {
+                if self.held.is_empty() {
+                    self.stepped = Instant::now();
+                }
+                self.held.insert(key);
+            }
+            _ => {}
+        }
+        self.redraw();
+    }
+}

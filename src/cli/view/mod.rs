@@ -116,7 +116,7 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
         return Err(error);
     }
     interrupt::check()?;
-    Screen::refuse_invalid()?;
+    screen::refuse_invalid()?;
     twobounce::measure::refuse_invalid(&app.context)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -223,3 +223,53 @@ fn a_dropped_scene_that_does_not_fit_changes_nothing() {
         .count();
     assert!(moved < 60, "{moved} pixels differ: the eye did not come back");
 }
+
+/// GLSL that is saved is shown; where it has an error, the last picture stays, and the error is said.
+#[cfg(feature = "hot-reload")]
+#[test]
+fn saved_shaders_are_shown() {
+    let folder = folder();
+    let glsl = folder.path().join("glsl");
+    copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl"), &glsl);
+    let file = glsl.join("ground/image/image.frag");
+    let good = std::fs::read_to_string(&file).unwrap();
+    let last = good.rfind("\n}").expect("main ends the file");
+    let dark = format!("{}\n    out_beauty.rgb *= 0.5;{}", &good[..last], &good[last..]);
+    let broken = dark.replacen("out_beauty.rgb *=", "out_beauty.rgb *= nothing *", 1);
+    let line = dark.lines().position(|line| line.contains("out_beauty.rgb *= 0.5")).unwrap() + 1;
+    // Each is saved once the window has shown what was before.
+    let saves = [("a.png", dark), ("b.png", broken), ("c.png", good)];
+    let shown = folder.path().to_owned();
+    let editor = std::thread::spawn(move || {
+        for (before, text) in saves {
+            let since = std::time::Instant::now();
+            while !shown.join(before).exists() {
+                assert!(since.elapsed().as_secs() < 120, "there is no {before}");
+                std::thread::sleep(std::time::Duration::from_millis(20));
+            }
+            std::fs::write(&file, text).unwrap();
+        }
+    });
+    let script = "rest\npanel closed\ngrab a.png\nreload\nrest\ngrab b.png\nreload\nrest\ngrab c.png\nreload\nrest\ngrab d.png\nquit";
+    let output = view(folder.path(), script, &["--glsl", "glsl", "--exposure", "0"]);
+    let (said, errors) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    editor.join().unwrap();
+    let [a, b, c, d] = ["a.png", "b.png", "c.png", "d.png"].map(|name| pixels(&folder.path().join(name)));
+    let sum = |image: &image::RgbImage| image.as_raw().iter().map(|&code| u64::from(code)).sum::<u64>();
+    assert!(sum(&b) < sum(&a) * 9 / 10, "{} is not darker than {}", sum(&b), sum(&a));
+    assert!(b != c, "the error is shown over the picture");
+    assert!(a == d, "what was saved last is what the program was built of");
+    assert!(errors.contains(&format!("image.frag:{line}: error: 'nothing'")), "{errors}");
+    assert!(said.contains("shaders compiled anew"), "{said}");
+}
+
+#[cfg(feature = "hot-reload")]
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let there = to.join(path.file_name().unwrap());
+        if path.is_dir() { copy(&path, &there) } else { drop(std::fs::copy(&path, there).unwrap()) }
+    }
+}

@@ -12,6 +12,8 @@ mod bind;
 mod buffer;
 mod choose;
 mod commands;
+#[cfg(feature = "hot-reload")]
+mod compile;
 mod context;
 mod counting;
 mod features;
@@ -36,6 +38,8 @@ mod raw_pipeline;
 mod recorded;
 mod recorder;
 mod reflect;
+#[cfg(feature = "hot-reload")]
+mod reload;
 mod sampler;
 pub mod shader;
 mod slot;
@@ -69,6 +73,8 @@ pub use pipeline::{Blend, Compute, ComputeDesc, DepthDesc, Raster, RasterDesc, V
 pub use raster_pass::{ColorTarget, DepthTarget, DrawCall, Load, RasterPass, Rect, RenderTarget};
 pub use recorder::{Recorder, RecorderOptions};
 pub use reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
+#[cfg(feature = "hot-reload")]
+pub use reload::Reload;
 pub use sampler::Sampler;
 pub use slot::{HostRecorder, Slot, SlotOptions};
 pub use transfer::{download, download_image, upload, upload_at, upload_image, upload_into};

@@ -35,6 +35,8 @@ impl Pipelines {
         made_of: String,
         make: impl FnOnce() -> Result<RawPipeline>,
     ) -> Result<Arc<RawPipeline>> {
+        #[cfg(feature = "hot-reload")]
+        let made_of = format!("{} {made_of}", super::shader::generation());
         let mut kept = self.kept();
         // What failed may go well now: there may be more memory.
         let serves = |(of, pipeline): &Kept| *of == made_of && !pipeline.has_failed();

@@ -240,6 +240,30 @@ pub(super) fn merge(label: &str, modules: &[Module]) -> Vec<Binding> {
     merged
 }
 
+/// Whether a pipeline can take `new` for `own`: it may leave out what it does not read.
+///
+/// # Errors
+/// What it takes that `own` does not.
+#[cfg(feature = "hot-reload")]
+pub(super) fn check_same_interface(own: Shader, new: Shader) -> crate::Result<()> {
+    let refuse = |what: String| Err(crate::Error::Usage(format!("glsl/{}: {what}: build the program anew", new.0)));
+    let (before, after) = (module(own, &[]), module(new, &[]));
+    let known = |b: &&Binding| {
+        before.bindings.iter().any(|a| (&a.name, a.binding, a.kind, a.count) == (&b.name, b.binding, b.kind, b.count))
+    };
+    if let Some(other) = after.bindings.iter().find(|b| !known(b)) {
+        return refuse(format!("it takes {}, which it did not", other.name));
+    }
+    if after.push_bytes != 0 && after.push_bytes != before.push_bytes || after.info.outputs != before.info.outputs {
+        return refuse("its push block or its outputs are others".to_owned());
+    }
+    let before = structs(own);
+    match structs(new).iter().find(|(name, layout)| before.get(*name).is_some_and(|own| own != *layout)) {
+        Some((name, _)) => refuse(format!("the struct {name} is another one")),
+        None => Ok(()),
+    }
+}
+
 /// All named structs below the descriptors and the push block.
 pub(super) fn structs(shader: Shader) -> BTreeMap<String, StructLayout> {
     let mut found = BTreeMap::new();

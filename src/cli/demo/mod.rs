@@ -87,6 +87,8 @@ fn window(args: &DemoArgs, scene: SceneArgs) -> anyhow::Result<ExitCode> {
         settings: args.settings.clone(),
         exposure: Some(args.exposure),
         play: true,
+        #[cfg(feature = "hot-reload")]
+        glsl: None,
         script: args.script.clone(),
         run: args.run.clone(),
     };

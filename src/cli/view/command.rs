@@ -5,7 +5,7 @@ use twobounce::settings::Settings;
 use super::eye::Eye;
 
 /// Flags that what is seen replaces; each takes a value.
-const REPLACED: [&str; 13] = [
+const REPLACED: [&str; 14] = [
     "--size",
     "--camera",
     "--eye",
@@ -18,6 +18,7 @@ const REPLACED: [&str; 13] = [
     "--method",
     "--set",
     "--exposure",
+    "--glsl",
     "--script",
 ];
 

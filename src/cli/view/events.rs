@@ -30,6 +30,8 @@ impl ApplicationHandler<()> for App {
     }
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
+        #[cfg(feature = "hot-reload")]
+        self.take_reload();
         let taken = self.take_answer();
         self.or_fail(event_loop, taken);
         self.redraw();

@@ -8,6 +8,8 @@ mod events;
 mod eye;
 mod layer;
 mod panel;
+#[cfg(feature = "hot-reload")]
+mod reload;
 mod screen;
 mod script;
 mod subject;
@@ -59,6 +61,10 @@ pub struct ViewArgs {
     /// Play the animation at once
     #[arg(long)]
     pub play: bool,
+    /// Watch this folder of GLSL, and show what is saved there [default: that of the program's source]
+    #[cfg(feature = "hot-reload")]
+    #[arg(long, value_name = "DIR")]
+    pub glsl: Option<PathBuf>,
     /// Do what this file says, line by line, as a user would; for tests
     #[arg(long, value_name = "FILE", hide = true)]
     pub script: Option<PathBuf>,
@@ -108,7 +114,11 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let event_loop = EventLoop::new().map_err(NoWindow::because)?;
     let (opened, context) = args.scene.open_on(&args.run)?;
     let subject = Subject::new((args.scene.clone(), typed), opened, &args.run);
+    #[cfg(feature = "hot-reload")]
+    let reloading = reload::Reloading::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
     let mut app = App::new(args, (subject, context), settings, script, event_loop.create_proxy());
+    #[cfg(feature = "hot-reload")]
+    (app.reloading = reloading);
     event_loop.run_app(&mut app).map_err(NoWindow::because)?;
     drop(app.worker.take());
     drop(app.shown.take());
@@ -172,6 +182,8 @@ struct App {
     compared: Option<Compared>,
     /// What is on the screen of the frame; `None` where that is older.
     mixed: Option<Mixed>,
+    #[cfg(feature = "hot-reload")]
+    reloading: Option<reload::Reloading>,
     failed: Option<anyhow::Error>,
 }
 
@@ -211,6 +223,8 @@ impl App {
             truth: None,
             compared: None,
             mixed: None,
+            #[cfg(feature = "hot-reload")]
+            reloading: None,
             failed: None,
         }
     }
@@ -389,6 +403,27 @@ impl App {
             }
         }
         Ok(())
+    }
+
+    /// Shows what came of GLSL that was saved.
+    #[cfg(feature = "hot-reload")]
+    fn take_reload(&mut self) {
+        let Some(said) = self.reloading.as_ref().and_then(reload::Reloading::take) else { return };
+        self.script.reloaded();
+        match said {
+            Ok(count) => {
+                say!("shaders compiled anew: {count}");
+                self.panel.shader_error = None;
+                if let Some(worker) = self.worker.as_ref().filter(|_| count > 0) {
+                    worker.renew();
+                    self.moves();
+                }
+            }
+            Err(words) => {
+                out::warn(&words);
+                self.panel.shader_error = Some(words);
+            }
+        }
     }
 
     fn set_title(&self) {

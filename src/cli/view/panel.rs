@@ -32,6 +32,8 @@ pub struct Panel {
     pub error: Option<String>,
     /// Why there is no frame of what is asked for.
     pub frame_error: Option<String>,
+    /// Why GLSL that was saved is not in use.
+    pub shader_error: Option<String>,
     /// Values that are being typed.
     typed: BTreeMap<&'static str, String>,
     all: bool,
@@ -52,6 +54,7 @@ impl Panel {
             fade: 0.0,
             error: None,
             frame_error: None,
+            shader_error: None,
             typed: BTreeMap::new(),
             all: false,
         }
@@ -73,6 +76,12 @@ impl Panel {
         (frame, compared): (Option<&Frame>, Option<&Compared>),
         step: Option<Step>,
     ) -> bool {
+        if let Some(words) = &self.shader_error {
+            let place = (egui::Align2::LEFT_BOTTOM, (8.0, -8.0));
+            egui::Window::new("GLSL").anchor(place.0, place.1).show(context, |ui| {
+                ui.label(egui::RichText::new(words).monospace().color(egui::Color32::LIGHT_RED));
+            });
+        }
         if !self.open {
             return false;
         }

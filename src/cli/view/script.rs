@@ -35,6 +35,8 @@ pub enum Act {
     Beside(Other, Mix),
     /// A file, dragged onto the window.
     Drop(PathBuf),
+    /// Waits until GLSL was saved once more than before.
+    Reload,
     Size(u32, u32),
     Minimise(bool),
     /// Swapchains, made anew so many times.
@@ -58,6 +60,9 @@ pub struct Script {
     for_answer: bool,
     for_truth: bool,
     for_time_s: f64,
+    for_reload: bool,
+    /// GLSL that was saved and not waited for yet.
+    reloads: u32,
     /// Of movements.
     answers: Vec<Duration>,
 }
@@ -84,13 +89,27 @@ impl Script {
         self.for_rest = act == Act::Rest;
         self.for_time_s = if let Act::Wait(seconds) = act { seconds } else { 0.0 };
         self.for_truth = matches!(act, Act::Truth(_));
+        self.for_reload = act == Act::Reload;
         self.for_answer = matches!(act, Act::Turn(..) | Act::Walk(_));
         Some(act)
     }
 
     /// Whether the last act waits for something yet.
-    pub fn waits(&self, rests: bool, compared: bool, played_s: f64) -> bool {
-        played_s < self.for_time_s || self.for_answer || self.for_rest && !rests || self.for_truth && !compared
+    pub fn waits(&mut self, rests: bool, compared: bool, played_s: f64) -> bool {
+        if self.for_reload && self.reloads > 0 {
+            (self.for_reload, self.reloads) = (false, self.reloads - 1);
+        }
+        self.for_reload
+            || played_s < self.for_time_s
+            || self.for_answer
+            || self.for_rest && !rests
+            || self.for_truth && !compared
+    }
+
+    /// GLSL was saved.
+    #[cfg(feature = "hot-reload")]
+    pub fn reloaded(&mut self) {
+        self.reloads += 1;
     }
 
     /// What was asked for last is shown, so long after.
@@ -135,6 +154,7 @@ fn act(line: &str) -> Option<Act> {
             let mix = Mix::ALL.iter().find(|(_, name)| *name == mix)?.0;
             Act::Beside(Other::all().find(|choice| choice.name() == other)?, mix)
         }
+        "reload" => Act::Reload,
         "drop" => Act::Drop(rest.into()),
         "size" => Act::Size(number()? as u32, number()? as u32),
         "minimise" => Act::Minimise(true),
@@ -153,13 +173,14 @@ fn act(line: &str) -> Option<Act> {
 impl App {
     /// One line of the script, once nothing is under way.
     pub(super) fn act(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
-        if self.frame.is_none() || self.script.waits(self.rests(), self.compared.is_some(), self.later_s) {
+        let rests = self.rests();
+        if self.frame.is_none() || self.script.waits(rests, self.compared.is_some(), self.later_s) {
             return Ok(());
         }
         let Some(act) = self.script.next() else { return Ok(()) };
         let Some(shown) = &mut self.shown else { return Ok(()) };
         match act {
-            Act::Rest | Act::Wait(_) => {}
+            Act::Rest | Act::Wait(_) | Act::Reload => {}
             Act::Turn(left, up) => {
                 self.eye().turn(left, up);
                 self.moves();

@@ -90,6 +90,8 @@ struct State {
     job: Option<Job>,
     answer: Option<Answer>,
     step: Option<Step>,
+    /// Renderers are to be made anew.
+    renews: bool,
     ends: bool,
 }
 
@@ -122,6 +124,12 @@ impl Worker {
         self.shared.changed.notify_all();
     }
 
+    /// Makes passes anew for the next job: their shaders are others.
+    #[cfg(feature = "hot-reload")]
+    pub fn renew(&self) {
+        self.shared.lock().renews = true;
+    }
+
     /// The newest answer, once.
     pub fn answer(&self) -> Option<Answer> {
         self.shared.lock().answer.take()
@@ -152,6 +160,9 @@ fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
             let waited = shared.changed.wait_while(shared.lock(), newer);
             let mut state = waited.unwrap_or_else(PoisonError::into_inner);
             state.step = None;
+            if std::mem::take(&mut state.renews) {
+                (makers.own, makers.beside) = (None, None);
+            }
             match &state.job {
                 Some(job) if !state.ends => job.clone(),
                 _ => return,

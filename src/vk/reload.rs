@@ -1,0 +1,103 @@
+//! Hot reload: GLSL that changes on disk replaces what the build compiled, for pipelines that are made from then on.
+
+use super::compile::{Store, compile_all};
+use super::shader;
+use crate::{Error, Result};
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
+
+/// A folder of GLSL that is watched.
+pub struct Reload {
+    root: PathBuf,
+    /// When each file was written last.
+    stamps: BTreeMap<PathBuf, SystemTime>,
+    shaders: Shaders,
+}
+
+/// What is in use, by the preprocessed text of each shader, and what is compiled but not yet in use.
+#[derive(Default)]
+struct Shaders(Mutex<State>);
+
+#[derive(Default)]
+struct State {
+    /// What is there is what the build compiled.
+    learns: bool,
+    texts: HashMap<String, String>,
+    compiled: BTreeMap<String, Vec<u32>>,
+}
+
+impl Reload {
+    /// Takes what is in the folder now for what the build compiled.
+    ///
+    /// # Errors
+    /// There is no GLSL in the folder, or it does not compile.
+    pub fn watch(root: &Path) -> Result<Self> {
+        let stamps = stamps(root);
+        if stamps.is_empty() {
+            return Err(Error::file(root, "there is no GLSL: name the folder glsl of the source with --glsl"));
+        }
+        let shaders = Shaders::default();
+        shaders.lock().learns = true;
+        compile_all(root, &shaders).map_err(Error::Usage)?;
+        shaders.lock().learns = false;
+        Ok(Self { root: root.to_owned(), stamps, shaders })
+    }
+
+    /// Compiles what was saved since the last look; how many shaders pipelines now get anew, `None` where no file changed.
+    /// Where anything is wrong, all stays as it is.
+    ///
+    /// # Errors
+    /// What the compiler says, `file:line: message` a line.
+    pub fn look(&mut self) -> Option<Result<usize>> {
+        let stamps = stamps(&self.root);
+        if stamps == self.stamps {
+            return None;
+        }
+        self.stamps = stamps;
+        Some(self.compile())
+    }
+
+    fn compile(&self) -> Result<usize> {
+        compile_all(&self.root, &self.shaders).map_err(Error::Usage)?;
+        shader::replace(std::mem::take(&mut self.shaders.lock().compiled))
+    }
+}
+
+impl Shaders {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Store for Shaders {
+    fn has(&self, name: &str, text: &str) -> bool {
+        let mut state = self.lock();
+        if state.learns {
+            state.texts.insert(name.to_owned(), text.to_owned());
+        }
+        state.texts.get(name).is_some_and(|known| known == text)
+    }
+
+    fn put(&self, name: &str, text: &str, words: Vec<u32>) -> std::result::Result<(), String> {
+        let mut state = self.lock();
+        state.texts.insert(name.to_owned(), text.to_owned());
+        state.compiled.insert(name.to_owned(), words);
+        Ok(())
+    }
+}
+
+/// Of every file below a folder. One that an editor is just replacing is absent, and is found by the next look.
+fn stamps(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
+    let mut found = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.extend(stamps(&path));
+        } else if let Ok(written) = entry.metadata().and_then(|metadata| metadata.modified()) {
+            found.insert(path, written);
+        }
+    }
+    found
+}

@@ -22,11 +22,11 @@ demo:  ## build, render the gallery, print what each pass took
 test:  ## formatting, lints, docs, every test
 	scripts/setup.sh test
 	cargo fmt --check
-	cargo clippy --release --locked --all-targets -- -D warnings
+	cargo clippy --release --locked --features hot-reload --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps --lib
 	RUSTDOCFLAGS="-D warnings --cfg internals" cargo doc --release --locked --no-deps --document-private-items
-	cargo test --release --locked --no-run
-	scripts/guard.sh $(TEST_SECONDS) cargo test --release --locked
+	cargo test --release --locked --features hot-reload --no-run
+	scripts/guard.sh $(TEST_SECONDS) cargo test --release --locked --features hot-reload
 
 test-web:  ## the chart's page in a real browser (Debian's chromium, installed if missing)
 	scripts/setup.sh web

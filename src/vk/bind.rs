@@ -209,7 +209,8 @@ pub(super) fn labels(pipeline: &RawPipeline, binds: &[Bind<'_>]) -> Vec<(String,
 }
 
 fn check_names(pipeline: &RawPipeline, binds: &[Bind<'_>]) {
-    if cfg!(feature = "hot-reload") {
+    #[cfg(feature = "hot-reload")]
+    if super::shader::generation() > 0 {
         return; // a shader that was edited need not read everything
     }
     for bind in binds {

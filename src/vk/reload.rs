@@ -14,6 +14,7 @@ pub struct Reload {
     /// When each file was written last.
     stamps: BTreeMap<PathBuf, SystemTime>,
     shaders: Shaders,
+    learnt: bool,
 }
 
 /// What is in use, by the preprocessed text of each shader, and what is compiled but not yet in use.
@@ -32,31 +33,44 @@ impl Reload {
     /// Takes what is in the folder now for what the build compiled.
     ///
     /// # Errors
-    /// There is no GLSL in the folder, or it does not compile.
+    /// There is no GLSL in the folder.
     pub fn watch(root: &Path) -> Result<Self> {
         let stamps = stamps(root);
         if stamps.is_empty() {
             return Err(Error::file(root, "there is no GLSL: name the folder glsl of the source with --glsl"));
         }
-        let shaders = Shaders::default();
-        shaders.lock().learns = true;
-        compile_all(root, &shaders).map_err(Error::Usage)?;
-        shaders.lock().learns = false;
-        Ok(Self { root: root.to_owned(), stamps, shaders })
+        Ok(Self { root: root.to_owned(), stamps, shaders: Shaders::default(), learnt: false })
     }
 
     /// Compiles what was saved since the last look; how many shaders pipelines now get anew, `None` where no file changed.
-    /// Where anything is wrong, all stays as it is.
+    /// Where anything is wrong, all stays as it is. The first look takes longer: it reads everything.
     ///
     /// # Errors
     /// What the compiler says, `file:line: message` a line.
     pub fn look(&mut self) -> Option<Result<usize>> {
+        if !std::mem::replace(&mut self.learnt, true)
+            && let Err(error) = self.learn()
+        {
+            return Some(Err(error));
+        }
         let stamps = stamps(&self.root);
         if stamps == self.stamps {
             return None;
         }
         self.stamps = stamps;
         Some(self.compile())
+    }
+
+    /// Reads what each shader is made of.
+    fn learn(&self) -> Result<()> {
+        self.shaders.lock().learns = true;
+        let read = compile_all(&self.root, &self.shaders);
+        let mut state = self.shaders.lock();
+        state.learns = false;
+        if stamps(&self.root) != self.stamps {
+            state.texts.clear(); // which of two states was read is not known
+        }
+        read.map(drop).map_err(Error::Usage)
     }
 
     fn compile(&self) -> Result<usize> {

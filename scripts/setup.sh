@@ -20,6 +20,7 @@ if [ "$purpose" = test ]; then
     "vulkan-validationlayers: checks every Vulkan call of the tests"
     "xvfb: a display in memory for the tests of the window"
     "xauth: lets programs use it"
+    "jwm: a window manager, for the test that minimises the window"
     "libx11-xcb1: opens windows"
     "libxcursor1: opens windows"
     "libxi6: hears keys and mouse"

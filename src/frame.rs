@@ -62,6 +62,8 @@ pub struct Frame {
     unlit: bool,
     /// The last frame recorded lists and light whole, if not its image.
     light_whole: bool,
+    /// The method's light is going to be asked for, coarsely.
+    measures: bool,
 }
 
 /// Everything that changes from frame to frame and shows in lists or light: no camera does.
@@ -132,6 +134,7 @@ impl Frame {
             stale: false,
             unlit: true,
             light_whole: false,
+            measures: false,
             ground,
             method,
             target,
@@ -159,7 +162,7 @@ impl Frame {
 
     /// Records a frame. `slot`: one of those in flight that is free again.
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
-        self.record_light(r, seen, seen.image.is_none());
+        self.record_light(r, seen);
         self.light_whole = r.goes_on();
         if seen.image.is_some() {
             // The recorded triangles become the image, with what the method looks up.
@@ -173,14 +176,14 @@ impl Frame {
 
     /// Records a frame that lights what a host drew, instead of an image. `given`: of [`Self::given`].
     pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Seen, given: &GivenPass) {
-        self.record_light(r, seen, false);
+        self.record_light(r, seen);
         given.record(r, &self.ground, &self.method.binds(&self.ground));
         self.copy_counters(r, slot);
         self.frame_index += 1;
     }
 
-    /// Records what stands where, and the light that the method makes of it. `measured`: no image follows.
-    fn record_light(&mut self, r: &mut Recorder, seen: &Seen, measured: bool) {
+    /// Records what stands where, and the light that the method makes of it.
+    fn record_light(&mut self, r: &mut Recorder, seen: &Seen) {
         let now = self.made_now(seen);
         let before = self.made_of.take();
         let unlit = std::mem::take(&mut self.unlit);
@@ -208,7 +211,7 @@ impl Frame {
                 lists: lists || unlit,
                 history: self.history,
                 known: !unlit,
-                measured,
+                measured: self.measures,
                 sky: seen.scene.sky != Vec3::ZERO,
             };
             self.method.update(r, &self.ground, &update);
@@ -389,6 +392,11 @@ impl Frame {
     /// The next frame starts without the light of those before it.
     pub fn forget_light(&mut self) {
         (self.history, self.unlit) = (false, true);
+    }
+
+    /// Whether [`Gi::coarse_light`] is going to be asked after the next frames.
+    pub fn measure_light(&mut self, whether: bool) {
+        self.measures = whether;
     }
 
     /// Whether the next frame's light differs from this one's though nothing changes: feedback goes on, or there is jitter.

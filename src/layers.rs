@@ -85,6 +85,10 @@ impl PassMean {
         self.passes += 1;
     }
 
+    pub fn passes(&self) -> u32 {
+        self.passes
+    }
+
     pub fn layers(&self) -> Layers {
         let passes = f64::from(self.passes.max(1));
         let mean = |sum: &DVec3| (*sum / passes).as_vec3().to_array();

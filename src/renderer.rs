@@ -1,10 +1,11 @@
 //! A host of its own, as the command line uses it: a scene, a [`Frame`] and a [`Readback`] on one device. Renders frames, lets
 //! buffers grow, waits for feedback to settle, reads images back.
 
+mod refine;
+
 use std::sync::{Arc, Mutex};
 
-use crate::frame::{Counters, Frame, FrameDesc, MOST_SETTLING, Seen, first_plan};
-use crate::gi::CoarseLight;
+use crate::frame::{Counters, Frame, FrameDesc, Seen, first_plan};
 use crate::ground::Ground;
 use crate::ground::attributes::CornerWords;
 use crate::ground::constants::Features;
@@ -15,9 +16,13 @@ use crate::ground::scene_on_gpu::ScenePacked;
 use crate::layers::PassMean;
 use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::{Bounces, Settings};
-use crate::vk::{self, FrameLog, Pace, Recorder, RecorderOptions};
+use crate::settings::Settings;
+use crate::vk::{FrameLog, Pace, Recorder, RecorderOptions};
 use crate::{Error, Result};
+use refine::Feedback;
+
+#[cfg_attr(not(internals), doc(hidden))]
+pub use refine::SETTLED;
 
 pub use crate::layers::{Aov, Layers};
 pub use crate::vk::{Context, ContextOptions, Step, Watch, ZoneTimings};
@@ -71,9 +76,6 @@ pub struct FrameReport {
     pub noise: Option<f64>,
 }
 
-/// With `bounces = all`: the share of all light by which one frame may still differ from the one before it.
-#[cfg_attr(not(internals), doc(hidden))]
-pub const SETTLED: f64 = 1e-3;
 pub struct Renderer {
     context: Arc<Context>,
     scene: Scene,
@@ -81,8 +83,9 @@ pub struct Renderer {
     options: RenderOptions,
     frame: Frame,
     readback: Readback,
-    /// Of the last frame's passes, where it had several.
+    /// Of the last image's passes, where it had several.
     mean: Option<PassMean>,
+    feedback: Feedback,
     /// The scene on the device and the readback: what does not grow.
     fixed_plan: Vec<MemoryRow>,
     /// Bytes that may be taken, and what sets the limit.
@@ -128,6 +131,7 @@ impl Renderer {
             frame,
             readback,
             mean: None,
+            feedback: Feedback::default(),
             fixed_plan,
             memory_limit,
             log: None,
@@ -194,58 +198,6 @@ impl Renderer {
         self.frame.change(&self.context, &desc(&self.scene, &self.settings, &self.options))
     }
 
-    /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated. With
-    /// `bounces = all` the first frame is repeated until it settles: until the light changes by less than [`SETTLED`] from one
-    /// to the next, [`MOST_SETTLING`] times at most, and as often again as the method takes a mean of.
-    ///
-    /// # Errors
-    /// A buffer cannot grow as far as the scene needs, the device is lost, or what watches says so.
-    pub fn render(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
-        if self.settings.bounces != Bounces::All || self.frame.has_history() || self.coarse_light()?.is_none() {
-            return self.draw_passes(pose, view);
-        }
-        let mut repeats = self.draw(pose, view, None)?.repeats;
-        self.frame.keep_history();
-        let (mut settling, mut before) = (1, self.coarse_light()?.unwrap_or_default());
-        while settling < MOST_SETTLING {
-            repeats += self.draw(pose, view, None)?.repeats;
-            settling += 1;
-            let now = self.coarse_light()?.unwrap_or_default();
-            let change: f64 = now.iter().zip(&before).map(|(a, b)| (a - b).abs()).sum();
-            if change <= SETTLED * now.iter().sum::<f64>() {
-                break;
-            }
-            before = now;
-        }
-        self.frame.settled();
-        while self.frame.averages() {
-            repeats += self.draw(pose, view, None)?.repeats;
-            settling += 1;
-        }
-        let report = self.draw_passes(pose, view)?;
-        Ok(FrameReport { repeats: repeats + report.repeats, settling, ..report })
-    }
-
-    /// The light, and the image as often as `image.passes` says.
-    fn draw_passes(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
-        self.mean = None;
-        let mut report = self.draw(pose, view, Some(0))?;
-        let passes = self.settings.image.passes;
-        let mut mean = PassMean::default();
-        for pass in 1..passes {
-            mean.add(&self.readback.read(&self.options.aovs));
-            let next = self.draw(pose, view, Some(pass))?;
-            let timings = report.timings.then(next.timings);
-            report = FrameReport { repeats: report.repeats + next.repeats, timings, ..next };
-        }
-        if passes > 1 {
-            mean.add(&self.readback.read(&self.options.aovs));
-            report.noise = mean.noise();
-            self.mean = Some(mean);
-        }
-        Ok(report)
-    }
-
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn make_anew(&mut self) {
@@ -285,6 +237,7 @@ impl Renderer {
                 if let Some(kept) = &mut self.log {
                     *kept = log;
                 }
+                self.light_made()?;
                 return Ok(FrameReport { timings, counters, repeats, settling: 0, noise: None });
             }
         }
@@ -304,6 +257,7 @@ impl Renderer {
             recorder = recorder.paced(&self.pace);
         }
         let seen = Seen { scene: &self.scene, pose, view, image };
+        self.frame.measure_light(!lists_alone && self.feedback.settles());
         if lists_alone {
             self.frame.record_lists(&mut recorder, 0, &seen);
         } else {
@@ -313,33 +267,18 @@ impl Renderer {
             }
         }
         let log = recorder.frame_log().clone();
-        let timings = recorder.finish().inspect_err(|error| {
-            // What was asked to end over its image has made its light.
-            if !(matches!(error, Error::Interrupted) && self.frame.light_is_whole() && !lists_alone) {
-                self.frame.start_over();
+        match recorder.finish() {
+            Ok(timings) => Ok((timings, log)),
+            Err(error) => {
+                // What was asked to end over its image has made its light.
+                if matches!(error, Error::Interrupted) && self.frame.light_is_whole() && !lists_alone {
+                    self.light_made()?;
+                } else {
+                    self.frame.start_over();
+                }
+                Err(error)
             }
-        })?;
-        Ok((timings, log))
-    }
-
-    /// What the method holds, coarsely.
-    fn coarse_light(&self) -> Result<Option<Vec<f64>>> {
-        let number = |bits: u16| half::f16::from_bits(bits).to_f64();
-        Ok(match self.frame.method.coarse_light() {
-            Some(CoarseLight::Image(image, level)) => {
-                let texels: Vec<[u16; 4]> = vk::download_image(&self.context, image, level)?;
-                Some(texels.iter().flat_map(|t| t[..3].to_vec()).map(number).collect())
-            }
-            Some(CoarseLight::Sums(sums)) => {
-                let sums: Vec<u64> = vk::download(&self.context, sums)?;
-                Some(sums.into_iter().map(|sum| sum as f64).collect())
-            }
-            Some(CoarseLight::Full(image)) => {
-                let texels: Vec<[f32; 4]> = vk::download_image(&self.context, image, 0)?;
-                Some(texels.iter().flat_map(|t| t[..3].to_vec()).map(f64::from).collect())
-            }
-            None => None,
-        })
+        }
     }
 
     /// The last frame's image and the layers asked for.

@@ -17,12 +17,23 @@ const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cornell-area.gl
 /// Small enough for a CPU device.
 const SMALL: [&str; 5] = ["--preset", "fast", "--set", "voxels=16", "--validation"];
 
-/// Plays a script in a window of 96×64.
+/// Plays a script in a window of 96×64, whose pictures are not refined.
 fn view(folder: &Path, script: &str, more: &[&str]) -> Output {
+    view_of(SCENE, folder, script, &[&["--refine", "1"], more].concat())
+}
+
+fn view_of(scene: &str, folder: &Path, script: &str, more: &[&str]) -> Output {
+    let program = [env!("CARGO_BIN_EXE_twobounce"), "view", scene];
+    view_by(&program, folder, script, more)
+}
+
+/// The same with the words that start the program.
+fn view_by(program: &[&str], folder: &Path, script: &str, more: &[&str]) -> Output {
     let _alone = DISPLAY.lock().unwrap_or_else(PoisonError::into_inner);
     std::fs::write(folder.join("script"), script).unwrap();
     Command::new("xvfb-run")
-        .args(["-a", "-s", "-screen 0 640x480x24", env!("CARGO_BIN_EXE_twobounce"), "view", SCENE])
+        .args(["-a", "-s", "-screen 0 640x480x24"])
+        .args(program)
         .args(["--size", "96x64", "--script", "script"])
         .args(SMALL)
         .args(more)
@@ -33,7 +44,11 @@ fn view(folder: &Path, script: &str, more: &[&str]) -> Output {
 
 /// Standard output of a session that must work.
 fn viewed(folder: &Path, script: &str) -> String {
-    let output = view(folder, script, &[]);
+    said(view(folder, script, &[]))
+}
+
+/// Standard output of what must work.
+fn said(output: Output) -> String {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
@@ -70,6 +85,33 @@ fn the_window_shows_the_bits_that_its_command_renders() {
     assert!(pixels(&folder.path().join("a.png")) != pixels(&folder.path().join("b.png")));
 }
 
+/// At rest the picture gets better, and the command that is printed makes what is shown.
+#[test]
+fn a_picture_at_rest_is_refined_and_its_light_settles_before_the_eye() {
+    let folder = folder();
+    let script = "rest\nrefined\npanel closed\ngrab a.png\nkey C\nsay\nquit";
+    let sets = ["--refine", "3", "--set", "bounces=all", "--set", "rays.passes=400"];
+    let said = said(view_of(SCENE, folder.path(), script, &sets));
+    let command = said.lines().find(|line| line.starts_with("twobounce render")).expect("a command");
+    assert!(command.contains("image.passes=3"), "{command}");
+    run_printed(folder.path(), command);
+    assert!(pixels(&folder.path().join("image.png")) == pixels(&folder.path().join("a.png")), "{command}");
+    let unfinished = said.split_once("unfinished pictures ").and_then(|(_, rest)| rest.split(';').next()?.parse().ok());
+    assert!(unfinished.is_some_and(|pictures: u32| pictures > 0), "nothing was shown while light settled: {said}");
+}
+
+/// Light of what moved before is forgotten once all stands still.
+#[test]
+fn an_animation_that_stops_shows_what_its_command_renders() {
+    let folder = folder();
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/demo.glb");
+    let script = "rest\npanel closed\nkey Space\nwait 0.3\nkey Space\nrest\ngrab a.png\nkey C\nquit";
+    let said = said(view_of(demo, folder.path(), script, &["--refine", "1", "--set", "bounces=all"]));
+    let command = said.lines().find(|line| line.starts_with("twobounce render")).expect("a command");
+    run_printed(folder.path(), command);
+    assert!(pixels(&folder.path().join("image.png")) == pixels(&folder.path().join("a.png")), "{command}");
+}
+
 #[test]
 fn a_window_is_resized_and_its_swapchain_made_a_hundred_times() {
     let folder = folder();
@@ -78,6 +120,49 @@ fn a_window_is_resized_and_its_swapchain_made_a_hundred_times() {
     let made = said.lines().find_map(|line| line.strip_prefix("swapchains ")?.split(';').next()?.parse::<u32>().ok());
     assert!(made.is_some_and(|made| made > 101), "{said}");
     assert_eq!(pixels(&folder.path().join("a.png")).dimensions(), (120, 80));
+}
+
+/// With a window manager, which hides the window and shows it again; frames are made meanwhile.
+#[test]
+fn a_window_is_minimised_and_restored() {
+    let folder = folder();
+    let managed = "jwm & exec \"$@\"";
+    let program = ["sh", "-c", managed, "sh", env!("CARGO_BIN_EXE_twobounce"), "view", SCENE];
+    let script = "rest\npanel closed\nsize 96 64\nrest\ngrab a.png\nminimise\nminimised\nset bounces=1\nrest\nset bounces=2\nrest\n\
+                  restore\nrestored\nrest\ngrab b.png\nquit";
+    said(view_by(&program, folder.path(), script, &["--refine", "1"]));
+    assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
+}
+
+/// A swapchain that no longer fits, found at either call and by turns, is made anew, and the picture stays.
+#[test]
+fn swapchains_that_are_out_of_date_are_made_anew() {
+    let folder = folder();
+    let faults = "fault acquire\nfault present\n".repeat(10);
+    let script = format!("rest\npanel closed\ngrab a.png\n{faults}remake 20\nrest\nsay\ngrab b.png\nquit");
+    let said = viewed(folder.path(), &script);
+    let made: u32 = said.split_once("swapchains ").and_then(|(_, rest)| rest.split(';').next()?.parse().ok()).unwrap();
+    assert!(made >= 41, "one at first, twenty by hand, and one per fault: {said}");
+    assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
+}
+
+/// Both devices are lost, one after the other, and opened anew; one that is lost again at once is given up in a sentence.
+#[test]
+fn lost_devices_are_opened_anew() {
+    let folder = folder();
+    let script = "rest\npanel closed\ngrab a.png\nfault lost\nremake 1\nrest\nlose\nrest\ngrab b.png\nquit";
+    let output = view(folder.path(), script, &[]);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    said(output);
+    assert_eq!(errors.matches("was lost, and is opened anew").count(), 2, "{errors}");
+    assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
+
+    for again in ["fault lost\nremake 1\nfault lost\nremake 1\nquit", "lose\nrest\nlose\nrest\nquit"] {
+        let output = view(folder.path(), &format!("rest\n{again}"), &[]);
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{again}: {errors}");
+        assert!(errors.contains("was lost again"), "{again}: {errors}");
+    }
 }
 
 #[test]

@@ -51,6 +51,9 @@ pub struct Context {
     pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     /// Set when a wait timed out: the device may still be at work, so nothing of it may be destroyed.
     pub(super) stuck: AtomicBool,
+    lost: AtomicBool,
+    /// For tests: the next submission finds the device lost.
+    loses: AtomicBool,
     queue: Option<Arc<Mutex<vk::Queue>>>,
     pub(super) queue_family: u32,
     pub(super) commands: Mutex<Vec<CommandSet>>,
@@ -163,6 +166,8 @@ impl Context {
             allocated: AtomicU64::new(0),
             allocator: ManuallyDrop::new(allocator),
             stuck: AtomicBool::new(false),
+            lost: AtomicBool::new(false),
+            loses: AtomicBool::new(false),
             queue: parts.queue,
             untransitioned: Mutex::default(),
             queue_family: parts.queue_family,
@@ -243,14 +248,33 @@ impl Context {
         (!self.stuck.load(Ordering::Relaxed)).then_some(&self.device)
     }
 
+    /// Whether the driver gave up the device: another context may open it anew.
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// The next submission finds the device lost, as far as the program can tell: for tests.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn lose(&self) {
+        self.loses.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether this submission is the one of [`Self::lose`].
+    pub(super) fn loses(&self) -> bool {
+        self.loses.swap(false, Ordering::Relaxed)
+    }
+
     /// The error to report when `result` came back while `doing` something.
     pub(super) fn error(&self, doing: &str, result: vk::Result) -> Error {
         match result {
-            vk::Result::ERROR_DEVICE_LOST => Error::Device(format!(
-                "{} was lost while {doing}: its driver gave up; ask for less at once, such as a smaller image, or choose \
-                 another device",
-                self.name
-            )),
+            vk::Result::ERROR_DEVICE_LOST => {
+                self.lost.store(true, Ordering::Relaxed);
+                Error::Device(format!(
+                    "{} was lost while {doing}: its driver gave up; ask for less at once, such as a smaller image, or \
+                     choose another device",
+                    self.name
+                ))
+            }
             vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => Error::Memory(format!(
                 "{} ran out of memory while {doing}: ask for less, such as a smaller image",
                 self.name

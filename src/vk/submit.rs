@@ -119,6 +119,9 @@ impl Commands {
             let device = self.context.device();
             device.end_command_buffer(set.commands).map_err(failed)?;
             let queue = self.context.queue()?.lock().unwrap_or_else(PoisonError::into_inner);
+            if self.context.loses() {
+                return Err(failed(vk::Result::ERROR_DEVICE_LOST));
+            }
             device.queue_submit(*queue, &submit, set.fence).map_err(failed)?;
         }
         self.in_flight = true;

@@ -7,16 +7,35 @@
 
 const bool FINDS_LAMPS = true; // rays for what is mirrored or seen through glass meet them on their way
 
+// What the rays of one place have in common.
+struct DiffuseFrame {
+    mat3 basis;
+    vec2 shift;
+};
+
+struct DiffuseRay {
+    vec3 way;
+    vec4 light; // stored radiance that it brings, the sky's included; open share
+};
+
+DiffuseFrame diffuse_frame(Surface s, uvec3 place) {
+    return DiffuseFrame(tangent_frame(s.normal), fract(interleaved_shift(place) + pass_shift()));
+}
+
+// Ray i of DIFFUSE_RAYS.
+DiffuseRay diffuse_ray(Surface s, DiffuseFrame f, uint i) {
+    vec3 local = cosine_direction(i, DIFFUSE_RAYS, f.shift);
+    vec3 d = above_facet(f.basis * local, s.facet);
+    vec4 seen = trace_light(s.position, s.facet, d);
+    float open = 1.0 - min(seen.a, 1.0);
+    return DiffuseRay(d, vec4(seen.rgb + open * sky_about(d, share_aperture(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE, local.z), 0.0), open));
+}
+
 vec4 look_up_diffuse(Surface s, uvec3 place) {
-    mat3 basis = tangent_frame(s.normal);
-    vec2 shift = fract(interleaved_shift(place) + pass_shift());
+    DiffuseFrame f = diffuse_frame(s, place);
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < DIFFUSE_RAYS; i++) {
-        vec3 local = cosine_direction(i, DIFFUSE_RAYS, shift);
-        vec3 d = above_facet(basis * local, s.facet);
-        vec4 seen = trace_light(s.position, s.facet, d);
-        float open = 1.0 - min(seen.a, 1.0);
-        sum += (1.0 / float(DIFFUSE_RAYS)) * vec4(seen.rgb + open * sky_about(d, share_aperture(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE, local.z), 0.0), open);
+        sum += (1.0 / float(DIFFUSE_RAYS)) * diffuse_ray(s, f, i).light;
     }
     return sum;
 }

@@ -87,6 +87,7 @@ fn window(args: &DemoArgs, scene: SceneArgs) -> anyhow::Result<ExitCode> {
         settings: args.settings.clone(),
         exposure: Some(args.exposure),
         play: true,
+        refine: 64,
         #[cfg(feature = "hot-reload")]
         glsl: None,
         script: args.script.clone(),

@@ -6,8 +6,9 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::settings::{Bounces, PRESETS, Settings};
 
 use super::layer::Layer;
+use super::maker::encode;
 use super::screen::Picture;
-use super::worker::{Frame, encode};
+use super::worker::Frame;
 
 /// With which settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

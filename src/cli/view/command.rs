@@ -5,7 +5,7 @@ use twobounce::settings::Settings;
 use super::eye::Eye;
 
 /// Flags that what is seen replaces; each takes a value.
-const REPLACED: [&str; 14] = [
+const REPLACED: [&str; 15] = [
     "--size",
     "--camera",
     "--eye",
@@ -20,6 +20,7 @@ const REPLACED: [&str; 14] = [
     "--exposure",
     "--glsl",
     "--script",
+    "--refine",
 ];
 
 /// Flags without a value that only the window has.

@@ -1,4 +1,4 @@
-//! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, [`screen`] shows them, [`panel`] has the settings.
+//! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, as [`maker`] says, [`screen`] shows them, [`panel`] has the settings.
 //! [`subject`] is what is open, [`eye`] what keys and mouse move, [`events`] what they do; [`layer`] is what of a frame is shown,
 //! [`beside`] other settings next to it, [`truth`] the path tracer beside. [`script`] plays a user for tests.
 
@@ -7,6 +7,8 @@ mod command;
 mod events;
 mod eye;
 mod layer;
+mod lost;
+mod maker;
 mod panel;
 #[cfg(feature = "hot-reload")]
 mod reload;
@@ -41,6 +43,7 @@ use beside::Mix;
 use command::Seen;
 use eye::Eye;
 use layer::Layer;
+use lost::Losses;
 use panel::Panel;
 use screen::{Overlay, Screen};
 use script::Script;
@@ -61,6 +64,9 @@ pub struct ViewArgs {
     /// Play the animation at once
     #[arg(long)]
     pub play: bool,
+    /// At rest, refine the picture to the mean of so many passes over the image; C then prints as many
+    #[arg(long, value_name = "PASSES", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub refine: u32,
     /// Watch this folder of GLSL, and show what is saved there [default: that of the program's source]
     #[cfg(feature = "hot-reload")]
     #[arg(long, value_name = "DIR")]
@@ -177,6 +183,8 @@ struct App {
     asked_at: Instant,
     /// Of the job that was answered last, with a frame or with words.
     answered: u64,
+    /// With nothing better to come that was asked for.
+    whole: bool,
     frame: Option<(u64, Frame)>,
     truth: Option<Truth>,
     compared: Option<Compared>,
@@ -184,6 +192,7 @@ struct App {
     mixed: Option<Mixed>,
     #[cfg(feature = "hot-reload")]
     reloading: Option<reload::Reloading>,
+    lost: Losses,
     failed: Option<anyhow::Error>,
 }
 
@@ -204,7 +213,7 @@ impl App {
             proxy,
             worker: None,
             shown: None,
-            panel: Panel::new(&args.settings.preset, settings, args.exposure.map(|ev| ev as f32)),
+            panel: Panel::new(&args.settings.preset, settings, (args.exposure.map(|ev| ev as f32), args.refine)),
             script,
             eye: None,
             speed: SPEED,
@@ -219,12 +228,14 @@ impl App {
             asked: None,
             asked_at: Instant::now(),
             answered: 0,
+            whole: false,
             frame: None,
             truth: None,
             compared: None,
             mixed: None,
             #[cfg(feature = "hot-reload")]
             reloading: None,
+            lost: Losses::default(),
             failed: None,
         }
     }
@@ -235,12 +246,19 @@ impl App {
             .with_title(&self.subject.scene.name)
             .with_inner_size(PhysicalSize::new(width, height));
         let window = event_loop.create_window(attributes).map_err(NoWindow::because)?;
+        self.show_in(window)?;
+        self.start();
+        Ok(())
+    }
+
+    /// Opens the window's own device, and what is drawn by it.
+    fn show_in(&mut self, window: Window) -> anyhow::Result<()> {
         let screen = Screen::new(&window, &self.context.name, self.run.device.validation)?;
         let context = egui::Context::default();
         let side = Some(4096);
         let egui = egui_winit::State::new(context, egui::ViewportId::ROOT, &window, None, None, side);
         self.shown = Some(Shown { egui, screen, window });
-        self.start();
+        self.mixed = None;
         Ok(())
     }
 
@@ -297,6 +315,7 @@ impl App {
             beside: self.panel.beside.settings(&self.panel.settings),
             exposure: self.panel.exposure,
             moving,
+            refine: self.panel.refine,
         };
         worker.ask(job.clone());
         (self.asked, self.asked_at) = (Some(job), Instant::now());
@@ -340,14 +359,23 @@ impl App {
 
     /// Whether the last thing asked for is answered, whole.
     fn rests(&self) -> bool {
-        let whole = self.asked.as_ref().is_some_and(|job| !job.moving && job.revision == self.answered);
-        whole && self.moved.is_none()
+        let last = self.asked.as_ref().is_some_and(|job| !job.moving && job.revision == self.answered);
+        last && self.whole && self.moved.is_none()
     }
 
     fn redraw(&self) {
         if let Some(shown) = &self.shown {
             shown.window.request_redraw();
         }
+    }
+
+    /// The settings that make what is shown: of a refined picture, with as many passes.
+    fn settings(&self) -> Settings {
+        let mut settings = self.panel.settings.clone();
+        if let Some((_, frame)) = self.frame.as_ref().filter(|_| self.rests()) {
+            settings.image.passes = settings.image.passes.max(frame.refined.passes);
+        }
+        settings
     }
 
     fn command(&self) -> String {
@@ -358,7 +386,7 @@ impl App {
             time_s: self.subject.args.time + self.later_s,
             size: self.shown.as_ref().map_or(self.subject.args.size, |shown| shown.screen.size()),
             preset: &self.panel.preset,
-            settings: &self.panel.settings,
+            settings: &self.settings(),
             exposure_ev: exposure.unwrap_or(0.0),
         };
         seen.command()
@@ -371,7 +399,7 @@ impl App {
         image.layers.retain(|(layer, _)| *layer != Aov::Alpha);
         image.write_png(path, frame.exposure_ev)?;
         let exr = path.with_extension("exr");
-        let header = [("settings", self.panel.settings.to_toml()), ("command", self.command())];
+        let header = [("settings", self.settings().to_toml()), ("command", self.command())];
         let header = header.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         image.write_exr(&exr, &header)?;
         say!("wrote {} and {}", out::name(path), out::name(&exr));
@@ -381,7 +409,9 @@ impl App {
     fn take_answer(&mut self) -> anyhow::Result<()> {
         let Some(answer) = self.worker.as_ref().and_then(Worker::answer) else { return Ok(()) };
         self.answered = answer.revision;
+        self.whole = answer.frame.as_ref().map_or(true, |frame| frame.refined.whole);
         match answer.frame {
+            Err(_) if self.context.is_lost() => self.renew_context()?,
             Err(words) => match self.before.take() {
                 // What was opened last cannot be shown.
                 Some((subject, eye, later_s)) => {
@@ -394,8 +424,9 @@ impl App {
             },
             Ok(frame) => {
                 (self.before, self.panel.frame_error) = (None, None);
-                if self.asked.as_ref().is_some_and(|job| job.revision == answer.revision) {
+                if let Some(job) = self.asked.as_ref().filter(|job| job.revision == answer.revision) {
                     self.script.answered(self.asked_at.elapsed());
+                    self.script.unfinished += u32::from(!job.moving && !frame.refined.whole);
                 }
                 (self.truth, self.compared, self.mixed) = (None, None, None);
                 self.frame = Some((answer.revision, frame));
@@ -434,7 +465,8 @@ impl App {
             by => format!(" at 1/{by}"),
         };
         let (name, ms) = (&self.subject.scene.name, frame.ms);
-        let title = format!("{name} · {width}x{height}{coarse} · {ms:.0} ms · {}", self.context.name);
+        let refined = frame.refined.words(frame.report.noise);
+        let title = format!("{name} · {width}x{height}{coarse} · {ms:.0} ms{refined} · {}", self.context.name);
         shown.window.set_title(&title);
     }
 
@@ -482,6 +514,9 @@ impl App {
     }
 
     fn draw(&mut self, grab: Option<&Path>) -> anyhow::Result<()> {
+        if let Some(worker) = &self.worker {
+            worker.hold(self.panel.truth);
+        }
         self.compare()?;
         let Some(shown) = &mut self.shown else { return Ok(()) };
         let input = shown.egui.take_egui_input(&shown.window);
@@ -509,7 +544,7 @@ impl App {
     }
 
     fn or_fail(&mut self, event_loop: &ActiveEventLoop, result: anyhow::Result<()>) {
-        if let Err(error) = result {
+        if let Err(error) = result.or_else(|error| self.recover(error)) {
             self.failed.get_or_insert(error);
             event_loop.exit();
         }

@@ -24,6 +24,8 @@ pub struct Panel {
     pub split: f32,
     /// Stops; automatic where absent.
     pub exposure: Option<f32>,
+    /// Passes over the image that a picture at rest goes on to.
+    pub refine: u32,
     /// Whether the path tracer runs beside a picture at rest.
     pub truth: bool,
     /// From image to reference to error: see [`Compared::picture`].
@@ -40,7 +42,7 @@ pub struct Panel {
 }
 
 impl Panel {
-    pub fn new(preset: &str, settings: Settings, exposure: Option<f32>) -> Self {
+    pub fn new(preset: &str, settings: Settings, (exposure, refine): (Option<f32>, u32)) -> Self {
         Self {
             open: true,
             preset: preset.to_owned(),
@@ -50,6 +52,7 @@ impl Panel {
             mix: Mix::Split,
             split: 0.5,
             exposure,
+            refine,
             truth: false,
             fade: 0.0,
             error: None,
@@ -93,7 +96,11 @@ impl Panel {
                 }
                 match (step, frame) {
                     (Some(step), _) => drop(ui.label(format!("{} {:.0} %", step.pass, 100.0 * step.share))),
-                    (None, Some(frame)) => drop(ui.label(format!("{:.0} ms, input to picture", frame.ms))),
+                    (None, Some(frame)) => drop(ui.label(format!(
+                        "{:.0} ms, input to picture{}",
+                        frame.ms,
+                        frame.refined.words(frame.report.noise)
+                    ))),
                     (None, None) => drop(ui.label("preparing the scene")),
                 }
                 changed |= self.show_view(ui, frame);
@@ -114,7 +121,7 @@ impl Panel {
     }
 
     fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) -> bool {
-        let before = (self.preset.clone(), self.layer, self.beside, self.exposure);
+        let before = (self.preset.clone(), self.layer, self.beside, self.exposure, self.refine);
         egui::ComboBox::from_label("preset").selected_text(&self.preset).show_ui(ui, |ui| {
             for preset in PRESETS {
                 let chosen = ui.selectable_label(self.preset == preset.name, preset.name).on_hover_text(preset.meaning);
@@ -160,7 +167,9 @@ impl Panel {
                 None => drop(ui.label(format!("{automatic} EV, automatic"))),
             }
         });
-        before != (self.preset.clone(), self.layer, self.beside, self.exposure)
+        let refine = egui::Slider::new(&mut self.refine, 1..=4096).logarithmic(true);
+        ui.add(refine.text("passes at rest")).on_hover_text("the mean over so many passes is shown; C prints as many");
+        before != (self.preset.clone(), self.layer, self.beside, self.exposure, self.refine)
     }
 
     fn show_settings(&mut self, ui: &mut egui::Ui) -> bool {

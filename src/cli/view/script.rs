@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use ash::vk;
 use glam::DVec3;
 use twobounce::output::read;
 use twobounce::{Error, Result};
@@ -14,13 +15,16 @@ use winit::keyboard::KeyCode;
 use super::App;
 use super::beside::{Mix, Other};
 use super::layer::Layer;
+use super::screen::Call;
 use crate::say;
 
 /// One line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
-    /// Waits until the picture is whole and at rest.
+    /// Waits until the picture is whole and at rest,
     Rest,
+    /// and as good as it gets.
+    Refined,
     /// Seconds that the animation has played at least.
     Wait(f64),
     /// Radians to the left and up.
@@ -38,7 +42,13 @@ pub enum Act {
     /// Waits until GLSL was saved once more than before.
     Reload,
     Size(u32, u32),
+    /// What the window's next frames come to.
+    Fault(Call, vk::Result),
+    /// The device that makes frames is lost.
+    Lose,
     Minimise(bool),
+    /// Waits until the window manager did.
+    Minimised(bool),
     /// Swapchains, made anew so many times.
     Remake(u32),
     Save(PathBuf),
@@ -52,19 +62,33 @@ pub enum Act {
     Quit,
 }
 
+/// What an act may wait for.
+pub struct Now {
+    pub rests: bool,
+    pub refined: bool,
+    pub compared: bool,
+    /// Seconds that the animation has played.
+    pub played_s: f64,
+    pub minimised: bool,
+}
+
 #[derive(Default)]
 pub struct Script {
     acts: VecDeque<Act>,
     /// What the last act waits for.
     for_rest: bool,
+    for_refined: bool,
     for_answer: bool,
     for_truth: bool,
     for_time_s: f64,
     for_reload: bool,
+    for_minimised: Option<bool>,
     /// GLSL that was saved and not waited for yet.
     reloads: u32,
     /// Of movements.
     answers: Vec<Duration>,
+    /// Pictures at rest that were not whole yet.
+    pub unfinished: u32,
 }
 
 impl Script {
@@ -87,23 +111,27 @@ impl Script {
     pub fn next(&mut self) -> Option<Act> {
         let act = self.acts.pop_front()?;
         self.for_rest = act == Act::Rest;
+        self.for_refined = act == Act::Refined;
         self.for_time_s = if let Act::Wait(seconds) = act { seconds } else { 0.0 };
         self.for_truth = matches!(act, Act::Truth(_));
         self.for_reload = act == Act::Reload;
+        self.for_minimised = if let Act::Minimised(whether) = act { Some(whether) } else { None };
         self.for_answer = matches!(act, Act::Turn(..) | Act::Walk(_));
         Some(act)
     }
 
     /// Whether the last act waits for something yet.
-    pub fn waits(&mut self, rests: bool, compared: bool, played_s: f64) -> bool {
+    pub fn waits(&mut self, now: &Now) -> bool {
         if self.for_reload && self.reloads > 0 {
             (self.for_reload, self.reloads) = (false, self.reloads - 1);
         }
         self.for_reload
-            || played_s < self.for_time_s
+            || now.played_s < self.for_time_s
             || self.for_answer
-            || self.for_rest && !rests
-            || self.for_truth && !compared
+            || self.for_minimised.is_some_and(|whether| whether != now.minimised)
+            || self.for_rest && !now.rests
+            || self.for_refined && !now.refined
+            || self.for_truth && !now.compared
     }
 
     /// GLSL was saved.
@@ -136,6 +164,7 @@ fn act(line: &str) -> Option<Act> {
     let mut number = || numbers.next().flatten();
     Some(match name {
         "rest" => Act::Rest,
+        "refined" => Act::Refined,
         "wait" => Act::Wait(number()?),
         "turn" => Act::Turn(number()?, number()?),
         "walk" => Act::Walk(DVec3::new(number()?, number()?, number()?)),
@@ -157,7 +186,16 @@ fn act(line: &str) -> Option<Act> {
         "reload" => Act::Reload,
         "drop" => Act::Drop(rest.into()),
         "size" => Act::Size(number()? as u32, number()? as u32),
+        "fault" => match rest {
+            "acquire" => Act::Fault(Call::Acquire, vk::Result::ERROR_OUT_OF_DATE_KHR),
+            "present" => Act::Fault(Call::Present, vk::Result::ERROR_OUT_OF_DATE_KHR),
+            "lost" => Act::Fault(Call::Present, vk::Result::ERROR_DEVICE_LOST),
+            _ => return None,
+        },
+        "lose" => Act::Lose,
         "minimise" => Act::Minimise(true),
+        "minimised" => Act::Minimised(true),
+        "restored" => Act::Minimised(false),
         "restore" => Act::Minimise(false),
         "remake" => Act::Remake(number()? as u32),
         "save" => Act::Save(rest.into()),
@@ -173,14 +211,18 @@ fn act(line: &str) -> Option<Act> {
 impl App {
     /// One line of the script, once nothing is under way.
     pub(super) fn act(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        let Some((_, frame)) = &self.frame else { return Ok(()) };
+        let minimised = self.shown.as_ref().is_some_and(|shown| shown.window.is_minimized() == Some(true));
         let rests = self.rests();
-        if self.frame.is_none() || self.script.waits(rests, self.compared.is_some(), self.later_s) {
+        let refined = rests && frame.refined.passes >= self.panel.refine;
+        let now = Now { rests, refined, compared: self.compared.is_some(), played_s: self.later_s, minimised };
+        if self.script.waits(&now) {
             return Ok(());
         }
         let Some(act) = self.script.next() else { return Ok(()) };
         let Some(shown) = &mut self.shown else { return Ok(()) };
         match act {
-            Act::Rest | Act::Wait(_) | Act::Reload => {}
+            Act::Rest | Act::Refined | Act::Wait(_) | Act::Reload | Act::Minimised(_) => {}
             Act::Turn(left, up) => {
                 self.eye().turn(left, up);
                 self.moves();
@@ -207,6 +249,11 @@ impl App {
             }
             Act::Drop(path) => self.dropped(&path),
             Act::Size(width, height) => drop(shown.window.request_inner_size(PhysicalSize::new(width, height))),
+            Act::Fault(call, result) => shown.screen.faults.push_back((call, result)),
+            Act::Lose => {
+                self.context.lose();
+                self.moves();
+            }
             Act::Minimise(whether) => shown.window.set_minimized(whether),
             Act::Remake(times) => {
                 for _ in 0..times {
@@ -222,7 +269,8 @@ impl App {
             Act::Say => {
                 let made = self.shown.as_ref().map_or(0, |shown| shown.screen.made);
                 let error = self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.words()));
-                say!("swapchains {made}; {}{error}", self.script.answers());
+                let (unfinished, answers) = (self.script.unfinished, self.script.answers());
+                say!("swapchains {made}; unfinished pictures {unfinished}; {answers}{error}");
             }
             Act::Quit => event_loop.exit(),
         }

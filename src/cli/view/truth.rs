@@ -10,8 +10,9 @@ use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{Pose, Scene, View};
 use winit::event_loop::EventLoopProxy;
 
+use super::maker::encode;
 use super::screen::Picture;
-use super::worker::{Frame, encode};
+use super::worker::Frame;
 
 /// Samples per pixel after which both are compared.
 const ROUNDS: [u32; 7] = [1, 4, 16, 64, 256, 1024, 4096];

@@ -1,30 +1,20 @@
-//! The thread that makes frames: the newest job wins, and a frame at rest ends early for it.
+//! The thread that makes frames: the newest job wins, and a frame at rest ends early for it. [`super::maker`] says how they are made.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
 
-use rayon::prelude::*;
-use twobounce::layers::{Aov, Layers};
-use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
-use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
+use twobounce::layers::Layers;
+use twobounce::renderer::{FrameReport, RenderOptions};
 use twobounce::scene::{Scene, View};
 use twobounce::settings::Settings;
-use twobounce::vk::{Context, Step, Watch};
+use twobounce::vk::{Context, Step, Watch, ZoneTiming};
 use twobounce::{Error, Result};
 use winit::event_loop::EventLoopProxy;
 
 use super::layer::Layer;
+use super::maker::{IMAGE_PASSES, Makers};
 use super::screen::Picture;
-use crate::cli::blank::sky_shown;
 use crate::cli::interrupt;
 use crate::cli::scene::Shot;
-
-/// The passes that come after the light: a frame that ends early in one of them has lost nothing but its image.
-const IMAGE_PASSES: [&str; 2] = ["image", "gather"];
-/// Milliseconds of the image while something moves: with encoding and showing it, an answer within 100.
-const MOVING_MS: f64 = 50.0;
-/// By how much a side of the image is divided while something moves.
-const DIVISORS: [u32; 4] = [1, 2, 4, 8];
 
 /// What is to be shown.
 #[derive(Clone)]
@@ -44,6 +34,8 @@ pub struct Job {
     pub exposure: Option<f32>,
     /// A coarser image will do, if it comes soon.
     pub moving: bool,
+    /// At rest, the image goes on to the mean of so many passes.
+    pub refine: u32,
 }
 
 /// A frame that is done, or why there is none.
@@ -61,8 +53,22 @@ pub struct Frame {
     /// From taking the job to the picture.
     pub ms: f64,
     pub report: FrameReport,
+    /// Times of lists and light, when they were made last.
+    pub light: Vec<ZoneTiming>,
     pub allocated_bytes: u64,
     pub beside: Option<Beside>,
+    pub refined: Refined,
+}
+
+/// How far a picture at rest has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Refined {
+    /// It is what `render` makes with these settings, or better.
+    pub whole: bool,
+    /// Over the light, since it was made anew.
+    pub light_passes: u32,
+    /// Over the image.
+    pub passes: u32,
 }
 
 /// The same with other settings.
@@ -71,6 +77,17 @@ pub struct Beside {
     pub image: Layers,
     /// Of the frame's passes.
     pub gpu_ms: f64,
+}
+
+impl Refined {
+    /// For the title, after the time.
+    pub fn words(self, noise: Option<f64>) -> String {
+        let Self { light_passes, passes, .. } = self;
+        let light = if light_passes > 1 { format!(" · light of {light_passes} passes") } else { String::new() };
+        let noise = noise.map_or(String::new(), |noise| format!(", noise {:.1} %", 100.0 * noise));
+        let image = if passes > 1 { format!(" · mean of {passes}{noise}") } else { String::new() };
+        light + &image
+    }
 }
 
 /// A thread that makes frames; it ends when this is dropped.
@@ -92,6 +109,8 @@ struct State {
     step: Option<Step>,
     /// Renderers are to be made anew.
     renews: bool,
+    /// What is whole stays as it is.
+    holds: bool,
     ends: bool,
 }
 
@@ -124,6 +143,11 @@ impl Worker {
         self.shared.changed.notify_all();
     }
 
+    /// Whether a picture that is whole stays as it is, for the path tracer to be compared with.
+    pub fn hold(&self, whether: bool) {
+        self.shared.lock().holds = whether;
+    }
+
     /// Makes passes anew for the next job: their shaders are others.
     #[cfg(feature = "hot-reload")]
     pub fn renew(&self) {
@@ -152,7 +176,7 @@ impl Drop for Worker {
 }
 
 fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
-    let mut makers = Makers { stage, watch: watch(shared), own: None, beside: None };
+    let mut makers = Makers::new(stage, watch(shared));
     let mut done = 0;
     loop {
         let job = {
@@ -161,23 +185,47 @@ fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
             let mut state = waited.unwrap_or_else(PoisonError::into_inner);
             state.step = None;
             if std::mem::take(&mut state.renews) {
-                (makers.own, makers.beside) = (None, None);
+                makers.renew();
             }
             match &state.job {
                 Some(job) if !state.ends => job.clone(),
                 _ => return,
             }
         };
-        let frame = match makers.frame(&job) {
-            Err(Error::Interrupted) => continue, // for a newer job, or to end
-            result => result.map_err(|error| error.to_string()),
+        let answer = |frame| {
+            let mut state = shared.lock();
+            state.step = None;
+            state.answer = Some(Answer { revision: job.revision, frame });
+            drop(state);
+            let _ = wake.send_event(()); // the window may be closed
         };
+        match makers.make(&job, &Wanted { shared, revision: job.revision }, &|frame| answer(Ok(frame))) {
+            Err(Error::Interrupted) => continue, // for a newer job, or to end
+            Err(error) => answer(Err(error.to_string())),
+            Ok(()) => {}
+        }
         done = job.revision;
-        let mut state = shared.lock();
-        state.step = None;
-        state.answer = Some(Answer { revision: job.revision, frame });
-        drop(state);
-        let _ = wake.send_event(()); // the window may be closed
+    }
+}
+
+/// Whether a job's picture is wanted yet.
+pub struct Wanted<'a> {
+    shared: &'a Shared,
+    revision: u64,
+}
+
+impl Wanted<'_> {
+    /// # Errors
+    /// [`Error::Interrupted`] where there is a newer job, or it is the end.
+    pub fn check(&self) -> Result<()> {
+        let state = self.shared.lock();
+        let newest = state.job.as_ref().is_none_or(|job| job.revision == self.revision);
+        if newest && !state.ends { interrupt::check() } else { Err(Error::Interrupted) }
+    }
+
+    /// Whether a whole picture is to get better yet.
+    pub fn refines(&self) -> bool {
+        !self.shared.lock().holds
     }
 }
 
@@ -197,121 +245,4 @@ fn watch(shared: &Arc<Shared>) -> Watch {
         let late = began.1 == "at rest" && revision != began.0 && IMAGE_PASSES.contains(&step.pass);
         if state.ends || late { Err(Error::Interrupted) } else { interrupt::check() }
     })
-}
-
-struct Makers {
-    stage: Stage,
-    watch: Watch,
-    own: Option<Maker>,
-    beside: Option<Maker>,
-}
-
-impl Makers {
-    fn frame(&mut self, job: &Job) -> Result<Frame> {
-        let began = Instant::now();
-        let Self { stage, watch, own, beside } = self;
-        let own = Maker::of(own, (stage, watch), &job.settings, job)?;
-        let beside = match &job.beside {
-            Some(settings) => Some((Maker::of(beside, (stage, watch), settings, job)?, settings)),
-            None => {
-                *beside = None;
-                None
-            }
-        };
-        let ms_per_pixel = own.ms_per_pixel + beside.as_ref().map_or(0.0, |(maker, _)| maker.ms_per_pixel);
-        let divisor = if job.moving { divisor(job.size, ms_per_pixel) } else { 1 };
-        let (picture, image, exposure_ev, report) = own.frame((job, &job.settings), divisor, stage)?;
-        let beside = beside.map(|(maker, settings)| {
-            let job = Job { exposure: Some(exposure_ev), ..job.clone() };
-            let (picture, image, _, report) = maker.frame((&job, settings), divisor, stage)?;
-            Ok(Beside { picture, image, gpu_ms: report.timings.gpu_ms })
-        });
-        let beside = beside.transpose()?;
-        let ms = 1e3 * began.elapsed().as_secs_f64();
-        let allocated_bytes = stage.context.allocated_bytes();
-        Ok(Frame { picture, image, exposure_ev, divisor, ms, report, allocated_bytes, beside })
-    }
-}
-
-/// The least by which a side of the image is divided to be made soon.
-fn divisor(size: (u32, u32), ms_per_pixel: f64) -> u32 {
-    let pixels = f64::from(size.0) * f64::from(size.1);
-    let soon = |d: &&u32| pixels / f64::from(**d * **d) * ms_per_pixel <= MOVING_MS;
-    DIVISORS.iter().find(soon).or(DIVISORS.last()).copied().unwrap_or(1)
-}
-
-struct Maker {
-    renderer: Renderer,
-    made_for: (Settings, (u32, u32), Layer),
-    /// Of the image alone, as it was last.
-    ms_per_pixel: f64,
-}
-
-impl Maker {
-    /// What is there, or a new one.
-    fn of<'a>(
-        there: &'a mut Option<Self>,
-        (stage, watch): (&Stage, &Watch),
-        settings: &Settings,
-        job: &Job,
-    ) -> Result<&'a mut Self> {
-        if there.is_none() {
-            let Stage { context, scene, shot, options } = stage;
-            let options = RenderOptions {
-                size: job.size,
-                aovs: job.layer.needs(),
-                watch: Some(watch.clone()),
-                responsive: true,
-                ..options.clone()
-            };
-            let pose = shot.pose(scene, job.later_s);
-            let renderer = Renderer::new(context, scene.as_ref().clone(), &pose, settings.clone(), options)?;
-            let ms_per_pixel = if context.is_cpu { 1.0 } else { 0.0 };
-            *there = Some(Self { renderer, made_for: (settings.clone(), job.size, job.layer), ms_per_pixel });
-        }
-        Ok(there.as_mut().expect("just made"))
-    }
-
-    fn frame(
-        &mut self,
-        (job, wanted): (&Job, &Settings),
-        divisor: u32,
-        Stage { context, shot, .. }: &Stage,
-    ) -> Result<(Picture, Layers, f32, FrameReport)> {
-        let size = ((job.size.0 / divisor).max(1), (job.size.1 / divisor).max(1));
-        let (settings, made_size, layer) = &self.made_for;
-        if !settings.means_same(wanted) || *made_size != size || *layer != job.layer {
-            self.renderer.change_layers(wanted.clone(), size, job.layer.needs())?;
-            self.made_for = (wanted.clone(), size, job.layer);
-        }
-        let pose = shot.pose(self.renderer.scene(), job.later_s);
-        let report = self.renderer.render(&pose, &job.view)?;
-        let zones = report.timings.zones.iter().filter(|zone| IMAGE_PASSES.contains(&zone.name));
-        let passes = f64::from(wanted.image.passes);
-        self.ms_per_pixel =
-            zones.map(|zone| zone.gpu_ms).sum::<f64>() * passes / (f64::from(size.0) * f64::from(size.1));
-        let image = self.renderer.read();
-        let scene = self.renderer.scene();
-        let ev =
-            job.exposure.unwrap_or_else(|| automatic_exposure(image.beauty(), sky_shown(&image, scene, &job.view)));
-        let rgba = match job.layer {
-            Layer::Image(layer) => encode(&image, layer, ev),
-            Layer::Grid(layer) => layer.picture((context, &self.renderer), &image, &job.view)?,
-        };
-        Ok((Picture { size, rgba }, image, ev, report))
-    }
-}
-
-/// A layer as a display takes it; the image as a PNG has it.
-pub fn encode(image: &Layers, layer: Aov, exposure_ev: f32) -> Vec<u8> {
-    let gain = exposure_ev.exp2();
-    let code = |p: &[f32; 3]| match layer {
-        Aov::Beauty | Aov::Direct | Aov::Indirect => tone_curve(p.map(|c| c * gain)).map(srgb_code),
-        Aov::Normal => p.map(|c| (255.0 * (0.5 * c + 0.5)).round() as u8),
-        // Half as bright a metre away.
-        Aov::Depth => p.map(|c| srgb_code(1.0 / (1.0 + c))),
-        Aov::Alpha | Aov::Ao | Aov::Albedo | Aov::Diffuse => p.map(srgb_code),
-    };
-    let pixels = image.get(layer).unwrap_or(image.beauty());
-    pixels.par_iter().flat_map_iter(|p| code(p).into_iter().chain([255])).collect()
 }

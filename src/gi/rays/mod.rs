@@ -5,6 +5,7 @@
 //! gather along rays themselves. With all bounces each pass gathers what the one before left; once that has settled, rays go
 //! other ways in every pass, items are lit at other points, and the mean of the passes is the light.
 
+pub mod inspect;
 mod settings;
 
 use super::bounces::{BounceDesc, PerBounce};

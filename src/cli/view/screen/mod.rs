@@ -5,6 +5,7 @@ mod device;
 mod picture;
 mod swapchain;
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
 use anyhow::Context as _;
@@ -56,6 +57,15 @@ pub struct Screen {
     _entry: ash::Entry,
     /// Swapchains made so far.
     pub made: u32,
+    /// For tests: results that the next calls are taken to have, one after another.
+    pub faults: VecDeque<(Call, vk::Result)>,
+}
+
+/// What of a frame can fail though nothing of it is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Call {
+    Acquire,
+    Present,
 }
 
 impl Screen {
@@ -124,6 +134,7 @@ impl Screen {
             instance,
             _entry: entry,
             made: 0,
+            faults: VecDeque::new(),
         };
         screen.remake(window)?;
         Ok(screen)
@@ -191,8 +202,10 @@ impl Screen {
         let (handle, extent) = (self.swapchain.handle, self.swapchain.extent);
         // SAFETY: handles of this device; the fence says that the last frame is done.
         unsafe {
-            let acquired =
-                self.swapchain_functions.acquire_next_image(handle, u64::MAX, self.acquired, vk::Fence::null());
+            let acquired = match self.fault(Call::Acquire) {
+                Some(result) => Err(result),
+                None => self.swapchain_functions.acquire_next_image(handle, u64::MAX, self.acquired, vk::Fence::null()),
+            };
             let (index, suboptimal) = match acquired {
                 Ok(next) => next,
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => return stale(true),
@@ -232,13 +245,21 @@ impl Screen {
             let (swapchains, indices) = ([handle], [index]);
             let present =
                 vk::PresentInfoKHR::default().wait_semaphores(&signals).swapchains(&swapchains).image_indices(&indices);
-            let stale = match self.swapchain_functions.queue_present(self.queue, &present) {
+            let presented = self.swapchain_functions.queue_present(self.queue, &present);
+            let stale = match self.fault(Call::Present).map_or(presented, Err) {
                 Ok(late) => late || suboptimal,
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => true,
                 Err(error) => return Err(error.into()),
             };
             Ok(Drawn { stale, grabbed })
         }
+    }
+}
+
+impl Screen {
+    /// What the call is to come to, if a test says so.
+    fn fault(&mut self, call: Call) -> Option<vk::Result> {
+        self.faults.pop_front_if(|(at, _)| *at == call).map(|(_, result)| result)
     }
 }
 

@@ -1,0 +1,120 @@
+//! What the method did, for those who look at it: where it keeps its light, and the rays that a pixel's light was gathered along.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::Result;
+use crate::frame::Frame;
+use crate::ground::constants::{constants, with};
+use crate::settings::Settings;
+use crate::vk::{
+    self, Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags,
+    Recorder, RecorderOptions,
+};
+
+/// Threads of a workgroup of `inspect.comp`: along each side of a square of pixels, or rays.
+const PIXELS: u32 = 8;
+const RAYS: u32 = 64;
+
+/// Of a frame of this method.
+pub struct Inspect {
+    kept: Compute,
+    rays: Compute,
+    /// Rays of a pixel, and pixels along each side of one that is gathered.
+    diffuse: u32,
+    scale: u32,
+}
+
+/// A ray along which diffuse light was gathered. Positions in voxels of the base grid, radiance as stored: [`Frame::scale`] times it.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct InspectedRay {
+    pub from: [f32; 3],
+    /// Where the first surface was met, or where it left the grid for the sky.
+    pub to: [f32; 3],
+    /// What it brought, through surfaces that let light pass too.
+    pub light: [f32; 3],
+    /// 1 + the triangle that was met first, counted over the instances in the scene's order; 0: none.
+    pub source: u32,
+    /// 1 where it was met from behind.
+    pub back: u32,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Push {
+    pixel: [u32; 2],
+    scale: u32,
+}
+
+impl Inspect {
+    /// For frames with these settings.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn new(context: &Arc<Context>, settings: &Settings, frame: &Frame) -> Result<Self> {
+        let constants = with(constants(settings, frame.ground.desc.features), frame.method.constants());
+        let compute = |label, shader| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
+        let made = Self {
+            kept: compute("kept light", "gi/rays/inspect.comp")?,
+            rays: compute("rays of a pixel", "gi/rays/inspect.comp RAYS")?,
+            diffuse: settings.of.rays.diffuse,
+            scale: if settings.image.gathers_apart() { settings.image.gather_resolution.scale() } else { 1 },
+        };
+        context.wait_for_pipelines()?;
+        Ok(made)
+    }
+
+    /// Per pixel of the last frame's view: the radiance that is kept for the surface there, as stored, and 1 + which of the lists'
+    /// items keeps it; 0 where none does.
+    ///
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn kept(&self, context: &Arc<Context>, frame: &Frame, (width, height): (u32, u32)) -> Result<Vec<[f32; 4]>> {
+        let image = Image::new(
+            context,
+            &ImageDesc {
+                label: "kept light",
+                dim: ImageDim::D2,
+                format: Format::R32G32B32A32_SFLOAT,
+                width,
+                height,
+                usage: ImageUsageFlags::STORAGE | ImageUsageFlags::TRANSFER_SRC,
+                ..Default::default()
+            },
+        )?;
+        let groups = [width.div_ceil(PIXELS), height.div_ceil(PIXELS), 1];
+        let push = Push { pixel: [0; 2], scale: self.scale };
+        look(context, frame, &self.kept, (Bind::storage_image("kept_light", image.view()), push, groups))?;
+        vk::download_image(context, &image, 0)
+    }
+
+    /// The rays of the gathered pixel in which `pixel` of the last frame's image lies.
+    ///
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn rays(&self, context: &Arc<Context>, frame: &Frame, pixel: (u32, u32)) -> Result<Vec<InspectedRay>> {
+        let bytes = u64::from(self.diffuse) * size_of::<InspectedRay>() as u64;
+        let buffer = Buffer::new(context, "rays of a pixel", bytes, BufferKind::Device)?;
+        let groups = [self.diffuse.div_ceil(RAYS), 1, 1];
+        let push = Push { pixel: [pixel.0, pixel.1], scale: self.scale };
+        look(context, frame, &self.rays, (Bind::buffer("inspected", &buffer), push, groups))?;
+        vk::download(context, &buffer)
+    }
+}
+
+fn look(
+    context: &Arc<Context>,
+    frame: &Frame,
+    pass: &Compute,
+    (own, push, groups): (Bind<'_>, Push, [u32; 3]),
+) -> Result<()> {
+    let mut binds = frame.ground.image_binds();
+    binds.extend(frame.method.binds(&frame.ground));
+    binds.push(own);
+    let mut r = Recorder::new(context, RecorderOptions::default())?;
+    r.full_barrier(); // the last frame wrote lists and light
+    r.dispatch(pass, &pass.select(&binds), &push, groups);
+    r.finish().map(drop)
+}

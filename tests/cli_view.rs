@@ -270,6 +270,67 @@ fn voxels_and_list_lengths_are_shown() {
     assert!(lengths.contains(&[0, 0, 0]) && lengths.len() > 2, "{lengths:?}");
 }
 
+/// What is kept on surfaces is the light that is seen there; a volume's sides differ; only methods that have them show them.
+#[test]
+fn light_is_shown_where_it_is_kept() {
+    let folder = folder();
+    let cones = "set method=cones\n";
+    let script = format!(
+        "rest\npanel closed\nlayer indirect\nrest\ngrab seen.png\nlayer light kept\nrest\ngrab kept.png\nlayer where light is kept\nrest\n\
+         grab items.png\n{cones}layer volume\nrest\ngrab mean.png\nlayer volume 1 0 +x\nrest\ngrab x.png\nlayer volume 1 3 +x\nrest\n\
+         grab coarse.png\nquit"
+    );
+    said(view(folder.path(), &script, &["--exposure", "0"]));
+    let image = |name: &str| pixels(&folder.path().join(name));
+    let mean = |name: &str| image(name).pixels().flat_map(|p| p.0).map(f64::from).sum::<f64>() / (3.0 * 96.0 * 64.0);
+    let colors = |name: &str| image(name).pixels().map(|p| p.0).collect::<std::collections::BTreeSet<_>>().len();
+    assert!(mean("kept.png") > 10.0 && mean("mean.png") > 10.0, "{} and {}", mean("kept.png"), mean("mean.png"));
+    // An item keeps one colour for all pixels that it is seen at.
+    assert!(colors("items.png") > 50 && colors("kept.png") <= colors("items.png") + 2);
+    assert!(image("x.png") != image("mean.png") && image("x.png") != image("coarse.png"));
+    assert!(image("kept.png") != image("seen.png"));
+}
+
+/// The rays of a pixel bring what the pixel is lit by, and end where something is.
+#[test]
+fn the_rays_of_a_pixel_are_listed() {
+    let folder = folder();
+    let script = "rest\nrays 48 60\nsay\nbounds\npanel closed\ngrab a.png\nquit";
+    let said =
+        said(view(folder.path(), script, &["--set", "rays.diffuse=16", "--set", "image.gather_resolution=full"]));
+    let rays: Vec<&str> = said.lines().filter(|line| line.starts_with("ray ")).collect();
+    assert_eq!(rays.len(), 16, "{said}");
+    // The floor is seen there: rays go up, to walls, the ceiling and the boxes, and leave through the open front.
+    assert!(rays.iter().filter(|ray| ray.ends_with("front")).count() > 8, "{said}");
+    assert!(!rays.iter().any(|ray| ray.ends_with("back")), "{said}");
+    let points = |ray: &str| {
+        let numbers: Vec<f64> = ray
+            .split(|c: char| !(c.is_ascii_digit() || "-.e".contains(c)))
+            .filter_map(|word| word.parse().ok())
+            .collect();
+        [[numbers[0], numbers[1], numbers[2]], [numbers[3], numbers[4], numbers[5]]]
+    };
+    for ray in &rays {
+        let [from, to] = points(ray);
+        assert!((from[1] + 1.0).abs() < 0.01 && to[1] > from[1], "{ray}"); // the floor is at −1
+    }
+    assert!(
+        pixels(&folder.path().join("a.png")).pixels().any(|pixel| pixel.0[0] > 200 && pixel.0[2] < 60),
+        "no bounds"
+    );
+}
+
+#[test]
+fn a_setting_is_measured_beside_its_neighbours() {
+    let folder = folder();
+    let said = viewed(folder.path(), "rest\ncost bounces\ncost voxels\nsay\nquit");
+    let costs = said.lines().find(|line| line.starts_with("costs ")).expect("costs");
+    for value in ["bounces: 1: ", "2: ", "all: ", "voxels: ", "16: ", "32: "] {
+        assert!(costs.contains(value), "no {value} in {costs}");
+    }
+    assert_eq!(costs.matches(" ms, ").count(), 5, "{costs}");
+}
+
 /// Another file instead of the one that is open; one that cannot be read changes nothing.
 #[test]
 fn a_dropped_file_is_shown_instead() {

@@ -4,8 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use super::{Bounds, Pose, Projection, Scene, View};
 
-/// Vertical field of view of [`View::framing`], degrees.
-/// Vertical, of cameras that nobody chose.
+/// Vertical field of view of cameras that nobody chose, degrees.
 pub const DEFAULT_FOV_DEGREES: f32 = 45.0;
 /// The distance of the near plane over that of the target.
 const NEAR_PART: f64 = 1e-3;
@@ -67,6 +66,36 @@ impl View {
         self.ray(pixel, size).1
     }
 
+    /// Where a line between two points of the world shows in an image of `size`: x and y in pixels from the upper left corner. What
+    /// lies behind the eye is cut off; `None` where nothing is left.
+    pub fn segment(&self, ends: [DVec3; 2], size: (u32, u32)) -> Option<[[f64; 2]; 2]> {
+        let least = match self.projection {
+            Projection::Perspective { near, .. } => f64::from(near).max(f64::MIN_POSITIVE),
+            Projection::Orthographic { .. } => 0.0,
+        };
+        let ahead = ends.map(|end| (end - self.eye).dot(self.forward));
+        if ahead[0] < least && ahead[1] < least {
+            return None;
+        }
+        let cut = |at: usize| {
+            let (own, other) = (ahead[at], ahead[1 - at]);
+            if own >= least { ends[at] } else { ends[at].lerp(ends[1 - at], (least - own) / (other - own)) }
+        };
+        Some([cut(0), cut(1)].map(|end| self.place(end, size)))
+    }
+
+    /// The inverse of [`Self::ray`], of a point ahead.
+    fn place(&self, point: DVec3, (width, height): (u32, u32)) -> [f64; 2] {
+        let to = point - self.eye;
+        let half = match self.projection {
+            Projection::Perspective { fov, .. } => (0.5 * f64::from(fov)).tan() * to.dot(self.forward),
+            Projection::Orthographic { half_height, .. } => f64::from(half_height),
+        };
+        let (width, height) = (f64::from(width), f64::from(height));
+        let (x, y) = (to.dot(self.right()) / half * height / width, to.dot(self.up) / half);
+        [0.5 * (x + 1.0) * width, 0.5 * (1.0 - y) * height]
+    }
+
     /// The direction to the right in the image, unit.
     pub fn right(&self) -> DVec3 {
         self.forward.cross(self.up)
@@ -77,5 +106,34 @@ impl Scene {
     /// The view of camera number `camera` at `pose`.
     pub fn view(&self, pose: &Pose, camera: usize) -> View {
         View::from_node(pose.world_from_camera[camera], self.cameras[camera].projection)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_pixel_looks_at_shows_in_it() {
+        let up = DVec3::new(0.1, 1.0, 0.3);
+        let perspective = View::look_at(DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 0.5, 0.2), up, 0.9);
+        let projection = Projection::Orthographic { half_height: 2.5, near: 0.0, far: 100.0 };
+        let size = (64, 40);
+        for view in [perspective, View { projection, ..perspective }] {
+            for pixel in [0, 63, 700, 64 * 40 - 1] {
+                let (from, along) = view.ray(pixel, size);
+                let [near, far] = view.segment([from + along, from + 9.0 * along], size).expect("ahead");
+                let middle = [(pixel % 64) as f64 + 0.5, (pixel / 64) as f64 + 0.5];
+                for (found, wanted) in near.iter().chain(&far).zip(middle.iter().chain(&middle)) {
+                    assert!((found - wanted).abs() < 1e-9, "{found} and {wanted}");
+                }
+                assert!(view.segment([from - along, from - 9.0 * along], size).is_none(), "behind the eye");
+            }
+        }
+        // What comes from behind is cut off where it passes the near plane.
+        let aside = perspective.eye + perspective.right();
+        let cut =
+            perspective.segment([aside + perspective.forward, aside - perspective.forward], size).expect("a half");
+        assert!(cut[1][0] > 1e3 && cut[1][0].is_finite(), "{cut:?}");
     }
 }

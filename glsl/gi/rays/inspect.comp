@@ -55,7 +55,7 @@ void main() {
     Met first = meet(trace_ray(s.position + s.facet * RAY_START, ray.way, 0.0), ray.way);
     float length_shown = first.any ? first.distance : float(EDGE);
     inspected[i].from = s.position;
-    inspected[i].to = s.position + ray.way * length_shown;
+    inspected[i].to = met.any ? s.position + ray.way * length_shown : s.position; // no surface is seen, so nothing gathers
     inspected[i].light = met.any ? ray.light.rgb : vec3(0.0);
     inspected[i].source = met.any && first.any ? first.triangle.source + 1u : 0u;
     inspected[i].back = first.back ? 1u : 0u;

@@ -11,6 +11,7 @@ use winit::window::WindowId;
 
 use super::App;
 use super::beside::{Mix, Other};
+use super::question::Question;
 use crate::cli::{interrupt, out};
 use crate::say;
 
@@ -70,6 +71,7 @@ impl ApplicationHandler<()> for App {
                 match button {
                     MouseButton::Left => self.buttons.0 = pressed,
                     MouseButton::Middle => self.buttons.1 = pressed,
+                    MouseButton::Right if pressed => self.ask_rays(),
                     _ => {}
                 }
             }
@@ -115,6 +117,16 @@ impl ApplicationHandler<()> for App {
 }
 
 impl App {
+    /// Asks for the rays of the pixel under the pointer.
+    pub(super) fn ask_rays(&mut self) {
+        let (Some((x, y)), Some(shown), Some((_, frame))) = (self.pointer, &self.shown, &self.frame) else { return };
+        let (size, window) = (frame.picture.size, shown.screen.size());
+        let pixel = |at: f64, size: u32, window: u32| (at * f64::from(size) / f64::from(window.max(1))) as u32;
+        let pixel = (pixel(x, size.0, window.0).min(size.0 - 1), pixel(y, size.1, window.1).min(size.1 - 1));
+        self.panel.question = Some(Question::Rays(pixel));
+        self.redraw();
+    }
+
     pub(super) fn key(&mut self, event_loop: &ActiveEventLoop, key: KeyCode, pressed: bool) {
         if !pressed {
             self.held.remove(&key);

@@ -4,12 +4,18 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use twobounce::gi::rays::inspect::Inspect;
+use twobounce::ground::faces::FACES;
 use twobounce::ground::layout::ListItem;
 use twobounce::layers::{Aov, Layers};
+use twobounce::output::png::{srgb_code, tone_curve};
 use twobounce::renderer::Renderer;
 use twobounce::scene::View;
-use twobounce::vk::{Context, download};
+use twobounce::settings::Settings;
+use twobounce::vk::{Context, download, download_image};
 use twobounce::{Error, Result};
+
+use super::question::inspect;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layer {
@@ -23,7 +29,26 @@ pub enum GridLayer {
     Voxels(u32),
     /// How many triangles the list of the voxel has.
     Lists,
+    /// What the voxels of the method's volume send.
+    Volume(Side),
+    /// What is kept on the surface itself,
+    Kept,
+    /// and the list items that keep it, in a colour of its own each.
+    Items,
 }
+
+/// Which of a volume's images is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Side {
+    /// 0 or 1.
+    pub bounce: usize,
+    pub level: u32,
+    /// As in [`SIDES`].
+    pub face: usize,
+}
+
+/// Ways that light travels, and their mean.
+pub const SIDES: [&str; FACES] = ["+x", "+y", "+z", "-x", "-y", "-z", "mean"];
 
 /// Levels of voxels that can be shown.
 pub const LEVELS: u32 = 5;
@@ -31,11 +56,22 @@ pub const LEVELS: u32 = 5;
 impl Layer {
     pub const BEAUTY: Self = Self::Image(Aov::Beauty);
 
-    /// Every one, those of the image first.
+    /// Every one, those of the image first; of a volume the mean of the last bounce.
     pub fn all() -> impl Iterator<Item = Self> {
         let voxels = (0..LEVELS).map(GridLayer::Voxels);
-        let grid = voxels.chain([GridLayer::Lists]).map(Self::Grid);
+        let volume = GridLayer::Volume(Side { bounce: 1, level: 0, face: FACES - 1 });
+        let grid = voxels.chain([GridLayer::Lists, volume, GridLayer::Kept, GridLayer::Items]).map(Self::Grid);
         Aov::ALL.iter().copied().map(Self::Image).chain(grid)
+    }
+
+    /// By its name; of a volume, bounce from 0, level and way may follow.
+    pub fn named(name: &str) -> Option<Self> {
+        let side = || {
+            let [bounce, level, way] = name.strip_prefix("volume ")?.split(' ').collect::<Vec<_>>().try_into().ok()?;
+            let face = SIDES.iter().position(|side| *side == way)?;
+            Some(Self::Grid(GridLayer::Volume(Side { bounce: bounce.parse().ok()?, level: level.parse().ok()?, face })))
+        };
+        Self::all().find(|layer| layer.name() == name).or_else(side)
     }
 
     pub fn name(self) -> String {
@@ -44,6 +80,9 @@ impl Layer {
             Self::Grid(GridLayer::Voxels(0)) => "voxels".into(),
             Self::Grid(GridLayer::Voxels(level)) => format!("voxels, level {level}"),
             Self::Grid(GridLayer::Lists) => "list lengths".into(),
+            Self::Grid(GridLayer::Volume(_)) => "volume".into(),
+            Self::Grid(GridLayer::Kept) => "light kept".into(),
+            Self::Grid(GridLayer::Items) => "where light is kept".into(),
         }
     }
 
@@ -52,6 +91,9 @@ impl Layer {
         match self {
             Self::Grid(GridLayer::Lists) => "1 black, 2 blue, 4 cyan, 8 yellow, 16 and more red",
             Self::Grid(GridLayer::Voxels(_)) => "a colour per voxel; grey lies outside of the grid",
+            Self::Grid(GridLayer::Volume(_)) => "what the voxel sends along this way, with a volume's blur",
+            Self::Grid(GridLayer::Kept) => "radiance that rays find on the surface",
+            Self::Grid(GridLayer::Items) => "a colour per list item that keeps light; grey keeps none",
             Self::Image(_) => "",
         }
     }
@@ -66,33 +108,82 @@ impl Layer {
     }
 }
 
-impl GridLayer {
+/// What holds the last frame's grid.
+pub struct Grid<'a> {
+    pub context: &'a Arc<Context>,
+    pub renderer: &'a Renderer,
+    pub inspect: &'a mut Option<Inspect>,
+    pub settings: &'a Settings,
+}
+
+impl Grid<'_> {
     /// The last frame's picture, RGBA.
-    pub fn picture(
-        self,
-        (context, renderer): (&Arc<Context>, &Renderer),
-        image: &Layers,
-        view: &View,
-    ) -> Result<Vec<u8>> {
-        let grid = renderer.ground().desc.grid;
+    pub fn picture(&mut self, layer: GridLayer, (image, ev): (&Layers, f32), view: &View) -> Result<Vec<u8>> {
+        const OUTSIDE: [u8; 4] = [128, 128, 128, 255];
+        let shown = |radiance: [f32; 3]| {
+            let [r, g, b] = tone_curve(radiance.map(|c| c * ev.exp2())).map(srgb_code);
+            [r, g, b, 255]
+        };
+        let grid = self.renderer.ground().desc.grid;
         let edge = grid.edge as usize;
-        let lengths = if self == Self::Lists { lengths(context, renderer)? } else { vec![] };
-        let voxel_from_world = grid.voxel_from_world();
         let size = (image.width, image.height);
+        let of_voxel: Box<dyn Fn(DVec3) -> [u8; 4] + Sync> = match layer {
+            GridLayer::Kept | GridLayer::Items => {
+                let kept = self.kept(size)?;
+                let scale = self.renderer.frame().scale;
+                let color = |&[r, g, b, item]: &[f32; 4]| match layer {
+                    GridLayer::Kept => shown([r, g, b].map(|c| c / scale)),
+                    _ if item > 0.0 => color_of([item as u32, 0, 0]),
+                    _ => OUTSIDE,
+                };
+                return Ok(kept.par_iter().flat_map_iter(color).collect());
+            }
+            GridLayer::Voxels(level) => Box::new(move |at| color_of((at.as_uvec3() >> level).to_array())),
+            GridLayer::Lists => {
+                let lengths = lengths(self.context, self.renderer)?;
+                Box::new(move |at| heat(most_near(at, edge, |voxel| lengths[voxel], |&length| length as f32)))
+            }
+            GridLayer::Volume(side) => {
+                let (texels, level) = self.volume(side)?;
+                let (edge, scale) = (edge >> level, self.renderer.frame().scale);
+                Box::new(move |at| {
+                    let at = at / f64::from(1 << level);
+                    let [r, g, b, _] = most_near(at, edge, |voxel| texels[voxel], |texel: &[f32; 4]| texel[3]);
+                    shown([r, g, b].map(|c| c / scale))
+                })
+            }
+        };
+        let voxel_from_world = grid.voxel_from_world();
         let depths = image.get(Aov::Depth).unwrap_or_default();
         let color = |(pixel, depth): (usize, &[f32; 3])| {
             let Some(point) = point(view, (pixel, size), f64::from(depth[0])) else { return [0, 0, 0, 255] };
             let at = voxel_from_world.transform_point3(point);
-            if at.min_element() < 0.0 || at.max_element() >= edge as f64 {
-                return [128, 128, 128, 255];
-            }
-            let voxel = at.as_uvec3();
-            match self {
-                Self::Voxels(level) => color_of((voxel >> level).to_array()),
-                Self::Lists => heat(longest_near(&lengths, at, edge)),
-            }
+            let outside = at.min_element() < 0.0 || at.max_element() >= edge as f64;
+            if outside { OUTSIDE } else { of_voxel(at) }
         };
         Ok(depths.par_iter().enumerate().flat_map_iter(color).collect())
+    }
+
+    /// Of every pixel, as [`Inspect::kept`].
+    fn kept(&mut self, size: (u32, u32)) -> Result<Vec<[f32; 4]>> {
+        if self.inspect.is_none() {
+            *self.inspect = Some(inspect(self.context, self.renderer, self.settings)?);
+        }
+        let inspect = self.inspect.as_ref().expect("just made");
+        inspect.kept(self.context, self.renderer.frame(), size)
+    }
+
+    /// The texels of a volume's image, x fastest, and their level.
+    fn volume(&self, side: Side) -> Result<(Vec<[f32; 4]>, u32)> {
+        let volumes = self.renderer.frame().method.volumes();
+        let Some(volume) = volumes.get(side.bounce).or(volumes.last()) else {
+            let method = self.settings.method;
+            let words = format!("the method {method} keeps no volume with sides: choose a preset of cones");
+            return Err(Error::Usage(words));
+        };
+        let level = side.level.min(volume.levels - 1);
+        let texels: Vec<[u16; 4]> = download_image(self.context, &volume.faces[side.face], level)?;
+        Ok((texels.into_iter().map(|texel| texel.map(|bits| half::f16::from_bits(bits).to_f32())).collect(), level))
     }
 }
 
@@ -116,16 +207,17 @@ fn lengths(context: &Arc<Context>, renderer: &Renderer) -> Result<Vec<u32>> {
     Ok(heads.par_iter().map(length).collect())
 }
 
-/// A point on a surface may lie on a voxel's face: the longest list of those that it touches.
-fn longest_near(lengths: &[u32], at: DVec3, edge: usize) -> u32 {
+/// A point on a surface may lie on a voxel's face: of the voxels that it touches, what has most.
+fn most_near<T>(at: DVec3, edge: usize, of: impl Fn(usize) -> T, most: impl Fn(&T) -> f32) -> T {
     const NEAR: f64 = 1e-3;
-    let corners =
-        (0..8).map(|k| at + NEAR * DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)) * 2.0 - NEAR);
-    let of = |at: DVec3| {
+    let corner =
+        |k: i32| at + NEAR * DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)) * 2.0 - NEAR;
+    let voxel = |at: DVec3| {
         let [x, y, z] = at.as_uvec3().to_array().map(|c| (c as usize).min(edge - 1));
-        lengths[x + edge * (y + edge * z)]
+        of(x + edge * (y + edge * z))
     };
-    corners.map(of).max().unwrap_or(0)
+    let touched = (0..8).map(|k| voxel(corner(k)));
+    touched.max_by(|a, b| most(a).total_cmp(&most(b))).expect("eight corners")
 }
 
 /// Bright and apart for voxels that touch.
@@ -172,7 +264,8 @@ mod tests {
     fn a_point_on_a_face_takes_the_longer_list() {
         let mut lengths = vec![0; 8];
         (lengths[0], lengths[1]) = (2, 5);
-        assert_eq!(longest_near(&lengths, DVec3::new(1.0, 0.5, 0.5), 2), 5);
-        assert_eq!(longest_near(&lengths, DVec3::new(0.5, 0.5, 0.5), 2), 2);
+        let longest = |at| most_near(at, 2, |voxel| lengths[voxel], |&length| length as f32);
+        assert_eq!(longest(DVec3::new(1.0, 0.5, 0.5)), 5);
+        assert_eq!(longest(DVec3::new(0.5, 0.5, 0.5)), 2);
     }
 }

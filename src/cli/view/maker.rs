@@ -1,17 +1,21 @@
 //! How frames are made: coarse ones while something moves; at rest whole ones, which go on to get better. What there is meanwhile is
 //! shown: the light of all bounces while it settles, and the mean over passes of the image.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::DVec3;
 use rayon::prelude::*;
-use twobounce::Result;
+use twobounce::gi::rays::inspect::Inspect;
 use twobounce::layers::{Aov, Layers};
 use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
 use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
 use twobounce::settings::Settings;
-use twobounce::vk::{Watch, ZoneTiming, ZoneTimings};
+use twobounce::vk::{Context, Watch, ZoneTiming, ZoneTimings};
+use twobounce::{Error, Result};
 
-use super::layer::Layer;
+use super::layer::{Grid, Layer};
+use super::question::{self, Cost, Found, Question};
 use super::screen::Picture;
 use super::worker::{Beside, Frame, Job, Refined, Stage, Wanted};
 use crate::cli::blank::sky_shown;
@@ -48,9 +52,22 @@ impl Makers {
     /// Makes what a job asks for, and shows it each time that it is better than before.
     ///
     /// # Errors
-    /// As [`Renderer::render`]; [`twobounce::Error::Interrupted`] once another picture is wanted.
+    /// As [`Renderer::render`]; [`Error::Interrupted`] once another picture is wanted.
     pub fn make(&mut self, job: &Job, wanted: &Wanted, show: &dyn Fn(Frame)) -> Result<()> {
         let began = Instant::now();
+        let mut making = self.making(job, began)?;
+        if job.moving {
+            return making.draw().and_then(|()| making.frame(false)).map(show);
+        }
+        making.light(wanted, show)?;
+        while !self.making(job, began)?.refine(wanted, show)? {
+            self.answer(job, wanted);
+        }
+        Ok(())
+    }
+
+    /// Prepares for a job.
+    fn making<'a>(&'a mut self, job: &'a Job, began: Instant) -> Result<Making<'a>> {
         let Self { stage, watch, own, beside } = self;
         let own = Maker::of(own, (stage, watch), &job.settings, job)?;
         let mut beside = match &job.beside {
@@ -66,12 +83,51 @@ impl Makers {
         if let (Some(maker), Some(settings)) = (&mut beside, &job.beside) {
             maker.prepare(job, settings, divisor)?;
         }
-        let mut making = Making { job, stage, began, divisor, own, beside };
-        if job.moving {
-            return making.draw().and_then(|()| making.frame(false)).map(show);
+        Ok(Making { job, stage, began, divisor, own, beside })
+    }
+
+    /// Answers what else is asked, if anything is.
+    pub fn answer(&mut self, job: &Job, wanted: &Wanted) {
+        let Some(question) = wanted.question() else { return };
+        let found = match (question, &mut self.own) {
+            (Question::Rays(pixel), Some(own)) => own.rays(&self.stage.context, pixel).map(Found::Rays),
+            (Question::Rays(_), None) => return,
+            (Question::Cost(key, settings), _) => {
+                self.costs((key, &settings), job, wanted).map(|costs| Found::Cost(key, costs))
+            }
+        };
+        match found {
+            Err(Error::Interrupted) => {}
+            found => wanted.found(found.unwrap_or_else(|error| Found::Nothing(error.to_string()))),
         }
-        making.light(wanted, show)?;
-        making.refine(wanted, show)
+    }
+
+    /// What a frame takes with other values of a key, each on a renderer of its own.
+    fn costs(&self, (name, settings): (&str, &Settings), job: &Job, wanted: &Wanted) -> Result<Vec<Cost>> {
+        let entries = settings.entries();
+        let Some((key, now)) = entries.iter().find(|(key, _)| key.name == name) else { return Ok(vec![]) };
+        let mut costs = vec![];
+        for value in question::neighbours(key, now) {
+            wanted.check()?;
+            let taken = match self.cost(&format!("{name}={value}"), settings, job) {
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                taken => taken.map_err(|error| error.to_string()),
+            };
+            costs.push(Cost { is_now: value == *now, value, taken });
+        }
+        Ok(costs)
+    }
+
+    fn cost(&self, assignment: &str, settings: &Settings, job: &Job) -> Result<(f64, u64)> {
+        let mut settings = settings.clone();
+        settings.set(assignment)?;
+        let mut maker = None;
+        let maker = Maker::of(&mut maker, (&self.stage, &self.watch), &settings, job)?;
+        maker.prepare(job, &settings, 1)?;
+        maker.draw(job, &self.stage)?; // warms up
+        maker.renderer.make_anew();
+        maker.draw(job, &self.stage)?;
+        Ok((maker.report().timings.gpu_ms, maker.renderer.plan().total()))
     }
 }
 
@@ -86,6 +142,17 @@ struct Making<'a> {
 }
 
 impl Making<'_> {
+    /// Where the grids of the last frame stand.
+    fn boxes(&self) -> Vec<[DVec3; 2]> {
+        let ground = &self.own.renderer.frame().ground;
+        let (base, places) = (&ground.desc.grid, ground.lists.iter().map(|lists| lists.place));
+        let corners = places.map(|place| {
+            let least = base.corner + DVec3::from(place.corner.map(f64::from)) * base.voxel_m;
+            [least, least + DVec3::splat(f64::from(place.edge) * f64::from(place.voxel) * base.voxel_m)]
+        });
+        corners.collect()
+    }
+
     /// Brings the light as far as `render` does, and ends with the image of one pass.
     fn light(&mut self, wanted: &Wanted, show: &dyn Fn(Frame)) -> Result<()> {
         let (mut shown, mut took) = (Instant::now(), Duration::ZERO);
@@ -107,17 +174,21 @@ impl Making<'_> {
         }
     }
 
-    /// Takes the mean over passes of the image: as many as the settings ask for, then as many as the job does.
-    fn refine(&mut self, wanted: &Wanted, show: &dyn Fn(Frame)) -> Result<()> {
+    /// Takes the mean over passes of the image: as many as the settings ask for, then as many as the job does. Returns whether that
+    /// is done, or something is asked meanwhile.
+    fn refine(&mut self, wanted: &Wanted, show: &dyn Fn(Frame)) -> Result<bool> {
         let (mut shown, mut took) = (Instant::now(), Duration::ZERO);
         let (job, stage) = (self.job, self.stage);
         loop {
             let (lacks, refines) = (self.lacks_passes(), wanted.refines());
             let goal = |maker: &Maker| maker.made_for.0.image.passes.max(if refines { job.refine } else { 1 });
             if !self.makers().any(|maker| maker.renderer.passes() < goal(maker)) {
-                return Ok(());
+                return Ok(true);
             }
             wanted.check()?;
+            if wanted.asks() && !lacks {
+                return Ok(false);
+            }
             let behind = self.makers().filter(|maker| maker.renderer.passes() < goal(maker));
             behind.map(|maker| maker.refine(job, stage)).collect::<Result<()>>()?;
             let last = !self.makers().any(|maker| maker.renderer.passes() < goal(maker));
@@ -165,6 +236,8 @@ impl Making<'_> {
             beside: beside.transpose()?,
             light: self.own.light.clone(),
             refined: Refined { whole, light_passes, passes },
+            boxes: self.boxes(),
+            view: job.view,
         })
     }
 }
@@ -194,6 +267,8 @@ struct Maker {
     report: Option<FrameReport>,
     /// Times of what came before the image, when that was made last.
     light: Vec<ZoneTiming>,
+    /// Made when it is first asked for.
+    inspect: Option<Inspect>,
 }
 
 impl Maker {
@@ -222,6 +297,7 @@ impl Maker {
                 ms_per_pixel: if context.is_cpu { 1.0 } else { 0.0 },
                 report: None,
                 light: vec![],
+                inspect: None,
             });
         }
         Ok(there.as_mut().expect("just made"))
@@ -233,6 +309,7 @@ impl Maker {
         let (made_settings, made_size, layer) = &self.made_for;
         if !made_settings.means_same(settings) || *made_size != size || *layer != job.layer {
             self.renderer.change_layers(settings.clone(), size, job.layer.needs())?;
+            self.inspect = None;
         }
         self.made_for = (settings.clone(), size, job.layer);
         let now = Some(job.later_s);
@@ -283,6 +360,15 @@ impl Maker {
         self.report.as_ref().expect("something was drawn")
     }
 
+    /// The rays of a pixel of the last image.
+    fn rays(&mut self, context: &Arc<Context>, pixel: (u32, u32)) -> Result<Vec<question::Ray>> {
+        if self.inspect.is_none() {
+            self.inspect = Some(question::inspect(context, &self.renderer, &self.made_for.0)?);
+        }
+        let inspect = self.inspect.as_ref().expect("just made");
+        Ok(question::rays(&inspect.rays(context, self.renderer.frame(), pixel)?, &self.renderer))
+    }
+
     /// What was drawn last, the image itself and its exposure in stops.
     fn picture(
         &mut self,
@@ -296,7 +382,10 @@ impl Maker {
         let ev = exposure.unwrap_or_else(automatic);
         let rgba = match job.layer {
             Layer::Image(layer) => encode(&image, layer, ev),
-            Layer::Grid(layer) => layer.picture((context, &self.renderer), &image, &job.view)?,
+            Layer::Grid(layer) => {
+                let (renderer, inspect, settings) = (&self.renderer, &mut self.inspect, &self.made_for.0);
+                Grid { context, renderer, inspect, settings }.picture(layer, (&image, ev), &job.view)?
+            }
         };
         Ok((Picture { size: self.made_for.1, rgba }, image, ev))
     }

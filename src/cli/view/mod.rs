@@ -9,12 +9,15 @@ mod eye;
 mod layer;
 mod lost;
 mod maker;
+mod overlay;
 mod panel;
+mod question;
 #[cfg(feature = "hot-reload")]
 mod reload;
 mod screen;
 mod script;
 mod subject;
+mod times;
 mod truth;
 mod worker;
 
@@ -44,6 +47,7 @@ use command::Seen;
 use eye::Eye;
 use layer::Layer;
 use lost::Losses;
+use overlay::Lines;
 use panel::Panel;
 use screen::{Overlay, Screen};
 use script::Script;
@@ -89,7 +93,7 @@ const SPEED: f64 = 0.15;
 /// Seconds that each of two pictures is shown by turns.
 const FLICKER_S: f64 = 0.5;
 
-pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
+pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nright button  rays of a pixel\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
 Space  play or pause\nR  read the scene's file again; a file dropped here is shown instead\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
 
 /// Opens the window, and stays until it is closed. `typed`: scene and flags, as `render` takes them too; `instead`: what to use
@@ -282,6 +286,7 @@ impl App {
             Err(error) => return self.panel.error = Some(error.to_string()),
         };
         self.panel.error = None;
+        self.panel.rays.clear();
         let again = args.path == self.subject.args.path;
         let before = std::mem::replace(&mut self.subject, Subject::new((args, typed), opened, &self.run));
         self.before.get_or_insert((before, self.eye, self.later_s));
@@ -407,6 +412,10 @@ impl App {
     }
 
     fn take_answer(&mut self) -> anyhow::Result<()> {
+        if let Some(found) = self.worker.as_ref().and_then(Worker::found) {
+            self.panel.take(found);
+            self.script.found();
+        }
         let Some(answer) = self.worker.as_ref().and_then(Worker::answer) else { return Ok(()) };
         self.answered = answer.revision;
         self.whole = answer.frame.as_ref().map_or(true, |frame| frame.refined.whole);
@@ -429,6 +438,7 @@ impl App {
                     self.script.unfinished += u32::from(!job.moving && !frame.refined.whole);
                 }
                 (self.truth, self.compared, self.mixed) = (None, None, None);
+                self.panel.history.add(&frame);
                 self.frame = Some((answer.revision, frame));
                 self.set_title();
             }
@@ -525,11 +535,23 @@ impl App {
         let compared = self.compared.as_ref();
         let step = self.worker.as_ref().and_then(Worker::step);
         let mut changed = false;
-        let output = context.run_ui(input, |ui| changed |= panel.show(ui.ctx(), (frame, compared), step));
+        let size = shown.screen.size();
+        let output = context.run_ui(input, |ui| {
+            if let Some(frame) = frame {
+                let lines = Lines::new(ui.ctx(), &frame.view, size);
+                if panel.bounds {
+                    lines.boxes(&frame.boxes);
+                }
+                lines.rays(&panel.rays, frame.exposure_ev);
+            }
+            changed |= panel.show(ui.ctx(), (frame, compared), step);
+        });
+        if let (Some(worker), Some(question)) = (&self.worker, panel.question.take()) {
+            worker.put(question);
+        }
         shown.egui.handle_platform_output(&shown.window, output.platform_output);
         let pixels_per_point = output.pixels_per_point;
         let primitives = context.tessellate(output.shapes, pixels_per_point);
-        let size = shown.screen.size();
         let overlay = Overlay { textures: output.textures_delta, primitives, pixels_per_point, window: &shown.window };
         let grabbed = shown.screen.draw(overlay, grab.is_some())?;
         let resized = shown.screen.size() != size;

@@ -3,15 +3,16 @@
 use std::collections::BTreeMap;
 
 use twobounce::Result;
-use twobounce::memory::mib;
 use twobounce::settings::{PRESETS, Range, Settings};
 use twobounce::vk::Step;
 
-use super::KEYS;
 use super::beside::{Mix, Other};
-use super::layer::Layer;
+use super::layer::{GridLayer, LEVELS, Layer, SIDES};
+use super::question::{Cost, Found, Question, Ray};
+use super::times::{self, History};
 use super::truth::Compared;
 use super::worker::Frame;
+use super::{KEYS, overlay};
 
 pub struct Panel {
     pub open: bool,
@@ -39,6 +40,15 @@ pub struct Panel {
     /// Values that are being typed.
     typed: BTreeMap<&'static str, String>,
     all: bool,
+    /// Whether the grids' bounds are shown.
+    pub bounds: bool,
+    pub history: History,
+    /// What is asked of the thread that makes frames, until it is taken.
+    pub question: Option<Question>,
+    /// What frames take with other values of a setting, all others as these are.
+    costs: (BTreeMap<&'static str, Vec<Cost>>, Settings),
+    /// The rays of a pixel.
+    pub rays: Vec<Ray>,
 }
 
 impl Panel {
@@ -46,6 +56,7 @@ impl Panel {
         Self {
             open: true,
             preset: preset.to_owned(),
+            costs: (BTreeMap::new(), settings.clone()),
             settings,
             layer: Layer::BEAUTY,
             beside: Other::None,
@@ -60,6 +71,10 @@ impl Panel {
             shader_error: None,
             typed: BTreeMap::new(),
             all: false,
+            bounds: false,
+            history: History::default(),
+            question: None,
+            rays: vec![],
         }
     }
 
@@ -70,6 +85,25 @@ impl Panel {
         settings.set(assignment)?;
         self.settings = settings;
         Ok(())
+    }
+
+    /// What came of a question.
+    pub fn take(&mut self, found: Found) {
+        self.error = None;
+        match found {
+            Found::Rays(rays) => self.rays = rays,
+            Found::Cost(key, costs) => drop(self.costs.0.insert(key, costs)),
+            Found::Nothing(words) => self.error = Some(words),
+        }
+    }
+
+    /// What there is to say of a setting's costs in the panel; for tests.
+    pub fn costs_in_words(&self) -> String {
+        let of = |(key, costs): (&&str, &Vec<Cost>)| {
+            let values: Vec<String> = costs.iter().map(Cost::words).collect();
+            format!("{key}: {}", values.join(", "))
+        };
+        self.costs.0.iter().map(of).collect::<Vec<_>>().join("; ")
     }
 
     /// Shows it. Returns whether another picture is asked for.
@@ -112,7 +146,10 @@ impl Panel {
                 }
                 ui.collapsing("settings", |ui| changed |= self.show_settings(ui));
                 if let Some(frame) = frame {
-                    ui.collapsing("times", |ui| show_times(ui, frame));
+                    ui.collapsing("times", |ui| times::show(ui, frame, &self.history));
+                }
+                if !self.rays.is_empty() {
+                    ui.collapsing("rays of a pixel", |ui| overlay::show_rays(ui, &self.rays));
                 }
                 ui.collapsing("keys", |ui| ui.label(KEYS));
             });
@@ -140,6 +177,19 @@ impl Panel {
         if !self.layer.meaning().is_empty() {
             ui.label(self.layer.meaning());
         }
+        if let Layer::Grid(GridLayer::Volume(side)) = &mut self.layer {
+            ui.horizontal(|ui| {
+                egui::ComboBox::from_label("way").selected_text(SIDES[side.face]).show_ui(ui, |ui| {
+                    for (face, name) in SIDES.into_iter().enumerate() {
+                        ui.selectable_value(&mut side.face, face, name);
+                    }
+                });
+                ui.add(egui::Slider::new(&mut side.level, 0..=LEVELS - 1).text("level"));
+                ui.selectable_value(&mut side.bounce, 0, "bounce 1");
+                ui.selectable_value(&mut side.bounce, 1, "2");
+            });
+        }
+        ui.checkbox(&mut self.bounds, "bounds of the grids");
         egui::ComboBox::from_label("beside").selected_text(self.beside.name()).show_ui(ui, |ui| {
             for other in Other::all() {
                 ui.selectable_value(&mut self.beside, other, other.name());
@@ -174,6 +224,9 @@ impl Panel {
 
     fn show_settings(&mut self, ui: &mut egui::Ui) -> bool {
         ui.checkbox(&mut self.all, "all, also rare ones");
+        if self.costs.1 != self.settings {
+            self.costs = (BTreeMap::new(), self.settings.clone());
+        }
         let mut sets = vec![];
         for (key, value) in self.settings.entries() {
             if key.rare && !self.all {
@@ -209,33 +262,19 @@ impl Panel {
                     }
                 }
                 ui.label(key.name).on_hover_text(hover);
+                if ui.small_button("ms").on_hover_text("measure a frame with this value and others").clicked() {
+                    self.question = Some(Question::Cost(key.name, self.settings.clone()));
+                }
             });
+            for cost in self.costs.0.get(key.name).into_iter().flatten() {
+                let words = egui::RichText::new(cost.words());
+                ui.label(if cost.is_now { words.strong() } else { words });
+            }
         }
         let changed = !sets.is_empty();
         for set in sets {
             self.error = self.set(&set).err().map(|error| error.to_string());
         }
         changed && self.error.is_none()
-    }
-}
-
-/// The passes of the last frame, in their order, and what it counted.
-fn show_times(ui: &mut egui::Ui, frame: &Frame) {
-    let timings = &frame.report.timings;
-    let all = timings.zones.iter().map(|zone| zone.gpu_ms).sum::<f64>().max(1e-9);
-    egui::Grid::new("times").striped(true).show(ui, |ui| {
-        for zone in &timings.zones {
-            ui.label(zone.name);
-            ui.label(format!("{:.2} ms", zone.gpu_ms));
-            ui.add(egui::ProgressBar::new((zone.gpu_ms / all) as f32).desired_width(90.0));
-            ui.end_row();
-        }
-    });
-    let counters = &frame.report.counters;
-    ui.label(format!("passes {all:.1} ms, frame {:.1} ms", timings.wall_ms));
-    ui.label(format!("triangles {}, list items {}", counters.triangles, counters.list_items));
-    ui.label(format!("device memory {:.0} MiB", mib(frame.allocated_bytes)));
-    if let Some(noise) = frame.report.noise {
-        ui.label(format!("noise of the image {:.2} %", 100.0 * noise));
     }
 }

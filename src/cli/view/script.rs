@@ -7,6 +7,7 @@ use std::time::Duration;
 use ash::vk;
 use glam::DVec3;
 use twobounce::output::read;
+use twobounce::settings::keys;
 use twobounce::{Error, Result};
 use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
@@ -15,6 +16,7 @@ use winit::keyboard::KeyCode;
 use super::App;
 use super::beside::{Mix, Other};
 use super::layer::Layer;
+use super::question::Question;
 use super::screen::Call;
 use crate::say;
 
@@ -55,6 +57,10 @@ pub enum Act {
     /// What the swapchain holds.
     Grab(PathBuf),
     Panel(bool),
+    /// The right button on a pixel, or the button beside a setting; waits for what comes of it.
+    RaysOf(f64, f64),
+    CostOf(&'static str),
+    Bounds,
     /// Runs the path tracer beside, and waits for its first round; shown so far faded to it.
     Truth(f32),
     /// Prints swapchains, and how long answers took.
@@ -83,6 +89,7 @@ pub struct Script {
     for_time_s: f64,
     for_reload: bool,
     for_minimised: Option<bool>,
+    for_found: bool,
     /// GLSL that was saved and not waited for yet.
     reloads: u32,
     /// Of movements.
@@ -115,6 +122,7 @@ impl Script {
         self.for_time_s = if let Act::Wait(seconds) = act { seconds } else { 0.0 };
         self.for_truth = matches!(act, Act::Truth(_));
         self.for_reload = act == Act::Reload;
+        self.for_found = matches!(act, Act::RaysOf(..) | Act::CostOf(_));
         self.for_minimised = if let Act::Minimised(whether) = act { Some(whether) } else { None };
         self.for_answer = matches!(act, Act::Turn(..) | Act::Walk(_));
         Some(act)
@@ -128,10 +136,16 @@ impl Script {
         self.for_reload
             || now.played_s < self.for_time_s
             || self.for_answer
+            || self.for_found
             || self.for_minimised.is_some_and(|whether| whether != now.minimised)
             || self.for_rest && !now.rests
             || self.for_refined && !now.refined
             || self.for_truth && !now.compared
+    }
+
+    /// A question was answered.
+    pub fn found(&mut self) {
+        self.for_found = false;
     }
 
     /// GLSL was saved.
@@ -177,12 +191,15 @@ fn act(line: &str) -> Option<Act> {
             _ => return None,
         }),
         "set" => Act::Set(rest.to_owned()),
-        "layer" => Act::Layer(Layer::all().find(|layer| layer.name() == rest)?),
+        "layer" => Act::Layer(Layer::named(rest)?),
         "beside" => {
             let (mix, other) = rest.split_once(' ')?;
             let mix = Mix::ALL.iter().find(|(_, name)| *name == mix)?.0;
             Act::Beside(Other::all().find(|choice| choice.name() == other)?, mix)
         }
+        "rays" => Act::RaysOf(number()?, number()?),
+        "cost" => Act::CostOf(keys().iter().find(|key| key.name == rest)?.name),
+        "bounds" => Act::Bounds,
         "reload" => Act::Reload,
         "drop" => Act::Drop(rest.into()),
         "size" => Act::Size(number()? as u32, number()? as u32),
@@ -247,6 +264,12 @@ impl App {
                 (self.panel.beside, self.panel.mix) = (other, mix);
                 self.moves();
             }
+            Act::RaysOf(x, y) => {
+                self.pointer = Some((x, y));
+                self.ask_rays();
+            }
+            Act::CostOf(key) => self.panel.question = Some(Question::Cost(key, self.panel.settings.clone())),
+            Act::Bounds => self.panel.bounds = !self.panel.bounds,
             Act::Drop(path) => self.dropped(&path),
             Act::Size(width, height) => drop(shown.window.request_inner_size(PhysicalSize::new(width, height))),
             Act::Fault(call, result) => shown.screen.faults.push_back((call, result)),
@@ -270,6 +293,11 @@ impl App {
                 let made = self.shown.as_ref().map_or(0, |shown| shown.screen.made);
                 let error = self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.words()));
                 let (unfinished, answers) = (self.script.unfinished, self.script.answers());
+                let costs = self.panel.costs_in_words();
+                for ray in &self.panel.rays {
+                    say!("ray {} {} {:?} {}", ray.from, ray.to, ray.light, ray.met);
+                }
+                say!("costs {costs}");
                 say!("swapchains {made}; unfinished pictures {unfinished}; {answers}{error}");
             }
             Act::Quit => event_loop.exit(),

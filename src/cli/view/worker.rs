@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
+use glam::DVec3;
 use twobounce::layers::Layers;
 use twobounce::renderer::{FrameReport, RenderOptions};
 use twobounce::scene::{Scene, View};
@@ -12,6 +13,7 @@ use winit::event_loop::EventLoopProxy;
 
 use super::layer::Layer;
 use super::maker::{IMAGE_PASSES, Makers};
+use super::question::{Found, Question};
 use super::screen::Picture;
 use crate::cli::interrupt;
 use crate::cli::scene::Shot;
@@ -58,6 +60,9 @@ pub struct Frame {
     pub allocated_bytes: u64,
     pub beside: Option<Beside>,
     pub refined: Refined,
+    /// Of the grids, the base grid first: least and largest corner, metres in the world.
+    pub boxes: Vec<[DVec3; 2]>,
+    pub view: View,
 }
 
 /// How far a picture at rest has come.
@@ -106,6 +111,8 @@ struct Shared {
 struct State {
     job: Option<Job>,
     answer: Option<Answer>,
+    question: Option<Question>,
+    found: Option<Found>,
     step: Option<Step>,
     /// Renderers are to be made anew.
     renews: bool,
@@ -159,6 +166,17 @@ impl Worker {
         self.shared.lock().answer.take()
     }
 
+    /// Asks something else, between frames.
+    pub fn put(&self, question: Question) {
+        self.shared.lock().question = Some(question);
+        self.shared.changed.notify_all();
+    }
+
+    /// What came of the last question, once.
+    pub fn found(&self) -> Option<Found> {
+        self.shared.lock().found.take()
+    }
+
     /// What it is at.
     pub fn step(&self) -> Option<Step> {
         self.shared.lock().step
@@ -180,8 +198,11 @@ fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
     let mut done = 0;
     loop {
         let job = {
-            let newer = |state: &mut State| !state.ends && state.job.as_ref().is_none_or(|job| job.revision == done);
-            let waited = shared.changed.wait_while(shared.lock(), newer);
+            let idle = |state: &mut State| {
+                let asked = state.question.is_some() && done > 0;
+                !state.ends && !asked && state.job.as_ref().is_none_or(|job| job.revision == done)
+            };
+            let waited = shared.changed.wait_while(shared.lock(), idle);
             let mut state = waited.unwrap_or_else(PoisonError::into_inner);
             state.step = None;
             if std::mem::take(&mut state.renews) {
@@ -199,18 +220,25 @@ fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
             drop(state);
             let _ = wake.send_event(()); // the window may be closed
         };
-        match makers.make(&job, &Wanted { shared, revision: job.revision }, &|frame| answer(Ok(frame))) {
+        let wanted = Wanted { shared, wake, revision: job.revision };
+        if job.revision == done {
+            makers.answer(&job, &wanted); // only a question is new
+            shared.lock().step = None;
+            continue;
+        }
+        match makers.make(&job, &wanted, &|frame| answer(Ok(frame))) {
             Err(Error::Interrupted) => continue, // for a newer job, or to end
             Err(error) => answer(Err(error.to_string())),
             Ok(()) => {}
         }
-        done = job.revision;
+        (shared.lock().step, done) = (None, job.revision);
     }
 }
 
 /// Whether a job's picture is wanted yet.
 pub struct Wanted<'a> {
     shared: &'a Shared,
+    wake: &'a EventLoopProxy<()>,
     revision: u64,
 }
 
@@ -221,6 +249,21 @@ impl Wanted<'_> {
         let state = self.shared.lock();
         let newest = state.job.as_ref().is_none_or(|job| job.revision == self.revision);
         if newest && !state.ends { interrupt::check() } else { Err(Error::Interrupted) }
+    }
+
+    /// Whether something else is asked.
+    pub fn asks(&self) -> bool {
+        self.shared.lock().question.is_some()
+    }
+
+    /// What it is, once.
+    pub fn question(&self) -> Option<Question> {
+        self.shared.lock().question.take()
+    }
+
+    pub fn found(&self, found: Found) {
+        self.shared.lock().found = Some(found);
+        let _ = self.wake.send_event(()); // the window may be closed
     }
 
     /// Whether a whole picture is to get better yet.

@@ -31,7 +31,7 @@ pub struct Inspect {
 #[repr(C)]
 pub struct InspectedRay {
     pub from: [f32; 3],
-    /// Where the first surface was met, or where it left the grid for the sky.
+    /// Where the first surface was met, or where it left the grid for the sky; `from` where the pixel shows no surface.
     pub to: [f32; 3],
     /// What it brought, through surfaces that let light pass too.
     pub light: [f32; 3],

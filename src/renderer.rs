@@ -345,7 +345,7 @@ pub fn most_triangles(context: &Context) -> (u64, String) {
 }
 
 fn pace(context: &Context, options: &RenderOptions) -> Arc<Mutex<Pace>> {
-    Pace::new(context.is_cpu && !options.responsive, options.watch.clone())
+    Pace::new(context.is_cpu, options.responsive, options.watch.clone())
 }
 
 /// One frame in flight.

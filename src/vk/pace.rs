@@ -16,6 +16,9 @@ const FIRST_SHARE: u32 = 64;
 const FIRST_CPU_SHARE: u32 = 16;
 /// and takes no larger one than this before it has been done once: the next pixels may cost far more than those before.
 const LARGEST_UNKNOWN_SHARE: u32 = 8;
+/// On a CPU device no submission is a smaller share than this of its work: where other programs hold the processor, waiting takes longer
+/// than the work, and ever smaller parts would only be waited for more often.
+const LEAST_CPU_SHARE: u32 = 64;
 /// What an older measurement counts beside the next.
 const FORGET: f64 = 0.7;
 
@@ -40,6 +43,7 @@ const WHOLE: u32 = u32::MAX;
 pub struct Pace {
     aim_ms: f64,
     first_share: u32,
+    least_share: Option<u32>,
     watch: Option<Watch>,
     costs: HashMap<Key, Cost>,
     /// Recorded and not submitted yet: units of work, and the milliseconds that these are expected to take.
@@ -47,9 +51,19 @@ pub struct Pace {
 }
 
 impl Pace {
-    pub fn new(on_cpu: bool, watch: Option<Watch>) -> Arc<Mutex<Self>> {
-        let (aim_ms, first_share) = if on_cpu { (AIM_CPU_MS, FIRST_CPU_SHARE) } else { (AIM_MS, FIRST_SHARE) };
-        Arc::new(Mutex::new(Self { aim_ms, first_share, watch, costs: HashMap::new(), waiting: Vec::new() }))
+    /// `responsive`: as short on a CPU device as on a GPU.
+    pub fn new(on_cpu: bool, responsive: bool, watch: Option<Watch>) -> Arc<Mutex<Self>> {
+        let long = on_cpu && !responsive;
+        let (aim_ms, first_share) = if long { (AIM_CPU_MS, FIRST_CPU_SHARE) } else { (AIM_MS, FIRST_SHARE) };
+        let least_share = on_cpu.then_some(LEAST_CPU_SHARE);
+        Arc::new(Mutex::new(Self {
+            aim_ms,
+            first_share,
+            least_share,
+            watch,
+            costs: HashMap::new(),
+            waiting: Vec::new(),
+        }))
     }
 
     fn expected_ms(&self) -> f64 {
@@ -67,6 +81,7 @@ impl Pace {
         let least = all / f64::from(self.first_share);
         let (Some(cost), Some(last)) = (self.costs.get(&key), last.or(Some(0.5 * least))) else { return least };
         let most = cost.units(self.aim_ms - self.expected_ms(), self.aim_ms);
+        let most = most.max(self.least_share.map_or(0.0, |share| all / f64::from(share)));
         match cost.parts.len() {
             _ if cost.done_once => most,
             // Parts of two sizes tell what a submission costs by itself.
@@ -260,7 +275,7 @@ mod tests {
 
     #[test]
     fn what_was_done_before_is_cut_by_what_it_took() {
-        let pace = Pace::new(false, None);
+        let pace = Pace::new(false, true, None);
         submissions(&pace, 0.1, |_| 0.5);
         let done = submissions(&pace, 0.1, |_| 0.5);
         assert!(done.iter().all(|(_, ms)| *ms < 1.2 * AIM_MS), "{done:?}");
@@ -271,7 +286,7 @@ mod tests {
     fn unknown_work_begins_small_and_does_not_run_away() {
         // A sky above, then pixels that cost 400 times as much.
         let ms = |at: u32| if at < 512 { 0.001 } else { 0.4 };
-        let pace = Pace::new(false, None);
+        let pace = Pace::new(false, true, None);
         let first = submissions(&pace, 0.05, ms);
         assert_eq!(first[0].0, 1024 / FIRST_SHARE);
         assert!(first.iter().all(|(units, ms)| *units <= 128 && *ms < 1.2 * AIM_MS), "{first:?}");
@@ -281,14 +296,24 @@ mod tests {
 
     #[test]
     fn light_work_is_one_part_once_it_is_known() {
-        let pace = Pace::new(false, None);
+        let pace = Pace::new(false, true, None);
         submissions(&pace, 0.01, |_| 0.001);
         assert_eq!(submissions(&pace, 0.01, |_| 0.001).len(), 1);
     }
 
+    /// Where other programs hold the processor a submission may wait for a second, by chance: later parts are not cut to nothing.
+    #[test]
+    fn waits_for_a_busy_processor_do_not_shorten_parts_without_end() {
+        let pace = Pace::new(true, true, None);
+        let busy = |at: u32| if at % 100 == 0 { 1000.0 } else { 0.1 };
+        (0..20).for_each(|_| drop(submissions(&pace, 60.0, busy)));
+        let done = submissions(&pace, 60.0, busy);
+        assert!(done.len() <= 64, "{} submissions", done.len());
+    }
+
     #[test]
     fn what_a_submission_costs_by_itself_is_not_paid_over_and_over() {
-        let pace = Pace::new(false, None);
+        let pace = Pace::new(false, true, None);
         submissions(&pace, 200.0, |_| 0.01);
         let done = submissions(&pace, 200.0, |_| 0.01);
         assert!(done.len() <= 8, "cutting does not shorten this: {done:?}");

@@ -17,6 +17,8 @@ use crate::say;
 
 /// Movement is looked at this often.
 const TICK: Duration = Duration::from_millis(16);
+/// How far a frame is shows this often: on a CPU device drawing it takes time from the frame.
+const PROGRESS: Duration = Duration::from_millis(100);
 /// Radians that the view turns when the mouse crosses the window's height.
 const TURN: f64 = 2.0;
 /// By how much a notch of the mouse wheel changes the speed.
@@ -108,7 +110,7 @@ impl ApplicationHandler<()> for App {
         self.or_fail(event_loop, acted);
         let busy = !self.rests() || self.plays || !self.script.is_done();
         let flickers = self.panel.beside != Other::None && self.panel.mix == Mix::Flicker;
-        if !self.rests() || flickers {
+        if (!self.rests() || flickers) && self.drawn.elapsed() > PROGRESS {
             self.redraw(); // how far the frame is, or the other's turn
         }
         let next = Instant::now() + if busy { TICK } else { 10 * TICK };

@@ -183,6 +183,8 @@ struct App {
     played: Instant,
     moved: Option<Instant>,
     asked: Option<Job>,
+    /// When the window was drawn last.
+    drawn: Instant,
     /// When the newest job was asked for.
     asked_at: Instant,
     /// Of the job that was answered last, with a frame or with words.
@@ -230,6 +232,7 @@ impl App {
             played: Instant::now(),
             moved: None,
             asked: None,
+            drawn: Instant::now(),
             asked_at: Instant::now(),
             answered: 0,
             whole: false,
@@ -528,6 +531,7 @@ impl App {
             worker.hold(self.panel.truth);
         }
         self.compare()?;
+        self.drawn = Instant::now();
         let Some(shown) = &mut self.shown else { return Ok(()) };
         let input = shown.egui.take_egui_input(&shown.window);
         let context = shown.egui.egui_ctx().clone();

@@ -114,6 +114,8 @@ struct State {
     question: Option<Question>,
     found: Option<Found>,
     step: Option<Step>,
+    /// The job under way, where it is one at rest.
+    at_rest: Option<u64>,
     /// Renderers are to be made anew.
     renews: bool,
     /// What is whole stays as it is.
@@ -208,10 +210,9 @@ fn work(shared: &Arc<Shared>, stage: Stage, wake: &EventLoopProxy<()>) {
             if std::mem::take(&mut state.renews) {
                 makers.renew();
             }
-            match &state.job {
-                Some(job) if !state.ends => job.clone(),
-                _ => return,
-            }
+            let Some(job) = state.job.clone().filter(|_| !state.ends) else { return };
+            state.at_rest = Some(job.revision).filter(|_| !job.moving);
+            job
         };
         let answer = |frame| {
             let mut state = shared.lock();
@@ -275,17 +276,11 @@ impl Wanted<'_> {
 /// Ends a frame at rest for a newer job once its light is made, and any frame for the end.
 fn watch(shared: &Arc<Shared>) -> Watch {
     let shared = shared.clone();
-    // The job that this frame is for: the newest one when its first step is done.
-    let began = Mutex::new((0, ""));
     Arc::new(move |step| {
         let mut state = shared.lock();
-        let mut began = began.lock().unwrap_or_else(PoisonError::into_inner);
-        let (revision, moving) = state.job.as_ref().map_or((0, true), |job| (job.revision, job.moving));
-        if state.step.is_none() {
-            *began = (revision, if moving { "moving" } else { "at rest" });
-        }
         state.step = Some(step);
-        let late = began.1 == "at rest" && revision != began.0 && IMAGE_PASSES.contains(&step.pass);
+        let newer = state.job.as_ref().is_some_and(|job| Some(job.revision) != state.at_rest);
+        let late = state.at_rest.is_some() && newer && IMAGE_PASSES.contains(&step.pass);
         if state.ends || late { Err(Error::Interrupted) } else { interrupt::check() }
     })
 }

@@ -123,8 +123,9 @@ impl Panel {
             return false;
         }
         let mut changed = false;
-        egui::Window::new("twobounce").default_width(320.0).default_pos((8.0, 8.0)).show(context, |ui| {
-            egui::ScrollArea::vertical().max_height(context.content_rect().height() - 60.0).show(ui, |ui| {
+        let height = context.content_rect().height() - 60.0;
+        egui::Window::new("twobounce").default_size((320.0, height)).default_pos((8.0, 8.0)).show(context, |ui| {
+            egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
                 for words in self.error.iter().chain(&self.frame_error) {
                     ui.colored_label(egui::Color32::LIGHT_RED, words);
                 }

@@ -150,14 +150,16 @@ pub fn glass(kind: &str, ior: f32) -> Stage {
     let black = scene.add_material(plaster(0.0));
     add_shell(&mut scene, black, [1.0; 3]);
     for i in 0..8 {
-        let place = at(-0.84 + 0.24 * f64::from(i), 0.0, -0.97) * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+        let place =
+            at(-0.84 + 0.24 * f64::from(i), 0.0, -0.97) * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
         let material = scene.add_material(Material::lamp("stripe", Vec3::new(1.0, 0.1 * i as f32, 0.5)));
         let stripe = Mesh::quad("stripe", material, Vec3::new(-0.06, 0.0, -0.9), Vec3::X * 0.12, Vec3::Z * 1.8);
         scene.add_mesh(stripe, place);
     }
     let clear = Material { metallic: 0.0, roughness: 0.0, transmission: 1.0, ior, ..Material::default() };
-    let thickness = if kind.starts_with("thin") { 0.0 } else { 0.2 };
-    let clear = scene.add_material(Material { thickness, ..clear });
+    // Thin walls are tinted, so that it shows whether their backs, which have no side, dim what is behind.
+    let (thickness, tint) = if kind.starts_with("thin") { (0.0, 0.5) } else { (0.2, 1.0) };
+    let clear = scene.add_material(Material { thickness, base_color: Vec3::splat(tint).extend(1.0), ..clear });
     if kind.starts_with("sphere") {
         let mut sphere = super::scenes::sphere().scene.meshes.remove(0);
         sphere.material = clear;
@@ -205,7 +207,8 @@ mod tests {
         let p = view.eye + d;
         let way = SQUARE.1 - p;
         let (n, distance) = (DVec3::new(-SLOPE.0, 1.0, 0.0).normalize(), way.length());
-        let expected = SLOPE_ALBEDO / PI * SQUARE.0 * 0.36 * (way.dot(n) / distance) * (-way.x / distance) / distance.powi(2);
+        let expected =
+            SLOPE_ALBEDO / PI * SQUARE.0 * 0.36 * (way.dot(n) / distance) * (-way.x / distance) / distance.powi(2);
         assert!((found / expected.abs() - 1.0).abs() < 0.01, "{found} {expected}");
     }
 

@@ -162,7 +162,11 @@ slide,fast,64,share,0,0.01,0.01,0.01,0.01,\"0.1, 0.2\",worst 1 % of pixels = 0.1
         assert!(page.contains("| `fast` | 0 |\n| `cones` | **2.000 % (3.000 %)** |"), "{page}");
         assert!(page.contains("- **flicker**: nothing; measured were `fast`, which keep the limit."));
         assert!(page.contains("`cones` reaches 3.000 % at 64³.") && !page.contains("`fast` reaches"));
-        assert!(page.contains("| preset | worst 1 % of pixels | FLIP of a frame |\n|---|---:|---:|\n| `fast` | 0.1 | 0.02 |"));
+        assert!(
+            page.contains(
+                "| preset | worst 1 % of pixels | FLIP of a frame |\n|---|---:|---:|\n| `fast` | 0.1 | 0.02 |"
+            )
+        );
         assert!(page.contains("| case | ideal | `fast` | `cones` |"));
         assert!(super::page("nonsense").is_err());
     }

@@ -136,7 +136,11 @@ fn add_part(scene: &mut Scene, random: &mut Random) {
     };
     // Below each other: of surfaces at one place it is chance which is seen.
     let huge = scene.meshes.iter().filter(|mesh| mesh.name == "huge").count() as f64;
-    let place = if mesh.name == "huge" { DAffine3::from_translation(DVec3::NEG_Y * (0.9 + 0.01 * huge)) } else { random.place(0.4) };
+    let place = if mesh.name == "huge" {
+        DAffine3::from_translation(DVec3::NEG_Y * (0.9 + 0.01 * huge))
+    } else {
+        random.place(0.4)
+    };
     scene.add_mesh(mesh, place);
 }
 

@@ -103,7 +103,9 @@ fn few(cell: &Cell) -> Vec<Place> {
 fn thin(cell: &Cell, sends: bool) -> Result<Vec<Sample>> {
     let voxel_m = thin_screen(THIN[0], 0.1, sends).voxel_m(&cell.settings);
     let of_kind = |kind: &&str| {
-        against_truth_at(cell, thin_screen(kind, voxel_m, sends), kind, &few(cell), |image, truth| sum(image) / sum(truth))
+        against_truth_at(cell, thin_screen(kind, voxel_m, sends), kind, &few(cell), |image, truth| {
+            sum(image) / sum(truth)
+        })
     };
     Ok(THIN.iter().map(of_kind).collect::<Result<Vec<_>>>()?.concat())
 }
@@ -171,8 +173,13 @@ fn refraction(cell: &Cell) -> Result<Vec<Sample>> {
 }
 
 fn edges(cell: &Cell) -> Result<Vec<Sample>> {
-    let cell_without_margin =
-        Cell::new(cell.context, cell.cache, cell.changed("grid.margin=0")?, (cell.effort, cell.memory_limit), cell.cancel);
+    let cell_without_margin = Cell::new(
+        cell.context,
+        cell.cache,
+        cell.changed("grid.margin=0")?,
+        (cell.effort, cell.memory_limit),
+        cell.cancel,
+    );
     let of_kind = |kind: &&str| {
         let offset = glam::DVec3::splat(if kind.ends_with("outside") { 0.25 } else { 0.0 });
         let place = Place { offset, degrees: 0.0 };

@@ -109,8 +109,25 @@ fn rows_are_kept_and_the_page_is_whole() {
     assert_eq!(rows["rows"][0]["measured"]["places"].as_array().unwrap().len(), 2);
 }
 
-/// Scenes made by chance: nothing hangs, every pixel is finite, and most are as bright as the path tracer's. Seeds 0, 6 and 10
-/// are darker (0.47, 0.85 and 0.89 of it), which is not explained yet.
+/// The view through a thin-walled box does not meet the backs of its walls, which have no side.
+#[test]
+fn backs_without_a_side_dim_nothing_behind_glass() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--case", "refraction", "--preset", "fast", "--grid", "32", "--quick", "--validation", "-o", "table"];
+    let output = stability(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let rows = fs::read_to_string(folder.path().join("table/rows.json")).unwrap();
+    let rows: serde_json::Value = serde_json::from_str(&rows).unwrap();
+    let places = rows["rows"][0]["measured"]["places"].as_array().unwrap();
+    let of_box: Vec<&serde_json::Value> =
+        places.iter().filter(|place| place[0].as_str().unwrap().starts_with("thin-walled")).collect();
+    // 0.22: the noise of few samples, and edges that are smooth in the truth.
+    assert!(of_box.len() == 2 && of_box.iter().all(|place| place[1].as_f64().unwrap() < 0.26), "{places:?}");
+}
+
+/// Scenes made by chance: nothing hangs, every pixel is finite, and most are as bright as the path tracer's. Seed 0 looks
+/// through up to fifty panes of glass at what few rays light (0.67 of it), seed 6 has a light and seed 10 a lamp that almost
+/// touch a surface, which few points find (0.86, 0.85).
 #[test]
 fn scenes_made_by_chance_are_finite() {
     let folder = tempfile::tempdir().unwrap();
@@ -121,7 +138,7 @@ fn scenes_made_by_chance_are_finite() {
     let rows: serde_json::Value = serde_json::from_str(&rows).unwrap();
     let places = rows["rows"][0]["measured"]["places"].as_array().unwrap();
     let ratios: Vec<f64> = places.iter().map(|place| place[1].as_f64().unwrap()).collect();
-    assert!(ratios.len() >= 12 && ratios.iter().all(|ratio| (0.4..1.1).contains(ratio)), "{places:?}");
+    assert!(ratios.len() >= 12 && ratios.iter().all(|ratio| (0.6..1.1).contains(ratio)), "{places:?}");
     assert!(ratios.iter().filter(|ratio| (*ratio - 1.0).abs() < 0.05).count() >= 9, "{places:?}");
 }
 

@@ -116,6 +116,11 @@ impl<'a> Cell<'a> {
         self.frame_ms.borrow_mut().push(report.timings.gpu_ms);
     }
 
+    /// The frames of another cell belong to this row too.
+    pub fn took_as(&self, other: &Self) {
+        self.frame_ms.borrow_mut().extend(other.frame_ms.borrow().iter());
+    }
+
     /// A path-traced image. A scene that is moved as a whole, its view too, has the same one.
     pub fn film(&self, stage: &Stage, (pose, view): (&Pose, &View), depth: Depth, seed: u64) -> Result<Film> {
         let stop = Stop::Samples(self.effort.samples);

@@ -131,6 +131,19 @@ pub fn read_csv(text: &str) -> Result<Rows, String> {
     lines.enumerate().map(row).collect()
 }
 
+/// The further numbers of a table's rows, as they are written there.
+pub fn read_more(text: &str) -> BTreeMap<(String, String, u32), Vec<(String, String)>> {
+    let read = |line: &str| {
+        let mut first = line.split(',');
+        let key = (first.next()?.to_owned(), first.next()?.to_owned(), first.next()?.parse().ok()?);
+        // A row with numbers has no failure, and no name of a number has a comma.
+        let more = line.rsplit(',').nth(1)?;
+        let pairs = more.split("; ").filter_map(|pair| pair.split_once(" = "));
+        Some((key, pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect()))
+    };
+    text.lines().skip(1).filter_map(read).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

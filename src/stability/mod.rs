@@ -8,6 +8,7 @@ pub mod case;
 pub mod cases;
 pub mod cell;
 pub mod export;
+pub mod fine_scenes;
 pub mod markdown;
 pub mod motion;
 pub mod page;

@@ -16,6 +16,8 @@ pub struct Motion {
     pub worst: f64,
     /// Mean FLIP of each frame against its reference.
     pub flip: f64,
+    /// Mean |ΔI| over mean |ΔR|; absent where the reference stands still.
+    pub change: Option<f64>,
 }
 
 impl Motion {
@@ -27,8 +29,17 @@ impl Motion {
             .zip(truths)
             .map(|(frame, truth)| Ok(metrics::compare(frame, truth)?.flip))
             .collect::<Result<_>>()?;
-        Ok(Self { excess, worst, flip: flips.iter().sum::<f64>() / flips.len() as f64 })
+        let (own, should) = (changes(frames), changes(truths));
+        let change = (should > 0.0).then(|| own / should);
+        Ok(Self { excess, worst, flip: flips.iter().sum::<f64>() / flips.len() as f64, change })
     }
+}
+
+/// The sum of |change| from frame to frame over all pixels.
+fn changes(frames: &[Layers]) -> f64 {
+    let values = |frame: &'_ Layers| frame.beauty().iter().flatten().map(|v| f64::from(*v)).collect::<Vec<f64>>();
+    let of = |pair: &[Layers]| values(&pair[0]).iter().zip(values(&pair[1])).map(|(a, b)| (b - a).abs()).sum::<f64>();
+    frames.windows(2).map(of).sum()
 }
 
 /// The excess, and that of the worst pixels.
@@ -69,6 +80,13 @@ mod tests {
         // Half as bright throughout: the change is 1 where it should be 2; the mean of the reference is 2.
         let frames = [frame(&[0.5; 100]), frame(&[1.5; 100])];
         assert_eq!(excess(&frames, &truths).unwrap(), (0.5, 0.5));
+    }
+
+    #[test]
+    fn changes_are_compared_where_something_should_change() {
+        let truths = [frame(&[1.0; 4]), frame(&[3.0; 4])];
+        assert_eq!(changes(&truths), 24.0);
+        assert_eq!(changes(&[frame(&[1.0; 4]), frame(&[0.0; 4]), frame(&[1.0; 4])]), 24.0);
     }
 
     #[test]

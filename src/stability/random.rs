@@ -134,7 +134,13 @@ fn add_part(scene: &mut Scene, random: &mut Random) {
             Mesh::quad("huge", material, Vec3::new(-0.5 * side, 0.0, -0.5 * side), Vec3::Z * side, Vec3::X * side)
         }
     };
-    let place = if mesh.name == "huge" { DAffine3::from_translation(DVec3::NEG_Y * 0.9) } else { random.place(0.4) };
+    // Below each other: of surfaces at one place it is chance which is seen.
+    let huge = scene.meshes.iter().filter(|mesh| mesh.name == "huge").count() as f64;
+    let place = if mesh.name == "huge" {
+        DAffine3::from_translation(DVec3::NEG_Y * (0.9 + 0.01 * huge))
+    } else {
+        random.place(0.4)
+    };
     scene.add_mesh(mesh, place);
 }
 

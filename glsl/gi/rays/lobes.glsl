@@ -9,7 +9,7 @@
 #include "gi/rays/ray_light.glsl"
 
 // Surfaces that let light pass, of those that one ray meets.
-const uint MOST_INTERFACES = 8u;
+const uint MOST_INTERFACES = 16u;
 
 // What the texture has where a ray of that width (voxels) hits, over what it has in the mean of the voxels about it: mirrors
 // and glass show patterns that the volume does not hold.
@@ -45,8 +45,8 @@ vec3 normal_against(vec3 normal, vec3 d) {
 // Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
 // reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what is
 // seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about. Nothing is seen
-// unless it `sends`.
-Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends) {
+// unless it `sends`. `views`: the ray goes on as the view came, and to the view backs that have no side are not there.
+Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
     vec3 origin = ray_start(position, facet, d);
     vec3 through = vec3(1.0);
@@ -68,6 +68,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
+        bool absent = views && met.dark && !glass;
         through *= glass && met.back ? attenuation(m, met.distance * frame.voxel_m) : vec3(1.0);
         seen.light += through * sent * (s.opacity * (1.0 - s.transmission));
         seen.lamps += through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
@@ -85,10 +86,11 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             origin = at + s.facet * (reflects ? RAY_START : -RAY_START);
             travelled += met.distance;
             least = 0.0;
+            views = false;
         } else {
-            through *= mix(vec3(1.0), tint, s.opacity);
+            through *= absent ? vec3(1.0) : mix(vec3(1.0), tint, s.opacity);
         }
-        going = met.any && passes && brightest(through) >= SPENT;
+        going = met.any && (passes || absent) && brightest(through) >= SPENT;
     }
     return seen;
 }
@@ -160,7 +162,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         bool sends = side * dot(d, s.facet) > 0.0 && side * dot(d, normal) > 0.0;
         // A curved mirror spreads a pixel twice as far as its normal turns; glass may as well focus it.
         float spread = reflects ? 2.0 * viewed.bend : 0.0;
-        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends);
+        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends, !reflects && thin && smooth_lobe);
         sum.indirect += weight * seen.light;
         if (LAMPS == LAMPS_SAMPLED) {
             vec3 lamps = weight * (reflects ? mirrored_lamps : 1.0) * seen.lamps;

@@ -24,7 +24,7 @@ pub const CASES: &[Case] = &[
         "symmetry",
         "A room under rotations and mirrors of the cube, its view too: mean |difference| from the plain image over that image's \
          mean.",
-        "Patterns of directions are fixed in the world, so that noise differs: take more directions where that shows.",
+        "Directions are fixed in the world, so that noise differs; it falls as directions grow in number: take more, or more passes.",
         symmetry,
     ),
     invariance(

@@ -92,7 +92,7 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.1,
-        advice: "What is outside the grid neither blocks nor sends light: leave grid.side at auto, or make it hold the scene.",
+        advice: "What is outside the grid sends no light: leave grid.side at auto, or make it hold the scene.",
         quick: false,
         run: |cell| against_truth(cell, Stage { reach: 0.5 * ROOM, ..room() }, |image, truth| sum(image) / sum(truth)),
     },

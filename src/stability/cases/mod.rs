@@ -1,5 +1,6 @@
 //! The cases.
 
+mod fine;
 mod invariance;
 mod light;
 mod many;
@@ -10,7 +11,7 @@ use super::case::Case;
 
 /// Every case, in the order of the page.
 pub fn all() -> impl Iterator<Item = &'static Case> {
-    [walls::CASES, light::CASES, invariance::CASES, time::CASES, many::CASES].into_iter().flatten()
+    [walls::CASES, light::CASES, fine::CASES, invariance::CASES, time::CASES, many::CASES].into_iter().flatten()
 }
 
 /// The case called `name`.

@@ -118,9 +118,11 @@ fn along(cell: &Cell) -> impl Iterator<Item = f64> + use<> {
 }
 
 fn sample_of(place: &Place, frames: &[Layers], truths: &[Layers], more: Vec<(&'static str, f64)>) -> Result<Sample> {
-    let Motion { excess, worst, flip } = Motion::of(frames, truths)?;
+    let Motion { excess, worst, flip, change } = Motion::of(frames, truths)?;
     let last = |images: &[Layers]| images.last().map(|image| image.beauty().to_vec()).unwrap_or_default();
-    let more = [vec![("worst 1 % of pixels", worst), ("FLIP of a frame", flip)], more].concat();
+    let change = change.map(|change| ("change over the reference's", change));
+    let own = [Some(("worst 1 % of pixels", worst)), Some(("FLIP of a frame", flip)), change];
+    let more = own.into_iter().flatten().chain(more).collect();
     Ok(Sample { more, truth: Some(last(truths)), ..Sample::new(place, excess, last(frames)) })
 }
 

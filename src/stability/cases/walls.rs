@@ -4,7 +4,7 @@ use super::{rel, sum};
 use crate::Result;
 use crate::chart::measure::same_depth;
 use crate::layers::Aov;
-use crate::stability::case::{Case, Sample, Unit};
+use crate::stability::case::{Case, Place, Sample, Unit};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{DARK, LIT, back_side, behind, divided, fenced, two_rooms, view};
 use crate::stability::stage::{Stage, Studio};
@@ -87,17 +87,29 @@ pub fn against_truth(
     stage: Stage,
     number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64,
 ) -> Result<Vec<Sample>> {
+    against_truth_at(cell, stage, "", &cell.turned_places(), number)
+}
+
+/// The same at `places` of a scene which is called `name` among others, or nothing.
+pub fn against_truth_at(
+    cell: &Cell,
+    stage: Stage,
+    name: &str,
+    places: &[Place],
+    number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64,
+) -> Result<Vec<Sample>> {
     let depth = same_depth(&stage.scene, &cell.settings);
     let film = cell.film(&stage, (&stage.pose(), &stage.view), depth, 0)?;
     let (truth, noise) = (film.layers(&[]), film.noise());
     let mut studio = Studio::new(cell, stage)?;
-    let sample = |place| {
+    let sample = |place: &Place| {
         let image = studio.shoot(place)?;
         let [image, truth] = [&image, &truth].map(|layers| layers.beauty().to_vec());
         let energy = sum(&image) / sum(&truth);
         let more = vec![("rel", rel(&image, &truth)), ("energy", energy), ("the reference's noise", noise)];
         let number = number(&image, &truth);
-        Ok(Sample { more, truth: Some(truth), ..Sample::new(place, number, image) })
+        let words = if name.is_empty() { place.to_string() } else { format!("{name}: {place}") };
+        Ok(Sample { more, truth: Some(truth), ..Sample::new(words, number, image) })
     };
-    cell.turned_places().iter().map(sample).collect()
+    places.iter().map(sample).collect()
 }

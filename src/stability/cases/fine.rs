@@ -1,0 +1,206 @@
+//! What is small, smooth, or at the grid's border.
+
+use super::walls::against_truth_at;
+use super::{rel, sum};
+use crate::Result;
+use crate::layers::Aov;
+use crate::reference::Depth;
+use crate::scene::Projection;
+use crate::stability::SIZE;
+use crate::stability::case::{Case, Place, Sample, Unit};
+use crate::stability::cell::Cell;
+use crate::stability::fine_scenes::{
+    BORDERS, GLASS, THIN, border_room, glass, glossy_floor, paper, slope, slope_radiance, thin_screen,
+};
+use crate::stability::stage::Studio;
+
+pub const CASES: &[Case] = &[
+    Case {
+        name: "thin-block",
+        meaning: "Two rooms, one lit, divided by needles, slivers, edge-on quads or triangles far smaller than a voxel, which cover \
+                  about half: mean of the dark room's image over the path tracer's.",
+        unit: Unit::Ratio,
+        ideal: 1.0,
+        limit: 0.05,
+        advice: "Hair, grass and wires below a voxel need the method rays, or one larger surface that lets part of the light pass.",
+        quick: false,
+        run: |cell| thin(cell, false),
+    },
+    Case {
+        name: "thin-send",
+        meaning: "The same things as the only lamps: mean of the image over the path tracer's.",
+        unit: Unit::Ratio,
+        ideal: 1.0,
+        limit: 0.05,
+        advice: "Replace thousands of tiny lamps by few larger ones of the same power, or raise lights.lamp_points.",
+        quick: false,
+        run: |cell| thin(cell, true),
+    },
+    Case {
+        name: "paper",
+        meaning: "A sheet of paper a tenth of a millimetre above a floor, seen from near: mean |error| against the path tracer over \
+                  its mean.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.1,
+        advice: "Lay thin sheets a voxel above what is below them, or leave out what they cover.",
+        quick: false,
+        run: |cell| {
+            let places: Vec<Place> = cell.turned_places();
+            against_truth_at(cell, paper(), "", &places, rel)
+        },
+    },
+    Case {
+        name: "banding",
+        meaning: "A plane that rises away from a bright square: the largest second difference, over three pixels, of its indirect \
+                  light over that of the closed form.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.02,
+        advice: "Bands show where light is read from coarser voxels, and noise where directions are few: raise voxels, or take more directions.",
+        quick: false,
+        run: banding,
+    },
+    Case {
+        name: "lobe-width",
+        meaning: "A metal floor of roughness 0.1 to 1 that mirrors a wall's edge: width of the mirrored edge over the path tracer's.",
+        unit: Unit::Ratio,
+        ideal: 1.0,
+        limit: 0.1,
+        advice: "Reflections are blurred by the voxels they are read from: raise voxels, or use the method rays.",
+        quick: false,
+        run: lobe_width,
+    },
+    Case {
+        name: "refraction",
+        meaning: "Glowing stripes behind a slab or a sphere of glass (ior 1 to 1.5), or a thin-walled box: mean |error| against the \
+                  path tracer over its mean.",
+        unit: Unit::Share,
+        ideal: 0.0,
+        limit: 0.1,
+        advice: "What is seen through glass is found by one ray per pixel and reflects nothing inside: render larger and scale down.",
+        quick: false,
+        run: refraction,
+    },
+    Case {
+        name: "edges",
+        meaning: "A room whose walls are the grid's faces, with a lamp on a face, along an edge, in a corner, or all a quarter voxel \
+                  outside: mean of the image over that of the same room with the usual margin.",
+        unit: Unit::Ratio,
+        ideal: 1.0,
+        limit: 0.05,
+        advice: "Leave grid.side at auto or grid.margin above 1, so that no wall lies on the grid's faces.",
+        quick: false,
+        run: edges,
+    },
+];
+
+/// Some of the places, so that several scenes of a case take no longer than one of another.
+fn few(cell: &Cell) -> Vec<Place> {
+    cell.turned_places().into_iter().take(3).collect()
+}
+
+fn thin(cell: &Cell, sends: bool) -> Result<Vec<Sample>> {
+    let voxel_m = thin_screen(THIN[0], 0.1, sends).voxel_m(&cell.settings);
+    let of_kind = |kind: &&str| {
+        against_truth_at(cell, thin_screen(kind, voxel_m, sends), kind, &few(cell), |image, truth| {
+            sum(image) / sum(truth)
+        })
+    };
+    Ok(THIN.iter().map(of_kind).collect::<Result<Vec<_>>>()?.concat())
+}
+
+/// A layer's sums over the rows from `first` to `end` of the image, column by column.
+fn columns(pixels: &[[f32; 3]], (first, end): (usize, usize)) -> Vec<f64> {
+    let width = SIZE as usize;
+    (0..width).map(|x| (first..end).map(|y| sum(&pixels[y * width + x..=y * width + x])).sum()).collect()
+}
+
+fn banding(cell: &Cell) -> Result<Vec<Sample>> {
+    let mut studio = Studio::new(cell, slope())?;
+    let view = studio.stage.view;
+    let Projection::Perspective { fov, .. } = view.projection else { unreachable!("the view is a perspective one") };
+    let tangent = f64::from(0.5 * fov).tan();
+    let size = SIZE as usize;
+    let at = |i: usize| (2.0 * (i as f64 + 0.5) / size as f64 - 1.0) * tangent;
+    let truth: Vec<[f32; 3]> =
+        (0..size * size).map(|i| [slope_radiance(&view, [at(i % size), -at(i / size)]) as f32; 3]).collect();
+    let rows = (size / 4, 3 * size / 4);
+    let should = columns(&truth, rows);
+    let sample = |place: &Place| {
+        let layers = studio.shoot(place)?;
+        let image = layers.get(Aov::Indirect).unwrap_or_default().to_vec();
+        let ratio: Vec<f64> = columns(&image, rows).iter().zip(&should).map(|(a, b)| a / b).collect();
+        let bend = ratio.windows(7).map(|r| (r[0] - 2.0 * r[3] + r[6]).abs()).fold(0.0, f64::max);
+        let more = vec![("energy", sum(&image) / sum(&truth))];
+        Ok(Sample { more, truth: Some(truth.clone()), ..Sample::new(place, bend, image) })
+    };
+    cell.turned_places().iter().map(sample).collect()
+}
+
+/// How wide a step is, in columns: of a ramp, two thirds of its width.
+fn step_width(profile: &[f64]) -> f64 {
+    let end = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (high, low) = (end(&profile[..4]), end(&profile[profile.len() - 4..]));
+    let share = |value: &f64| ((value - low) / (high - low)).clamp(0.0, 1.0);
+    profile.iter().map(share).map(|u| 4.0 * u * (1.0 - u)).sum()
+}
+
+fn lobe_width(cell: &Cell) -> Result<Vec<Sample>> {
+    let rows = (SIZE as usize / 2, 3 * SIZE as usize / 4);
+    let width = |pixels: &[[f32; 3]]| step_width(&columns(pixels, rows));
+    let of_roughness = |roughness: &f32| {
+        let name = format!("roughness {roughness}");
+        let places = &few(cell)[..2];
+        against_truth_at(cell, glossy_floor(*roughness), &name, places, |image, truth| width(image) / width(truth))
+    };
+    Ok([0.1, 0.2, 0.3, 0.5, 0.7, 1.0].iter().map(of_roughness).collect::<Result<Vec<_>>>()?.concat())
+}
+
+fn refraction(cell: &Cell) -> Result<Vec<Sample>> {
+    let of_kind = |(kind, ior): &(&str, f32)| {
+        let stage = glass(kind, *ior);
+        let truth = cell.film(&stage, (&stage.pose(), &stage.view), Depth::Full, 0)?.layers(&[]).beauty().to_vec();
+        let mut studio = Studio::new(cell, stage)?;
+        let sample = |place: &Place| {
+            let image = studio.shoot(place)?.beauty().to_vec();
+            let number = rel(&image, &truth);
+            Ok(Sample { truth: Some(truth.clone()), ..Sample::new(format!("{kind}: {place}"), number, image) })
+        };
+        few(cell)[..2].iter().map(sample).collect::<Result<Vec<_>>>()
+    };
+    Ok(GLASS.iter().map(of_kind).collect::<Result<Vec<_>>>()?.concat())
+}
+
+fn edges(cell: &Cell) -> Result<Vec<Sample>> {
+    let cell_without_margin = Cell::new(
+        cell.context,
+        cell.cache,
+        cell.changed("grid.margin=0")?,
+        (cell.effort, cell.memory_limit),
+        cell.cancel,
+    );
+    let of_kind = |kind: &&str| {
+        let offset = glam::DVec3::splat(if kind.ends_with("outside") { 0.25 } else { 0.0 });
+        let place = Place { offset, degrees: 0.0 };
+        let usual = sum(Studio::new(cell, border_room(kind))?.shoot(&place)?.beauty());
+        against_truth_at(&cell_without_margin, border_room(kind), kind, &[place], |image, _| sum(image) / usual)
+    };
+    let samples = BORDERS.iter().map(of_kind).collect::<Result<Vec<_>>>()?.concat();
+    cell.took_as(&cell_without_margin);
+    Ok(samples)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wider_step_is_wider() {
+        let ramp = |width: f64| -> Vec<f64> {
+            (0..64).map(|x| (0.5 - (f64::from(x) - 31.5) / width).clamp(0.0, 1.0)).collect()
+        };
+        assert!((step_width(&ramp(12.0)) - 8.0).abs() < 0.1);
+        assert!((step_width(&ramp(24.0)) / step_width(&ramp(12.0)) - 2.0).abs() < 0.02);
+    }
+}

@@ -24,11 +24,13 @@ mod render;
 mod report;
 mod scene;
 mod settings;
+mod share;
 mod sky;
 mod stability;
 mod study;
 #[cfg(feature = "window")]
 mod view;
+mod words;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -127,6 +127,13 @@ impl Film {
         relative_noise(self.rows.iter().flat_map(|r| &r.pixels).map(pixel))
     }
 
+    /// The expected error of every pixel, by the same estimate: radiance, signed.
+    pub fn error(&self) -> Vec<[f32; 3]> {
+        let samples = self.done().max(1) as f64;
+        let pixel = |p: &Pixel| ((p.halves[0] - p.halves[1]) / samples).as_vec3().to_array();
+        self.rows.iter().flat_map(|r| &r.pixels).map(pixel).collect()
+    }
+
     /// The image and further layers. All rows must have the same number of samples.
     pub fn layers(&self, aovs: &[Aov]) -> Layers {
         let samples = self.done().max(1) as f64;

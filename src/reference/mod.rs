@@ -58,6 +58,8 @@ pub enum Stop {
     Samples(u32),
     /// The first count of [`film::next_check`] at which [`Film::noise`] is at most this.
     Noise(f64),
+    /// Any film whose noise is at most `noise`, but none beyond that of [`Self::Noise`] with `last`: a step on the way to it.
+    Rough { noise: f64, last: f64 },
 }
 
 /// The parameters of a render.
@@ -96,14 +98,19 @@ pub struct Control<'a> {
 impl Stop {
     /// Whether a film is finished.
     pub fn reached(self, film: &Film) -> bool {
-        film.done() == film.started() && self.end(film) == Some(film.done())
+        let noise_now = film.history.last().map(|(_, noise)| *noise);
+        let enough = match self {
+            Self::Rough { noise, .. } => noise_now.is_some_and(|now| now <= noise),
+            _ => false,
+        };
+        film.done() == film.started() && (self.end(film) == Some(film.done()) || enough)
     }
 
     /// Whether a film has more samples than a finished one.
     pub fn passed(self, film: &Film) -> bool {
         match self {
             Self::Samples(n) => film.started() > n,
-            Self::Noise(_) => self.end(film).is_some_and(|n| film.started() > n),
+            Self::Noise(_) | Self::Rough { .. } => self.end(film).is_some_and(|n| film.started() > n),
         }
     }
 
@@ -111,7 +118,9 @@ impl Stop {
     fn end(self, film: &Film) -> Option<u32> {
         match self {
             Self::Samples(n) => Some(n),
-            Self::Noise(most) => film.history.iter().find(|(_, noise)| *noise <= most).map(|(n, _)| *n),
+            Self::Noise(most) | Self::Rough { last: most, .. } => {
+                film.history.iter().find(|(_, noise)| *noise <= most).map(|(n, _)| *n)
+            }
         }
     }
 
@@ -119,8 +128,10 @@ impl Stop {
     fn expected(self, film: &Film) -> u32 {
         match (self, film.history.last()) {
             (Self::Samples(n), _) => n,
-            (Self::Noise(most), Some((n, noise))) => (*n as f64 * (noise / most).powi(2)).clamp(1.0, 1e9) as u32,
-            (Self::Noise(_), None) => next_check(0),
+            (Self::Noise(most) | Self::Rough { noise: most, .. }, Some((n, noise))) => {
+                (*n as f64 * (noise / most).powi(2)).clamp(1.0, 1e9) as u32
+            }
+            (Self::Noise(_) | Self::Rough { .. }, None) => next_check(0),
         }
     }
 }

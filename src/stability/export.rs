@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::cases;
-use super::row::Row;
+use super::row::{Pictures, Row};
+use crate::Result;
+use crate::chart::store::{Store, Stored};
+use crate::output::file;
 
 /// The file `rows.json`; `docs/json.md` lists the keys.
 #[derive(Clone, Debug, Serialize)]
@@ -14,12 +17,23 @@ pub struct Table {
     pub version: u32,
     /// The program's version.
     pub program: &'static str,
-    pub device: String,
-    pub driver: String,
     /// Rows that were asked for.
     pub planned: usize,
     pub cases: Vec<CaseLine>,
     pub rows: Vec<Row>,
+}
+
+/// The file `outline.json`: the addresses of every row of the whole table in its order, those of other shards too.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Outline {
+    pub version: u32,
+    pub rows: Vec<String>,
+}
+
+impl Outline {
+    pub fn save(&self, store: &Store) -> Result<()> {
+        file::write_json(&store.path("outline.json"), self)
+    }
 }
 
 /// What a case is.
@@ -32,6 +46,16 @@ pub struct CaseLine {
     pub unit: &'static str,
     pub ideal: f64,
     pub limit: f64,
+}
+
+/// Writes all three files of a folder; see [`super::page::html`].
+pub fn write(store: &Store, stored: &[Stored<Row, Pictures>], planned: usize, around: (&str, bool)) -> Result<()> {
+    let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
+    let (version, program) = (super::VERSION, env!("CARGO_PKG_VERSION"));
+    let table = Table { version, program, planned, cases: case_lines(&rows), rows };
+    file::write_json(&store.path("rows.json"), &table)?;
+    file::write(&store.path("rows.csv"), csv(&table.rows).as_bytes())?;
+    file::write(&store.path("index.html"), super::page::html(&table, stored, around).as_bytes())
 }
 
 /// The cases that rows are of, in the page's order.
@@ -109,7 +133,7 @@ pub type Rows = BTreeMap<(String, String, u32), Option<Kept>>;
 ///
 /// # Errors
 /// A sentence about the line that cannot be read.
-pub fn read_csv(text: &str) -> Result<Rows, String> {
+pub fn read_csv(text: &str) -> std::result::Result<Rows, String> {
     let mut lines = text.lines();
     if lines.next() != Some(COLUMNS) {
         return Err(format!("the first line is not {COLUMNS}"));
@@ -150,6 +174,8 @@ mod tests {
         };
         let row = Row {
             key: String::new(),
+            address: String::new(),
+            origin: None,
             case: "leak-1".into(),
             preset: "fast".into(),
             method: "rays".into(),

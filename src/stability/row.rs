@@ -3,13 +3,17 @@
 use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Sample};
+use crate::chart::row::Origin;
 use crate::chart::store::Keyed;
 use crate::measure::timing::Spread;
 
 /// `docs/json.md` lists the keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
+    /// Hash over everything that determines the row.
     pub key: String,
+    /// Hash over the same but the device.
+    pub address: String,
     pub case: String,
     pub preset: String,
     pub method: String,
@@ -21,6 +25,8 @@ pub struct Row {
     pub measured: Option<Measured>,
     /// Why it could not.
     pub failure: Option<String>,
+    /// Absent until it ran.
+    pub origin: Option<Origin>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,6 +61,10 @@ pub const NOT_FINITE: f64 = 1e9;
 impl Keyed for Row {
     fn key(&self) -> &str {
         &self.key
+    }
+
+    fn unix_s(&self) -> u64 {
+        self.origin.as_ref().map_or(0, |origin| origin.unix_s)
     }
 }
 

@@ -7,6 +7,7 @@ pub mod export;
 pub mod frontier;
 pub mod marks;
 pub mod measure;
+pub mod merge;
 pub mod outline;
 pub mod page;
 pub mod picture;

@@ -33,6 +33,18 @@ pub struct Kind {
 /// The folder of a chart.
 pub const CHART: Kind = Kind { command: "chart", words: "a chart", version: VERSION };
 
+impl Kind {
+    /// The file that marks such a folder, and its text.
+    fn mark(self) -> String {
+        format!("{}.txt", self.command)
+    }
+
+    fn mark_text(self) -> String {
+        let command = self.command;
+        format!("Made by `twobounce {command}`, which rewrites everything here and continues with the rows in rows/.\n")
+    }
+}
+
 /// A folder of rows. Nothing is written into it before the first row; a folder that was made and stays empty is removed.
 pub struct Store {
     kind: Kind,
@@ -128,13 +140,18 @@ impl Store {
 
     /// Every row that is kept, of other builds and of former charts too; and those that newer ones took the place of.
     pub fn all<R: DeserializeOwned, P: DeserializeOwned>(&self) -> [Vec<Stored<R, P>>; 2] {
+        Self::read_all(self.kind, &self.folder)
+    }
+
+    /// The same of a folder that is only read.
+    pub fn read_all<R: DeserializeOwned, P: DeserializeOwned>(kind: Kind, folder: &Path) -> [Vec<Stored<R, P>>; 2] {
         [ROWS, HISTORY].map(|name| {
-            let entries = fs::read_dir(self.path(name)).into_iter().flatten().flatten();
+            let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();
             let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
             paths.retain(|path| path.extension().is_some_and(|ending| ending == "json"));
             paths.sort();
             let read = |path: &PathBuf| serde_json::from_str(&fs::read_to_string(path).ok()?).ok();
-            let is_known = |stored: &Stored<R, P>| stored.version == self.kind.version;
+            let is_known = |stored: &Stored<R, P>| stored.version == kind.version;
             paths.iter().filter_map(read).filter(is_known).collect()
         })
     }
@@ -156,7 +173,7 @@ impl Store {
         P: Serialize + DeserializeOwned,
     {
         if !self.is_marked() {
-            file::write(&self.mark(), self.mark_text().as_bytes())?;
+            file::write(&self.mark(), self.kind.mark_text().as_bytes())?;
         }
         let rows = self.path(ROWS);
         file::create_folder(&rows)?;
@@ -190,20 +207,25 @@ impl Store {
 
     /// Where the image of a row is kept as long as its errors are not final.
     pub fn image_path(&self, key: &str) -> PathBuf {
-        self.path(ROWS).join(format!("{key}.exr"))
+        Self::image_in(&self.folder, key)
+    }
+
+    /// The same in a folder that is only read.
+    pub fn image_in(folder: &Path, key: &str) -> PathBuf {
+        folder.join(ROWS).join(format!("{key}.exr"))
+    }
+
+    /// Whether a folder is of this kind.
+    pub fn is_marked_as(kind: Kind, folder: &Path) -> bool {
+        fs::read_to_string(folder.join(kind.mark())).is_ok_and(|text| text == kind.mark_text())
     }
 
     fn is_marked(&self) -> bool {
-        fs::read_to_string(self.mark()).is_ok_and(|text| text == self.mark_text())
+        Self::is_marked_as(self.kind, &self.folder)
     }
 
     fn mark(&self) -> PathBuf {
-        self.path(&format!("{}.txt", self.kind.command))
-    }
-
-    fn mark_text(&self) -> String {
-        let command = self.kind.command;
-        format!("Made by `twobounce {command}`, which rewrites everything here and continues with the rows in rows/.\n")
+        self.path(&self.kind.mark())
     }
 
     fn row_path(&self, key: &str) -> PathBuf {

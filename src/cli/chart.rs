@@ -46,7 +46,7 @@ pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
     let bench = Bench { scene: &args.scene, paths, trials: args.trials()?, folder: &args.output, args: &args.bench };
     match args.bench.list {
-        Some(count) => Ok(bench.list(count, "-o")?),
+        Some(count) => Ok(bench.list(count, &["-o", "--output"])?),
         None => bench.run(|_| Ok(None)),
     }
 }

@@ -1,10 +1,11 @@
 //! Work that many machines share: which part is this one's, how it is called, and the commands of all parts.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::Args;
-use twobounce::{Error, Result};
+use twobounce::Result;
 
 use super::{out, words};
 use crate::say;
@@ -85,41 +86,44 @@ fn host_name() -> String {
     std::env::var("COMPUTERNAME").unwrap_or_else(|_| "unknown".to_owned())
 }
 
+/// `count` items in so many parts that follow each other, none empty.
+pub fn chunks(count: u32, parts: u32) -> impl Iterator<Item = Range<u32>> {
+    let (count, parts) = (u64::from(count), u64::from(parts.min(count)));
+    let cut = move |i: u64| (i * count / parts) as u32;
+    (0..parts).map(move |i| cut(i)..cut(i + 1))
+}
+
 /// Prints the commands that share the work of this one, a line each, and on standard error how to put the results together.
-/// `part`: the flag and its value of part `i`, from 0; `outputs`: flags that name what is written, of which every part gets its own.
-pub fn list(parts: &[String], flag: &str, outputs: &[(&str, Option<&str>)], result: (&Path, &str)) -> Result<()> {
+/// `parts`: the value of `flag` of each. `outputs`: the flags that name what is written, of which every part gets its own. `result`:
+/// what is written, and the ending of a file; nothing where there is nothing to put together.
+pub fn list(parts: &[String], flag: &str, outputs: &[&str], result: Option<(&Path, &str)>) -> Result<()> {
     let typed: Vec<String> = std::env::args().skip(1).collect();
     for (i, part) in parts.iter().enumerate() {
-        say!("{}", words::line(&of_part(&typed, (i + 1, flag, part), outputs)));
+        let ending = result.map_or("", |(_, ending)| ending);
+        say!("{}", words::line(&of_part(&typed, (i + 1, flag, part), (outputs, ending))));
     }
-    let parts: Vec<String> = (1..=parts.len()).map(|i| beside(result.0, i, result.1).display().to_string()).collect();
-    if parts.iter().any(|part| part.starts_with('-')) {
-        return Err(Error::Usage("--list: each part needs a file or folder of its own; name it with -o".into()));
-    }
-    if !result.1.is_empty() || result.0.extension().is_none() {
-        let merge = ["twobounce".to_owned(), "merge".to_owned()].into_iter().chain(parts);
-        let merge: Vec<String> = merge.chain(["-o".to_owned(), result.0.display().to_string()]).collect();
-        out::warn(&format!("note: when all are done: {}", words::line(&merge)));
-    }
+    let Some((result, ending)) = result else { return Ok(()) };
+    let own = (1..=parts.len()).map(|i| beside(result, i, ending).display().to_string());
+    let merge = ["twobounce".to_owned(), "merge".to_owned()].into_iter().chain(own);
+    let merge: Vec<String> = merge.chain(["-o".to_owned(), result.display().to_string()]).collect();
+    out::warn(&format!("note: when all are done: {}", words::line(&merge)));
     Ok(())
 }
 
 /// The command of part `i`, which `flag` and `part` say.
-fn of_part(typed: &[String], (i, flag, part): (usize, &str, &str), outputs: &[(&str, Option<&str>)]) -> Vec<String> {
+fn of_part(typed: &[String], (i, flag, part): (usize, &str, &str), (outputs, ending): (&[&str], &str)) -> Vec<String> {
     // Every flag that has no value here stands by itself, or takes the next word along, which stays where it is.
-    let takes_value =
-        |word: &str| word == "--list" || word == flag || outputs.iter().any(|(output, _)| *output == word);
+    let takes_value = |word: &str| word == "--list" || word == flag || outputs.contains(&word);
     let mut words = vec!["twobounce".to_owned()];
     for mut group in words::grouped(typed, takes_value) {
         let name = words::flag(&group).to_owned();
         if name == "--list" || name == flag {
             continue;
         }
-        if let Some((_, ending)) = outputs.iter().find(|(output, _)| *output == name) {
+        if outputs.contains(&name.as_str()) {
             let value = group.pop().unwrap_or_default();
             let value = value.strip_prefix(&format!("{name}=")).unwrap_or(&value).to_owned();
-            let own = ending.map_or(value.clone(), |ending| beside(Path::new(&value), i, ending).display().to_string());
-            words.extend([name, own]);
+            words.extend([name, beside(Path::new(&value), i, ending).display().to_string()]);
         } else {
             words.extend(group);
         }
@@ -156,10 +160,10 @@ mod tests {
     #[test]
     fn parts_are_the_same_command_with_their_own_folder() {
         let typed = ["chart", "a b.glb", "--list", "2", "-o", "out", "--set", "voxels=32"].map(str::to_owned);
-        let words = words::line(&of_part(&typed, (2, "--shard", "2/2"), &[("-o", Some(""))]));
+        let words = words::line(&of_part(&typed, (2, "--shard", "2/2"), (&["-o"], "")));
         assert_eq!(words, "twobounce chart 'a b.glb' -o out.2 --set voxels=32 --shard 2/2");
         let typed = ["reference", "--samples=0-63", "--list=2", "-o", "a.film", "b.glb"].map(str::to_owned);
-        let words = words::line(&of_part(&typed, (1, "--samples", "0-31"), &[("-o", Some("film"))]));
+        let words = words::line(&of_part(&typed, (1, "--samples", "0-31"), (&["-o"], "film")));
         assert_eq!(words, "twobounce reference -o a.1.film b.glb --samples 0-31");
     }
 }

@@ -97,7 +97,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     let folder = args.output.as_deref().ok_or_else(needs_folder)?;
     if let Some(Some(count)) = args.list {
         let parts: Vec<String> = (1..=count).map(|i| format!("{i}/{count}")).collect();
-        share::list(&parts, "--shard", &[("-o", Some("")), ("--output", Some(""))], (folder, ""))?;
+        share::list(&parts, "--shard", &["-o", "--output"], Some((folder, "")))?;
         return Ok(ExitCode::SUCCESS);
     }
     let store = Store::open(FOLDER, folder, args.any_build)?;

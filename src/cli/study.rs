@@ -48,7 +48,7 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let scene = &SceneArgs::plain(&paths[0], args.size);
     let bench = Bench { scene, paths, trials: settings(&lines), folder: &args.rows, args: &args.bench };
     if let Some(count) = args.bench.list {
-        return Ok(bench.list(count, "--rows")?);
+        return Ok(bench.list(count, &["--rows"])?);
     }
     bench.run(|chart| {
         // A part has no page of its own: once the parts are merged, the same command without --shard writes it.

@@ -19,9 +19,11 @@ mod lights;
 mod material;
 mod memory;
 mod microfacet;
+pub mod part;
 mod point_textures;
 mod sampler;
 mod sky;
+mod sum;
 mod thin_film;
 mod tile;
 mod traversal;
@@ -40,7 +42,7 @@ pub use itself::lights_itself;
 use sampler::Sampler;
 
 /// Must change whenever the same options could give another image: cached references of other versions are ignored.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// The number of bounces of indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +58,8 @@ pub enum Depth {
 pub enum Stop {
     /// This number of samples per pixel.
     Samples(u32),
+    /// The samples with these numbers, from 0 on: a part of an image.
+    Range { first: u32, end: u32 },
     /// The first count of [`film::next_check`] at which [`Film::noise`] is at most this.
     Noise(f64),
     /// Any film whose noise is at most `noise`, but none beyond that of [`Self::Noise`] with `last`: a step on the way to it.
@@ -96,6 +100,14 @@ pub struct Control<'a> {
 }
 
 impl Stop {
+    /// Number of the first sample.
+    pub fn first(self) -> u32 {
+        match self {
+            Self::Range { first, .. } => first,
+            _ => 0,
+        }
+    }
+
     /// Whether a film is finished.
     pub fn reached(self, film: &Film) -> bool {
         let noise_now = film.history.last().map(|(_, noise)| *noise);
@@ -109,7 +121,7 @@ impl Stop {
     /// Whether a film has more samples than a finished one.
     pub fn passed(self, film: &Film) -> bool {
         match self {
-            Self::Samples(n) => film.started() > n,
+            Self::Samples(_) | Self::Range { .. } => self.end(film).is_some_and(|n| film.started() > n),
             Self::Noise(_) | Self::Rough { .. } => self.end(film).is_some_and(|n| film.started() > n),
         }
     }
@@ -118,6 +130,7 @@ impl Stop {
     fn end(self, film: &Film) -> Option<u32> {
         match self {
             Self::Samples(n) => Some(n),
+            Self::Range { first, end } => Some(end - first),
             Self::Noise(most) | Self::Rough { last: most, .. } => {
                 film.history.iter().find(|(_, noise)| *noise <= most).map(|(n, _)| *n)
             }
@@ -128,6 +141,7 @@ impl Stop {
     fn expected(self, film: &Film) -> u32 {
         match (self, film.history.last()) {
             (Self::Samples(n), _) => n,
+            (Self::Range { first, end }, _) => end - first,
             (Self::Noise(most) | Self::Rough { noise: most, .. }, Some((n, noise))) => {
                 (*n as f64 * (noise / most).powi(2)).clamp(1.0, 1e9) as u32
             }
@@ -146,6 +160,7 @@ pub fn render(
     let Control { progress, save, cancel } = control;
     let integrator = Integrator::new(scene, pose, options);
     let camera = Camera::new(view, &integrator.geometry().units, options.width, options.height);
+    film.first = options.stop.first();
     let before = film.paths();
     let progress = |paths, expected, noise| progress(Progress { before, paths, expected, noise });
     let job = Job { integrator, camera, options, progress: &progress, cancel };
@@ -185,7 +200,7 @@ impl Job<'_> {
         let Options { width, height, stop, .. } = *self.options;
         let noise = film.history.last().map(|(_, noise)| *noise);
         let expected = u64::from(width) * u64::from(height) * u64::from(stop.expected(film).max(target));
-        let paths = AtomicU64::new(film.paths());
+        let (first, paths) = (film.first, AtomicU64::new(film.paths()));
         film.rows.par_chunks_mut(tile::SIDE).enumerate().for_each(|(i, rows)| {
             let done = rows[0].done;
             if self.cancel.load(Ordering::Relaxed) || done >= target {
@@ -198,7 +213,7 @@ impl Job<'_> {
                         rows.clone_from_slice(&before);
                         return;
                     }
-                    self.trace_tile(rows, [x, i * tile::SIDE], index);
+                    self.trace_tile(rows, [x, i * tile::SIDE], first + index);
                 }
             }
             rows.iter_mut().for_each(|row| row.done = target);

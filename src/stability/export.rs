@@ -1,14 +1,15 @@
 //! The table as files: `rows.json` and `rows.csv` for programs; the page is beside.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::cases;
 use super::row::{Pictures, Row};
-use crate::Result;
 use crate::chart::store::{Store, Stored};
 use crate::output::file;
+use crate::{Error, Result};
 
 /// The file `rows.json`; `docs/json.md` lists the keys.
 #[derive(Clone, Debug, Serialize)]
@@ -33,6 +34,20 @@ pub struct Outline {
 impl Outline {
     pub fn save(&self, store: &Store) -> Result<()> {
         file::write_json(&store.path("outline.json"), self)
+    }
+
+    /// That of a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`]: there is none, it is damaged, or it is of another version of the program.
+    pub fn load(folder: &Path) -> Result<Self> {
+        let path = folder.join("outline.json");
+        let text = std::fs::read_to_string(&path).ok();
+        let outline: Option<Self> = text.and_then(|text| serde_json::from_str(&text).ok());
+        let today = outline.filter(|outline| outline.version == super::VERSION);
+        today.ok_or_else(|| {
+            Error::file(&path, "is missing or of another version; run `twobounce stability` there again")
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Sample};
+use crate::chart::merge::Mergeable;
 use crate::chart::row::Origin;
 use crate::chart::store::Keyed;
 use crate::measure::timing::Spread;
@@ -65,6 +66,29 @@ impl Keyed for Row {
 
     fn unix_s(&self) -> u64 {
         self.origin.as_ref().map_or(0, |origin| origin.unix_s)
+    }
+}
+
+impl Mergeable for Row {
+    fn address(&self) -> &str {
+        &self.address
+    }
+
+    fn title(&self) -> String {
+        format!("{} {} {}³", self.case, self.preset, self.grid)
+    }
+
+    fn is_measured(&self) -> bool {
+        self.measured.is_some()
+    }
+
+    fn noise(&self) -> f64 {
+        0.0
+    }
+
+    fn lasting(&self) -> serde_json::Value {
+        let numbers = |m: &Measured| serde_json::json!([m.number, m.distance, m.worst, m.places, m.more]);
+        serde_json::json!([self.failure, self.measured.as_ref().map(numbers)])
     }
 }
 

@@ -159,11 +159,10 @@ impl Bench<'_> {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Prints the commands that share the work.
-    pub fn list(&self, count: u32, output: &str) -> Result<ExitCode> {
+    /// Prints the commands that share the work. `outputs`: the flags that name the folder.
+    pub fn list(&self, count: u32, outputs: &[&str]) -> Result<ExitCode> {
         let parts: Vec<String> = (1..=count).map(|i| format!("{i}/{count}")).collect();
-        let long = if output == "-o" { "--output" } else { output };
-        share::list(&parts, "--shard", &[(output, Some("")), (long, Some(""))], (self.folder, ""))?;
+        share::list(&parts, "--shard", outputs, Some((self.folder, "")))?;
         Ok(ExitCode::SUCCESS)
     }
 

@@ -73,7 +73,8 @@ fn lasting(row: &Value) -> Value {
     row
 }
 
-const SMALL: [&str; 8] = ["--size", "16x16", "--set", "voxels=16", "--presets", "fast,printed", "--reference-noise", "20"];
+const SMALL: [&str; 8] =
+    ["--size", "16x16", "--set", "voxels=16", "--presets", "fast,printed", "--reference-noise", "20"];
 const SWEEP: [&str; 2] = ["--sweep", "rays.diffuse=1,2,3"];
 
 fn chart<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
@@ -84,7 +85,10 @@ fn chart<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> 
 fn parts_of_a_chart_are_the_whole_one() {
     let (folder, scene) = (Folder::new(), box_path());
     folder.done(&chart(&scene, "whole", &[]));
-    let one = folder.command(&chart(&scene, "part.1", &["--shard", "1/2", "--machine", "anna"])).stdout(Stdio::null()).spawn();
+    let one = folder
+        .command(&chart(&scene, "part.1", &["--shard", "1/2", "--machine", "anna"]))
+        .stdout(Stdio::null())
+        .spawn();
     let mut one = one.unwrap();
     // The other worker is killed in the middle, and begins again.
     let second = chart(&scene, "part.2", &["--shard", "2/2", "--machine", "bert"]);
@@ -190,7 +194,7 @@ fn samples_of_a_reference_add_up_to_the_same_bytes() {
     if code == Some(143) {
         assert!(!folder.path("long.film").exists(), "half a film was written");
         let kept = names(&folder.path("cache")).into_iter().filter(|name| name.contains("-16.film")).count();
-        assert_eq!(kept, 1, "finished samples are not kept");
+        assert_eq!(kept, 2, "finished samples are not kept beside those of part 2");
     } else {
         assert_eq!(code, Some(0), "the work was done before it was stopped");
     }
@@ -202,7 +206,10 @@ fn samples_of_a_reference_add_up_to_the_same_bytes() {
         (&["merge", "whole.exr", "-o", "x.exr"], "whole.exr: is no film"),
         (&["merge", "part.1.film", "-o", "x.png"], "x.png: is no .film and no .exr"),
         (&["merge", "none", "-o", "x"], "none: is not there"),
-        (&["reference", "scene.glb", "--samples", "3-1", "-o", "x.film"], "the numbers of the first and the last sample"),
+        (
+            &["reference", "scene.glb", "--samples", "3-1", "-o", "x.film"],
+            "the numbers of the first and the last sample",
+        ),
         (&["reference", "scene.glb", "--samples", "0-1", "-o", "x.exr"], "x.exr: is no .film"),
     ] {
         let said = folder.refused(args);
@@ -220,21 +227,25 @@ fn frames_are_those_of_the_whole_sequence() {
     };
     fs::create_dir(folder.path("whole")).unwrap();
     fs::create_dir(folder.path("part")).unwrap();
-    for settings in [&["--preset", "fast"][..], &["--preset", "fast", "--set", "bounces=all"]] {
-        render("whole/%02d.png", &[settings, &["--frames", "6"]].concat());
-        let listed = render("part/%02d.png", &[settings, &["--frames", "0-5:1", "--list", "2"]].concat());
+    for preset in ["fast", "photons"] {
+        render("whole/%02d.png", &["--preset", preset, "--frames", "6"]);
+        let listed = render("part/%02d.png", &["--preset", preset, "--frames", "0-5:1", "--list", "2"]);
         let commands: Vec<Vec<&str>> = listed.lines().map(|line| line.split(' ').skip(1).collect()).collect();
         assert_eq!(commands.len(), 2, "{listed}");
         commands.iter().for_each(|command| drop(folder.done(command)));
         assert_eq!(names(&folder.path("part")).len(), 6);
         for name in names(&folder.path("whole")) {
             let read = |at: &str| fs::read(folder.path(at).join(&name)).unwrap();
-            assert!(read("whole") == read("part"), "{name} of {settings:?} is another one when its part begins later");
+            assert!(read("whole") == read("part"), "{name} of {preset} is another one when its part begins later");
         }
     }
     fs::create_dir(folder.path("few")).unwrap();
     render("few/%02d.png", &["--preset", "fast", "--frames", "1-5:2"]);
     assert_eq!(names(&folder.path("few")), ["01.png", "03.png", "05.png"]);
+    for setting in ["bounces=all", "lights.shadows=method"] {
+        let said = folder.refused(&["render", "demo:", "-o", "%d.png", "--frames", "1-5", "--set", setting]);
+        assert!(said.contains("each frame goes on from the one before it"), "{said}");
+    }
     let said = folder.refused(&["render", "demo:", "-o", "%d.png", "--frames", "5-1"]);
     assert!(said.contains("such as 60, 0-59 or 0-59:2"), "{said}");
 }

@@ -3,7 +3,6 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use twobounce::Result;
 use twobounce::ground::finish::approximated;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::refuse_invalid;
@@ -16,8 +15,10 @@ use twobounce::output::png::automatic_exposure;
 use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::View;
+use twobounce::settings::{Bounces, Settings, Shadows};
 use twobounce::stability::warnings::known_failures;
 use twobounce::vk::Context;
+use twobounce::{Error, Result};
 
 use super::args::{Frames, RenderArgs};
 use super::blank::{sky_shown, why_blank};
@@ -34,6 +35,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
     let files = ImageFiles::of(args)?;
+    refuse_dependent_frames(args, &settings)?;
     if let (Some(frames), Some(count)) = (args.frames, args.list) {
         return list(frames, count);
     }
@@ -95,6 +97,24 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     }
     session.finish()?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses some frames of a sequence where each depends on those before it, so that it would have other bits.
+fn refuse_dependent_frames(args: &RenderArgs, settings: &Settings) -> Result<()> {
+    let is_part = args.list.is_some() || args.frames.is_some_and(|frames| frames.first > 0 || frames.step > 1);
+    let why = match () {
+        () if settings.bounces == Bounces::All => "bounces = all",
+        // Lights' shadows in the voxels come from what the frame before left there.
+        () if settings.lights.shadows == Shadows::Method => "lights.shadows = method",
+        () => return Ok(()),
+    };
+    if is_part {
+        return Err(Error::Usage(format!(
+            "--frames: with {why} each frame goes on from the one before it, so that a part would have other images; render all from \
+             frame 0 on, or set another value"
+        )));
+    }
+    Ok(())
 }
 
 /// Prints the commands that share the frames: frames that follow each other, because they reuse what does not move.

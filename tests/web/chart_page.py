@@ -47,7 +47,7 @@ def every_point_by(browser, pointer):
 def every_point_by_keyboard(browser):
     names = {point["name"] for point in browser.run(POINTS)}
     # From the control before the chart, Tab leads to the chosen point.
-    browser.run("document.querySelector('[name=metric]:checked').focus()")
+    browser.run("document.querySelector('#find').focus()")
     browser.press(TAB)
     assert browser.run("return document.activeElement.classList.contains('point')"), "Tab does not reach the points"
     browser.press(HOME)

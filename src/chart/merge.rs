@@ -73,7 +73,9 @@ where
     let mut merged =
         Merged { rows: Vec::new(), folders: folders.len(), twice: 0, history: Vec::new(), images: Vec::new() };
     let places: BTreeMap<&str, usize> = order.iter().enumerate().map(|(place, address)| (*address, place)).collect();
-    let mut rows: BTreeMap<(usize, String), (Stored<R, P>, &Path)> = BTreeMap::new();
+    // By place and key: a row, and the folder that it is of.
+    type Found<'a, R, P> = BTreeMap<(usize, String), (Stored<R, P>, &'a Path)>;
+    let mut rows: Found<R, P> = BTreeMap::new();
     let mut different = Vec::new();
     for folder in folders {
         let [now, before] = Store::read_all::<R, P>(kind, folder);

@@ -9,7 +9,7 @@ TEST_SECONDS ?= 3000
 DEMO_SECONDS ?= 300
 WEB_SECONDS ?= 900
 
-.PHONY: demo test test-web test-mesa25 faults corpus assets docs clean
+.PHONY: demo test test-web test-cluster test-mesa25 faults corpus assets docs clean
 
 demo:  ## build, render the gallery, print what each pass took
 	scripts/setup.sh demo
@@ -32,6 +32,11 @@ test-web:  ## the chart's page in a real browser (Debian's chromium, installed i
 	scripts/setup.sh web
 	cargo build --release --locked
 	scripts/guard.sh $(WEB_SECONDS) tests/web/run.sh
+
+test-cluster:  ## docs/cluster.md's recipe for GNU parallel, with a worker that is killed (Debian's parallel, installed if missing)
+	scripts/setup.sh cluster
+	cargo build --release --locked
+	scripts/guard.sh $(WEB_SECONDS) tests/cluster/run.sh
 
 test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and both drivers' images compared
 	scripts/setup.sh test

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages that twobounce needs, and prints each with its purpose. Root is needed only if one is missing.
-# Usage: setup.sh demo|test|web   (test adds Vulkan's validation layers, web a browser)
+# Usage: setup.sh demo|test|web|cluster   (test adds Vulkan's validation layers, web a browser, cluster GNU parallel)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 purpose=${1:-demo}
@@ -32,6 +32,13 @@ if [ "$purpose" = web ]; then
     "chromium: opens the chart's page"
     "chromium-driver: drives the browser"
     "python3: runs the page's tests"
+  )
+fi
+if [ "$purpose" = cluster ]; then
+  wanted+=(
+    "parallel: shares work among processes and hosts"
+    "procps: finds the worker to kill"
+    "python3: compares rows"
   )
 fi
 # Debian and Ubuntu 24.04 and later have shaderc packages; elsewhere the shaderc crate builds shaderc.

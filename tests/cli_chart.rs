@@ -107,7 +107,10 @@ fn rows_pages_and_failures() {
     let args = [SCENE, "-o", "out", "--presets", "fast,printed", "--sweep", "voxels=16,64", "--validation"];
     let said = folder.charted(&[&args[..], &["--memory-limit", "9MiB"]].concat());
     assert!(said.contains("settings that could not run: 2 of 4"), "{said}");
-    assert_eq!(names(&folder.path("out")), ["chart.svg", "chart.txt", "index.html", "rows", "rows.csv", "rows.json"]);
+    assert_eq!(
+        names(&folder.path("out")),
+        ["chart.svg", "chart.txt", "index.html", "outline.json", "rows", "rows.csv", "rows.json"]
+    );
 
     let chart = folder.json("out/rows.json");
     let rows = chart["rows"].as_array().unwrap();

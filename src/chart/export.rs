@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::measure::ChartScene;
+use super::outline::{Outline, Sketch};
 use super::page;
 use super::row::{Part, Reference, Row};
 use super::store::{Store, Stored};
@@ -20,21 +20,32 @@ pub struct Chart {
     pub version: u32,
     /// The program's version.
     pub program: &'static str,
-    pub device: String,
-    pub driver: String,
     /// Pixels.
     pub width: u32,
     pub height: u32,
     /// What `--reference-noise` asked for, as a share.
     pub reference_noise: f64,
+    /// Whether a frontier may join the times of several machines.
+    pub mix_machines: bool,
     pub scenes: Vec<SceneLine>,
     /// Settings that were to be run, over all scenes.
     pub planned: usize,
     pub rows: Vec<Row>,
 }
 
+/// What stands around a chart's rows on its page.
+#[derive(Clone, Debug, Default)]
+pub struct Surroundings {
+    /// Whether the program still fills the chart: then the page looks for a newer one of itself.
+    pub running: bool,
+    /// Such as "shard 1 of 4"; empty for a whole chart.
+    pub part: String,
+    /// Earlier rows of the same settings, the oldest first; none unless asked for.
+    pub history: Vec<Row>,
+}
+
 /// What was rendered.
-#[derive(Clone, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneLine {
     pub name: String,
     pub hash: String,
@@ -42,16 +53,59 @@ pub struct SceneLine {
     pub camera: String,
     /// Whether no mesh is metallic or transmits.
     pub all_diffuse: bool,
+    /// The start of the command that renders it so, before `--preset`; empty where that is not known.
+    pub command: String,
 }
 
 impl Chart {
+    /// What there is of an outline's rows, in its order; `planned` may be fewer than its own, of a shard.
+    pub fn new(outline: &Outline, planned: usize, mix_machines: bool, stored: &[Stored]) -> Self {
+        Self {
+            version: outline.version,
+            program: env!("CARGO_PKG_VERSION"),
+            width: outline.width,
+            height: outline.height,
+            reference_noise: outline.reference_noise,
+            mix_machines,
+            scenes: outline.scenes.iter().map(|sketch| sketch.line.clone()).collect(),
+            planned,
+            rows: stored.iter().map(|stored| stored.row.clone()).collect(),
+        }
+    }
+
     /// Writes all four files. `stored`: the chart's rows with their pictures, in the chart's order.
-    pub fn write(&self, store: &Store, scenes: &[ChartScene], stored: &[Stored]) -> Result<()> {
+    pub fn write(&self, store: &Store, sketches: &[Sketch], stored: &[Stored], around: &Surroundings) -> Result<()> {
         file::write_json(&store.path("rows.json"), self)?;
         file::write(&store.path("rows.csv"), self.csv().as_bytes())?;
         let panels: Vec<Panel> = self.scenes.iter().flat_map(|scene| self.panels(&scene.name)).collect();
         file::write(&store.path("chart.svg"), svg::chart(&panels, 2).as_bytes())?;
-        file::write(&store.path("index.html"), page::html(self, scenes, stored)?.as_bytes())
+        file::write(&store.path("index.html"), page::html(self, sketches, stored, around).as_bytes())
+    }
+
+    /// Earlier rows of this chart's settings that a folder keeps, the oldest first: of other builds, and of former states of the
+    /// scene or of the noise.
+    pub fn history(&self, store: &Store) -> Vec<Row> {
+        let stored: [Vec<Stored>; 2] = store.all();
+        let is_earlier = |row: &Row| {
+            let is_same = |now: &Row| now.scene == row.scene && now.settings.means_same(&row.settings);
+            let now = self.rows.iter().find(|now| is_same(now));
+            row.measured.is_some() && now.is_some_and(|now| now.key != row.key || now.origin != row.origin)
+        };
+        let mut rows: Vec<Row> = stored.into_iter().flatten().map(|stored| stored.row).filter(is_earlier).collect();
+        rows.sort_by_key(|row| row.origin.as_ref().map_or(0, |origin| origin.unix_s));
+        rows
+    }
+
+    /// The devices and drivers that rows are of, in words.
+    pub fn devices(&self) -> String {
+        let device = |row: &Row| Some(format!("{} ({})", row.origin.as_ref()?.device, row.origin.as_ref()?.driver));
+        let devices: BTreeSet<String> = self.rows.iter().filter_map(device).collect();
+        devices.into_iter().collect::<Vec<_>>().join("; ")
+    }
+
+    /// Where rows were measured: machine, device, driver; in the order of names.
+    pub fn places(&self) -> Vec<[&str; 3]> {
+        self.rows.iter().filter_map(Row::place).collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// The rows of a scene.
@@ -64,6 +118,7 @@ impl Chart {
         [(Reference::Full, "all light"), (Reference::Same, "as many bounces")].map(|(reference, words)| Panel {
             title: format!("{scene}, against {words}"),
             rows: self.rows_of(scene),
+            mix_machines: self.mix_machines,
             reference,
             part: self.part(scene),
         })
@@ -98,8 +153,14 @@ impl Chart {
         add("preset", row.preset.clone());
         add("changes", row.changes.join(" "));
         add("failure", row.failure.clone().unwrap_or_default());
-        add("device", self.device.clone());
-        add("driver", self.driver.clone());
+        let origin = |of: &dyn Fn(&super::row::Origin) -> String| row.origin.as_ref().map(of).unwrap_or_default();
+        add("machine", origin(&|o| o.machine.clone()));
+        add("device", origin(&|o| o.device.clone()));
+        add("driver", origin(&|o| o.driver.clone()));
+        add("program", origin(&|o| o.program.clone()));
+        add("build", origin(&|o| o.build.clone()));
+        add("label", origin(&|o| o.label.clone().unwrap_or_default()));
+        add("measured_unix_s", origin(&|o| o.unix_s.to_string()));
         add("width_pixels", self.width.to_string());
         add("height_pixels", self.height.to_string());
         add("frames", number(m.map(|m| m.frames as f64)));
@@ -125,6 +186,10 @@ impl Chart {
                     add(&format!("{reference}_flip"), number(errors.map(|e| e.flip)));
                 }
             }
+            let noise = errors.map(|e| e.noise_in_rel);
+            add(&format!("{reference}_total_noise_in_rel"), number(noise.map(|n| n.total)));
+            add(&format!("{reference}_indirect_noise_in_rel"), number(noise.and_then(|n| n.indirect)));
+            add(&format!("{reference}_diffuse_noise_in_rel"), number(noise.and_then(|n| n.diffuse)));
         }
         for name in passes {
             let pass = m.and_then(|m| m.passes.iter().find(|pass| pass.name == *name));

@@ -1,5 +1,7 @@
 //! The frontier: the points that no other point beats.
 
+use std::collections::BTreeMap;
+
 /// Indices of the points (cost, error) that no other beats, the cheapest first. A point beats another that it equals on one
 /// axis and improves on in the other. Points that are not finite are left out; of equal points all are kept.
 pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
@@ -10,6 +12,17 @@ pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
         .collect();
     best.sort_by(|&a, &b| points[a].0.total_cmp(&points[b].0));
     best
+}
+
+/// The same of each group of points by itself, groups in their order. `group`: of every point.
+pub fn frontiers<G: Ord>(points: &[(f64, f64)], group: &[G]) -> Vec<Vec<usize>> {
+    let mut members: BTreeMap<&G, Vec<usize>> = BTreeMap::new();
+    group.iter().enumerate().for_each(|(i, group)| members.entry(group).or_default().push(i));
+    let of_group = |members: Vec<usize>| {
+        let own: Vec<(f64, f64)> = members.iter().map(|&i| points[i]).collect();
+        frontier(&own).into_iter().map(|i| members[i]).collect()
+    };
+    members.into_values().map(of_group).collect()
 }
 
 #[cfg(test)]
@@ -27,6 +40,13 @@ mod tests {
         assert_eq!(frontier(&[(1.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 1.0)]), [0, 1]);
         assert_eq!(frontier(&[(f64::NAN, 0.0), (1.0, 1.0), (0.0, f64::INFINITY)]), [1]);
         assert!(frontier(&[]).is_empty());
+    }
+
+    #[test]
+    fn groups_do_not_beat_each_other() {
+        let points = [(1.0, 1.0), (2.0, 2.0), (3.0, 1.5), (4.0, 4.0)];
+        assert_eq!(frontiers(&points, &["a", "b", "b", "b"]), [vec![0], vec![1, 2]]);
+        assert_eq!(frontiers(&points, &[(); 4]), [vec![0]]);
     }
 
     proptest! {

@@ -16,10 +16,11 @@ use super::picture;
 use super::row::{Errors, Measured, Pass};
 use super::store::Pictures;
 use crate::layers::{Aov, Layers};
-use crate::measure::metrics::{self, NonFinite};
+use crate::measure::metrics::{self, NoiseInRel, NonFinite};
 use crate::measure::picture::signed_difference;
 use crate::measure::timing::{PassTiming, Spread, Timings};
 use crate::profile::WARM_UP;
+use crate::reference::film::Film;
 use crate::reference::{Depth, Options, Stop};
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Pose, Scene, View};
@@ -56,6 +57,8 @@ pub struct ReferenceImage {
     pub noise: f64,
     /// The image and its direct and diffuse layers.
     pub layers: Layers,
+    /// What the noise may add to `rel`; nothing where it is not known.
+    pub noise_in_rel: NoiseInRel,
 }
 
 impl ReferenceImage {
@@ -63,7 +66,16 @@ impl ReferenceImage {
     /// [`crate::Error::Usage`] for a black image: nothing can be compared with it.
     pub fn new(depth: Depth, noise: f64, layers: Layers) -> Result<Self> {
         metrics::metrics(layers.beauty(), layers.beauty(), "reference")?;
-        Ok(Self { depth, noise, layers })
+        Ok(Self { depth, noise, layers, noise_in_rel: NoiseInRel::default() })
+    }
+
+    /// The same of a film.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] for a black image.
+    pub fn of_film(depth: Depth, film: &Film) -> Result<Self> {
+        let reference = Self::new(depth, film.noise(), film.layers(&[Aov::Direct, Aov::Diffuse]))?;
+        Ok(Self { noise_in_rel: NoiseInRel::of(&reference.layers, &film.error()), ..reference })
     }
 
     /// Its indirect bounces; `None`: all.
@@ -110,7 +122,21 @@ impl ChartScene {
             triangles: self.scene.triangle_count(),
             camera: self.camera.clone(),
             all_diffuse: materials.all(|m| m.metallic == 0.0 && m.transmission == 0.0),
+            command: String::new(),
         }
+    }
+
+    /// The depths of the references that an image with these settings is compared with: all light, and as many bounces.
+    pub fn depths(&self, settings: &Settings) -> [Depth; 2] {
+        [Depth::Full, same_depth(&self.scene, settings)]
+    }
+
+    /// Puts a reference in the place of that of the same depth.
+    pub fn set_reference(&mut self, reference: ReferenceImage) {
+        self.references.retain(|other| other.depth != reference.depth);
+        self.references.push(reference);
+        // All light first, then from the most bounces down.
+        self.references.sort_by_key(|reference| std::cmp::Reverse(reference.bounces().unwrap_or(u32::MAX)));
     }
 
     /// A picture of this scene's radiance. All have one exposure, that of the full light.
@@ -130,11 +156,21 @@ impl ChartScene {
         settings: &Settings,
         go_on: &dyn Fn() -> bool,
     ) -> Result<Option<(Measured, Pictures)>> {
+        Ok(self.measure_image(context, settings, go_on)?.map(|(measured, pictures, _)| (measured, pictures)))
+    }
+
+    /// The same, with the image and its direct layer, which [`Self::judge`] takes.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn measure_image(
+        &self,
+        context: &Arc<Context>,
+        settings: &Settings,
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Option<(Measured, Pictures, Layers)>> {
         let image = self.image(context, settings)?;
-        let own_direct = !by_method_alone(&self.scene, settings);
-        let references = [Depth::Full, same_depth(&self.scene, settings)].map(|depth| self.reference(depth));
-        let errors = |reference| errors(&image, own_direct, reference);
-        let (full, same) = (errors(references[0])?, errors(references[1])?);
+        let ([full, same], pictures) = self.judge(settings, &image)?;
         let Some((timings, cpu_ms, memory_bytes)) = self.times(context, settings, go_on)? else { return Ok(None) };
         measure::refuse_invalid(context)?;
         let pass = |pass: PassTiming| Pass { name: pass.name.to_owned(), gpu_ms: pass.gpu_ms.median };
@@ -146,15 +182,27 @@ impl ChartScene {
             passes: timings.passes().into_iter().map(pass).collect(),
             memory_bytes,
             nonfinite: NonFinite::of(image.beauty()).count(),
-            own_direct,
+            own_direct: !by_method_alone(&self.scene, settings),
             full,
             same,
         };
+        Ok(Some((measured, pictures, image)))
+    }
+
+    /// The errors of an image against the references of today: all light, and as many bounces; and its pictures.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] for an image without a finite pixel.
+    pub fn judge(&self, settings: &Settings, image: &Layers) -> Result<([Errors; 2], Pictures)> {
+        let own_direct = !by_method_alone(&self.scene, settings);
+        let references = self.depths(settings).map(|depth| self.reference(depth));
+        let [full, same] = references.map(|reference| errors(image, own_direct, reference));
         let difference = |reference: &ReferenceImage| {
             picture::uri(self.options.size, signed_difference(image.beauty(), reference.layers.beauty()))
         };
-        let (full, same) = (difference(references[0])?, difference(references[1])?);
-        Ok(Some((measured, Pictures { image: self.picture(image.beauty())?, full, same })))
+        let [full_picture, same_picture] = references.map(difference);
+        let pictures = Pictures { image: self.picture(image.beauty())?, full: full_picture?, same: same_picture? };
+        Ok(([full?, same?], pictures))
     }
 
     /// The first frame and its direct layer.
@@ -207,6 +255,7 @@ fn errors(image: &Layers, own_direct: bool, reference: &ReferenceImage) -> Resul
     Ok(Errors {
         bounces: reference.bounces(),
         noise: reference.noise,
+        noise_in_rel: reference.noise_in_rel,
         total: comparison.total,
         flip: comparison.flip,
         indirect: comparison.indirect,

@@ -7,6 +7,8 @@ pub mod export;
 pub mod frontier;
 pub mod marks;
 pub mod measure;
+pub mod merge;
+pub mod outline;
 pub mod page;
 pub mod picture;
 pub mod plan;
@@ -17,4 +19,4 @@ pub mod svg;
 
 /// Version of the rows, as files and as kept between calls; it increases when a key changes its name, unit or meaning, and when
 /// there is a new key, which older rows would lack.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;

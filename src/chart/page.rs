@@ -1,13 +1,15 @@
 //! The page: one file with its style, its program, its data and its pictures inside.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::export::Chart;
+use super::export::{Chart, Surroundings};
 use super::marks::{Mark, marks};
-use super::measure::ChartScene;
+use super::outline::Sketch;
+use super::row::Row;
 use super::store::Stored;
-use crate::Result;
 use crate::output::svg::{COLORS, escape};
 
 /// What the page's program reads. `colors`: of the bar of passes.
@@ -16,40 +18,84 @@ struct Data<'a> {
     colors: &'static [&'static str],
     /// Of the methods that rows are of.
     marks: Vec<Mark>,
+    /// Machine, device and driver of rows.
+    places: Vec<[&'a str; 3]>,
+    mix_machines: bool,
+    /// As a share.
+    reference_noise: f64,
     scenes: Vec<Value>,
     rows: &'a [Stored],
+    history: &'a [Row],
+    #[serde(flatten)]
+    now: Now,
+}
+
+/// When a page was written, and whether another one will be.
+#[derive(Serialize)]
+pub struct Now {
+    running: bool,
+    written_unix_s: u64,
+}
+
+impl Now {
+    pub fn new(running: bool) -> Self {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        Self { running, written_unix_s: now.map_or(0, |since| since.as_secs()) }
+    }
 }
 
 /// The bytes of `index.html`. `stored`: the chart's rows with their pictures, in the chart's order.
-pub fn html(chart: &Chart, scenes: &[ChartScene], stored: &[Stored]) -> Result<String> {
-    let scenes = scenes.iter().map(about).collect::<Result<_>>()?;
-    let marks = marks(chart.rows.iter().map(|row| row.settings.method));
-    let data = serde_json::to_string(&Data { colors: COLORS, marks, scenes, rows: stored })
+pub fn html(chart: &Chart, sketches: &[Sketch], stored: &[Stored], around: &Surroundings) -> String {
+    let size = [chart.width, chart.height];
+    let about = |Sketch { line, truths }: &Sketch| {
+        let about = format!("{} triangles, camera {}", line.triangles, line.camera);
+        json!({ "name": line.name, "about": about, "size": size, "truths": truths, "command": line.command })
+    };
+    let data = Data {
+        colors: COLORS,
+        marks: marks(chart.rows.iter().map(|row| row.settings.method)),
+        places: chart.places(),
+        mix_machines: chart.mix_machines,
+        reference_noise: chart.reference_noise,
+        scenes: sketches.iter().map(about).collect(),
+        rows: stored,
+        history: &around.history,
+        now: Now::new(around.running),
+    };
+    let data = serde_json::to_string(&data)
         .expect("rows are plain data, which JSON can hold")
         // Inside a script nothing may look like the script's end.
         .replace('<', "\\u003c");
-    let device = format!("{} ({}), {}×{} pixels", chart.device, chart.driver, chart.width, chart.height);
-    let missing = match chart.planned - chart.rows.len() {
-        0 => String::new(),
-        n => format!("{n} of {} settings are not measured yet; the same command continues.", chart.planned),
-    };
     let page = include_str!("page/index.html")
         .replace("{{style}}", include_str!("page/style.css"))
-        .replace("{{about}}", &escape(&device))
-        .replace("{{missing}}", &escape(&missing))
+        .replace("{{about}}", &escape(&format!("{}, {}×{} pixels", chart.devices(), chart.width, chart.height)))
+        .replace("{{missing}}", &escape(&missing(chart, around)))
+        .replace("{{follow}}", include_str!("page/follow.js"))
         .replace("{{plot}}", include_str!("page/plot.js"))
         .replace("{{program}}", include_str!("page/page.js"));
     // Last, so that no text in it is taken for a place to fill in.
-    Ok(page.replace("{{data}}", &data))
+    page.replace("{{data}}", &data)
 }
 
-/// What the page says of a scene, and its references.
-fn about(scene: &ChartScene) -> Result<Value> {
-    let mut references = Vec::new();
-    for reference in &scene.references {
-        let picture = scene.picture(reference.layers.beauty())?;
-        references.push(json!({ "bounces": reference.bounces(), "noise": reference.noise, "picture": picture }));
+/// What the chart does not have yet, in sentences.
+fn missing(chart: &Chart, around: &Surroundings) -> String {
+    let mut sentences = Vec::new();
+    if !around.part.is_empty() {
+        sentences.push(format!("This is {} of a chart.", around.part));
     }
-    let about = format!("{} triangles, camera {}", scene.scene.triangle_count(), scene.camera);
-    Ok(json!({ "name": scene.name, "about": about, "size": scene.options.size, "truths": references }))
+    let missing = chart.planned.saturating_sub(chart.rows.len());
+    if missing > 0 {
+        let planned = chart.planned;
+        sentences.push(format!("{missing} of {planned} settings are not measured yet; the same command continues."));
+    }
+    let noise = chart.rows.iter().filter_map(|row| row.measured.as_ref()).map(|m| m.full.noise.max(m.same.noise));
+    let noise = noise.fold(0.0, f64::max);
+    if noise > chart.reference_noise {
+        let [now, last] = [noise, chart.reference_noise].map(|noise| 100.0 * noise);
+        sentences.push(format!(
+            "Errors are rough: the references have up to {now:.1} % of noise until rounds bring it to {last} %. Bars show what \
+             that may add to rel."
+        ));
+    }
+    sentences.join(" ")
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::plan::Trial;
-use crate::measure::metrics::Metrics;
+use crate::measure::metrics::{Metrics, NoiseInRel};
 use crate::measure::timing::Spread;
 use crate::settings::Settings;
 
@@ -12,6 +12,8 @@ use crate::settings::Settings;
 pub struct Row {
     /// Hash over everything that determines the row.
     pub key: String,
+    /// Hash over the same but the device: shards and merged charts know a row of any machine by it.
+    pub address: String,
     /// The scene's name in this chart.
     pub scene: String,
     /// The preset and what was swept, in one line.
@@ -26,6 +28,32 @@ pub struct Row {
     pub measured: Option<Measured>,
     /// Why it could not.
     pub failure: Option<String>,
+    /// Absent until it ran.
+    pub origin: Option<Origin>,
+}
+
+/// Where and when a row was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// `--machine`, or the host's name.
+    pub machine: String,
+    pub device: String,
+    pub driver: String,
+    /// The program's version.
+    pub program: String,
+    /// The first digits of the hash of the program's file.
+    pub build: String,
+    /// `--label`.
+    pub label: Option<String>,
+    /// Seconds since 1970, UTC.
+    pub unix_s: u64,
+}
+
+impl Origin {
+    /// Whose times may be compared: those of one device in one machine.
+    pub fn place(&self) -> [&str; 3] {
+        [&self.machine, &self.device, &self.driver]
+    }
 }
 
 /// Times in milliseconds.
@@ -67,6 +95,8 @@ pub struct Errors {
     pub bounces: Option<u32>,
     /// The reference's own noise: root mean square of its pixels' relative error.
     pub noise: f64,
+    /// What that may add to `rel`.
+    pub noise_in_rel: NoiseInRel,
     pub total: Metrics,
     /// Mean LDR-FLIP of the whole.
     pub flip: f64,
@@ -100,23 +130,48 @@ impl Row {
     pub fn new(key: String, scene: &str, trial: &Trial) -> Self {
         let Trial { preset, swept, settings } = trial.clone();
         let changes = trial.changes().into_iter().map(|(key, value)| format!("{}={value}", key.name)).collect();
-        let (scene, name) = (scene.to_owned(), trial.name());
-        Self { key, scene, name, preset, swept, changes, settings, measured: None, failure: None }
+        let (scene, name, address) = (scene.to_owned(), trial.name(), String::new());
+        let (measured, failure, origin) = (None, None, None);
+        Self { key, address, scene, name, preset, swept, changes, settings, measured, failure, origin }
+    }
+
+    /// Whether both references have at most this noise.
+    pub fn is_within(&self, noise: f64) -> bool {
+        self.measured.as_ref().is_some_and(|m| m.full.noise <= noise && m.same.noise <= noise)
+    }
+
+    /// Whose times may be compared with this row's.
+    pub fn place(&self) -> Option<[&str; 3]> {
+        self.origin.as_ref().map(Origin::place)
     }
 
     /// `rel`, where it was measured and the reference has this part of the light.
     pub fn rel(&self, reference: Reference, part: Part) -> Option<f64> {
-        let measured = self.measured.as_ref()?;
-        let errors = match reference {
-            Reference::Full => &measured.full,
-            Reference::Same => &measured.same,
-        };
+        let errors = self.errors(reference)?;
         let metrics = match part {
             Part::Total => Some(errors.total),
             Part::Indirect => errors.indirect,
             Part::Diffuse => errors.diffuse,
         };
         Some(metrics?.rel)
+    }
+
+    /// What the reference's noise may have added to [`Self::rel`].
+    pub fn noise_in_rel(&self, reference: Reference, part: Part) -> Option<f64> {
+        let noise = self.errors(reference)?.noise_in_rel;
+        match part {
+            Part::Total => Some(noise.total),
+            Part::Indirect => noise.indirect,
+            Part::Diffuse => noise.diffuse,
+        }
+    }
+
+    fn errors(&self, reference: Reference) -> Option<&Errors> {
+        let measured = self.measured.as_ref()?;
+        Some(match reference {
+            Reference::Full => &measured.full,
+            Reference::Same => &measured.same,
+        })
     }
 
     /// Median device time of a frame in milliseconds, where it was measured.

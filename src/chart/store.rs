@@ -16,6 +16,8 @@ use crate::vk::Context;
 use crate::{Error, Result};
 
 const ROWS: &str = "rows";
+/// Of rows that newer ones took the place of.
+const HISTORY: &str = "history";
 
 /// What a folder is kept for.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +32,18 @@ pub struct Kind {
 
 /// The folder of a chart.
 pub const CHART: Kind = Kind { command: "chart", words: "a chart", version: VERSION };
+
+impl Kind {
+    /// The file that marks such a folder, and its text.
+    fn mark(self) -> String {
+        format!("{}.txt", self.command)
+    }
+
+    fn mark_text(self) -> String {
+        let command = self.command;
+        format!("Made by `twobounce {command}`, which rewrites everything here and continues with the rows in rows/.\n")
+    }
+}
 
 /// A folder of rows. Nothing is written into it before the first row; a folder that was made and stays empty is removed.
 pub struct Store {
@@ -48,7 +62,7 @@ pub struct Store {
 pub struct Stored<R = Row, P = Pictures> {
     version: u32,
     /// The build that measured it: another may measure something else.
-    program: String,
+    pub program: String,
     pub row: R,
     pub pictures: Option<P>,
 }
@@ -57,11 +71,17 @@ pub struct Stored<R = Row, P = Pictures> {
 pub trait Keyed {
     /// Hash over everything that determines the row except the program.
     fn key(&self) -> &str;
+    /// Seconds since 1970 at which it was measured; 0 where that is not known.
+    fn unix_s(&self) -> u64;
 }
 
 impl Keyed for Row {
     fn key(&self) -> &str {
         &self.key
+    }
+
+    fn unix_s(&self) -> u64 {
+        self.origin.as_ref().map_or(0, |origin| origin.unix_s)
     }
 }
 
@@ -118,30 +138,94 @@ impl Store {
         (stored.version == self.kind.version && stored.row.key() == key && same_build).then_some(stored)
     }
 
-    /// Keeps a row.
-    pub fn save<R: Keyed + Serialize, P: Serialize>(&self, row: R, pictures: Option<P>) -> Result<Stored<R, P>> {
+    /// Every row that is kept, of other builds and of former charts too; and those that newer ones took the place of.
+    pub fn all<R: DeserializeOwned, P: DeserializeOwned>(&self) -> [Vec<Stored<R, P>>; 2] {
+        Self::read_all(self.kind, &self.folder)
+    }
+
+    /// The same of a folder that is only read.
+    pub fn read_all<R: DeserializeOwned, P: DeserializeOwned>(kind: Kind, folder: &Path) -> [Vec<Stored<R, P>>; 2] {
+        [ROWS, HISTORY].map(|name| {
+            let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();
+            let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+            paths.retain(|path| path.extension().is_some_and(|ending| ending == "json"));
+            paths.sort();
+            let read = |path: &PathBuf| serde_json::from_str(&fs::read_to_string(path).ok()?).ok();
+            let is_known = |stored: &Stored<R, P>| stored.version == kind.version;
+            paths.iter().filter_map(read).filter(is_known).collect()
+        })
+    }
+
+    /// Keeps a row that this build made. One of another build under the same key becomes history.
+    pub fn save<R, P>(&self, row: R, pictures: Option<P>) -> Result<Stored<R, P>>
+    where
+        R: Keyed + Serialize + DeserializeOwned,
+        P: Serialize + DeserializeOwned,
+    {
         let stored = Stored { version: self.kind.version, program: self.program.clone(), row, pictures };
+        self.put(stored)
+    }
+
+    /// Keeps a row as it is. One of another build under the same key becomes history, without its pictures.
+    pub fn put<R, P>(&self, stored: Stored<R, P>) -> Result<Stored<R, P>>
+    where
+        R: Keyed + Serialize + DeserializeOwned,
+        P: Serialize + DeserializeOwned,
+    {
         if !self.is_marked() {
-            file::write(&self.mark(), self.mark_text().as_bytes())?;
+            file::write(&self.mark(), self.kind.mark_text().as_bytes())?;
         }
         let rows = self.path(ROWS);
         file::create_folder(&rows)?;
-        let json = serde_json::to_string(&stored).map_err(|e| Error::file(&rows, e.to_string()))?;
-        file::write(&self.row_path(stored.row.key()), json.as_bytes())?;
+        let path = self.row_path(stored.row.key());
+        let read = |text: String| serde_json::from_str::<Stored<R, P>>(&text).ok();
+        let before = fs::read_to_string(&path).ok().and_then(read).filter(|before| before.version == self.kind.version);
+        if let Some(before) = before.filter(|before| before.program != stored.program) {
+            self.put_into_history(before)?;
+        }
+        self.write(&path, &stored)?;
         Ok(stored)
     }
 
+    /// Keeps a row beside those of today, without its pictures.
+    pub fn put_into_history<R: Keyed + Serialize, P: Serialize>(&self, stored: Stored<R, P>) -> Result<()> {
+        let [key, build] = [stored.row.key(), &stored.program].map(|text| text.chars().take(16).collect::<String>());
+        let path = self.path(HISTORY).join(format!("{key}-{}-{build}.json", stored.row.unix_s()));
+        file::create_folder(&self.path(HISTORY))?;
+        self.write(&path, &Stored { pictures: None, ..stored })
+    }
+
+    fn write<R: Serialize, P: Serialize>(&self, path: &Path, stored: &Stored<R, P>) -> Result<()> {
+        let json = serde_json::to_string(stored).map_err(|e| Error::file(path, e.to_string()))?;
+        file::write(path, json.as_bytes())
+    }
+
+    /// The first digits of the hash of the program's file.
+    pub fn build(&self) -> &str {
+        &self.program[..12]
+    }
+
+    /// Where the image of a row is kept as long as its errors are not final.
+    pub fn image_path(&self, key: &str) -> PathBuf {
+        Self::image_in(&self.folder, key)
+    }
+
+    /// The same in a folder that is only read.
+    pub fn image_in(folder: &Path, key: &str) -> PathBuf {
+        folder.join(ROWS).join(format!("{key}.exr"))
+    }
+
+    /// Whether a folder is of this kind.
+    pub fn is_marked_as(kind: Kind, folder: &Path) -> bool {
+        fs::read_to_string(folder.join(kind.mark())).is_ok_and(|text| text == kind.mark_text())
+    }
+
     fn is_marked(&self) -> bool {
-        fs::read_to_string(self.mark()).is_ok_and(|text| text == self.mark_text())
+        Self::is_marked_as(self.kind, &self.folder)
     }
 
     fn mark(&self) -> PathBuf {
-        self.path(&format!("{}.txt", self.kind.command))
-    }
-
-    fn mark_text(&self) -> String {
-        let command = self.kind.command;
-        format!("Made by `twobounce {command}`, which rewrites everything here and continues with the rows in rows/.\n")
+        self.path(&self.kind.mark())
     }
 
     fn row_path(&self, key: &str) -> PathBuf {
@@ -166,8 +250,8 @@ fn program() -> Result<String> {
 
 /// Names rows after everything that determines them except the program.
 pub struct Keys {
-    /// The device, validation, the noise of references.
-    common: [String; 3],
+    /// The device, validation.
+    common: [String; 2],
     noise: f64,
 }
 
@@ -175,15 +259,24 @@ impl Keys {
     /// `noise`: a share, not a percentage.
     pub fn new(context: &Context, validation: bool, noise: f64) -> Self {
         let device = format!("{} / {} / {:?}", context.name, context.driver, context.api_version);
-        Self { common: [device, validation.to_string(), noise.to_string()], noise }
+        Self { common: [device, validation.to_string()], noise }
     }
 
-    /// Hash over these, the scene as it is seen, and the settings.
-    pub fn key(&self, scene: &ChartScene, settings: &Settings) -> String {
+    /// Hash over the device and the address.
+    pub fn key(&self, address: &str) -> String {
+        short_hash(&serde_json::json!([self.common, address]))
+    }
+
+    /// Hash over the scene as it is seen, the noise of references, and the settings.
+    pub fn address(&self, scene: &ChartScene, settings: &Settings) -> String {
         let seen = scene.reference_options(Depth::Full, Stop::Noise(self.noise));
         let seen = cache::key((&scene.scene, &scene.pose, &scene.view), &seen).to_string();
         let bounds = format!("{:?}", scene.options.bounds);
-        let about = serde_json::json!([self.common, seen, bounds, settings.to_toml()]);
-        blake3::hash(about.to_string().as_bytes()).to_hex()[..32].to_owned()
+        short_hash(&serde_json::json!([self.noise.to_string(), seen, bounds, settings.to_toml()]))
     }
+}
+
+/// 32 digits over everything that a row is made of.
+pub fn short_hash(about: &serde_json::Value) -> String {
+    blake3::hash(about.to_string().as_bytes()).to_hex()[..32].to_owned()
 }

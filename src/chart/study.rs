@@ -1,7 +1,7 @@
 //! The default study: every preset, and every axis by itself on top of a preset. `docs/study/README.md` is made from it.
 
 use super::export::{Chart, SceneLine};
-use super::frontier::frontier;
+use super::frontier::frontiers;
 use super::plan::{Trial, distinct, sweep, trials};
 use super::row::{Part, Reference, Row};
 use crate::Result;
@@ -132,7 +132,7 @@ pub fn handwritten(page: &str) -> Option<&str> {
 
 /// The page. `sets`: as for [`lines`]; `handwritten`: the part to keep of an earlier page.
 pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], handwritten: &str) -> String {
-    let (device, driver, noise) = (&chart.device, &chart.driver, 100.0 * chart.reference_noise);
+    let (devices, noise) = (chart.devices(), 100.0 * chart.reference_noise);
     let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
     let [title, flag, axes] = match lines.iter().any(|(axis, _)| *axis != PRESETS_AXIS) {
         true => ["setting", "", ", then every axis by itself, on\ntop of the preset that starts its line"],
@@ -142,7 +142,7 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
         "# Error and time of every {title}\n\n\
          Written by `twobounce study{flag}`; it is run again whenever a method changes. It measures every preset{axes}. `{base}`, \
          unless a line says otherwise. Measured at {}×{} pixels on\n\
-         {device} ({driver}). `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
+         {devices}. `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
          against light of as many bounces, `all` against all light; the references' own noise is {noise} %. *Indirect* is `rel` of the indirect\n\
          light alone, *diffuse* of the indirect light in pixels without metal, glass and sky, *whole* of the whole image, where only cones find\n\
          the light of lamps and direct light is not separate. **Bold**: no other setting is both faster and more accurate. [rows.csv](rows.csv)\n\
@@ -199,8 +199,9 @@ impl<'a> Columns<'a> {
         for &(part, name) in parts {
             for (reference, light) in [(Reference::Same, "same"), (Reference::Full, "all")] {
                 let point = |row: &&Row| row.gpu_ms().zip(row.rel(reference, part)).unwrap_or((f64::NAN, f64::NAN));
-                let best = frontier(&rows.iter().map(point).collect::<Vec<_>>());
-                let best = best.into_iter().map(|i| rows[i].key.clone()).collect();
+                let places: Vec<_> = rows.iter().map(|row| row.place().filter(|_| !chart.mix_machines)).collect();
+                let best = frontiers(&rows.iter().map(point).collect::<Vec<_>>(), &places);
+                let best = best.concat().into_iter().map(|i| rows[i].key.clone()).collect();
                 errors.push(Error { title: format!("{name}, {light}"), part, reference, best });
             }
         }
@@ -245,7 +246,7 @@ mod tests {
         let metrics = |rel: f64| json!({ "energy": 1.0, "rel": rel, "relmse": 0.0, "p95": 0.0 });
         let errors = |rel: f64| {
             let (total, indirect, diffuse) = (metrics(9.0), metrics(rel), metrics(rel / 2.0));
-            json!({ "noise": 0.0, "flip": 0.0, "total": total, "indirect": indirect, "diffuse": diffuse })
+            json!({ "noise": 0.0, "noise_in_rel": { "total": 0.0 }, "flip": 0.0, "total": total, "indirect": indirect, "diffuse": diffuse })
         };
         let measured = json!({
             "frames": 5, "frame_gpu_ms": spread, "frame_wall_ms": spread, "passes": [], "memory_bytes": 0, "nonfinite": 0,
@@ -258,6 +259,7 @@ mod tests {
             triangles: 0,
             camera: String::new(),
             all_diffuse,
+            command: String::new(),
         };
         let row = |scene: &str| Row { measured: Some(measured.clone()), ..Row::new(scene.into(), scene, &lines[0].1) };
         let rows = vec![row("box"), row("room")];

@@ -1,6 +1,6 @@
 //! Error against time as an SVG: one panel per scene and reference, log-log, with the frontier as a line.
 
-use super::frontier::frontier;
+use super::frontier::frontiers;
 use super::marks::{Mark, mark, marks};
 use super::row::{Part, Reference, Row};
 use crate::output::svg::{LogAxis, escape};
@@ -16,6 +16,7 @@ const BOTTOM: f64 = 44.0;
 const STYLE: &str = "\
 text{font:12px system-ui,sans-serif;fill:#3c4043}.title{font-weight:600;font-size:13px}.tick{stroke:#80868b33}\
 .frame{fill:none;stroke:#80868b88}.frontier{fill:none;stroke:#80868b;stroke-width:1.5}.faint{opacity:.35}\
+.bar{stroke:#80868b;stroke-width:1.5}\
 @media(prefers-color-scheme:dark){text{fill:#dadce0}}";
 
 /// What to draw.
@@ -24,6 +25,8 @@ pub struct Panel<'a> {
     pub rows: Vec<&'a Row>,
     pub reference: Reference,
     pub part: Part,
+    /// One frontier over all machines; else each has its own.
+    pub mix_machines: bool,
 }
 
 /// Decades that axes show beyond their values.
@@ -75,6 +78,8 @@ fn draw(panel: &Panel) -> String {
     }
     let x = LogAxis::around(points.iter().map(|p| p.0), AIR, LEFT, right);
     let y = LogAxis::around(points.iter().map(|p| p.1), AIR, bottom, TOP);
+    // Without the reference's noise an error is smaller, by so much at most.
+    let least = |row: &Row, error: f64| (error - row.noise_in_rel(panel.reference, panel.part).unwrap_or(0.0)).max(0.0);
     for tick in x.ticks(TICKS) {
         let (at, under) = (x.place(tick), bottom + 16.0);
         add(format!("<path class=\"tick\" d=\"M{at:.1} {TOP}V{bottom}\"/>"));
@@ -96,10 +101,23 @@ fn draw(panel: &Panel) -> String {
     };
     let turned = format!("transform=\"rotate(-90 14 {down})\"");
     add(format!("<text x=\"14\" y=\"{down}\" text-anchor=\"middle\" {turned}>{title}</text>"));
-    let best = frontier(&points);
+    let places: Vec<_> = rows.iter().map(|(row, _)| row.place().filter(|_| !panel.mix_machines)).collect();
+    let best = frontiers(&points, &places);
     let place = |(cost, error): (f64, f64)| (x.place(cost), y.place(error));
-    let line = best.iter().map(|&i| place(points[i])).map(|(x, y)| format!("{x:.1},{y:.1}"));
-    add(format!("<polyline class=\"frontier\" points=\"{}\"/>", line.collect::<Vec<_>>().join(" ")));
+    for best in &best {
+        let line = best.iter().map(|&i| place(points[i])).map(|(x, y)| format!("{x:.1},{y:.1}"));
+        add(format!("<polyline class=\"frontier\" points=\"{}\"/>", line.collect::<Vec<_>>().join(" ")));
+    }
+    let best = best.concat();
+    for (i, (row, (cost, error))) in rows.iter().enumerate() {
+        let (at, least) = (place((*cost, *error)), least(row, *error));
+        let end = if least > 0.0 { y.place(least).min(bottom) } else { bottom };
+        // A bar that the mark hides says nothing.
+        if end > at.1 + 7.0 {
+            let class = if best.contains(&i) { "bar" } else { "bar faint" };
+            add(format!("<path class=\"{class}\" d=\"M{:.1} {:.1}V{end:.1}\"/>", at.0, at.1));
+        }
+    }
     for (i, (row, (cost, error))) in rows.into_iter().enumerate() {
         let class = if best.contains(&i) { "" } else { " class=\"faint\"" };
         let radius = if row.swept.is_empty() { 6.0 } else { 4.0 };

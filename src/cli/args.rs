@@ -45,6 +45,8 @@ pub enum Command {
     Chart(super::chart::ChartArgs),
     /// Measure where methods fail: leaks, flicker, lost light and more, each a number with an ideal
     Stability(super::stability::StabilityArgs),
+    /// Put together what several machines made: charts, rows of stability, films of references
+    Merge(super::merge::MergeArgs),
     /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
     Profile(super::profile::ProfileArgs),
     /// List every setting, or print the settings that flags add up to
@@ -199,9 +201,13 @@ pub struct RenderArgs {
     /// With --repeat, reuse what did not change since the last frame, as an animation does
     #[arg(long)]
     pub still: bool,
-    /// Render N frames of the animation; the output is a pattern such as out_%04d.png
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub frames: Option<u32>,
+    /// Render N frames of the animation, or those with these numbers, from 0 on, every STEP-th; the output is a pattern such as
+    /// out_%04d.png
+    #[arg(long, value_name = "N|A-B[:STEP]", value_parser = frames)]
+    pub frames: Option<Frames>,
+    /// Print the N commands that share the frames, a line each, and do nothing
+    #[arg(long, value_name = "N", requires = "frames", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub list: Option<u32>,
     /// Frames per second for --frames
     #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n > 0.0, "write frames per second, finite and above 0"))]
@@ -274,6 +280,44 @@ pub struct InfoArgs {
     /// Print JSON; sizes in bytes
     #[arg(long)]
     pub json: bool,
+}
+
+/// Frames of an animation by their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frames {
+    pub first: u32,
+    pub last: u32,
+    pub step: u32,
+}
+
+impl Frames {
+    pub fn numbers(self) -> impl ExactSizeIterator<Item = u32> {
+        (0..self.count()).map(move |i| self.first + i * self.step)
+    }
+
+    pub fn count(self) -> u32 {
+        (self.last - self.first) / self.step + 1
+    }
+}
+
+impl std::fmt::Display for Frames {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}-{}", self.first, self.last)?;
+        if self.step == 1 { Ok(()) } else { write!(f, ":{}", self.step) }
+    }
+}
+
+fn frames(text: &str) -> Result<Frames, &'static str> {
+    let read = || {
+        let Some((first, rest)) = text.split_once('-') else {
+            let count = text.parse::<u32>().ok()?;
+            return Some(Frames { first: 0, last: count.checked_sub(1)?, step: 1 });
+        };
+        let (last, step) = rest.split_once(':').unwrap_or((rest, "1"));
+        let (first, last, step) = (first.parse().ok()?, last.parse().ok()?, step.parse().ok()?);
+        (first <= last && last < u32::MAX && step > 0).then_some(Frames { first, last, step })
+    };
+    read().ok_or("write how many frames, or the numbers of the first and the last one, such as 60, 0-59 or 0-59:2")
 }
 
 /// The largest side of an image, in pixels.

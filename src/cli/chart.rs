@@ -45,7 +45,10 @@ pub struct ChartArgs {
 pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
     let bench = Bench { scene: &args.scene, paths, trials: args.trials()?, folder: &args.output, args: &args.bench };
-    bench.run(|_| Ok(None))
+    match args.bench.list {
+        Some(count) => Ok(bench.list(count, &["-o", "--output"])?),
+        None => bench.run(|_| Ok(None)),
+    }
 }
 
 impl ChartArgs {

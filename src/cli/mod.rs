@@ -15,6 +15,7 @@ mod interrupt;
 mod ledger;
 mod make_assets;
 mod man;
+mod merge;
 pub mod out;
 mod outputs;
 mod profile;
@@ -24,11 +25,13 @@ mod render;
 mod report;
 mod scene;
 mod settings;
+mod share;
 mod sky;
 mod stability;
 mod study;
 #[cfg(feature = "window")]
 mod view;
+mod words;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -86,6 +89,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         #[cfg(feature = "window")]
         Command::View(args) => view::run(args, std::env::args().skip(2).collect(), "twobounce render"),
         Command::Demo(args) => demo::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Profile(args) => profile::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),

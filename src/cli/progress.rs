@@ -58,10 +58,12 @@ impl Work {
 
     /// What it is at, and how long it still takes.
     pub fn is_at(&self, text: String, left: Option<Duration>) {
-        if let Some(work) = &mut line().work {
-            (work.text, work.pass) = (text, None);
-            work.left = left.map(|left| (Instant::now(), left));
-        }
+        let (mut line, now) = (line(), Instant::now());
+        // Other work in between took the line along when it ended.
+        let shown = Shown { began: now, written: now, text: String::new(), left: None, pass: None };
+        let work = line.work.get_or_insert(shown);
+        (work.text, work.pass) = (text, None);
+        work.left = left.map(|left| (now, left));
     }
 }
 

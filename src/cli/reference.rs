@@ -1,5 +1,6 @@
 //! `twobounce reference`: a path-traced image to measure others against.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -9,23 +10,24 @@ use clap::Args;
 use twobounce::layers::Aov;
 use twobounce::memory;
 use twobounce::output::file;
-use twobounce::reference::cache::Cache;
+use twobounce::reference::cache::{self, Cache};
 use twobounce::reference::film::Film;
+use twobounce::reference::part::{About, Part};
 use twobounce::reference::{Depth, Options, Progress, Stop, VERSION};
 use twobounce::scene::{Pose, Scene, View};
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
 use super::progress::{Work, left};
-use super::{interrupt, out, outputs};
+use super::{interrupt, out, outputs, share};
 use crate::say;
 
 #[derive(Args, Debug)]
 pub struct ReferenceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The image to write: linear radiance; - is standard output
-    #[arg(short, long, value_name = "REF.exr")]
+    /// The image to write: linear radiance; - is standard output. With --samples a .film, for `twobounce merge`
+    #[arg(short, long, value_name = "REF.exr|PART.film")]
     pub output: PathBuf,
     /// Samples per pixel
     #[arg(long, value_name = "N", conflicts_with = "noise", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
@@ -33,6 +35,12 @@ pub struct ReferenceArgs {
     /// Sample until the root mean square of the pixels' relative error is below this
     #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent, allow_negative_numbers = true)]
     pub noise: f64,
+    /// Trace the samples with these numbers alone, from 0 on: a part for `twobounce merge`
+    #[arg(long, value_name = "A-B", conflicts_with_all = ["spp", "noise"], value_parser = samples)]
+    pub samples: Option<Range<u32>>,
+    /// Print the N commands that share the samples of --samples, a line each, and do nothing
+    #[arg(long, value_name = "N", requires = "samples", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub list: Option<u32>,
     /// full, direct, or a number of indirect bounces
     #[arg(long, value_name = "full|direct|N", default_value = "full", value_parser = depth, allow_hyphen_values = true)]
     pub depth: Depth,
@@ -50,6 +58,16 @@ pub struct ReferenceArgs {
     pub quiet: bool,
 }
 
+/// The numbers of the first and the last sample, as a range.
+fn samples(text: &str) -> std::result::Result<Range<u32>, &'static str> {
+    let read = || {
+        let (first, last) = text.split_once('-')?;
+        let (first, last) = (first.parse::<u32>().ok()?, last.parse::<u32>().ok()?);
+        (first <= last && last < 1 << 24).then_some(first..last + 1)
+    };
+    read().ok_or("write the numbers of the first and the last sample, from 0 on, such as 0-127")
+}
+
 fn depth(text: &str) -> std::result::Result<Depth, String> {
     match text {
         "full" => Ok(Depth::Full),
@@ -62,22 +80,58 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
 pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
     args.scene.check()?;
+    if let Some(samples) = &args.samples {
+        return part(args, samples.clone());
+    }
     if !file::is_standard(&args.output) && args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         let text = "is no .exr; a reference holds linear radiance, name it something.exr";
         return Err(Error::file(&args.output, text).into());
     }
     outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[Some(&args.output)])?;
+    let stop = args.spp.map_or(Stop::Noise(args.noise), Stop::Samples);
+    let (film, traced, about, key) = trace(args, stop)?;
+    let whole = Part { key, about, film };
+    let (image, header) = whole.image();
+    image.write_exr(&args.output, &header)?;
+    report(args, &whole.film, &traced);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Traces some of the samples, and writes them as sums.
+fn part(args: &ReferenceArgs, samples: Range<u32>) -> anyhow::Result<ExitCode> {
+    if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("film")) {
+        let text = "is no .film; samples are kept as sums, name it something.film and merge it with the others";
+        return Err(Error::file(&args.output, text).into());
+    }
+    if let Some(count) = args.list {
+        let parts: Vec<String> = share::chunks(samples.len() as u32, count)
+            .map(|part| format!("{}-{}", samples.start + part.start, samples.start + part.end - 1))
+            .collect();
+        share::list(&parts, "--samples", &["-o", "--output"], Some((&args.output, "film")))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[Some(&args.output)])?;
+    let (film, traced, about, key) = trace(args, Stop::Range { first: samples.start, end: samples.end })?;
+    let part = Part { key, about, film };
+    part.write(&args.output)?;
+    say!("{}: samples {}", out::name(&args.output), part.samples());
+    traced.say();
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The film of what the arguments name, what was done for it, what its image says of itself, and the key of its samples.
+fn trace(args: &ReferenceArgs, stop: Stop) -> anyhow::Result<(Film, Traced, About, blake3::Hash)> {
     check_memory(args.scene.size)?;
     interrupt::install()?;
     let mut opened = args.scene.open()?;
     opened.scene.sky_unseen = args.transparent;
     let (width, height) = opened.size;
-    let stop = args.spp.map_or(Stop::Noise(args.noise), Stop::Samples);
     let occlusion = args.aov.contains(&Aov::Ao);
     let options = Options { width, height, depth: args.depth, stop, seed: args.seed, occlusion };
     let (pose, view) = opened.at_time();
     let cache = cache();
-    let (film, traced) = traced(&cache, (&opened.scene, &pose, &view), &options).inspect_err(|error| {
+    let of = (&opened.scene, &pose, &view);
+    let (film, traced) = traced(&cache, of, &options).inspect_err(|error| {
         if matches!(error, Error::Interrupted) && cache.problem().is_none() {
             out::warn("finished samples are kept; the same command continues from there");
         }
@@ -89,17 +143,11 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     let header = opened.header([
         ("writer", format!("twobounce {} reference, tracer {VERSION}", env!("CARGO_PKG_VERSION"))),
         ("depth", depth),
-        ("samplesPerPixel", film.done().to_string()),
         ("seed", args.seed.to_string()),
-        ("noise", format!("{:.6}", film.noise())),
     ]);
-    let mut aovs = args.aov.clone();
-    if args.transparent {
-        aovs.push(Aov::Alpha);
-    }
-    film.layers(&aovs).write_exr(&args.output, &header)?;
-    report(args, &film, &traced);
-    Ok(ExitCode::SUCCESS)
+    let alpha = args.transparent.then_some(Aov::Alpha);
+    let layers = args.aov.iter().copied().chain(alpha).map(|aov| aov.name().to_owned()).collect();
+    Ok((film, traced, About { header, layers }, cache::key(of, &options)))
 }
 
 /// The user's cache, with a note where nothing can be kept in it.
@@ -125,13 +173,7 @@ fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
     let (width, height) = (film.width, film.rows.len());
     let (samples, noise) = (film.done(), 100.0 * film.noise());
     say!("{}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS", out::name(&args.output));
-    if traced.paths == 0 {
-        say!("taken from the cache");
-    } else {
-        let (paths, seconds) = (traced.paths as f64 / 1e6, traced.seconds);
-        let (rate, threads) = (paths / seconds, rayon::current_num_threads());
-        say!("traced {paths:.2} million paths in {seconds:.1} s: {rate:.3} million per second on {threads} threads");
-    }
+    traced.say();
     if film.rejected() > 0 {
         say!("{} samples were not finite and count as black", film.rejected());
     }
@@ -141,6 +183,20 @@ fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
 pub struct Traced {
     pub paths: u64,
     pub seconds: f64,
+}
+
+impl Traced {
+    fn say(&self) {
+        if self.paths == 0 {
+            say!("taken from the cache");
+        } else {
+            let (paths, seconds) = (self.paths as f64 / 1e6, self.seconds);
+            let (rate, threads) = (paths / seconds, rayon::current_num_threads());
+            say!(
+                "traced {paths:.2} million paths in {seconds:.1} s: {rate:.3} million per second on {threads} threads"
+            );
+        }
+    }
 }
 
 /// The film of a scene as a camera sees it, traced as far as the cache lacks it, with a line about how far it is.

@@ -3,7 +3,6 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use twobounce::Result;
 use twobounce::ground::finish::approximated;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::refuse_invalid;
@@ -15,16 +14,19 @@ use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;
 use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{RenderOptions, Renderer};
+use twobounce::scene::View;
+use twobounce::settings::{Bounces, Settings, Shadows};
 use twobounce::stability::warnings::known_failures;
 use twobounce::vk::Context;
+use twobounce::{Error, Result};
 
-use super::args::RenderArgs;
+use super::args::{Frames, RenderArgs};
 use super::blank::{sky_shown, why_blank};
 use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
-use super::{interrupt, out};
+use super::{interrupt, out, share};
 use crate::say;
 
 /// Renders what the arguments ask for.
@@ -33,7 +35,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
     let files = ImageFiles::of(args)?;
-    let image = files.path(0);
+    refuse_dependent_frames(args, &settings)?;
+    if let (Some(frames), Some(count)) = (args.frames, args.list) {
+        return list(frames, count);
+    }
+    let image = files.path(args.frames.map_or(0, |frames| frames.first));
     let inputs = [Some(&args.scene.path), args.settings.config.as_ref(), args.scene.sky.map()];
     outputs::check(&inputs, &[Some(&image), args.json.as_ref(), args.trace.as_ref()])?;
     interrupt::install()?;
@@ -69,24 +75,57 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
     let shot = opened.shot;
-    let frames = FrameProgress::new(work, warm_up + args.frames.unwrap_or(args.repeat));
+    let frames = FrameProgress::new(work, warm_up + args.frames.map_or(args.repeat, Frames::count));
     let mut session = Session { args, files, context: &context, renderer, shot, header, report, timings, frames };
     if args.timings || args.verbose {
         session.print_memory(budget_bytes);
     }
     (0..warm_up).try_for_each(|_| session.frame(0.0))?;
     match args.frames {
-        Some(count) => (0..count).try_for_each(|frame| {
-            let later_s = f64::from(frame) * (1.0 / args.fps) * args.speed;
-            session.frame(later_s)?;
-            session.write(frame, later_s)
-        })?,
+        Some(frames) => {
+            session.choose_exposure(frames)?;
+            frames.numbers().try_for_each(|frame| {
+                let later_s = f64::from(frame) * (1.0 / args.fps) * args.speed;
+                session.frame(later_s)?;
+                session.write(frame, later_s)
+            })?;
+        }
         None => {
             (0..args.repeat).try_for_each(|_| session.frame(0.0))?;
             session.write(0, 0.0)?;
         }
     }
     session.finish()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses some frames of a sequence where each depends on those before it, so that it would have other bits.
+fn refuse_dependent_frames(args: &RenderArgs, settings: &Settings) -> Result<()> {
+    let is_part = args.list.is_some() || args.frames.is_some_and(|frames| frames.first > 0 || frames.step > 1);
+    let why = match () {
+        () if settings.bounces == Bounces::All => "bounces = all",
+        // Lights' shadows in the voxels come from what the frame before left there.
+        () if settings.lights.shadows == Shadows::Method => "lights.shadows = method",
+        () => return Ok(()),
+    };
+    if is_part {
+        return Err(Error::Usage(format!(
+            "--frames: with {why} each frame goes on from the one before it, so that a part would have other images; render all from \
+             frame 0 on, or set another value"
+        )));
+    }
+    Ok(())
+}
+
+/// Prints the commands that share the frames: frames that follow each other, because they reuse what does not move.
+fn list(frames: Frames, count: u32) -> anyhow::Result<ExitCode> {
+    let numbers: Vec<u32> = frames.numbers().collect();
+    let part = |part: std::ops::Range<u32>| {
+        let (first, last) = (numbers[part.start as usize], numbers[part.end as usize - 1]);
+        Frames { first, last, ..frames }.to_string()
+    };
+    let parts: Vec<String> = share::chunks(frames.count(), count).map(part).collect();
+    share::list(&parts, "--frames", &[], None)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -119,6 +158,29 @@ impl Session<'_> {
         interrupt::check()
     }
 
+    /// The exposure of every frame is the one that frame 0 chooses, also for those who render others.
+    fn choose_exposure(&mut self, frames: Frames) -> Result<()> {
+        if frames.first == 0 || self.files.exr || self.report.exposure_ev.is_some() {
+            return Ok(());
+        }
+        let pose = self.shot.pose(self.renderer.scene(), 0.0);
+        let view = self.shot.view(self.renderer.scene(), &pose);
+        self.renderer.render(&pose, &view)?;
+        let image = self.renderer.read();
+        self.exposure_ev(&image, &view);
+        interrupt::check()
+    }
+
+    /// The exposure asked for, or the one that the first image chooses for all of them, in stops.
+    fn exposure_ev(&mut self, image: &Layers, view: &View) -> f32 {
+        let scene = self.renderer.scene();
+        *self.report.exposure_ev.get_or_insert_with(|| {
+            let ev = automatic_exposure(image.beauty(), sky_shown(image, scene, view));
+            say!("exposure: {ev} EV, automatic (--exposure {ev} gives the same image)");
+            ev
+        })
+    }
+
     /// Writes the last frame as number `frame`, `later_s` seconds after --time.
     fn write(&mut self, frame: u32, later_s: f64) -> Result<()> {
         refuse_invalid(self.context)?;
@@ -128,14 +190,9 @@ impl Session<'_> {
         let scene = self.renderer.scene();
         let pose = self.shot.pose(scene, later_s);
         let view = self.shot.view(scene, &pose);
-        let exposure_ev = (!self.files.exr).then(|| {
-            *self.report.exposure_ev.get_or_insert_with(|| {
-                let ev = automatic_exposure(image.beauty(), sky_shown(&image, scene, &view));
-                say!("exposure: {ev} EV, automatic (--exposure {ev} gives the same image)");
-                ev
-            })
-        });
-        if frame == 0 {
+        let exposure_ev = (!self.files.exr).then(|| self.exposure_ev(&image, &view));
+        let scene = self.renderer.scene();
+        if frame == self.args.frames.map_or(0, |frames| frames.first) {
             let exposed = exposure_ev.map(|ev| (ev, self.args.exposure.is_none()));
             let why = why_blank(&image, (scene, &pose, &view), exposed);
             why.iter().for_each(|why| out::warn(&format!("note: {}: {why}", scene.name)));

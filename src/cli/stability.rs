@@ -3,26 +3,29 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Instant;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use twobounce::chart::store::{Store, Stored};
+use twobounce::chart::row::Origin;
+use twobounce::chart::store::{Store, Stored, short_hash};
 use twobounce::gi::Method;
 use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
 use twobounce::stability::case::Case;
 use twobounce::stability::cell::{Cell, Effort, settings};
-use twobounce::stability::export::{Table, case_lines, csv};
+use twobounce::stability::export::{Outline, write};
 use twobounce::stability::markdown::page;
-use twobounce::stability::page::html;
 use twobounce::stability::row::{Pictures, Row};
 use twobounce::stability::{FOLDER, GRIDS, SIZE, VERSION, cases};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, memory_size};
+use super::bench::PAGES_EVERY;
 use super::progress::RowProgress;
+use super::share::{self, ShareArgs};
 use super::{interrupt, out};
 use crate::say;
 
@@ -48,9 +51,9 @@ pub struct StabilityArgs {
     /// A subset of cases, presets, grids and places, in a minute or two
     #[arg(long)]
     pub quick: bool,
-    /// Print the cases and what they measure
-    #[arg(long)]
-    pub list: bool,
+    /// Print the cases and what they measure; with a number, the N commands that share the work, a line each
+    #[arg(long, value_name = "N", num_args = 0..=1, conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub list: Option<Option<u32>>,
     /// Print a page in Markdown about a rows.csv that was written before
     #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "output"])]
     pub markdown: Option<PathBuf>,
@@ -60,6 +63,8 @@ pub struct StabilityArgs {
     /// Keep rows that another build of the program measured; without this they are measured again
     #[arg(long)]
     pub any_build: bool,
+    #[command(flatten)]
+    pub share: ShareArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -83,47 +88,49 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let cases = args.cases()?;
-    if args.list {
+    if args.list == Some(None) {
         cases.iter().for_each(|case| say!("{:18} {}", case.name, case.meaning));
         return Ok(ExitCode::SUCCESS);
     }
     let (presets, grids) = (args.presets()?, args.grids()?);
-    let folder = args.output.as_deref().expect("the arguments require it");
+    let needs_folder = || Error::Usage("-o is missing: name the folder to write into".into());
+    let folder = args.output.as_deref().ok_or_else(needs_folder)?;
+    if let Some(Some(count)) = args.list {
+        let parts: Vec<String> = (1..=count).map(|i| format!("{i}/{count}")).collect();
+        share::list(&parts, "--shard", &["-o", "--output"], Some((folder, "")))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let store = Store::open(FOLDER, folder, args.any_build)?;
     let context = args.device.open((SIZE, SIZE))?;
     interrupt::install()?;
-    let (device, driver) = (context.name.clone(), context.driver.clone());
-    let mut rows = Vec::new();
+    let (mut rows, mut all) = (Vec::new(), Vec::new());
     for case in cases {
         for (preset, grid) in presets.iter().flat_map(|preset| grids.iter().map(move |grid| (preset, *grid))) {
             let is_quick = || QUICK.iter().any(|(name, grids)| name == preset && grids.contains(&grid));
             if args.quick && args.presets.is_empty() && args.grids.is_empty() && !is_quick() {
                 continue;
             }
-            rows.push(args.planned(&store, &context, case, (preset, grid))?);
+            let planned = args.planned(&store, &context, case, (preset, grid))?;
+            all.push(planned.row.address.clone());
+            if args.share.has(&planned.row.address) {
+                rows.push(planned);
+            }
         }
     }
     let planned = rows.len();
-    args.measure(&store, &mut rows, context)?;
-    let stored: Vec<StoredRow> = rows.into_iter().filter_map(|row| row.stored).collect();
-    let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
-    let there = rows.len();
+    args.measure((&store, &all), &mut rows, context)?;
+    let there = rows.iter().filter(|row| row.stored.is_some()).count();
     if there > 0 {
-        let (program, cases) = (env!("CARGO_PKG_VERSION"), case_lines(&rows));
-        write(&store, &Table { version: VERSION, program, device, driver, planned, cases, rows }, &stored)?;
+        args.write((&store, &all), &rows, false)?;
+        say!("wrote {}", store.path("index.html").display());
+    }
+    if planned == 0 {
+        say!("no row is in {}", args.share.words());
     }
     interrupt::check().inspect_err(|_| {
         out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
     })?;
     Ok(ExitCode::SUCCESS)
-}
-
-fn write(store: &Store, table: &Table, stored: &[StoredRow]) -> Result<()> {
-    file::write_json(&store.path("rows.json"), table)?;
-    file::write(&store.path("rows.csv"), csv(&table.rows).as_bytes())?;
-    file::write(&store.path("index.html"), html(table, stored).as_bytes())?;
-    say!("wrote {}", store.path("index.html").display());
-    Ok(())
 }
 
 /// Prints the page of a table.
@@ -194,8 +201,17 @@ impl StabilityArgs {
     ) -> Result<PlannedRow> {
         let settings = settings(preset, grid)?;
         let device = format!("{} / {} / {:?}", context.name, context.driver, context.api_version);
-        let about = serde_json::json!([device, case.name, settings.to_toml(), self.effort(), self.device.validation]);
-        let key = blake3::hash(about.to_string().as_bytes()).to_hex()[..32].to_owned();
+        let address = short_hash(&serde_json::json!([case.name, settings.to_toml(), self.effort()]));
+        let key = short_hash(&serde_json::json!([device, self.device.validation, address]));
+        let origin = Origin {
+            machine: self.share.machine(),
+            device: context.name.clone(),
+            driver: context.driver.clone(),
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            build: store.build().to_owned(),
+            label: None,
+            unix_s: 0,
+        };
         let quick = if self.quick { " --quick" } else { "" };
         let row = Row {
             case: case.name.to_owned(),
@@ -205,20 +221,35 @@ impl StabilityArgs {
             command: format!("twobounce stability --case {} --preset {preset} --grid {grid}{quick} -o cell", case.name),
             measured: None,
             failure: None,
+            origin: Some(origin),
             key,
+            address,
         };
         // A failure is tried again: memory may be free by now.
         let stored = store.load(&row.key).filter(|stored: &StoredRow| stored.row.measured.is_some());
         Ok(PlannedRow { case, settings, row, stored })
     }
 
-    /// Makes the rows that are not measured yet.
-    fn measure(&self, store: &Store, rows: &mut [PlannedRow], context: Arc<Context>) -> Result<()> {
+    /// Writes the folder's files with the rows that there are.
+    fn write(&self, (store, all): (&Store, &[String]), rows: &[PlannedRow], running: bool) -> Result<()> {
+        let _writing = file::writing();
+        let stored: Vec<StoredRow> = rows.iter().filter_map(|row| row.stored.clone()).collect();
+        write(store, &stored, rows.len(), (&self.share.words(), running))?;
+        Outline { version: VERSION, rows: all.to_vec() }.save(store)
+    }
+
+    /// Makes the rows that are not measured yet, and writes pages of what there is now and then.
+    fn measure(&self, (store, all): (&Store, &[String]), rows: &mut [PlannedRow], context: Arc<Context>) -> Result<()> {
         let missing = rows.iter().filter(|row| row.stored.is_none()).count();
         let mut progress = RowProgress::new(missing, rows.len());
         let cache = Cache::of_user();
         let mut device = Some(context);
-        for planned in rows.iter_mut().filter(|row| row.stored.is_none()) {
+        let mut written: Option<Instant> = None;
+        for index in 0..rows.len() {
+            let planned = &mut rows[index];
+            if planned.stored.is_some() {
+                continue;
+            }
             if interrupt::check().is_err() {
                 break;
             }
@@ -232,15 +263,23 @@ impl StabilityArgs {
             let limits = (self.effort(), self.memory_limit);
             let cell = Cell::new(&context, &cache, planned.settings.clone(), limits, &interrupt::PRESSED);
             let result = cell.run(planned.case, &planned.row);
+            if let Some(origin) = &mut planned.row.origin {
+                origin.unix_s = share::unix_s();
+            }
+            let origin = planned.row.origin.clone();
             // A device that failed may be lost; the next row opens it again.
             device = (!matches!(result, Err(Error::Device(_)))).then_some(context);
             let stored = match result {
                 Err(Error::Interrupted) => break,
-                Ok((row, pictures)) => store.save(row, Some(pictures))?,
+                Ok((row, pictures)) => store.save(Row { origin, ..row }, Some(pictures))?,
                 Err(error) => store.save(Row { failure: Some(error.to_string()), ..planned.row.clone() }, None)?,
             };
             progress.finish(&format!("{name}: {}", result_of(planned.case, &stored.row)));
             planned.stored = Some(stored);
+            if written.is_none_or(|at| at.elapsed() > PAGES_EVERY) {
+                self.write((store, all), rows, true)?;
+                written = Some(Instant::now());
+            }
         }
         drop(progress);
         Ok(())

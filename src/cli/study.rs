@@ -47,7 +47,14 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);
     let bench = Bench { scene, paths, trials: settings(&lines), folder: &args.rows, args: &args.bench };
+    if let Some(count) = args.bench.list {
+        return Ok(bench.list(count, &["--rows"])?);
+    }
     bench.run(|chart| {
+        // A part has no page of its own: once the parts are merged, the same command without --shard writes it.
+        if args.bench.share.shard.is_some() {
+            return Ok(None);
+        }
         write(&args.output, chart, &document(chart, &lines, &args.sets, &handwritten_part(&args.output)?))?;
         Ok(Some(args.output.join("README.md")))
     })

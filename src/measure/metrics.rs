@@ -114,6 +114,40 @@ pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
     })
 }
 
+/// What a reference's own noise may add to `rel`, by part of the light: mean |error of the reference| over its mean. By the
+/// triangle inequality no image's `rel` differs by more from that against a reference without noise; and as the noise has no
+/// mean, it makes `rel` larger, not smaller, but for chance that averages out over the pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NoiseInRel {
+    pub total: f64,
+    /// Of the whole light's noise, which is no smaller than that of the indirect light; absent like the metrics of this part.
+    pub indirect: Option<f64>,
+    pub diffuse: Option<f64>,
+}
+
+impl NoiseInRel {
+    /// `error`: the expected error of every pixel of the reference.
+    pub fn of(reference: &Layers, error: &[[f32; 3]]) -> Self {
+        let sum = |pixels: &[[f32; 3]], counts: &dyn Fn(usize) -> bool| -> f64 {
+            let counted = pixels.iter().enumerate().filter(|(i, p)| finite(p) && counts(*i));
+            counted.flat_map(|(_, p)| p).map(|v| f64::from(*v)).sum()
+        };
+        let sizes: Vec<[f32; 3]> = error.iter().map(|p| p.map(f32::abs)).collect();
+        let share = |light: &[[f32; 3]], counts: &dyn Fn(usize) -> bool| {
+            let (noise, light) = (sum(&sizes, counts), sum(light, counts));
+            (light > 0.0).then_some(noise / light)
+        };
+        let (all, indirect) = (|_: usize| true, indirect(reference));
+        let diffuse = reference.get(Aov::Diffuse);
+        let is_diffuse = |i: usize| diffuse.is_some_and(|layer| layer[i][0] >= WHOLLY_DIFFUSE);
+        Self {
+            total: share(reference.beauty(), &all).unwrap_or_default(),
+            indirect: indirect.as_ref().and_then(|light| share(light, &all)),
+            diffuse: indirect.as_ref().and_then(|light| share(light, &is_diffuse)),
+        }
+    }
+}
+
 /// Total − direct; `None` without a direct layer.
 fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
     let direct = layers.get(Aov::Direct)?;

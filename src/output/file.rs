@@ -94,6 +94,34 @@ pub fn create_folder(folder: &Path) -> Result<()> {
         .map_err(|e| Error::file(folder, format!("cannot be created: {e}; choose another folder")))
 }
 
+/// A lock file that this process has for itself; it is gone afterwards.
+pub struct FileLock {
+    path: PathBuf,
+    #[cfg(unix)]
+    _opened: File,
+}
+
+impl FileLock {
+    /// Takes a lock until the result is dropped or the process ends, however it does; `None`: another one has it. Where the
+    /// system or the disk knows no such locks, every process gets one.
+    pub fn take(path: &Path) -> io::Result<Option<Self>> {
+        let opened = OpenOptions::new().create(true).truncate(false).write(true).open(path)?;
+        let taken = imp::lock(&opened)?;
+        Ok(taken.then(|| Self {
+            path: path.to_owned(),
+            #[cfg(unix)]
+            _opened: opened,
+        }))
+    }
+}
+
+impl Drop for FileLock {
+    fn drop(&mut self) {
+        // Whoever waits for this very file gets it next and finds the work done; others make a new one.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
 /// A folder that this process has for itself.
 pub struct FolderLock {
     /// Closing it gives the folder back.
@@ -105,7 +133,12 @@ impl FolderLock {
     /// Takes a folder until the result is dropped or the process ends, however it does; `None`: another one has it. Where the
     /// system or the disk knows no such locks, every process gets one.
     pub fn take(folder: &Path) -> io::Result<Option<Self>> {
-        imp::lock(folder)
+        let opened = File::open(folder)?;
+        let taken = imp::lock(&opened)?;
+        Ok(taken.then_some(Self {
+            #[cfg(unix)]
+            _opened: opened,
+        }))
     }
 }
 
@@ -113,19 +146,19 @@ impl FolderLock {
 mod imp {
     use std::os::fd::AsRawFd;
 
-    pub(super) fn lock(folder: &std::path::Path) -> std::io::Result<Option<super::FolderLock>> {
-        let opened = std::fs::File::open(folder)?;
+    /// Whether this process has the file for itself now.
+    pub(super) fn lock(opened: &std::fs::File) -> std::io::Result<bool> {
         // SAFETY: the descriptor is open.
         let result = unsafe { libc::flock(opened.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) };
         let taken = result != 0 && std::io::Error::last_os_error().kind() == std::io::ErrorKind::WouldBlock;
-        Ok((!taken).then_some(super::FolderLock { _opened: opened }))
+        Ok(!taken)
     }
 }
 
 #[cfg(not(unix))]
 mod imp {
-    pub(super) fn lock(_folder: &std::path::Path) -> std::io::Result<Option<super::FolderLock>> {
-        Ok(Some(super::FolderLock {}))
+    pub(super) fn lock(_opened: &std::fs::File) -> std::io::Result<bool> {
+        Ok(true)
     }
 }
 

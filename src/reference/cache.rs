@@ -14,7 +14,7 @@ use crate::output::file;
 use crate::scene::{Pose, Scene, View};
 
 /// The first bytes of a film's file; the last one is the version of the format.
-const MAGIC: [u8; 8] = *b"2bfilm\0\x02";
+const MAGIC: [u8; 8] = *b"2bfilm\0\x03";
 
 /// A crash loses at most this much work.
 const SAVE_EVERY: Duration = Duration::from_secs(30);
@@ -63,10 +63,14 @@ impl Cache {
         cancel: &AtomicBool,
     ) -> Result<Film> {
         let key = key(of, options);
+        let part =
+            Some(options.stop.first()).filter(|first| *first > 0).map_or(String::new(), |first| format!("-{first}"));
         let mut path = match (&self.folder, self.problem()) {
-            (Some(folder), None) => Some(folder.join(format!("{}.film", key.to_hex()))),
+            (Some(folder), None) => Some(folder.join(format!("{}{part}.film", key.to_hex()))),
             _ => None,
         };
+        // Another process that makes the same film makes it for this one too.
+        let _lock = path.as_ref().and_then(|path| wait_for_turn(path, cancel));
         let kept = path.as_ref().and_then(|path| load(path, &key, options));
         let mut film = match kept {
             Some(film) if !options.stop.passed(&film) => film,
@@ -159,13 +163,25 @@ pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> bl
     hasher.finalize()
 }
 
-/// Little-endian: magic, key, size, history, rows, then a hash of all these bytes.
-fn encode(film: &Film, key: &blake3::Hash) -> Vec<u8> {
+/// Waits until no other process makes the film at `path`, or `cancel` is set. `None` where locks are not known.
+fn wait_for_turn(path: &Path, cancel: &AtomicBool) -> Option<file::FileLock> {
+    loop {
+        match file::FileLock::take(&path.with_extension("lock")) {
+            Ok(Some(lock)) => return Some(lock),
+            Ok(None) if !cancel.load(Ordering::Relaxed) => std::thread::sleep(Duration::from_millis(50)),
+            _ => return None,
+        }
+    }
+}
+
+/// Little-endian: magic, key, size, first sample, history, rows, then a hash of all these bytes.
+pub(super) fn encode(film: &Film, key: &blake3::Hash) -> Vec<u8> {
     let mut bytes = Vec::new();
     bytes.extend(MAGIC);
     bytes.extend(key.as_bytes());
     bytes.extend(film.width.to_le_bytes());
     bytes.extend((film.rows.len() as u32).to_le_bytes());
+    bytes.extend(film.first.to_le_bytes());
     bytes.extend((film.history.len() as u32).to_le_bytes());
     for (samples, noise) in &film.history {
         bytes.extend(samples.to_le_bytes());
@@ -182,13 +198,28 @@ fn encode(film: &Film, key: &blake3::Hash) -> Vec<u8> {
 
 /// The film in a file; `None` if the file is missing, damaged or of another key.
 fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
-    let bytes = std::fs::read(path).ok()?;
+    let (film, of) = decode(&std::fs::read(path).ok()?)?;
+    let wanted = (key, options.width, options.height as usize, options.stop.first());
+    let film = ((&of, film.width, film.rows.len(), film.first) == wanted).then_some(film)?;
+    // Its last use decides how long it is kept.
+    let _ = File::options().write(true).open(path).and_then(|file| file.set_modified(SystemTime::now()));
+    Some(film)
+}
+
+/// The film that [`encode`] wrote, and its key; `None` if it is damaged.
+pub(super) fn decode(bytes: &[u8]) -> Option<(Film, blake3::Hash)> {
     let (content, hash) = bytes.split_last_chunk::<32>()?;
     let mut rest = (blake3::hash(content).as_bytes() == hash).then_some(content)?;
-    let head = (take(&mut rest)?, take(&mut rest)?, take(&mut rest)?);
-    let matches = head == (MAGIC, *key.as_bytes(), [options.width, options.height]);
-    let mut film = matches.then(|| Film::new(options.width, options.height))?;
-    for _ in 0..take::<u32>(&mut rest)? {
+    let (magic, key) = (take::<[u8; 8]>(&mut rest)?, take::<[u8; 32]>(&mut rest)?);
+    let [width, height, first, history] = take::<[u32; 4]>(&mut rest)?;
+    // Of each row, its counts and its pixels: what the file does not hold is not made room for.
+    let row_bytes = 12 + u64::from(width) * size_of::<Pixel>() as u64;
+    let needed = 12u64.checked_mul(history.into())?.checked_add(row_bytes.checked_mul(height.into())?)?;
+    if magic != MAGIC || needed != rest.len() as u64 || width == 0 || height == 0 {
+        return None;
+    }
+    let mut film = Film { first, ..Film::new(width, height) };
+    for _ in 0..history {
         film.history.push((take(&mut rest)?, take(&mut rest)?));
     }
     for row in &mut film.rows {
@@ -200,12 +231,8 @@ fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
     // Noise is noted of samples that are there, and the rows of a tile are traced together.
     let last = film.history.last().map_or(0, |(samples, _)| *samples);
     let even = film.rows.chunks(tile::SIDE).all(|rows| rows.iter().all(|row| row.done == rows[0].done));
-    if film.started() > MOST_SAMPLES || last > film.done() || !even {
-        return None;
-    }
-    // Its last use decides how long it is kept.
-    let _ = File::options().write(true).open(path).and_then(|file| file.set_modified(SystemTime::now()));
-    rest.is_empty().then_some(film)
+    let is_believed = film.started() <= MOST_SAMPLES && first <= MOST_SAMPLES && last <= film.done() && even;
+    is_believed.then_some((film, blake3::Hash::from_bytes(key)))
 }
 
 fn take<T: AnyBitPattern>(rest: &mut &[u8]) -> Option<T> {

@@ -1,9 +1,10 @@
-//! Sums of samples per pixel, in f64 and in a fixed order: threads and interruptions do not change a bit.
+//! Sums of samples per pixel, exact: threads, interruptions and the order of parts do not change a bit.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::integrator::Sample;
+use super::sum::{SmallSum, Sum};
 use crate::layers::{Aov, Layers, relative_noise};
 
 /// Sums over one pixel's samples.
@@ -11,15 +12,15 @@ use crate::layers::{Aov, Layers, relative_noise};
 #[repr(C)]
 pub struct Pixel {
     /// Radiance of the even and of the odd samples, two independent sets.
-    halves: [DVec3; 2],
-    direct: DVec3,
-    normal: DVec3,
-    albedo: DVec3,
+    halves: [[Sum; 3]; 2],
+    direct: [Sum; 3],
     /// Metres, summed over the samples that hit a surface.
-    depth: f64,
-    hits: f64,
-    ao: f64,
-    diffuse: f64,
+    depth: Sum,
+    hits: u64,
+    normal: [SmallSum; 3],
+    albedo: [SmallSum; 3],
+    ao: SmallSum,
+    diffuse: SmallSum,
 }
 
 /// A row of pixels.
@@ -36,6 +37,8 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     pub width: u32,
+    /// Number of the first sample: 0, but for a part that is merged with others.
+    pub first: u32,
     /// From the top.
     pub rows: Vec<Row>,
     /// (samples per pixel, noise) at each count of [`next_check`] that all rows reached.
@@ -55,34 +58,61 @@ pub fn next_check(done: u32) -> u32 {
 impl Pixel {
     /// Adds sample number `index`. `depth` is in metres.
     pub fn add(&mut self, sample: &Sample, index: u32, depth: f64) {
-        self.halves[index as usize & 1] += sample.beauty.as_dvec3();
-        self.direct += sample.direct.as_dvec3();
-        self.ao += sample.ao as f64;
-        self.diffuse += sample.diffuse as f64;
+        let add = |sums: &mut [Sum; 3], value: glam::Vec3| {
+            sums.iter_mut().zip(value.to_array()).for_each(|(sum, value)| sum.add(value.into()));
+        };
+        add(&mut self.halves[index as usize & 1], sample.beauty);
+        add(&mut self.direct, sample.direct);
+        self.ao.add(sample.ao.into());
+        self.diffuse.add(sample.diffuse.into());
         if let Some(first) = &sample.first {
-            self.normal += first.normal.as_dvec3();
-            self.albedo += first.albedo.as_dvec3();
-            self.depth += depth;
-            self.hits += 1.0;
+            let add = |sums: &mut [SmallSum; 3], value: glam::Vec3| {
+                sums.iter_mut().zip(value.to_array()).for_each(|(sum, value)| sum.add(value.into()));
+            };
+            add(&mut self.normal, first.normal);
+            add(&mut self.albedo, first.albedo);
+            self.depth.add(depth);
+            self.hits += 1;
         }
     }
 
+    /// Adds the sums of other samples.
+    fn unite(&mut self, other: &Self) {
+        let sums = self.halves.as_flattened_mut().iter_mut().chain(&mut self.direct).chain([&mut self.depth]);
+        let others = other.halves.as_flattened().iter().chain(&other.direct).chain([&other.depth]);
+        sums.zip(others).for_each(|(sum, other)| sum.unite(*other));
+        let sums = self.normal.iter_mut().chain(&mut self.albedo).chain([&mut self.ao, &mut self.diffuse]);
+        let others = other.normal.iter().chain(&other.albedo).chain([&other.ao, &other.diffuse]);
+        sums.zip(others).for_each(|(sum, other)| sum.unite(*other));
+        self.hits += other.hits;
+    }
+
+    fn half(&self, index: usize) -> DVec3 {
+        DVec3::from(self.halves[index].map(Sum::get))
+    }
+
     fn beauty(&self, samples: f64) -> DVec3 {
-        (self.halves[0] + self.halves[1]) / samples
+        (self.half(0) + self.half(1)) / samples
+    }
+
+    /// Half the difference of the even and the odd samples' images.
+    fn error(&self, samples: f64) -> DVec3 {
+        (self.half(0) - self.half(1)) / samples
     }
 
     fn layer(&self, aov: Aov, samples: f64) -> [f32; 3] {
+        let direct = || DVec3::from(self.direct.map(Sum::get)) / samples;
         let value = match aov {
             Aov::Beauty => self.beauty(samples),
-            Aov::Alpha => DVec3::splat(self.hits / samples),
-            Aov::Direct => self.direct / samples,
-            Aov::Indirect => self.beauty(samples) - self.direct / samples,
-            Aov::Ao => DVec3::splat(self.ao / samples),
-            Aov::Normal => self.normal.as_vec3().normalize_or_zero().as_dvec3(),
-            Aov::Depth if self.hits == 0.0 => DVec3::INFINITY,
-            Aov::Depth => DVec3::splat(self.depth / self.hits),
-            Aov::Albedo => self.albedo / samples,
-            Aov::Diffuse => DVec3::splat(self.diffuse / samples),
+            Aov::Alpha => DVec3::splat(self.hits as f64 / samples),
+            Aov::Direct => direct(),
+            Aov::Indirect => self.beauty(samples) - direct(),
+            Aov::Ao => DVec3::splat(self.ao.get() / samples),
+            Aov::Normal => DVec3::from(self.normal.map(SmallSum::get)).as_vec3().normalize_or_zero().as_dvec3(),
+            Aov::Depth if self.hits == 0 => DVec3::INFINITY,
+            Aov::Depth => DVec3::splat(self.depth.get() / self.hits as f64),
+            Aov::Albedo => DVec3::from(self.albedo.map(SmallSum::get)) / samples,
+            Aov::Diffuse => DVec3::splat(self.diffuse.get() / samples),
         };
         value.as_vec3().to_array()
     }
@@ -91,7 +121,7 @@ impl Pixel {
 impl Film {
     pub fn new(width: u32, height: u32) -> Self {
         let row = Row { pixels: vec![Pixel::default(); width as usize], ..Row::default() };
-        Self { width, rows: vec![row; height as usize], history: Vec::new() }
+        Self { width, first: 0, rows: vec![row; height as usize], history: Vec::new() }
     }
 
     /// Bytes of memory for a film and its copy while it is saved.
@@ -114,6 +144,17 @@ impl Film {
         self.rows.iter().map(|r| r.done as u64 * self.width as u64).sum()
     }
 
+    /// Adds the samples that follow this film's own, of the same image: the bits are those of all samples in one film.
+    pub fn unite(&mut self, next: &Self) {
+        for (row, other) in self.rows.iter_mut().zip(&next.rows) {
+            row.done += other.done;
+            row.rejected += other.rejected;
+            row.pixels.iter_mut().zip(&other.pixels).for_each(|(pixel, other)| pixel.unite(other));
+        }
+        // Noise in between was not looked at.
+        self.history.clear();
+    }
+
     /// Non-finite samples, which count as black.
     pub fn rejected(&self) -> u64 {
         self.rows.iter().map(|r| r.rejected).sum()
@@ -123,8 +164,15 @@ impl Film {
     /// estimated as half the difference of the images of even and odd samples. [`relative_noise`] has the formula.
     pub fn noise(&self) -> f64 {
         let samples = self.done() as f64;
-        let pixel = |p: &Pixel| (p.beauty(samples), (p.halves[0] - p.halves[1]) / samples);
+        let pixel = |p: &Pixel| (p.beauty(samples), p.error(samples));
         relative_noise(self.rows.iter().flat_map(|r| &r.pixels).map(pixel))
+    }
+
+    /// The expected error of every pixel, by the same estimate: radiance, signed.
+    pub fn error(&self) -> Vec<[f32; 3]> {
+        let samples = self.done().max(1) as f64;
+        let pixel = |p: &Pixel| p.error(samples).as_vec3().to_array();
+        self.rows.iter().flat_map(|r| &r.pixels).map(pixel).collect()
     }
 
     /// The image and further layers. All rows must have the same number of samples.

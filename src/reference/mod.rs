@@ -19,9 +19,11 @@ mod lights;
 mod material;
 mod memory;
 mod microfacet;
+pub mod part;
 mod point_textures;
 mod sampler;
 mod sky;
+mod sum;
 mod thin_film;
 mod tile;
 mod traversal;
@@ -40,7 +42,7 @@ pub use itself::lights_itself;
 use sampler::Sampler;
 
 /// Must change whenever the same options could give another image: cached references of other versions are ignored.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// The number of bounces of indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,8 +58,12 @@ pub enum Depth {
 pub enum Stop {
     /// This number of samples per pixel.
     Samples(u32),
+    /// The samples with these numbers, from 0 on: a part of an image.
+    Range { first: u32, end: u32 },
     /// The first count of [`film::next_check`] at which [`Film::noise`] is at most this.
     Noise(f64),
+    /// Any film whose noise is at most `noise`, but none beyond that of [`Self::Noise`] with `last`: a step on the way to it.
+    Rough { noise: f64, last: f64 },
 }
 
 /// The parameters of a render.
@@ -94,16 +100,29 @@ pub struct Control<'a> {
 }
 
 impl Stop {
+    /// Number of the first sample.
+    pub fn first(self) -> u32 {
+        match self {
+            Self::Range { first, .. } => first,
+            _ => 0,
+        }
+    }
+
     /// Whether a film is finished.
     pub fn reached(self, film: &Film) -> bool {
-        film.done() == film.started() && self.end(film) == Some(film.done())
+        let noise_now = film.history.last().map(|(_, noise)| *noise);
+        let enough = match self {
+            Self::Rough { noise, .. } => noise_now.is_some_and(|now| now <= noise),
+            _ => false,
+        };
+        film.done() == film.started() && (self.end(film) == Some(film.done()) || enough)
     }
 
     /// Whether a film has more samples than a finished one.
     pub fn passed(self, film: &Film) -> bool {
         match self {
-            Self::Samples(n) => film.started() > n,
-            Self::Noise(_) => self.end(film).is_some_and(|n| film.started() > n),
+            Self::Samples(_) | Self::Range { .. } => self.end(film).is_some_and(|n| film.started() > n),
+            Self::Noise(_) | Self::Rough { .. } => self.end(film).is_some_and(|n| film.started() > n),
         }
     }
 
@@ -111,7 +130,10 @@ impl Stop {
     fn end(self, film: &Film) -> Option<u32> {
         match self {
             Self::Samples(n) => Some(n),
-            Self::Noise(most) => film.history.iter().find(|(_, noise)| *noise <= most).map(|(n, _)| *n),
+            Self::Range { first, end } => Some(end - first),
+            Self::Noise(most) | Self::Rough { last: most, .. } => {
+                film.history.iter().find(|(_, noise)| *noise <= most).map(|(n, _)| *n)
+            }
         }
     }
 
@@ -119,8 +141,11 @@ impl Stop {
     fn expected(self, film: &Film) -> u32 {
         match (self, film.history.last()) {
             (Self::Samples(n), _) => n,
-            (Self::Noise(most), Some((n, noise))) => (*n as f64 * (noise / most).powi(2)).clamp(1.0, 1e9) as u32,
-            (Self::Noise(_), None) => next_check(0),
+            (Self::Range { first, end }, _) => end - first,
+            (Self::Noise(most) | Self::Rough { noise: most, .. }, Some((n, noise))) => {
+                (*n as f64 * (noise / most).powi(2)).clamp(1.0, 1e9) as u32
+            }
+            (Self::Noise(_) | Self::Rough { .. }, None) => next_check(0),
         }
     }
 }
@@ -135,6 +160,7 @@ pub fn render(
     let Control { progress, save, cancel } = control;
     let integrator = Integrator::new(scene, pose, options);
     let camera = Camera::new(view, &integrator.geometry().units, options.width, options.height);
+    film.first = options.stop.first();
     let before = film.paths();
     let progress = |paths, expected, noise| progress(Progress { before, paths, expected, noise });
     let job = Job { integrator, camera, options, progress: &progress, cancel };
@@ -174,7 +200,7 @@ impl Job<'_> {
         let Options { width, height, stop, .. } = *self.options;
         let noise = film.history.last().map(|(_, noise)| *noise);
         let expected = u64::from(width) * u64::from(height) * u64::from(stop.expected(film).max(target));
-        let paths = AtomicU64::new(film.paths());
+        let (first, paths) = (film.first, AtomicU64::new(film.paths()));
         film.rows.par_chunks_mut(tile::SIDE).enumerate().for_each(|(i, rows)| {
             let done = rows[0].done;
             if self.cancel.load(Ordering::Relaxed) || done >= target {
@@ -187,7 +213,7 @@ impl Job<'_> {
                         rows.clone_from_slice(&before);
                         return;
                     }
-                    self.trace_tile(rows, [x, i * tile::SIDE], index);
+                    self.trace_tile(rows, [x, i * tile::SIDE], first + index);
                 }
             }
             rows.iter_mut().for_each(|row| row.done = target);

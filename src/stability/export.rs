@@ -1,11 +1,15 @@
 //! The table as files: `rows.json` and `rows.csv` for programs; the page is beside.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::cases;
-use super::row::Row;
+use super::row::{Pictures, Row};
+use crate::chart::store::{Store, Stored};
+use crate::output::file;
+use crate::{Error, Result};
 
 /// The file `rows.json`; `docs/json.md` lists the keys.
 #[derive(Clone, Debug, Serialize)]
@@ -14,12 +18,37 @@ pub struct Table {
     pub version: u32,
     /// The program's version.
     pub program: &'static str,
-    pub device: String,
-    pub driver: String,
     /// Rows that were asked for.
     pub planned: usize,
     pub cases: Vec<CaseLine>,
     pub rows: Vec<Row>,
+}
+
+/// The file `outline.json`: the addresses of every row of the whole table in its order, those of other shards too.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Outline {
+    pub version: u32,
+    pub rows: Vec<String>,
+}
+
+impl Outline {
+    pub fn save(&self, store: &Store) -> Result<()> {
+        file::write_json(&store.path("outline.json"), self)
+    }
+
+    /// That of a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`]: there is none, it is damaged, or it is of another version of the program.
+    pub fn load(folder: &Path) -> Result<Self> {
+        let path = folder.join("outline.json");
+        let text = std::fs::read_to_string(&path).ok();
+        let outline: Option<Self> = text.and_then(|text| serde_json::from_str(&text).ok());
+        let today = outline.filter(|outline| outline.version == super::VERSION);
+        today.ok_or_else(|| {
+            Error::file(&path, "is missing or of another version; run `twobounce stability` there again")
+        })
+    }
 }
 
 /// What a case is.
@@ -32,6 +61,16 @@ pub struct CaseLine {
     pub unit: &'static str,
     pub ideal: f64,
     pub limit: f64,
+}
+
+/// Writes all three files of a folder; see [`super::page::html`].
+pub fn write(store: &Store, stored: &[Stored<Row, Pictures>], planned: usize, around: (&str, bool)) -> Result<()> {
+    let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
+    let (version, program) = (super::VERSION, env!("CARGO_PKG_VERSION"));
+    let table = Table { version, program, planned, cases: case_lines(&rows), rows };
+    file::write_json(&store.path("rows.json"), &table)?;
+    file::write(&store.path("rows.csv"), csv(&table.rows).as_bytes())?;
+    file::write(&store.path("index.html"), super::page::html(&table, stored, around).as_bytes())
 }
 
 /// The cases that rows are of, in the page's order.
@@ -109,7 +148,7 @@ pub type Rows = BTreeMap<(String, String, u32), Option<Kept>>;
 ///
 /// # Errors
 /// A sentence about the line that cannot be read.
-pub fn read_csv(text: &str) -> Result<Rows, String> {
+pub fn read_csv(text: &str) -> std::result::Result<Rows, String> {
     let mut lines = text.lines();
     if lines.next() != Some(COLUMNS) {
         return Err(format!("the first line is not {COLUMNS}"));
@@ -163,6 +202,8 @@ mod tests {
         };
         let row = Row {
             key: String::new(),
+            address: String::new(),
+            origin: None,
             case: "leak-1".into(),
             preset: "fast".into(),
             method: "rays".into(),

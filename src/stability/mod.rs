@@ -21,7 +21,7 @@ pub mod warnings;
 use crate::chart::store::Kind;
 
 /// Version of the rows: see [`crate::chart::VERSION`].
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// The folder of such rows.
 pub const FOLDER: Kind = Kind { command: "stability", words: "rows of stability", version: VERSION };

@@ -3,13 +3,18 @@
 use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Sample};
+use crate::chart::merge::Mergeable;
+use crate::chart::row::Origin;
 use crate::chart::store::Keyed;
 use crate::measure::timing::Spread;
 
 /// `docs/json.md` lists the keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
+    /// Hash over everything that determines the row.
     pub key: String,
+    /// Hash over the same but the device.
+    pub address: String,
     pub case: String,
     pub preset: String,
     pub method: String,
@@ -21,6 +26,8 @@ pub struct Row {
     pub measured: Option<Measured>,
     /// Why it could not.
     pub failure: Option<String>,
+    /// Absent until it ran.
+    pub origin: Option<Origin>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,6 +62,33 @@ pub const NOT_FINITE: f64 = 1e9;
 impl Keyed for Row {
     fn key(&self) -> &str {
         &self.key
+    }
+
+    fn unix_s(&self) -> u64 {
+        self.origin.as_ref().map_or(0, |origin| origin.unix_s)
+    }
+}
+
+impl Mergeable for Row {
+    fn address(&self) -> &str {
+        &self.address
+    }
+
+    fn title(&self) -> String {
+        format!("{} {} {}³", self.case, self.preset, self.grid)
+    }
+
+    fn is_measured(&self) -> bool {
+        self.measured.is_some()
+    }
+
+    fn noise(&self) -> f64 {
+        0.0
+    }
+
+    fn lasting(&self) -> serde_json::Value {
+        let numbers = |m: &Measured| serde_json::json!([m.number, m.distance, m.worst, m.places, m.more]);
+        serde_json::json!([self.failure, self.measured.as_ref().map(numbers)])
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 use twobounce::Error;
-use twobounce::chart::export::Chart;
+use twobounce::chart::export::{Chart, Surroundings};
 use twobounce::chart::store::{CHART, Store, Stored};
 use twobounce::layers::Layers;
 use twobounce::measure::metrics;
@@ -176,7 +176,7 @@ fn row(input: &Input) -> Outcome {
     let chart = Chart { planned: 1, rows: vec![stored.row.clone()], ..Chart::default() };
     let (lines, panels) = (chart.csv().lines().count(), chart.panels(&stored.row.scene));
     twobounce::chart::svg::chart(&panels, 2);
-    twobounce::chart::page::html(&chart, &[], &[stored]).map_err(|e| e.to_string())?;
+    twobounce::chart::page::html(&chart, &[], &[stored], &Surroundings::default());
     Ok(format!("{lines} lines"))
 }
 

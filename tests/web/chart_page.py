@@ -47,7 +47,7 @@ def every_point_by(browser, pointer):
 def every_point_by_keyboard(browser):
     names = {point["name"] for point in browser.run(POINTS)}
     # From the control before the chart, Tab leads to the chosen point.
-    browser.run("document.querySelector('[name=metric]:checked').focus()")
+    browser.run("document.querySelector('#find').focus()")
     browser.press(TAB)
     assert browser.run("return document.activeElement.classList.contains('point')"), "Tab does not reach the points"
     browser.press(HOME)
@@ -121,7 +121,7 @@ def methods_differ(browser):
       const d = p.querySelector('.dot');
       return [p.dataset.method, d.getAttribute('fill'), d.getAttribute('d'), p.getAttribute('aria-label')];
     })"""
-    legend = """return [...document.querySelectorAll('#legend li')].map((item) => {
+    legend = """return [...document.querySelectorAll('#methods label')].map((item) => {
       const d = item.querySelector('path');
       return [item.textContent, d.getAttribute('fill'), d.getAttribute('d')];
     })"""
@@ -135,6 +135,80 @@ def methods_differ(browser):
         assert f", {method}:" in told, f"{told} does not say its method"
     title = browser.run("return document.querySelector('#name').textContent")
     assert any(f" · {method} · " in title for method in used), f"{title} does not say the method"
+
+
+def the_table_sorts_and_filters(browser):
+    names = "return [...document.querySelectorAll('#rows tbody button')].map((b) => b.textContent)"
+    browser.run("document.querySelector('#rows-details').open = true")
+    seen = set()
+    for column in ("x", "y", "name", "name"):
+        browser.run("document.querySelector(`[data-sort=${arguments[0]}]`).click()", column)
+        seen.add(tuple(browser.run(names)))
+        assert browser.run("return document.activeElement.dataset.sort") == column, "the focus leaves the column's title"
+        assert browser.run("return document.querySelectorAll('#rows [aria-sort]').length") == 1
+    assert len(seen) >= 3, f"columns do not sort: {seen}"
+    last = browser.run(names)
+    assert last == sorted(last, reverse=True), last
+    # A row is chosen by its name, with the keyboard.
+    browser.run("document.querySelector('#rows tbody button').focus()")
+    browser.press("\ue007")
+    check_chosen(browser, last[0], "the table")
+    everything = len(browser.run(names))
+    browser.run("document.querySelector('#find').focus()")
+    for letter in "rays.diffuse=32":
+        browser.press(letter)
+    found = browser.run(names)
+    assert 0 < len(found) < everything and all("rays.diffuse=32" in name for name in found), found
+    browser.run("const f = document.querySelector('#find'); f.value = ''; f.dispatchEvent(new Event('input', {bubbles: true}))")
+    box = "document.querySelector('[name=method][value=cones]')"
+    browser.run(box + ".click()")
+    methods = browser.run("return [...new Set([...document.querySelectorAll('.point')].map((p) => p.dataset.method))]")
+    assert methods == ["rays"], methods
+    browser.run(box + ".click()")
+    assert len(browser.run(names)) == everything
+    browser.run("document.querySelector('#rows-details').open = false")
+
+
+def two_settings_are_compared(browser):
+    points = browser.run(POINTS)
+    browser.click(points[0]["x"], points[0]["y"])
+    name = browser.run(CHOSEN)
+    browser.run("document.querySelector('#keep').click()")
+    other = next(point for point in browser.run(POINTS) if point["name"] != name)
+    browser.click(other["x"], other["y"])
+    assert browser.run("return !document.querySelector('#beside').hidden"), "nothing stands beside"
+    title = browser.run("return document.querySelector('#beside-title').textContent")
+    assert title == f"{name} and {other['name']}", title
+    wait_for(browser, "return ['image-a', 'image-b'].every((id) => document.getElementById(id).naturalWidth > 0)", "both pictures")
+    cells = browser.run("return [...document.querySelectorAll('#differences tbody tr')].map((r) => [...r.cells].map((c) => c.textContent))")
+    rel = next(row for row in cells if row[0].startswith("rel,"))
+    a, b = float(rel[1]), float(rel[2])
+    assert rel[3].endswith("better" if b < a else "worse"), rel
+    assert abs(abs(b - a) - float(rel[3].lstrip("+−").split(" ")[0])) < 0.02 * max(a, b), rel
+    browser.run("document.querySelector('#keep').click()")
+    assert browser.run("return document.querySelector('#beside').hidden")
+
+
+def the_command_is_copied(browser):
+    browser.run("document.querySelector('#copy').scrollIntoView({block: 'center'})")
+    at = browser.run("const b = document.querySelector('#copy').getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]")
+    browser.click(*at)
+    wait_for(browser, "return document.querySelector('#copied').textContent !== ''", "a word that it is copied")
+    assert browser.run("return document.querySelector('#copied').textContent") == "copied"
+    browser.run("const f = document.querySelector('#find'); f.focus(); f.value = ''")
+    browser.run("document.execCommand('paste')")
+    command = browser.run("return document.querySelector('#command').textContent")
+    name = browser.run(CHOSEN)
+    assert command.startswith("twobounce render assets/") and f"--preset {name.split(' ')[0]}" in command, command
+    assert "--set voxels=16" in command or "voxels=64" in command, command
+
+
+def earlier_runs_are_shown(browser):
+    assert browser.run("return !document.querySelector('#history').hidden"), "no earlier run is shown"
+    lines = browser.run("return [...document.querySelectorAll('#history-rows tbody tr')].map((r) => r.innerText)")
+    assert len(lines) == 2 and "first" in lines[0] and "second" in lines[1], lines
+    assert browser.run("return document.querySelectorAll('#history-plot svg[aria-label]').length") == 2
+    assert browser.run("return document.querySelectorAll('.trail').length") >= 4, "no trail of earlier runs"
 
 
 def main(page, folder):
@@ -153,6 +227,10 @@ def main(page, folder):
         the_tooltip_follows(browser)
         the_slider_moves(browser)
         every_switch_changes_the_drawing(browser)
+        earlier_runs_are_shown(browser)
+        the_table_sorts_and_filters(browser)
+        two_settings_are_compared(browser)
+        the_command_is_copied(browser)
         browser.run("scrollTo(0, 0)")
         browser.screenshot(folder / "wide.png")
         for scheme in ("light", "dark"):

@@ -27,6 +27,11 @@ function frontierOf(points) {
   return points.filter((p) => !points.some((q) => beats(q, p))).sort((a, b) => a.x - b.x);
 }
 
+// The same of each group of points by itself.
+function frontiersOf(points) {
+  return [...new Set(points.map((p) => p.group))].map((group) => frontierOf(points.filter((p) => p.group === group)));
+}
+
 // A logarithmic axis over some values, from pixel `start` to pixel `end`.
 function logAxis(values, start, end) {
   const least = Math.min(...values), most = Math.max(...values);
@@ -54,7 +59,9 @@ function dot(mark, radius) {
   return shape("path", { class: "dot", d: mark.shape, fill: mark.color, transform: `scale(${radius})` });
 }
 
-// Draws into `host`. `points`: {row, x, y, mark, name, preset}; `onSelect(row)` is called for every selection.
+// Draws into `host`. `points`: {row, x, y, mark, name, preset}; further {group}, whose frontier it may be on; {digit}, drawn in its
+// middle; {least}, where its error bar ends below; {earlier}, the same of earlier runs: [x, y] each; {told}, more about it.
+// `onSelect(row)` is called for every selection.
 function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {
   const hadFocus = host.contains(document.activeElement);
   host.replaceChildren();
@@ -66,11 +73,22 @@ function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {
     svg.append(shape("text", { x: left, y: height / 2 }, "No setting has this number."));
     return;
   }
-  const x = logAxis(points.map((p) => p.x), left, right), y = logAxis(points.map((p) => p.y), bottom, top);
+  const earlier = points.flatMap((p) => p.earlier ?? []);
+  const x = logAxis([...points.map((p) => p.x), ...earlier.map(([px]) => px)], left, right);
+  const y = logAxis([...points.map((p) => p.y), ...earlier.map(([, py]) => py)], bottom, top);
   drawAxes(svg, x, y, { left, right, top, bottom, width, height, xTitle, yTitle });
   for (const p of points) [p.px, p.py] = [x.place(p.x), y.place(p.y)];
-  const best = frontierOf(points);
-  svg.append(shape("polyline", { class: "frontier", points: best.map((p) => `${p.px},${p.py}`).join(" ") }));
+  const groups = frontiersOf(points), best = groups.flat();
+  groups.forEach((group, i) => {
+    const places = group.map((p) => `${p.px},${p.py}`).join(" ");
+    svg.append(shape("polyline", { class: "frontier", points: places, "stroke-dasharray": i === 0 ? "none" : `${6 / i} 3` }));
+  });
+  for (const p of points) drawExtent(svg, p, y, bottom, best.includes(p));
+  for (const p of points.filter((p) => p.earlier?.length > 0)) {
+    const places = p.earlier.map(([px, py]) => [x.place(px), y.place(py)]);
+    svg.append(shape("polyline", { class: "trail", points: [...places, [p.px, p.py]].map((at) => at.join(",")).join(" ") }));
+    places.forEach(([cx, cy]) => svg.append(shape("circle", { class: "was", cx, cy, r: 2.5 })));
+  }
 
   const list = shape("g", { role: "listbox", "aria-label": `Settings: ${yTitle} against ${xTitle}` });
   const tooltip = makeTooltip(host, width);
@@ -78,13 +96,14 @@ function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {
   // Faint ones first, so that the frontier lies on top.
   for (const p of [...points].sort((a, b) => best.includes(a) - best.includes(b))) {
     const on = best.includes(p);
-    const told = `${p.name}, ${p.mark.method}: ${digits(p.x)} ${xTitle}, ${digits(p.y)} ${yTitle}${on ? ", on the frontier" : ""}`;
+    const told = `${p.name}, ${p.mark.method}: ${digits(p.x)} ${xTitle}, ${digits(p.y)} ${yTitle}${on ? ", on the frontier" : ""}${p.told ?? ""}`;
     const radius = p.preset ? 7 : 5;
     p.node = shape(
       "g",
       { class: on ? "point" : "point faint", role: "option", tabindex: -1, "aria-label": told, "aria-selected": false,
         transform: `translate(${p.px} ${p.py})`, "data-name": p.name, "data-method": p.mark.method },
       dot(p.mark, radius),
+      ...(p.digit ? [shape("text", { class: "digit", y: 3.5, "text-anchor": "middle", "aria-hidden": true }, p.digit)] : []),
       shape("circle", { class: "ring", r: radius + 3 }),
     );
     p.node.addEventListener("focus", () => tooltip.show(p));
@@ -131,6 +150,16 @@ function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {
     const next = Math.min(Math.max(order.indexOf(chosen) + key[1], 0), order.length - 1);
     select(order[next], true);
   });
+}
+
+// The bar down to what a point's error is at least.
+function drawExtent(svg, p, y, bottom, on) {
+  if (p.least === undefined) return;
+  const end = p.least > 0 ? Math.min(y.place(p.least), bottom) : bottom;
+  // A bar that the mark hides says nothing.
+  if (end < p.py + 8) return;
+  const cap = end < bottom ? `M${p.px - 4} ${end}H${p.px + 4}` : "";
+  svg.append(shape("path", { class: on ? "extent" : "extent faint", d: `M${p.px} ${p.py}V${end}${cap}`, "data-name": p.name }));
 }
 
 function drawAxes(svg, x, y, { left, right, top, bottom, width, height, xTitle, yTitle }) {

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use clap::Args;
 use twobounce::assets::DEMO_S;
 
-use super::args::{Loop, RenderArgs, RunArgs, SceneArgs, SettingsArgs, number, size};
+use super::args::{Frames, Loop, RenderArgs, RunArgs, SceneArgs, SettingsArgs, number, size};
 use super::render;
 use super::scene::DEMO;
 
@@ -68,7 +68,8 @@ fn images(args: &DemoArgs, scene: SceneArgs, (output, frames): (&Path, u32)) -> 
         exposure: (!exr).then_some(args.exposure),
         repeat: 1,
         still: false,
-        frames: Some(frames),
+        frames: Some(Frames { first: 0, last: frames - 1, step: 1 }),
+        list: None,
         fps: args.fps,
         speed: 1.0,
         timings: false,

@@ -166,6 +166,8 @@ function choose(name, preset, focus) {
   if (focus) at("table").querySelector('[aria-pressed="true"]').focus();
 }
 
+const kept = follow(data, () => ({ state, focus: document.activeElement.closest("#table") ? "table" : "" }));
+if (kept && grids.includes(kept.state.grid)) Object.assign(state, kept.state);
 segments("grid", grids.map((grid) => [grid, `${grid}³`]));
 segments("of", [["worst", "worst"], ["median", "median"]]);
 buildTable();
@@ -189,3 +191,7 @@ at("table").addEventListener("keydown", (event) => {
   choose(near(names, state.case, way[0]), near(presets, state.preset, way[1]), true);
 });
 draw();
+if (kept) {
+  if (kept.focus === "table") at("table").querySelector('[aria-pressed="true"]')?.focus({ preventScroll: true });
+  scrollTo(...kept.scroll);
+}

@@ -1,0 +1,285 @@
+//! What `chart` and `study` share: they open scenes, measure and keep missing rows, refine references and errors in rounds, and
+//! write a folder.
+
+mod references;
+mod rounds;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use twobounce::chart::VERSION;
+use twobounce::chart::export::{Chart, Surroundings};
+use twobounce::chart::measure::ChartScene;
+use twobounce::chart::outline::{Outline, Planned, Sketch};
+use twobounce::chart::plan::Trial;
+use twobounce::chart::row::{Origin, Row};
+use twobounce::chart::store::{CHART, Keys, Store, Stored};
+use twobounce::output::file;
+use twobounce::reference::Depth;
+use twobounce::reference::cache::Cache;
+use twobounce::vk::Context;
+use twobounce::{Error, Result};
+
+use super::args::{DeviceArgs, SceneArgs, memory_size, minutes, percent};
+use super::reference::{cache, check_memory};
+use super::share::{self, ShareArgs};
+use super::{interrupt, out, words};
+use crate::say;
+
+/// How often pages are written while rows are measured, at most.
+pub const PAGES_EVERY: Duration = Duration::from_secs(10);
+
+/// How rows are measured.
+#[derive(clap::Args, Debug)]
+pub struct BenchArgs {
+    /// Stop after this many minutes of measuring, references not counted; the same command continues later
+    #[arg(long, value_name = "M", value_parser = minutes)]
+    pub budget_minutes: Option<Duration>,
+    /// Root mean square of the references' relative error, in the end: the first rows are compared with rough ones, whose noise
+    /// bars show, then errors are refined in rounds. `reference --noise` makes the same ones
+    #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent)]
+    pub reference_noise: f64,
+    /// Use no more device memory than this; a setting that needs more becomes a row that says so
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub memory_limit: Option<u64>,
+    /// Keep rows that another build of the program measured; without this they are measured again
+    #[arg(long)]
+    pub any_build: bool,
+    #[command(flatten)]
+    pub share: ShareArgs,
+    /// Print the N commands that share the work, a line each, and do nothing
+    #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub list: Option<u32>,
+    /// Join the times of several machines in one frontier, and say so; without this each machine has its own
+    #[arg(long)]
+    pub mix_machines: bool,
+    /// Show earlier rows of the same settings, of other builds and of former states of the scene, beside today's
+    #[arg(long)]
+    pub history: bool,
+    /// What is measured, in a word for the history, such as a commit
+    #[arg(long, value_name = "TEXT")]
+    pub label: Option<String>,
+    /// Print nothing but notes and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+/// Which settings on which scenes, and the folder that keeps them.
+pub struct Bench<'a> {
+    /// How the scenes are looked at.
+    pub scene: &'a SceneArgs,
+    pub paths: Vec<PathBuf>,
+    pub trials: Vec<Trial>,
+    pub folder: &'a Path,
+    pub args: &'a BenchArgs,
+}
+
+/// A page of one's own that is written from the chart as often as the others; says where.
+type Further<'a> = &'a dyn Fn(&Chart) -> Result<Option<PathBuf>>;
+
+/// A chart under way.
+struct Filling<'a> {
+    bench: &'a Bench<'a>,
+    further: Further<'a>,
+    store: Store,
+    cache: Cache,
+    scenes: Vec<Seen>,
+    rows: Vec<PlannedRow<'a>>,
+    /// Every row of the chart, those of other shards too.
+    all: Vec<Planned>,
+    /// Of rows that are made now, but for the time.
+    origin: Origin,
+    /// When pages were written, and how long that took.
+    written: Option<(Instant, Duration)>,
+}
+
+/// A scene, and the command that renders it.
+struct Seen {
+    scene: ChartScene,
+    command: String,
+}
+
+/// A row of the chart, to be made or already there.
+struct PlannedRow<'a> {
+    /// Index of its scene.
+    scene: usize,
+    trial: &'a Trial,
+    /// As it is called in this chart, without a result.
+    row: Row,
+    stored: Option<Stored>,
+}
+
+impl Bench<'_> {
+    /// Measures the missing rows and writes the folder's files; says what is still missing. `further` writes a page of its own from
+    /// the chart, as often as the others are written, and says where.
+    pub fn run(&self, further: impl Fn(&Chart) -> Result<Option<PathBuf>>) -> anyhow::Result<ExitCode> {
+        out::be_quiet(self.args.quiet);
+        self.scene.check()?;
+        interrupt::install()?;
+        check_memory(self.scene.size)?;
+        let store = Store::open(CHART, self.folder, self.args.any_build)?;
+        let scenes = self.open()?;
+        let context = self.args.device.open(self.scene.size)?;
+        let mut filling = Filling::new(self, (store, scenes), &context, &further);
+        let planned = filling.rows.len();
+        let spent = filling.measure(context)?;
+        let there = filling.there().count();
+        if there == 0 && spent {
+            let text = "--budget-minutes: too small for one run; the time is over and the first row is not finished";
+            return Err(Error::Usage(text.to_owned()).into());
+        }
+        match filling.refine().and_then(|()| filling.show_scenes()) {
+            Err(Error::Interrupted) => {}
+            result => result?,
+        }
+        if there > 0 {
+            let _writing = file::writing();
+            let further = filling.write(false)?;
+            for page in [Some(filling.store.path("index.html")), further].iter().flatten() {
+                say!("wrote {}", page.display());
+            }
+        }
+        let failed = filling.there().filter(|stored| stored.row.measured.is_none()).count();
+        if failed > 0 {
+            say!("settings that could not run: {failed} of {planned}; their rows say why");
+        }
+        if planned == 0 {
+            say!("no row is in {}", self.args.share.words());
+        }
+        if spent {
+            say!("the budget is spent after {there} of {planned} rows; the same command continues from there");
+        }
+        interrupt::check().inspect_err(|_| {
+            out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
+        })?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Prints the commands that share the work. `outputs`: the flags that name the folder.
+    pub fn list(&self, count: u32, outputs: &[&str]) -> Result<ExitCode> {
+        let parts: Vec<String> = (1..=count).map(|i| format!("{i}/{count}")).collect();
+        share::list(&parts, "--shard", outputs, Some((self.folder, "")))?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Opens the scenes, without references yet.
+    fn open(&self) -> Result<Vec<Seen>> {
+        let typed: Vec<String> = std::env::args().skip(2).collect();
+        let mut scenes: Vec<Seen> = Vec::new();
+        for (i, path) in self.paths.iter().enumerate() {
+            if self.paths[..i].iter().any(|other| file::is_same(other, path)) {
+                return Err(Error::file(path, "is named twice; name each scene once"));
+            }
+            let opened = SceneArgs { path: path.clone(), ..self.scene.clone() }.open()?;
+            let name = &opened.scene.name;
+            let mut names = (1..).map(|k| if k == 1 { name.clone() } else { format!("{name} {k}") });
+            let is_free = |name: &String| scenes.iter().all(|other| other.scene.name != *name);
+            let name = names.find(is_free).expect("numbers do not end");
+            let ((pose, view), options) = (opened.at_time(), opened.options(self.args.memory_limit));
+            let (camera, scene) = (opened.camera, opened.scene);
+            let command = words::render_command(&typed, path, self.scene.size);
+            let scene = ChartScene { name, view, pose, options, camera, references: Vec::new(), scene };
+            scenes.push(Seen { scene, command });
+        }
+        Ok(scenes)
+    }
+}
+
+impl<'a> Filling<'a> {
+    fn new(
+        bench: &'a Bench<'a>,
+        (store, scenes): (Store, Vec<Seen>),
+        context: &Arc<Context>,
+        further: Further<'a>,
+    ) -> Self {
+        let args = bench.args;
+        let keys = Keys::new(context, args.device.validation, args.reference_noise);
+        let (mut all, mut rows) = (Vec::new(), Vec::new());
+        for trial in &bench.trials {
+            for (index, Seen { scene, .. }) in scenes.iter().enumerate() {
+                let address = keys.address(scene, &trial.settings);
+                if args.share.has(&address) {
+                    let row = Row { address: address.clone(), ..Row::new(keys.key(&address), &scene.name, trial) };
+                    rows.push(PlannedRow::new(&store, (index, trial), row));
+                }
+                all.push(Planned { scene: scene.name.clone(), address });
+            }
+        }
+        // The settings of one scene stand together.
+        let of_scene = |planned: &Planned| scenes.iter().position(|seen| seen.scene.name == planned.scene);
+        all.sort_by_key(of_scene);
+        let origin = Origin {
+            machine: args.share.machine(),
+            device: context.name.clone(),
+            driver: context.driver.clone(),
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            build: store.build().to_owned(),
+            label: args.label.clone(),
+            unix_s: 0,
+        };
+        Self { bench, further, store, cache: cache(), scenes, rows, all, origin, written: None }
+    }
+
+    /// The rows that there are.
+    fn there(&self) -> impl Iterator<Item = &Stored> {
+        self.rows.iter().filter_map(|row| row.stored.as_ref())
+    }
+
+    /// Writes the folder's files with the rows that there are.
+    fn write(&self, running: bool) -> Result<Option<PathBuf>> {
+        let args = self.bench.args;
+        let mut stored: Vec<Stored> = self.there().cloned().collect();
+        stored.sort_by_key(|stored| self.scenes.iter().position(|seen| seen.scene.name == stored.row.scene));
+        // The others have no reference to be seen with yet.
+        let has_truth = |seen: &&Seen| seen.scene.references.iter().any(|reference| reference.depth == Depth::Full);
+        let seen = self.scenes.iter().filter(has_truth);
+        let mut outline = Outline {
+            version: VERSION,
+            width: self.bench.scene.size.0,
+            height: self.bench.scene.size.1,
+            reference_noise: args.reference_noise,
+            scenes: seen.map(|seen| Sketch::of(&seen.scene, &seen.command)).collect::<Result<_>>()?,
+            rows: self.all.clone(),
+        };
+        outline.take_truths(&self.store, self.scenes.iter().map(|seen| (seen.scene.line(), seen.command.as_str())));
+        let chart = Chart::new(&outline, self.rows.len(), args.mix_machines, &stored);
+        let history = if args.history { chart.history(&self.store) } else { Vec::new() };
+        let around = Surroundings { running, part: args.share.words(), history };
+        chart.write(&self.store, &outline.scenes, &stored, &around)?;
+        outline.save(&self.store)?;
+        (self.further)(&chart)
+    }
+
+    /// Writes pages of what there is now, unless they were just written: a program that is killed leaves them. Of many rows that
+    /// takes a while: at most a twentieth of the time goes into it.
+    fn write_now_and_then(&mut self) -> Result<()> {
+        if self.written.is_none_or(|(at, took)| at.elapsed() > PAGES_EVERY.max(20 * took)) {
+            let begin = Instant::now();
+            let _writing = file::writing();
+            self.write(true)?;
+            self.written = Some((Instant::now(), begin.elapsed()));
+        }
+        Ok(())
+    }
+}
+
+impl<'a> PlannedRow<'a> {
+    fn new(store: &Store, (scene, trial): (usize, &'a Trial), row: Row) -> Self {
+        // The same settings may have gone by another name.
+        let renamed = |mut stored: Stored| {
+            let Row { measured, failure, origin, .. } = stored.row;
+            stored.row = Row { measured, failure, origin, ..row.clone() };
+            stored
+        };
+        Self { scene, trial, stored: store.load(&row.key).map(renamed), row }
+    }
+
+    /// A failure is tried again: memory may be free by now.
+    fn is_measured(&self) -> bool {
+        self.stored.as_ref().is_some_and(|stored| stored.row.measured.is_some())
+    }
+}

@@ -1,0 +1,209 @@
+//! The work itself: missing rows against rough references, then references and errors in rounds.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use twobounce::chart::outline::Outline;
+use twobounce::chart::row::{Measured, Origin, Row};
+use twobounce::chart::store::Stored;
+use twobounce::layers::Layers;
+use twobounce::output::exr::Metadata;
+use twobounce::reference::Depth;
+use twobounce::vk::Context;
+use twobounce::{Error, Result};
+
+use super::Filling;
+use crate::cli::progress::RowProgress;
+use crate::cli::report::say_compiled;
+use crate::cli::{interrupt, share};
+use crate::say;
+
+impl Filling<'_> {
+    /// Makes the rows that are not measured yet, the first settings of every scene first. Whether the budget ended it.
+    pub(super) fn measure(&mut self, context: Arc<Context>) -> Result<bool> {
+        let args = self.bench.args;
+        let missing = self.rows.iter().filter(|row| !row.is_measured()).count();
+        let mut progress = RowProgress::new(missing, self.rows.len());
+        // References are not counted.
+        let (mut start, budget) = (Instant::now(), args.budget_minutes);
+        let in_time = |start: Instant| budget.is_none_or(|budget| start.elapsed() < budget);
+        let (mut device, mut told) = (Some(context), false);
+        for index in 0..self.rows.len() {
+            if self.rows[index].is_measured() {
+                continue;
+            }
+            if !in_time(start) || interrupt::check().is_err() {
+                break;
+            }
+            let before = Instant::now();
+            match self.first_references(index) {
+                Err(Error::Interrupted) => break,
+                result => result?,
+            }
+            start += before.elapsed();
+            let planned = &self.rows[index];
+            progress.begin(&format!("{} {}", planned.row.scene, planned.row.name));
+            let context = match device.take() {
+                Some(context) => context,
+                None => args.device.open(self.bench.scene.size)?,
+            };
+            let go_on = || in_time(start) && interrupt::check().is_ok();
+            let scene = &self.scenes[planned.scene].scene;
+            let result = scene.measure_image(&context, &planned.trial.settings, &go_on);
+            let origin = Some(Origin { unix_s: share::unix_s(), ..self.origin.clone() });
+            let row = Row { origin, ..planned.row.clone() };
+            let stored = match result {
+                Ok(None) | Err(Error::Interrupted) => break,
+                Ok(Some((measured, pictures, image))) => {
+                    device = Some(context);
+                    let row = Row { measured: Some(measured), ..row };
+                    if !row.is_within(args.reference_noise) {
+                        self.keep_image(&row.key, &image)?;
+                    }
+                    self.store.save(row, Some(pictures))?
+                }
+                Err(error) => {
+                    // A device that failed may be lost; the next row opens it again.
+                    device = (!matches!(error, Error::Device(_))).then_some(context);
+                    self.store.save(Row { failure: Some(error.to_string()), ..row }, None)?
+                }
+            };
+            if let Some(context) = device.as_ref().filter(|_| !std::mem::replace(&mut told, true)) {
+                say_compiled(context);
+            }
+            progress.finish(&result_of(&stored.row));
+            self.rows[index].stored = Some(stored);
+            self.write_now_and_then()?;
+        }
+        drop(progress);
+        let left = self.rows.iter().any(|row| row.stored.is_none());
+        Ok(interrupt::check().is_ok() && !in_time(start) && left)
+    }
+
+    /// The references that a row is compared with, as rough as they come.
+    fn first_references(&mut self, index: usize) -> Result<()> {
+        let (scene, trial) = (self.rows[index].scene, self.rows[index].trial);
+        for depth in self.scenes[scene].scene.depths(&trial.settings) {
+            if self.noise(scene, depth).is_none() {
+                self.next_reference(scene, depth)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps an image for the rounds: layers without a word about them.
+    fn keep_image(&self, key: &str, image: &Layers) -> Result<()> {
+        twobounce::output::file::create_folder(&self.store.path("rows"))?;
+        image.write_exr(&self.store.image_path(key), &Metadata::new())
+    }
+
+    /// Refines references and the errors of the rows that are compared with them, in rounds, until they are as good as asked for.
+    /// Times are not measured again.
+    pub(super) fn refine(&mut self) -> Result<()> {
+        for index in 0..self.rows.len() {
+            if self.is_unsettled(index) {
+                self.first_references(index)?;
+                self.judge_again(index)?;
+            }
+        }
+        loop {
+            let rough = self.rough_references();
+            if rough.is_empty() {
+                return Ok(());
+            }
+            for (scene, depth) in rough {
+                self.next_reference(scene, depth)?;
+                for index in 0..self.rows.len() {
+                    interrupt::check()?;
+                    self.judge_again(index)?;
+                }
+                self.write_now_and_then()?;
+            }
+        }
+    }
+
+    /// Makes rough references of scenes that have rows but nothing to be seen with: of a folder that lacks its outline.
+    pub(super) fn show_scenes(&mut self) -> Result<()> {
+        let known = Outline::load(&self.store.path("")).map_or(Vec::new(), |outline| outline.scenes);
+        for index in 0..self.rows.len() {
+            let scene = &self.scenes[self.rows[index].scene].scene;
+            let is_known =
+                known.iter().any(|sketch| sketch.line.name == scene.name && sketch.line.hash == scene.scene.hash);
+            if self.rows[index].is_measured() && !is_known {
+                self.first_references(index)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a row's errors are not as good as asked for.
+    fn is_unsettled(&self, index: usize) -> bool {
+        let row = self.rows[index].stored.as_ref().map(|stored| &stored.row).filter(|row| row.measured.is_some());
+        row.is_some_and(|row| !row.is_within(self.bench.args.reference_noise))
+    }
+
+    /// The references that are noisier than asked for and that unsettled rows are compared with, the noisiest first.
+    fn rough_references(&self) -> Vec<(usize, Depth)> {
+        let mut rough: Vec<(f64, usize, Depth)> = Vec::new();
+        for index in (0..self.rows.len()).filter(|index| self.is_unsettled(*index)) {
+            let (scene, trial) = (self.rows[index].scene, self.rows[index].trial);
+            for depth in self.scenes[scene].scene.depths(&trial.settings) {
+                let noise = self.noise(scene, depth).filter(|noise| *noise > self.bench.args.reference_noise);
+                let is_new = rough.iter().all(|(_, other, of)| (*other, *of) != (scene, depth));
+                rough.extend(noise.filter(|_| is_new).map(|noise| (noise, scene, depth)));
+            }
+        }
+        rough.sort_by(|a, b| b.0.total_cmp(&a.0));
+        rough.into_iter().map(|(_, scene, depth)| (scene, depth)).collect()
+    }
+
+    /// Compares the image of an unsettled row with the references of now, where one has less noise than before. A row whose image
+    /// is gone is measured by the next call.
+    fn judge_again(&mut self, index: usize) -> Result<()> {
+        if !self.is_unsettled(index) || !self.has_better_truth(index) {
+            return Ok(());
+        }
+        let last = self.bench.args.reference_noise;
+        let planned = &mut self.rows[index];
+        let Some(Stored { row, .. }) = &planned.stored else { return Ok(()) };
+        let path = self.store.image_path(&row.key);
+        let Ok((image, _)) = Layers::read_exr(&path) else {
+            say!("{} {}: its image is gone; the same command measures it again", row.scene, row.name);
+            planned.stored = None;
+            return Ok(());
+        };
+        let ([full, same], pictures) = self.scenes[planned.scene].scene.judge(&planned.trial.settings, &image)?;
+        let measured = row.measured.clone().map(|measured| Measured { full, same, ..measured });
+        let stored = self.store.save(Row { measured, ..row.clone() }, Some(pictures))?;
+        if stored.row.is_within(last) {
+            // What is left over only takes room.
+            let _ = std::fs::remove_file(path);
+        }
+        planned.stored = Some(stored);
+        Ok(())
+    }
+
+    /// Whether a reference has less noise by now than when this row was compared with it.
+    fn has_better_truth(&self, index: usize) -> bool {
+        let planned = &self.rows[index];
+        let Some(measured) = planned.stored.as_ref().and_then(|stored| stored.row.measured.as_ref()) else {
+            return false;
+        };
+        let depths = self.scenes[planned.scene].scene.depths(&planned.trial.settings);
+        let better = |depth, noise| self.noise(planned.scene, depth).is_some_and(|now| now < noise);
+        better(depths[0], measured.full.noise) || better(depths[1], measured.same.noise)
+    }
+}
+
+/// A finished row in a line.
+fn result_of(row: &Row) -> String {
+    let result = match &row.measured {
+        Some(measured) => {
+            let (full, same) = (measured.full.total.rel, measured.same.total.rel);
+            let ms = measured.frame_gpu_ms.median;
+            format!("{ms:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces")
+        }
+        None => row.failure.clone().unwrap_or_default(),
+    };
+    format!("{} {}: {result}", row.scene, row.name)
+}

@@ -1,0 +1,158 @@
+//! `twobounce merge`: what several machines made, as one.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use twobounce::chart::export::{Chart, Surroundings};
+use twobounce::chart::merge::{Merged, merge};
+use twobounce::chart::outline::Outline;
+use twobounce::chart::row::Row;
+use twobounce::chart::store::{CHART, Kind, Pictures, Store};
+use twobounce::output::file;
+use twobounce::reference::part::Part;
+use twobounce::stability::{self, export};
+use twobounce::{Error, Result};
+
+use super::outputs;
+use crate::say;
+
+/// Folders of `chart`, `study --rows` and `stability` become one folder with every row and one page; rows that two of them have must
+/// be the same but for their times. Films of `reference --samples` become one film or image.
+#[derive(Args, Debug)]
+pub struct MergeArgs {
+    /// The folders, or the films, to put together
+    #[arg(value_name = "PART", required = true)]
+    pub parts: Vec<PathBuf>,
+    /// The folder, the .film or the .exr to write; a folder may have rows already
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Of charts: join the times of several machines in one frontier, and say so; without this each machine has its own
+    #[arg(long)]
+    pub mix_machines: bool,
+    /// Of charts: show earlier rows of the same settings beside today's
+    #[arg(long)]
+    pub history: bool,
+}
+
+pub fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
+    let is_of = |kind: Kind| args.parts.iter().all(|part| Store::is_marked_as(kind, part));
+    if args.parts.iter().all(|part| part.is_file()) {
+        merge_films(args)?;
+    } else if is_of(CHART) {
+        merge_charts(args)?;
+    } else if is_of(stability::FOLDER) {
+        merge_stability(args)?;
+    } else {
+        let is_known = |part: &&PathBuf| {
+            part.is_file() || [CHART, stability::FOLDER].iter().any(|kind| Store::is_marked_as(*kind, part))
+        };
+        return Err(match args.parts.iter().find(|part| !is_known(part)) {
+            Some(other) if !other.exists() => Error::file(other, "is not there; name folders or films that are"),
+            Some(other) => Error::file(other, "holds no chart and no rows of stability; name folders that do"),
+            None => {
+                Error::Usage("charts, rows of stability and films do not go together; merge each kind by itself".into())
+            }
+        }
+        .into());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn merge_films(args: &MergeArgs) -> Result<()> {
+    let inputs: Vec<Option<&PathBuf>> = args.parts.iter().map(Some).collect();
+    outputs::check(&inputs, &[Some(&args.output)])?;
+    let ending = args.output.extension().map(|ending| ending.to_ascii_lowercase());
+    let is_image = match ending.as_ref().and_then(|ending| ending.to_str()) {
+        Some("exr") => true,
+        Some("film") => false,
+        _ => return Err(Error::file(&args.output, "is no .film and no .exr; name one of these with -o")),
+    };
+    let read = |path: &PathBuf| Ok((path.display().to_string(), Part::read(path)?));
+    let whole = Part::merge(args.parts.iter().map(read).collect::<Result<_>>()?)?;
+    if is_image {
+        if whole.film.first > 0 {
+            let missing = format!("0-{}", whole.film.first - 1);
+            let text = format!(
+                "samples {missing} are in none of the films; make them with --samples {missing}, or write a .film"
+            );
+            return Err(Error::Usage(text));
+        }
+        let (image, header) = whole.image();
+        image.write_exr(&args.output, &header)?;
+    } else {
+        whole.write(&args.output)?;
+    }
+    let noise = 100.0 * whole.film.noise();
+    say!("{}: samples {}, noise {noise:.2} % RMS", args.output.display(), whole.samples());
+    Ok(())
+}
+
+/// Says what came together; `missing`: rows that no folder has.
+fn report<R, P>(merged: &Merged<R, P>, store: &Store, missing: usize) {
+    say!("rows: {}, of {} folders", merged.rows.len(), merged.folders);
+    if merged.twice > 0 {
+        say!(
+            "measured on several machines or at several times: {}; the times of the first stay, the others are in history/",
+            merged.twice
+        );
+    }
+    if missing > 0 {
+        say!("rows that are in none of the folders: {missing}");
+    }
+    say!("wrote {}", store.path("index.html").display());
+}
+
+/// The output as one of the parts, if it has rows already, then the others.
+fn folders(args: &MergeArgs, kind: Kind) -> Vec<&Path> {
+    let own = Some(args.output.as_path()).filter(|output| Store::is_marked_as(kind, output));
+    let others = args.parts.iter().map(PathBuf::as_path).filter(|part| !file::is_same(part, &args.output));
+    own.into_iter().chain(others).collect()
+}
+
+fn merge_charts(args: &MergeArgs) -> Result<()> {
+    let folders = folders(args, CHART);
+    let mut outline: Option<Outline> = None;
+    for folder in &folders {
+        let other = Outline::load(folder)?;
+        match &mut outline {
+            None => outline = Some(other),
+            Some(outline) => outline.unite(other).map_err(|why| Error::file(*folder, why))?,
+        }
+    }
+    let outline = outline.ok_or_else(|| Error::Usage("there is no folder to merge".into()))?;
+    let order: Vec<&str> = outline.rows.iter().map(|row| row.address.as_str()).collect();
+    let merged = merge::<Row, Pictures>(CHART, &folders, &order)?;
+    let store = Store::open(CHART, &args.output, true)?;
+    merged.save(&store)?;
+    let shown = &merged.rows;
+    let missing = merged.missing(&order);
+    let chart = Chart::new(&outline, shown.len() + missing, args.mix_machines, shown);
+    let history = if args.history { chart.history(&store) } else { Vec::new() };
+    let around = Surroundings { running: false, part: String::new(), history };
+    let _writing = file::writing();
+    chart.write(&store, &outline.scenes, shown, &around)?;
+    outline.save(&store)?;
+    report(&merged, &store, missing);
+    Ok(())
+}
+
+fn merge_stability(args: &MergeArgs) -> Result<()> {
+    let folders = folders(args, stability::FOLDER);
+    let mut outline = export::Outline { version: stability::VERSION, rows: Vec::new() };
+    for folder in &folders {
+        let other = export::Outline::load(folder)?;
+        let new: Vec<String> = other.rows.into_iter().filter(|address| !outline.rows.contains(address)).collect();
+        outline.rows.extend(new);
+    }
+    let order: Vec<&str> = outline.rows.iter().map(String::as_str).collect();
+    let merged = merge(stability::FOLDER, &folders, &order)?;
+    let store = Store::open(stability::FOLDER, &args.output, true)?;
+    merged.save(&store)?;
+    let missing = merged.missing(&order);
+    let _writing = file::writing();
+    export::write(&store, &merged.rows, merged.rows.len() + missing, ("", false))?;
+    outline.save(&store)?;
+    report(&merged, &store, missing);
+    Ok(())
+}

@@ -1,0 +1,169 @@
+//! Work that many machines share: which part is this one's, how it is called, and the commands of all parts.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use clap::Args;
+use twobounce::Result;
+
+use super::{out, words};
+use crate::say;
+
+/// One of several parts of some work: those rows whose address has this remainder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// From 0.
+    index: u64,
+    count: u64,
+}
+
+/// The part of the work that is this machine's.
+#[derive(Args, Clone, Debug, Default)]
+pub struct ShareArgs {
+    /// Make only part I of N of the rows, chosen by a hash of what they are; `twobounce merge` puts the folders together
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub shard: Option<Shard>,
+    /// What rows call this machine: times are compared within one machine alone [default: the host's name]
+    #[arg(long, value_name = "NAME", value_parser = machine)]
+    pub machine: Option<String>,
+}
+
+impl ShareArgs {
+    /// Whether a row of this address is made here.
+    pub fn has(&self, address: &str) -> bool {
+        self.shard.is_none_or(|shard| shard.has(address))
+    }
+
+    /// The part in words; empty for the whole.
+    pub fn words(&self) -> String {
+        self.shard.map_or(String::new(), |shard| format!("part {} of {}", shard.index + 1, shard.count))
+    }
+
+    pub fn machine(&self) -> String {
+        self.machine.clone().unwrap_or_else(host_name)
+    }
+}
+
+impl Shard {
+    fn has(self, address: &str) -> bool {
+        let start = address.get(..16).and_then(|digits| u64::from_str_radix(digits, 16).ok());
+        start.unwrap_or_default() % self.count == self.index
+    }
+}
+
+fn shard(text: &str) -> std::result::Result<Shard, &'static str> {
+    let read = || {
+        let (index, count) = text.split_once('/')?;
+        let (index, count) = (index.parse::<u64>().ok()?, count.parse::<u64>().ok()?);
+        (1..=count).contains(&index).then_some(Shard { index: index - 1, count })
+    };
+    read().ok_or("write which part of how many, from 1 on, such as 1/4")
+}
+
+fn machine(text: &str) -> std::result::Result<String, &'static str> {
+    let is_name = !text.trim().is_empty() && text.len() <= 64 && !text.chars().any(char::is_control);
+    is_name.then(|| text.to_owned()).ok_or("write a name of at most 64 characters")
+}
+
+/// Seconds since 1970, UTC.
+pub fn unix_s() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
+}
+
+#[cfg(unix)]
+fn host_name() -> String {
+    let mut name = [0u8; 256];
+    // SAFETY: the buffer is as long as stated; its last byte stays 0.
+    let result = unsafe { libc::gethostname(name.as_mut_ptr().cast(), name.len() - 1) };
+    let end = name.iter().position(|byte| *byte == 0).unwrap_or_default();
+    let name = String::from_utf8_lossy(&name[..end]).into_owned();
+    if result == 0 && !name.is_empty() { name } else { "unknown".to_owned() }
+}
+
+#[cfg(not(unix))]
+fn host_name() -> String {
+    std::env::var("COMPUTERNAME").unwrap_or_else(|_| "unknown".to_owned())
+}
+
+/// `count` items in so many parts that follow each other, none empty.
+pub fn chunks(count: u32, parts: u32) -> impl Iterator<Item = Range<u32>> {
+    let (count, parts) = (u64::from(count), u64::from(parts.min(count)));
+    let cut = move |i: u64| (i * count / parts) as u32;
+    (0..parts).map(move |i| cut(i)..cut(i + 1))
+}
+
+/// Prints the commands that share the work of this one, a line each, and on standard error how to put the results together.
+/// `parts`: the value of `flag` of each. `outputs`: the flags that name what is written, of which every part gets its own. `result`:
+/// what is written, and the ending of a file; nothing where there is nothing to put together.
+pub fn list(parts: &[String], flag: &str, outputs: &[&str], result: Option<(&Path, &str)>) -> Result<()> {
+    let typed: Vec<String> = std::env::args().skip(1).collect();
+    for (i, part) in parts.iter().enumerate() {
+        let ending = result.map_or("", |(_, ending)| ending);
+        say!("{}", words::line(&of_part(&typed, (i + 1, flag, part), (outputs, ending))));
+    }
+    let Some((result, ending)) = result else { return Ok(()) };
+    let own = (1..=parts.len()).map(|i| beside(result, i, ending).display().to_string());
+    let merge = ["twobounce".to_owned(), "merge".to_owned()].into_iter().chain(own);
+    let merge: Vec<String> = merge.chain(["-o".to_owned(), result.display().to_string()]).collect();
+    out::warn(&format!("note: when all are done: {}", words::line(&merge)));
+    Ok(())
+}
+
+/// The command of part `i`, which `flag` and `part` say.
+fn of_part(typed: &[String], (i, flag, part): (usize, &str, &str), (outputs, ending): (&[&str], &str)) -> Vec<String> {
+    // Every flag that has no value here stands by itself, or takes the next word along, which stays where it is.
+    let takes_value = |word: &str| word == "--list" || word == flag || outputs.contains(&word);
+    let mut words = vec!["twobounce".to_owned()];
+    for mut group in words::grouped(typed, takes_value) {
+        let name = words::flag(&group).to_owned();
+        if name == "--list" || name == flag {
+            continue;
+        }
+        if outputs.contains(&name.as_str()) {
+            let value = group.pop().unwrap_or_default();
+            let value = value.strip_prefix(&format!("{name}=")).unwrap_or(&value).to_owned();
+            words.extend([name, beside(Path::new(&value), i, ending).display().to_string()]);
+        } else {
+            words.extend(group);
+        }
+    }
+    words.extend([flag.to_owned(), part.to_owned()]);
+    words
+}
+
+/// The name of part `i` of a result: `out.3`, or `out.3.film` with an ending.
+fn beside(path: &Path, i: usize, ending: &str) -> PathBuf {
+    let stem = if ending.is_empty() { path.to_owned() } else { path.with_extension("") };
+    let mut name = stem.into_os_string();
+    name.push(format!(".{i}"));
+    if !ending.is_empty() {
+        name.push(format!(".{ending}"));
+    }
+    name.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_in_one_part() {
+        let parts = ["1/3", "2/3", "3/3"].map(|text| shard(text).unwrap());
+        for i in 0..100u64 {
+            let address = blake3::hash(&i.to_le_bytes()).to_hex().to_string();
+            assert_eq!(parts.iter().filter(|part| part.has(&address)).count(), 1);
+        }
+        assert!(["", "1", "0/2", "3/2", "1/0", "a/b", "-1/2"].iter().all(|text| shard(text).is_err()));
+    }
+
+    #[test]
+    fn parts_are_the_same_command_with_their_own_folder() {
+        let typed = ["chart", "a b.glb", "--list", "2", "-o", "out", "--set", "voxels=32"].map(str::to_owned);
+        let words = words::line(&of_part(&typed, (2, "--shard", "2/2"), (&["-o"], "")));
+        assert_eq!(words, "twobounce chart 'a b.glb' -o out.2 --set voxels=32 --shard 2/2");
+        let typed = ["reference", "--samples=0-63", "--list=2", "-o", "a.film", "b.glb"].map(str::to_owned);
+        let words = words::line(&of_part(&typed, (1, "--samples", "0-31"), (&["-o"], "film")));
+        assert_eq!(words, "twobounce reference -o a.1.film b.glb --samples 0-31");
+    }
+}

@@ -1,0 +1,126 @@
+//! Some of the samples of a reference as a file, to be merged with the others: sums, counts, and what the image will say of itself.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::cache::{decode, encode};
+use super::film::Film;
+use crate::layers::{Aov, Layers};
+use crate::output::exr::Metadata;
+use crate::output::file;
+use crate::{Error, Result};
+
+/// The first bytes of a part's file; the last one is the version of the format.
+const MAGIC: [u8; 8] = *b"2bpart\0\x01";
+
+/// A film with a part of the samples, and what it is of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Hash of everything that determines the samples.
+    pub key: blake3::Hash,
+    pub about: About,
+    pub film: Film,
+}
+
+/// How the image is written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// The header, without what the number of samples changes.
+    pub header: Metadata,
+    /// The names of further layers.
+    pub layers: Vec<String>,
+}
+
+impl Part {
+    /// Writes it: magic, the length of a JSON text and the text, the film as the cache keeps it.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let about = serde_json::to_vec(&self.about).map_err(|e| Error::file(path, e.to_string()))?;
+        let length = (about.len() as u32).to_le_bytes();
+        file::write(path, &[&MAGIC[..], &length, &about, &encode(&self.film, &self.key)].concat())
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    /// [`Error::File`]: it is no such file, of another version, or damaged.
+    pub fn read(path: &Path) -> Result<Self> {
+        crate::output::read::about(path, "a film")?;
+        let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+        Self::decode(&bytes).ok_or_else(|| {
+            let text =
+                "is no film of `twobounce reference --samples` of this version, or it is damaged; trace it again";
+            Error::file(path, text)
+        })
+    }
+
+    /// What [`Self::write`] wrote; `None` if it is damaged.
+    pub fn decode(bytes: &[u8]) -> Option<Self> {
+        let rest = bytes.strip_prefix(&MAGIC)?;
+        let (length, rest) = rest.split_first_chunk::<4>()?;
+        let (about, film) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        let about: About = serde_json::from_slice(about).ok()?;
+        let (film, key) = decode(film)?;
+        let is_whole = film.done() == film.started() && film.done() > 0;
+        let known = about.layers.iter().all(|name| Aov::ALL.iter().any(|aov| aov.name() == name));
+        (is_whole && known).then_some(Self { key, about, film })
+    }
+
+    /// The samples' numbers in words.
+    pub fn samples(&self) -> String {
+        format!("{}-{}", self.film.first, self.end() - 1)
+    }
+
+    /// The number after the last sample's.
+    fn end(&self) -> u32 {
+        self.film.first + self.film.done()
+    }
+
+    /// All parts as one: the sums of films that follow each other, in any order. The bits are those of one film.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]: they are of different images, samples are in two parts, or some are missing in between. `names`: of each.
+    pub fn merge(mut parts: Vec<(String, Self)>) -> Result<Self> {
+        parts.sort_by_key(|(_, part)| part.film.first);
+        let mut parts = parts.into_iter();
+        let no_part = || Error::Usage("there is no film to merge".into());
+        let (first_name, mut whole) = parts.next().ok_or_else(no_part)?;
+        for (name, part) in parts {
+            if (part.key, &part.about) != (whole.key, &whole.about) {
+                return Err(Error::Usage(format!(
+                    "{first_name} and {name} are of different images or layers; merge parts of one command"
+                )));
+            }
+            let end = whole.end();
+            if part.film.first < end {
+                let both = part.film.first;
+                return Err(Error::Usage(format!(
+                    "{name} has samples {}, but sample {both} is in another film too; leave one out",
+                    part.samples()
+                )));
+            }
+            if part.film.first > end {
+                let missing = format!("{end}-{}", part.film.first - 1);
+                return Err(Error::Usage(format!(
+                    "samples {missing} are in none of the films; make them with --samples {missing}"
+                )));
+            }
+            whole.film.unite(&part.film);
+        }
+        Ok(whole)
+    }
+
+    /// The image, and its header.
+    pub fn image(&self) -> (Layers, Metadata) {
+        let layers: Vec<Aov> = self
+            .about
+            .layers
+            .iter()
+            .filter_map(|name| Aov::ALL.iter().find(|aov| aov.name() == name).copied())
+            .collect();
+        let mut header = self.about.header.clone();
+        header.insert("samplesPerPixel".to_owned(), self.film.done().to_string());
+        header.insert("noise".to_owned(), format!("{:.6}", self.film.noise()));
+        (self.film.layers(&layers), header)
+    }
+}

@@ -1,0 +1,95 @@
+//! Sums that do not depend on their order: fixed point, exact. So films of parts of the samples add up to the whole film's bits.
+
+use bytemuck::{Pod, Zeroable};
+
+/// A sum of radiances or distances. A step is 2⁻⁶⁴; what a value has below that is cut off. Up to 2⁶³ over all samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct Sum([u64; 2]);
+
+/// A sum of values from −1 to 1, in steps of 2⁻³², of at most 2³⁰ values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct SmallSum(i64);
+
+const STEP: f64 = 1.0 / (1u128 << 64) as f64;
+/// A value beyond counts as this.
+const MOST: f64 = (1u64 << 62) as f64;
+const SMALL_STEP: f64 = 1.0 / (1u64 << 32) as f64;
+
+impl Sum {
+    fn fixed(self) -> i128 {
+        (u128::from(self.0[0]) | (u128::from(self.0[1]) << 64)) as i128
+    }
+
+    /// Wraps: what leaves the range on the way and comes back is right again.
+    fn plus(self, fixed: i128) -> Self {
+        let sum = self.fixed().wrapping_add(fixed) as u128;
+        Self([sum as u64, (sum >> 64) as u64])
+    }
+
+    pub fn add(&mut self, value: f64) {
+        *self = self.plus((value.clamp(-MOST, MOST) / STEP) as i128);
+    }
+
+    pub fn unite(&mut self, other: Self) {
+        *self = self.plus(other.fixed());
+    }
+
+    pub fn get(self) -> f64 {
+        self.fixed() as f64 * STEP
+    }
+}
+
+impl SmallSum {
+    pub fn add(&mut self, value: f64) {
+        self.0 = self.0.wrapping_add((value / SMALL_STEP) as i64);
+    }
+
+    pub fn unite(&mut self, other: Self) {
+        self.0 = self.0.wrapping_add(other.0);
+    }
+
+    pub fn get(self) -> f64 {
+        self.0 as f64 * SMALL_STEP
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn values_of_any_size_are_kept() {
+        for value in [0.0, 1.0, -3.5, 1e-12, 1e15, f64::from(f32::MIN_POSITIVE)] {
+            let mut sum = Sum::default();
+            sum.add(value);
+            assert!((sum.get() - value).abs() <= STEP, "{value}: {}", sum.get());
+        }
+        let mut sum = Sum::default();
+        sum.add(f64::INFINITY);
+        assert_eq!(sum.get(), MOST);
+        sum.add(f64::NAN);
+        assert_eq!(sum.get(), MOST, "what is no number adds nothing");
+        let mut small = SmallSum::default();
+        [0.25, -0.125].into_iter().for_each(|value| small.add(value));
+        assert_eq!(small.get(), 0.125);
+    }
+
+    proptest! {
+        /// Floats would differ in the last bits.
+        #[test]
+        fn parts_add_up_to_the_whole(values in prop::collection::vec(-1e6f32..1e6, 2..50), cut in 0usize..50) {
+            let sum = |values: &[f32]| {
+                let mut sum = Sum::default();
+                values.iter().for_each(|value| sum.add(f64::from(*value)));
+                sum
+            };
+            let (left, right) = values.split_at(cut.min(values.len()));
+            let mut parts = sum(right);
+            parts.unite(sum(left));
+            prop_assert_eq!(parts, sum(&values));
+        }
+    }
+}

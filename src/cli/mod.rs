@@ -17,6 +17,7 @@ mod make_assets;
 mod man;
 pub mod out;
 mod outputs;
+mod plan;
 mod profile;
 mod progress;
 mod reference;
@@ -24,6 +25,7 @@ mod render;
 mod report;
 mod scene;
 mod settings;
+mod shell;
 mod sky;
 mod stability;
 mod study;
@@ -89,6 +91,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Profile(args) => profile::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Plan(args) => plan::run(args, std::env::args().skip(2).collect()),
         Command::Chart(args) => chart::run(args),
         Command::Study(args) => study::run(args),
         Command::Stability(args) => stability::run(args),

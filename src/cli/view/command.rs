@@ -3,6 +3,7 @@
 use twobounce::settings::Settings;
 
 use super::eye::Eye;
+use crate::cli::shell::quoted;
 
 /// Flags that what is seen replaces; each takes a value.
 const REPLACED: [&str; 14] = [
@@ -81,15 +82,6 @@ fn changed(preset: &str, settings: &Settings) -> Vec<String> {
     let base = Settings::preset(preset).unwrap_or_default().entries();
     let pairs = settings.entries().into_iter().zip(base);
     pairs.filter(|((_, now), (_, was))| now != was).map(|((key, now), _)| format!("{}={now}", key.name)).collect()
-}
-
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=./,:+%@".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
 }
 
 #[cfg(test)]

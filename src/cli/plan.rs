@@ -9,6 +9,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, CommandFactory};
 use glam::DQuat;
 use twobounce::chart::row::Part;
+use twobounce::gi::Method;
 use twobounce::output::file;
 use twobounce::plan::answer::Answer;
 use twobounce::plan::ask::{self, Question};
@@ -57,6 +58,10 @@ pub struct PlanArgs {
     /// How long the search may take, references and checks included: 90s, 5min, 1h. It ends before where nothing promises more
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget)]
     pub budget: Duration,
+    /// Try these methods alone, separated by commas [default: all]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    #[arg(value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|method| method.name())))]
+    pub methods: Vec<String>,
     /// Leave this key as it is said here, in all settings; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
@@ -88,8 +93,8 @@ fn part() -> impl TypedValueParser<Value = Part> {
 }
 
 /// Flags of `render` that are in the answer's command as they were typed; others are of the search, or the answer's own.
-const DROPPED: [&str; 15] = [
-    "--camera", "--time", "--max-error", "--max-ms", "--max-mib", "--error-of", "--budget", "--set", "-o", "--output", "--json",
+const DROPPED: [&str; 16] = [
+    "--camera", "--time", "--max-error", "--max-ms", "--max-mib", "--error-of", "--budget", "--methods", "--set", "-o", "--output", "--json",
     "--anew", "-q", "--quiet", "--size",
 ];
 
@@ -116,6 +121,7 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
         held_out,
         limits,
         part: args.error_of,
+        methods: Method::ALL.iter().filter(|method| args.tries(**method)).copied().collect(),
         fixed: args.sets.clone(),
         budget: args.budget,
     };
@@ -150,6 +156,10 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
 }
 
 impl PlanArgs {
+    fn tries(&self, method: Method) -> bool {
+        self.methods.is_empty() || self.methods.iter().any(|name| name == method.name())
+    }
+
     fn limits(&self) -> Result<Limits> {
         let (error, ms) = (self.max_error, self.max_ms);
         let bytes = self.max_mib.map(|mib| (mib * f64::from(1 << 20)) as u64);

@@ -39,6 +39,9 @@ pub struct Answer {
     pub confidence: Confidence,
     /// Settings that were measured, or taken from earlier calls.
     pub measured: usize,
+    /// Seconds of processor time that measuring them took, references and final times not counted; absent where the system does
+    /// not tell it.
+    pub measuring_cpu_s: Option<f64>,
     /// Whether the search ended by itself, and not because the budget was spent.
     pub finished: bool,
     /// The best found, in order: what was timed at the end.
@@ -173,7 +176,7 @@ impl Answer {
                     let (about, holds) = (if rung.measured { "" } else { "~" }, if rung.holds { "" } else { ", does not hold" });
                     format!("{}: {about}{} ms, error {about}{:.4}{holds}", rung.value, short(rung.ms), rung.error)
                 }
-                None => "none".to_owned(),
+                None => "–".to_owned(),
             };
             say(format!("  {} = {}; down {}; up {}", ladder.key, ladder.value, cell(&ladder.down), cell(&ladder.up)));
         }

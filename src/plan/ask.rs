@@ -34,6 +34,8 @@ pub struct Question<'a> {
     pub held_out: Vec<Seen>,
     pub limits: Limits,
     pub part: Part,
+    /// What may be chosen among.
+    pub methods: Vec<Method>,
     /// `key=value` that all settings have.
     pub fixed: Vec<String>,
     pub budget: Duration,
@@ -70,10 +72,10 @@ pub fn error_size((width, height): (u32, u32)) -> (u32, u32) {
 
 /// The key under which the answer to a question is kept.
 pub fn key(question: &Question, store: &Store) -> String {
-    let Question { scene, options, views, held_out, limits, part, fixed, budget, .. } = question;
+    let Question { scene, options, views, held_out, limits, part, methods, fixed, budget, .. } = question;
     let seen: Vec<String> = views.iter().chain(held_out).map(|seen| seen_key(scene, seen, options.size)).collect();
     let (bounds, limit) = (options.bounds, options.memory_limit);
-    store.key(&format!("answer {seen:?} {bounds:?} {limit:?} {limits:?} {part:?} {fixed:?} {budget:?}"))
+    store.key(&format!("answer {seen:?} {bounds:?} {limit:?} {limits:?} {part:?} {methods:?} {fixed:?} {budget:?}"))
 }
 
 /// Measures until the answer is known or the budget is spent.
@@ -85,7 +87,11 @@ pub fn ask(question: &Question, host: &dyn Host, store: &Store) -> Result<Answer
     let size = error_size(question.options.size);
     let bench = Bench::new((question.context, host, store), question.scene, question.options.clone(), (size, question.part));
     let needs = Needs::of(question.scene);
-    let spaces = spaces(&needs, &question.fixed)?;
+    let mut spaces = spaces(&needs, &question.fixed)?;
+    spaces.retain(|space| question.methods.contains(&space.method));
+    if spaces.is_empty() {
+        return Err(Error::Usage("--methods and --set method name no method in common".into()));
+    }
     Asking { question, needs, bench, host, spaces, start: Instant::now(), level: 0, guide: 0, pace: None }.answer()
 }
 
@@ -327,6 +333,7 @@ impl Asking<'_> {
             not_needed: self.not_needed(&choice.settings, confidence.second_bounce),
             confidence,
             measured: points.len(),
+            measuring_cpu_s: self.bench.spent_cpu_s(),
             finished,
             finalists: chosen.into_iter().map(|(choice, _)| choice).collect(),
             choice,

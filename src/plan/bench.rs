@@ -122,6 +122,11 @@ impl<'a> Bench<'a> {
         Ok(Ok(row))
     }
 
+    /// Seconds of processor time that the rows took that this call needed.
+    pub fn spent_cpu_s(&self) -> Option<f64> {
+        self.rows.values().map(|row| row.spent_cpu_ms).sum::<Option<f64>>().map(|ms| ms / 1e3)
+    }
+
     fn measure(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
         let before = process_cpu_ms();
         let (pose, view) = (&seen.pose, &seen.view);

@@ -98,33 +98,43 @@ impl<'a> Search<'a> {
         Ok(true)
     }
 
-    /// Measures where searches begin: of each method the first, then further ones until one does not do better.
+    /// Measures where searches begin: of each method the first; then further ones of the best method first, each until one does
+    /// not do better.
     fn race(&mut self, measure: &mut dyn Measure) -> Result<bool> {
-        for space in 0..self.spaces.len() {
-            let mut before: Option<Score> = None;
-            for place in &self.spaces[space].starts {
-                if !self.look(space, place, measure)? {
+        let spaces = self.spaces;
+        for (index, space) in spaces.iter().enumerate() {
+            if !self.look(index, &space.starts[0], measure)? {
+                return Ok(false);
+            }
+        }
+        for index in self.order() {
+            for pair in spaces[index].starts.windows(2) {
+                if !self.look(index, &pair[1], measure)? {
                     return Ok(false);
                 }
-                let score = self.point(space, place).map(|point| self.score(point));
-                if before.zip(score).is_some_and(|(before, now)| before.compare(&now) == Ordering::Less) {
+                let [before, now] = [&pair[0], &pair[1]].map(|place| self.point(index, place).map(|point| self.score(point)));
+                if before.zip(now).is_some_and(|(before, now)| before.compare(&now) == Ordering::Less) {
                     break;
                 }
-                before = score;
             }
         }
         Ok(true)
     }
 
-    /// Climbs from every method's best, the best method first: what steps do with one is a first guess for the others.
-    fn climb_all(&mut self, measure: &mut dyn Measure) -> Result<bool> {
+    /// The spaces, that of the best place first.
+    fn order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = Vec::new();
-        self.best(None).iter().for_each(|point| {
+        for point in self.best(None) {
             if !order.contains(&point.space) {
                 order.push(point.space);
             }
-        });
-        for space in order {
+        }
+        order
+    }
+
+    /// Climbs from every method's best, the best method first: what steps do with one is a first guess for the others.
+    fn climb_all(&mut self, measure: &mut dyn Measure) -> Result<bool> {
+        for space in self.order() {
             if !self.climb(space, measure)? {
                 return Ok(false);
             }

@@ -146,7 +146,7 @@ fn plan(
     command.env("XDG_CACHE_HOME", caches).env("TWOBOUNCE_CACHE", caches).arg("plan").arg(path);
     command.args(["--size", &format!("{}x{}", SIZE.0, SIZE.1), "--max-error", &limit.to_string(), "--budget", "1h", "-q"]);
     command.args(["--default-light", "off", "--methods", &METHODS.join(","), "--json"]).arg(&json);
-    command.args(sky.map(|sky| format!("--sky={sky}")));
+    command.args(sky.map(|sky| format!("--sky={sky},{sky},{sky}")));
     command.args(fixed.iter().flat_map(|set| ["--set", set]));
     let status = command.status()?;
     if status.code() != Some(0) {

@@ -7,10 +7,10 @@ use crate::Result;
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Pose, Scene, View};
 use crate::settings::Settings;
-use crate::vk::{CommandLog, Context, FrameLog, ZoneLog};
+use crate::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog, ZoneLog};
 
 /// A resource below so many bytes is a placeholder: shaders that may read it must be given something.
-pub const PLACEHOLDER: u64 = 256;
+pub const PLACEHOLDER: u64 = 1024;
 
 /// What a frame from scratch did.
 #[derive(Clone, Debug)]
@@ -118,9 +118,17 @@ fn resource(log: &FrameLog, name: &'static str, bytes: u64) -> ResourceUse {
     ResourceUse { name, bytes, used_by: zones(&|command| uses(command, name)), filled_by: zones(&|command| fills(command, name)) }
 }
 
-/// Whether labels name a resource: parts of it have its name and more.
+/// Whether a label names a resource of a plan, or a part of one.
 fn is(label: &str, name: &str) -> bool {
-    label == name || label.strip_prefix(name).is_some_and(|rest| rest.starts_with([' ', ',']))
+    match name {
+        "image" => label == "beauty",
+        "image readback" => label == "beauty, readback",
+        "image band, samples" => label == "beauty, samples" || label == "depth",
+        "image band, resolved" => label == "beauty, band",
+        "first bounce's volume" => label.starts_with("first bounce"),
+        "second bounce's volume" => label.starts_with("second bounce"),
+        _ => label == name,
+    }
 }
 
 fn uses(command: &CommandLog, name: &str) -> bool {
@@ -129,8 +137,10 @@ fn uses(command: &CommandLog, name: &str) -> bool {
         CommandLog::Copy { from, to, .. } => is(from, name) || is(to, name),
         CommandLog::Draw(draw) => {
             let drawn = draw.target.colors.iter().chain(&draw.target.depth);
-            let into = |a: &crate::vk::AttachmentLog| is(&a.image, name) || a.resolve.as_ref().is_some_and(|r| is(r, name));
-            bound(&draw.resources) || drawn.into_iter().any(into) || draw.call.reads(name)
+            let into = |a: &AttachmentLog| is(&a.image, name) || a.resolve.as_ref().is_some_and(|r| is(r, name));
+            // Vertices are bound without a name.
+            let vertices = name.starts_with("scene ") && matches!(draw.call, CallLog::Indexed { .. });
+            bound(&draw.resources) || drawn.into_iter().any(into) || draw.call.reads(name) || vertices
         }
         CommandLog::Dispatch(dispatch) => {
             bound(&dispatch.resources) || dispatch.indirect.as_ref().is_some_and(|(buffer, _)| is(buffer, name))

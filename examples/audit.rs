@@ -16,7 +16,9 @@ const PRESETS: [&str; 5] = ["fast", "balanced", "cones", "lpv", "photons"];
 fn main() -> Result<()> {
     let named: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
     let scenes = if named.is_empty() { SCENES.map(PathBuf::from).to_vec() } else { named };
-    println!("| scene | preset | passes | pipelines made, used | MiB | nothing asks for |\n|---|---|---|---:|---:|---|");
+    println!(
+        "| scene | preset | passes | pipelines made, used | MiB | nothing asks for |\n|---|---|---|---:|---:|---|"
+    );
     for path in scenes {
         let scene = Scene::load(&path, &LoadOptions::default())?;
         let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));

@@ -28,8 +28,14 @@ use twobounce::settings::Settings;
 const SIZE: (u32, u32) = (64, 64);
 
 /// What all settings have, so that every combination of the rest can be measured: 144 of rays, 36 of lpv, 2 of none.
-const FIXED: [&str; 6] =
-    ["voxels=32", "bounces=2", "image.direct=samples", "rays.bounce=1", "lights.lamp_points=4", "lights.voxel_lamp_points=4"];
+const FIXED: [&str; 6] = [
+    "voxels=32",
+    "bounces=2",
+    "image.direct=samples",
+    "rays.bounce=1",
+    "lights.lamp_points=4",
+    "lights.voxel_lamp_points=4",
+];
 const FIXED_TOO: [&str; 2] = ["lights.shadow_rays=1", "rays.glossy=8"];
 const METHODS: [&str; 3] = ["none", "rays", "lpv"];
 
@@ -63,7 +69,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scenes = vec![("assets/cornell-point.glb".into(), None), (exterior, Some(0.5)), (lamps, None)];
     scenes.extend(args.map(|path| (path, None)));
     scenes.push(("assets/gallery.glb".into(), None));
-    println!("| scene | limit | plan | its ms | its error | best of the sweep | its ms | its error | ratio | settings measured | CPU s |");
+    println!(
+        "| scene | limit | plan | its ms | its error | best of the sweep | its ms | its error | ratio | settings measured | CPU s |"
+    );
     println!("|---|---:|---|---:|---:|---|---:|---:|---:|---:|---:|");
     for (path, sky) in scenes {
         println!("{}", row(&program, &path, sky, folder.path())?);
@@ -82,7 +90,8 @@ fn row(program: &Path, path: &Path, sky: Option<f32>, folder: &Path) -> Result<S
     let context = Context::new(&ContextOptions::default())?;
     let cache = Cache::at(folder.join("films"));
     let (host, store) = (Tracer(&scene, &cache), Store::new(None, &context, false, true)?);
-    let mut bench = Bench::new((&context, &host, &store), &scene, RenderOptions::new(SIZE, bounds), (SIZE, Part::Total));
+    let mut bench =
+        Bench::new((&context, &host, &store), &scene, RenderOptions::new(SIZE, bounds), (SIZE, Part::Total));
     let reference = bench.reference(&seen, LEVEL, 0)?;
     let fixed: Vec<String> = FIXED.iter().chain(&FIXED_TOO).map(|set| (*set).to_owned()).collect();
     let mut sweep: Vec<(Settings, Reading)> = Vec::new();
@@ -111,13 +120,16 @@ fn row(program: &Path, path: &Path, sky: Option<f32>, folder: &Path) -> Result<S
     let row = bench.row(&answer.choice.settings, &seen)??;
     let own_error = bench.reading(&row, &answer.choice.settings, &reference)?.error;
     let words = |settings: &Settings| {
-        let of = |key: &str| settings.entries().into_iter().find(|entry| entry.0.name == key).map(|entry| entry.1).unwrap_or_default();
+        let of = |key: &str| {
+            settings.entries().into_iter().find(|entry| entry.0.name == key).map(|entry| entry.1).unwrap_or_default()
+        };
         let own = match settings.method.name() {
             "rays" => format!(", {} rays", of("rays.diffuse")),
             "lpv" => format!(", {} cells", of("lpv.edge")),
             _ => String::new(),
         };
-        let (gather, interleave, samples) = (of("image.gather_resolution"), of("image.interleave"), of("image.samples"));
+        let (gather, interleave, samples) =
+            (of("image.gather_resolution"), of("image.interleave"), of("image.samples"));
         format!("{}{own}, {gather}, interleave {interleave}, {samples} samples", settings.method)
     };
     Ok(format!(
@@ -144,7 +156,15 @@ fn plan(
     let json = caches.with_extension("json");
     let mut command = Command::new(program);
     command.env("XDG_CACHE_HOME", caches).env("TWOBOUNCE_CACHE", caches).arg("plan").arg(path);
-    command.args(["--size", &format!("{}x{}", SIZE.0, SIZE.1), "--max-error", &limit.to_string(), "--budget", "1h", "-q"]);
+    command.args([
+        "--size",
+        &format!("{}x{}", SIZE.0, SIZE.1),
+        "--max-error",
+        &limit.to_string(),
+        "--budget",
+        "1h",
+        "-q",
+    ]);
     command.args(["--default-light", "off", "--methods", &METHODS.join(","), "--json"]).arg(&json);
     command.args(sky.map(|sky| format!("--sky={sky},{sky},{sky}")));
     command.args(fixed.iter().flat_map(|set| ["--set", set]));
@@ -211,7 +231,8 @@ fn gltf(blocks: &[Block], light: &Value, turned: [f32; 4], eye: [f32; 3]) -> Val
     use base64::prelude::{BASE64_STANDARD, Engine};
     let bytes = [bytemuck::cast_slice::<f32, u8>(&positions), bytemuck::cast_slice(&indices)].concat();
     let primitive = |material: usize| json!({ "attributes": { "POSITION": 0 }, "indices": 1, "material": material });
-    let nodes = blocks.iter().enumerate().map(|(i, block)| json!({ "mesh": i, "translation": block.0, "scale": block.1 }));
+    let nodes =
+        blocks.iter().enumerate().map(|(i, block)| json!({ "mesh": i, "translation": block.0, "scale": block.1 }));
     let count = blocks.len();
     let mut nodes: Vec<Value> = nodes.collect();
     nodes.push(json!({ "rotation": turned, "translation": [0.0, 3.2, 3.0], "extensions": { "KHR_lights_punctual": { "light": 0 } } }));

@@ -10,8 +10,18 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-const SMALL: [&str; 10] =
-    ["box.glb", "--size", "24x24", "--methods", "none,rays", "--set", "voxels=16", "--set", "bounces=2", "--validation"];
+const SMALL: [&str; 10] = [
+    "box.glb",
+    "--size",
+    "24x24",
+    "--methods",
+    "none,rays",
+    "--set",
+    "voxels=16",
+    "--set",
+    "bounces=2",
+    "--validation",
+];
 
 struct Folder(tempfile::TempDir);
 
@@ -59,13 +69,17 @@ fn paths(json: &Value, path: &str, found: &mut BTreeSet<String>) {
 #[test]
 fn the_answer_holds_and_is_the_same_at_once() {
     let folder = Folder::new();
-    let asked = ["--max-error", "0.25", "--max-mib", "64", "--budget", "25s", "-o", "cheap.toml", "--json", "plan.json"];
+    let asked =
+        ["--max-error", "0.25", "--max-mib", "64", "--budget", "25s", "-o", "cheap.toml", "--json", "plan.json"];
     let first = folder.plan(&asked);
     assert_eq!(first.status.code(), Some(0), "{}{}", text(&first.stdout), text(&first.stderr));
     let answer: Value = serde_json::from_slice(&fs::read(folder.path("plan.json")).unwrap()).unwrap();
     assert_eq!(answer["holds"], true);
     let (error, noise) = (answer["choice"]["error"].as_f64().unwrap(), answer["confidence"]["noise"].as_f64().unwrap());
-    assert!(error <= 0.25 && noise < 0.15 && answer["confidence"]["other_seed"].as_f64().unwrap() <= 0.25, "{answer:#}");
+    assert!(
+        error <= 0.25 && noise < 0.15 && answer["confidence"]["other_seed"].as_f64().unwrap() <= 0.25,
+        "{answer:#}"
+    );
     assert_eq!(answer["choice"]["settings"]["voxels"], 16);
 
     // Half a minute of searching is not done twice, and the answer has the same bytes.

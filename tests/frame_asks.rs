@@ -36,7 +36,8 @@ fn settings(preset: &str, changes: &[&str]) -> Settings {
 fn nothing_runs_or_is_taken_that_nothing_asks_for() {
     let scene = load("cornell-point.glb");
     let presets = PRESETS.iter().map(|preset| (preset.name, vec![]));
-    let others = [("fast", vec!["method=none"]), ("fast", vec!["bounces=1"]), ("fast", vec!["bounces=all", "rays.passes=0"])];
+    let others =
+        [("fast", vec!["method=none"]), ("fast", vec!["bounces=1"]), ("fast", vec!["bounces=all", "rays.passes=0"])];
     for (preset, changes) in presets.chain(others) {
         let audit = audit(&scene, &settings(preset, &changes));
         let superfluous = audit.superfluous();
@@ -49,18 +50,35 @@ fn nothing_runs_or_is_taken_that_nothing_asks_for() {
 fn a_plain_box_has_the_passes_of_a_plain_box() {
     let plain = audit(&load("cornell-point.glb"), &settings("fast", &[]));
     let names: Vec<&str> = plain.passes.iter().map(|pass| pass.name).collect();
-    let expected =
-        ["reset", "record", "tree", "voxelise", "cells", "alike", "split", "shade 1", "share items", "shade 2", "gather", "image"];
+    let expected = [
+        "reset",
+        "record",
+        "tree",
+        "voxelise",
+        "cells",
+        "alike",
+        "split",
+        "shade 1",
+        "share items",
+        "shade 2",
+        "gather",
+        "image",
+    ];
     assert_eq!(names, expected);
     let bytes = |name: &str| plain.resources.iter().find(|resource| resource.name == name).unwrap().bytes;
-    for name in ["lamps", "lamp nodes", "blend order", "item samples", "item lobes", "last list items", "last voxel cells"] {
+    for name in
+        ["lamps", "lamp nodes", "blend order", "item samples", "item lobes", "last list items", "last voxel cells"]
+    {
         assert!(bytes(name) <= PLACEHOLDER, "{name}: {} bytes", bytes(name));
     }
     // Direct light alone needs the triangles, their tree and the image.
     let direct = audit(&load("cornell-point.glb"), &settings("fast", &["method=none"]));
     let names: Vec<&str> = direct.passes.iter().map(|pass| pass.name).collect();
     assert_eq!(names, ["reset", "record", "tree", "image"]);
-    let dark = audit(&load("cornell-point.glb"), &settings("fast", &["method=none", "lights.shadows=none", "lights.lamps=gathered"]));
+    let dark = audit(
+        &load("cornell-point.glb"),
+        &settings("fast", &["method=none", "lights.shadows=none", "lights.lamps=gathered"]),
+    );
     assert!(dark.passes.iter().all(|pass| pass.name != "tree"), "{:?}", dark.passes);
     assert!(dark.bytes() < direct.bytes());
 }

@@ -40,7 +40,13 @@ pub struct PlanArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// The times within the animation, in seconds, separated by commas
-    #[arg(long = "time", value_name = "SECONDS,…", value_delimiter = ',', allow_negative_numbers = true, default_value = "0")]
+    #[arg(
+        long = "time",
+        value_name = "SECONDS,…",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        default_value = "0"
+    )]
     #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub times: Vec<f64>,
     /// Allow an error of so much: mean |image − reference| over the reference's mean, against all light (0.1 is a tenth)
@@ -94,8 +100,22 @@ fn part() -> impl TypedValueParser<Value = Part> {
 
 /// Flags of `render` that are in the answer's command as they were typed; others are of the search, or the answer's own.
 const DROPPED: [&str; 16] = [
-    "--camera", "--time", "--max-error", "--max-ms", "--max-mib", "--error-of", "--budget", "--methods", "--set", "-o", "--output", "--json",
-    "--anew", "-q", "--quiet", "--size",
+    "--camera",
+    "--time",
+    "--max-error",
+    "--max-ms",
+    "--max-mib",
+    "--error-of",
+    "--budget",
+    "--methods",
+    "--set",
+    "-o",
+    "--output",
+    "--json",
+    "--anew",
+    "-q",
+    "--quiet",
+    "--size",
 ];
 
 /// Answers, from what is kept or by measuring. `typed`: the words after `twobounce plan`.

@@ -173,7 +173,8 @@ impl Answer {
         for ladder in &self.ladders {
             let cell = |rung: &Option<Neighbour>| match rung {
                 Some(rung) => {
-                    let (about, holds) = (if rung.measured { "" } else { "~" }, if rung.holds { "" } else { ", does not hold" });
+                    let (about, holds) =
+                        (if rung.measured { "" } else { "~" }, if rung.holds { "" } else { ", does not hold" });
                     format!("{}: {about}{} ms, error {about}{:.4}{holds}", rung.value, short(rung.ms), rung.error)
                 }
                 None => "–".to_owned(),

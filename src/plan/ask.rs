@@ -85,7 +85,8 @@ pub fn key(question: &Question, store: &Store) -> String {
 /// whatever ends a frame.
 pub fn ask(question: &Question, host: &dyn Host, store: &Store) -> Result<Answer> {
     let size = error_size(question.options.size);
-    let bench = Bench::new((question.context, host, store), question.scene, question.options.clone(), (size, question.part));
+    let bench =
+        Bench::new((question.context, host, store), question.scene, question.options.clone(), (size, question.part));
     let needs = Needs::of(question.scene);
     let mut spaces = spaces(&needs, &question.fixed)?;
     spaces.retain(|space| question.methods.contains(&space.method));
@@ -156,11 +157,14 @@ impl Asking<'_> {
         // Where another view is worse, that one guides what is searched on.
         let mut tried = vec![self.guide];
         while let Some(worst) = self.worst_view(&chosen[0].1)?.filter(|view| !tried.contains(view)) {
-            if self.question.limits.error.is_none_or(|limit| chosen[0].0.error <= limit) || Instant::now() > self.after(FOR_SEARCH) {
+            if self.question.limits.error.is_none_or(|limit| chosen[0].0.error <= limit)
+                || Instant::now() > self.after(FOR_SEARCH)
+            {
                 break;
             }
             (self.guide, tried) = (worst, [tried, vec![worst]].concat());
-            points = self.again(ranked(&points, &self.question.limits).into_iter().take(2 * FINALISTS).cloned().collect())?;
+            points =
+                self.again(ranked(&points, &self.question.limits).into_iter().take(2 * FINALISTS).cloned().collect())?;
             (points, finished) = self.search(points)?;
             chosen = self.finals(&points)?;
         }
@@ -227,7 +231,11 @@ impl Asking<'_> {
     fn too_fine(&self, error: f64, noise: f64) -> Error {
         let needed = 2.0 * f64::from(samples(self.level)) * (noise / (COARSE * error)).powi(2);
         let budget = self.pace.unwrap_or(1e-3) * needed / FOR_REFERENCES;
-        let budget = if budget < 600.0 { format!("{:.0}s", budget.max(1.0)) } else { format!("{:.0}min", (budget / 60.0).ceil()) };
+        let budget = if budget < 600.0 {
+            format!("{:.0}s", budget.max(1.0))
+        } else {
+            format!("{:.0}min", (budget / 60.0).ceil())
+        };
         let samples = samples(self.level);
         Error::Usage(format!(
             "--max-error {error}: the reference's own noise is {noise:.4} after {samples} samples a pixel, so no image can be told to \
@@ -245,7 +253,8 @@ impl Asking<'_> {
             let why = why.and_then(|row| row.err()).unwrap_or_default();
             return Err(Error::Usage(format!("none of the settings could run: {why}")));
         }
-        let settings: Vec<Settings> = best.iter().map(|point| self.spaces[point.space].settings(&point.place)).collect();
+        let settings: Vec<Settings> =
+            best.iter().map(|point| self.spaces[point.space].settings(&point.place)).collect();
         let views = self.question.views.clone();
         let timed = self.bench.times(&settings, &views, ROUNDS, self.after(0.9))?;
         let mut finals = Vec::new();
@@ -255,7 +264,8 @@ impl Asking<'_> {
                 point.reading.error = if view == 0 { reading.error } else { point.reading.error.max(reading.error) };
             }
             let choice = choice(settings, &timed, point.reading.error);
-            point.reading = Reading { ms: choice.ms.median, passes: median_passes(&timed), bytes: timed.bytes, ..point.reading };
+            point.reading =
+                Reading { ms: choice.ms.median, passes: median_passes(&timed), bytes: timed.bytes, ..point.reading };
             finals.push((choice, point));
         }
         finals.sort_by(|a, b| limits.score(&a.1.reading).compare(&limits.score(&b.1.reading)));
@@ -307,7 +317,8 @@ impl Asking<'_> {
         };
         let mut worst = point.reading.clone();
         worst.error = worst.error.max(other_seed);
-        let (scene, context, (error_width, error_height)) = (self.question.scene, self.question.context, self.bench.size);
+        let (scene, context, (error_width, error_height)) =
+            (self.question.scene, self.question.context, self.bench.size);
         let (width, height) = self.question.options.size;
         let part = match self.question.part {
             Part::Total => "whole",
@@ -364,7 +375,9 @@ impl Asking<'_> {
     fn second_bounce(&mut self, points: &[Point]) -> Result<Option<f64>> {
         let seen = self.question.views[self.guide].clone();
         for one in points.iter().filter(|point| point.ran()) {
-            let Some(ladder) = self.spaces[one.space].ladders.iter().position(|ladder| ladder.key == "bounces") else { continue };
+            let Some(ladder) = self.spaces[one.space].ladders.iter().position(|ladder| ladder.key == "bounces") else {
+                continue;
+            };
             let mut place = one.place.clone();
             place[ladder] = 1;
             let two = points.iter().find(|two| two.space == one.space && two.place == place && two.ran());
@@ -387,7 +400,10 @@ impl Asking<'_> {
         }
         if let Some(share) = second_bounce {
             let bounces = format!("bounces = {}", settings.bounces);
-            said.push(format!("of bounces: a second one adds {:.1} % to the image's light ({bounces} was chosen)", 100.0 * share));
+            said.push(format!(
+                "of bounces: a second one adds {:.1} % to the image's light ({bounces} was chosen)",
+                100.0 * share
+            ));
         }
         let (pose, bounds) = (&self.question.views[0].pose, self.question.options.bounds);
         if let Some(wall) = thinnest_wall(self.question.scene, pose, bounds, settings) {

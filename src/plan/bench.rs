@@ -194,7 +194,8 @@ impl<'a> Bench<'a> {
             Part::Indirect => (comparison.indirect, "no indirect light"),
             _ => (comparison.indirect_diffuse, "no indirect light on diffuse surfaces"),
         };
-        let none = || Error::Usage(format!("--error-of: the reference shows {words}; name another part, such as whole"));
+        let none =
+            || Error::Usage(format!("--error-of: the reference shows {words}; name another part, such as whole"));
         Ok(part.ok_or_else(none)?.rel)
     }
 
@@ -229,8 +230,13 @@ impl<'a> Bench<'a> {
         let mut waiting: Vec<(usize, Renderer)> = Vec::new();
         let room = self.context.memory_budget() / (2 * all.len().max(1) as u64);
         for (i, settings) in all.iter().enumerate() {
-            let mut renderer =
-                Renderer::new(self.context, self.scene.clone(), &views[0].pose, settings.clone(), self.options.clone())?;
+            let mut renderer = Renderer::new(
+                self.context,
+                self.scene.clone(),
+                &views[0].pose,
+                settings.clone(),
+                self.options.clone(),
+            )?;
             // The first frame compiles.
             self.frames(&mut renderer, views, &format!("warming up {} of {}", i + 1, all.len()))?;
             timed[i].bytes = renderer.plan().total();

@@ -60,7 +60,11 @@ impl Score {
 
     /// Whether it does better by a share `by` at least.
     pub fn beats(&self, other: &Self, by: f64) -> bool {
-        if self.excess != other.excess { self.excess < other.excess - by.min(0.5 * other.excess) } else { self.cost < other.cost - by }
+        if self.excess != other.excess {
+            self.excess < other.excess - by.min(0.5 * other.excess)
+        } else {
+            self.cost < other.cost - by
+        }
     }
 }
 
@@ -75,8 +79,13 @@ mod tests {
     #[test]
     fn what_holds_comes_first_then_the_cheapest_then_the_nearest() {
         let limits = Limits { error: Some(0.1), ms: None, bytes: Some(50 << 20) };
-        let in_order =
-            [reading(0.09, 10.0, 50), reading(0.01, 11.0, 1), reading(0.11, 1.0, 1), reading(0.01, 1.0, 60), reading(f64::INFINITY, 1.0, 1)];
+        let in_order = [
+            reading(0.09, 10.0, 50),
+            reading(0.01, 11.0, 1),
+            reading(0.11, 1.0, 1),
+            reading(0.01, 1.0, 60),
+            reading(f64::INFINITY, 1.0, 1),
+        ];
         for pair in in_order.windows(2) {
             assert_eq!(limits.score(&pair[0]).compare(&limits.score(&pair[1])), Ordering::Less, "{pair:?}");
         }

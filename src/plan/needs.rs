@@ -19,14 +19,23 @@ pub struct Needs {
 }
 
 impl Needs {
-    pub const NOTHING: Self =
-        Self { lamps: false, wide_lights: false, lobes: false, transmits: false, sky: false, animated: false, blended: false };
+    pub const NOTHING: Self = Self {
+        lamps: false,
+        wide_lights: false,
+        lobes: false,
+        transmits: false,
+        sky: false,
+        animated: false,
+        blended: false,
+    };
 
     pub fn of(scene: &Scene) -> Self {
-        let used: Vec<&Material> = scene.instances.iter().map(|i| &scene.materials[scene.meshes[i.mesh].material]).collect();
+        let used: Vec<&Material> =
+            scene.instances.iter().map(|i| &scene.materials[scene.meshes[i.mesh].material]).collect();
         let wide = scene.lights.iter().any(|light| light.radius > 0.0);
         // What rough dielectrics mirror is taken from their diffuse light: `rays.glossy`.
-        let mirrors = |m: &&Material| !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0 && m.roughness < 0.7));
+        let mirrors =
+            |m: &&Material| !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0 && m.roughness < 0.7));
         let transmits = used.iter().any(|m| m.transmission > 0.0);
         let finished = used.iter().any(|m| m.finish.is_some());
         Self {
@@ -51,7 +60,10 @@ impl Needs {
             n => format!("none of {n} lights has a radius ({points} at a place, {} from afar)", n - points),
         };
         say(!self.wide_lights, &format!("several shadow rays to a light (lights.shadow_rays): {lights}"));
-        say(!self.lobes, "rays for mirrored light (rays.glossy, photons.glossy): nothing is metallic, glossy or transmits");
+        say(
+            !self.lobes,
+            "rays for mirrored light (rays.glossy, photons.glossy): nothing is metallic, glossy or transmits",
+        );
         say(self.lobes && !self.transmits, "rays through surfaces: nothing transmits");
         say(!self.blended, "a draw of blended triangles: no material blends");
         say(!self.sky, "light of a sky: there is none");
@@ -60,7 +72,12 @@ impl Needs {
 }
 
 /// A sentence about the thinnest wall, in voxels of the base grid, where boxes about meshes show one.
-pub fn thinnest_wall(scene: &Scene, pose: &Pose, bounds: crate::scene::Bounds, settings: &crate::settings::Settings) -> Option<String> {
+pub fn thinnest_wall(
+    scene: &Scene,
+    pose: &Pose,
+    bounds: crate::scene::Bounds,
+    settings: &crate::settings::Settings,
+) -> Option<String> {
     let voxels = warnings::thinnest(scene, pose, bounds, settings)?;
     Some(format!("the thinnest wall is {voxels:.1} voxels at {0}³", settings.voxels))
 }

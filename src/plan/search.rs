@@ -75,7 +75,8 @@ impl<'a> Search<'a> {
 
     /// The places that do best, the best first: all, or those of one space.
     pub fn best(&self, space: Option<usize>) -> Vec<&Point> {
-        let mut points: Vec<&Point> = self.points.iter().filter(|p| p.ran() && space.is_none_or(|s| s == p.space)).collect();
+        let mut points: Vec<&Point> =
+            self.points.iter().filter(|p| p.ran() && space.is_none_or(|s| s == p.space)).collect();
         points.sort_by(|a, b| self.score(a).compare(&self.score(b)));
         points
     }
@@ -112,7 +113,8 @@ impl<'a> Search<'a> {
                 if !self.look(index, &pair[1], measure)? {
                     return Ok(false);
                 }
-                let [before, now] = [&pair[0], &pair[1]].map(|place| self.point(index, place).map(|point| self.score(point)));
+                let [before, now] =
+                    [&pair[0], &pair[1]].map(|place| self.point(index, place).map(|point| self.score(point)));
                 if before.zip(now).is_some_and(|(before, now)| before.compare(&now) == Ordering::Less) {
                     break;
                 }
@@ -198,7 +200,14 @@ impl<'a> Search<'a> {
 
     /// Every place that differs from a point in few ladders by few rungs.
     fn about(&self, from: &Point, visit: &mut dyn FnMut(&Place)) {
-        fn go(search: &Search, from: &Point, first: usize, left: usize, place: &mut Place, visit: &mut dyn FnMut(&Place)) {
+        fn go(
+            search: &Search,
+            from: &Point,
+            first: usize,
+            left: usize,
+            place: &mut Place,
+            visit: &mut dyn FnMut(&Place),
+        ) {
             let ladders = &search.spaces[from.space].ladders;
             for ladder in first..ladders.len() {
                 let own = place[ladder];
@@ -274,7 +283,8 @@ mod tests {
         let (mut near, mut asked, mut all) = (0, 0, 0);
         for seed in 0..SCENES {
             let mut made = Made { spaces: &spaces, seed, asked: 0 };
-            let places = spaces.iter().enumerate().flat_map(|(s, space)| space.places().into_iter().map(move |p| (s, p)));
+            let places =
+                spaces.iter().enumerate().flat_map(|(s, space)| space.places().into_iter().map(move |p| (s, p)));
             let readings: Vec<Reading> = places.map(|(space, place)| made.reading(space, &place)).collect();
             let mut errors: Vec<f64> = readings.iter().map(|reading| reading.error).collect();
             errors.sort_by(f64::total_cmp);

@@ -55,7 +55,9 @@ const SHARED: &[(&str, &[&str], Use)] = &[
 ];
 
 /// Ladders of single methods, and where the search of a method begins: presets, and what is changed of them.
-fn own(method: Method) -> (&'static [(&'static str, &'static [&'static str], Use)], &'static [(&'static str, &'static [&'static str])]) {
+fn own(
+    method: Method,
+) -> (&'static [(&'static str, &'static [&'static str], Use)], &'static [(&'static str, &'static [&'static str])]) {
     const SHARED_HALF: &str = "image.gather_resolution=half";
     match method {
         Method::None => (&[], &[("fast", &["method=none"])]),
@@ -173,7 +175,10 @@ pub fn as_preset(settings: &Settings) -> (&'static str, Vec<String>) {
     let differs = |preset: Settings| -> Vec<String> {
         let used = |key: &Key| key.method().is_none_or(|method| method == settings.method);
         let pairs = settings.entries().into_iter().zip(preset.entries());
-        pairs.filter(|(now, was)| now.1 != was.1 && used(now.0)).map(|(now, _)| format!("{}={}", now.0.name, now.1)).collect()
+        pairs
+            .filter(|(now, was)| now.1 != was.1 && used(now.0))
+            .map(|(now, _)| format!("{}={}", now.0.name, now.1))
+            .collect()
     };
     let all = PRESETS.iter().map(|preset| (preset.name, differs((preset.settings)())));
     all.min_by_key(|(_, differs)| differs.len()).expect("there are presets")
@@ -216,7 +221,9 @@ mod tests {
             spaces[0].ladders.iter().map(|ladder| ladder.key).collect::<Vec<_>>()
         };
         let plain = keys(&Needs::NOTHING);
-        assert!(!plain.contains(&"lights.lamp_points") && !plain.contains(&"rays.glossy") && !plain.contains(&"voxels"));
+        assert!(
+            !plain.contains(&"lights.lamp_points") && !plain.contains(&"rays.glossy") && !plain.contains(&"voxels")
+        );
         assert!(keys(&ALL).contains(&"lights.lamp_points") && keys(&ALL).contains(&"rays.glossy"));
     }
 

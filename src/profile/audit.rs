@@ -85,7 +85,10 @@ impl Audit {
     pub fn superfluous(&self) -> Vec<String> {
         let bytes = |r: &ResourceUse| format!("{}: {} bytes that no pass uses", r.name, r.bytes);
         let mut said: Vec<String> = self.resources.iter().filter(|r| r.superfluous()).map(bytes).collect();
-        let idle = self.passes.iter().filter(|pass| pass.draws + pass.dispatches > 0 && pass.empty == pass.draws + pass.dispatches);
+        let idle = self
+            .passes
+            .iter()
+            .filter(|pass| pass.draws + pass.dispatches > 0 && pass.empty == pass.draws + pass.dispatches);
         said.extend(idle.map(|pass| format!("{}: a pass of nothing", pass.name)));
         said
     }
@@ -115,7 +118,12 @@ fn resource(log: &FrameLog, name: &'static str, bytes: u64) -> ResourceUse {
         let touching = log.zones.iter().filter(|zone: &&ZoneLog| zone.commands.iter().any(touches));
         touching.map(|zone| if zone.name.is_empty() { "upload" } else { zone.name }).collect()
     };
-    ResourceUse { name, bytes, used_by: zones(&|command| uses(command, name)), filled_by: zones(&|command| fills(command, name)) }
+    ResourceUse {
+        name,
+        bytes,
+        used_by: zones(&|command| uses(command, name)),
+        filled_by: zones(&|command| fills(command, name)),
+    }
 }
 
 /// Whether a label names a resource of a plan, or a part of one.
@@ -127,7 +135,8 @@ fn is(label: &str, name: &str) -> bool {
         "image band, resolved" => label == "beauty, band",
         "first bounce's volume" => label.starts_with("first bounce"),
         "second bounce's volume" => label.starts_with("second bounce"),
-        _ => label == name,
+        // Images of several parts are numbered.
+        _ => label.strip_prefix(name).is_some_and(|rest| rest.chars().all(|c| c == ' ' || c.is_ascii_digit())),
     }
 }
 

@@ -1,7 +1,8 @@
 //! The table of `docs/plan.md`: on scenes of different kinds, what `twobounce plan` answers against the best of a full sweep of the
 //! same settings, and what both cost.
 //!
-//! `cargo run --release --example plan_table -- target/release/twobounce [ATRIUM.gltf] > table.md`; it takes an hour on two slow cores.
+//! `cargo run --release --example plan_table -- target/release/twobounce [box|exterior|lamps|gallery|SCENE.glb…]`; a scene takes some
+//! five minutes on two slow cores.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -66,9 +67,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (exterior, lamps) = (folder.path().join("exterior.gltf"), folder.path().join("lamps.gltf"));
     std::fs::write(&exterior, serde_json::to_vec(&exterior_scene())?)?;
     std::fs::write(&lamps, serde_json::to_vec(&lamps_scene())?)?;
-    let mut scenes = vec![("assets/cornell-point.glb".into(), None), (exterior, Some(0.5)), (lamps, None)];
-    scenes.extend(args.map(|path| (path, None)));
-    scenes.push(("assets/gallery.glb".into(), None));
+    let named: Vec<PathBuf> = args.collect();
+    let all = ["box", "exterior", "lamps", "gallery"].map(PathBuf::from);
+    let scenes = if named.is_empty() { all.to_vec() } else { named };
+    let scenes = scenes.into_iter().map(|name| match name.to_str() {
+        Some("box") => ("assets/cornell-point.glb".into(), None),
+        Some("gallery") => ("assets/gallery.glb".into(), None),
+        Some("exterior") => (exterior.clone(), Some(0.5)),
+        Some("lamps") => (lamps.clone(), None),
+        _ => (name, None),
+    });
     println!(
         "| scene | limit | plan | its ms | its error | best of the sweep | its ms | its error | ratio | settings measured | CPU s |"
     );

@@ -54,6 +54,8 @@ pub trait Host {
 pub struct Row {
     /// Milliseconds of device time of the fastest of the timed frames, pass by pass in the order of the frame.
     pub passes: Vec<(String, f64)>,
+    /// Processor time of the cheapest of them, of all threads, where the system tells it.
+    pub cpu_ms: Option<f64>,
     /// Milliseconds of processor time that measuring took, of all threads, compiling included; where the system tells it.
     pub spent_cpu_ms: Option<f64>,
     /// Device memory for images of the size that is asked for.
@@ -144,12 +146,14 @@ impl<'a> Bench<'a> {
         };
         renderer.render(pose, view)?;
         let image = renderer.read();
-        let mut frames: Vec<FrameReport> = Vec::new();
+        let (mut frames, mut cpu_ms): (Vec<FrameReport>, Vec<Option<f64>>) = Default::default();
         let spent = |frames: &[FrameReport]| frames.iter().map(|frame| frame.timings.gpu_ms).sum::<f64>();
         while frames.is_empty() || (frames.len() < MOST_FRAMES && spent(&frames) < LONG_ENOUGH_MS) {
             self.host.check()?;
             renderer.make_anew();
+            let began = process_cpu_ms();
             frames.push(renderer.render(pose, view)?);
+            cpu_ms.push(process_cpu_ms().zip(began).map(|(after, began)| after - began));
         }
         measure::refuse_invalid(self.context)?;
         let fastest = frames.iter().min_by(|a, b| a.timings.gpu_ms.total_cmp(&b.timings.gpu_ms)).expect("one at least");
@@ -158,21 +162,30 @@ impl<'a> Bench<'a> {
             self.renderer = Some(renderer);
         }
         let spent_cpu_ms = process_cpu_ms().zip(before).map(|(after, before)| after - before);
-        Ok(Row { passes: passes(fastest), spent_cpu_ms, bytes, image: encode(&image) })
+        let cpu_ms = cpu_ms.into_iter().flatten().min_by(f64::total_cmp);
+        Ok(Row { passes: passes(fastest), cpu_ms, spent_cpu_ms, bytes, image: encode(&image) })
     }
 
     /// What a row says, against a reference.
     pub fn reading(&self, row: &Row, settings: &Settings, reference: &Layers) -> Result<Reading> {
         let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
         let more = pixels(self.options.size) / pixels(self.size);
+        let spent: f64 = row.passes.iter().map(|pass| pass.1).sum();
+        let idle = row.cpu_ms.and_then(|cpu| self.on_idle(cpu)).map_or(1.0, |ms| ms / spent);
         let scaled = |(name, ms): &(String, f64)| {
             let of_pixels = OF_PIXELS.iter().any(|start| name.starts_with(start));
-            (name.clone(), if of_pixels { ms * more } else { *ms })
+            (name.clone(), ms * idle * if of_pixels { more } else { 1.0 })
         };
         let passes: Vec<_> = row.passes.iter().map(scaled).collect();
         let ms = passes.iter().map(|pass| pass.1).sum();
         let own_direct = !by_method_alone(self.scene, settings);
         Ok(Reading { ms, passes, bytes: row.bytes, error: self.error(&self.image(row), own_direct, reference)? })
+    }
+
+    /// Milliseconds that a frame takes of a CPU device which has the machine for itself, by its processor time: what else runs
+    /// disturbs that least, while device time then is wall-clock time. `None` on other devices.
+    pub fn on_idle(&self, cpu_ms: f64) -> Option<f64> {
+        self.context.is_cpu.then(|| cpu_ms / rayon::current_num_threads() as f64)
     }
 
     /// A row's image.
@@ -247,7 +260,7 @@ impl<'a> Bench<'a> {
             for round in 0..rounds {
                 if round == 0 || Instant::now() < until {
                     let words = format!("timing {} of {}, round {} of {rounds}", i + 1, all.len(), round + 1);
-                    timed[i].add(&self.frames(&mut renderer, views, &words)?);
+                    timed[i].add(self.frames(&mut renderer, views, &words)?);
                 }
             }
         }
@@ -255,23 +268,26 @@ impl<'a> Bench<'a> {
             for (i, renderer) in &mut waiting {
                 if round == 0 || Instant::now() < until {
                     let words = format!("timing {} of {}, round {} of {rounds}", *i + 1, all.len(), round + 1);
-                    timed[*i].add(&self.frames(renderer, views, &words)?);
+                    timed[*i].add(self.frames(renderer, views, &words)?);
                 }
             }
         }
         Ok(timed)
     }
 
-    /// A frame from scratch of each view; the slowest.
-    fn frames(&self, renderer: &mut Renderer, views: &[Seen], words: &str) -> Result<FrameReport> {
+    /// A frame from scratch of each view; the slowest, with its processor time.
+    fn frames(&self, renderer: &mut Renderer, views: &[Seen], words: &str) -> Result<(FrameReport, Option<f64>)> {
         self.host.is_at(words.to_owned());
         let mut reports = Vec::new();
         for seen in views {
             self.host.check()?;
             renderer.make_anew();
-            reports.push(renderer.render(&seen.pose, &seen.view)?);
+            let began = process_cpu_ms();
+            let report = renderer.render(&seen.pose, &seen.view)?;
+            reports.push((report, process_cpu_ms().zip(began).map(|(after, began)| after - began)));
         }
-        Ok(reports.into_iter().max_by(|a, b| a.timings.gpu_ms.total_cmp(&b.timings.gpu_ms)).expect("a view at least"))
+        let slowest = reports.into_iter().max_by(|a, b| a.0.timings.gpu_ms.total_cmp(&b.0.timings.gpu_ms));
+        Ok(slowest.expect("a view at least"))
     }
 }
 
@@ -280,15 +296,18 @@ impl<'a> Bench<'a> {
 pub struct Timed {
     /// Milliseconds of device time, of the slowest view in each round.
     pub frames: Vec<f64>,
+    /// Milliseconds of processor time of the same frames, where the system tells it.
+    pub cpu_ms: Vec<f64>,
     pub passes: Vec<Vec<(String, f64)>>,
     /// Device memory.
     pub bytes: u64,
 }
 
 impl Timed {
-    fn add(&mut self, report: &FrameReport) {
+    fn add(&mut self, (report, cpu_ms): (FrameReport, Option<f64>)) {
         self.frames.push(report.timings.gpu_ms);
-        self.passes.push(passes(report));
+        self.cpu_ms.extend(cpu_ms);
+        self.passes.push(passes(&report));
     }
 }
 

@@ -432,8 +432,12 @@ impl Frame {
 
     /// What is allocated for buffers as large as `counts` and a grid of edge `voxels`.
     pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
-        let target = &self.target;
-        plan(&self.settings, (target.width, target.height), target.outputs(), (voxels, counts))
+        plan(&self.settings, (self.target.width, self.target.height), self.target.outputs(), (voxels, counts))
+    }
+
+    /// What would be allocated for images of another size.
+    pub fn plan_at(&self, size: (u32, u32)) -> Vec<MemoryRow> {
+        plan(&self.settings, size, self.target.outputs(), (self.settings.voxels, self.counts()))
     }
 }
 

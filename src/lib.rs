@@ -108,6 +108,8 @@ pub mod memory;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod output;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod plan;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod profile;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod reference;

@@ -297,6 +297,15 @@ impl Renderer {
         MemoryPlan { rows }
     }
 
+    /// What would be allocated for images of another size.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn plan_at(&self, size: (u32, u32)) -> MemoryPlan {
+        let mut rows = self.frame.plan_at(size);
+        rows.extend(&self.fixed_plan[..self.fixed_plan.len() - 1]);
+        rows.push(target::readback_plan(size, target::outputs(&self.options.aovs)));
+        MemoryPlan { rows }
+    }
+
     /// From the next frame on, keeps what a frame records, for tests: see [`Self::log`].
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn keep_log(&mut self) {

@@ -97,7 +97,7 @@ pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
 }
 
 /// Whether some light reaches the image through the method alone, so that its direct layer lacks it.
-fn by_method_alone(scene: &Scene, settings: &Settings) -> bool {
+pub(crate) fn by_method_alone(scene: &Scene, settings: &Settings) -> bool {
     (settings.lights.lamps == LampLight::Gathered && scene.emits()) || scene.sky != glam::Vec3::ZERO
 }
 

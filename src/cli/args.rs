@@ -41,6 +41,8 @@ pub enum Command {
     Reference(super::reference::ReferenceArgs),
     /// Compare an image with its reference
     Compare(super::compare::CompareArgs),
+    /// Find the cheapest settings that hold limits on error, time or memory, by measuring
+    Plan(Box<super::plan::PlanArgs>),
     /// Chart error against time over many settings: a page, an SVG and rows
     Chart(super::chart::ChartArgs),
     /// Measure where methods fail: leaks, flicker, lost light and more, each a number with an ideal
@@ -361,6 +363,20 @@ pub fn percent(text: &str) -> Result<f64, &'static str> {
 pub fn minutes(text: &str) -> Result<Duration, &'static str> {
     let write = "write a number of minutes above 0";
     let duration = Duration::try_from_secs_f64(60.0 * number(|n| n > 0.0, write)(text)?).ok();
+    duration.filter(|d| !d.is_zero()).ok_or(write)
+}
+
+/// A duration such as 90s, 5min or 1h; a number alone is seconds.
+pub fn budget(text: &str) -> Result<Duration, &'static str> {
+    let write = "write a time above 0, such as 60s, 5min or 1h";
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match &text[digits.len()..] {
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(write),
+    };
+    let duration = Duration::try_from_secs_f64(unit * number(|n| n > 0.0, write)(digits.trim())?).ok();
     duration.filter(|d| !d.is_zero()).ok_or(write)
 }
 

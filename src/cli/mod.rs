@@ -18,6 +18,7 @@ mod man;
 mod merge;
 pub mod out;
 mod outputs;
+mod plan;
 mod profile;
 mod progress;
 mod reference;
@@ -93,6 +94,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Profile(args) => profile::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Plan(args) => plan::run(args, std::env::args().skip(2).collect()),
         Command::Chart(args) => chart::run(args),
         Command::Study(args) => study::run(args),
         Command::Stability(args) => stability::run(args),

@@ -216,6 +216,21 @@ impl Opened {
         (pose, view)
     }
 
+    /// The scene as other flags show it: another moment, another camera. And the camera in words.
+    pub fn seen(&self, args: &SceneArgs) -> Result<(Pose, View, String)> {
+        let (camera, words) = args.choose_camera(&self.scene, &self.shot.playback)?;
+        let shot = Shot { time_s: args.time, camera, ..self.shot.clone() };
+        let pose = shot.pose(&self.scene, 0.0);
+        let view = shot.view(&self.scene, &pose);
+        Ok((pose, view, words))
+    }
+
+    /// Seconds that what plays takes; 0 where nothing moves.
+    pub fn duration_s(&self) -> f64 {
+        let playing = self.shot.playback.animations.iter().map(|&i| f64::from(self.scene.animations[i].duration));
+        playing.fold(0.0, f64::max)
+    }
+
     /// The image alone, within a limit on device memory.
     pub fn options(&self, memory_limit: Option<u64>) -> RenderOptions {
         let bounds = self.scene.bounds_of(&self.shot.playback);

@@ -152,8 +152,10 @@ pub struct Wants {
     pub dilated: bool,
     /// Exact rays, through a tree of boxes about the triangles.
     pub rays: bool,
-    /// Lists of its occupied cells, level by level.
+    /// Lists of its occupied cells, level by level,
     pub cells: bool,
+    /// and those of the lists before: what was filled there is emptied.
+    pub last_cells: bool,
     /// List items lit, one by one,
     pub lit_items: bool,
     /// one for all that are alike,

@@ -63,14 +63,14 @@ impl Lists {
     pub fn new(context: &Arc<Context>, place: GridPlace, wants: &Wants, capacity: ListCapacity) -> Result<Self> {
         let plan = plan(place.edge, wants, capacity);
         let buffer = |name: &str| Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device);
-        let edge = if wants.cells { place.edge } else { 1 };
+        let edge_of = |wanted: bool| if wanted { place.edge } else { 1 };
         Ok(Self {
             place,
             globals: buffer("globals")?,
             items: buffer("list items")?,
             heads: buffer("voxels")?,
-            cells: CellLists::new(context, buffer("voxel cells")?, edge)?,
-            last_cells: CellLists::new(context, buffer("last voxel cells")?, edge)?,
+            cells: CellLists::new(context, buffer("voxel cells")?, edge_of(wants.cells))?,
+            last_cells: CellLists::new(context, buffer("last voxel cells")?, edge_of(wants.last_cells))?,
             listed: buffer("listed parents")?,
             item_lights: buffer("item lights")?,
             item_parts: buffer("item parts")?,
@@ -115,7 +115,7 @@ impl Lists {
 
     /// New lists take the place of those before the last.
     pub fn swap(&mut self, wants: &Wants) {
-        if wants.cells {
+        if wants.last_cells {
             std::mem::swap(&mut self.cells, &mut self.last_cells);
         }
         if wants.carried_light {
@@ -137,12 +137,14 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         u64::from(count.max(1)) * size_of::<T>() as u64
     }
     let items = |needed: bool| if needed { capacity.items } else { 1 };
-    let cells_edge = if wants.cells { edge } else { 1 };
-    let last_cells = if wants.cells { capacity.cells } else { 1 };
+    let listed = |count: u32| if wants.lists { count } else { 1 };
+    let edge_of = |wanted: bool| if wanted { edge } else { 1 };
+    let last_cells = if wants.last_cells { capacity.cells } else { 1 };
+    let parents = cells::parents_bytes(edge_of(wants.cells)) + cells::parents_bytes(edge_of(wants.last_cells));
     let last_items = items(wants.carried_light);
     vec![
         ("globals", array::<layout::Globals>(1)),
-        ("list items", array::<layout::ListItem>(capacity.items)),
+        ("list items", array::<layout::ListItem>(listed(capacity.items))),
         ("item lights", array::<layout::ItemLight>(items(wants.lit_items))),
         ("item parts", array::<layout::ItemPart>(items(wants.alike))),
         ("lit items", array::<u32>(items(wants.alike))),
@@ -154,10 +156,10 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("last item parts", array::<layout::ItemPart>(last_items)),
         ("last seen lights", array::<layout::ItemLight>(last_items)),
         ("last voxels", array::<u32>(if wants.carried_light { edge.pow(3) } else { 1 })),
-        ("voxels", array::<u32>(edge.pow(3))),
-        ("voxel cells", array::<u32>(capacity.cells)),
+        ("voxels", array::<u32>(listed(edge.pow(3)))),
+        ("voxel cells", array::<u32>(listed(capacity.cells))),
         ("last voxel cells", array::<u32>(last_cells)),
-        ("listed parents", cells::listed_bytes(cells_edge)),
-        ("parent cells", 2 * (cells::parents_bytes(cells_edge) + cells::counts_bytes())),
+        ("listed parents", cells::listed_bytes(edge_of(wants.cells))),
+        ("parent cells", parents + 2 * cells::counts_bytes()),
     ]
 }

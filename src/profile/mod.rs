@@ -1,6 +1,7 @@
 //! What a frame costs: time of each pass per unit of its work, bytes read in an instrumented frame compared with the device's
 //! copy rate, and how times grow. `twobounce profile` shows it.
 
+pub mod audit;
 pub mod copy;
 pub mod costs;
 pub mod counts;

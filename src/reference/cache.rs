@@ -44,6 +44,11 @@ impl Cache {
         Self { folder: Some(folder.into()) }
     }
 
+    /// Where films are kept; `None`: nowhere.
+    pub fn folder(&self) -> Option<&Path> {
+        self.folder.as_deref().filter(|_| self.problem().is_none())
+    }
+
     /// Why films cannot be kept, if they cannot.
     pub fn problem(&self) -> Option<String> {
         let Some(folder) = &self.folder else { return Some("no folder is known for the cache of references".into()) };

@@ -41,6 +41,13 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
     found
 }
 
+/// Voxels of the thinnest wall that the boxes show; `None` without such a wall. `bounds`: of the scene.
+pub fn thinnest(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Settings) -> Option<f64> {
+    let grid = Grid::place(bounds, settings).ok()?;
+    let boxes: Vec<Part> = parts(scene, pose).collect();
+    thinnest_wall(&boxes, bounds, grid.voxel_m)
+}
+
 /// Share of the box's volume that is not in the grid; of a flat box, of its area or length.
 fn outside(grid: &Grid, bounds: Bounds) -> f64 {
     let (least, most) = (grid.corner, grid.corner + grid.voxel_m * f64::from(grid.edge));

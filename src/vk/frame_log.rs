@@ -155,6 +155,22 @@ pub enum CallLog {
     Indexed { indices: u32 },
 }
 
+impl CallLog {
+    /// Whether it is known to draw nothing.
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Self::Direct { vertices, instances } => vertices * instances == 0,
+            Self::Indexed { indices } => *indices == 0,
+            Self::Indirect { .. } => false,
+        }
+    }
+
+    /// Whether its counts are in the buffer of that label.
+    pub fn reads(&self, label: &str) -> bool {
+        matches!(self, Self::Indirect { buffer, .. } if buffer == label)
+    }
+}
+
 /// One dispatch, with the shader as reflected.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DispatchLog {

@@ -51,6 +51,7 @@ impl Gi for Lighting {
             dilated: own.ledger.d30 == Form::Printed,
             rays: settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled,
             cells,
+            last_cells: cells,
             lit_items: cells,
             kept_direct_light: keeps_direct_light(settings),
             diffuse: true,

@@ -47,6 +47,7 @@ impl Gi for Lighting {
         Wants {
             lists: true,
             cells: true,
+            last_cells: true,
             lit_items: true,
             alike: true,
             item_samples: true,

@@ -1,0 +1,311 @@
+//! `twobounce plan`: the cheapest settings that hold limits, found by measuring.
+
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, CommandFactory};
+use glam::DQuat;
+use twobounce::chart::row::Part;
+use twobounce::gi::Method;
+use twobounce::output::file;
+use twobounce::plan::answer::Answer;
+use twobounce::plan::ask::{self, Question};
+use twobounce::plan::bench::{Host, Seen};
+use twobounce::plan::limits::Limits;
+use twobounce::plan::store::Store;
+use twobounce::reference::Options;
+use twobounce::reference::cache::Cache;
+use twobounce::reference::film::Film;
+use twobounce::scene::{Projection, Scene};
+use twobounce::{Error, Result};
+
+use super::args::{Cli, DeviceArgs, SceneArgs, budget, memory_size, number};
+use super::progress::Work;
+use super::reference::{cache, check_memory, traced};
+use super::scene::Opened;
+use super::{interrupt, out, outputs, words};
+use crate::say;
+
+/// Races presets, climbs the ladders of their settings, measures what these promise, times the best in turns and checks the winner
+/// where nothing was searched. What was measured is kept beside the references: asked again, the answer is there at once;
+/// interrupted, the same command goes on. Exits with 1 and the nearest settings where none hold.
+#[derive(Args, Debug)]
+#[command(mut_arg("time", |arg| arg.long("first-time").hide(true)))]
+#[command(mut_arg("camera", |arg| arg.value_name("NAME|INDEX,…").help("The file's cameras to look through, separated by commas; by default its first, or one that frames the scene")))]
+pub struct PlanArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The times within the animation, in seconds, separated by commas
+    #[arg(
+        long = "time",
+        value_name = "SECONDS,…",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        default_value = "0"
+    )]
+    #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
+    pub times: Vec<f64>,
+    /// Allow an error of so much: mean |image − reference| over the reference's mean, against all light (0.1 is a tenth)
+    #[arg(long, value_name = "X", value_parser = number(|x| x > 0.0, "write an error above 0, such as 0.1"))]
+    pub max_error: Option<f64>,
+    /// Allow a frame from scratch so many milliseconds of device time
+    #[arg(long, value_name = "MS", value_parser = number(|x| x > 0.0, "write milliseconds above 0"))]
+    pub max_ms: Option<f64>,
+    /// Allow so many MiB of device memory
+    #[arg(long, value_name = "MIB", value_parser = number(|x| x > 0.0 && x < 1e12, "write MiB above 0"))]
+    pub max_mib: Option<f64>,
+    /// The light whose error counts: of the whole image, the indirect light alone, or that on diffuse surfaces
+    #[arg(long, value_name = "PART", default_value = "whole", value_parser = part())]
+    pub error_of: Part,
+    /// How long the search may take, references and checks included: 90s, 5min, 1h. It ends before where nothing promises more
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget)]
+    pub budget: Duration,
+    /// Try these methods alone, separated by commas [default: all]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    #[arg(value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|method| method.name())))]
+    pub methods: Vec<String>,
+    /// Leave this key as it is said here, in all settings; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// Write the settings as a file for --config; - is standard output
+    #[arg(short, long, value_name = "FILE.toml")]
+    pub output: Option<PathBuf>,
+    /// Write the answer as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Measure again what earlier calls measured
+    #[arg(long)]
+    pub anew: bool,
+    /// Use no more device memory than this while measuring
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub memory_limit: Option<u64>,
+    /// Print nothing but notes and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+fn part() -> impl TypedValueParser<Value = Part> {
+    PossibleValuesParser::new(["whole", "indirect", "diffuse"]).map(|name| match name.as_str() {
+        "indirect" => Part::Indirect,
+        "diffuse" => Part::Diffuse,
+        _ => Part::Total,
+    })
+}
+
+/// Flags of `render` that are in the answer's command as they were typed; others are of the search, or the answer's own.
+const DROPPED: [&str; 16] = [
+    "--camera",
+    "--time",
+    "--max-error",
+    "--max-ms",
+    "--max-mib",
+    "--error-of",
+    "--budget",
+    "--methods",
+    "--set",
+    "-o",
+    "--output",
+    "--json",
+    "--anew",
+    "-q",
+    "--quiet",
+    "--size",
+];
+
+/// Answers, from what is kept or by measuring. `typed`: the words after `twobounce plan`.
+pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
+    out::be_quiet(args.quiet);
+    let limits = args.limits()?;
+    args.scene.check()?;
+    outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[args.output.as_ref(), args.json.as_ref()])?;
+    interrupt::install()?;
+    check_memory(ask::error_size(args.scene.size))?;
+    let (cameras, first) = (args.scene.camera.clone(), SceneArgs { camera: None, ..args.scene.clone() });
+    let opened = first.open()?;
+    let views = args.views(&opened, cameras.as_deref())?;
+    let held_out = args.held_out(&opened, &views)?;
+    let context = args.device.open(args.scene.size)?;
+    let cache = cache();
+    let store = Store::new(cache.folder(), &context, args.device.validation, args.anew)?;
+    let question = Question {
+        context: &context,
+        scene: &opened.scene,
+        options: opened.options(args.memory_limit),
+        views: views.iter().map(|view| view.1.clone()).collect(),
+        held_out,
+        limits,
+        part: args.error_of,
+        methods: Method::ALL.iter().filter(|method| args.tries(**method)).copied().collect(),
+        fixed: args.sets.clone(),
+        budget: args.budget,
+    };
+    let key = ask::key(&question, &store);
+    let mut answer = match store.load::<Answer>(&key) {
+        Some(answer) => {
+            out::warn("note: this was asked before: the answer of then (--anew measures again)");
+            answer
+        }
+        None => {
+            let host = OnCommandLine { scene: &opened.scene, cache, work: RefCell::default() };
+            let answer = ask::ask(&question, &host, &store).inspect_err(|error| {
+                if matches!(error, Error::Interrupted) && store.keeps() {
+                    out::warn("what was measured is kept; the same command goes on from there");
+                }
+            })?;
+            drop(host);
+            store.save(&key, &answer);
+            answer
+        }
+    };
+    answer.commands = views.iter().map(|(flags, _)| args.command(&typed, flags, &answer)).collect();
+    out::write(&answer.text());
+    if let Some(path) = &args.output {
+        file::write(path, toml(&answer).as_bytes())?;
+        say!("\nwrote {}", out::name(path));
+    }
+    if let Some(path) = &args.json {
+        file::write_json(path, &answer)?;
+    }
+    Ok(ExitCode::from(u8::from(!answer.holds)))
+}
+
+impl PlanArgs {
+    fn tries(&self, method: Method) -> bool {
+        self.methods.is_empty() || self.methods.iter().any(|name| name == method.name())
+    }
+
+    fn limits(&self) -> Result<Limits> {
+        let (error, ms) = (self.max_error, self.max_ms);
+        let bytes = self.max_mib.map(|mib| (mib * f64::from(1 << 20)) as u64);
+        if error.is_none() && ms.is_none() && bytes.is_none() {
+            let text = "plan needs a limit: --max-error X, --max-ms MS or --max-mib MIB, or several of them";
+            return Err(Error::Usage(text.into()));
+        }
+        Ok(Limits { error, ms, bytes })
+    }
+
+    /// Every camera at every time: the flags that show it, and what is seen.
+    fn views(&self, opened: &Opened, cameras: Option<&str>) -> Result<Vec<(Vec<String>, Seen)>> {
+        let cameras: Vec<Option<String>> = match cameras {
+            None => vec![None],
+            // A name may have a comma in it.
+            Some(name) if opened.scene.camera_named(name).is_ok() => vec![Some(name.to_owned())],
+            Some(names) => names.split(',').map(|name| Some(name.trim().to_owned())).collect(),
+        };
+        let mut views = Vec::new();
+        for camera in &cameras {
+            for &time in &self.times {
+                views.push(self.view(opened, camera.as_deref(), time)?);
+            }
+        }
+        Ok(views)
+    }
+
+    fn view(&self, opened: &Opened, camera: Option<&str>, time: f64) -> Result<(Vec<String>, Seen)> {
+        let args = SceneArgs { camera: camera.map(str::to_owned), time, ..self.scene.clone() };
+        let (pose, view, _) = opened.seen(&args)?;
+        let camera = camera.map(|name| format!("--camera={name}"));
+        let moment = (time != 0.0).then(|| format!("--time={time}"));
+        let flags: Vec<String> = camera.into_iter().chain(moment).collect();
+        let words = if flags.is_empty() { "the view".to_owned() } else { flags.join(" ") };
+        Ok((flags, Seen { words, pose, view }))
+    }
+
+    /// Two views that were not asked for: another camera of the file and another moment, or the first view turned aside.
+    fn held_out(&self, opened: &Opened, asked: &[(Vec<String>, Seen)]) -> Result<Vec<Seen>> {
+        let (scene, first): (&Scene, &Seen) = (&opened.scene, &asked[0].1);
+        let mut views = Vec::new();
+        let seen = |seen: &Seen| format!("{:?}", (seen.view.eye, seen.view.forward));
+        let known: Vec<String> = asked.iter().map(|view| seen(&view.1)).collect();
+        for index in (0..scene.cameras.len()).filter(|_| self.scene.eye.is_none()) {
+            let (_, other) = self.view(opened, Some(&index.to_string()), self.times[0])?;
+            if !known.contains(&seen(&other)) && views.is_empty() {
+                views.push(other);
+            }
+        }
+        if opened.duration_s() > 0.0 {
+            let last = self.times.iter().copied().fold(0.0, f64::max);
+            let time = if last > 0.0 { 0.5 * (self.times[0] + last) } else { 0.5 * opened.duration_s() };
+            if !self.times.contains(&time) {
+                let (_, mut then) = self.view(opened, None, time)?;
+                then.view = first.view;
+                then.words = format!("--time={time}");
+                views.push(then);
+            }
+        }
+        for degrees in [15.0f64, -15.0] {
+            if views.len() < 2 && matches!(first.view.projection, Projection::Perspective { .. }) {
+                let mut aside = first.clone();
+                aside.view.forward = DQuat::from_axis_angle(first.view.up, degrees.to_radians()) * first.view.forward;
+                aside.words = format!("the first view turned by {degrees}°");
+                views.push(aside);
+            }
+        }
+        Ok(views)
+    }
+
+    /// The `twobounce render` command of a view, for a shell.
+    fn command(&self, typed: &[String], flags: &[String], answer: &Answer) -> String {
+        let cli = Cli::command();
+        let plan = cli.find_subcommand("plan").expect("it is running");
+        let takes_value = |flag: &str| {
+            let named = plan.get_arguments().find(|arg| {
+                let long = arg.get_long().is_some_and(|long| flag == format!("--{long}"));
+                long || arg.get_short().is_some_and(|short| flag == format!("-{short}"))
+            });
+            named.is_some_and(|arg| arg.get_action().takes_values())
+        };
+        let kept =
+            words::grouped(typed, takes_value).into_iter().filter(|group| !DROPPED.contains(&words::flag(group)));
+        let mut command = vec!["twobounce".to_owned(), "render".to_owned()];
+        command.extend(kept.flatten());
+        command.push(format!("--size={}x{}", answer.width, answer.height));
+        command.extend(flags.iter().cloned());
+        command.extend(answer.choice.flags());
+        command.extend(["-o".to_owned(), "image.png".to_owned()]);
+        words::line(&command)
+    }
+}
+
+/// The settings as a file, with what they give.
+fn toml(answer: &Answer) -> String {
+    let Answer { scene, width, height, device, choice, .. } = answer;
+    let (ms, error) = (choice.ms.median, choice.error);
+    format!(
+        "# twobounce plan: {scene}, {width}x{height}, {device}: {ms:.1} ms a frame, error {error:.4} of {}\n{}",
+        answer.error_of,
+        choice.settings.to_toml()
+    )
+}
+
+/// References come from the cache, and what it is at goes to the line on standard error.
+struct OnCommandLine<'a> {
+    scene: &'a Scene,
+    cache: Cache,
+    work: RefCell<Option<Work>>,
+}
+
+impl Host for OnCommandLine<'_> {
+    fn trace(&self, of: &Seen, options: &Options) -> Result<Film> {
+        // Tracing has a line of its own.
+        self.work.take();
+        let film = traced(&self.cache, (self.scene, &of.pose, &of.view), options)?.0;
+        self.work.replace(Some(Work::begin("plan")));
+        Ok(film)
+    }
+
+    fn is_at(&self, text: String) {
+        if let Some(work) = &*self.work.borrow() {
+            work.is_at(format!("plan: {text}"), None);
+        }
+    }
+
+    fn check(&self) -> Result<()> {
+        interrupt::check()
+    }
+}

@@ -1,0 +1,231 @@
+//! What `twobounce plan` answers: the file that `--json` writes, and the same in words. `docs/json.md` lists the keys.
+
+use serde::{Deserialize, Serialize};
+
+use super::limits::Limits;
+use crate::measure::timing::Spread;
+use crate::memory::mib;
+use crate::settings::Settings;
+
+/// Errors are shares of the mean light, times are milliseconds of device time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// [`super::VERSION`]
+    pub version: u32,
+    pub scene: String,
+    pub device: String,
+    pub driver: String,
+    /// Pixels.
+    pub width: u32,
+    pub height: u32,
+    /// Pixels of the images whose errors were measured.
+    pub error_width: u32,
+    pub error_height: u32,
+    /// The part of the light whose error counts: `whole`, `indirect` or `diffuse`.
+    pub error_of: String,
+    pub limits: Limits,
+    /// Whether `choice` holds them; else it is what was found nearest.
+    pub holds: bool,
+    /// A command per view.
+    pub commands: Vec<String>,
+    pub choice: Choice,
+    /// What takes the most of its limit, its share of it; absent where there is none.
+    pub binds: Option<Binds>,
+    /// Shares of the frame's time, the largest first.
+    pub passes: Vec<PassShare>,
+    pub ladders: Vec<Neighbours>,
+    /// Sentences.
+    pub not_needed: Vec<String>,
+    pub confidence: Confidence,
+    /// Settings that were measured, or taken from earlier calls.
+    pub measured: usize,
+    /// Seconds of processor time that measuring them took, references and final times not counted; absent where the system does
+    /// not tell it.
+    pub measuring_cpu_s: Option<f64>,
+    /// Whether the search ended by itself, and not because the budget was spent.
+    pub finished: bool,
+    /// The best found, in order: what was timed at the end.
+    pub finalists: Vec<Choice>,
+}
+
+/// Settings, and what they give.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    pub preset: String,
+    /// `key=value` of what differs from it.
+    pub sets: Vec<String>,
+    pub settings: Settings,
+    pub ms: Spread,
+    /// Frames that it is taken of.
+    pub frames: usize,
+    pub bytes: u64,
+    /// Against the reference, at the worst view: at most so large, since the reference's noise only adds to it.
+    pub error: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Binds {
+    pub limit: String,
+    pub share: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PassShare {
+    pub name: String,
+    pub share: f64,
+}
+
+/// A setting of the choice and the rungs next to it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Neighbours {
+    pub key: String,
+    pub value: String,
+    pub down: Option<Neighbour>,
+    pub up: Option<Neighbour>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Neighbour {
+    pub value: String,
+    pub ms: f64,
+    pub error: f64,
+    pub bytes: u64,
+    /// Or else concluded from other settings.
+    pub measured: bool,
+    pub holds: bool,
+}
+
+/// How sure the answer is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Confidence {
+    /// Samples per pixel of the references.
+    pub samples: u32,
+    /// What the references' own noise is at most, in the measure of the error.
+    pub noise: f64,
+    /// The same settings against references of another seed, at the worst view.
+    pub other_seed: f64,
+    /// Errors at views that were not searched.
+    pub held_out: Vec<HeldOut>,
+    /// What a second bounce adds to the image's light, as a share of it; absent where it was not measured.
+    pub second_bounce: Option<f64>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeldOut {
+    pub view: String,
+    pub error: f64,
+    /// Of its reference.
+    pub noise: f64,
+}
+
+impl Choice {
+    /// The flags that give these settings.
+    pub fn flags(&self) -> Vec<String> {
+        let sets = self.sets.iter().map(|set| format!("--set={set}"));
+        std::iter::once(format!("--preset={}", self.preset)).chain(sets).collect()
+    }
+}
+
+impl Limits {
+    /// In words, such as `an error of at most 0.1 and at most 40 ms a frame`.
+    pub fn words(&self) -> String {
+        let error = self.error.map(|error| format!("an error of at most {error}"));
+        let ms = self.ms.map(|ms| format!("at most {ms} ms a frame"));
+        let bytes = self.bytes.map(|bytes| format!("at most {:.1} MiB", mib(bytes)));
+        [error, ms, bytes].into_iter().flatten().collect::<Vec<_>>().join(" and ")
+    }
+}
+
+impl Answer {
+    /// For people.
+    pub fn text(&self) -> String {
+        let Self { choice, confidence, width, height, .. } = self;
+        let mut text = String::new();
+        let mut say = |line: String| text += &(line + "\n");
+        let asked = self.limits.words();
+        if self.holds {
+            say(format!("the cheapest of {} settings measured that hold {asked}:", self.measured));
+        } else {
+            say(format!("none of {} settings measured holds {asked}; the nearest:", self.measured));
+        }
+        say(String::new());
+        self.commands.iter().for_each(|command| say(format!("  {command}")));
+        say(String::new());
+        let Spread { median, min, max } = choice.ms;
+        let spread = format!("{} to {} over {} frames", short(min), short(max), choice.frames);
+        say(format!("time    {} ms a frame from scratch ({spread}), {width}x{height}, {}", short(median), self.device));
+        say(format!("memory  {:.1} MiB", mib(choice.bytes)));
+        let least = (choice.error - confidence.noise).max(0.0);
+        let (ew, eh) = (self.error_width, self.error_height);
+        say(format!(
+            "error   {:.4} of {}, {ew}x{eh}: with the noise of the reference, which is {:.4} of it; without it between {least:.4} and {:.4}",
+            choice.error,
+            error_words(&self.error_of),
+            confidence.noise,
+            choice.error
+        ));
+        if let Some(Binds { limit, share }) = &self.binds {
+            say(format!("binds   {limit}: {:.0} % of it is taken", 100.0 * share));
+        }
+        let passes = self.passes.iter().take(4).map(|pass| format!("{} {:.0} %", pass.name, 100.0 * pass.share));
+        say(format!("passes  {}", passes.collect::<Vec<_>>().join(", ")));
+        say("\nthe next rungs (~ concluded, not measured):".to_owned());
+        for ladder in &self.ladders {
+            let cell = |rung: &Option<Neighbour>| match rung {
+                Some(rung) => {
+                    let (about, holds) =
+                        (if rung.measured { "" } else { "~" }, if rung.holds { "" } else { ", does not hold" });
+                    format!("{}: {about}{} ms, error {about}{:.4}{holds}", rung.value, short(rung.ms), rung.error)
+                }
+                None => "–".to_owned(),
+            };
+            say(format!("  {} = {}; down {}; up {}", ladder.key, ladder.value, cell(&ladder.down), cell(&ladder.up)));
+        }
+        if !self.not_needed.is_empty() {
+            say("\nwhat the scene does not need, and why:".to_owned());
+            self.not_needed.iter().for_each(|sentence| say(format!("  {sentence}")));
+        }
+        say("\nhow sure it is:".to_owned());
+        say(format!(
+            "  against a reference of another seed ({} samples a pixel each) the error is {:.4}",
+            confidence.samples, confidence.other_seed
+        ));
+        for HeldOut { view, error, noise } in &confidence.held_out {
+            let holds = match self.limits.error {
+                Some(limit) if *error > limit => ", which does not hold",
+                Some(_) => ", which holds",
+                None => "",
+            };
+            say(format!("  {view}, which was not searched: error {error:.4} (noise {noise:.4}){holds}"));
+        }
+        if confidence.held_out.is_empty() {
+            say("  no other view was checked: the budget was spent".to_owned());
+        }
+        let others = self.finalists.iter().filter(|other| *other != choice);
+        let others: Vec<String> = others
+            .map(|other| format!("{} ms, {:.4} ({})", short(other.ms.median), other.error, other.flags().join(" ")))
+            .collect();
+        if !others.is_empty() {
+            say(format!("  timed beside it, in turns: {}", others.join("; ")));
+        }
+        if !self.finished {
+            say("  the budget was spent before the search was done: a larger --budget may find better".to_owned());
+        }
+        text
+    }
+}
+
+/// The part of the light in a sentence.
+fn error_words(part: &str) -> &'static str {
+    match part {
+        "indirect" => "the indirect light",
+        "diffuse" => "the indirect light on diffuse surfaces",
+        _ => "the image's light",
+    }
+}
+
+/// Three digits.
+fn short(ms: f64) -> String {
+    let digits = if ms > 0.0 { (2 - ms.log10().floor() as i32).clamp(0, 3) } else { 0 };
+    format!("{ms:.*}", digits as usize)
+}

@@ -1,0 +1,153 @@
+//! What a combination of rungs would give, from what single steps gave.
+//!
+//! A step of a ladder changes each pass of a frame by a factor, so that steps which work on the same pass multiply: half the
+//! pixels and half the rays are a quarter of the gathering. Errors of independent causes add up as squares. Whatever differs from
+//! this is put right by measuring: a prediction starts from the measured place nearest to what is predicted.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+use super::search::{Point, Reading};
+use super::space::{Place, Space};
+
+/// A change of a pass by less than such a share of the frame is taken for noise.
+const NOISE: f64 = 0.03;
+
+/// What going from one rung of a ladder to another does.
+#[derive(Clone)]
+struct Step {
+    /// Factor and further milliseconds per pass of the frame.
+    passes: Vec<(String, f64, f64)>,
+    /// Difference of the errors' squares.
+    error: f64,
+    bytes: f64,
+}
+
+/// What is known of one method's places.
+pub struct Model<'a> {
+    spaces: &'a [Space],
+    space: usize,
+    /// Of all methods: what a step does with one is a first guess of what it does with another.
+    points: Vec<&'a Point>,
+    /// Of several pairs of places that show a step, the nearest to this counts.
+    near: &'a Place,
+    /// By ladder, from and to.
+    steps: RefCell<HashMap<[usize; 3], Option<Step>>>,
+}
+
+impl<'a> Model<'a> {
+    /// Of the method of `spaces[space]`, about one of its places.
+    pub fn new(spaces: &'a [Space], points: &'a [Point], (space, near): (usize, &'a Place)) -> Self {
+        let points = points.iter().filter(|point| point.ran()).collect();
+        Self { spaces, space, points, near, steps: RefCell::default() }
+    }
+
+    /// Whether the step of a ladder was measured, whatever the other ladders' rungs were.
+    pub fn knows(&self, ladder: usize, from: usize, to: usize) -> bool {
+        self.measured(ladder, from, to).is_some()
+    }
+
+    /// What a place would give; `None` where nothing is known of a step to it.
+    pub fn predict(&self, place: &Place) -> Option<Reading> {
+        let distance = |point: &&&Point| differing(&point.place, place).count();
+        let nearest = self.points.iter().filter(|point| point.space == self.space).min_by_key(distance)?;
+        let mut passes = nearest.reading.passes.clone();
+        let (mut square, mut bytes) = (nearest.reading.error.powi(2), nearest.reading.bytes as f64);
+        for ladder in differing(&nearest.place, place) {
+            let step = self.step(ladder, nearest.place[ladder], place[ladder])?;
+            for (name, factor, more) in &step.passes {
+                match passes.iter_mut().find(|pass| pass.0 == *name) {
+                    Some(pass) => pass.1 = pass.1 * factor + more,
+                    None => passes.push((name.clone(), *more)),
+                }
+            }
+            (square, bytes) = (square + step.error, bytes + step.bytes);
+        }
+        // No step takes all of the error away.
+        let least = 0.3 * nearest.reading.error;
+        let error = square.max(least * least).sqrt();
+        let ms = passes.iter().map(|pass| pass.1).sum();
+        Some(Reading { ms, passes, bytes: bytes.max(0.0) as u64, error })
+    }
+
+    fn step(&self, ladder: usize, from: usize, to: usize) -> Option<Step> {
+        let known = self.steps.borrow().get(&[ladder, from, to]).cloned();
+        known.unwrap_or_else(|| {
+            let step = self.find_step(ladder, from, to);
+            self.steps.borrow_mut().insert([ladder, from, to], step.clone());
+            step
+        })
+    }
+
+    /// The step from one rung to another, over those between.
+    fn find_step(&self, ladder: usize, from: usize, to: usize) -> Option<Step> {
+        if let Some(step) = self.measured(ladder, from, to) {
+            return Some(step);
+        }
+        let next = if to > from { from + 1 } else { from - 1 };
+        if next == to {
+            // As the step before it was, in the same direction.
+            let before = if to > from { from.checked_sub(1)? } else { from + 1 };
+            let mut like = self.measured(ladder, before, from)?;
+            // More of the same brings ever less, and less of it costs ever more.
+            like.error *= if like.error < 0.0 { 0.5 } else { 1.5 };
+            return Some(like);
+        }
+        Some(self.step(ladder, from, next)?.then(&self.step(ladder, next, to)?))
+    }
+
+    /// What a pair of places shows that differ in this ladder alone; those of other methods count last.
+    fn measured(&self, ladder: usize, from: usize, to: usize) -> Option<Step> {
+        let mut best: Option<(usize, &Point, &Point)> = None;
+        let key = self.spaces[self.space].ladders[ladder].key;
+        for (space, of) in self.spaces.iter().enumerate() {
+            let Some(ladder) = of.ladders.iter().position(|ladder| ladder.key == key) else { continue };
+            let on = |rung| self.points.iter().filter(move |point| point.space == space && point.place[ladder] == rung);
+            for a in on(from) {
+                let own = space == self.space;
+                let far = if own { differing(&a.place, self.near).count() } else { usize::MAX - 1 };
+                for b in on(to) {
+                    let nearer = best.is_none_or(|(least, ..)| far < least);
+                    if nearer && differing(&a.place, &b.place).count() == 1 {
+                        best = Some((far, a, b));
+                    }
+                }
+            }
+        }
+        best.map(|(_, a, b)| Step::between(&a.reading, &b.reading))
+    }
+}
+
+/// The ladders in which two places differ.
+fn differing<'a>(a: &'a [usize], b: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
+    a.iter().zip(b).enumerate().filter(|(_, (a, b))| a != b).map(|(ladder, _)| ladder)
+}
+
+impl Step {
+    fn between(a: &Reading, b: &Reading) -> Self {
+        let ms = |of: &Reading, name: &str| of.passes.iter().find(|pass| pass.0 == name).map_or(0.0, |pass| pass.1);
+        let mut names: Vec<&String> = a.passes.iter().map(|pass| &pass.0).collect();
+        names.extend(b.passes.iter().map(|pass| &pass.0).filter(|name| ms(a, name) == 0.0));
+        let passes = names.into_iter().filter_map(|name| {
+            let (before, after) = (ms(a, name), ms(b, name));
+            let same = (after - before).abs() < NOISE * a.ms;
+            match before > 0.0 {
+                _ if same => None,
+                true => Some((name.clone(), after / before, 0.0)),
+                false => Some((name.clone(), 1.0, after)),
+            }
+        });
+        let passes = passes.collect();
+        Self { passes, error: b.error.powi(2) - a.error.powi(2), bytes: b.bytes as f64 - a.bytes as f64 }
+    }
+
+    fn then(mut self, next: &Self) -> Self {
+        for (name, factor, more) in &next.passes {
+            match self.passes.iter_mut().find(|pass| pass.0 == *name) {
+                Some(pass) => (pass.1, pass.2) = (pass.1 * factor, pass.2 * factor + more),
+                None => self.passes.push((name.clone(), *factor, *more)),
+            }
+        }
+        Self { error: self.error + next.error, bytes: self.bytes + next.bytes, ..self }
+    }
+}

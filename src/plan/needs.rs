@@ -1,0 +1,83 @@
+//! What a scene asks of settings, and what it has no use for.
+
+use crate::scene::{Alpha, LightKind, Material, Pose, Scene};
+use crate::stability::warnings;
+
+/// What a scene has.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Needs {
+    /// Surfaces that emit light.
+    pub lamps: bool,
+    /// Lights with a radius, so that their shadows have soft edges.
+    pub wide_lights: bool,
+    /// Surfaces that mirror in a lobe of their own, or let light through.
+    pub lobes: bool,
+    pub transmits: bool,
+    pub sky: bool,
+    pub animated: bool,
+    pub blended: bool,
+}
+
+impl Needs {
+    pub const NOTHING: Self = Self {
+        lamps: false,
+        wide_lights: false,
+        lobes: false,
+        transmits: false,
+        sky: false,
+        animated: false,
+        blended: false,
+    };
+
+    pub fn of(scene: &Scene) -> Self {
+        let used: Vec<&Material> =
+            scene.instances.iter().map(|i| &scene.materials[scene.meshes[i.mesh].material]).collect();
+        let wide = scene.lights.iter().any(|light| light.radius > 0.0);
+        // What rough dielectrics mirror is taken from their diffuse light: `rays.glossy`.
+        let mirrors =
+            |m: &&Material| !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0 && m.roughness < 0.7));
+        let transmits = used.iter().any(|m| m.transmission > 0.0);
+        let finished = used.iter().any(|m| m.finish.is_some());
+        Self {
+            lamps: scene.emits(),
+            wide_lights: wide || scene.sky_lights().next().is_some(),
+            lobes: transmits || finished || used.iter().any(|m| mirrors(&&**m)),
+            transmits,
+            sky: scene.sky != glam::Vec3::ZERO,
+            animated: !scene.animations.is_empty(),
+            blended: used.iter().any(|m| m.alpha == Alpha::Blend),
+        }
+    }
+
+    /// A sentence for each thing that other scenes need and this one does not, with the reason.
+    pub fn not_needed(&self, scene: &Scene) -> Vec<String> {
+        let mut said = Vec::new();
+        let mut say = |when: bool, text: &str| said.extend(when.then(|| text.to_owned()));
+        say(!self.lamps, "points on lamps (lights.lamp_points, lights.voxel_lamp_points): nothing emits light");
+        let points = scene.lights.iter().filter(|light| light.kind != LightKind::Directional).count();
+        let lights = match scene.lights.len() {
+            0 => "there are no lights".to_owned(),
+            n => format!("none of {n} lights has a radius ({points} at a place, {} from afar)", n - points),
+        };
+        say(!self.wide_lights, &format!("several shadow rays to a light (lights.shadow_rays): {lights}"));
+        say(
+            !self.lobes,
+            "rays for mirrored light (rays.glossy, photons.glossy): nothing is metallic, glossy or transmits",
+        );
+        say(self.lobes && !self.transmits, "rays through surfaces: nothing transmits");
+        say(!self.blended, "a draw of blended triangles: no material blends");
+        say(!self.sky, "light of a sky: there is none");
+        said
+    }
+}
+
+/// A sentence about the thinnest wall, in voxels of the base grid, where boxes about meshes show one.
+pub fn thinnest_wall(
+    scene: &Scene,
+    pose: &Pose,
+    bounds: crate::scene::Bounds,
+    settings: &crate::settings::Settings,
+) -> Option<String> {
+    let voxels = warnings::thinnest(scene, pose, bounds, settings)?;
+    Some(format!("the thinnest wall is {voxels:.1} voxels at {0}³", settings.voxels))
+}

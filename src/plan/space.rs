@@ -1,0 +1,238 @@
+//! What is tried: for each method a ladder per setting, its cheapest rung first, and what the scene has no use for left out.
+
+use super::needs::Needs;
+use crate::Result;
+use crate::gi::Method;
+use crate::settings::{Key, PRESETS, Settings};
+
+/// A setting's values, the cheapest first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ladder {
+    pub key: &'static str,
+    pub rungs: Vec<&'static str>,
+}
+
+/// A rung of every ladder.
+pub type Place = Vec<usize>;
+
+/// All that is tried of one method.
+#[derive(Clone, Debug)]
+pub struct Space {
+    pub method: Method,
+    base: Settings,
+    pub ladders: Vec<Ladder>,
+    /// Where the search begins: what presets come to.
+    pub starts: Vec<Place>,
+}
+
+/// What a ladder is of use for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Use {
+    Always,
+    /// Emissive surfaces.
+    Lamps,
+    /// The same, where items of lists are lit.
+    LitLamps,
+    /// Lights with a radius.
+    WideLights,
+    /// Surfaces that mirror or let light through.
+    Lobes,
+    /// Light that goes further than to the first surface.
+    Indirect,
+}
+
+/// Ladders of all methods. The grid stops at 128: beyond, memory grows by eight with little to be gained.
+const SHARED: Rungs = &[
+    ("voxels", &["16", "32", "64", "128"], Use::Always),
+    ("bounces", &["1", "2", "all"], Use::Indirect),
+    ("image.gather_resolution", &["quarter", "half", "full"], Use::Indirect),
+    ("image.interleave", &["1", "2", "4"], Use::Indirect),
+    ("image.samples", &["1", "4"], Use::Always),
+    ("image.direct", &["pixels", "samples"], Use::Always),
+    ("lights.shadow_rays", &["1", "2", "4", "16"], Use::WideLights),
+    ("lights.lamp_points", &["1", "2", "4", "8", "16", "32"], Use::Lamps),
+    ("lights.voxel_lamp_points", &["1", "2", "4", "8", "16"], Use::LitLamps),
+];
+
+/// A setting, its values and what they are of use for.
+type Rungs = &'static [(&'static str, &'static [&'static str], Use)];
+/// A preset, and what is changed of it.
+type Begins = &'static [(&'static str, &'static [&'static str])];
+
+/// Ladders of single methods, and where the search of a method begins: presets, and what is changed of them.
+fn own(method: Method) -> (Rungs, Begins) {
+    const SHARED_HALF: &str = "image.gather_resolution=half";
+    match method {
+        Method::Rays => (
+            &[
+                ("rays.diffuse", &["2", "4", "6", "9", "14", "22", "32", "44"], Use::Indirect),
+                ("rays.bounce", &["1", "2", "4"], Use::Indirect),
+                ("rays.glossy", &["2", "4", "8", "16", "32"], Use::Lobes),
+            ],
+            &[("fast", &[]), ("balanced", &[]), ("accurate", &[])],
+        ),
+        Method::Cones => (
+            &[
+                ("cones.set", &["g1", "g2", "g4", "g6", "g8", "g12", "g16", "g24"], Use::Indirect),
+                ("cones.step", &["2.0", "1.0"], Use::Always),
+            ],
+            &[("cones", &["cones.set=g8", "image.interleave=4", SHARED_HALF]), ("cones", &[])],
+        ),
+        Method::Lpv => (&[("lpv.edge", &["16", "32"], Use::Indirect)], &[("lpv", &[])]),
+        Method::Photons => (
+            &[
+                ("photons.diffuse", &["1", "2", "4", "8", "16"], Use::Indirect),
+                ("photons.bounce", &["1", "2", "4"], Use::Indirect),
+                ("photons.glossy", &["2", "4", "8", "16"], Use::Lobes),
+            ],
+            &[("photons", &["photons.diffuse=4", SHARED_HALF]), ("photons", &[])],
+        ),
+        // The shared ladders alone.
+        _ => (&[], &[("fast", &[])]),
+    }
+}
+
+/// The methods that are tried first: those that often do best, or take little time.
+const FIRST: [Method; 4] = [Method::None, Method::Rays, Method::Lpv, Method::Photons];
+
+/// The grid at which every search begins: presets have 128³, which takes up to eight times as long.
+const FIRST_GRID: &str = "voxels=64";
+
+/// The spaces of all methods, as far as the scene has a use for them. `fixed`: `key=value` that all settings have.
+///
+/// # Errors
+/// [`crate::Error::Usage`]: a key or a value that does not exist.
+pub fn spaces(needs: &Needs, fixed: &[String]) -> Result<Vec<Space>> {
+    let mut set = Settings::default();
+    fixed.iter().try_for_each(|assignment| set.set(assignment))?;
+    let names: Vec<&str> = fixed.iter().filter_map(|assignment| Some(assignment.split_once('=')?.0.trim())).collect();
+    let mut methods = Method::ALL.to_vec();
+    methods.sort_by_key(|method| FIRST.iter().position(|first| first == method).unwrap_or(FIRST.len()));
+    let methods = methods.iter().filter(|method| !names.contains(&"method") || set.method == **method);
+    methods.map(|method| Space::new(*method, needs, fixed, &names)).collect()
+}
+
+impl Space {
+    fn new(method: Method, needs: &Needs, fixed: &[String], names: &[&str]) -> Result<Self> {
+        let (own, begins) = own(method);
+        let starts = begins.iter().map(|begin| start(method, begin, fixed)).collect::<Result<Vec<_>>>()?;
+        let of_use = |of: Use| match of {
+            Use::Always => true,
+            Use::Lamps => needs.lamps,
+            Use::LitLamps => needs.lamps && method != Method::None,
+            Use::WideLights => needs.wide_lights,
+            Use::Lobes => needs.lobes,
+            Use::Indirect => method != Method::None,
+        };
+        let tried = SHARED.iter().chain(own).filter(|(key, _, of)| of_use(*of) && !names.contains(key));
+        let ladders: Vec<Ladder> = tried.map(|(key, rungs, _)| Ladder { key, rungs: rungs.to_vec() }).collect();
+        let mut space = Self { method, base: starts[0].clone(), ladders, starts: Vec::new() };
+        for settings in &starts {
+            let place = space.place(settings);
+            if !space.starts.contains(&place) {
+                space.starts.push(place);
+            }
+        }
+        Ok(space)
+    }
+
+    /// The settings at a place.
+    pub fn settings(&self, place: &[usize]) -> Settings {
+        let mut settings = self.base.clone();
+        for (ladder, &rung) in self.ladders.iter().zip(place) {
+            let assignment = format!("{}={}", ladder.key, ladder.rungs[rung]);
+            settings.set(&assignment).expect("every rung is a value of its key: a test sets them all");
+        }
+        settings
+    }
+
+    /// The place of settings; a value that is no rung counts as the lowest.
+    pub fn place(&self, settings: &Settings) -> Place {
+        let entries = settings.entries();
+        let value = |key: &str| entries.iter().find(|entry| entry.0.name == key).map(|entry| entry.1.as_str());
+        let rung = |ladder: &Ladder| {
+            let value = value(ladder.key);
+            ladder.rungs.iter().position(|rung| value == Some(*rung)).unwrap_or(0)
+        };
+        self.ladders.iter().map(rung).collect()
+    }
+
+    /// Every place: of all combinations of rungs.
+    pub fn places(&self) -> Vec<Place> {
+        let grow = |places: Vec<Place>, ladder: &Ladder| {
+            let with = |place: &Place, rung| place.iter().copied().chain([rung]).collect();
+            places.iter().flat_map(|place| (0..ladder.rungs.len()).map(move |rung| with(place, rung))).collect()
+        };
+        self.ladders.iter().fold(vec![Vec::new()], grow)
+    }
+}
+
+/// A preset with changes, on the first grid, with what is fixed.
+fn start(method: Method, (preset, changes): &(&str, &[&str]), fixed: &[String]) -> Result<Settings> {
+    let mut settings = Settings { method, ..Settings::preset(preset)? };
+    settings.set(FIRST_GRID)?;
+    let sets = changes.iter().copied().chain(fixed.iter().map(String::as_str));
+    sets.into_iter().try_for_each(|assignment| settings.set(assignment))?;
+    Ok(settings)
+}
+
+/// The preset that settings differ from least, and how: for a command.
+pub fn as_preset(settings: &Settings) -> (&'static str, Vec<String>) {
+    let differs = |preset: Settings| -> Vec<String> {
+        let used = |key: &Key| key.method().is_none_or(|method| method == settings.method);
+        let pairs = settings.entries().into_iter().zip(preset.entries());
+        pairs
+            .filter(|(now, was)| now.1 != was.1 && used(now.0))
+            .map(|(now, _)| format!("{}={}", now.0.name, now.1))
+            .collect()
+    };
+    let all = PRESETS.iter().map(|preset| (preset.name, differs((preset.settings)())));
+    all.min_by_key(|(_, differs)| differs.len()).expect("there are presets")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: Needs = Needs { lamps: true, wide_lights: true, lobes: true, ..Needs::NOTHING };
+
+    #[test]
+    fn every_rung_is_a_value_and_presets_stand_on_rungs() {
+        for space in spaces(&ALL, &[]).unwrap() {
+            for (i, ladder) in space.ladders.iter().enumerate() {
+                for rung in 0..ladder.rungs.len() {
+                    let mut place = space.starts[0].clone();
+                    place[i] = rung;
+                    assert_eq!(space.place(&space.settings(&place)), place, "{} {}", space.method, ladder.key);
+                }
+            }
+            for (place, begin) in space.starts.iter().zip(own(space.method).1) {
+                let settings = start(space.method, begin, &[]).unwrap();
+                assert!(space.settings(place).means_same(&settings), "{begin:?} stands beside the ladders");
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_scene_has_no_use_for_is_not_tried() {
+        let keys = |needs: &Needs| {
+            let spaces = spaces(needs, &["method=rays".into(), "voxels=32".into()]).unwrap();
+            assert_eq!(spaces.len(), 1);
+            assert_eq!(spaces[0].settings(&spaces[0].starts[0]).voxels, 32);
+            spaces[0].ladders.iter().map(|ladder| ladder.key).collect::<Vec<_>>()
+        };
+        let plain = keys(&Needs::NOTHING);
+        assert!(
+            !plain.contains(&"lights.lamp_points") && !plain.contains(&"rays.glossy") && !plain.contains(&"voxels")
+        );
+        assert!(keys(&ALL).contains(&"lights.lamp_points") && keys(&ALL).contains(&"rays.glossy"));
+    }
+
+    #[test]
+    fn settings_are_said_as_the_nearest_preset() {
+        let mut settings = Settings::fast();
+        settings.set("rays.diffuse=6").unwrap();
+        assert_eq!(as_preset(&settings), ("fast", vec!["rays.diffuse=6".to_owned()]));
+        assert_eq!(as_preset(&Settings::lpv()), ("lpv", vec![]));
+    }
+}

@@ -1,0 +1,177 @@
+//! What a frame did and took, pass by pass and resource by resource: for telling what its scene does not ask for.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use crate::Result;
+use crate::renderer::{RenderOptions, Renderer};
+use crate::scene::{Pose, Scene, View};
+use crate::settings::Settings;
+use crate::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog, ZoneLog};
+
+/// A resource below so many bytes is a placeholder: shaders that may read it must be given something.
+pub const PLACEHOLDER: u64 = 1024;
+
+/// What a frame from scratch did.
+#[derive(Clone, Debug)]
+pub struct Audit {
+    pub passes: Vec<PassUse>,
+    pub resources: Vec<ResourceUse>,
+    /// Pipelines that were made for it.
+    pub pipelines: u64,
+    /// Of them, those that it used, by their shaders.
+    pub used: BTreeSet<String>,
+}
+
+/// A pass that ran.
+#[derive(Clone, Debug)]
+pub struct PassUse {
+    pub name: &'static str,
+    /// Draws, dispatches, and other commands.
+    pub draws: usize,
+    pub dispatches: usize,
+    pub others: usize,
+    /// Draws and dispatches that are known to do nothing: of no vertices or groups.
+    pub empty: usize,
+}
+
+/// What was allocated.
+#[derive(Clone, Debug)]
+pub struct ResourceUse {
+    pub name: &'static str,
+    pub bytes: u64,
+    /// Passes whose shaders are given it, or that draw into it or copy it.
+    pub used_by: BTreeSet<&'static str>,
+    /// Passes that only fill it.
+    pub filled_by: BTreeSet<&'static str>,
+}
+
+impl ResourceUse {
+    /// More than a placeholder, and no pass does anything with what is in it.
+    pub fn superfluous(&self) -> bool {
+        self.bytes > PLACEHOLDER && self.used_by.is_empty()
+    }
+}
+
+impl Audit {
+    /// Renders and looks at what the frame recorded.
+    ///
+    /// # Errors
+    /// Those of the renderer.
+    pub fn of(
+        context: &Arc<Context>,
+        (scene, pose, view): (&Scene, &Pose, &View),
+        settings: &Settings,
+        options: RenderOptions,
+    ) -> Result<Self> {
+        let before = context.compiled_pipelines();
+        let mut renderer = Renderer::new(context, scene.clone(), pose, settings.clone(), options)?;
+        renderer.render(pose, view)?;
+        renderer.keep_log();
+        renderer.make_anew();
+        renderer.render(pose, view)?;
+        let pipelines = context.compiled_pipelines() - before;
+        let log = renderer.log().cloned().unwrap_or_default();
+        let resources = renderer.plan().rows.iter().map(|&(name, bytes)| resource(&log, name, bytes)).collect();
+        let used = log.zones.iter().flat_map(|zone| &zone.commands).filter_map(shaders).collect();
+        Ok(Self { passes: passes(&log), resources, pipelines, used })
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.resources.iter().map(|resource| resource.bytes).sum()
+    }
+
+    /// A sentence for everything that nothing asks for.
+    pub fn superfluous(&self) -> Vec<String> {
+        let bytes = |r: &ResourceUse| format!("{}: {} bytes that no pass uses", r.name, r.bytes);
+        let mut said: Vec<String> = self.resources.iter().filter(|r| r.superfluous()).map(bytes).collect();
+        let idle = self
+            .passes
+            .iter()
+            .filter(|pass| pass.draws + pass.dispatches > 0 && pass.empty == pass.draws + pass.dispatches);
+        said.extend(idle.map(|pass| format!("{}: a pass of nothing", pass.name)));
+        said
+    }
+}
+
+fn passes(log: &FrameLog) -> Vec<PassUse> {
+    let mut passes: Vec<PassUse> = Vec::new();
+    for zone in log.zones.iter().filter(|zone| !zone.name.is_empty()) {
+        let draws = zone.draws().count();
+        let dispatches = zone.dispatches().count();
+        let others = zone.commands.len() - draws - dispatches;
+        let empty = zone.draws().filter(|draw| draw.call.is_empty()).count()
+            + zone.dispatches().filter(|dispatch| dispatch.groups.is_some_and(|groups| groups.contains(&0))).count();
+        match passes.iter_mut().find(|pass| pass.name == zone.name) {
+            Some(pass) => {
+                (pass.draws, pass.dispatches) = (pass.draws + draws, pass.dispatches + dispatches);
+                (pass.others, pass.empty) = (pass.others + others, pass.empty + empty);
+            }
+            None => passes.push(PassUse { name: zone.name, draws, dispatches, others, empty }),
+        }
+    }
+    passes
+}
+
+fn resource(log: &FrameLog, name: &'static str, bytes: u64) -> ResourceUse {
+    let zones = |touches: &dyn Fn(&CommandLog) -> bool| -> BTreeSet<&'static str> {
+        let touching = log.zones.iter().filter(|zone: &&ZoneLog| zone.commands.iter().any(touches));
+        touching.map(|zone| if zone.name.is_empty() { "upload" } else { zone.name }).collect()
+    };
+    ResourceUse {
+        name,
+        bytes,
+        used_by: zones(&|command| uses(command, name)),
+        filled_by: zones(&|command| fills(command, name)),
+    }
+}
+
+/// Whether a label names a resource of a plan, or a part of one.
+fn is(label: &str, name: &str) -> bool {
+    match name {
+        "image" => label == "beauty",
+        "image readback" => label == "beauty, readback",
+        "image band, samples" => label == "beauty, samples" || label == "depth",
+        "image band, resolved" => label == "beauty, band",
+        "first bounce's volume" => label.starts_with("first bounce"),
+        "second bounce's volume" => label.starts_with("second bounce"),
+        // Images of several parts are numbered.
+        _ => label.strip_prefix(name).is_some_and(|rest| rest.chars().all(|c| c == ' ' || c.is_ascii_digit())),
+    }
+}
+
+fn uses(command: &CommandLog, name: &str) -> bool {
+    let bound = |resources: &[(String, Vec<String>)]| resources.iter().flat_map(|r| &r.1).any(|label| is(label, name));
+    match command {
+        CommandLog::Copy { from, to, .. } => is(from, name) || is(to, name),
+        CommandLog::Draw(draw) => {
+            let drawn = draw.target.colors.iter().chain(&draw.target.depth);
+            let into = |a: &AttachmentLog| is(&a.image, name) || a.resolve.as_ref().is_some_and(|r| is(r, name));
+            // Vertices are bound without a name.
+            let vertices = name.starts_with("scene ") && matches!(draw.call, CallLog::Indexed { .. });
+            bound(&draw.resources) || drawn.into_iter().any(into) || draw.call.reads(name) || vertices
+        }
+        CommandLog::Dispatch(dispatch) => {
+            bound(&dispatch.resources) || dispatch.indirect.as_ref().is_some_and(|(buffer, _)| is(buffer, name))
+        }
+        _ => false,
+    }
+}
+
+fn fills(command: &CommandLog, name: &str) -> bool {
+    match command {
+        CommandLog::Fill { buffer, .. } | CommandLog::Update { buffer, .. } => is(buffer, name),
+        CommandLog::Clear { image } => is(image, name),
+        _ => false,
+    }
+}
+
+fn shaders(command: &CommandLog) -> Option<String> {
+    let (pipeline, stages) = match command {
+        CommandLog::Draw(draw) => (&draw.pipeline, &draw.stages),
+        CommandLog::Dispatch(dispatch) => (&dispatch.pipeline, &dispatch.stages),
+        _ => return None,
+    };
+    let names: Vec<&str> = stages.iter().map(|stage| stage.shader).collect();
+    Some(format!("{pipeline}: {}", names.join(" ")))
+}

@@ -1,0 +1,84 @@
+//! A frame does no work that its scene does not ask for: no pass of nothing, no bytes that no pass uses, no pipeline that no pass
+//! runs, and no pass for what the scene does not have.
+
+mod common;
+
+use std::path::Path;
+
+use common::{assert_clean, gpu};
+use twobounce::profile::audit::{Audit, PLACEHOLDER};
+use twobounce::renderer::RenderOptions;
+use twobounce::scene::{LoadOptions, Scene, View};
+use twobounce::settings::{PRESETS, Settings};
+
+fn audit(scene: &Scene, settings: &Settings) -> Audit {
+    let context = gpu();
+    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+    let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
+    let options = RenderOptions::new((16, 16), bounds);
+    let audit = Audit::of(&context, (scene, &pose, &view), settings, options).unwrap();
+    assert_clean(&context);
+    audit
+}
+
+fn load(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(name);
+    Scene::load(&path, &LoadOptions::default()).unwrap()
+}
+
+fn settings(preset: &str, changes: &[&str]) -> Settings {
+    let mut settings = Settings::preset(preset).unwrap();
+    ["voxels=16"].iter().chain(changes).for_each(|change| settings.set(change).unwrap());
+    settings
+}
+
+#[test]
+fn nothing_runs_or_is_taken_that_nothing_asks_for() {
+    let scene = load("cornell-point.glb");
+    let presets = PRESETS.iter().map(|preset| (preset.name, vec![]));
+    let others =
+        [("fast", vec!["method=none"]), ("fast", vec!["bounces=1"]), ("fast", vec!["bounces=all", "rays.passes=0"])];
+    for (preset, changes) in presets.chain(others) {
+        let audit = audit(&scene, &settings(preset, &changes));
+        let superfluous = audit.superfluous();
+        assert!(superfluous.is_empty(), "{preset} {changes:?}: {superfluous:?}");
+    }
+}
+
+/// A scene without lamps, skins, blending and sky has nothing of theirs.
+#[test]
+fn a_plain_box_has_the_passes_of_a_plain_box() {
+    let plain = audit(&load("cornell-point.glb"), &settings("fast", &[]));
+    let names: Vec<&str> = plain.passes.iter().map(|pass| pass.name).collect();
+    let expected = [
+        "reset",
+        "record",
+        "tree",
+        "voxelise",
+        "cells",
+        "alike",
+        "split",
+        "shade 1",
+        "share items",
+        "shade 2",
+        "gather",
+        "image",
+    ];
+    assert_eq!(names, expected);
+    let bytes = |name: &str| plain.resources.iter().find(|resource| resource.name == name).unwrap().bytes;
+    for name in
+        ["lamps", "lamp nodes", "blend order", "item samples", "item lobes", "last list items", "last voxel cells"]
+    {
+        assert!(bytes(name) <= PLACEHOLDER, "{name}: {} bytes", bytes(name));
+    }
+    // Direct light alone needs the triangles, their tree and the image.
+    let direct = audit(&load("cornell-point.glb"), &settings("fast", &["method=none"]));
+    let names: Vec<&str> = direct.passes.iter().map(|pass| pass.name).collect();
+    assert_eq!(names, ["reset", "record", "tree", "image"]);
+    let dark = audit(
+        &load("cornell-point.glb"),
+        &settings("fast", &["method=none", "lights.shadows=none", "lights.lamps=gathered"]),
+    );
+    assert!(dark.passes.iter().all(|pass| pass.name != "tree"), "{:?}", dark.passes);
+    assert!(dark.bytes() < direct.bytes());
+}

@@ -305,7 +305,7 @@ mod tests {
     #[test]
     fn waits_for_a_busy_processor_do_not_shorten_parts_without_end() {
         let pace = Pace::new(true, true, None);
-        let busy = |at: u32| if at % 100 == 0 { 1000.0 } else { 0.1 };
+        let busy = |at: u32| if at.is_multiple_of(100) { 1000.0 } else { 0.1 };
         (0..20).for_each(|_| drop(submissions(&pace, 60.0, busy)));
         let done = submissions(&pace, 60.0, busy);
         assert!(done.len() <= 64, "{} submissions", done.len());

@@ -189,8 +189,8 @@ impl Making<'_> {
             if wanted.asks() && !lacks {
                 return Ok(false);
             }
-            let behind = self.makers().filter(|maker| maker.renderer.passes() < goal(maker));
-            behind.map(|maker| maker.refine(job, stage)).collect::<Result<()>>()?;
+            let is_behind = |maker: &&mut Maker| maker.renderer.passes() < goal(maker);
+            self.makers().filter(is_behind).try_for_each(|maker| maker.refine(job, stage))?;
             let last = !self.makers().any(|maker| maker.renderer.passes() < goal(maker));
             let whole = !self.lacks_passes();
             if last || whole && lacks || shown.elapsed() > SHOW_AFTER + SHOW_SHARE * took {

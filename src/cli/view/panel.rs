@@ -264,7 +264,7 @@ impl Panel {
                 }
                 ui.label(key.name).on_hover_text(hover);
                 if ui.small_button("ms").on_hover_text("measure a frame with this value and others").clicked() {
-                    self.question = Some(Question::Cost(key.name, self.settings.clone()));
+                    self.question = Some(Question::Cost(key.name, Box::new(self.settings.clone())));
                 }
             });
             for cost in self.costs.0.get(key.name).into_iter().flatten() {

@@ -17,7 +17,7 @@ pub enum Question {
     /// The rays of this pixel of the last picture.
     Rays((u32, u32)),
     /// What a frame takes with a key's other values.
-    Cost(&'static str, Settings),
+    Cost(&'static str, Box<Settings>),
 }
 
 /// What came of it.

@@ -268,7 +268,7 @@ impl App {
                 self.pointer = Some((x, y));
                 self.ask_rays();
             }
-            Act::CostOf(key) => self.panel.question = Some(Question::Cost(key, self.panel.settings.clone())),
+            Act::CostOf(key) => self.panel.question = Some(Question::Cost(key, Box::new(self.panel.settings.clone()))),
             Act::Bounds => self.panel.bounds = !self.panel.bounds,
             Act::Drop(path) => self.dropped(&path),
             Act::Size(width, height) => drop(shown.window.request_inner_size(PhysicalSize::new(width, height))),

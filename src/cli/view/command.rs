@@ -1,9 +1,15 @@
-//! The command that makes what is seen.
+//! The command that makes what is seen, and files of it.
 
+use std::path::Path;
+
+use anyhow::Context as _;
+use twobounce::layers::Aov;
 use twobounce::settings::Settings;
 
+use super::App;
 use super::eye::Eye;
-use crate::cli::words;
+use crate::cli::{out, words};
+use crate::say;
 
 /// Flags that what is seen replaces; each takes a value.
 const REPLACED: [&str; 15] = [
@@ -75,6 +81,45 @@ impl Seen<'_> {
         words.extend(changed(self.preset, self.settings).into_iter().map(|set| format!("--set={set}")));
         words.extend([format!("--exposure={}", self.exposure_ev), "-o".into(), "image.png".into()]);
         words::line(&words)
+    }
+}
+
+impl App {
+    /// The settings that make what is shown: of a refined picture, with as many passes.
+    pub(super) fn settings(&self) -> Settings {
+        let mut settings = self.panel.settings.clone();
+        if let Some((_, frame)) = self.frame.as_ref().filter(|_| self.rests()) {
+            settings.image.passes = settings.image.passes.max(frame.refined.passes);
+        }
+        settings
+    }
+
+    pub(super) fn command(&self) -> String {
+        let exposure = self.panel.exposure.or(self.frame.as_ref().map(|(_, frame)| frame.exposure_ev));
+        let seen = Seen {
+            typed: &self.subject.typed,
+            eye: self.eye,
+            time_s: self.subject.args.time + self.later_s,
+            size: self.shown.as_ref().map_or(self.subject.args.size, |shown| shown.screen.size()),
+            preset: &self.panel.preset,
+            settings: &self.settings(),
+            exposure_ev: exposure.unwrap_or(0.0),
+        };
+        seen.command()
+    }
+
+    /// Writes the image that is shown as a PNG, and beside it as an EXR with the settings.
+    pub(super) fn save(&self, path: &Path) -> anyhow::Result<()> {
+        let (_, frame) = self.frame.as_ref().context("there is no picture to save yet: wait for the first")?;
+        let mut image = frame.image.clone();
+        image.layers.retain(|(layer, _)| *layer != Aov::Alpha);
+        image.write_png(path, frame.exposure_ev)?;
+        let exr = path.with_extension("exr");
+        let header = [("settings", self.settings().to_toml()), ("command", self.command())];
+        let header = header.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        image.write_exr(&exr, &header)?;
+        say!("wrote {} and {}", out::name(path), out::name(&exr));
+        Ok(())
     }
 }
 

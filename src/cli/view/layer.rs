@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_point_on_a_face_takes_the_longer_list() {
-        let mut lengths = vec![0; 8];
+        let mut lengths = [0; 8];
         (lengths[0], lengths[1]) = (2, 5);
         let longest = |at| most_near(at, 2, |voxel| lengths[voxel], |&length| length as f32);
         assert_eq!(longest(DVec3::new(1.0, 0.5, 0.5)), 5);

@@ -1,7 +1,10 @@
-//! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, as [`maker`] says, [`screen`] shows them, [`panel`] has the settings.
-//! [`subject`] is what is open, [`eye`] what keys and mouse move, [`events`] what they do; [`layer`] is what of a frame is shown,
-//! [`beside`] other settings next to it, [`truth`] the path tracer beside. [`script`] plays a user for tests.
+//! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, as [`maker`] says, [`answers`] takes them, [`mod@picture`] is
+//! what of them is on the [`screen`], [`panel`] has the settings and [`times`], [`overlay`] lines over the picture. [`subject`] is what is
+//! open, [`eye`] what keys and mouse move, [`events`] what they do; [`layer`] is what of a frame is shown, [`beside`] other settings next to
+//! it, [`truth`] the path tracer beside, [`question`] what else is asked of the thread. [`lost`] opens lost devices anew, [`script`] plays a
+//! user for tests.
 
+mod answers;
 mod beside;
 mod command;
 mod events;
@@ -11,6 +14,7 @@ mod lost;
 mod maker;
 mod overlay;
 mod panel;
+mod picture;
 mod question;
 #[cfg(feature = "hot-reload")]
 mod reload;
@@ -27,11 +31,9 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, anyhow};
+use anyhow::anyhow;
 use clap::Args;
 use glam::DVec3;
-use twobounce::layers::Aov;
-use twobounce::output::file;
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
 use winit::dpi::PhysicalSize;
@@ -40,16 +42,12 @@ use winit::keyboard::KeyCode;
 use winit::window::Window;
 
 use super::args::{RunArgs, SceneArgs, SettingsArgs, number};
-use super::{interrupt, out};
-use crate::say;
-use beside::Mix;
-use command::Seen;
+use super::interrupt;
 use eye::Eye;
-use layer::Layer;
 use lost::Losses;
-use overlay::Lines;
 use panel::Panel;
-use screen::{Overlay, Screen};
+use picture::Mixed;
+use screen::Screen;
 use script::Script;
 use subject::Subject;
 use truth::{Compared, Truth};
@@ -139,16 +137,6 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     screen::refuse_invalid()?;
     twobounce::measure::refuse_invalid(&app.context)?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// What the picture on the screen is, of a frame.
-#[derive(Clone, Copy, PartialEq)]
-enum Mixed {
-    Plain,
-    /// How far it is faded, and the reference's samples.
-    Truth(f32, u32),
-    /// How, where the line is, and whether it is the other's turn.
-    Beside(Mix, f32, bool),
 }
 
 /// The window and what belongs to it; fields are dropped in this order.
@@ -375,198 +363,6 @@ impl App {
         if let Some(shown) = &self.shown {
             shown.window.request_redraw();
         }
-    }
-
-    /// The settings that make what is shown: of a refined picture, with as many passes.
-    fn settings(&self) -> Settings {
-        let mut settings = self.panel.settings.clone();
-        if let Some((_, frame)) = self.frame.as_ref().filter(|_| self.rests()) {
-            settings.image.passes = settings.image.passes.max(frame.refined.passes);
-        }
-        settings
-    }
-
-    fn command(&self) -> String {
-        let exposure = self.panel.exposure.or(self.frame.as_ref().map(|(_, frame)| frame.exposure_ev));
-        let seen = Seen {
-            typed: &self.subject.typed,
-            eye: self.eye,
-            time_s: self.subject.args.time + self.later_s,
-            size: self.shown.as_ref().map_or(self.subject.args.size, |shown| shown.screen.size()),
-            preset: &self.panel.preset,
-            settings: &self.settings(),
-            exposure_ev: exposure.unwrap_or(0.0),
-        };
-        seen.command()
-    }
-
-    /// Writes the image that is shown as a PNG, and beside it as an EXR with the settings.
-    fn save(&self, path: &Path) -> anyhow::Result<()> {
-        let (_, frame) = self.frame.as_ref().context("there is no picture to save yet: wait for the first")?;
-        let mut image = frame.image.clone();
-        image.layers.retain(|(layer, _)| *layer != Aov::Alpha);
-        image.write_png(path, frame.exposure_ev)?;
-        let exr = path.with_extension("exr");
-        let header = [("settings", self.settings().to_toml()), ("command", self.command())];
-        let header = header.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        image.write_exr(&exr, &header)?;
-        say!("wrote {} and {}", out::name(path), out::name(&exr));
-        Ok(())
-    }
-
-    fn take_answer(&mut self) -> anyhow::Result<()> {
-        if let Some(found) = self.worker.as_ref().and_then(Worker::found) {
-            self.panel.take(found);
-            self.script.found();
-        }
-        let Some(answer) = self.worker.as_ref().and_then(Worker::answer) else { return Ok(()) };
-        self.answered = answer.revision;
-        self.whole = answer.frame.as_ref().map_or(true, |frame| frame.refined.whole);
-        match answer.frame {
-            Err(_) if self.context.is_lost() => self.renew_context()?,
-            Err(words) => match self.before.take() {
-                // What was opened last cannot be shown.
-                Some((subject, eye, later_s)) => {
-                    (self.subject, self.eye, self.later_s) = (subject, eye, later_s);
-                    self.panel.error = Some(words);
-                    self.start();
-                }
-                None if self.frame.is_none() => return Err(anyhow!(words)),
-                None => self.panel.frame_error = Some(words),
-            },
-            Ok(frame) => {
-                (self.before, self.panel.frame_error) = (None, None);
-                if let Some(job) = self.asked.as_ref().filter(|job| job.revision == answer.revision) {
-                    self.script.answered(self.asked_at.elapsed());
-                    self.script.unfinished += u32::from(!job.moving && !frame.refined.whole);
-                }
-                (self.truth, self.compared, self.mixed) = (None, None, None);
-                self.panel.history.add(&frame);
-                self.frame = Some((answer.revision, frame));
-                self.set_title();
-            }
-        }
-        Ok(())
-    }
-
-    /// Shows what came of GLSL that was saved.
-    #[cfg(feature = "hot-reload")]
-    fn take_reload(&mut self) {
-        let Some(said) = self.reloading.as_ref().and_then(reload::Reloading::take) else { return };
-        self.script.reloaded();
-        match said {
-            Ok(count) => {
-                say!("shaders compiled anew: {count}");
-                self.panel.shader_error = None;
-                if let Some(worker) = self.worker.as_ref().filter(|_| count > 0) {
-                    worker.renew();
-                    self.moves();
-                }
-            }
-            Err(words) => {
-                out::warn(&words);
-                self.panel.shader_error = Some(words);
-            }
-        }
-    }
-
-    fn set_title(&self) {
-        let (Some(shown), Some((_, frame))) = (&self.shown, &self.frame) else { return };
-        let (width, height) = shown.screen.size();
-        let coarse = match frame.divisor {
-            1 => String::new(),
-            by => format!(" at 1/{by}"),
-        };
-        let (name, ms) = (&self.subject.scene.name, frame.ms);
-        let refined = frame.refined.words(frame.report.noise);
-        let title = format!("{name} · {width}x{height}{coarse} · {ms:.0} ms{refined} · {}", self.context.name);
-        shown.window.set_title(&title);
-    }
-
-    /// Starts and ends the path tracer, and mixes what it found into the picture.
-    fn compare(&mut self) -> anyhow::Result<()> {
-        let Some((revision, frame)) = &self.frame else { return Ok(()) };
-        let newest = self.rests() && *revision == self.answered;
-        let wanted = self.panel.truth && newest && self.panel.layer == Layer::BEAUTY;
-        if self.truth.as_ref().is_some_and(|truth| !wanted || truth.revision != *revision) {
-            (self.truth, self.compared) = (None, None);
-        }
-        if wanted && self.truth.is_none() {
-            let job = self.asked.as_ref().context("a picture that nobody asked for")?;
-            let Subject { scene, shot, .. } = &self.subject;
-            let of = (scene.clone(), shot.pose(scene, job.later_s), job.view);
-            self.truth = Some(Truth::begin(*revision, of, frame.image.clone(), self.proxy.clone()));
-        }
-        if let Some(compared) = self.truth.as_ref().and_then(Truth::take) {
-            self.compared = Some(compared);
-        }
-        let panel = &self.panel;
-        let mixed = match (&self.compared, &frame.beside) {
-            (Some(compared), _) => Mixed::Truth(panel.fade, compared.samples),
-            (None, Some(_)) => Mixed::Beside(panel.mix, panel.split, panel.mix == Mix::Flicker && self.flickers()),
-            (None, None) => Mixed::Plain,
-        };
-        if self.mixed == Some(mixed) {
-            return Ok(());
-        }
-        let picture = match (mixed, &self.compared) {
-            (Mixed::Truth(fade, _), Some(compared)) => Some(compared.picture(frame, fade)),
-            (Mixed::Beside(mix, split, other), _) => beside::picture(frame, panel.layer, mix, (split, other)),
-            _ => None,
-        };
-        if let Some(shown) = &mut self.shown {
-            shown.screen.set_picture(picture.as_ref().unwrap_or(&frame.picture))?;
-            self.mixed = Some(mixed);
-        }
-        Ok(())
-    }
-
-    /// Whether it is the turn of what is beside.
-    fn flickers(&self) -> bool {
-        (self.opened.elapsed().as_secs_f64() / FLICKER_S) as u64 % 2 == 1
-    }
-
-    fn draw(&mut self, grab: Option<&Path>) -> anyhow::Result<()> {
-        if let Some(worker) = &self.worker {
-            worker.hold(self.panel.truth);
-        }
-        self.compare()?;
-        self.drawn = Instant::now();
-        let Some(shown) = &mut self.shown else { return Ok(()) };
-        let input = shown.egui.take_egui_input(&shown.window);
-        let context = shown.egui.egui_ctx().clone();
-        let (panel, frame) = (&mut self.panel, self.frame.as_ref().map(|(_, frame)| frame));
-        let compared = self.compared.as_ref();
-        let step = self.worker.as_ref().and_then(Worker::step);
-        let mut changed = false;
-        let size = shown.screen.size();
-        let output = context.run_ui(input, |ui| {
-            if let Some(frame) = frame {
-                let lines = Lines::new(ui.ctx(), &frame.view, size);
-                if panel.bounds {
-                    lines.boxes(&frame.boxes);
-                }
-                lines.rays(&panel.rays, frame.exposure_ev);
-            }
-            changed |= panel.show(ui.ctx(), (frame, compared), step);
-        });
-        if let (Some(worker), Some(question)) = (&self.worker, panel.question.take()) {
-            worker.put(question);
-        }
-        shown.egui.handle_platform_output(&shown.window, output.platform_output);
-        let pixels_per_point = output.pixels_per_point;
-        let primitives = context.tessellate(output.shapes, pixels_per_point);
-        let overlay = Overlay { textures: output.textures_delta, primitives, pixels_per_point, window: &shown.window };
-        let grabbed = shown.screen.draw(overlay, grab.is_some())?;
-        let resized = shown.screen.size() != size;
-        if let (Some(path), Some(picture)) = (grab, grabbed) {
-            let rgb = picture.rgba.chunks_exact(4).flat_map(|p| p[..3].to_vec()).collect();
-            file::write(path, &twobounce::output::png::encode_rgb(picture.size.0, picture.size.1, rgb)?)?;
-        }
-        if changed || resized {
-            self.moves();
-        }
-        Ok(())
     }
 
     fn or_fail(&mut self, event_loop: &ActiveEventLoop, result: anyhow::Result<()>) {

@@ -141,23 +141,30 @@ impl Answer {
     pub fn text(&self) -> String {
         let Self { choice, confidence, width, height, .. } = self;
         let mut text = String::new();
-        let mut say = |line: String| text += &(line + "\n");
+        let mut say = |line: &str| {
+            text.push_str(line);
+            text.push('\n');
+        };
         let asked = self.limits.words();
         if self.holds {
-            say(format!("the cheapest of {} settings measured that hold {asked}:", self.measured));
+            say(&format!("the cheapest of {} settings measured that hold {asked}:", self.measured));
         } else {
-            say(format!("none of {} settings measured holds {asked}; the nearest:", self.measured));
+            say(&format!("none of {} settings measured holds {asked}; the nearest:", self.measured));
         }
-        say(String::new());
-        self.commands.iter().for_each(|command| say(format!("  {command}")));
-        say(String::new());
+        say("");
+        self.commands.iter().for_each(|command| say(&format!("  {command}")));
+        say("");
         let Spread { median, min, max } = choice.ms;
         let spread = format!("{} to {} over {} frames", short(min), short(max), choice.frames);
-        say(format!("time    {} ms a frame from scratch ({spread}), {width}x{height}, {}", short(median), self.device));
-        say(format!("memory  {:.1} MiB", mib(choice.bytes)));
+        say(&format!(
+            "time    {} ms a frame from scratch ({spread}), {width}x{height}, {}",
+            short(median),
+            self.device
+        ));
+        say(&format!("memory  {:.1} MiB", mib(choice.bytes)));
         let least = (choice.error - confidence.noise).max(0.0);
         let (ew, eh) = (self.error_width, self.error_height);
-        say(format!(
+        say(&format!(
             "error   {:.4} of {}, {ew}x{eh}: with the noise of the reference, which is {:.4} of it; without it between {least:.4} and {:.4}",
             choice.error,
             error_words(&self.error_of),
@@ -165,11 +172,11 @@ impl Answer {
             choice.error
         ));
         if let Some(Binds { limit, share }) = &self.binds {
-            say(format!("binds   {limit}: {:.0} % of it is taken", 100.0 * share));
+            say(&format!("binds   {limit}: {:.0} % of it is taken", 100.0 * share));
         }
         let passes = self.passes.iter().take(4).map(|pass| format!("{} {:.0} %", pass.name, 100.0 * pass.share));
-        say(format!("passes  {}", passes.collect::<Vec<_>>().join(", ")));
-        say("\nthe next rungs (~ concluded, not measured):".to_owned());
+        say(&format!("passes  {}", passes.collect::<Vec<_>>().join(", ")));
+        say("\nthe next rungs (~ concluded, not measured):");
         for ladder in &self.ladders {
             let cell = |rung: &Option<Neighbour>| match rung {
                 Some(rung) => {
@@ -179,14 +186,14 @@ impl Answer {
                 }
                 None => "–".to_owned(),
             };
-            say(format!("  {} = {}; down {}; up {}", ladder.key, ladder.value, cell(&ladder.down), cell(&ladder.up)));
+            say(&format!("  {} = {}; down {}; up {}", ladder.key, ladder.value, cell(&ladder.down), cell(&ladder.up)));
         }
         if !self.not_needed.is_empty() {
-            say("\nwhat the scene does not need, and why:".to_owned());
-            self.not_needed.iter().for_each(|sentence| say(format!("  {sentence}")));
+            say("\nwhat the scene does not need, and why:");
+            self.not_needed.iter().for_each(|sentence| say(&format!("  {sentence}")));
         }
-        say("\nhow sure it is:".to_owned());
-        say(format!(
+        say("\nhow sure it is:");
+        say(&format!(
             "  against a reference of another seed ({} samples a pixel each) the error is {:.4}",
             confidence.samples, confidence.other_seed
         ));
@@ -196,20 +203,20 @@ impl Answer {
                 Some(_) => ", which holds",
                 None => "",
             };
-            say(format!("  {view}, which was not searched: error {error:.4} (noise {noise:.4}){holds}"));
+            say(&format!("  {view}, which was not searched: error {error:.4} (noise {noise:.4}){holds}"));
         }
         if confidence.held_out.is_empty() {
-            say("  no other view was checked: the budget was spent".to_owned());
+            say("  no other view was checked: the budget was spent");
         }
         let others = self.finalists.iter().filter(|other| *other != choice);
         let others: Vec<String> = others
             .map(|other| format!("{} ms, {:.4} ({})", short(other.ms.median), other.error, other.flags().join(" ")))
             .collect();
         if !others.is_empty() {
-            say(format!("  timed beside it, in turns: {}", others.join("; ")));
+            say(&format!("  timed beside it, in turns: {}", others.join("; ")));
         }
         if !self.finished {
-            say("  the budget was spent before the search was done: a larger --budget may find better".to_owned());
+            say("  the budget was spent before the search was done: a larger --budget may find better");
         }
         text
     }

@@ -275,7 +275,7 @@ mod tests {
     /// Within a tenth of the best of all combinations in nine of ten scenes, after a small part of their number.
     #[test]
     fn it_finds_nearly_the_best_of_many_by_few() {
-        const SCENES: u64 = 20;
+        const SCENES: u64 = 100;
         let needs = Needs { lamps: true, ..Needs::NOTHING };
         let fixed = ["image.direct=samples", "image.interleave=4", "rays.bounce=2", "lights.voxel_lamp_points=4"];
         let mut spaces = spaces(&needs, &fixed.map(str::to_owned)).unwrap();

@@ -126,7 +126,7 @@ fn a_window_is_resized_and_its_swapchain_made_a_hundred_times() {
 #[test]
 fn a_window_is_minimised_and_restored() {
     let folder = folder();
-    let managed = "jwm & exec \"$@\"";
+    let managed = "command -v jwm >/dev/null || { echo install package jwm >&2; exit 2; }; jwm & exec \"$@\"";
     let program = ["sh", "-c", managed, "sh", env!("CARGO_BIN_EXE_twobounce"), "view", SCENE];
     let script = "rest\npanel closed\nsize 96 64\nrest\ngrab a.png\nminimise\nminimised\nset bounces=1\nrest\nset bounces=2\nrest\n\
                   restore\nrestored\nrest\ngrab b.png\nquit";

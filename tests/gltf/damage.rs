@@ -220,7 +220,7 @@ fn wrong_values_are_refused_by_name() {
         ("/skins/0/joints", json!([1]), "uses joint 1 of 1"),
         ("/skins/0/joints", json!([1, 1, 1]), "3 joints and 2 matrices"),
         ("/meshes/0/primitives/0/attributes/JOINTS_0", json!(0), "does not fit its use"),
-        ("/meshes/0/weights", json!([1e39]), "whose weight is infinite"),
+        ("/meshes/0/weights", json!([1e39]), "number out of range"),
         ("/animations/0/channels/0/target", json!({"node": 0, "path": "weights"}), "does not fit its use"),
         ("/textures/0/source", json!(1), "image 1 is used but does not exist"),
         ("/textures/0/sampler", json!(0), "sampler 0 is used but does not exist"),

@@ -11,6 +11,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// more submissions with vertices that are shaded again in each.
 const AIM_MS: f64 = 50.0;
 const AIM_CPU_MS: f64 = 1000.0;
+/// The same where a window waits for it: what it waits for besides takes longer there than on a GPU.
+const AIM_RESPONSIVE_CPU_MS: f64 = 25.0;
 /// Work of unknown cost begins with so small a share of it,
 const FIRST_SHARE: u32 = 64;
 const FIRST_CPU_SHARE: u32 = 16;
@@ -51,10 +53,13 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// `responsive`: as short on a CPU device as on a GPU.
+    /// `responsive`: as short on a CPU device as on a GPU, and shorter.
     pub fn new(on_cpu: bool, responsive: bool, watch: Option<Watch>) -> Arc<Mutex<Self>> {
-        let long = on_cpu && !responsive;
-        let (aim_ms, first_share) = if long { (AIM_CPU_MS, FIRST_CPU_SHARE) } else { (AIM_MS, FIRST_SHARE) };
+        let (aim_ms, first_share) = match (on_cpu, responsive) {
+            (false, _) => (AIM_MS, FIRST_SHARE),
+            (true, true) => (AIM_RESPONSIVE_CPU_MS, FIRST_SHARE),
+            (true, false) => (AIM_CPU_MS, FIRST_CPU_SHARE),
+        };
         let least_share = on_cpu.then_some(LEAST_CPU_SHARE);
         Arc::new(Mutex::new(Self {
             aim_ms,

@@ -23,7 +23,7 @@ use crate::cli::blank::sky_shown;
 /// The passes that come after the light: a frame that ends early in one of them has lost nothing but its image.
 pub const IMAGE_PASSES: [&str; 2] = ["image", "gather"];
 /// Milliseconds of the image while something moves: with encoding and showing it, an answer within 100.
-const MOVING_MS: f64 = 50.0;
+const MOVING_MS: f64 = 35.0;
 /// By how much a side of the image is divided while something moves.
 const DIVISORS: [u32; 4] = [1, 2, 4, 8];
 /// At rest, what there is meanwhile is shown after so long,

@@ -77,7 +77,11 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
 #ifdef METHOD_LOBES
     vec3 glossy = irradiance / PI * specular * frame.scale;
     if (feature(FEATURE_SPECULAR) && brightest(glossy) > 0.0 && dot(toward.xyz, s.facet) > 0.0) {
+#ifdef METHOD_POINTS
+        keep_lobe_of(place, s, irradiance * frame.scale, toward.xyz / toward.w);
+#else
         keep_lobe(place, glossy, s.facet, toward.xyz / toward.w, s.roughness);
+#endif
         specular = vec3(0.0);
     }
 #endif

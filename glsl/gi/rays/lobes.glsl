@@ -64,7 +64,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float way = travelled + met.distance;
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
-        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met) * texture_detail(met, m, max(width, pixel_width));
+        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d) * texture_detail(met, m, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;

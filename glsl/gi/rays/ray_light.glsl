@@ -4,6 +4,7 @@
 #include "ground/heads.glsl"
 #include "ground/on_plane.glsl"
 #include "gi/rays/sees.glsl"
+#include "gi/rays/item_lobes.glsl"
 
 layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; }; // what list items sent one pass before
 
@@ -58,14 +59,22 @@ uint lit_for(Met met) {
     return sees(entry.voxel, item, hit, other) ? twin : UNLIT;
 }
 
+bool two_sided_of(Met met) {
+    return (materials[met.triangle.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+}
+
 // Stored radiance of what was met, on the side that is seen: what the list item sends that stands for it where it was met.
 // No other surface and no other side mixes into it, however thin a wall is.
-vec3 seen_radiance(Met met) {
+vec3 seen_radiance(Met met, vec3 d) {
     uint item = met.any ? lit_for(met) : UNLIT;
     COUNT(WORDS, item != UNLIT ? 3u : 0u);
     bool lit = item != UNLIT;
     item = lit ? item : 0u;
     vec3 seen = met.back ? seen_lights[item].back : seen_lights[item].front;
+    uvec4 lobe = item_lobes[2u * item + (two_sided_of(met) && !met.back ? 0u : two_sided_of(met) ? 1u : 0u)];
+    if (feature(FEATURE_SPECULAR) && (lobe.x | lobe.y) != 0u) {
+        seen += lobe_light(lobe, met.back ? -met.normal : met.normal, -d);
+    }
     return lit ? seen : vec3(0.0);
 }
 
@@ -79,7 +88,7 @@ vec4 trace_light(vec3 position, vec3 facet, vec3 d) {
     for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
         vec3 passed = transmittance(met);
-        sum += met.any && !met.dark ? through * (1.0 - passed) * seen_radiance(met) : vec3(0.0);
+        sum += met.any && !met.dark ? through * (1.0 - passed) * seen_radiance(met, d) : vec3(0.0);
         through *= met.any ? passed : vec3(1.0);
         bool spent = brightest(through) < SPENT;
         through = spent ? vec3(0.0) : through;

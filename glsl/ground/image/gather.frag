@@ -37,14 +37,20 @@ void main() {
     Surface s = evaluate_surface(t, attributes, weights, pixel_footprint(attributes, in_weights), in_back != 0u);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
     vec4 light = vec4(0.0);
+    vec4 lobe = vec4(0.0);
     LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
     // Metals, glass and unlit surfaces gather nothing: a loop, which a CPU device leaves early.
     for (uint i = 0u; i < (scatters(s) ? 1u : 0u); i++) {
-        light = look_up_diffuse(s, uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u));
+        uvec3 place = uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u);
+#ifdef METHOD_GATHERS_LOBES
+        light = look_up_for_view(s, view, place, lobe);
+#else
+        light = look_up_diffuse(s, place);
+#endif
         lamps = lamp_light(s, view);
     }
     out_surface = vec4(s.position, scatters(s) ? pack_normal(s.normal) : -1.0);
     out_light = light;
-    out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0);
-    out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0);
+    out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), dot(lobe.rgb, vec3(0.2126, 0.7152, 0.0722)));
+    out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), lobe.a);
 }

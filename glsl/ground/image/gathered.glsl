@@ -7,10 +7,11 @@ struct Gathered {
     vec4 light; // E/π in stored radiance; open share of the hemisphere
     LampLight lamps;
     bool found;
+    vec2 lobe;
 };
 
 Gathered nothing_gathered() {
-    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), LampLight(vec3(0.0), vec3(0.0)), false);
+    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), LampLight(vec3(0.0), vec3(0.0)), false, vec2(0.0));
 }
 
 #ifdef GATHERED
@@ -46,6 +47,7 @@ Gathered gathered_nearby(vec3 position, vec3 normal) {
         if (LAMPS == LAMPS_SAMPLED) {
             sum.lamps.diffuse += weight * texelFetch(shared_lamps, texel, 0).rgb;
             sum.lamps.specular += weight * texelFetch(shared_lamps_specular, texel, 0).rgb;
+            sum.lobe += weight * vec2(texelFetch(shared_lamps, texel, 0).a, texelFetch(shared_lamps_specular, texel, 0).a);
         }
     }
     sum.found = total > 1e-3;

@@ -58,6 +58,7 @@ impl Gi for Lighting {
             lit_items: true,
             alike: true,
             split: true,
+            item_lobes: true,
             kept_direct_light: settings.bounces.volumes() > 1,
             seen_lights: true,
             carried_light: all,
@@ -124,7 +125,7 @@ impl Gi for Lighting {
 
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>> {
         let lists = ground.base();
-        vec![Bind::buffer("item_parts", &lists.item_parts), Bind::buffer("seen_lights", &lists.seen_lights)]
+        vec![Bind::buffer("item_parts", &lists.item_parts), Bind::buffer("seen_lights", &lists.seen_lights), Bind::buffer("item_lobes", &lists.item_lobes)]
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {

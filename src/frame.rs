@@ -458,6 +458,7 @@ fn with_image_pass<T>(desc: &FrameDesc, method: &dyn Gi, make: impl FnOnce(&Imag
         features,
         method: settings.method.name(),
         apart: wants(settings).diffuse && settings.image.gathers_apart(),
+        lobes: wants(settings).gathers_lobes,
         constants: &with(constants(settings, features), method.constants()),
     })
 }

@@ -6,6 +6,9 @@
 
 const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
 
+// A voxel has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
+const float MEAN_COSINE = 0.6666667;
+
 struct Brdf {
     vec3 diffuse;
     vec3 specular;
@@ -132,7 +135,7 @@ struct Viewed {
     Lobes lobes;
     bool back; // the side against the winding
     float bend; // how far the normal turns over half a pixel, radians
-    vec3 gathered; // E/π of its diffuse light, stored radiance
+    vec3 gathered; // mean over its specular lobe, or E/π of its diffuse light, stored radiance
 };
 
 // What a surface sends to a viewer: a method's look-up adds to it.

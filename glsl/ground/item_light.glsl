@@ -1,5 +1,6 @@
 // What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks up.
-// A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and keep_no_lobe() before this file.
+// A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and keep_no_lobe() before this file,
+// which tell them the stored irradiance, what is mirrored of it, had it been sent evenly, and the mean of the unit directions to the lights.
 // A method that lights other points than the middle of an item's part defines METHOD_POINTS before this file.
 // The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
 // voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
@@ -16,9 +17,6 @@
 #ifdef METHOD_POINTS
 #include "method/item_point.glsl"
 #endif
-
-// A volume has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
-const float MEAN_COSINE = 0.6666667;
 
 layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
@@ -77,11 +75,7 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
 #ifdef METHOD_LOBES
     vec3 glossy = irradiance / PI * specular * frame.scale;
     if (feature(FEATURE_SPECULAR) && brightest(glossy) > 0.0 && dot(toward.xyz, s.facet) > 0.0) {
-#ifdef METHOD_POINTS
-        keep_lobe_of(place, s, irradiance * frame.scale, toward.xyz / toward.w);
-#else
-        keep_lobe(place, glossy, s.facet, toward.xyz / toward.w, s.roughness);
-#endif
+        keep_lobe(place, s, irradiance * frame.scale, glossy, toward.xyz / toward.w);
         specular = vec3(0.0);
     }
 #endif

@@ -102,7 +102,7 @@ pub(super) fn plan(
     rows.extend(target::plan(size, settings.image.samples, outputs));
     if wants.diffuse && settings.image.gathers_apart() {
         let band_rows = target::band_rows(size.0, size.1, settings.image.samples, outputs);
-        rows.push(gather::plan(&settings.image, size, band_rows));
+        rows.push(gather::plan(&settings.image, wants.gathers_lobes, size, band_rows));
     }
     rows
 }

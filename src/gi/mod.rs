@@ -80,6 +80,8 @@ methods! {
 /// (`glsl/gi/<name>/look_up.glsl`) what light reaches a surface from elsewhere:
 /// - `vec4 look_up_diffuse(Surface s, uvec3 place)`: irradiance/π in stored radiance, the sky included, and the open share of
 ///   the hemisphere; `place` is a pixel or a voxel, by which directions may differ;
+/// - `METHOD_GATHERS_LOBES` and `vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec4 lobe)`, with [`Wants::gathers_lobes`]:
+///   the same, and beside it what it finds weighted by the lobe towards a viewer, with the sum of weights;
 /// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: what the surface mirrors and lets through;
 /// - `const bool FINDS_LAMPS`: whether `add_glossy` also finds sampled lamps;
 /// - `vec3 look_up_specular(Surface s)`, where list items are lit with it: what a glossy surface meets that has no viewer;
@@ -164,8 +166,8 @@ pub struct Wants {
     pub split: bool,
     /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them.
     pub item_samples: bool,
-    /// The specular lobes that list items send direct light in.
-    pub item_lobes: bool,
+    /// Words of 32 bits for the specular lobe in which each side of a list item sends direct light.
+    pub lobe_words: u32,
     /// Whether direct light is kept from one pass of a frame to the next,
     pub kept_direct_light: bool,
     /// beside each lit item the light that others see of it,
@@ -176,8 +178,10 @@ pub struct Wants {
     pub grids: Vec<GridPlace>,
     /// and of their occupied cells, with items that are lit and direct light that is kept.
     pub lit_grids: bool,
-    /// Whether its diffuse look-up is worth gathering apart from the image.
+    /// Whether its diffuse look-up is worth gathering apart from the image,
     pub diffuse: bool,
+    /// and what it finds for rough lobes on the way beside it.
+    pub gathers_lobes: bool,
     /// Whether it has shadows of its own.
     pub shadows: bool,
     /// Whether its light differs from frame to frame though nothing changes.

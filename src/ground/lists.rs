@@ -149,7 +149,7 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("item parts", array::<layout::ItemPart>(items(wants.alike))),
         ("lit items", array::<u32>(items(wants.alike))),
         ("item samples", array::<u32>(items(wants.item_samples))),
-        ("item lobes", array::<[[u32; 4]; 2]>(items(wants.item_lobes))),
+        ("item lobes", u64::from(wants.lobe_words.max(1)) * array::<[u32; 2]>(items(wants.lobe_words > 0))),
         ("direct light", array::<[[f32; 3]; 2]>(items(wants.kept_direct_light))),
         ("seen lights", array::<layout::ItemLight>(items(wants.seen_lights))),
         ("last list items", array::<layout::ListItem>(last_items)),

@@ -5,6 +5,7 @@
 // Lights the items of the lists: the photons. With LOOK_UP they gather from the volume of the bounce before.
 #include "ground/constants.glsl"
 #include "common/color.glsl"
+#include "ground/brdf.glsl"
 #include "gi/photons/lobes.glsl"
 
 #define METHOD_LOBES
@@ -13,8 +14,8 @@ void keep_no_lobe(uint place) {
     item_lobes[place] = uvec4(0u);
 }
 
-void keep_lobe(uint place, vec3 sent, vec3 n, vec3 mean, float roughness) {
-    LobeLight lobe = lobe_light(sent, n, mean, roughness);
+void keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
+    LobeLight lobe = lobe_light(sent, s.facet, mean, s.roughness);
     lobe.light = min(lobe.light, vec3(LARGEST_STORED));
     item_lobes[place] = pack_lobe(lobe);
 }

@@ -12,14 +12,20 @@
 #define METHOD_LOBES
 
 void keep_no_lobe(uint place) {
-    item_lobes[place] = uvec4(0u);
+    item_lobes[place] = uvec2(0u);
 }
 
-void keep_lobe_of(uint place, Surface s, vec3 irradiance, vec3 mean) {
-    float lit = brightest(irradiance);
-    vec3 toward = normalize(mean);
-    vec3 f0 = min(irradiance * s.f0, vec3(LARGEST_STORED));
-    item_lobes[place] = uvec4(packHalf2x16(f0.rg), packHalf2x16(vec2(f0.b, min(lit * s.f90, LARGEST_STORED))), packHalf2x16(toward.xy), packHalf2x16(vec2(toward.z, max(s.roughness * s.roughness, 0.05))));
+void keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
+    s = without_film(s, MEAN_COSINE);
+    ItemLobe lobe = ItemLobe(irradiance * s.f0, s.f90 / max(brightest(s.f0), 1e-4), normalize(mean), max(s.roughness * s.roughness, LEAST_ITEM_ALPHA));
+    if (feature(FEATURE_LAYERS)) {
+        // What lies over the surface is taken to send what it mirrors along the same lobe.
+        vec3 bare = irradiance / PI * specular_albedo(s.f0, s.f90, s.roughness, MEAN_COSINE);
+        lobe.light *= brightest(sent) / max(brightest(bare), 1e-20);
+    }
+    lobe.light = min(lobe.light, vec3(LARGEST_STORED));
+    COUNT(WORDS, 2u);
+    item_lobes[place] = pack_item_lobe(lobe);
 }
 const bool CLIPS_ITEMS = true;
 const bool LIGHTS_FRONTS = false;

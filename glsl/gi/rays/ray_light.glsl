@@ -59,11 +59,8 @@ uint lit_for(Met met) {
     return sees(entry.voxel, item, hit, other) ? twin : UNLIT;
 }
 
-bool two_sided_of(Met met) {
-    return (materials[met.triangle.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
-}
-
-// Stored radiance of what was met, on the side that is seen: what the list item sends that stands for it where it was met.
+// Stored radiance of what was met along unit d, on the side that is seen: what the list item sends there that stands for it where it
+// was met.
 // No other surface and no other side mixes into it, however thin a wall is.
 vec3 seen_radiance(Met met, vec3 d) {
     uint item = met.any ? lit_for(met) : UNLIT;
@@ -71,9 +68,10 @@ vec3 seen_radiance(Met met, vec3 d) {
     bool lit = item != UNLIT;
     item = lit ? item : 0u;
     vec3 seen = met.back ? seen_lights[item].back : seen_lights[item].front;
-    uvec4 lobe = item_lobes[2u * item + (two_sided_of(met) && !met.back ? 0u : two_sided_of(met) ? 1u : 0u)];
-    if (feature(FEATURE_SPECULAR) && (lobe.x | lobe.y) != 0u) {
-        seen += lobe_light(lobe, met.back ? -met.normal : met.normal, -d);
+    if (feature(FEATURE_SPECULAR)) {
+        uvec2 lobe = item_lobes[2u * item + (met.back ? 1u : 0u)];
+        COUNT(WORDS, 2u);
+        seen += lobe == uvec2(0u) ? vec3(0.0) : item_lobe_light(unpack_item_lobe(lobe), met.back ? -met.normal : met.normal, -d);
     }
     return lit ? seen : vec3(0.0);
 }

@@ -27,6 +27,9 @@ layout(location = 0) out vec4 out_surface; // position, voxels; packed normal, â
 layout(location = 1) out vec4 out_light; // E/Ï€ in stored radiance; open share of the hemisphere
 layout(location = 2) out vec4 out_lamps; // the same of sampled lamps
 layout(location = 3) out vec4 out_lamps_specular; // stored radiance
+#ifdef METHOD_GATHERS_LOBES
+layout(location = 4) out vec4 out_lobe; // stored radiance weighted by the specular lobe; the weights
+#endif
 
 void main() {
     COUNT(TRIANGLES, 1u);
@@ -51,6 +54,9 @@ void main() {
     }
     out_surface = vec4(s.position, scatters(s) ? pack_normal(s.normal) : -1.0);
     out_light = light;
-    out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), dot(lobe.rgb, vec3(0.2126, 0.7152, 0.0722)));
-    out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), lobe.a);
+    out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0);
+    out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0);
+#ifdef METHOD_GATHERS_LOBES
+    out_lobe = min(lobe, LARGEST_STORED);
+#endif
 }

@@ -7,17 +7,20 @@ struct Gathered {
     vec4 light; // E/π in stored radiance; open share of the hemisphere
     LampLight lamps;
     bool found;
-    vec2 lobe;
+    vec4 lobe; // light weighted by the specular lobe, the weights; 0 where nothing was
 };
 
 Gathered nothing_gathered() {
-    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), LampLight(vec3(0.0), vec3(0.0)), false, vec2(0.0));
+    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), LampLight(vec3(0.0), vec3(0.0)), false, vec4(0.0));
 }
 
 #ifdef GATHERED
 layout(set = 0, binding = 25) uniform sampler2D shared_light;
 layout(set = 0, binding = 27) uniform sampler2D shared_lamps; // stored radiance, diffuse and specular
 layout(set = 0, binding = 28) uniform sampler2D shared_lamps_specular;
+#ifdef METHOD_GATHERS_LOBES
+layout(set = 0, binding = 58) uniform sampler2D shared_lobe;
+#endif
 layout(set = 0, binding = 26) uniform sampler2D surfaces; // position, packed normal
 
 // Rows that a band gathers above and below its own, so that no neighbour is missing.
@@ -47,12 +50,16 @@ Gathered gathered_nearby(vec3 position, vec3 normal) {
         if (LAMPS == LAMPS_SAMPLED) {
             sum.lamps.diffuse += weight * texelFetch(shared_lamps, texel, 0).rgb;
             sum.lamps.specular += weight * texelFetch(shared_lamps_specular, texel, 0).rgb;
-            sum.lobe += weight * vec2(texelFetch(shared_lamps, texel, 0).a, texelFetch(shared_lamps_specular, texel, 0).a);
         }
+#ifdef METHOD_GATHERS_LOBES
+        if (feature(FEATURE_SPECULAR)) {
+            sum.lobe += weight * texelFetch(shared_lobe, texel, 0);
+        }
+#endif
     }
     sum.found = total > 1e-3;
     float mean = sum.found ? 1.0 / total : 0.0;
-    sum.light *= mean;
+    sum.light *= mean; // the lobe's is divided by its weights
     sum.lamps.diffuse *= mean / frame.scale;
     sum.lamps.specular *= mean / frame.scale;
     return sum;

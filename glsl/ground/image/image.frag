@@ -126,10 +126,10 @@ void main() {
     for (uint i = 0u; i < near + places * far; i++) {
         uint k = i - near;
         uvec3 place = i < near ? uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
-        vec4 lobe = vec4(0.0);
 #ifdef METHOD_GATHERS_LOBES
+        vec4 lobe;
         vec4 light = look_up_for_view(i < near ? s : far_side(s), view, place, lobe);
-        gathered.lobe = i < near ? vec2(dot(lobe.rgb, vec3(0.2126, 0.7152, 0.0722)), lobe.a) : gathered.lobe;
+        gathered.lobe = i < near ? lobe : gathered.lobe;
 #else
         vec4 light = look_up_diffuse(i < near ? s : far_side(s), place);
 #endif
@@ -143,9 +143,7 @@ void main() {
     if (lit) {
         sent.direct += s.diffuse * viewed.lobes.diffuse * gathered.lamps.diffuse + gathered.lamps.specular;
         sent.indirect = s.diffuse * viewed.lobes.diffuse * gathered.light.rgb;
-        float mean_light = dot(gathered.light.rgb, vec3(0.2126, 0.7152, 0.0722));
-        float ratio = gathered.lobe.y > 0.0 && mean_light > 0.0 ? gathered.lobe.x / (gathered.lobe.y * mean_light) : 1.0;
-        viewed.gathered = gathered.light.rgb * ratio;
+        viewed.gathered = gathered.lobe.a > 0.0 ? gathered.lobe.rgb / gathered.lobe.a : gathered.light.rgb;
         if (feature(FEATURE_SHEEN)) {
             sent.indirect += viewed.lobes.sheen * gathered.light.rgb;
         }
@@ -160,6 +158,7 @@ void main() {
             if (layer > 0u) {
                 glossy = coat_of(s);
                 seen = coat_viewed(viewed);
+                seen.gathered = gathered.light.rgb; // the lobe is that of what lies under it
             }
             add_glossy(sent, glossy, seen);
         }

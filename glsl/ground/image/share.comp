@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+//! with LOBES
 // Share: every gathered pixel takes the mean of its neighbours on the same surface. The square has an odd side,
 // its border counts half: each of the INTERLEAVE² patterns counts the same.
 
@@ -15,6 +16,10 @@ layout(set = 0, binding = 3) uniform sampler2D lamps_specular;
 layout(set = 0, binding = 4, rgba16f) writeonly uniform image2D shared_light;
 layout(set = 0, binding = 5, rgba16f) writeonly uniform image2D shared_lamps;
 layout(set = 0, binding = 6, rgba16f) writeonly uniform image2D shared_lamps_specular;
+#ifdef LOBES
+layout(set = 0, binding = 7) uniform sampler2D lobe;
+layout(set = 0, binding = 8, rgba16f) writeonly uniform image2D shared_lobe;
+#endif
 
 layout(push_constant) uniform Push {
     uint rows; // of this band
@@ -32,6 +37,7 @@ void main() {
     vec4 sum = vec4(0.0);
     vec4 lamp_sum = vec4(0.0);
     vec4 specular_sum = vec4(0.0);
+    vec4 lobe_sum = vec4(0.0);
     float total = 0.0;
     for (int y = -reach; y <= reach; y++) {
         for (int x = -reach; x <= reach; x++) {
@@ -46,11 +52,17 @@ void main() {
                 lamp_sum += weight * texelFetch(lamps, to, 0);
                 specular_sum += weight * texelFetch(lamps_specular, to, 0);
             }
+#ifdef LOBES
+            lobe_sum += weight * texelFetch(lobe, to, 0);
+#endif
             total += weight;
         }
     }
     float mean = total > 0.0 ? 1.0 / total : 0.0;
     imageStore(shared_light, at, sum * mean);
+#ifdef LOBES
+    imageStore(shared_lobe, at, lobe_sum * mean);
+#endif
     if (LAMPS == LAMPS_SAMPLED) {
         imageStore(shared_lamps, at, lamp_sum * mean);
         imageStore(shared_lamps_specular, at, specular_sum * mean);

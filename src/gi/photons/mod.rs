@@ -51,7 +51,7 @@ impl Gi for Lighting {
             lit_items: true,
             alike: true,
             item_samples: true,
-            item_lobes: true,
+            lobe_words: 4,
             kept_direct_light: settings.bounces.volumes() > 1,
             diffuse: true,
             ..Wants::default()

@@ -58,12 +58,13 @@ impl Gi for Lighting {
             lit_items: true,
             alike: true,
             split: true,
-            item_lobes: true,
+            lobe_words: 2,
             kept_direct_light: settings.bounces.volumes() > 1,
             seen_lights: true,
             carried_light: all,
             mean_passes: all.then_some(settings.of.rays.passes),
             diffuse: true,
+            gathers_lobes: true,
             ..Wants::default()
         }
     }

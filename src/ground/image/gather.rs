@@ -19,10 +19,24 @@ use crate::vk::{
 
 const LIGHT_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 const SURFACE_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
-/// What is gathered: what the method looks up, sampled lamps, and these in the specular lobe.
-const LIGHTS: usize = 3;
+/// What is gathered: what the method looks up, sampled lamps, these in the specular lobe, and what the method looks up in that. Names of
+/// what the pass `gather` finds, as the pass `share` has them, and of the means over neighbours.
+const LIGHTS: [(&str, &str); 4] = [
+    ("light", "shared_light"),
+    ("lamps", "shared_lamps"),
+    ("lamps_specular", "shared_lamps_specular"),
+    ("lobe", "shared_lobe"),
+];
+
+fn lights(lobes: bool) -> &'static [(&'static str, &'static str)] {
+    if lobes { &LIGHTS } else { &LIGHTS[..3] }
+}
+
 /// Bytes of a gathered pixel: every light before and after sharing, surface, depth.
-const PIXEL_BYTES: u64 = 2 * 8 * LIGHTS as u64 + 16 + 4;
+fn pixel_bytes(lobes: bool) -> u64 {
+    2 * 8 * lights(lobes).len() as u64 + 16 + 4
+}
+
 /// Pixels along each side of a workgroup of `share.comp`.
 const GROUP: u32 = 8;
 
@@ -60,11 +74,11 @@ impl Extent {
     }
 }
 
-/// Bytes of what [`Gather::new`] makes; `band_rows` of the image.
-pub fn plan(settings: &ImageSettings, size: (u32, u32), band_rows: u32) -> MemoryRow {
+/// Bytes of what [`Gather::new`] makes; `lobes`: of [`ImagePassDesc`], `band_rows` of the image.
+pub fn plan(settings: &ImageSettings, lobes: bool, size: (u32, u32), band_rows: u32) -> MemoryRow {
     let extent = Extent::new(settings, size);
     let pixels = u64::from(extent.width) * u64::from(extent.most_rows(band_rows));
-    ("gathered light", pixels * PIXEL_BYTES)
+    ("gathered light", pixels * pixel_bytes(lobes))
 }
 
 pub struct Gather {
@@ -78,25 +92,22 @@ pub struct Gather {
 struct GatherImages {
     extent: Extent,
     surfaces: Image,
-    lights: [Image; LIGHTS],
+    lights: Vec<Image>,
     depth: Image,
     /// What neighbours share; the image reads this.
-    shared: [Image; LIGHTS],
+    shared: Vec<Image>,
 }
 
 impl GatherImages {
-    fn new(context: &Arc<Context>, settings: &ImageSettings, target: &ImageTarget) -> Result<Self> {
-        let extent = Extent::new(settings, (target.width, target.height));
+    fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
+        let extent = Extent::new(desc.settings, (target.width, target.height));
         let image = |label: &str, format, usage| {
             let height = extent.most_rows(target.band_rows());
             let (dim, width) = (ImageDim::D2, extent.width);
             Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
         };
-        let lights = |stage: &str, usage| -> Result<[Image; LIGHTS]> {
-            let names = ["light", "lamps", "lamps, specular"];
-            let images = names.iter().map(|name| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage));
-            let images: Vec<Image> = images.collect::<Result<_>>()?;
-            Ok(images.try_into().unwrap_or_else(|_| unreachable!("as many as there are names")))
+        let lights = |stage: &str, usage| -> Result<Vec<Image>> {
+            lights(desc.lobes).iter().map(|(name, _)| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage)).collect()
         };
         let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
         Ok(Self {
@@ -113,15 +124,17 @@ impl Gather {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
-        let ImagePassDesc { settings, features, method, constants, .. } = *desc;
+        let ImagePassDesc { features, method, constants, .. } = *desc;
         let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
         let fragment = format!("ground/image/gather.frag {method}");
+        let mut formats = vec![SURFACE_FORMAT];
+        formats.resize(1 + lights(desc.lobes).len(), LIGHT_FORMAT);
         let raster = RasterDesc {
             label: "gather",
             vertex: "ground/image/image.vert",
             fragment: Some(&fragment),
             constants,
-            color_formats: &[SURFACE_FORMAT, LIGHT_FORMAT, LIGHT_FORMAT, LIGHT_FORMAT],
+            color_formats: &formats,
             depth: depth(CompareOp::EQUAL, false),
             ..Default::default()
         };
@@ -134,12 +147,16 @@ impl Gather {
             ..raster
         };
         Ok(Self {
-            images: GatherImages::new(context, settings, target)?,
+            images: GatherImages::new(context, desc, target)?,
             depth_pass: Raster::new(context, &depth_pass)?,
             gather: Raster::new(context, &raster)?,
             share: Compute::new(
                 context,
-                &ComputeDesc { label: "share", shader: "ground/image/share.comp", constants },
+                &ComputeDesc {
+                    label: "share",
+                    shader: if desc.lobes { "ground/image/share.comp LOBES" } else { "ground/image/share.comp" },
+                    constants,
+                },
             )?,
         })
     }
@@ -148,12 +165,16 @@ impl Gather {
     pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], band: &Band) {
         let (first_row, rows) = self.images.extent.rows(band);
         r.full_barrier(); // the method wrote its light; the band before read the same targets
-        let [light, lamps, specular] = &self.images.lights;
-        let colors =
-            [(&self.images.surfaces, -1.0), (light, 0.0), (lamps, 0.0), (specular, 0.0)].map(|(image, empty)| {
-                let load = Load::Clear([0.0, 0.0, 0.0, empty]);
-                ColorTarget { view: image.attachment_view(0), resolve: None, load, store: true }
-            });
+        let lit = self.images.lights.iter().map(|light| (light, 0.0));
+        let cleared = std::iter::once((&self.images.surfaces, -1.0)).chain(lit);
+        let colors: Vec<_> = cleared
+            .map(|(image, empty)| ColorTarget {
+                view: image.attachment_view(0),
+                resolve: None,
+                load: Load::Clear([0.0, 0.0, 0.0, empty]),
+                store: true,
+            })
+            .collect();
         let target = RenderTarget {
             colors: &colors,
             depth: Some(DepthTarget {
@@ -180,33 +201,25 @@ impl Gather {
         });
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;
-        let binds = [
-            Bind::image("surfaces", self.images.surfaces.view(), texels),
-            Bind::image("light", light.view(), texels),
-            Bind::image("lamps", lamps.view(), texels),
-            Bind::image("lamps_specular", specular.view(), texels),
-            Bind::storage_image("shared_light", self.images.shared[0].view()),
-            Bind::storage_image("shared_lamps", self.images.shared[1].view()),
-            Bind::storage_image("shared_lamps_specular", self.images.shared[2].view()),
-        ];
+        let mut binds = vec![Bind::image("surfaces", self.images.surfaces.view(), texels)];
+        for ((light, shared), &(name, shared_name)) in self.images.lights.iter().zip(&self.images.shared).zip(&LIGHTS) {
+            binds.push(Bind::image(name, light.view(), texels));
+            binds.push(Bind::storage_image(shared_name, shared.view()));
+        }
         let groups = [self.images.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
         r.dispatch(&self.share, &binds, &SharePush { rows }, groups);
     }
 
     /// What the image reads.
-    pub fn binds<'a>(&'a self, ground: &'a Ground) -> [Bind<'a>; LIGHTS + 1] {
+    pub fn binds<'a>(&'a self, ground: &'a Ground) -> impl Iterator<Item = Bind<'a>> {
         let texels = &ground.scene.texel_sampler;
-        let [light, lamps, specular] = &self.images.shared;
-        [
-            Bind::image("surfaces", self.images.surfaces.view(), texels),
-            Bind::image("shared_light", light.view(), texels),
-            Bind::image("shared_lamps", lamps.view(), texels),
-            Bind::image("shared_lamps_specular", specular.view(), texels),
-        ]
+        let shared = self.images.shared.iter().zip(&LIGHTS);
+        std::iter::once(Bind::image("surfaces", self.images.surfaces.view(), texels))
+            .chain(shared.map(|(image, (_, name))| Bind::image(name, image.view(), texels)))
     }
 
     /// Bytes that a band writes.
     pub fn bytes(&self, band: &Band) -> u64 {
-        u64::from(self.images.extent.rows(band).1) * u64::from(self.images.extent.width) * PIXEL_BYTES
+        u64::from(self.images.extent.rows(band).1) * u64::from(self.images.extent.width) * pixel_bytes(self.images.lights.len() == LIGHTS.len())
     }
 }

@@ -37,8 +37,10 @@ pub struct ImagePassDesc<'a> {
     pub features: Features,
     /// The method's name: its look-up is asked.
     pub method: &'a str,
-    /// Whether its diffuse look-up is gathered apart.
+    /// Whether its diffuse look-up is gathered apart,
     pub apart: bool,
+    /// and what it finds for rough lobes beside it.
+    pub lobes: bool,
     /// All constants of the shaders.
     pub constants: &'a [(u32, u32)],
 }
@@ -47,7 +49,7 @@ impl ImagePass {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
-        let ImagePassDesc { settings, features, method, apart, constants } = *desc;
+        let ImagePassDesc { settings, features, method, apart, constants, .. } = *desc;
         let layers = if target.outputs() > 1 { " AOVS" } else { "" };
         let by_itself = format!("ground/image/image.frag {method}{layers}");
         let gathered = format!("ground/image/image.frag {method} GATHERED{layers}");

@@ -1,6 +1,7 @@
 // What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks up.
 // A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and keep_no_lobe() before this file,
-// which tell them the stored irradiance, what is mirrored of it, had it been sent evenly, and the mean of the unit directions to the lights.
+// which tell them the stored irradiance, what is mirrored of it, had it been sent evenly, and the mean of the unit directions to the lights;
+// it answers with the share that it keeps.
 // A method that lights other points than the middle of an item's part defines METHOD_POINTS before this file.
 // The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
 // voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
@@ -75,8 +76,7 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
 #ifdef METHOD_LOBES
     vec3 glossy = irradiance / PI * specular * frame.scale;
     if (feature(FEATURE_SPECULAR) && brightest(glossy) > 0.0 && dot(toward.xyz, s.facet) > 0.0) {
-        keep_lobe(place, s, irradiance * frame.scale, glossy, toward.xyz / toward.w);
-        specular = vec3(0.0);
+        specular *= 1.0 - keep_lobe(place, s, irradiance * frame.scale, glossy, toward.xyz / toward.w);
     }
 #endif
     vec3 sent = irradiance / PI * (s.diffuse * lobes.diffuse + specular) + emitted;

@@ -14,10 +14,11 @@ void keep_no_lobe(uint place) {
     item_lobes[place] = uvec4(0u);
 }
 
-void keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
+float keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
     LobeLight lobe = lobe_light(sent, s.facet, mean, s.roughness);
     lobe.light = min(lobe.light, vec3(LARGEST_STORED));
     item_lobes[place] = pack_lobe(lobe);
+    return 1.0;
 }
 
 const bool CLIPS_ITEMS = true;

@@ -4,8 +4,9 @@
 
 #include "common/numbers.glsl"
 
-// The lobe of a mirror is taken to be wider, or the few rays that meet it would be spots.
-const float LEAST_ITEM_ALPHA = 0.1;
+// A narrower lobe is sent evenly: the few rays that meet one would be spots. Between the two, a share of it.
+const float LEAST_ITEM_ALPHA = 0.15;
+const float WHOLE_ITEM_ALPHA = 0.3;
 
 struct ItemLobe {
     vec3 light; // irradiance times f0, stored radiance

@@ -15,9 +15,13 @@ void keep_no_lobe(uint place) {
     item_lobes[place] = uvec2(0u);
 }
 
-void keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
+float keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
     s = without_film(s, MEAN_COSINE);
-    ItemLobe lobe = ItemLobe(irradiance * s.f0, s.f90 / max(brightest(s.f0), 1e-4), normalize(mean), max(s.roughness * s.roughness, LEAST_ITEM_ALPHA));
+    // Variances of slopes add up: that of the surface and of the lights' half vectors.
+    float alpha = s.roughness * s.roughness;
+    float share = smoothstep(LEAST_ITEM_ALPHA, WHOLE_ITEM_ALPHA, alpha);
+    alpha = min(sqrt(alpha * alpha + 0.5 * (1.0 - min(length(mean), 1.0))), 1.0);
+    ItemLobe lobe = ItemLobe(share * irradiance * s.f0, s.f90 / max(brightest(s.f0), 1e-4), normalize(mean), alpha);
     if (feature(FEATURE_LAYERS)) {
         // What lies over the surface is taken to send what it mirrors along the same lobe.
         vec3 bare = irradiance / PI * specular_albedo(s.f0, s.f90, s.roughness, MEAN_COSINE);
@@ -25,7 +29,8 @@ void keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
     }
     lobe.light = min(lobe.light, vec3(LARGEST_STORED));
     COUNT(WORDS, 2u);
-    item_lobes[place] = pack_item_lobe(lobe);
+    item_lobes[place] = share > 0.0 ? pack_item_lobe(lobe) : uvec2(0u);
+    return share;
 }
 const bool CLIPS_ITEMS = true;
 const bool LIGHTS_FRONTS = false;

@@ -220,6 +220,8 @@ impl Gather {
 
     /// Bytes that a band writes.
     pub fn bytes(&self, band: &Band) -> u64 {
-        u64::from(self.images.extent.rows(band).1) * u64::from(self.images.extent.width) * pixel_bytes(self.images.lights.len() == LIGHTS.len())
+        u64::from(self.images.extent.rows(band).1)
+            * u64::from(self.images.extent.width)
+            * pixel_bytes(self.images.lights.len() == LIGHTS.len())
     }
 }

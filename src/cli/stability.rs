@@ -13,9 +13,10 @@ use twobounce::gi::Method;
 use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
+use twobounce::stability::against::changes;
 use twobounce::stability::case::Case;
 use twobounce::stability::cell::{Cell, Effort, settings};
-use twobounce::stability::export::{Outline, write};
+use twobounce::stability::export::{Outline, Rows, read_csv, write};
 use twobounce::stability::markdown::page;
 use twobounce::stability::row::{Pictures, Row};
 use twobounce::stability::{FOLDER, GRIDS, SIZE, VERSION, cases};
@@ -57,6 +58,9 @@ pub struct StabilityArgs {
     /// Print a page in Markdown about a rows.csv that was written before
     #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "output"])]
     pub markdown: Option<PathBuf>,
+    /// Exit with 1 if a number is further from its ideal than in this rows.csv of an earlier table, rounding aside
+    #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "markdown"])]
+    pub against: Option<PathBuf>,
     /// Use no more device memory than this; what needs more becomes a row that says so
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub memory_limit: Option<u64>,
@@ -100,6 +104,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         share::list(&parts, "--shard", &["-o", "--output"], Some((folder, "")))?;
         return Ok(ExitCode::SUCCESS);
     }
+    let before = args.against.as_deref().map(table).transpose()?;
     let store = Store::open(FOLDER, folder, args.any_build)?;
     let context = args.device.open((SIZE, SIZE))?;
     interrupt::install()?;
@@ -130,7 +135,31 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     interrupt::check().inspect_err(|_| {
         out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
     })?;
-    Ok(ExitCode::SUCCESS)
+    match (before, &args.against) {
+        (Some(before), Some(path)) => held_against(&before, path, &store),
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// An earlier table.
+fn table(path: &Path) -> Result<Rows> {
+    let text = read::text(path, "table of `twobounce stability`")?;
+    read_csv(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
+}
+
+/// Says what changed since the table `before`, and whether something got worse.
+fn held_against(before: &Rows, path: &Path, store: &Store) -> anyhow::Result<ExitCode> {
+    let found = changes(before, &table(&store.path("rows.csv"))?);
+    let shown = path.display();
+    if found.compared == 0 {
+        let remedy = "name the rows.csv of a table with the same cases, presets and grids";
+        return Err(Error::Usage(format!("--against: {shown} has none of these rows; {remedy}")).into());
+    }
+    found.unknown.iter().for_each(|row| out::warn(&format!("{row} is not in {shown}")));
+    found.better.iter().for_each(|line| say!("better: {line}"));
+    found.worse.iter().for_each(|line| say!("worse: {line}"));
+    say!("{} of {} rows are worse than in {shown}", found.worse.len(), found.compared);
+    Ok(if found.worse.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 /// Prints the page of a table.

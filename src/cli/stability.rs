@@ -23,10 +23,10 @@ use twobounce::stability::{FOLDER, GRIDS, SIZE, VERSION, cases};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, memory_size};
+use super::args::DeviceArgs;
 use super::bench::PAGES_EVERY;
 use super::progress::RowProgress;
-use super::share::{self, ShareArgs};
+use super::share::{self, RowArgs};
 use super::{interrupt, out};
 use crate::say;
 
@@ -61,14 +61,8 @@ pub struct StabilityArgs {
     /// Exit with 1 if a number is further from its ideal than in this rows.csv of an earlier table, rounding aside
     #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "markdown"])]
     pub against: Option<PathBuf>,
-    /// Use no more device memory than this; what needs more becomes a row that says so
-    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
-    pub memory_limit: Option<u64>,
-    /// Keep rows that another build of the program measured; without this they are measured again
-    #[arg(long)]
-    pub any_build: bool,
     #[command(flatten)]
-    pub share: ShareArgs,
+    pub rows: RowArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -105,7 +99,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let before = args.against.as_deref().map(table).transpose()?;
-    let store = Store::open(FOLDER, folder, args.any_build)?;
+    let store = Store::open(FOLDER, folder, args.rows.any_build)?;
     let context = args.device.open((SIZE, SIZE))?;
     interrupt::install()?;
     let (mut rows, mut all) = (Vec::new(), Vec::new());
@@ -117,7 +111,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
             }
             let planned = args.planned(&store, &context, case, (preset, grid))?;
             all.push(planned.row.address.clone());
-            if args.share.has(&planned.row.address) {
+            if args.rows.has(&planned.row.address) {
                 rows.push(planned);
             }
         }
@@ -130,7 +124,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         say!("wrote {}", store.path("index.html").display());
     }
     if planned == 0 {
-        say!("no row is in {}", args.share.words());
+        say!("no row is in {}", args.rows.words());
     }
     interrupt::check().inspect_err(|_| {
         out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
@@ -233,7 +227,7 @@ impl StabilityArgs {
         let address = short_hash(&serde_json::json!([case.name, settings.to_toml(), self.effort()]));
         let key = short_hash(&serde_json::json!([device, self.device.validation, address]));
         let origin = Origin {
-            machine: self.share.machine(),
+            machine: self.rows.machine(),
             device: context.name.clone(),
             driver: context.driver.clone(),
             program: env!("CARGO_PKG_VERSION").to_owned(),
@@ -263,7 +257,7 @@ impl StabilityArgs {
     fn write(&self, (store, all): (&Store, &[String]), rows: &[PlannedRow], running: bool) -> Result<()> {
         let _writing = file::writing();
         let stored: Vec<StoredRow> = rows.iter().filter_map(|row| row.stored.clone()).collect();
-        write(store, &stored, rows.len(), (&self.share.words(), running))?;
+        write(store, &stored, rows.len(), (&self.rows.words(), running))?;
         Outline { version: VERSION, rows: all.to_vec() }.save(store)
     }
 
@@ -289,7 +283,7 @@ impl StabilityArgs {
                 Some(context) => context,
                 None => self.device.open((SIZE, SIZE))?,
             };
-            let limits = (self.effort(), self.memory_limit);
+            let limits = (self.effort(), self.rows.memory_limit);
             let cell = Cell::new(&context, &cache, planned.settings.clone(), limits, &interrupt::PRESSED);
             let result = cell.run(planned.case, &planned.row);
             if let Some(origin) = &mut planned.row.origin {

@@ -34,7 +34,7 @@ end_parts() {
     for pid in $(pgrep -x twobounce); do
       [ "$(readlink "/proc/$pid/cwd")" = "$PWD" ] || continue
       part=$(cat "/proc/$pid/cmdline" 2>/dev/null | tr "\0" "\n" | grep -x "out\.[0-9]*") || continue
-      if [[ $ended != *" $part "* ]] && ls "$part"/rows/*.json >/dev/null 2>&1; then
+      if [[ $ended != *" $part "* ]] && ls "$part"/rows/*.toml >/dev/null 2>&1; then
         harm "$pid" || continue
         ended+="$part "
       fi
@@ -56,7 +56,7 @@ engine() {
   end_parts $!
   if wait $!; then echo "$1: the recipe did not say that parts were killed" >&2; exit 1; fi
   test ! -e out || { echo "$1: merged although parts failed" >&2; exit 1; }
-  md5sum out.*/rows/*.json > before
+  md5sum out.*/rows/*.toml > before
   bash -e recipe.sh > second.log 2>&1 || { cat second.log >&2; exit 1; }
   md5sum --check --quiet before
   lasting out > lasting

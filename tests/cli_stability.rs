@@ -1,10 +1,13 @@
 //! `twobounce stability` as a user meets it, and its quick table held against the committed one.
 
+mod cli_common;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use cli_common::{Folder, after_first_row, text};
 use twobounce::stability::export::read_csv;
 use twobounce::stability::markdown::page;
 
@@ -19,10 +22,6 @@ fn stability(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
     command.current_dir(folder).env("TWOBOUNCE_CACHE", folder.join("cache"));
     command.arg("stability").args(args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 #[test]
@@ -157,4 +156,22 @@ fn mistakes_are_told_in_a_sentence() {
         assert!(said.contains(sentence) && said.trim().lines().count() == 1, "{args:?}: {said}");
         assert!(!folder.path().join("a").exists(), "{args:?} leaves a folder");
     }
+}
+
+/// The page is there with the first row, and says that the program runs.
+#[test]
+fn the_first_row_has_a_page_while_others_are_measured() {
+    let folder = Folder::empty();
+    let began = std::time::Instant::now();
+    let mut child = after_first_row(&mut folder.command(&["stability", "-o", "table"]), &folder.path("table"));
+    let page = folder.path("table/index.html");
+    while !page.exists() {
+        assert!(began.elapsed().as_secs() < 30 && child.try_wait().unwrap().is_none(), "no page while it runs");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let page = fs::read_to_string(page).unwrap();
+    assert!(page.contains("\"running\":true") && page.contains("leak-sheet"), "the page does not say what it is");
+    assert!(folder.json("table/rows.json")["rows"].as_array().is_some_and(|rows| !rows.is_empty()));
 }

@@ -33,7 +33,7 @@ test-web:  ## the chart's page in a real browser (Debian's chromium, installed i
 	cargo build --release --locked
 	scripts/guard.sh $(WEB_SECONDS) tests/web/run.sh
 
-test-cluster:  ## docs/cluster.md's recipe for GNU parallel, with a worker that is killed (Debian's parallel, installed if missing)
+test-cluster:  ## docs/cluster.md's recipes, with workers that are killed (Debian's parallel and Slurm, installed if missing; HyperQueue from PyPI)
 	scripts/setup.sh cluster
 	cargo build --release --locked
 	scripts/guard.sh $(WEB_SECONDS) tests/cluster/run.sh

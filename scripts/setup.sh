@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages that twobounce needs, and prints each with its purpose. Root is needed only if one is missing.
-# Usage: setup.sh demo|test|web|cluster   (test adds Vulkan's validation layers, web a browser, cluster GNU parallel)
+# Usage: setup.sh demo|test|web|cluster   (test adds Vulkan's validation layers, web a browser, cluster GNU parallel and Slurm)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 purpose=${1:-demo}
@@ -37,8 +37,13 @@ fi
 if [ "$purpose" = cluster ]; then
   wanted+=(
     "parallel: shares work among processes and hosts"
+    "slurmctld: Slurm's controller"
+    "slurmd: Slurm's node"
+    "slurm-client: gives Slurm work"
+    "munge: signs Slurm's messages"
     "procps: finds the worker to kill"
     "python3: compares rows"
+    "python3-venv: holds HyperQueue from PyPI"
   )
 fi
 # Debian and Ubuntu 24.04 and later have shaderc packages; elsewhere the shaderc crate builds shaderc.

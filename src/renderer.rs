@@ -281,6 +281,11 @@ impl Renderer {
         }
     }
 
+    /// Bands of rows that an image is made in, one after another, and images that [`Self::render`] takes the mean of.
+    pub fn bands(&self) -> (u32, u32) {
+        (self.frame.target.bands().count() as u32, self.settings.image.passes)
+    }
+
     /// The last frame's image and the layers asked for.
     pub fn read(&self) -> Layers {
         match &self.mean {

@@ -4,10 +4,9 @@ mod cli_common;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output};
 
-use cli_common::{after_first_row, finished, interrupted, names};
+use cli_common::{Folder, after_first_row, finished, interrupted, names, root, text};
 use serde_json::Value;
 
 /// A comma in the scene's name must be quoted in rows.csv.
@@ -15,29 +14,15 @@ const SCENE: &str = "box,1.glb";
 
 const SMALL: [&str; 6] = ["--size", "24x24", "--set", "voxels=16", "--reference-noise", "20"];
 
-/// A folder with a scene and a cache of references.
-struct Folder(tempfile::TempDir);
-
 impl Folder {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        fs::copy(root().join("assets/cornell-point.glb"), folder.path().join(SCENE)).unwrap();
-        Self(folder)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
-        command.current_dir(self.0.path()).env("TWOBOUNCE_CACHE", self.path("cache"));
-        command.arg("chart").args(args).args(SMALL);
+    fn charting(&self, args: &[&str]) -> Command {
+        let mut command = self.command(&["chart"]);
+        command.args(args).args(SMALL);
         command
     }
 
     fn chart(&self, args: &[&str]) -> Output {
-        self.command(args).output().unwrap()
+        self.charting(args).output().unwrap()
     }
 
     /// Standard output of a chart that must work.
@@ -49,21 +34,9 @@ impl Folder {
 
     /// Starts a chart and waits for its first row.
     fn started(&self, output: &str, args: &[&str]) -> Child {
-        let mut command = self.command(args);
+        let mut command = self.charting(args);
         after_first_row(command.args(["-o", output]), &self.path(output))
     }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&fs::read_to_string(self.path(name)).unwrap()).unwrap()
-    }
-}
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// A row's names and errors, without its times.
@@ -103,13 +76,13 @@ fn cells(line: &str) -> Vec<String> {
 /// Under validation: a message would be a row's failure.
 #[test]
 fn rows_pages_and_failures() {
-    let folder = Folder::new();
+    let folder = Folder::with_box(SCENE);
     let args = [SCENE, "-o", "out", "--presets", "fast,printed", "--sweep", "voxels=16,64", "--validation"];
     let said = folder.charted(&[&args[..], &["--memory-limit", "9MiB"]].concat());
     assert!(said.contains("settings that could not run: 2 of 4"), "{said}");
     assert_eq!(
         names(&folder.path("out")),
-        ["chart.svg", "chart.txt", "index.html", "outline.json", "rows", "rows.csv", "rows.json"]
+        ["chart.svg", "chart.txt", "index.html", "outline.toml", "rows", "rows.csv", "rows.json"]
     );
 
     let chart = folder.json("out/rows.json");
@@ -186,7 +159,7 @@ fn rows_pages_and_failures() {
 #[cfg(unix)]
 #[test]
 fn killed_or_interrupted_it_goes_on() {
-    let folder = Folder::new();
+    let folder = Folder::with_box(SCENE);
     let args = [SCENE, "--presets", "fast,printed", "--sweep", "voxels=32,64"];
     let mut child = folder.started("killed", &args);
     // A second chart leaves it alone.
@@ -223,7 +196,7 @@ fn killed_or_interrupted_it_goes_on() {
 
 #[test]
 fn a_budget_ends_it_between_rows() {
-    let folder = Folder::new();
+    let folder = Folder::with_box(SCENE);
     let args = [SCENE, "-o", "out", "--presets", "fast"];
     let output = folder.chart(&[&args[..], &["--budget-minutes", "1e-9"]].concat());
     let said = text(&output.stderr);
@@ -236,11 +209,11 @@ fn a_budget_ends_it_between_rows() {
 
 #[test]
 fn what_makes_no_sense_is_one_sentence_and_changes_nothing() {
-    let folder = Folder::new();
+    let folder = Folder::with_box(SCENE);
     fs::create_dir(folder.path("mine")).unwrap();
     fs::write(folder.path("mine/index.html"), "my page").unwrap();
     fs::write(folder.path("file"), "my file").unwrap();
-    let before = names(folder.0.path());
+    let before = names(&folder.path(""));
     for (args, part) in [
         (&[SCENE, "-o", "mine"][..], "mine: holds something else than a chart"),
         (&[SCENE, "-o", "file"], "file: is a file; -o takes a folder"),
@@ -264,7 +237,7 @@ fn what_makes_no_sense_is_one_sentence_and_changes_nothing() {
         assert!(output.status.code() == Some(2) && said.contains(part), "{args:?}: {said}");
         assert_eq!(said.trim_end().lines().count(), 1, "{args:?}: {said}");
         assert!(output.stdout.is_empty(), "{args:?}: {}", text(&output.stdout));
-        assert_eq!(names(folder.0.path()), before, "{args:?} left something behind");
+        assert_eq!(names(&folder.path("")), before, "{args:?} left something behind");
     }
     assert_eq!(fs::read(folder.path("mine/index.html")).unwrap(), b"my page");
     assert_eq!(names(&folder.path("mine")), ["index.html"]);

@@ -4,10 +4,11 @@ mod cli_common;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
+use cli_common::{Folder, text};
 use serde_json::Value;
 
 const SMALL: [&str; 10] = [
@@ -23,34 +24,10 @@ const SMALL: [&str; 10] = [
     "--validation",
 ];
 
-struct Folder(tempfile::TempDir);
-
 impl Folder {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        fs::copy(root.join("assets/cornell-point.glb"), folder.path().join("box.glb")).unwrap();
-        Self(folder)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
-        command.current_dir(self.0.path()).env("TWOBOUNCE_CACHE", self.path("cache"));
-        command.args(args);
-        command
-    }
-
     fn plan(&self, args: &[&str]) -> Output {
         self.command(&[&["plan"], &SMALL[..], args].concat()).output().unwrap()
     }
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// Every path to a value, `[]` for an element of a list.
@@ -68,7 +45,7 @@ fn paths(json: &Value, path: &str, found: &mut BTreeSet<String>) {
 
 #[test]
 fn the_answer_holds_and_is_the_same_at_once() {
-    let folder = Folder::new();
+    let folder = Folder::with_box("box.glb");
     let asked =
         ["--max-error", "0.25", "--max-mib", "64", "--budget", "25s", "-o", "cheap.toml", "--json", "plan.json"];
     let first = folder.plan(&asked);
@@ -125,7 +102,7 @@ fn the_answer_holds_and_is_the_same_at_once() {
 /// Two cameras or moments: the error is the worse one's, and there is a command for each.
 #[test]
 fn several_moments_have_a_command_each() {
-    let folder = Folder::new();
+    let folder = Folder::with_box("box.glb");
     let output = folder.plan(&["--max-ms", "100000", "--time", "0,1", "--budget", "8s", "--json", "-"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -136,7 +113,7 @@ fn several_moments_have_a_command_each() {
 #[cfg(unix)]
 #[test]
 fn interrupted_it_goes_on() {
-    let folder = Folder::new();
+    let folder = Folder::with_box("box.glb");
     let args = [&["plan"], &SMALL[..], &["--max-error", "0.2", "--budget", "20s"]].concat();
     let kept = || fs::read_dir(folder.path("cache/plan")).into_iter().flatten().count();
     let mut child = folder.command(&args).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
@@ -158,7 +135,7 @@ fn interrupted_it_goes_on() {
 
 #[test]
 fn what_makes_no_sense_is_one_sentence() {
-    let folder = Folder::new();
+    let folder = Folder::with_box("box.glb");
     let cases: [(&[&str], &str); 7] = [
         (&[], "plan needs a limit"),
         (&["--max-error", "0"], "above 0"),

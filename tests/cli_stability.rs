@@ -1,17 +1,15 @@
 //! `twobounce stability` as a user meets it, and its quick table held against the committed one.
 
+mod cli_common;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use twobounce::stability::cases;
-use twobounce::stability::export::{Kept, read_csv};
+use cli_common::{Folder, after_first_row, text};
+use twobounce::stability::export::read_csv;
 use twobounce::stability::markdown::page;
-
-/// Of another driver's rounding: as a share of the distance, and of the case's limit (or of a thousandth, where that is nothing).
-const SHARE: f64 = 0.1;
-const OF_LIMIT: f64 = 0.2;
 
 const QUICK: &str = "tests/stability/quick.csv";
 const ROWS: &str = "docs/stability-rows.csv";
@@ -26,65 +24,59 @@ fn stability(folder: &Path, args: &[&str]) -> Output {
     command.arg("stability").args(args).output().unwrap()
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 #[test]
 fn the_quick_table_is_no_worse_than_the_committed_one() {
     let folder = tempfile::tempdir().unwrap();
-    let output = stability(folder.path(), &["--quick", "--validation", "-o", "table"]);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let committed = root(QUICK);
+    let args = ["--quick", "--validation", "-o", "table", "--against", committed.to_str().unwrap()];
+    let output = stability(folder.path(), &args);
+    let said = text(&output.stdout);
+    let worse: Vec<&str> = said.lines().filter(|line| line.starts_with("worse: ")).collect();
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}{}\nIf that is meant, {AGAIN}",
+        worse.join("\n"),
+        text(&output.stderr)
+    );
     let table = fs::read_to_string(folder.path().join("table/rows.csv")).unwrap();
-    let committed = fs::read_to_string(root(QUICK)).unwrap();
-    let (now, before) = (read_csv(&table).unwrap(), read_csv(&committed).unwrap());
-    assert_eq!(now.keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>(), "other rows: {}", again());
-    let (mut worse, mut better) = (Vec::new(), Vec::new());
-    for (key @ (case, preset, grid), old) in &before {
-        let limit = cases::named(case).expect("a case").limit;
-        let (old, new) = (old.expect("the committed table has every number"), now[key]);
-        let Some(new) = new else {
-            worse.push(format!("{case} {preset} {grid}³ could not run"));
-            continue;
-        };
-        let line = format!("{case} {preset} {grid}³: {} from the ideal, was {}", new.distance, old.distance);
-        match compare(old, new, limit) {
-            1.. => worse.push(line),
-            0 => {}
-            _ => better.push(line),
-        }
-    }
+    let (now, before) = (read_csv(&table).unwrap(), read_csv(&fs::read_to_string(committed).unwrap()).unwrap());
+    assert_eq!(now.keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>(), "other rows: {AGAIN}");
+    assert!(before.values().all(Option::is_some), "the committed table has every number");
+    let better: Vec<&str> = said.lines().filter(|line| line.starts_with("better: ")).collect();
     if !better.is_empty() {
         // Past the test's captured output, so that it is seen.
-        let _ = writeln!(std::io::stderr(), "\nbetter than the committed table; {}:\n{}", again(), better.join("\n"));
-    }
-    assert!(worse.is_empty(), "worse than the committed table:\n{}\nIf that is meant, {}", worse.join("\n"), again());
-}
-
-fn again() -> String {
-    format!(
-        "run `target/release/twobounce stability --quick -o out/quick`, copy out/quick/rows.csv to {QUICK} and commit it"
-    )
-}
-
-/// 1: worse, −1: better, 0: the same up to rounding.
-fn compare(old: Kept, new: Kept, limit: f64) -> i32 {
-    let tolerance = SHARE * old.distance + OF_LIMIT * if limit > 0.0 { limit } else { 1e-3 };
-    match new.distance - old.distance {
-        d if d > tolerance => 1,
-        d if d < -tolerance => -1,
-        _ => 0,
+        let better = better.join("\n");
+        let _ = writeln!(std::io::stderr(), "\nbetter than the committed table; {AGAIN}:\n{better}");
     }
 }
 
+const AGAIN: &str = "run `target/release/twobounce stability --quick -o out/quick`, copy out/quick/rows.csv to tests/stability/quick.csv and commit it";
+
+/// `--against`: a number that got worse is named and ends with 1, one that is the same does not.
 #[test]
-fn worse_and_better_are_told_apart() {
-    let kept = |distance| Kept { median: 0.0, min: 0.0, max: 0.0, distance };
-    assert_eq!(compare(kept(0.0), kept(0.0001), 1e-3), 0);
-    assert_eq!(compare(kept(0.0), kept(0.001), 1e-3), 1);
-    assert_eq!(compare(kept(0.0), kept(0.001), 0.0), 1);
-    assert_eq!(compare(kept(0.05), kept(0.04), 1e-3), -1);
-    assert_eq!(compare(kept(0.05), kept(0.054), 1e-3), 0);
+fn a_worse_number_is_an_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--case", "self-light-plane", "--preset", "lpv", "--grid", "32", "--quick", "-o", "table"];
+    assert_eq!(stability(folder.path(), &args).status.code(), Some(0));
+    let rows = fs::read_to_string(folder.path().join("table/rows.csv")).unwrap();
+    let key = ("self-light-plane".to_owned(), "lpv".to_owned(), 32);
+    let distance = read_csv(&rows).unwrap()[&key].unwrap().distance;
+    let against = |name: &str, rows: &str| {
+        fs::write(folder.path().join(name), rows).unwrap();
+        let output = stability(folder.path(), &[&args[..], &["--against", name]].concat());
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+    };
+    let (code, said) = against("same.csv", &rows);
+    assert!(code == Some(0) && said.contains("0 of 1 rows are worse than in same.csv"), "{said}");
+    let (code, said) = against("good.csv", &rows.replace(&distance.to_string(), "0.001"));
+    assert!(
+        code == Some(1)
+            && said.contains(&format!("worse: self-light-plane lpv 32³: {distance} from the ideal, was 0.001")),
+        "{said}"
+    );
+    let (code, said) = against("other.csv", &rows.replace("self-light-plane", "leak-1"));
+    assert!(code == Some(2) && said.contains("--against: other.csv has none of these rows"), "{said}");
 }
 
 #[test]
@@ -148,13 +140,14 @@ fn mistakes_are_told_in_a_sentence() {
     fs::write(folder.path().join("file"), "x").unwrap();
     fs::create_dir(folder.path().join("mine")).unwrap();
     fs::write(folder.path().join("mine/letter.txt"), "x").unwrap();
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 7] = [
         (&["--case", "leek", "-o", "a"], "there is no \"leek\"; there are leak-sheet"),
         (&["--preset", "quick", "-o", "a"], "there is no preset \"quick\""),
         (&["--grid", "33", "-o", "a"], "--grid: setting \"voxels\" takes a power of two"),
         (&["--preset", "fast", "--method", "lpv", "-o", "a"], "--method: none of the presets"),
         (&["--case", "turn", "-o", "mine"], "holds something else than rows of stability"),
         (&["--markdown", "file"], "file: is no rows.csv"),
+        (&["--against", "file", "-o", "a"], "file: is no rows.csv"),
     ];
     for (args, sentence) in cases {
         let output = stability(folder.path(), args);
@@ -163,4 +156,22 @@ fn mistakes_are_told_in_a_sentence() {
         assert!(said.contains(sentence) && said.trim().lines().count() == 1, "{args:?}: {said}");
         assert!(!folder.path().join("a").exists(), "{args:?} leaves a folder");
     }
+}
+
+/// The page is there with the first row, and says that the program runs.
+#[test]
+fn the_first_row_has_a_page_while_others_are_measured() {
+    let folder = Folder::empty();
+    let began = std::time::Instant::now();
+    let mut child = after_first_row(&mut folder.command(&["stability", "-o", "table"]), &folder.path("table"));
+    let page = folder.path("table/index.html");
+    while !page.exists() {
+        assert!(began.elapsed().as_secs() < 30 && child.try_wait().unwrap().is_none(), "no page while it runs");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let page = fs::read_to_string(page).unwrap();
+    assert!(page.contains("\"running\":true") && page.contains("leak-sheet"), "the page does not say what it is");
+    assert!(folder.json("table/rows.json")["rows"].as_array().is_some_and(|rows| !rows.is_empty()));
 }

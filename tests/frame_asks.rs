@@ -2,6 +2,8 @@
 //! runs, and no pass for what the scene does not have.
 
 mod common;
+#[path = "../examples/audit/kinds.rs"]
+mod kinds;
 
 use std::path::Path;
 
@@ -43,6 +45,75 @@ fn nothing_runs_or_is_taken_that_nothing_asks_for() {
         let superfluous = audit.superfluous();
         assert!(superfluous.is_empty(), "{preset} {changes:?}: {superfluous:?}");
     }
+}
+
+/// What is added to a scene adds what it needs to the frame, and nothing else: no passes, and bytes of its own kind.
+#[test]
+fn what_a_scene_has_adds_what_it_asks_for() {
+    const THING: [&str; 8] = [
+        "materials",
+        "scene indices",
+        "scene vertices",
+        "slots",
+        "tree boxes",
+        "tree links",
+        "triangles",
+        "triangles' attributes",
+    ];
+    let own = |name: &str| -> &[&str] {
+        match name {
+            "map of the sky" => &["frame"],
+            "map with a sun" => &["frame", "lights"],
+            "sun" => &["lights"],
+            "lamp" => &["lamps", "lamp nodes"],
+            "blending" => &["blend order"],
+            "metal" | "glass" | "mask" | "no light" | "even sky alone" | "sky with a gradient" => &[],
+            other => panic!("{other} is not known here"),
+        }
+    };
+    let plain = load("cornell-point.glb");
+    let before = audit(&plain, &settings("fast", &[]));
+    for scene in kinds::kinds(&plain) {
+        let audit = audit(&scene, &settings("fast", &[]));
+        let superfluous = audit.superfluous();
+        assert!(superfluous.is_empty(), "{}: {superfluous:?}", scene.name);
+        let names = |audit: &Audit| audit.passes.iter().map(|pass| pass.name).collect::<Vec<_>>();
+        assert_eq!(names(&audit), names(&before), "{}", scene.name);
+        let thing = scene.meshes.len() > plain.meshes.len();
+        for resource in &audit.resources {
+            let bytes = before.resources.iter().find(|other| other.name == resource.name).unwrap().bytes;
+            let asked = own(&scene.name).contains(&resource.name) || (thing && THING.contains(&resource.name));
+            assert!(
+                asked || resource.bytes == bytes,
+                "{}: {} has {} bytes, was {bytes}",
+                scene.name,
+                resource.name,
+                resource.bytes
+            );
+        }
+        for name in own(&scene.name) {
+            let bytes = |audit: &Audit| audit.resources.iter().find(|other| other.name == *name).unwrap().bytes;
+            assert!(bytes(&audit) > bytes(&before), "{}: {name} is as before", scene.name);
+        }
+        // The pass over the image draws what is blended and a sky that is not even by pipelines of their own.
+        let drawn = ["sky with a gradient", "map of the sky", "map with a sun", "blending"].contains(&&*scene.name);
+        let pipelines = before.used.len() + usize::from(drawn);
+        assert_eq!(audit.used.len(), pipelines, "{}: {:?}", scene.name, audit.used.difference(&before.used));
+    }
+}
+
+/// Skins and morph targets: their pass, and nothing that no pass uses.
+#[test]
+fn a_scene_that_deforms_has_one_pass_more() {
+    let demo = load("demo.glb");
+    for preset in ["fast", "photons"] {
+        let audit = audit(&demo, &settings(preset, &[]));
+        let superfluous = audit.superfluous();
+        assert!(superfluous.is_empty(), "{preset}: {superfluous:?}");
+        assert_eq!(audit.passes.iter().filter(|pass| pass.name == "deform").count(), 1, "{preset}");
+    }
+    let still = audit(&load("cornell-point.glb"), &settings("fast", &[]));
+    assert!(still.passes.iter().all(|pass| pass.name != "deform"));
 }
 
 /// A scene without lamps, skins, blending and sky has nothing of theirs.

@@ -13,7 +13,7 @@ use super::store::Store;
 use crate::output::file;
 use crate::{Error, Result};
 
-/// The file `outline.json` of a chart's folder.
+/// The file `outline.toml` of a chart's folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outline {
     pub version: u32,
@@ -65,11 +65,11 @@ impl Sketch {
     }
 }
 
-const FILE: &str = "outline.json";
+const FILE: &str = "outline.toml";
 
 impl Outline {
     pub fn save(&self, store: &Store) -> Result<()> {
-        file::write_json(&store.path(FILE), self)
+        file::write_kept(&store.path(FILE), self)
     }
 
     /// That of a folder.
@@ -80,7 +80,7 @@ impl Outline {
         let path = folder.join(FILE);
         let wrong = |why: String| Error::file(&path, format!("{why}; run `twobounce chart` there again"));
         let text = std::fs::read_to_string(&path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
-        let outline: Self = serde_json::from_str(&text).map_err(|e| wrong(format!("is damaged: {e}")))?;
+        let outline: Self = toml::from_str(&text).map_err(|e| wrong(format!("is damaged: {}", e.message())))?;
         if outline.version != VERSION {
             return Err(wrong(format!("is of format {}, not {VERSION}", outline.version)));
         }

@@ -1,4 +1,5 @@
-//! Finished rows in a folder, one file each, written whole or not at all: no row is lost when the program is stopped.
+//! Finished rows in a folder, one file each, written whole or not at all: no row is lost when the program is stopped. See
+//! [`file::write_kept`] for their form.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -133,7 +134,7 @@ impl Store {
     /// The row kept under `key`; `None` if there is none, or it is damaged: then it is measured again.
     pub fn load<R: Keyed + DeserializeOwned, P: DeserializeOwned>(&self, key: &str) -> Option<Stored<R, P>> {
         let text = fs::read_to_string(self.row_path(key)).ok()?;
-        let stored: Stored<R, P> = serde_json::from_str(&text).ok()?;
+        let stored: Stored<R, P> = toml::from_str(&text).ok()?;
         let same_build = self.any_build || stored.program == self.program;
         (stored.version == self.kind.version && stored.row.key() == key && same_build).then_some(stored)
     }
@@ -148,9 +149,9 @@ impl Store {
         [ROWS, HISTORY].map(|name| {
             let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();
             let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-            paths.retain(|path| path.extension().is_some_and(|ending| ending == "json"));
+            paths.retain(|path| path.extension().is_some_and(|ending| ending == "toml"));
             paths.sort();
-            let read = |path: &PathBuf| serde_json::from_str(&fs::read_to_string(path).ok()?).ok();
+            let read = |path: &PathBuf| toml::from_str(&fs::read_to_string(path).ok()?).ok();
             let is_known = |stored: &Stored<R, P>| stored.version == kind.version;
             paths.iter().filter_map(read).filter(is_known).collect()
         })
@@ -178,26 +179,21 @@ impl Store {
         let rows = self.path(ROWS);
         file::create_folder(&rows)?;
         let path = self.row_path(stored.row.key());
-        let read = |text: String| serde_json::from_str::<Stored<R, P>>(&text).ok();
+        let read = |text: String| toml::from_str::<Stored<R, P>>(&text).ok();
         let before = fs::read_to_string(&path).ok().and_then(read).filter(|before| before.version == self.kind.version);
         if let Some(before) = before.filter(|before| before.program != stored.program) {
             self.put_into_history(before)?;
         }
-        self.write(&path, &stored)?;
+        file::write_kept(&path, &stored)?;
         Ok(stored)
     }
 
     /// Keeps a row beside those of today, without its pictures.
     pub fn put_into_history<R: Keyed + Serialize, P: Serialize>(&self, stored: Stored<R, P>) -> Result<()> {
         let [key, build] = [stored.row.key(), &stored.program].map(|text| text.chars().take(16).collect::<String>());
-        let path = self.path(HISTORY).join(format!("{key}-{}-{build}.json", stored.row.unix_s()));
+        let path = self.path(HISTORY).join(format!("{key}-{}-{build}.toml", stored.row.unix_s()));
         file::create_folder(&self.path(HISTORY))?;
-        self.write(&path, &Stored { pictures: None, ..stored })
-    }
-
-    fn write<R: Serialize, P: Serialize>(&self, path: &Path, stored: &Stored<R, P>) -> Result<()> {
-        let json = serde_json::to_string(stored).map_err(|e| Error::file(path, e.to_string()))?;
-        file::write(path, json.as_bytes())
+        file::write_kept(&path, &Stored { pictures: None, ..stored })
     }
 
     /// The first digits of the hash of the program's file.
@@ -229,7 +225,7 @@ impl Store {
     }
 
     fn row_path(&self, key: &str) -> PathBuf {
-        self.path(ROWS).join(format!("{key}.json"))
+        self.path(ROWS).join(format!("{key}.toml"))
     }
 }
 

@@ -1,5 +1,7 @@
 //! What long work is at, on standard error: on a terminal one line that is rewritten, otherwise a line every ten seconds.
 
+pub mod course;
+
 use std::io::{IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, Instant};
@@ -8,6 +10,7 @@ use twobounce::vk::{Step, Watch};
 
 use super::interrupt;
 use crate::say;
+use course::{Course, Left};
 
 /// How often the line is written again where there is no terminal, and on one.
 const EVERY: Duration = Duration::from_secs(10);
@@ -34,6 +37,16 @@ struct Shown {
     /// How long the work still takes, as far as that is known, and since when.
     left: Option<(Instant, Duration)>,
     pass: Option<Pass>,
+    frame: Option<Frame>,
+}
+
+/// A frame of a run.
+struct Frame {
+    course: Course,
+    /// Frames that come after it.
+    after: u32,
+    /// What those before it took in the mean.
+    mean: Option<Duration>,
 }
 
 struct Pass {
@@ -52,7 +65,7 @@ impl Work {
         static WRITER: Once = Once::new();
         WRITER.call_once(|| drop(std::thread::spawn(write_now_and_then)));
         let (began, text) = (Instant::now(), text.to_owned());
-        line().work = Some(Shown { began, written: began, text, left: None, pass: None });
+        line().work = Some(Shown { began, written: began, text, left: None, pass: None, frame: None });
         Self(())
     }
 
@@ -60,9 +73,9 @@ impl Work {
     pub fn is_at(&self, text: String, left: Option<Duration>) {
         let (mut line, now) = (line(), Instant::now());
         // Other work in between took the line along when it ended.
-        let shown = Shown { began: now, written: now, text: String::new(), left: None, pass: None };
+        let shown = Shown { began: now, written: now, text: String::new(), left: None, pass: None, frame: None };
         let work = line.work.get_or_insert(shown);
-        (work.text, work.pass) = (text, None);
+        (work.text, work.pass, work.frame) = (text, None, None);
         work.left = left.map(|left| (now, left));
     }
 }
@@ -117,6 +130,9 @@ fn write_now_and_then() {
 
 impl Shown {
     fn step(&mut self, step: Step, now: Instant) {
+        if let Some(frame) = &mut self.frame {
+            frame.course.step(step, now);
+        }
         let began = self.pass.as_ref().filter(|pass| pass.name == step.pass && step.share > 0.0);
         let began = began.map_or(now, |pass| pass.began);
         self.pass = Some(Pass { name: step.pass, share: step.share, began, at: now });
@@ -135,11 +151,30 @@ impl Shown {
     fn words(&self, now: Instant) -> String {
         let mut words = self.text.clone();
         if let Some(pass) = &self.pass {
-            words += &format!(": {} {:.0} %", pass.name, 100.0 * pass.share);
+            let band = self.frame.as_ref().and_then(|frame| frame.course.band(pass.name));
+            let band = band.map_or(String::new(), |band| band + ",");
+            words += &format!(": {}{band} {:.0} %", pass.name, 100.0 * pass.share);
         }
-        let own = self.left.map(|(since, left)| (left.saturating_sub(now - since), ""));
-        let left = own.or_else(|| Some((self.pass.as_ref()?.left(now)?, " of this pass")));
-        words + &left.map_or(String::new(), |(left, of)| format!(", {} left{of}", duration(left)))
+        let own = self.left.map(|(since, left)| Left { time: left.saturating_sub(now - since), at_least: false });
+        if let Some(left) = own.or_else(|| self.frame.as_ref()?.left(now)) {
+            words + &format!(", {}{} left", if left.at_least { "at least " } else { "" }, duration(left.time))
+        } else {
+            let left = self.pass.as_ref().and_then(|pass| pass.left(now));
+            words + &left.map_or(String::new(), |left| format!(", {} left of this pass", duration(left)))
+        }
+    }
+}
+
+impl Frame {
+    /// Of it and of those after it.
+    fn left(&self, now: Instant) -> Option<Left> {
+        let spent = self.course.spent(now);
+        let of_mean = || Some(Left { time: self.mean?.saturating_sub(spent), at_least: false });
+        // What frames took before is known better than what an image takes beyond its first pass.
+        let whole = self.course.left(now).filter(|left| !left.at_least || self.mean.is_none());
+        let left = whole.or_else(of_mean)?;
+        let each = self.mean.unwrap_or(spent + left.time);
+        Some(Left { time: left.time + self.after * each, ..left })
     }
 }
 
@@ -181,11 +216,16 @@ impl FrameProgress {
         Self { work, began: Instant::now(), done: 0, all }
     }
 
-    /// `name`: of the scene whose frame is being made.
-    pub fn begin(&self, name: &str) {
+    /// `name`: of the scene whose frame is being made. `bands`: see [`twobounce::renderer::Renderer::bands`].
+    pub fn begin(&self, name: &str, bands: (u32, u32)) {
         let (done, all) = (self.done, self.all);
         let text = if all > 1 { format!("{name}, frame {} of {all}", done + 1) } else { name.to_owned() };
-        self.work.is_at(text, left(self.began.elapsed(), done.into(), all.into()));
+        self.work.is_at(text, None);
+        let mean = (done > 0).then(|| self.began.elapsed() / done);
+        let frame = Frame { course: Course::new(Instant::now(), bands), after: all - done - 1, mean };
+        if let Some(work) = &mut line().work {
+            work.frame = Some(frame);
+        }
     }
 
     pub fn finish(&mut self) {
@@ -239,18 +279,33 @@ mod tests {
     fn a_line_says_what_is_done_and_what_is_left() {
         let began = Instant::now();
         let at = |seconds| began + Duration::from_secs(seconds);
-        let mut work = Shown { began, written: began, text: "duck".into(), left: None, pass: None };
+        let mut work = Shown { began, written: began, text: "duck".into(), left: None, pass: None, frame: None };
         assert_eq!(work.due(at(0), true), None, "nothing at once");
         assert_eq!(work.due(at(9), false), None, "nothing before ten seconds without a terminal");
-        work.step(Step { pass: "gather", share: 0.0 }, at(2));
-        work.step(Step { pass: "gather", share: 0.25 }, at(4));
+        work.step(Step { pass: "gather", turn: 0, share: 0.0 }, at(2));
+        work.step(Step { pass: "gather", turn: 0, share: 0.25 }, at(4));
         assert_eq!(work.due(at(5), true).as_deref(), Some("\r\x1b[Kduck: gather 25 %, 5 s left of this pass"));
         assert_eq!(work.due(at(5), false), None, "the last line is younger than ten seconds");
         work.left = Some((at(4), Duration::from_secs(125)));
         assert_eq!(work.due(at(15), false).as_deref(), Some("twobounce: duck: gather 25 %, 1 min 54 s left\n"));
-        work.step(Step { pass: "image", share: 0.5 }, at(16));
+        work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(16));
         work.left = None;
         assert_eq!(work.words(at(16)), "duck: image 50 %", "one look tells no speed");
+    }
+
+    #[test]
+    fn frames_after_this_one_take_as_long() {
+        let began = Instant::now();
+        let at = |seconds| began + Duration::from_secs(seconds);
+        let course = |since| Some(Course::new(at(since), (4, 1)));
+        let text = "duck, frame 1 of 3".to_owned();
+        let frame = course(0).map(|course| Frame { course, after: 2, mean: None });
+        let mut work = Shown { began, written: began, text, left: None, pass: None, frame };
+        work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(1));
+        assert_eq!(work.words(at(1)), "duck, frame 1 of 3: image 1 of 4, 50 %, 23 s left");
+        work.frame = course(10).map(|course| Frame { course, after: 1, mean: Some(Duration::from_secs(10)) });
+        work.pass = None;
+        assert_eq!(work.words(at(12)), "duck, frame 1 of 3, 18 s left", "before the image the mean tells");
     }
 
     #[test]

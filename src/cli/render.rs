@@ -146,7 +146,7 @@ struct Session<'a> {
 impl Session<'_> {
     fn frame(&mut self, later_s: f64) -> Result<()> {
         interrupt::check()?;
-        self.frames.begin(&self.renderer.scene().name);
+        self.frames.begin(&self.renderer.scene().name, self.renderer.bands());
         // An animation reuses what did not change; else each frame is made from scratch, to be timed.
         if !self.args.still && self.args.frames.is_none() {
             self.renderer.make_anew();

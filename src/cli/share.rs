@@ -7,6 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use clap::Args;
 use twobounce::Result;
 
+use super::args::memory_size;
 use super::{out, words};
 use crate::say;
 
@@ -18,9 +19,15 @@ pub struct Shard {
     count: u64,
 }
 
-/// The part of the work that is this machine's.
+/// Which rows of a folder are made here, and which count.
 #[derive(Args, Clone, Debug, Default)]
-pub struct ShareArgs {
+pub struct RowArgs {
+    /// Use no more device memory than this; what needs more becomes a row that says so
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub memory_limit: Option<u64>,
+    /// Keep rows that another build of the program measured; without this they are measured again
+    #[arg(long)]
+    pub any_build: bool,
     /// Make only part I of N of the rows, chosen by a hash of what they are; `twobounce merge` puts the folders together
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
@@ -29,7 +36,7 @@ pub struct ShareArgs {
     pub machine: Option<String>,
 }
 
-impl ShareArgs {
+impl RowArgs {
     /// Whether a row of this address is made here.
     pub fn has(&self, address: &str) -> bool {
         self.shard.is_none_or(|shard| shard.has(address))

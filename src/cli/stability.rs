@@ -13,19 +13,20 @@ use twobounce::gi::Method;
 use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
+use twobounce::stability::against::changes;
 use twobounce::stability::case::Case;
 use twobounce::stability::cell::{Cell, Effort, settings};
-use twobounce::stability::export::{Outline, write};
+use twobounce::stability::export::{Outline, Rows, read_csv, write};
 use twobounce::stability::markdown::page;
 use twobounce::stability::row::{Pictures, Row};
 use twobounce::stability::{FOLDER, GRIDS, SIZE, VERSION, cases};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, memory_size};
+use super::args::DeviceArgs;
 use super::bench::PAGES_EVERY;
 use super::progress::RowProgress;
-use super::share::{self, ShareArgs};
+use super::share::{self, RowArgs};
 use super::{interrupt, out};
 use crate::say;
 
@@ -57,14 +58,11 @@ pub struct StabilityArgs {
     /// Print a page in Markdown about a rows.csv that was written before
     #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "output"])]
     pub markdown: Option<PathBuf>,
-    /// Use no more device memory than this; what needs more becomes a row that says so
-    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
-    pub memory_limit: Option<u64>,
-    /// Keep rows that another build of the program measured; without this they are measured again
-    #[arg(long)]
-    pub any_build: bool,
+    /// Exit with 1 if a number is further from its ideal than in this rows.csv of an earlier table, rounding aside
+    #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "markdown"])]
+    pub against: Option<PathBuf>,
     #[command(flatten)]
-    pub share: ShareArgs,
+    pub rows: RowArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -100,7 +98,8 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         share::list(&parts, "--shard", &["-o", "--output"], Some((folder, "")))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let store = Store::open(FOLDER, folder, args.any_build)?;
+    let before = args.against.as_deref().map(table).transpose()?;
+    let store = Store::open(FOLDER, folder, args.rows.any_build)?;
     let context = args.device.open((SIZE, SIZE))?;
     interrupt::install()?;
     let (mut rows, mut all) = (Vec::new(), Vec::new());
@@ -112,7 +111,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
             }
             let planned = args.planned(&store, &context, case, (preset, grid))?;
             all.push(planned.row.address.clone());
-            if args.share.has(&planned.row.address) {
+            if args.rows.has(&planned.row.address) {
                 rows.push(planned);
             }
         }
@@ -125,12 +124,36 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         say!("wrote {}", store.path("index.html").display());
     }
     if planned == 0 {
-        say!("no row is in {}", args.share.words());
+        say!("no row is in {}", args.rows.words());
     }
     interrupt::check().inspect_err(|_| {
         out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
     })?;
-    Ok(ExitCode::SUCCESS)
+    match (before, &args.against) {
+        (Some(before), Some(path)) => held_against(&before, path, &store),
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// An earlier table.
+fn table(path: &Path) -> Result<Rows> {
+    let text = read::text(path, "table of `twobounce stability`")?;
+    read_csv(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
+}
+
+/// Says what changed since the table `before`, and whether something got worse.
+fn held_against(before: &Rows, path: &Path, store: &Store) -> anyhow::Result<ExitCode> {
+    let found = changes(before, &table(&store.path("rows.csv"))?);
+    let shown = path.display();
+    if found.compared == 0 {
+        let remedy = "name the rows.csv of a table with the same cases, presets and grids";
+        return Err(Error::Usage(format!("--against: {shown} has none of these rows; {remedy}")).into());
+    }
+    found.unknown.iter().for_each(|row| out::warn(&format!("{row} is not in {shown}")));
+    found.better.iter().for_each(|line| say!("better: {line}"));
+    found.worse.iter().for_each(|line| say!("worse: {line}"));
+    say!("{} of {} rows are worse than in {shown}", found.worse.len(), found.compared);
+    Ok(if found.worse.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 /// Prints the page of a table.
@@ -204,7 +227,7 @@ impl StabilityArgs {
         let address = short_hash(&serde_json::json!([case.name, settings.to_toml(), self.effort()]));
         let key = short_hash(&serde_json::json!([device, self.device.validation, address]));
         let origin = Origin {
-            machine: self.share.machine(),
+            machine: self.rows.machine(),
             device: context.name.clone(),
             driver: context.driver.clone(),
             program: env!("CARGO_PKG_VERSION").to_owned(),
@@ -234,7 +257,7 @@ impl StabilityArgs {
     fn write(&self, (store, all): (&Store, &[String]), rows: &[PlannedRow], running: bool) -> Result<()> {
         let _writing = file::writing();
         let stored: Vec<StoredRow> = rows.iter().filter_map(|row| row.stored.clone()).collect();
-        write(store, &stored, rows.len(), (&self.share.words(), running))?;
+        write(store, &stored, rows.len(), (&self.rows.words(), running))?;
         Outline { version: VERSION, rows: all.to_vec() }.save(store)
     }
 
@@ -260,7 +283,7 @@ impl StabilityArgs {
                 Some(context) => context,
                 None => self.device.open((SIZE, SIZE))?,
             };
-            let limits = (self.effort(), self.memory_limit);
+            let limits = (self.effort(), self.rows.memory_limit);
             let cell = Cell::new(&context, &cache, planned.settings.clone(), limits, &interrupt::PRESSED);
             let result = cell.run(planned.case, &planned.row);
             if let Some(origin) = &mut planned.row.origin {

@@ -52,7 +52,7 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     }
     bench.run(|chart| {
         // A part has no page of its own: once the parts are merged, the same command without --shard writes it.
-        if args.bench.share.shard.is_some() {
+        if args.bench.rows.shard.is_some() {
             return Ok(None);
         }
         write(&args.output, chart, &document(chart, &lines, &args.sets, &handwritten_part(&args.output)?))?;

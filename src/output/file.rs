@@ -68,6 +68,13 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     write(path, (text + "\n").as_bytes())
 }
 
+/// Writes what the program itself reads again, as TOML: its numbers come back with the same bits, where reading JSON changes the
+/// last bit of some.
+pub fn write_kept(path: &Path, value: &impl Serialize) -> Result<()> {
+    let text = toml::to_string(value).map_err(|e| Error::file(path, e.to_string()))?;
+    write(path, text.as_bytes())
+}
+
 /// Fails if [`write()`] to `path` would: its folder must exist and accept a new file. Leaves no file.
 pub fn check_writable(path: &Path) -> Result<()> {
     if is_standard(path) {
@@ -226,4 +233,33 @@ fn failed(path: &Path, error: &io::Error) -> Error {
         _ => format!("cannot be written: {error}"),
     };
     Error::file(path, problem)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kept_numbers_come_back_with_the_same_bits() {
+        #[derive(Serialize, serde::Deserialize)]
+        struct Kept {
+            numbers: Vec<f64>,
+        }
+        // Any exponent, any digits.
+        let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
+        let mut next = || {
+            bits ^= bits << 13;
+            bits ^= bits >> 7;
+            bits ^= bits << 17;
+            f64::from_bits(bits)
+        };
+        let mut numbers: Vec<f64> = (0..20_000).map(|_| next()).filter(|number| number.is_finite()).collect();
+        numbers.extend([0.0, -0.0, f64::MIN_POSITIVE, f64::MAX, 0.1 + 0.2, 5e-324]);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("kept.toml");
+        write_kept(&path, &Kept { numbers: numbers.clone() }).unwrap();
+        let read: Kept = toml::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        let bits = |numbers: &[f64]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&read.numbers), bits(&numbers));
+    }
 }

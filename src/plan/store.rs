@@ -47,22 +47,21 @@ impl Store {
 
     /// `None` where nothing is kept, or it is damaged.
     pub fn load<T: DeserializeOwned>(&self, key: &str) -> Option<T> {
-        let text = std::fs::read(self.path(key).filter(|_| self.reads)?).ok()?;
-        serde_json::from_slice(&text).ok()
+        let text = std::fs::read_to_string(self.path(key).filter(|_| self.reads)?).ok()?;
+        toml::from_str(&text).ok()
     }
 
     /// What cannot be kept only costs time in the next call.
     pub fn save(&self, key: &str, value: &impl Serialize) {
         let Some((folder, path)) = self.folder.as_ref().zip(self.path(key)) else { return };
-        let json = serde_json::to_vec(value).unwrap_or_default();
-        if let Err(error) = file::create_folder(folder).and_then(|()| file::write(&path, &json)) {
+        if let Err(error) = file::create_folder(folder).and_then(|()| file::write_kept(&path, value)) {
             tracing::warn!("a result is not kept: {error}");
         }
         make_room(folder, MOST_BYTES);
     }
 
     fn path(&self, key: &str) -> Option<PathBuf> {
-        Some(self.folder.as_ref()?.join(format!("{key}.json")))
+        Some(self.folder.as_ref()?.join(format!("{key}.toml")))
     }
 }
 

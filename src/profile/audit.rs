@@ -92,6 +92,26 @@ impl Audit {
         said.extend(idle.map(|pass| format!("{}: a pass of nothing", pass.name)));
         said
     }
+
+    /// What this frame has that another has not, and the other way round: passes, pipelines, bytes.
+    pub fn beside(&self, other: &Self) -> Vec<String> {
+        let lacks = |own: &Self, other: &Self, word: &str| -> Vec<String> {
+            let has = |name: &str| other.passes.iter().any(|pass| pass.name == name);
+            own.passes.iter().filter(|pass| !has(pass.name)).map(|pass| format!("{word} pass {}", pass.name)).collect()
+        };
+        let mut said = [lacks(self, other, "the"), lacks(other, self, "not the")].concat();
+        let more = self.pipelines as i64 - other.pipelines as i64;
+        if more != 0 {
+            said.push(format!("{more:+} pipelines"));
+        }
+        // A method with grids of its own has some resources several times.
+        let bytes =
+            |audit: &Self, name| audit.resources.iter().filter(|r| r.name == name).map(|r| r.bytes as i64).sum::<i64>();
+        let names: BTreeSet<&str> = self.resources.iter().chain(&other.resources).map(|r| r.name).collect();
+        let changes = names.into_iter().map(|name| (name, bytes(self, name) - bytes(other, name)));
+        said.extend(changes.filter(|(_, more)| *more != 0).map(|(name, more)| format!("{name}: {more:+} bytes")));
+        said
+    }
 }
 
 fn passes(log: &FrameLog) -> Vec<PassUse> {

@@ -24,7 +24,7 @@ pub struct Table {
     pub rows: Vec<Row>,
 }
 
-/// The file `outline.json`: the addresses of every row of the whole table in its order, those of other shards too.
+/// The file `outline.toml`: the addresses of every row of the whole table in its order, those of other shards too.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outline {
     pub version: u32,
@@ -33,7 +33,7 @@ pub struct Outline {
 
 impl Outline {
     pub fn save(&self, store: &Store) -> Result<()> {
-        file::write_json(&store.path("outline.json"), self)
+        file::write_kept(&store.path("outline.toml"), self)
     }
 
     /// That of a folder.
@@ -41,9 +41,9 @@ impl Outline {
     /// # Errors
     /// [`Error::File`]: there is none, it is damaged, or it is of another version of the program.
     pub fn load(folder: &Path) -> Result<Self> {
-        let path = folder.join("outline.json");
+        let path = folder.join("outline.toml");
         let text = std::fs::read_to_string(&path).ok();
-        let outline: Option<Self> = text.and_then(|text| serde_json::from_str(&text).ok());
+        let outline: Option<Self> = text.and_then(|text| toml::from_str(&text).ok());
         let today = outline.filter(|outline| outline.version == super::VERSION);
         today.ok_or_else(|| {
             Error::file(&path, "is missing or of another version; run `twobounce stability` there again")

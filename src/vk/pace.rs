@@ -28,6 +28,8 @@ const FORGET: f64 = 0.7;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     pub pass: &'static str,
+    /// How often the pass came before in these commands: once for every band of an image.
+    pub turn: u32,
     /// Of this pass, 0 to 1.
     pub share: f64,
 }
@@ -177,6 +179,8 @@ pub(super) struct Pacing {
     pub(super) pace: Arc<Mutex<Pace>>,
     /// Works that the open pass has begun.
     works: u32,
+    /// How often passes came to their end.
+    ended: HashMap<&'static str, u32>,
 }
 
 impl Pacing {
@@ -190,7 +194,7 @@ impl Recorder {
     #[must_use]
     pub fn paced(mut self, pace: &Arc<Mutex<Pace>>) -> Self {
         pace.lock().unwrap_or_else(PoisonError::into_inner).waiting.clear(); // of a frame that failed
-        self.pacing = Some(Pacing { pace: pace.clone(), works: 0 });
+        self.pacing = Some(Pacing { pace: pace.clone(), works: 0, ended: HashMap::new() });
         self
     }
 
@@ -237,6 +241,9 @@ impl Recorder {
         if pacing.works == 0 && pacing.pace().add((pass, WHOLE), 1.0) {
             self.cut(pass, 1.0);
         }
+        if let Some(pacing) = &mut self.pacing {
+            *pacing.ended.entry(pass).or_default() += 1;
+        }
     }
 
     /// Submits what was recorded, waits, and asks whether to go on.
@@ -248,7 +255,8 @@ impl Recorder {
             pace.measured(ms);
             pace.watch.clone()
         };
-        if let Some(Err(error)) = watch.map(|watch| watch(Step { pass, share })) {
+        let turn = pacing.ended.get(pass).copied().unwrap_or_default();
+        if let Some(Err(error)) = watch.map(|watch| watch(Step { pass, turn, share })) {
             self.fail(error);
         }
     }

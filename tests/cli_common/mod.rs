@@ -26,6 +26,44 @@ pub fn folder() -> tempfile::TempDir {
     folder
 }
 
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A folder that commands run in, with a cache of its own.
+pub struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub fn empty() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    /// With the box with a point light as `name`.
+    pub fn with_box(name: &str) -> Self {
+        let folder = Self::empty();
+        fs::copy(root().join("assets/cornell-point.glb"), folder.path(name)).unwrap();
+        folder
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
+        command.current_dir(self.0.path()).env("TWOBOUNCE_CACHE", self.path("cache")).args(args);
+        command
+    }
+
+    pub fn json(&self, name: &str) -> serde_json::Value {
+        serde_json::from_str(&fs::read_to_string(self.path(name)).unwrap()).unwrap()
+    }
+}
+
 /// The folder's files in order.
 pub fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> =
@@ -56,7 +94,7 @@ pub fn interrupted(child: Child) -> Output {
 /// The file and bytes of every row that a chart's folder keeps.
 pub fn finished(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let files = fs::read_dir(folder.join("rows")).into_iter().flatten().map(|entry| entry.unwrap().path());
-    let mut rows: Vec<_> = files.filter(|f| f.extension().is_some_and(|e| e == "json")).collect();
+    let mut rows: Vec<_> = files.filter(|f| f.extension().is_some_and(|e| e == "toml")).collect();
     rows.sort();
     rows.into_iter().map(|file| (file.clone(), fs::read(file).unwrap())).collect()
 }

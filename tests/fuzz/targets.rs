@@ -53,7 +53,7 @@ pub const TARGETS: [Target; 7] = [
     Target { name: "map", endings: &["hdr", "exr"], share: 2, names_file: true, run: map },
     Target { name: "settings", endings: &["toml"], share: 1, names_file: false, run: settings },
     Target { name: "table", endings: &["csv"], share: 1, names_file: false, run: table },
-    Target { name: "row", endings: &["json"], share: 1, names_file: false, run: row },
+    Target { name: "row", endings: &["row"], share: 1, names_file: false, run: row },
     Target { name: "film", endings: &["film"], share: 1, names_file: false, run: film },
 ];
 
@@ -165,7 +165,7 @@ fn row(input: &Input) -> Outcome {
         let mark = "Made by `twobounce chart`, which rewrites everything here and continues with the rows in rows/.\n";
         std::fs::write(folder.join("chart.txt"), mark).map_err(|e| e.to_string())?;
     }
-    std::fs::write(rows.join("key.json"), input.bytes).map_err(|e| e.to_string())?;
+    std::fs::write(rows.join("key.toml"), input.bytes).map_err(|e| e.to_string())?;
     thread_local! { static STORE: std::cell::RefCell<Option<Store>> = const { std::cell::RefCell::new(None) } }
     let stored: Option<Stored> = STORE.with_borrow_mut(|store| {
         // Opening one reads the whole program.

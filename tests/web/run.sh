@@ -12,8 +12,8 @@ chart() {
 }
 chart -o out/web/chart --label first
 # The same again, as another build would: what the first one measured becomes history.
-for row in out/web/chart/rows/*.json; do
-  sed -i 's/"program":"[0-9a-f]*","row"/"program":"0000000000000000000000000000000000000000000000000000000000000000","row"/' "$row"
+for row in out/web/chart/rows/*.toml; do
+  sed -i 's/^program = "[0-9a-f]\{64\}"/program = "0000000000000000000000000000000000000000000000000000000000000000"/' "$row"
 done
 chart -o out/web/chart --label second --history
 python3 tests/web/chart_page.py out/web/chart/index.html out/web

@@ -22,9 +22,9 @@ use twobounce::reference::cache::Cache;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, SceneArgs, memory_size, minutes, percent};
+use super::args::{DeviceArgs, SceneArgs, minutes, percent};
 use super::reference::{cache, check_memory};
-use super::share::{self, ShareArgs};
+use super::share::{self, RowArgs};
 use super::{interrupt, out, words};
 use crate::say;
 
@@ -41,14 +41,8 @@ pub struct BenchArgs {
     /// bars show, then errors are refined in rounds. `reference --noise` makes the same ones
     #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent)]
     pub reference_noise: f64,
-    /// Use no more device memory than this; a setting that needs more becomes a row that says so
-    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
-    pub memory_limit: Option<u64>,
-    /// Keep rows that another build of the program measured; without this they are measured again
-    #[arg(long)]
-    pub any_build: bool,
     #[command(flatten)]
-    pub share: ShareArgs,
+    pub rows: RowArgs,
     /// Print the N commands that share the work, a line each, and do nothing
     #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub list: Option<u32>,
@@ -121,7 +115,7 @@ impl Bench<'_> {
         self.scene.check()?;
         interrupt::install()?;
         check_memory(self.scene.size)?;
-        let store = Store::open(CHART, self.folder, self.args.any_build)?;
+        let store = Store::open(CHART, self.folder, self.args.rows.any_build)?;
         let scenes = self.open()?;
         let context = self.args.device.open(self.scene.size)?;
         let mut filling = Filling::new(self, (store, scenes), &context, &further);
@@ -148,7 +142,7 @@ impl Bench<'_> {
             say!("settings that could not run: {failed} of {planned}; their rows say why");
         }
         if planned == 0 {
-            say!("no row is in {}", self.args.share.words());
+            say!("no row is in {}", self.args.rows.words());
         }
         if spent {
             say!("the budget is spent after {there} of {planned} rows; the same command continues from there");
@@ -179,7 +173,7 @@ impl Bench<'_> {
             let mut names = (1..).map(|k| if k == 1 { name.clone() } else { format!("{name} {k}") });
             let is_free = |name: &String| scenes.iter().all(|other| other.scene.name != *name);
             let name = names.find(is_free).expect("numbers do not end");
-            let ((pose, view), options) = (opened.at_time(), opened.options(self.args.memory_limit));
+            let ((pose, view), options) = (opened.at_time(), opened.options(self.args.rows.memory_limit));
             let (camera, scene) = (opened.camera, opened.scene);
             let command = words::render_command(&typed, path, self.scene.size);
             let scene = ChartScene { name, view, pose, options, camera, references: Vec::new(), scene };
@@ -202,7 +196,7 @@ impl<'a> Filling<'a> {
         for trial in &bench.trials {
             for (index, Seen { scene, .. }) in scenes.iter().enumerate() {
                 let address = keys.address(scene, &trial.settings);
-                if args.share.has(&address) {
+                if args.rows.has(&address) {
                     let row = Row { address: address.clone(), ..Row::new(keys.key(&address), &scene.name, trial) };
                     rows.push(PlannedRow::new(&store, (index, trial), row));
                 }
@@ -213,7 +207,7 @@ impl<'a> Filling<'a> {
         let of_scene = |planned: &Planned| scenes.iter().position(|seen| seen.scene.name == planned.scene);
         all.sort_by_key(of_scene);
         let origin = Origin {
-            machine: args.share.machine(),
+            machine: args.rows.machine(),
             device: context.name.clone(),
             driver: context.driver.clone(),
             program: env!("CARGO_PKG_VERSION").to_owned(),
@@ -248,7 +242,7 @@ impl<'a> Filling<'a> {
         outline.take_truths(&self.store, self.scenes.iter().map(|seen| (seen.scene.line(), seen.command.as_str())));
         let chart = Chart::new(&outline, self.rows.len(), args.mix_machines, &stored);
         let history = if args.history { chart.history(&self.store) } else { Vec::new() };
-        let around = Surroundings { running, part: args.share.words(), history };
+        let around = Surroundings { running, part: args.rows.words(), history };
         chart.write(&self.store, &outline.scenes, &stored, &around)?;
         outline.save(&self.store)?;
         (self.further)(&chart)

@@ -61,7 +61,7 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     let (mut progress, mut timings) = (FrameProgress::new(work, WARM_UP + count), Timings::new(WARM_UP as usize));
     for frame in 0..WARM_UP + count {
         interrupt::check()?;
-        progress.begin("demo");
+        progress.begin("demo", renderer.bands());
         let later_s = DEMO_S + (f64::from(frame) - f64::from(WARM_UP)) / args.fps;
         let pose = opened.shot.pose(renderer.scene(), later_s);
         let view = opened.shot.view(renderer.scene(), &pose);

@@ -19,9 +19,7 @@ use super::question::{self, Cost, Found, Question};
 use super::screen::Picture;
 use super::worker::{Beside, Frame, Job, Refined, Stage, Wanted};
 use crate::cli::blank::sky_shown;
-
-/// The passes that come after the light: a frame that ends early in one of them has lost nothing but its image.
-pub const IMAGE_PASSES: [&str; 2] = ["image", "gather"];
+use crate::cli::progress::course::IMAGE_PASSES;
 /// Milliseconds of the image while something moves: with encoding and showing it, an answer within 100.
 const MOVING_MS: f64 = 35.0;
 /// By how much a side of the image is divided while something moves.

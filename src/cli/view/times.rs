@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use twobounce::memory::mib;
 use twobounce::vk::ZoneTiming;
 
-use super::maker::IMAGE_PASSES;
 use super::worker::Frame;
+use crate::cli::progress::course::IMAGE_PASSES;
 
 /// Frames in the graph.
 const FRAMES: usize = 160;

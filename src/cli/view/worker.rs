@@ -12,10 +12,11 @@ use twobounce::{Error, Result};
 use winit::event_loop::EventLoopProxy;
 
 use super::layer::Layer;
-use super::maker::{IMAGE_PASSES, Makers};
+use super::maker::Makers;
 use super::question::{Found, Question};
 use super::screen::Picture;
 use crate::cli::interrupt;
+use crate::cli::progress::course::IMAGE_PASSES;
 use crate::cli::scene::Shot;
 
 /// What is to be shown.

@@ -1,0 +1,3 @@
+mkdir -p "$HOME/.parallel"
+touch "$HOME/.parallel/will-cite"
+engine "GNU parallel" parallel

@@ -88,6 +88,53 @@ fn visible_normals_are_their_twins() {
 }
 
 #[test]
+fn kept_lobes_are_ggx_of_what_few_bits_keep() {
+    let mut random = Random::new(14);
+    let mut above = || {
+        let d = random.direction().as_vec3();
+        d.truncate().extend(d.z.abs().max(0.02)).normalize()
+    };
+    let directions: Vec<(Vec3, Vec3)> = (0..400).map(|_| (above(), above())).collect();
+    let cases: Vec<(Vec3, f32, Vec3, f32, Vec3)> = directions
+        .iter()
+        .enumerate()
+        .map(|(i, &(toward, o))| {
+            let light = Vec3::new(random.unit() as f32, 1.0, random.unit() as f32) * [1e-3, 0.5, 300.0, 6e4][i % 4];
+            (light, 1.0 + 99.0 * random.unit() as f32, toward, 0.15 + 0.85 * random.unit() as f32, o)
+        })
+        .collect();
+    let arguments = |&(light, rise, toward, alpha, o): &(Vec3, f32, Vec3, f32, Vec3)| {
+        Arguments::of(light.extend(rise), toward.extend(alpha), o.extend(0.0))
+    };
+    for ((light, rise, toward, alpha, o), out) in
+        Gpu::new(&random_volume()).results(Function::ItemLobe, &cases, arguments)
+    {
+        let (kept, coming) = (out.vec4(0), out.vec4(1));
+        // Half a step of eight bits (between half the range and all of it), of six; of ten across four units, of nine.
+        assert!(
+            (kept.truncate() - *light).abs().max_element() <= light.max_element() * 1.01 / 256.0,
+            "{light} is {kept}"
+        );
+        assert!((kept.w / rise).log2().abs() <= 0.51 * 25f32.log2() / 36.0, "{rise} is {}", kept.w);
+        assert!(
+            coming.truncate().distance(*toward) < 4e-3 && (coming.w - alpha).abs() <= 0.51 / 511.0,
+            "{toward}: {coming}"
+        );
+        // GGX with Smith's masking and Schlick's Fresnel (glTF 2.0, appendix B), in f64, of what was kept.
+        let (l, o) = (coming.truncate().as_dvec3(), o.as_dvec3());
+        let (h, a2) = ((l + o).normalize(), f64::from(coming.w).powi(2));
+        let d = a2 / (std::f64::consts::PI * (h.z * h.z * (a2 - 1.0) + 1.0).powi(2));
+        let masked = |z: f64| z + (z * z * (1.0 - a2) + a2).sqrt();
+        let v = 1.0 / (masked(l.z) * masked(o.z));
+        let grazing = (1.0 - o.dot(h)).powi(5);
+        let most = DVec3::splat(f64::from(kept.w * kept.truncate().max_element()));
+        let expected = kept.truncate().as_dvec3().lerp(most, grazing) * d * v;
+        let error = (out.vec3(2).as_dvec3() - expected).abs().max_element() / expected.max_element();
+        assert!(error < 2e-3, "from {l} to {o}, alpha {}: {} is not {expected}", coming.w, out.vec3(2));
+    }
+}
+
+#[test]
 fn refraction_is_its_twin_and_never_nan() {
     let mut random = Random::new(7);
     let cases: Vec<(Vec3, Vec3, f32)> = (0..600)

@@ -13,18 +13,18 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use glam::DVec3;
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
 use twobounce::reference::cache::Cache;
 use twobounce::reference::{Depth, Options, Stop};
-use twobounce::scene::{Scene, View};
+use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
 use twobounce::settings::Settings;
 
 const SIZE: u32 = 64;
 const SAMPLES: u32 = 192;
-const LAYERS: [Aov; 3] = [Aov::Direct, Aov::Ao, Aov::Albedo];
+const LAYERS: [Aov; 4] = [Aov::Direct, Aov::Indirect, Aov::Ao, Aov::Albedo];
 
 /// What every row starts from, beside the preset `cones`: what is measured is gloss.
 const BASE: [&str; 2] = ["voxels=64", "lights.lamp_points=16"];
@@ -140,7 +140,7 @@ fn subjects() -> Vec<Subject> {
             &[
                 (CONES, 0.21, 0.02),
                 (GGX, 0.21, 0.02),
-                (ONE_RAY, 0.23, 0.05),
+                (ONE_RAY, 0.23, 0.06),
                 (RAYS, 0.19, 0.05),
                 (MANY_RAYS, 0.165, 0.05),
             ],
@@ -260,4 +260,35 @@ fn no_extreme_of_a_material_makes_nan() {
             assert!(image.beauty().iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "ior {ior}, {roughness}");
         }
     }
+}
+
+/// A rough, black floor, a sun ten degrees above it, and the grey wall at the floor's far end.
+fn sun_over_a_rough_floor() -> Scene {
+    let mut scene = Scene::empty("a sun over a rough floor");
+    let floor = Material { specular: 1.0, roughness: 0.65, ..Material::lambert("floor", Vec3::ZERO) };
+    let wall = Material::lambert("wall", Vec3::splat(0.5));
+    let quads = [(floor, Vec3::Z * 4.0, Vec3::X * 4.0), (wall, Vec3::X * 4.0, Vec3::Y * 2.0)];
+    for (material, u, v) in quads {
+        let material = scene.add_material(material);
+        scene.add_mesh(Mesh::quad("quad", material, Vec3::new(-2.0, 0.0, -2.0), u, v), DAffine3::IDENTITY);
+    }
+    let turn = DQuat::from_rotation_x(-10f64.to_radians()); // a light shines along its -Z
+    scene.add_light(LightKind::Directional, Vec3::ONE, DAffine3::from_quat(turn));
+    let (eye, target) = (DVec3::new(0.0, 1.0, 1.0), DVec3::new(0.0, 1.0, -2.0));
+    scene.add_camera(&View::look_at(eye, target, DVec3::Y, 32f32.to_radians()));
+    scene
+}
+
+/// Half of the light that the floor sends goes on towards the wall, in a lobe: sent evenly, as list items send what they scatter, it
+/// would be a fraction of that.
+#[test]
+fn a_rough_floor_sends_grazing_light_onwards() {
+    let scene = sun_over_a_rough_floor();
+    let mut settings = Settings::default();
+    ["voxels=32", "bounces=1"].iter().for_each(|change| settings.set(change).expect("a setting"));
+    let indirect =
+        |image: &Layers| image.get(Aov::Indirect).expect("asked for").iter().map(|p| f64::from(p[1])).sum::<f64>();
+    let energy = indirect(&image(&scene, &settings)) / indirect(&truth(&scene, Depth::Bounces(1)));
+    // The reference's noise, and few bits of direction and roughness.
+    assert!((energy - 1.0).abs() < 0.03, "{energy}");
 }

@@ -24,7 +24,15 @@ float lobe_masking(float alpha, float c) {
     return 2.0 * c / max(c + sqrt(a2 + (1.0 - a2) * c * c), 1e-6);
 }
 
-// The same of a direction, where α differs along the frame's x and y.
+// Both directions' masking over four times the product of their cosines: separable, as in glTF's appendix B.
+float lobe_visibility(float alpha, float cosine, float other) {
+    float a2 = alpha * alpha;
+    vec2 c = vec2(cosine, other);
+    vec2 sum = max(c + sqrt(a2 + (1.0 - a2) * c * c), vec2(1e-6));
+    return 1.0 / (sum.x * sum.y);
+}
+
+// The masking of a direction, where α differs along the frame's x and y.
 float lobe_masking(vec2 alpha, vec3 d) {
     return 2.0 * abs(d.z) / max(abs(d.z) + length(vec3(alpha * d.xy, d.z)), 1e-6);
 }

@@ -1,6 +1,7 @@
 // glTF 2.0, appendix B: Lambert and GGX with Schlick's Fresnel. π stands here and nowhere else.
 
 #include "common/albedo.glsl"
+#include "common/lobe.glsl"
 #include "ground/surface.glsl"
 #include "ground/layers.glsl"
 
@@ -36,8 +37,7 @@ void add_layers(inout Brdf f, Surface s, vec3 v, vec3 l) {
         float nh = clamp(dot(s.finish.coat_normal, h), 0.0, 1.0);
         float a2 = alpha * alpha;
         float d = nh * nh * (a2 - 1.0) + 1.0;
-        float smith = coat_nl * sqrt(coat_nv * coat_nv * (1.0 - a2) + a2) + coat_nv * sqrt(coat_nl * coat_nl * (1.0 - a2) + a2);
-        f.coat = vec3(coat * a2 / (PI * d * d) * 0.5 / max(smith, 1e-7) * coat_nl / nl);
+        f.coat = vec3(coat * a2 / (PI * d * d) * lobe_visibility(alpha, coat_nl, coat_nv) * coat_nl / nl);
     }
 }
 
@@ -54,7 +54,6 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
         float a2 = alpha * alpha;
         float d = nh * nh * (a2 - 1.0) + 1.0;
         float ggx = a2 / (PI * d * d);
-        float smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
         vec3 fresnel = schlick(s.f0, s.f90, vh);
         float left = 1.0 - schlick(s.coat_f0, s.coat_f90, vh);
         if (has_film(s)) {
@@ -62,7 +61,7 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
             fresnel = filmed.rgb;
             left = filmed.w;
         }
-        float lobe = ggx * 0.5 / max(smith, 1e-7);
+        float lobe = ggx * lobe_visibility(alpha, nl, nv);
         if (is_brushed(s)) {
             lobe = brushed_lobe(s, v, l, h, nv, nl, nh);
         }

@@ -61,8 +61,9 @@ float brushed_lobe(Surface s, vec3 v, vec3 l, vec3 h, float nv, float nl, float 
     vec2 a = max(vec2(s.finish.along, s.finish.across), vec2(1e-3));
     vec2 th = vec2(dot(h, t), dot(h, b)) / a;
     float e = dot(th, th) + nh * nh;
-    float smith = nl * length(vec3(a * vec2(dot(v, t), dot(v, b)), nv)) + nv * length(vec3(a * vec2(dot(l, t), dot(l, b)), nl));
-    return 0.5 / (PI * a.x * a.y * e * e * max(smith, 1e-7));
+    float to_viewer = nv + length(vec3(a * vec2(dot(v, t), dot(v, b)), nv));
+    float to_light = nl + length(vec3(a * vec2(dot(l, t), dot(l, b)), nl));
+    return 1.0 / (PI * a.x * a.y * e * e * max(to_viewer * to_light, 1e-7));
 }
 
 // Where a single look along the mirror's way goes: a brushed surface's is bent to the middle of its long lobe.

@@ -4,6 +4,7 @@
 #extension GL_EXT_samplerless_texture_functions : require
 // Evaluates one function of the shaders at many inputs, to be held against its twin in src/twins. Not part of a frame.
 
+#include "common/item_lobe.glsl"
 #include "common/albedo.glsl"
 #include "common/clip.glsl"
 #include "common/closest_point.glsl"
@@ -82,6 +83,11 @@ Arguments evaluate(Arguments x) {
         light.position = x.b.xyz;
         light.radius = 0.0;
         y.a.x = method_shadow(light, sample_light(light, x.a.xyz, 1.0), x.a.xyz, x.c.xyz);
+    } else if (FUNCTION == 16u) {
+        ItemLobe lobe = unpack_item_lobe(pack_item_lobe(ItemLobe(x.a.xyz, x.a.w, x.b.xyz, x.b.w)));
+        y.a = vec4(lobe.light, lobe.rise);
+        y.b = vec4(lobe.toward, lobe.alpha);
+        y.c.xyz = item_lobe_light(lobe, vec3(0.0, 0.0, 1.0), x.c.xyz);
     }
     return y;
 }

@@ -41,6 +41,7 @@ pub enum Function {
     VisibleNormal,
     DiffuseShare,
     MethodShadow,
+    ItemLobe,
 }
 
 /// Three vectors in, three out.

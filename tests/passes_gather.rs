@@ -270,16 +270,20 @@ fn a_rough_floor_has_no_sparks() {
     let (scene, view) = floor_before_a_bright_wall();
     let settings = gpu::with(Settings::default(), &["voxels=32", "bounces=1"]);
     let layers = vec![Aov::Indirect];
-    let image = gpu::render_layers(&gpu::context(), &scene, &settings, 64, view, layers.clone()).read();
+    let render = |settings: &Settings| {
+        let image = gpu::render_layers(&gpu::context(), &scene, settings, 64, view, layers.clone()).read();
+        image.get(Aov::Indirect).expect("asked for").to_vec()
+    };
+    let found = render(&settings);
     let (depth, stop) = (Depth::Bounces(1), Stop::Samples(1024));
     let options = Options { width: 64, height: 64, depth, stop, seed: 0, occlusion: false };
     let truth = film(&scene, &view, &options).layers(&layers);
-    let [found, truth] = [&image, &truth].map(|image| image.get(Aov::Indirect).expect("asked for"));
+    let truth = truth.get(Aov::Indirect).expect("asked for");
     let brightest = |image: &[[f32; 3]]| image.iter().map(|p| p[1]).fold(0.0, f32::max);
     let mean = |image: &[[f32; 3]]| image.iter().map(|p| p[1]).sum::<f32>() / image.len() as f32;
     // One ray in the lobe that meets the wall brings a hundred times of what the floor sends else.
-    assert!(brightest(found) < 1.5 * brightest(truth), "{} of {}", brightest(found), brightest(truth));
-    // The lobe leans away from the viewer, the diffuse one does not.
-    let ratio = mean(found) / mean(truth);
-    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+    assert!(brightest(&found) < 1.5 * brightest(truth), "{} of {}", brightest(&found), brightest(truth));
+    // What is left is how often directions, the same all over the floor, happen to meet the wall: 17 % with 14 by 16 of them.
+    let ratio = mean(&render(&gpu::with(settings, &["rays.diffuse=64"]))) / mean(truth);
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }

@@ -134,7 +134,7 @@ struct Viewed {
     Lobes lobes;
     bool back; // the side against the winding
     float bend; // how far the normal turns over half a pixel, radians
-    vec3 gathered; // mean over its specular lobe, or E/π of its diffuse light, stored radiance
+    vec3 gathered; // stored radiance that its specular lobe sends of gathered light, where a method gathers for it
 };
 
 // What a surface sends to a viewer: a method's look-up adds to it.

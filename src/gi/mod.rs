@@ -80,8 +80,8 @@ methods! {
 /// (`glsl/gi/<name>/look_up.glsl`) what light reaches a surface from elsewhere:
 /// - `vec4 look_up_diffuse(Surface s, uvec3 place)`: irradiance/π in stored radiance, the sky included, and the open share of
 ///   the hemisphere; `place` is a pixel or a voxel, by which directions may differ;
-/// - `METHOD_GATHERS_LOBES` and `vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec4 lobe)`, with [`Wants::gathers_lobes`]:
-///   the same, and beside it what it finds weighted by the lobe towards a viewer, with the sum of weights;
+/// - `METHOD_GATHERS_LOBES` and `vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored)`, with
+///   [`Wants::gathers_lobes`]: the same, and the stored radiance that a rough lobe mirrors of it towards a viewer;
 /// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: what the surface mirrors and lets through;
 /// - `const bool FINDS_LAMPS`: whether `add_glossy` also finds sampled lamps;
 /// - `vec3 look_up_specular(Surface s)`, where list items are lit with it: what a glossy surface meets that has no viewer;

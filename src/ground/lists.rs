@@ -10,11 +10,12 @@ use crate::Result;
 use crate::gi::Wants;
 use crate::vk::{Buffer, BufferKind, Context};
 
-/// How many list items and occupied voxels the buffers of a grid hold.
+/// How many list items and occupied voxels the buffers of a grid hold, and whether the scene has specular lobes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ListCapacity {
     pub items: u32,
     pub cells: u32,
+    pub glossy: bool,
 }
 
 /// Buffers of a grid.
@@ -149,7 +150,10 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("item parts", array::<layout::ItemPart>(items(wants.alike))),
         ("lit items", array::<u32>(items(wants.alike))),
         ("item samples", array::<u32>(items(wants.item_samples))),
-        ("item lobes", u64::from(wants.lobe_words.max(1)) * array::<[u32; 2]>(items(wants.lobe_words > 0))),
+        (
+            "item lobes",
+            u64::from(wants.lobe_words.max(1)) * array::<[u32; 2]>(items(wants.lobe_words > 0 && capacity.glossy)),
+        ),
         ("direct light", array::<[[f32; 3]; 2]>(items(wants.kept_direct_light))),
         ("seen lights", array::<layout::ItemLight>(items(wants.seen_lights))),
         ("last list items", array::<layout::ListItem>(last_items)),

@@ -115,7 +115,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
     Lobes lobes = viewed.lobes;
     float alpha = s.roughness * s.roughness;
     float by_rays = 1.0 - gathered_share(s, lobes);
-    sum.indirect += (1.0 - by_rays) * lobes.specular * viewed.gathered;
+    sum.indirect += (1.0 - by_rays) * viewed.gathered;
     bool mirrors = feature(FEATURE_SPECULAR) && by_rays > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
     bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
     bool thin = s.thickness_m <= 0.0;

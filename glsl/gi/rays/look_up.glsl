@@ -40,17 +40,16 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
     return sum;
 }
 
-// The same, and for rough lobes what the rays bring weighted by what the surface mirrors of it towards `view`; the sum of weights.
+// The same, and `mirrored`: what the surface mirrors towards `view` of what the rays bring, for rough lobes.
 #define METHOD_GATHERS_LOBES
-vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec4 lobe) {
+vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored) {
     DiffuseFrame f = diffuse_frame(s, place);
     vec4 sum = vec4(0.0);
-    lobe = vec4(0.0);
+    mirrored = vec3(0.0);
     for (uint i = 0u; i < DIFFUSE_RAYS; i++) {
         DiffuseRay ray = diffuse_ray(s, f, i);
         sum += (1.0 / float(DIFFUSE_RAYS)) * ray.light;
-        float weight = brightest(brdf(s, view, ray.way).specular);
-        lobe += (1.0 / float(DIFFUSE_RAYS)) * vec4(weight * ray.light.rgb, weight);
+        mirrored += feature(FEATURE_SPECULAR) ? (PI / float(DIFFUSE_RAYS)) * brdf(s, view, ray.way).specular * ray.light.rgb : vec3(0.0);
     }
     return sum;
 }

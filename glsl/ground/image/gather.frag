@@ -28,7 +28,7 @@ layout(location = 1) out vec4 out_light; // E/π in stored radiance; open share 
 layout(location = 2) out vec4 out_lamps; // the same of sampled lamps
 layout(location = 3) out vec4 out_lamps_specular; // stored radiance
 #ifdef METHOD_GATHERS_LOBES
-layout(location = 4) out vec4 out_lobe; // stored radiance weighted by the specular lobe; the weights
+layout(location = 4) out vec4 out_mirrored; // stored radiance, of the specular lobe
 #endif
 
 void main() {
@@ -40,13 +40,13 @@ void main() {
     Surface s = evaluate_surface(t, attributes, weights, pixel_footprint(attributes, in_weights), in_back != 0u);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
     vec4 light = vec4(0.0);
-    vec4 lobe = vec4(0.0);
+    vec3 mirrored = vec3(0.0);
     LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
     // Metals, glass and unlit surfaces gather nothing: a loop, which a CPU device leaves early.
     for (uint i = 0u; i < (scatters(s) ? 1u : 0u); i++) {
         uvec3 place = uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u);
 #ifdef METHOD_GATHERS_LOBES
-        light = look_up_for_view(s, view, place, lobe);
+        light = look_up_for_view(s, view, place, mirrored);
 #else
         light = look_up_diffuse(s, place);
 #endif
@@ -57,6 +57,6 @@ void main() {
     out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0);
     out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0);
 #ifdef METHOD_GATHERS_LOBES
-    out_lobe = min(lobe, LARGEST_STORED);
+    out_mirrored = vec4(min(mirrored, LARGEST_STORED), 0.0);
 #endif
 }

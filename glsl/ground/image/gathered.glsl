@@ -7,11 +7,11 @@ struct Gathered {
     vec4 light; // E/π in stored radiance; open share of the hemisphere
     LampLight lamps;
     bool found;
-    vec4 lobe; // light weighted by the specular lobe, the weights; 0 where nothing was
+    vec3 mirrored; // stored radiance of the specular lobe, where a method gathers for it
 };
 
 Gathered nothing_gathered() {
-    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), LampLight(vec3(0.0), vec3(0.0)), false, vec4(0.0));
+    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), LampLight(vec3(0.0), vec3(0.0)), false, vec3(0.0));
 }
 
 #ifdef GATHERED
@@ -19,7 +19,7 @@ layout(set = 0, binding = 25) uniform sampler2D shared_light;
 layout(set = 0, binding = 27) uniform sampler2D shared_lamps; // stored radiance, diffuse and specular
 layout(set = 0, binding = 28) uniform sampler2D shared_lamps_specular;
 #ifdef METHOD_GATHERS_LOBES
-layout(set = 0, binding = 58) uniform sampler2D shared_lobe;
+layout(set = 0, binding = 58) uniform sampler2D shared_mirrored;
 #endif
 layout(set = 0, binding = 26) uniform sampler2D surfaces; // position, packed normal
 
@@ -53,13 +53,14 @@ Gathered gathered_nearby(vec3 position, vec3 normal) {
         }
 #ifdef METHOD_GATHERS_LOBES
         if (feature(FEATURE_SPECULAR)) {
-            sum.lobe += weight * texelFetch(shared_lobe, texel, 0);
+            sum.mirrored += weight * texelFetch(shared_mirrored, texel, 0).rgb;
         }
 #endif
     }
     sum.found = total > 1e-3;
     float mean = sum.found ? 1.0 / total : 0.0;
-    sum.light *= mean; // the lobe's is divided by its weights
+    sum.light *= mean;
+    sum.mirrored *= mean;
     sum.lamps.diffuse *= mean / frame.scale;
     sum.lamps.specular *= mean / frame.scale;
     return sum;

@@ -127,9 +127,9 @@ void main() {
         uint k = i - near;
         uvec3 place = i < near ? uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
 #ifdef METHOD_GATHERS_LOBES
-        vec4 lobe;
-        vec4 light = look_up_for_view(i < near ? s : far_side(s), view, place, lobe);
-        gathered.lobe = i < near ? lobe : gathered.lobe;
+        vec3 mirrored;
+        vec4 light = look_up_for_view(i < near ? s : far_side(s), view, place, mirrored);
+        gathered.mirrored = i < near ? mirrored : gathered.mirrored;
 #else
         vec4 light = look_up_diffuse(i < near ? s : far_side(s), place);
 #endif
@@ -143,7 +143,7 @@ void main() {
     if (lit) {
         sent.direct += s.diffuse * viewed.lobes.diffuse * gathered.lamps.diffuse + gathered.lamps.specular;
         sent.indirect = s.diffuse * viewed.lobes.diffuse * gathered.light.rgb;
-        viewed.gathered = gathered.lobe.a > 0.0 ? gathered.lobe.rgb / gathered.lobe.a : gathered.light.rgb;
+        viewed.gathered = gathered.mirrored;
         if (feature(FEATURE_SHEEN)) {
             sent.indirect += viewed.lobes.sheen * gathered.light.rgb;
         }
@@ -158,7 +158,7 @@ void main() {
             if (layer > 0u) {
                 glossy = coat_of(s);
                 seen = coat_viewed(viewed);
-                seen.gathered = gathered.light.rgb; // the lobe is that of what lies under it
+                seen.gathered = seen.lobes.specular * gathered.light.rgb; // what is mirrored was gathered for what lies under it
             }
             add_glossy(sent, glossy, seen);
         }

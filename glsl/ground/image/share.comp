@@ -17,8 +17,8 @@ layout(set = 0, binding = 4, rgba16f) writeonly uniform image2D shared_light;
 layout(set = 0, binding = 5, rgba16f) writeonly uniform image2D shared_lamps;
 layout(set = 0, binding = 6, rgba16f) writeonly uniform image2D shared_lamps_specular;
 #ifdef LOBES
-layout(set = 0, binding = 7) uniform sampler2D lobe;
-layout(set = 0, binding = 8, rgba16f) writeonly uniform image2D shared_lobe;
+layout(set = 0, binding = 7) uniform sampler2D mirrored;
+layout(set = 0, binding = 8, rgba16f) writeonly uniform image2D shared_mirrored;
 #endif
 
 layout(push_constant) uniform Push {
@@ -37,7 +37,7 @@ void main() {
     vec4 sum = vec4(0.0);
     vec4 lamp_sum = vec4(0.0);
     vec4 specular_sum = vec4(0.0);
-    vec4 lobe_sum = vec4(0.0);
+    vec4 mirrored_sum = vec4(0.0);
     float total = 0.0;
     for (int y = -reach; y <= reach; y++) {
         for (int x = -reach; x <= reach; x++) {
@@ -53,7 +53,7 @@ void main() {
                 specular_sum += weight * texelFetch(lamps_specular, to, 0);
             }
 #ifdef LOBES
-            lobe_sum += weight * texelFetch(lobe, to, 0);
+            mirrored_sum += weight * texelFetch(mirrored, to, 0);
 #endif
             total += weight;
         }
@@ -61,7 +61,7 @@ void main() {
     float mean = total > 0.0 ? 1.0 / total : 0.0;
     imageStore(shared_light, at, sum * mean);
 #ifdef LOBES
-    imageStore(shared_lobe, at, lobe_sum * mean);
+    imageStore(shared_mirrored, at, mirrored_sum * mean);
 #endif
     if (LAMPS == LAMPS_SAMPLED) {
         imageStore(shared_lamps, at, lamp_sum * mean);

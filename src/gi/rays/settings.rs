@@ -39,7 +39,7 @@ pub const KEYS: &[&[Key]] = &[&[
         "rays",
         Range::Whole(1, 64),
         "rays for a rough lobe, mirrored or transmitted; a lobe that sends on a tenth of its light takes a tenth of them, a \
-         smooth one takes one, a rough one of a dielectric none: gathered light stands for it",
+         smooth one takes one, a rough one of a dielectric none: the rays for diffuse light stand for it",
         "a ray each, where something is glossy or transmits",
     ),
     rare(key(

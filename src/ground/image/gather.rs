@@ -25,7 +25,7 @@ const LIGHTS: [(&str, &str); 4] = [
     ("light", "shared_light"),
     ("lamps", "shared_lamps"),
     ("lamps_specular", "shared_lamps_specular"),
-    ("lobe", "shared_lobe"),
+    ("mirrored", "shared_mirrored"),
 ];
 
 fn lights(lobes: bool) -> &'static [(&'static str, &'static str)] {

@@ -42,8 +42,10 @@ pub struct Lists {
     pub item_lobes: Buffer,
     /// the direct light of its sides, kept from one pass to the next,
     pub direct_light: Buffer,
-    /// and the light that others see of it.
+    /// and the light that others see of it,
     pub seen_lights: Buffer,
+    /// also in lobes, where it goes on from frame to frame.
+    pub seen_lobes: Buffer,
     /// The items that are lit, where alike triangles are lit as one.
     pub lit_items: Buffer,
     /// The lists before these, for light to be carried on.
@@ -79,6 +81,7 @@ impl Lists {
             item_lobes: buffer("item lobes")?,
             direct_light: buffer("direct light")?,
             seen_lights: buffer("seen lights")?,
+            seen_lobes: buffer("seen lobes")?,
             lit_items: buffer("lit items")?,
             last: LastLists {
                 heads: buffer("last voxels")?,
@@ -99,6 +102,7 @@ impl Lists {
         let others = [
             &mut self.item_samples,
             &mut self.item_lobes,
+            &mut self.seen_lobes,
             &mut self.lit_items,
             &mut self.cells.cells,
             &mut self.last_cells.cells,
@@ -138,6 +142,7 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         u64::from(count.max(1)) * size_of::<T>() as u64
     }
     let items = |needed: bool| if needed { capacity.items } else { 1 };
+    let lobes = |words: u32| u64::from(words.max(1)) * array::<[u32; 2]>(items(words > 0 && capacity.glossy));
     let listed = |count: u32| if wants.lists { count } else { 1 };
     let edge_of = |wanted: bool| if wanted { edge } else { 1 };
     let last_cells = if wants.last_cells { capacity.cells } else { 1 };
@@ -150,10 +155,8 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("item parts", array::<layout::ItemPart>(items(wants.alike))),
         ("lit items", array::<u32>(items(wants.alike))),
         ("item samples", array::<u32>(items(wants.item_samples))),
-        (
-            "item lobes",
-            u64::from(wants.lobe_words.max(1)) * array::<[u32; 2]>(items(wants.lobe_words > 0 && capacity.glossy)),
-        ),
+        ("item lobes", lobes(wants.lobe_words)),
+        ("seen lobes", lobes(if wants.carried_light { wants.lobe_words } else { 0 })),
         ("direct light", array::<[[f32; 3]; 2]>(items(wants.kept_direct_light))),
         ("seen lights", array::<layout::ItemLight>(items(wants.seen_lights))),
         ("last list items", array::<layout::ListItem>(last_items)),

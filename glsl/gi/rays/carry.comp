@@ -15,6 +15,7 @@ layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_i
 layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
 layout(set = 0, binding = 29, scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
+layout(set = 0, binding = 59, scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
 layout(set = 0, binding = 36, scalar) readonly buffer LastHeads { uint last_heads[]; };
 layout(set = 0, binding = 37, scalar) readonly buffer LastItems { ListItem last_items[]; };
 layout(set = 0, binding = 38, scalar) readonly buffer LastParts { ItemPart last_parts[]; };
@@ -42,5 +43,9 @@ void main() {
             last = same ? 0u : last_items[last - 1u].next;
         }
         seen_lights[item] = before;
+        if (feature(FEATURE_SPECULAR)) {
+            seen_lobes[2u * item] = uvec2(0u); // found again by this frame's first pass
+            seen_lobes[2u * item + 1u] = uvec2(0u);
+        }
     }
 }

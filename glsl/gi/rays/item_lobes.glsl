@@ -6,5 +6,3 @@
 // A narrower lobe is sent evenly: the few rays that meet one would be spots. Between the two, a share of it.
 const float LEAST_ITEM_ALPHA = 0.15;
 const float WHOLE_ITEM_ALPHA = 0.3;
-
-layout(set = 0, binding = 57, scalar) buffer ItemLobes { uvec2 item_lobes[]; }; // per list item and side

@@ -8,6 +8,8 @@
 #include "ground/brdf.glsl"
 #include "gi/rays/item_lobes.glsl"
 
+layout(set = 0, binding = 57, scalar) writeonly buffer ItemLobes { uvec2 item_lobes[]; }; // per list item and side
+
 #define METHOD_POINTS
 #define METHOD_LOBES
 
@@ -32,6 +34,7 @@ float keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
     item_lobes[place] = share > 0.0 ? pack_item_lobe(lobe) : uvec2(0u);
     return share;
 }
+
 const bool CLIPS_ITEMS = true;
 const bool LIGHTS_FRONTS = false;
 

@@ -8,6 +8,8 @@
 
 layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; }; // what list items sent one pass before
 
+layout(set = 0, binding = 59, scalar) readonly buffer SeenLobes { uvec2 seen_lobes[]; }; // and in lobes, per side
+
 const uint UNLIT = ~0u; // no item is lit for it
 
 // 1-based: the item that stands for a recorded triangle at a place on it; 0 if there is none.
@@ -60,8 +62,7 @@ uint lit_for(Met met) {
 }
 
 // Stored radiance of what was met along unit d, on the side that is seen: what the list item sends there that stands for it where it
-// was met.
-// No other surface and no other side mixes into it, however thin a wall is.
+// was met. No other surface and no other side mixes into it, however thin a wall is.
 vec3 seen_radiance(Met met, vec3 d) {
     uint item = met.any ? lit_for(met) : UNLIT;
     COUNT(WORDS, item != UNLIT ? 3u : 0u);
@@ -69,7 +70,7 @@ vec3 seen_radiance(Met met, vec3 d) {
     item = lit ? item : 0u;
     vec3 seen = met.back ? seen_lights[item].back : seen_lights[item].front;
     if (feature(FEATURE_SPECULAR)) {
-        uvec2 lobe = item_lobes[2u * item + (met.back ? 1u : 0u)];
+        uvec2 lobe = seen_lobes[2u * item + (met.back ? 1u : 0u)];
         COUNT(WORDS, 2u);
         seen += lobe == uvec2(0u) ? vec3(0.0) : item_lobe_light(unpack_item_lobe(lobe), met.back ? -met.normal : met.normal, -d);
     }

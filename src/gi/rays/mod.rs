@@ -92,7 +92,11 @@ impl Gi for Lighting {
             })
         };
         Ok(Self {
-            share: compute("share items", "gi/rays/share_items.comp", &items)?,
+            share: compute(
+                "share items",
+                if settings.bounces == Bounces::All { "gi/rays/share_items.comp LOBES" } else { "gi/rays/share_items.comp" },
+                &items,
+            )?,
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
             feedback: (settings.bounces == Bounces::All).then(feedback).transpose()?,
             constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)],
@@ -126,7 +130,7 @@ impl Gi for Lighting {
 
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>> {
         let lists = ground.base();
-        vec![Bind::buffer("item_parts", &lists.item_parts), Bind::buffer("seen_lights", &lists.seen_lights), Bind::buffer("item_lobes", &lists.item_lobes)]
+        vec![Bind::buffer("item_parts", &lists.item_parts), Bind::buffer("seen_lights", &lists.seen_lights), self.seen_lobes(ground)]
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
@@ -135,6 +139,12 @@ impl Gi for Lighting {
 }
 
 impl Lighting {
+    /// The lobes that rays see. With feedback a pass reads those of the one before while it writes its own; without, no pass does both.
+    fn seen_lobes<'a>(&self, ground: &'a Ground) -> Bind<'a> {
+        let lists = ground.base();
+        Bind::buffer("seen_lobes", if self.feedback.is_some() { &lists.seen_lobes } else { &lists.item_lobes })
+    }
+
     /// Lights the items of the lists, and lets neighbours share. Reads: lists, triangles, materials, lights, lamps, kept direct
     /// light, seen lights. Writes: item lights, kept direct light, seen lights.
     fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light) {
@@ -143,17 +153,22 @@ impl Lighting {
             r.full_barrier(); // the lists and what is gathered from were written
             let mut binds = ground.item_binds();
             binds.push(Bind::buffer("seen_lights", &lists.seen_lights));
+            binds.push(self.seen_lobes(ground));
             lists.cells.light_items(r, &pass.pipeline, binds);
         });
         r.zone("share items", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the items are lit
-            let binds = vec![
+            let mut binds = vec![
                 Bind::buffer("triangles", &ground.triangles),
                 Bind::buffer("list_items", &lists.items),
                 Bind::buffer("heads", &lists.heads),
                 Bind::buffer("item_lights", &lists.item_lights),
                 Bind::buffer("item_parts", &lists.item_parts),
             ];
+            if self.feedback.is_some() {
+                binds.push(Bind::buffer("item_lobes", &lists.item_lobes));
+                binds.push(self.seen_lobes(ground));
+            }
             over_lit_items(r, ground, &self.share, binds);
         });
     }
@@ -171,6 +186,7 @@ impl Feedback {
             Bind::buffer("last_items", &last.items),
             Bind::buffer("last_parts", &last.item_parts),
             Bind::buffer("last_lights", &last.seen_lights),
+            Bind::buffer("seen_lobes", &ground.base().seen_lobes),
         ];
         r.zone("carry", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the items that are lit were chosen

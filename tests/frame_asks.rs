@@ -67,8 +67,8 @@ fn what_a_scene_has_adds_what_it_asks_for() {
             "sun" => &["lights"],
             "lamp" => &["lamps", "lamp nodes"],
             "blending" => &["blend order"],
-            "metal" | "glass" => &["item lobes"],
-            "mask" | "no light" | "even sky alone" | "sky with a gradient" => &[],
+            "metal" => &["item lobes"],
+            "glass" | "mask" | "no light" | "even sky alone" | "sky with a gradient" => &[],
             other => panic!("{other} is not known here"),
         }
     };

@@ -24,12 +24,14 @@ float lobe_masking(float alpha, float c) {
     return 2.0 * c / max(c + sqrt(a2 + (1.0 - a2) * c * c), 1e-6);
 }
 
-// Both directions' masking over four times the product of their cosines: separable, as in glTF's appendix B.
-float lobe_visibility(float alpha, float cosine, float other) {
+// D · V: the density of normals whose cosine is nh, and the masking of two directions, whose cosines are given, over four times their
+// product. Masking is separable, as in glTF's appendix B.
+float ggx_lobe(float alpha, float nh, float cosine, float other) {
     float a2 = alpha * alpha;
+    float spread = nh * nh * (a2 - 1.0) + 1.0;
     vec2 c = vec2(cosine, other);
     vec2 sum = max(c + sqrt(a2 + (1.0 - a2) * c * c), vec2(1e-6));
-    return 1.0 / (sum.x * sum.y);
+    return a2 / (PI * spread * spread) / (sum.x * sum.y);
 }
 
 // The masking of a direction, where α differs along the frame's x and y.

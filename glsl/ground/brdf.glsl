@@ -35,9 +35,7 @@ void add_layers(inout Brdf f, Surface s, vec3 v, vec3 l) {
         vec3 h = normalize(l + v);
         float alpha = max(s.finish.coat_roughness * s.finish.coat_roughness, MIN_ALPHA);
         float nh = clamp(dot(s.finish.coat_normal, h), 0.0, 1.0);
-        float a2 = alpha * alpha;
-        float d = nh * nh * (a2 - 1.0) + 1.0;
-        f.coat = vec3(coat * a2 / (PI * d * d) * lobe_visibility(alpha, coat_nl, coat_nv) * coat_nl / nl);
+        f.coat = vec3(coat * ggx_lobe(alpha, nh, coat_nl, coat_nv) * coat_nl / nl);
     }
 }
 
@@ -51,9 +49,6 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
         float nh = clamp(dot(s.normal, h), 0.0, 1.0);
         float vh = clamp(dot(v, h), 0.0, 1.0);
         float alpha = max(s.roughness * s.roughness, MIN_ALPHA);
-        float a2 = alpha * alpha;
-        float d = nh * nh * (a2 - 1.0) + 1.0;
-        float ggx = a2 / (PI * d * d);
         vec3 fresnel = schlick(s.f0, s.f90, vh);
         float left = 1.0 - schlick(s.coat_f0, s.coat_f90, vh);
         if (has_film(s)) {
@@ -61,10 +56,7 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
             fresnel = filmed.rgb;
             left = filmed.w;
         }
-        float lobe = ggx * lobe_visibility(alpha, nl, nv);
-        if (is_brushed(s)) {
-            lobe = brushed_lobe(s, v, l, h, nv, nl, nh);
-        }
+        float lobe = is_brushed(s) ? brushed_lobe(s, v, l, h, nv, nl, nh) : ggx_lobe(alpha, nh, nl, nv);
         f.diffuse *= left;
         f.specular = fresnel * lobe;
     }

@@ -1,22 +1,13 @@
 // The octahedral map of 4 × 4 texels: sixteen directions in which a voxel sends. CPU twin: tests/twins/octahedron.rs.
-// (Praun and Hoppe, "Spherical Parametrization and Remeshing", 2003; the sphere's |x| + |y| + |z| = 1 is unfolded about +z.)
 
 #include "common/numbers.glsl"
+#include "common/octahedron.glsl"
 
 const uint TEXELS = 16u;
 
-// A point of the octahedron's surface, not a unit vector, for a place on the map, both coordinates in −1…1.
-vec3 octahedron_point(vec2 at) {
-    float z = 1.0 - abs(at.x) - abs(at.y);
-    vec2 side = vec2(at.x < 0.0 ? -1.0 : 1.0, at.y < 0.0 ? -1.0 : 1.0);
-    return z < 0.0 ? vec3((1.0 - abs(at.yx)) * side, z) : vec3(at, z);
-}
-
 // The place of a direction on the map, in texels: 0…4.
 vec2 octahedron_place(vec3 d) {
-    vec3 p = d / (abs(d.x) + abs(d.y) + abs(d.z));
-    vec2 side = vec2(p.x < 0.0 ? -1.0 : 1.0, p.y < 0.0 ? -1.0 : 1.0);
-    return 2.0 + 2.0 * (p.z < 0.0 ? (1.0 - abs(p.yx)) * side : p.xy);
+    return 2.0 + 2.0 * octahedron_at(d);
 }
 
 vec2 texel_corner(uint texel) {

@@ -5,20 +5,18 @@
 //! [`Frame::poll`] once the commands are done. Several frames may be in flight, each in a slot of its own.
 
 mod desc;
+mod order;
 
-use std::borrow::Cow;
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, Vec3};
 
 use crate::Result;
 use crate::gi::{Gi, Maker, Update};
-use crate::ground::constants::{Features, constants, with};
 use crate::ground::grid::radiance_scale;
 use crate::ground::image::given::GivenPass;
 use crate::ground::image::target::ImageTarget;
-use crate::ground::image::{ImageFrame, ImagePass, ImagePassDesc};
+use crate::ground::image::{ImageFrame, ImagePass};
 use crate::ground::lamps::Lamps;
 use crate::ground::layout::{self, Globals};
 use crate::ground::memory_plan::MemoryRow;
@@ -31,7 +29,8 @@ use crate::settings::{Bounces, Settings};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
 
 pub use desc::{FrameDesc, first_plan};
-use desc::{ground_desc, lamps, of_light, plan, wants};
+use desc::{ground_desc, lamps, of_light, plan, with_image_pass};
+use order::back_to_front;
 
 /// With `bounces = all`: frames after which light counts as settled. A closed room that loses nothing never settles.
 pub const MOST_SETTLING: u32 = 64;
@@ -267,7 +266,7 @@ impl Frame {
         };
         r.update(&self.ground.frame, 0, &[uniforms.layout()]);
         r.update(&self.ground.lights, 0, lights);
-        r.update(&self.ground.order, 0, &self.back_to_front(seen));
+        r.update(&self.ground.order, 0, &back_to_front(seen, &self.ground.scene.blended));
     }
 
     /// How much of the mean over passes is that of `pass`. Settled light of one set of directions is wrong where light goes to and fro
@@ -276,22 +275,6 @@ impl Frame {
     fn share_of_mean(&self, pass: u32) -> f32 {
         let replacing = self.ground.desc.wants.mean_passes.unwrap_or(0) / 3;
         1.0 / (1 + pass.saturating_sub(replacing)) as f32
-    }
-
-    /// Sources of the blended triangles, the farthest centroid first; equal depths in the scene's order.
-    fn back_to_front(&self, seen: &Seen) -> Vec<u32> {
-        let mut order: Vec<(f64, u32)> = Vec::new();
-        let mut posed: HashMap<usize, Cow<[Vec3]>> = HashMap::new();
-        for t in &self.ground.scene.blended {
-            let mesh = &seen.scene.meshes[t.mesh];
-            let place = &seen.pose.world_from_instance[t.instance];
-            let positions = posed.entry(t.mesh).or_insert_with(|| mesh.posed_positions(seen.pose));
-            let corners = &mesh.indices[t.first_index..t.first_index + 3];
-            let sum: DVec3 = corners.iter().map(|&i| place.transform_point3(positions[i as usize].as_dvec3())).sum();
-            order.push(((sum / 3.0 - seen.view.eye).dot(seen.view.forward), t.source));
-        }
-        order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        order.into_iter().map(|(_, source)| source).collect()
     }
 
     /// Counters of a frame that is done, and what must grow before the next, if anything overflowed.
@@ -432,12 +415,22 @@ impl Frame {
 
     /// What is allocated for buffers as large as `counts` and a grid of edge `voxels`.
     pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
-        plan(&self.settings, (self.target.width, self.target.height), self.target.outputs(), (voxels, counts))
+        plan(
+            (&self.settings, self.ground.desc.features),
+            (self.target.width, self.target.height),
+            self.target.outputs(),
+            (voxels, counts),
+        )
     }
 
     /// What would be allocated for images of another size.
     pub fn plan_at(&self, size: (u32, u32)) -> Vec<MemoryRow> {
-        plan(&self.settings, size, self.target.outputs(), (self.settings.voxels, self.counts()))
+        plan(
+            (&self.settings, self.ground.desc.features),
+            size,
+            self.target.outputs(),
+            (self.settings.voxels, self.counts()),
+        )
     }
 }
 
@@ -447,18 +440,4 @@ fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Grou
 
 fn image_pass(context: &Arc<Context>, desc: &FrameDesc, method: &dyn Gi, target: &ImageTarget) -> Result<ImagePass> {
     with_image_pass(desc, method, |pass| ImagePass::new(context, pass, target))
-}
-
-/// Hands over what passes over the image are made for.
-fn with_image_pass<T>(desc: &FrameDesc, method: &dyn Gi, make: impl FnOnce(&ImagePassDesc) -> Result<T>) -> Result<T> {
-    let settings = desc.settings;
-    let features = Features::of(desc.scene, settings);
-    make(&ImagePassDesc {
-        settings: &settings.image,
-        features,
-        method: settings.method.name(),
-        apart: wants(settings).diffuse && settings.image.gathers_apart(),
-        lobes: wants(settings).gathers_lobes,
-        constants: &with(constants(settings, features), method.constants()),
-    })
 }

@@ -146,7 +146,7 @@ ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
     vec3 front = vec3(0.0);
     vec3 back = vec3(0.0);
 #ifdef METHOD_LOBES
-    if (DIRECT != DIRECT_READ) {
+    if (feature(FEATURE_SPECULAR) && DIRECT != DIRECT_READ) {
         keep_no_lobe(2u * index);
         keep_no_lobe(2u * index + 1u);
     }

@@ -1,10 +1,10 @@
 //! What a frame is made for: what that asks of the ground, and the memory that it takes.
 
-use crate::gi::Wants;
-use crate::ground::constants::Features;
+use crate::gi::{Gi, Wants};
+use crate::ground::constants::{Features, constants, with};
 use crate::ground::expected_items::expected_items;
 use crate::ground::grid::Grid;
-use crate::ground::image::{gather, target};
+use crate::ground::image::{ImagePassDesc, gather, target};
 use crate::ground::lamps::Lamps;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::tree::groups::{TreeSize, TreesOnce};
@@ -33,11 +33,11 @@ pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<Memor
     let settings = Settings { voxels, ..desc.settings.clone() };
     let desc = &FrameDesc { settings: &settings, ..*desc };
     let counts = first_counts(desc, &lamps(desc.scene, desc.settings), trees);
-    plan(desc.settings, desc.size, desc.outputs, (voxels, &counts))
+    plan((desc.settings, Features::of_scene(desc.scene)), desc.size, desc.outputs, (voxels, &counts))
 }
 
 fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
-    let wants = wants(desc.settings);
+    let wants = wants(desc.settings, Features::of_scene(desc.scene));
     let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
     // A grid that cannot be placed is refused where it is made.
     let items = Grid::place(desc.bounds, desc.settings)
@@ -47,11 +47,12 @@ fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
     let (scene, settings) = (desc.scene, desc.settings);
+    let features = Features::of(scene, settings);
     Ok(GroundDesc {
         grid: Grid::place(desc.bounds, settings)?,
         conservative: settings.grid.conservative,
-        wants: checked_wants(settings)?,
-        features: Features::of(scene, settings),
+        wants: checked_wants(settings, features)?,
+        features,
         sky_map: scene.sky_map.clone(),
         counts: first_counts(desc, lamps, trees),
     })
@@ -61,17 +62,20 @@ pub(super) fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
     if settings.lights.lamps == LampLight::Sampled { Lamps::new(scene) } else { Lamps::default() }
 }
 
-/// What settings ask of the ground: what the method asks, and what direct light does.
-pub(super) fn wants(settings: &Settings) -> Wants {
+/// What settings ask of the ground for a scene: what the method asks, and what direct light does.
+pub(super) fn wants(settings: &Settings, features: Features) -> Wants {
     let mut wants = settings.method.wants(settings);
+    if !features.has(Features::SPECULAR) {
+        (wants.lobe_words, wants.gathers_lobes) = (0, false);
+    }
     let direct = settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled;
     wants.rays |= direct;
     wants
 }
 
 /// The same, of settings that make sense.
-fn checked_wants(settings: &Settings) -> Result<Wants> {
-    let wants = wants(settings);
+fn checked_wants(settings: &Settings, features: Features) -> Result<Wants> {
+    let wants = wants(settings, features);
     if settings.lights.shadows == Shadows::Method && !wants.shadows {
         return Err(Error::Usage(format!(
             "lights.shadows = method: the method {} has no shadows of its own; set lights.shadows to rays or none",
@@ -88,15 +92,16 @@ pub(super) fn of_light(settings: &Settings) -> Settings {
     Settings { image, ..settings.clone() }
 }
 
-/// Bytes of every resource of a frame with such settings, with buffers as large as `counts` on a grid of edge `voxels`.
+/// Bytes of every resource of a frame with such settings of a scene with such features, with buffers as large as `counts` on a grid
+/// of edge `voxels`.
 pub(super) fn plan(
-    settings: &Settings,
+    (settings, features): (&Settings, Features),
     size: (u32, u32),
     outputs: usize,
     (voxels, counts): (u32, &Counts),
 ) -> Vec<MemoryRow> {
     let settings = Settings { voxels, ..settings.clone() };
-    let wants = wants(&settings);
+    let wants = wants(&settings, features);
     let mut rows = ground::plan(voxels, &wants, counts);
     rows.extend(settings.method.plan(&settings));
     rows.extend(target::plan(size, settings.image.samples, outputs));
@@ -105,4 +110,23 @@ pub(super) fn plan(
         rows.push(gather::plan(&settings.image, wants.gathers_lobes, size, band_rows));
     }
     rows
+}
+
+/// Hands over what passes over the image are made for.
+pub(super) fn with_image_pass<T>(
+    desc: &FrameDesc,
+    method: &dyn Gi,
+    make: impl FnOnce(&ImagePassDesc) -> Result<T>,
+) -> Result<T> {
+    let settings = desc.settings;
+    let features = Features::of(desc.scene, settings);
+    let wants = wants(settings, features);
+    make(&ImagePassDesc {
+        settings: &settings.image,
+        features,
+        method: settings.method.name(),
+        apart: wants.diffuse && settings.image.gathers_apart(),
+        lobes: wants.gathers_lobes,
+        constants: &with(constants(settings, features), method.constants()),
+    })
 }

@@ -10,12 +10,11 @@ use crate::Result;
 use crate::gi::Wants;
 use crate::vk::{Buffer, BufferKind, Context};
 
-/// How many list items and occupied voxels the buffers of a grid hold, and whether the scene has specular lobes.
+/// How many list items and occupied voxels the buffers of a grid hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ListCapacity {
     pub items: u32,
     pub cells: u32,
-    pub glossy: bool,
 }
 
 /// Buffers of a grid.
@@ -142,7 +141,7 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         u64::from(count.max(1)) * size_of::<T>() as u64
     }
     let items = |needed: bool| if needed { capacity.items } else { 1 };
-    let lobes = |words: u32| u64::from(words.max(1)) * array::<[u32; 2]>(items(words > 0 && capacity.glossy));
+    let lobes = |words: u32| u64::from(words.max(1)) * array::<[u32; 2]>(items(words > 0));
     let listed = |count: u32| if wants.lists { count } else { 1 };
     let edge_of = |wanted: bool| if wanted { edge } else { 1 };
     let last_cells = if wants.last_cells { capacity.cells } else { 1 };

@@ -85,14 +85,7 @@ impl Counts {
             triangle_capacity,
             corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
             tree,
-            lists: vec![
-                ListCapacity {
-                    items,
-                    cells: 1 << 15,
-                    glossy: Features::of_scene(scene).has(Features::SPECULAR)
-                };
-                1 + grids
-            ],
+            lists: vec![ListCapacity { items, cells: 1 << 15 }; 1 + grids],
         }
     }
 
@@ -106,7 +99,6 @@ impl Counts {
         let lists = self.lists.iter().zip(counters).map(|(capacity, found)| ListCapacity {
             items: grown(capacity.items, found.item_count, found.item_overflow),
             cells: grown(capacity.cells, found.cell_count, found.cell_overflow),
-            glossy: capacity.glossy,
         });
         Self {
             triangle_capacity: grown(self.triangle_capacity, base.vertex_count / 3, base.triangle_overflow),

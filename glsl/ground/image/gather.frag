@@ -57,6 +57,8 @@ void main() {
     out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0);
     out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0);
 #ifdef METHOD_GATHERS_LOBES
-    out_mirrored = vec4(min(mirrored, LARGEST_STORED), 0.0);
+    if (feature(FEATURE_SPECULAR)) { // else there is no such target
+        out_mirrored = vec4(min(mirrored, LARGEST_STORED), 0.0);
+    }
 #endif
 }

@@ -84,6 +84,8 @@ impl Gi for Lighting {
             let shader = if gathers { "gi/rays/light.comp LOOK_UP" } else { "gi/rays/light.comp" };
             Ok(Light { pipeline: compute(label, shader, &with(items.clone(), &[(DIRECT, direct)]))?, label })
         };
+        let all = settings.bounces == Bounces::All;
+        let share = if all { "gi/rays/share_items.comp LOBES" } else { "gi/rays/share_items.comp" };
         let feedback = || {
             Ok(Feedback {
                 carry: compute("carry", "gi/rays/carry.comp", &items)?,
@@ -92,13 +94,9 @@ impl Gi for Lighting {
             })
         };
         Ok(Self {
-            share: compute(
-                "share items",
-                if settings.bounces == Bounces::All { "gi/rays/share_items.comp LOBES" } else { "gi/rays/share_items.comp" },
-                &items,
-            )?,
+            share: compute("share items", share, &items)?,
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
-            feedback: (settings.bounces == Bounces::All).then(feedback).transpose()?,
+            feedback: all.then(feedback).transpose()?,
             constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)],
         })
     }
@@ -130,7 +128,11 @@ impl Gi for Lighting {
 
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>> {
         let lists = ground.base();
-        vec![Bind::buffer("item_parts", &lists.item_parts), Bind::buffer("seen_lights", &lists.seen_lights), self.seen_lobes(ground)]
+        vec![
+            Bind::buffer("item_parts", &lists.item_parts),
+            Bind::buffer("seen_lights", &lists.seen_lights),
+            self.seen_lobes(ground),
+        ]
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {

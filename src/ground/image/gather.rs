@@ -213,7 +213,8 @@ impl Gather {
     /// What the image reads.
     pub fn binds<'a>(&'a self, ground: &'a Ground) -> impl Iterator<Item = Bind<'a>> {
         let texels = &ground.scene.texel_sampler;
-        let shared = self.images.shared.iter().zip(&LIGHTS);
+        // What a shader may read but never does must be given something.
+        let shared = self.images.shared.iter().chain(std::iter::repeat(&self.images.shared[0])).zip(&LIGHTS);
         std::iter::once(Bind::image("surfaces", self.images.surfaces.view(), texels))
             .chain(shared.map(|(image, (_, name))| Bind::image(name, image.view(), texels)))
     }

@@ -47,6 +47,8 @@ const MOST_PIXELS: u32 = 128 * 96;
 /// The part of the budget that references may take before the search, and after which nothing further is searched.
 const FOR_REFERENCES: f64 = 0.35;
 const FOR_SEARCH: f64 = 0.75;
+/// Where there are several views, the part after which the first one is not searched on: what it finds may not hold at the others.
+const FOR_FIRST_VIEW: f64 = 0.5;
 
 /// The reference's noise over the error that is to be told: below, the error is off by a twentieth at most (√(1 + ⅓²)); and the
 /// most at which a limit can be told to hold at all.
@@ -144,14 +146,15 @@ impl Asking<'_> {
         if let Some(error) = self.question.limits.error.filter(|error| noise > COARSE * error) {
             return Err(self.too_fine(error, noise));
         }
-        let (mut points, mut finished) = self.search(Vec::new())?;
+        let first = if self.question.views.len() > 1 { FOR_FIRST_VIEW } else { FOR_SEARCH };
+        let (mut points, mut finished) = self.search(Vec::new(), first)?;
         // References as fine as what was found asks for: then the same settings are looked at again.
         let best = ranked(&points, &self.question.limits).first().map_or(1.0, |point| point.reading.error);
         let before = self.level;
         self.refine(FINE * self.question.limits.error.map_or(best, |error| error.min(best)), FOR_SEARCH)?;
         if self.level > before {
             points = self.again(points)?;
-            (points, finished) = self.search(points)?;
+            (points, finished) = self.search(points, first)?;
         }
         let mut chosen = self.finals(&points)?;
         // Where another view is worse, that one guides what is searched on.
@@ -165,15 +168,15 @@ impl Asking<'_> {
             (self.guide, tried) = (worst, [tried, vec![worst]].concat());
             points =
                 self.again(ranked(&points, &self.question.limits).into_iter().take(2 * FINALISTS).cloned().collect())?;
-            (points, finished) = self.search(points)?;
+            (points, finished) = self.search(points, FOR_SEARCH)?;
             chosen = self.finals(&points)?;
         }
         self.conclude(&points, chosen, finished)
     }
 
-    /// Searches on from what is known.
-    fn search(&mut self, points: Vec<Point>) -> Result<(Vec<Point>, bool)> {
-        let (spaces, limits, until) = (self.spaces.clone(), self.question.limits, self.after(FOR_SEARCH));
+    /// Searches on from what is known, up to a part of the budget.
+    fn search(&mut self, points: Vec<Point>, share: f64) -> Result<(Vec<Point>, bool)> {
+        let (spaces, limits, until) = (self.spaces.clone(), self.question.limits, self.after(share));
         let mut search = Search::new(&spaces, limits);
         let looked = points.len();
         search.points = points;

@@ -67,7 +67,7 @@ fn what_a_scene_has_adds_what_it_asks_for() {
             "sun" => &["lights"],
             "lamp" => &["lamps", "lamp nodes"],
             "blending" => &["blend order"],
-            "metal" => &["item lobes"],
+            "metal" => &["item lobes", "gathered light"],
             "glass" | "mask" | "no light" | "even sky alone" | "sky with a gradient" => &[],
             other => panic!("{other} is not known here"),
         }

@@ -1,8 +1,9 @@
 //! The table of `docs/plan.md`: on scenes of different kinds, what `twobounce plan` answers against the best of a full sweep of the
 //! same settings, and what both cost.
 //!
-//! `cargo run --release --example plan_table -- target/release/twobounce [box|exterior|lamps|gallery|SCENE.glb…]`; a scene takes some
-//! five minutes on two slow cores.
+//! `cargo run --release --example plan_table -- target/release/twobounce [--sweeps tests/plan] [box|exterior|lamps|gallery|SCENE.glb…]`;
+//! a scene takes five to forty minutes on two slow cores. `--sweeps`: sweeps are kept there, and taken from there where they are; a test
+//! of `src/plan/search.rs` lets the search find its way through them.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,13 +11,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use twobounce::chart::row::Part;
+use twobounce::layers::Layers;
 use twobounce::plan::answer::Answer;
-use twobounce::plan::bench::{Bench, Host, Seen};
+use twobounce::plan::bench::{Bench, Host, OF_PIXELS, Seen};
 use twobounce::plan::needs::Needs;
-use twobounce::plan::search::Reading;
-use twobounce::plan::space::spaces;
+use twobounce::plan::space::{Place, Space, spaces};
 use twobounce::plan::store::Store;
 use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
@@ -28,16 +30,16 @@ use twobounce::settings::Settings;
 /// Pixels of all images.
 const SIZE: (u32, u32) = (64, 64);
 
-/// What all settings have, so that every combination of the rest can be measured: 144 of rays, 36 of lpv, 2 of none.
-const FIXED: [&str; 6] = [
+/// What all settings have, so that every combination of the rest can be measured: 288 of rays, 72 of lpv, 4 of none.
+const FIXED: [&str; 7] = [
     "voxels=32",
     "bounces=2",
-    "image.direct=samples",
     "rays.bounce=1",
+    "rays.glossy=8",
     "lights.lamp_points=4",
     "lights.voxel_lamp_points=4",
+    "lights.shadow_rays=1",
 ];
-const FIXED_TOO: [&str; 2] = ["lights.shadow_rays=1", "rays.glossy=8"];
 const METHODS: [&str; 3] = ["none", "rays", "lpv"];
 
 /// Samples per pixel of the sweep's reference: 16 · 4ⁿ.
@@ -67,7 +69,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (exterior, lamps) = (folder.path().join("exterior.gltf"), folder.path().join("lamps.gltf"));
     std::fs::write(&exterior, serde_json::to_vec(&exterior_scene())?)?;
     std::fs::write(&lamps, serde_json::to_vec(&lamps_scene())?)?;
-    let named: Vec<PathBuf> = args.collect();
+    let mut named: Vec<PathBuf> = args.collect();
+    let keeps = named.len() > 1 && named[0].as_os_str() == "--sweeps";
+    let sweeps = if keeps { named.drain(..2).nth(1) } else { None };
     let all = ["box", "exterior", "lamps", "gallery"].map(PathBuf::from);
     let scenes = if named.is_empty() { all.to_vec() } else { named };
     let scenes = scenes.into_iter().map(|name| match name.to_str() {
@@ -82,13 +86,69 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     println!("|---|---:|---|---:|---:|---|---:|---:|---:|---:|---:|");
     for (path, sky) in scenes {
-        println!("{}", row(&program, &path, sky, folder.path())?);
+        println!("{}", row(&program, &path, sky, (folder.path(), sweeps.as_deref()))?);
     }
     Ok(())
 }
 
+/// A full sweep, as it is kept: bits of times are of no use, so that they are rounded.
+#[derive(Serialize, Deserialize)]
+struct Swept {
+    /// Seconds of processor time that it took.
+    cpu_s: f64,
+    /// Method, rung of each ladder, milliseconds of the passes over voxels and pixels, error.
+    rows: Vec<(String, Place, [f64; 2], f64)>,
+}
+
+impl Swept {
+    fn measure(
+        bench: &mut Bench,
+        spaces: &[Space],
+        (seen, reference): (&Seen, &Layers),
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        let mut rows = Vec::new();
+        for space in spaces.iter().filter(|space| METHODS.contains(&space.method.name())) {
+            for place in space.places() {
+                let settings = space.settings(&place);
+                let row = bench.row(&settings, seen)??;
+                let reading = bench.reading(&row, &settings, reference)?;
+                let of_pixels = reading.passes.iter().filter(|pass| OF_PIXELS.iter().any(|of| pass.0.starts_with(of)));
+                let of_pixels: f64 = of_pixels.map(|pass| pass.1).sum();
+                let ms = [reading.ms - of_pixels, of_pixels].map(|ms| rounded(ms, 1e3));
+                rows.push((space.method.name().to_owned(), place, ms, rounded(reading.error, 1e5)));
+            }
+        }
+        Ok(Self { cpu_s: bench.spent_cpu_s().unwrap_or(f64::NAN).round(), rows })
+    }
+
+    /// A row a line.
+    fn json(&self) -> String {
+        let rows: Vec<String> = self.rows.iter().map(|row| json!(row).to_string()).collect();
+        format!("{{\"cpu_s\": {}, \"rows\": [\n{}\n]}}\n", self.cpu_s, rows.join(",\n"))
+    }
+
+    /// Settings, milliseconds and error of each row.
+    fn settings(&self, spaces: &[Space]) -> Result<Vec<(Settings, f64, f64)>, Box<dyn std::error::Error>> {
+        let of = |(method, place, ms, error): &(String, Place, [f64; 2], f64)| {
+            let space =
+                spaces.iter().find(|space| space.method.name() == method).ok_or("a kept sweep is of other methods")?;
+            Ok((space.settings(place), ms.iter().sum(), *error))
+        };
+        self.rows.iter().map(of).collect()
+    }
+}
+
+fn rounded(value: f64, per_one: f64) -> f64 {
+    (value * per_one).round() / per_one
+}
+
 /// A line of the table.
-fn row(program: &Path, path: &Path, sky: Option<f32>, folder: &Path) -> Result<String, Box<dyn std::error::Error>> {
+fn row(
+    program: &Path,
+    path: &Path,
+    sky: Option<f32>,
+    (folder, sweeps): (&Path, Option<&Path>),
+) -> Result<String, Box<dyn std::error::Error>> {
     let mut scene = Scene::load(path, &LoadOptions::default())?;
     scene.sky += Vec3::splat(sky.unwrap_or(0.0));
     let pose = scene.pose(None, 0.0);
@@ -101,30 +161,34 @@ fn row(program: &Path, path: &Path, sky: Option<f32>, folder: &Path) -> Result<S
     let mut bench =
         Bench::new((&context, &host, &store), &scene, RenderOptions::new(SIZE, bounds), (SIZE, Part::Total));
     let reference = bench.reference(&seen, LEVEL, 0)?;
-    let fixed: Vec<String> = FIXED.iter().chain(&FIXED_TOO).map(|set| (*set).to_owned()).collect();
-    let mut sweep: Vec<(Settings, Reading)> = Vec::new();
-    for space in spaces(&Needs::of(&scene), &fixed)?.iter().filter(|space| METHODS.contains(&space.method.name())) {
-        for place in space.places() {
-            let settings = space.settings(&place);
-            let row = bench.row(&settings, &seen)??;
-            sweep.push((settings.clone(), bench.reading(&row, &settings, &reference)?));
+    let fixed = FIXED.map(str::to_owned);
+    let spaces = spaces(&Needs::of(&scene), &fixed)?;
+    let kept = sweeps.map(|folder| folder.join(format!("{}.json", scene.name)));
+    let swept = match kept.as_ref().filter(|kept| kept.exists()) {
+        Some(kept) => serde_json::from_slice(&std::fs::read(kept)?)?,
+        None => {
+            let swept = Swept::measure(&mut bench, &spaces, (&seen, &reference))?;
+            if let Some(kept) = kept {
+                std::fs::write(kept, swept.json())?;
+            }
+            swept
         }
-    }
-    let sweep_cpu_s = bench.spent_cpu_s().unwrap_or(f64::NAN);
+    };
+    let mut sweep: Vec<(Settings, f64, f64)> = swept.settings(&spaces)?;
     // As right as a fifth of all settings are: neither trivial nor out of reach.
-    let mut errors: Vec<f64> = sweep.iter().map(|(_, reading)| reading.error).collect();
+    let mut errors: Vec<f64> = sweep.iter().map(|(.., error)| *error).collect();
     errors.sort_by(f64::total_cmp);
     let limit = (errors[errors.len() / 5] * 1e3).ceil() / 1e3;
     let answer = plan(program, path, (sky, limit, &fixed), &folder.join(&scene.name))?;
-    sweep.retain(|(_, reading)| reading.error <= limit);
-    sweep.sort_by(|a, b| a.1.ms.total_cmp(&b.1.ms));
+    sweep.retain(|(.., error)| *error <= limit);
+    sweep.sort_by(|a, b| a.1.total_cmp(&b.1));
     // The sweep's times are of one frame or a few: its fastest are timed again, in turns with the answer.
-    let fastest: Vec<&Settings> = sweep.iter().take(4).map(|(settings, _)| settings).collect();
+    let fastest: Vec<&Settings> = sweep.iter().take(4).map(|(settings, ..)| settings).collect();
     let all: Vec<Settings> = std::iter::once(&answer.choice.settings).chain(fastest).cloned().collect();
     let timed = bench.times(&all, std::slice::from_ref(&seen), ROUNDS, Instant::now() + Duration::from_secs(600))?;
     let ms: Vec<f64> = timed.iter().map(|timed| median(&timed.frames)).collect();
     let best = (1..all.len()).min_by(|a, b| ms[*a].total_cmp(&ms[*b])).ok_or("nothing holds")?;
-    let error = sweep[best - 1].1.error;
+    let error = sweep[best - 1].2;
     let row = bench.row(&answer.choice.settings, &seen)??;
     let own_error = bench.reading(&row, &answer.choice.settings, &reference)?.error;
     let words = |settings: &Settings| {
@@ -141,7 +205,7 @@ fn row(program: &Path, path: &Path, sky: Option<f32>, folder: &Path) -> Result<S
         format!("{}{own}, {gather}, interleave {interleave}, {samples} samples", settings.method)
     };
     Ok(format!(
-        "| {} | {limit} | {} | {:.1} | {own_error:.4} | {} | {:.1} | {error:.4} | {:.2} | {} of {} | {:.0} of {sweep_cpu_s:.0} |",
+        "| {} | {limit} | {} | {:.1} | {own_error:.4} | {} | {:.1} | {error:.4} | {:.2} | {} of {} | {:.0} of {:.0} |",
         scene.name,
         words(&all[0]),
         ms[0],
@@ -151,6 +215,7 @@ fn row(program: &Path, path: &Path, sky: Option<f32>, folder: &Path) -> Result<S
         answer.measured,
         errors.len(),
         answer.measuring_cpu_s.unwrap_or(f64::NAN),
+        swept.cpu_s,
     ))
 }
 

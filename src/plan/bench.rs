@@ -68,7 +68,7 @@ const LONG_ENOUGH_MS: f64 = 300.0;
 const MOST_FRAMES: usize = 3;
 
 /// Passes over the image, by the start of their names.
-const OF_PIXELS: [&str; 2] = ["gather", "image"];
+pub const OF_PIXELS: [&str; 2] = ["gather", "image"];
 
 /// Samples per pixel of the first references; those of the next level have four times as many.
 const FIRST_SAMPLES: u32 = 16;

@@ -48,8 +48,10 @@ pub trait Measure {
 
 /// A combination is measured if it promises to be better by such a share,
 const WORTH: f64 = 0.03;
+/// where time and error are taken for so much less per ladder that differs, since predictions are off by some percent each way,
+const HOPE: f64 = 0.98;
 /// until so many in a row broke that promise.
-const MISSES: u32 = 4;
+const MISSES: u32 = 6;
 /// Ladders in which a combination differs from the best at once, and rungs on each.
 const CHANGED: usize = 4;
 const REACH: usize = 2;
@@ -189,7 +191,10 @@ impl<'a> Search<'a> {
             if self.point(best.space, place).is_some() {
                 return;
             }
-            let Some(score) = model.predict(place).map(|reading| self.limits.score(&reading)) else { return };
+            let changed = best.place.iter().zip(place).filter(|(a, b)| a != b).count() as i32;
+            let hope = HOPE.powi(changed);
+            let hoped = |reading: Reading| Reading { ms: reading.ms * hope, error: reading.error * hope, ..reading };
+            let Some(score) = model.predict(place).map(|reading| self.limits.score(&hoped(reading))) else { return };
             let better = found.as_ref().is_none_or(|(least, _)| score.compare(least) == Ordering::Less);
             if better && score.beats(&target, WORTH) {
                 found = Some((score, place.clone()));
@@ -300,6 +305,65 @@ mod tests {
         }
         assert!(10 * near >= 9 * SCENES, "{near} of {SCENES}");
         assert!(10 * asked < all, "{asked} of {all}");
+    }
+
+    /// A full sweep of a scene (`examples/plan_table.rs`).
+    struct Swept {
+        rows: Vec<(usize, Place, Reading)>,
+        asked: usize,
+    }
+
+    impl Measure for Swept {
+        fn measure(&mut self, space: usize, place: &Place) -> Result<Option<Reading>> {
+            self.asked += 1;
+            let row = self.rows.iter().find(|row| row.0 == space && row.1 == *place);
+            Ok(Some(row.expect("every place was swept").2.clone()))
+        }
+    }
+
+    impl Swept {
+        fn of(path: &std::path::Path, spaces: &[Space]) -> Self {
+            #[derive(serde::Deserialize)]
+            struct Kept {
+                rows: Vec<(String, Place, [f64; 2], f64)>,
+            }
+            let kept: Kept = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+            let row = |(method, place, [voxels, pixels], error): (String, Place, [f64; 2], f64)| {
+                let passes = vec![("shade".into(), voxels), ("image".into(), pixels)];
+                let space = spaces.iter().position(|space| space.method.name() == method).unwrap();
+                (space, place, Reading { ms: voxels + pixels, passes, bytes: 1 << 20, error })
+            };
+            Self { rows: kept.rows.into_iter().map(row).collect(), asked: 0 }
+        }
+    }
+
+    /// Within a tenth of the best of all 364 settings in four of five cases, by measuring one in fourteen: scenes of different
+    /// kinds, each with limits that 5 to 70 % of the settings hold.
+    #[test]
+    fn it_finds_nearly_the_best_of_full_sweeps() {
+        let fixed = ["voxels=32", "bounces=2", "rays.bounce=1", "rays.glossy=8", "lights.shadow_rays=1"];
+        let mut spaces = spaces(&Needs::NOTHING, &fixed.map(str::to_owned)).unwrap();
+        spaces.retain(|space| ["none", "rays", "lpv"].contains(&space.method.name()));
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/plan");
+        let (mut asked, mut all, mut ratios) = (0, 0, Vec::new());
+        for file in std::fs::read_dir(folder).unwrap() {
+            let mut swept = Swept::of(&file.unwrap().path(), &spaces);
+            let mut errors: Vec<f64> = swept.rows.iter().map(|row| row.2.error).collect();
+            errors.sort_by(f64::total_cmp);
+            for percent in [5, 10, 20, 35, 50, 70] {
+                let limits = Limits { error: Some(errors[errors.len() * percent / 100]), ..Limits::default() };
+                let held = swept.rows.iter().filter(|row| limits.hold(&row.2));
+                let truth = held.map(|row| row.2.ms).min_by(f64::total_cmp).unwrap();
+                let mut search = Search::new(&spaces, limits);
+                search.run(&mut swept).unwrap();
+                ratios.push(search.best(None)[0].reading.ms / truth);
+                all += swept.rows.len();
+            }
+            asked += swept.asked;
+        }
+        let near = ratios.iter().filter(|ratio| **ratio <= 1.1).count();
+        assert!(ratios.len() >= 24 && 5 * near >= 4 * ratios.len(), "{near} of {}: {ratios:.2?}", ratios.len());
+        assert!(14 * asked < all, "{asked} of {all}");
     }
 
     #[test]

@@ -210,6 +210,7 @@ impl Frame {
                 lists: lists || unlit,
                 history: self.history,
                 known: !unlit,
+                averages: mean_pass > 0,
                 measured: self.measures,
                 sky: seen.scene.sky != Vec3::ZERO,
             };

@@ -207,6 +207,8 @@ pub struct Update {
     pub history: bool,
     /// What the method holds is what the frame before filled, and nothing else.
     pub known: bool,
+    /// Whether the pass is one of those whose mean is the light: [`Wants::mean_passes`].
+    pub averages: bool,
     /// Whether [`Gi::coarse_light`] is going to be asked.
     pub measured: bool,
     /// Whether light comes from beyond the scene.

@@ -1,12 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-//! with LOBES
+//! with FEEDBACK
 // What others see of each lit item: the mean of what it and its neighbours on the same surface send, since each looks along
 // other directions. Directions differ within squares of four voxels (image.interleave); a square of five whose border counts half
 // has each of them once, so that no pattern is left where few directions meet something bright. Where a voxel lists anything else
 // beside, nothing is shared with it or across it: the surface may end there at a wall, and no light may pass that. A thread per
-// lit item. With LOBES the lobes are handed over as they are: the pass that reads them then writes the next ones.
+// lit item.
+// With FEEDBACK, what the next pass reads is handed over to it. That is what items send themselves, once a mean of passes is made:
+// what was shared in every pass would go farther with each, and where light falls off along a surface, what arrives from the
+// brighter side is more than what is lost to the darker one. And the lobes, as they are.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"
@@ -26,7 +29,8 @@ layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_
 layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
 layout(set = 0, binding = 29, scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
 
-#ifdef LOBES
+#ifdef FEEDBACK
+layout(set = 0, binding = 39, scalar) writeonly buffer OwnLights { ItemLight own_lights[]; };
 layout(set = 0, binding = 57, scalar) readonly buffer ItemLobes { uvec2 item_lobes[]; };
 layout(set = 0, binding = 59, scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
 #endif
@@ -123,7 +127,9 @@ void main() {
         sum.front = total > 0.0 ? sum.front / total : item_lights[item].front;
         sum.back = total > 0.0 ? sum.back / total : item_lights[item].back;
         seen_lights[item] = sum;
-#ifdef LOBES
+#ifdef FEEDBACK
+        COUNT(WORDS, 8u);
+        own_lights[item] = item_lights[item];
         if (feature(FEATURE_SPECULAR)) {
             COUNT(WORDS, 8u);
             seen_lobes[2u * item] = item_lobes[2u * item];

@@ -85,7 +85,7 @@ impl Gi for Lighting {
             Ok(Light { pipeline: compute(label, shader, &with(items.clone(), &[(DIRECT, direct)]))?, label })
         };
         let all = settings.bounces == Bounces::All;
-        let share = if all { "gi/rays/share_items.comp LOBES" } else { "gi/rays/share_items.comp" };
+        let share = if all { "gi/rays/share_items.comp FEEDBACK" } else { "gi/rays/share_items.comp" };
         let feedback = || {
             Ok(Feedback {
                 carry: compute("carry", "gi/rays/carry.comp", &items)?,
@@ -108,14 +108,14 @@ impl Gi for Lighting {
                 if update.lists {
                     feedback.carry(r, ground);
                 }
-                self.light(r, ground, again);
+                self.light(r, ground, again, update.averages);
             }
             // or directly alone.
-            _ => self.light(r, ground, &self.light.first),
+            _ => self.light(r, ground, &self.light.first, false),
         }
         // Then once more; with feedback only where lists are new: what was not in its voxel before has been dark until now.
         if let Some(second) = self.light.second.as_ref().filter(|_| self.feedback.is_none() || update.lists) {
-            self.light(r, ground, second);
+            self.light(r, ground, second, false);
         }
         if let Some(feedback) = self.feedback.as_ref().filter(|_| update.measured) {
             feedback.sum(r, ground);
@@ -147,14 +147,16 @@ impl Lighting {
         Bind::buffer("seen_lobes", if self.feedback.is_some() { &lists.seen_lobes } else { &lists.item_lobes })
     }
 
-    /// Lights the items of the lists, and lets neighbours share. Reads: lists, triangles, materials, lights, lamps, kept direct
-    /// light, seen lights. Writes: item lights, kept direct light, seen lights.
-    fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light) {
+    /// Lights the items of the lists, and lets neighbours share. `averages`: items gather what others send themselves, as the pass
+    /// before left it where lists keep the light of those before them, which nothing asks for while they stay. Reads: lists,
+    /// triangles, materials, lights, lamps, kept direct light, seen lights. Writes: item lights, kept direct light, seen lights.
+    fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light, averages: bool) {
         let lists = ground.base();
+        let gathered = if averages { &lists.last.seen_lights } else { &lists.seen_lights };
         r.zone(pass.label, ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists and what is gathered from were written
             let mut binds = ground.item_binds();
-            binds.push(Bind::buffer("seen_lights", &lists.seen_lights));
+            binds.push(Bind::buffer("seen_lights", gathered));
             binds.push(self.seen_lobes(ground));
             lists.cells.light_items(r, &pass.pipeline, binds);
         });
@@ -168,6 +170,7 @@ impl Lighting {
                 Bind::buffer("item_parts", &lists.item_parts),
             ];
             if self.feedback.is_some() {
+                binds.push(Bind::buffer("own_lights", &lists.last.seen_lights));
                 binds.push(Bind::buffer("item_lobes", &lists.item_lobes));
                 binds.push(self.seen_lobes(ground));
             }

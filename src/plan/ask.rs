@@ -91,9 +91,11 @@ pub fn ask(question: &Question, host: &dyn Host, store: &Store) -> Result<Answer
         Bench::new((question.context, host, store), question.scene, question.options.clone(), (size, question.part));
     let needs = Needs::of(question.scene);
     let mut spaces = spaces(&needs, &question.fixed)?;
-    spaces.retain(|space| question.methods.contains(&space.method));
+    // Without indirect light, all of it is missing.
+    let of_use = |method: Method| method != Method::None || question.part == Part::Total;
+    spaces.retain(|space| question.methods.contains(&space.method) && of_use(space.method));
     if spaces.is_empty() {
-        return Err(Error::Usage("--methods and --set method name no method in common".into()));
+        return Err(Error::Usage("--methods, --set method and --error-of leave no method".into()));
     }
     Asking { question, needs, bench, host, spaces, start: Instant::now(), level: 0, guide: 0, pace: None }.answer()
 }
@@ -218,11 +220,14 @@ impl Asking<'_> {
             let began = Instant::now();
             let noise = self.noise()?;
             let took = began.elapsed().as_secs_f64();
-            // What comes from the cache tells no pace.
-            if took > 0.05 {
-                self.pace = Some(took / (2.0 * f64::from(samples(self.level))));
-            }
-            let next = self.pace.unwrap_or(0.0) * 2.0 * f64::from(samples(self.level + 1));
+            let pace = match self.pace {
+                // What comes from the cache tells none.
+                _ if took > 0.05 => took / (2.0 * f64::from(samples(self.level))),
+                Some(pace) => pace,
+                None => self.bench.pace(&self.question.views[self.guide])?,
+            };
+            self.pace = Some(pace);
+            let next = pace * 2.0 * f64::from(samples(self.level + 1));
             let in_time = Instant::now() + Duration::from_secs_f64(next.min(1e6)) < self.after(share);
             if noise <= wanted || !in_time || self.level == MOST_LEVEL {
                 return Ok(());

@@ -4,7 +4,8 @@
 //! pixels more, and those of the other passes once.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -17,7 +18,7 @@ use crate::chart::row::Part;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics;
 use crate::reference::film::Film;
-use crate::reference::{Depth, Options, Stop};
+use crate::reference::{self, Control, Depth, Options, Stop};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
 use crate::scene::{Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
@@ -226,6 +227,19 @@ impl<'a> Bench<'a> {
         let layers = Arc::new(self.host.trace(seen, &options)?.layers(aovs));
         self.references.insert(key, layers.clone());
         Ok(layers)
+    }
+
+    /// Seconds that a sample of all pixels takes, by a few that nothing is kept of.
+    pub fn pace(&self, seen: &Seen) -> Result<f64> {
+        const SAMPLES: u32 = 4;
+        let (width, height) = self.size;
+        let stop = Stop::Samples(SAMPLES);
+        let options = Options { width, height, depth: Depth::Full, stop, seed: 0, occlusion: false };
+        let began = OnceLock::new();
+        let progress = |_| drop(began.get_or_init(Instant::now)); // first called when the paths begin
+        let control = Control { progress: &progress, save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) };
+        reference::render((self.scene, &seen.pose, &seen.view), &options, &mut Film::new(width, height), control)?;
+        Ok(began.get().map_or(0.0, |began| began.elapsed().as_secs_f64()) / f64::from(SAMPLES))
     }
 
     /// How wrong a reference itself is: two of them differ by √2 of that.

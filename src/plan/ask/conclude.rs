@@ -72,7 +72,7 @@ impl Asking<'_> {
             binds: limits.binding(&worst).map(|(limit, share)| Binds { limit: limit.to_owned(), share }),
             passes: shares(&point.reading),
             ladders: self.neighbours(points, &point, choice.ms.median),
-            not_needed: self.not_needed(&choice.settings, confidence.second_bounce),
+            not_needed: self.not_needed(&choice.settings, limits.hold(&worst), confidence.second_bounce),
             confidence,
             measured: points.len(),
             measuring_cpu_s: self.bench.spent_cpu_s(),
@@ -124,9 +124,9 @@ impl Asking<'_> {
         Ok(None)
     }
 
-    fn not_needed(&self, settings: &Settings, second_bounce: Option<f64>) -> Vec<String> {
+    fn not_needed(&self, settings: &Settings, holds: bool, second_bounce: Option<f64>) -> Vec<String> {
         let mut said = self.needs.not_needed(self.question.scene);
-        if settings.method == Method::None {
+        if holds && settings.method == Method::None {
             said.push("light from other surfaces: direct light alone is right enough".into());
         }
         if let Some(share) = second_bounce {

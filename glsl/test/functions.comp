@@ -88,6 +88,8 @@ Arguments evaluate(Arguments x) {
         y.a = vec4(lobe.light, lobe.rise);
         y.b = vec4(lobe.toward, lobe.alpha);
         y.c.xyz = item_lobe_light(lobe, vec3(0.0, 0.0, 1.0), x.c.xyz);
+    } else if (FUNCTION == 17u) {
+        y.a.xyz = specular_albedo(x.a.xyz, x.a.w, x.b.x, x.b.y);
     }
     return y;
 }

@@ -42,6 +42,7 @@ pub enum Function {
     DiffuseShare,
     MethodShadow,
     ItemLobe,
+    SpecularAlbedo,
 }
 
 /// Three vectors in, three out.

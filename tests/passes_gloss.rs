@@ -133,16 +133,16 @@ fn subjects() -> Vec<Subject> {
         |name, metal, tries| Subject { depth: Depth::Bounces(2), ..full(name, gloss::spheres(metal), SPHERES, tries) };
     vec![
         // The rest: squares of the room are 10 voxels and in the mirrors a pixel or less; the volume blurs their edges. One ray
-        // stands for a whole lobe, as a cone does.
+        // stands for a whole lobe, as a cone does, and no cone leans down as a rough lobe does.
         row(
             "metal",
             true,
             &[
-                (CONES, 0.21, 0.02),
-                (GGX, 0.21, 0.02),
+                (CONES, 0.21, 0.05),
+                (GGX, 0.21, 0.05),
                 (ONE_RAY, 0.23, 0.06),
-                (RAYS, 0.19, 0.06),
-                (MANY_RAYS, 0.165, 0.06),
+                (RAYS, 0.19, 0.05),
+                (MANY_RAYS, 0.165, 0.05),
             ],
         ),
         row("lacquer", false, &[(CONES, 0.15, 0.03), (RAYS, 0.13, 0.03)]),

@@ -91,6 +91,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// Settings, milliseconds and error.
+type Row = (Settings, f64, f64);
+
 /// A full sweep, as it is kept: bits of times are of no use, so that they are rounded.
 #[derive(Serialize, Deserialize)]
 struct Swept {
@@ -128,7 +131,7 @@ impl Swept {
     }
 
     /// Settings, milliseconds and error of each row.
-    fn settings(&self, spaces: &[Space]) -> Result<Vec<(Settings, f64, f64)>, Box<dyn std::error::Error>> {
+    fn settings(&self, spaces: &[Space]) -> Result<Vec<Row>, Box<dyn std::error::Error>> {
         let of = |(method, place, ms, error): &(String, Place, [f64; 2], f64)| {
             let space =
                 spaces.iter().find(|space| space.method.name() == method).ok_or("a kept sweep is of other methods")?;
@@ -174,7 +177,7 @@ fn row(
             swept
         }
     };
-    let mut sweep: Vec<(Settings, f64, f64)> = swept.settings(&spaces)?;
+    let mut sweep = swept.settings(&spaces)?;
     // As right as a fifth of all settings are: neither trivial nor out of reach.
     let mut errors: Vec<f64> = sweep.iter().map(|(.., error)| *error).collect();
     errors.sort_by(f64::total_cmp);

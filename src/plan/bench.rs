@@ -236,7 +236,9 @@ impl<'a> Bench<'a> {
         let stop = Stop::Samples(SAMPLES);
         let options = Options { width, height, depth: Depth::Full, stop, seed: 0, occlusion: false };
         let began = OnceLock::new();
-        let progress = |_| drop(began.get_or_init(Instant::now)); // first called when the paths begin
+        let progress = |_| {
+            began.get_or_init(Instant::now); // first called when the paths begin
+        };
         let control = Control { progress: &progress, save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) };
         reference::render((self.scene, &seen.pose, &seen.view), &options, &mut Film::new(width, height), control)?;
         Ok(began.get().map_or(0.0, |began| began.elapsed().as_secs_f64()) / f64::from(SAMPLES))

@@ -337,8 +337,8 @@ mod tests {
         }
     }
 
-    /// Within a tenth of the best of all 364 settings in four of five cases, by measuring one in fourteen: scenes of different
-    /// kinds, each with limits that 5 to 70 % of the settings hold.
+    /// Within a tenth of the best of all 364 settings in nine of ten cases, by measuring one in fourteen: scenes of five kinds,
+    /// each with limits that 5 to 70 % of the settings hold.
     #[test]
     fn it_finds_nearly_the_best_of_full_sweeps() {
         let fixed = ["voxels=32", "bounces=2", "rays.bounce=1", "rays.glossy=8", "lights.shadow_rays=1"];
@@ -362,7 +362,7 @@ mod tests {
             asked += swept.asked;
         }
         let near = ratios.iter().filter(|ratio| **ratio <= 1.1).count();
-        assert!(ratios.len() >= 24 && 5 * near >= 4 * ratios.len(), "{near} of {}: {ratios:.2?}", ratios.len());
+        assert!(ratios.len() >= 30 && 10 * near >= 9 * ratios.len(), "{near} of {}: {ratios:.2?}", ratios.len());
         assert!(14 * asked < all, "{asked} of {all}");
     }
 

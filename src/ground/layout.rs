@@ -125,6 +125,14 @@ shared! {
     BandPush { first_row: u32 }
 }
 shared! {
+    /// Push constants of the pass that lists fragments: pixels of a band.
+    PixelsPush { first: u32, end: u32 }
+}
+shared! {
+    /// Push constants of the passes that shade and spread fragments.
+    FragmentsPush { first_row: u32, width: u32, rows: u32 }
+}
+shared! {
     /// Push constants of the sharing pass.
     SharePush { rows: u32 }
 }

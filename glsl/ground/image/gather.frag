@@ -20,8 +20,8 @@ layout(push_constant) uniform Push {
 layout(early_fragment_tests) in; // depth is there already
 
 layout(location = 0) in vec3 in_weights;
-layout(location = 2) flat in uint in_triangle;
-layout(location = 3) flat in uint in_back;
+layout(location = 1) flat in uint in_triangle;
+layout(location = 2) flat in uint in_back;
 
 layout(location = 0) out vec4 out_surface; // position, voxels; packed normal, −1 where nothing gathers
 layout(location = 1) out vec4 out_light; // E/π in stored radiance; open share of the hemisphere

@@ -8,7 +8,7 @@
 #include "ground/image/footprint.glsl"
 
 layout(location = 0) in vec3 in_weights;
-layout(location = 2) flat in uint in_triangle;
+layout(location = 1) flat in uint in_triangle;
 
 void main() {
     Attributes attributes = attributes_of(in_triangle);

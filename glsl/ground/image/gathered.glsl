@@ -27,12 +27,11 @@ layout(set = 0, binding = 26) uniform sampler2D surfaces; // position, packed no
 const uint GATHER_MARGIN = INTERLEAVE / 2u + 1u;
 
 // The light of the up to four gathered pixels about this one that lie on the same surface.
-Gathered gathered_nearby(vec3 position, vec3 normal) {
+Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     uvec2 image = uvec2(frame.image_size);
     ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);
     int first_row = max(int(push.first_row / GATHER_SCALE) - int(GATHER_MARGIN), 0);
-    vec2 pixel = floor(gl_FragCoord.xy) + vec2(0.5, float(push.first_row) + 0.5);
-    vec2 at = pixel / frame.image_size * vec2(size) - 0.5;
+    vec2 at = (vec2(pixel) + 0.5) / frame.image_size * vec2(size) - 0.5;
     ivec2 corner = ivec2(floor(at));
     vec2 part = at - vec2(corner);
     Gathered sum = nothing_gathered();

@@ -1,8 +1,9 @@
-//! The image: depth first, then every visible sample's direct light and, once per pixel, what the method looks up; blended
-//! triangles over it, back to front. In bands of rows, so that multisampled targets stay small. Diffuse light may be gathered
-//! before, apart from the image.
+//! The image: which triangle every sample sees first, then of each triangle in a pixel the samples' direct light and, once, what the
+//! method looks up; blended triangles over it, back to front. In bands of rows, so that multisampled targets stay small.
+//! Diffuse light may be gathered before, apart from the image.
 //! Reads: triangles, lists, the method's light. Writes: radiance, f32.
 
+pub mod fragments;
 pub mod gather;
 pub mod given;
 pub mod target;
@@ -15,16 +16,20 @@ use super::layout::BandPush;
 use crate::Result;
 use crate::scene::Scene;
 use crate::settings::ImageSettings;
-use crate::vk::{Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
+use crate::vk::{
+    Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget, ZoneKind,
+};
+use fragments::{Fragments, Part};
 use gather::Gather;
 use target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
 
 /// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
 const MOST_TIMED_BANDS: usize = 100;
+/// Rows that are shaded at once are multiples of this.
+const PART_ROWS: u32 = 16;
 
 pub struct ImagePass {
-    depth: Raster,
-    opaque: Raster,
+    fragments: Fragments,
     blended: Option<Raster>,
     sky: Option<Raster>,
     gather: Option<Gather>,
@@ -51,8 +56,9 @@ impl ImagePass {
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
         let ImagePassDesc { settings, features, method, apart, constants, .. } = *desc;
         let layers = if target.outputs() > 1 { " AOVS" } else { "" };
-        let by_itself = format!("ground/image/image.frag {method}{layers}");
-        let gathered = format!("ground/image/image.frag {method} GATHERED{layers}");
+        let apart_form = if apart { " GATHERED" } else { "" };
+        let fragment = format!("ground/image/image.frag {method}{apart_form}{layers}");
+        let blended_fragment = format!("ground/image/blended.frag {method}{layers}"); // what lies behind was gathered, not these
         let formats = vec![COLOR_FORMAT; target.outputs()];
         let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
         let common = RasterDesc {
@@ -63,24 +69,10 @@ impl ImagePass {
             color_formats: &formats,
             ..Default::default()
         };
-        let masked = features.has(Features::MASK);
-        let depth_fragment = if masked { "ground/image/depth_masked.frag" } else { "ground/image/depth.frag" };
-        let depth_pass = RasterDesc {
-            label: "image depth",
-            fragment: Some(depth_fragment),
-            color_write: false,
-            depth: depth(CompareOp::GREATER, true),
-            ..common
-        };
-        let opaque = RasterDesc {
-            fragment: Some(if apart { &gathered } else { &by_itself }),
-            depth: depth(CompareOp::EQUAL, false),
-            ..common
-        };
         let with_blending = with(constants.to_vec(), &[(BLENDED, 1)]);
         let blended = RasterDesc {
             label: "image blended",
-            fragment: Some(&by_itself), // what lies behind was gathered, not these
+            fragment: Some(&blended_fragment),
             constants: &with_blending,
             depth: depth(CompareOp::GREATER_OR_EQUAL, false),
             blend: Some(Blend::PremultipliedOver),
@@ -97,8 +89,7 @@ impl ImagePass {
             sky: (features.has(Features::SKY_GRADIENT) || features.has(Features::SKY_MAP))
                 .then(|| Raster::new(context, &sky))
                 .transpose()?,
-            depth: Raster::new(context, &depth_pass)?,
-            opaque: Raster::new(context, &opaque)?,
+            fragments: Fragments::new(context, desc, target, &fragment)?,
             blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
             gather: apart.then(|| Gather::new(context, desc, target)).transpose()?,
         })
@@ -138,18 +129,25 @@ impl ImagePass {
         if let Some(gather) = &self.gather {
             binds.extend(gather.binds(ground));
         }
-        let push = BandPush { first_row: band.first_row };
-        target.render_target(&target.colors(sky), band).draw_in_parts(r, |pass| {
-            pass.draw(&self.depth, &self.depth.select(&binds), &push, ground.recorded());
-            pass.draw(&self.opaque, &self.opaque.select(&binds), &push, ground.recorded());
-            if let Some(pipeline) = self.sky.as_ref().filter(|_| !scene.sky_unseen) {
-                let call = DrawCall::Direct { vertices: 3, instances: 1 };
-                pass.draw(pipeline, &pipeline.select(&binds), &(), call);
-            }
-            if let Some(pipeline) = &self.blended {
-                let call = DrawCall::Direct { vertices: 3 * blended, instances: 1 };
-                pass.draw(pipeline, &pipeline.select(&binds), &push, call);
-            }
+        let size = (target.width, target.samples());
+        self.fragments.see(r, (ground, &binds), target, band);
+        r.in_parts(band.rows, PART_ROWS, |r, rows| {
+            let part = Part { band, first_row: rows.start, rows: rows.len() as u32 };
+            self.fragments.shade(r, (ground, &binds), size, &part);
+            let area = Rect { x: 0, y: part.first_row as i32, width: target.width, height: part.rows };
+            let colors = target.colors(sky);
+            let whole = target.render_target(&colors, band);
+            r.raster(&RenderTarget { area: Some(area), ..whole }, |pass| {
+                self.fragments.spread(pass, ground, size);
+                if let Some(pipeline) = self.sky.as_ref().filter(|_| !scene.sky_unseen) {
+                    let call = DrawCall::Direct { vertices: 3, instances: 1 };
+                    pass.draw(pipeline, &pipeline.select(&binds), &(), call);
+                }
+                if let Some(pipeline) = &self.blended {
+                    let call = DrawCall::Direct { vertices: 3 * blended, instances: 1 };
+                    pass.draw(pipeline, &pipeline.select(&binds), &BandPush { first_row: band.first_row }, call);
+                }
+            });
         });
         target.copy_band(r, band);
     }

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use super::fragments;
 use crate::Result;
 use crate::ground::memory_plan::MemoryRow;
 use crate::layers::{Aov, Layers};
@@ -14,10 +15,12 @@ use crate::vk::{
 
 pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
-const COLOR_BYTES: u64 = 16;
+pub(super) const COLOR_BYTES: u64 = 16;
 const DEPTH_BYTES: u64 = 4;
-/// Of a band's multisampled targets: a 512×512 image with 4 samples is one band.
-const BAND_BYTES: u64 = 24 << 20;
+/// Of what a band takes: a 512×512 image with 4 samples is one.
+const BAND_BYTES: u64 = 50 << 20;
+/// Rows of samples that a band has at most: each may be a row of fragments, and this is as high as any device's images may be.
+const BAND_SAMPLE_ROWS: u32 = 4096;
 
 /// Depth of the sky while it is blended and resolved; infinity times zero would be NaN. Read back as infinity.
 pub const FAR: f32 = 1e36;
@@ -57,6 +60,7 @@ struct OutputTarget {
 pub struct ImageTarget {
     pub width: u32,
     pub height: u32,
+    samples: u32,
     band_rows: u32,
     /// One per entry of [`OUTPUTS`], or the first alone.
     outputs: Vec<OutputTarget>,
@@ -77,8 +81,9 @@ pub fn plan((width, height): (u32, u32), samples: u32, outputs: usize) -> Vec<Me
 }
 
 pub fn band_rows(width: u32, height: u32, samples: u32, outputs: usize) -> u32 {
-    let row = u64::from(width) * u64::from(samples) * (COLOR_BYTES * outputs as u64 + DEPTH_BYTES);
-    ((BAND_BYTES / row).max(1) as u32).min(height)
+    let of_sample = 2 * COLOR_BYTES * outputs as u64 + DEPTH_BYTES + fragments::SAMPLE_BYTES;
+    let row = u64::from(width) * u64::from(samples) * of_sample;
+    ((BAND_BYTES / row).max(1) as u32).min(BAND_SAMPLE_ROWS / samples).min(height)
 }
 
 impl ImageTarget {
@@ -107,10 +112,16 @@ impl ImageTarget {
         Ok(Self {
             width,
             height,
+            samples,
             band_rows,
             outputs: targets.collect::<Result<_>>()?,
             depth: image("depth", DEPTH_FORMAT, (band_rows, samples), ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
         })
+    }
+
+    /// Of a pixel.
+    pub fn samples(&self) -> u32 {
+        self.samples
     }
 
     /// Rows of the largest band.
@@ -152,11 +163,17 @@ impl ImageTarget {
         color.collect()
     }
 
-    /// A band's part of the image; `colors` from [`ImageTarget::colors`].
+    /// A band's part of the image as far as its depth is kept; `colors`: for the first draws into it.
+    pub fn depth_target<'a>(&'a self, colors: &'a [ColorTarget<'a>], band: &Band) -> RenderTarget<'a> {
+        let depth = DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: true };
+        RenderTarget { depth: Some(depth), ..self.render_target(colors, band) }
+    }
+
+    /// The same where its depth is there; `colors` from [`ImageTarget::colors`].
     pub fn render_target<'a>(&'a self, colors: &'a [ColorTarget<'a>], band: &Band) -> RenderTarget<'a> {
         RenderTarget {
             colors,
-            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false }),
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Load, store: true }),
             width: self.width,
             height: band.rows,
             viewport: Some(Rect { x: 0, y: -(band.first_row as i32), width: self.width, height: self.height }),

@@ -1,0 +1,192 @@
+// Shades what a pixel sees of a triangle: direct light at every sample that sees it and, once, what the method looks up. With
+// GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row.
+
+#include "ground/constants.glsl"
+#include "ground/surface.glsl"
+#include "ground/brdf.glsl"
+#include "method/look_up.glsl"
+#include "ground/lamp_light.glsl"
+#include "common/closest_point.glsl"
+#include "ground/image/image_samples.glsl"
+#include "ground/image/gathered.glsl"
+#include "ground/image/footprint.glsl"
+#include "ground/image/outputs.glsl"
+
+// Radiance, premultiplied by opacity, and the further layers.
+struct Shown {
+    vec4 beauty;
+#ifdef AOVS
+    vec4 direct;
+    vec4 indirect;
+    vec4 normal;
+    vec4 albedo;
+    vec4 ao_depth_diffuse;
+#endif
+};
+
+// Light that arrives without a bounce, averaged over the covered samples or from the surface's point. `through_share`: what
+// Fresnel and layers leave of what is scattered to the far side.
+vec3 direct_light(Surface s, vec3 a, uvec2 pixel, uint covered, float through_share) {
+    vec3 sum = vec3(0.0);
+    covered = feature(FEATURE_DIRECT_PER_PIXEL) ? 1u : covered;
+    uint count = uint(bitCount(covered));
+    uint part = 0u;
+    for (uint left = covered; left != 0u; left &= left - 1u) {
+        uint i = uint(findLSB(left));
+        vec3 position = feature(FEATURE_DIRECT_PER_PIXEL) ? s.position : seen_point(vec2(pixel) + sample_place(i), a, s.facet);
+        vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - position);
+        for (uint k = 0u; k < frame.light_count; k++) {
+            LightSample to = sample_light(lights[k], position, frame.voxel_m);
+            // What is smooth mirrors the sky itself.
+            vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, lights[k].kind == LIGHT_SKY);
+            Surface lit = s;
+            if (sends_through(s) && dot(s.normal, to.direction) < 0.0) {
+                lit = far_side(s);
+                reflected = to.irradiance * s.finish.diffused * (through_share / PI * dot(lit.normal, to.direction));
+            }
+            if (any(greaterThan(reflected, vec3(0.0)))) {
+                sum += reflected * shadow_towards(lights[k], to, lit, position, part, count);
+            }
+        }
+        part++;
+    }
+    return sum / float(max(count, 1u));
+}
+
+// How far the shading normal turns over half a pixel, radians, normal maps left out.
+float normal_bend(Attributes attributes, vec3 dx, vec3 dy) {
+    return 0.5 * max(length(attributes.normals * dx), length(attributes.normals * dy));
+}
+
+// Barycentric weights of what is seen at a place of the image, pixels.
+vec3 seen_weights(vec2 place, Triangle t, vec3 facet) {
+    vec3 a = t.corners[0];
+    vec2 bc = barycentric(a, t.corners[1], t.corners[2], seen_point(place, a, facet));
+    return vec3(1.0 - bc.x - bc.y, bc);
+}
+
+// `pixel`: of the image. `covered`: its samples that see the triangle. All of them: its middle is shaded; else the middle of these, which lies in the
+// triangle as well.
+Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
+    Triangle t = triangles[triangle];
+    Attributes attributes = attributes_of(triangle);
+    COUNT(TRIANGLES, 1u);
+    vec3 a = t.corners[0];
+    vec3 facet = normalize(triangle_normal(a, t.corners[1], t.corners[2]));
+    vec2 middle = vec2(0.5);
+    if (covered != (1u << frame.samples) - 1u) {
+        middle = vec2(0.0);
+        for (uint i = 0u; i < frame.samples; i++) {
+            middle += (covered & 1u << i) != 0u ? sample_place(i) / float(bitCount(covered)) : vec2(0.0);
+        }
+    }
+    vec2 place = vec2(pixel) + middle;
+    vec3 weights = seen_weights(place, t, facet);
+    vec3 across = seen_weights(place + vec2(1.0, 0.0), t, facet) - weights;
+    vec3 down = seen_weights(place + vec2(0.0, 1.0), t, facet) - weights;
+    Footprint footprint = footprint_of(attributes, across, down);
+    float bend = normal_bend(attributes, across, down);
+    Surface s = evaluate_surface(t, attributes, weights, footprint, back);
+    vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+    Viewed viewed = Viewed(view, lobes_towards(s, view), back, bend, vec3(0.0));
+    bool lit = !s.unlit;
+    vec3 direct = s.emitted;
+    if (feature(FEATURE_CLEARCOAT)) {
+        direct *= 1.0 - viewed.lobes.coat;
+    }
+    if (lit) {
+        direct += direct_light(s, a, pixel, covered, viewed.lobes.diffuse);
+        // With a coat twice: what lies under it, and itself.
+        for (uint layer = 0u; layer < (FINDS_LAMPS ? 0u : feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
+            direct += lamps_along_rays(layer == 0u ? s : coat_of(s), layer == 0u ? viewed : coat_viewed(viewed));
+        }
+    }
+#ifdef GATHERED
+    Gathered gathered = gathered_nearby(pixel, s.position, s.normal);
+#else
+    Gathered gathered = nothing_gathered();
+#endif
+    // A surface of which no gathered pixel shows anything looks up for itself, and so does every far side: that is not gathered
+    // with neighbours, so it takes all directions that these would have. Loops, which a CPU device leaves early, name each
+    // look-up once: drivers copy it into every place that calls it.
+    Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
+    uint near = lit && !gathered.found ? 1u : 0u;
+    uint far = lit && sends_through(s) ? 1u : 0u;
+    for (uint i = 0u; i < near + far; i++) {
+        LampLight lamps = lamp_light(i < near ? s : far_side(s), view);
+        if (i < near) {
+            gathered.lamps = lamps;
+        } else {
+            through.direct = lamps.diffuse;
+        }
+    }
+#ifndef AOVS
+    near = scatters(s) ? near : 0u;
+#endif
+    const uint places = INTERLEAVE * INTERLEAVE;
+    for (uint i = 0u; i < near + places * far; i++) {
+        uint k = i - near;
+        uvec3 place = i < near ? uvec3(pixel, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
+#ifdef METHOD_GATHERS_LOBES
+        vec3 mirrored;
+        vec4 light = look_up_for_view(i < near ? s : far_side(s), view, place, mirrored);
+        gathered.mirrored = i < near ? mirrored : gathered.mirrored;
+#else
+        vec4 light = look_up_diffuse(i < near ? s : far_side(s), place);
+#endif
+        if (i < near) {
+            gathered.light = light;
+        } else {
+            through.indirect += light.rgb / float(places);
+        }
+    }
+    Outgoing sent = Outgoing(direct, vec3(0.0));
+    if (lit) {
+        sent.direct += s.diffuse * viewed.lobes.diffuse * gathered.lamps.diffuse + gathered.lamps.specular;
+        sent.indirect = s.diffuse * viewed.lobes.diffuse * gathered.light.rgb;
+        viewed.gathered = gathered.mirrored;
+        if (feature(FEATURE_SHEEN)) {
+            sent.indirect += viewed.lobes.sheen * gathered.light.rgb;
+        }
+        if (sends_through(s)) {
+            vec3 share = s.finish.diffused * viewed.lobes.diffuse;
+            sent.direct += share * through.direct;
+            sent.indirect += share * through.indirect;
+        }
+        for (uint layer = 0u; layer < (feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
+            Surface glossy = under_layers(s, viewed);
+            Viewed seen = viewed;
+            if (layer > 0u) {
+                glossy = coat_of(s);
+                seen = coat_viewed(viewed);
+                seen.gathered = seen.lobes.specular * gathered.light.rgb; // what is mirrored was gathered for what lies under it
+            }
+            add_glossy(sent, glossy, seen);
+        }
+    }
+    direct = sent.direct;
+    vec3 indirect = sent.indirect / frame.scale;
+    float opacity = s.opacity;
+    Shown shown;
+    shown.beauty = vec4((direct + indirect) * opacity, opacity);
+#ifdef AOVS
+    shown.direct = vec4(direct * opacity, opacity);
+    shown.indirect = vec4(indirect * opacity, opacity);
+    shown.normal = vec4(s.normal * opacity, opacity);
+    float depth = dot(s.position - frame.eye, frame.forward) * frame.voxel_m;
+    shown.albedo = vec4(s.albedo * opacity, opacity);
+    shown.ao_depth_diffuse = vec4(vec3(gathered.light.a, depth, s.diffuse_share) * opacity, opacity);
+#endif
+    return shown;
+}
+
+void write(Shown shown) {
+    out_beauty = shown.beauty;
+#ifdef AOVS
+    out_direct = shown.direct;
+    out_indirect = shown.indirect;
+    out_normal = shown.normal;
+    out_albedo = shown.albedo;
+    out_ao_depth_diffuse = shown.ao_depth_diffuse;
+#endif
+}

@@ -113,7 +113,7 @@ impl Frame {
         let ground =
             Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps, &scene_on_gpu.trees)?)?;
         let method = settings.method.make(&maker(context, settings, &ground))?;
-        let target = ImageTarget::new(context, desc.size, settings.image.samples, desc.outputs)?;
+        let target = ImageTarget::new(context, desc.size, &settings.image, desc.outputs)?;
         let image = image_pass(context, desc, &*method, &target)?;
         let counter = |_| {
             let bytes = size_of::<Globals>() as u64;
@@ -344,7 +344,7 @@ impl Frame {
             || desc.size != (self.target.width, self.target.height)
             || desc.outputs != self.target.outputs();
         let image = || {
-            let target = ImageTarget::new(context, desc.size, new.image.samples, desc.outputs)?;
+            let target = ImageTarget::new(context, desc.size, &new.image, desc.outputs)?;
             Ok((image_pass(context, desc, &**method.as_ref().unwrap_or(&self.method), &target)?, target))
         };
         let image = seen_anew.then(image).transpose()?;

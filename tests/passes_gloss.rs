@@ -140,7 +140,7 @@ fn subjects() -> Vec<Subject> {
             &[
                 (CONES, 0.21, 0.05),
                 (GGX, 0.21, 0.05),
-                (ONE_RAY, 0.23, 0.06),
+                (ONE_RAY, 0.25, 0.06),
                 (RAYS, 0.19, 0.05),
                 (MANY_RAYS, 0.165, 0.05),
             ],

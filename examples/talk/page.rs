@@ -239,7 +239,7 @@ pub const SLIDES: &[Slide] = &[
             S("a vertex shader that fetches from the triangle buffer", "`glsl/ground/image/image.vert`", &[]),
             S(
                 "a pixel shader that shades with cones through the second bounce",
-                "`glsl/ground/image/image.frag`, after a depth pass; blended triangles follow back to front",
+                "`glsl/ground/image/image.frag`, for each triangle that a pixel sees, which a pass before finds; blended triangles follow back to front",
                 &[],
             ),
         ],

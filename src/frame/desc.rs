@@ -4,7 +4,7 @@ use crate::gi::{Gi, Wants};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::expected_items::expected_items;
 use crate::ground::grid::Grid;
-use crate::ground::image::{ImagePassDesc, fragments, gather, target};
+use crate::ground::image::{ImagePassDesc, gather, target};
 use crate::ground::lamps::Lamps;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::tree::groups::{TreeSize, TreesOnce};
@@ -104,10 +104,9 @@ pub(super) fn plan(
     let wants = wants(&settings, features);
     let mut rows = ground::plan(voxels, &wants, counts);
     rows.extend(settings.method.plan(&settings));
-    rows.extend(target::plan(size, settings.image.samples, outputs));
-    let band_rows = target::band_rows(size.0, size.1, settings.image.samples, outputs);
-    rows.push(fragments::plan(size.0, band_rows, settings.image.samples, outputs));
+    rows.extend(target::plan(size, &settings.image, outputs));
     if wants.diffuse && settings.image.gathers_apart() {
+        let band_rows = target::band_rows(size, &settings.image, outputs);
         rows.push(gather::plan(&settings.image, wants.gathers_lobes, size, band_rows));
     }
     rows

@@ -49,6 +49,16 @@ choices! {
 }
 
 choices! {
+    /// How what is seen is shaded.
+    Shading {
+        /// Triangle by triangle, as the rasteriser makes fragments: as in the talk.
+        Drawn = "drawn",
+        /// Every pixel's fragments in a list, one beside the other.
+        Packed = "packed",
+    }
+}
+
+choices! {
     /// At how many pixels diffuse light is gathered.
     GatherResolution { Full = "full", Half = "half", Quarter = "quarter" }
 }

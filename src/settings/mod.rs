@@ -12,7 +12,7 @@ mod renamed;
 mod tables;
 
 pub(crate) use choices::choices;
-pub use choices::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shadows};
+pub use choices::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shading, Shadows};
 #[cfg_attr(not(internals), doc(hidden))]
 pub use docs::markdown;
 #[cfg_attr(not(internals), doc(hidden))]

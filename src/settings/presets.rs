@@ -1,6 +1,6 @@
 //! Presets: settings with a name, each written as what it changes of another.
 
-use super::{GatherResolution, LampLight, Settings, Shadows};
+use super::{GatherResolution, LampLight, Settings, Shading, Shadows};
 use crate::gi::{Method, cones, lpv, photons, rays};
 
 /// Settings with a name.
@@ -67,6 +67,7 @@ impl Settings {
     pub fn printed() -> Self {
         let mut printed = Self::cones();
         printed.lights.shadows = Shadows::Method;
+        printed.image.shading = Shading::Drawn;
         printed.lights.lamps = LampLight::Gathered;
         printed.of.cones = cones::Settings::printed();
         printed

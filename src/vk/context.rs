@@ -41,8 +41,8 @@ pub struct Context {
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](super::RasterDesc) can be asked for.
     #[cfg_attr(not(internals), doc(hidden))]
     pub conservative_rasterization: bool,
-    /// `VK_EXT_post_depth_coverage` is enabled. Without it direct light at an edge is a mean that takes in samples of the surface
-    /// which a nearer one hides.
+    /// `VK_EXT_post_depth_coverage` is enabled. Without it direct light on blended surfaces is, where a nearer one hides part of
+    /// a pixel, a mean that takes in hidden samples.
     pub(super) post_depth_coverage: bool,
     pub(super) max_push_descriptors: u32,
     pub(super) max_allocation_bytes: u64,

@@ -20,6 +20,8 @@ pub(super) struct Capabilities {
     pub(super) pipeline_cache_uuid: [u8; 16],
     pub(super) max_push_descriptors: u32,
     pub(super) max_allocation_bytes: u64,
+    /// Samples of images that hold whole numbers, are drawn into and then read.
+    integer_samples: vk::SampleCountFlags,
     pub(super) memory: vk::PhysicalDeviceMemoryProperties,
     /// Family with graphics, compute and timestamps.
     pub(super) queue_family: Option<u32>,
@@ -51,6 +53,7 @@ impl Capabilities {
             pipeline_cache_uuid: properties.pipeline_cache_uuid,
             max_push_descriptors: 0,
             max_allocation_bytes: u64::MAX,
+            integer_samples: vk::SampleCountFlags::empty(),
             memory,
             queue_family,
             extensions,
@@ -64,9 +67,9 @@ impl Capabilities {
     }
 
     fn query_1_2(&mut self, instance: &ash::Instance, physical: vk::PhysicalDevice) {
-        let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
         let mut maintenance = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut properties =
             vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut maintenance);
         if self.has_extension(ash::khr::push_descriptor::NAME) {
@@ -95,6 +98,13 @@ impl Capabilities {
         };
         self.max_push_descriptors = push.max_push_descriptors;
         self.max_allocation_bytes = maintenance.max_memory_allocation_size;
+        let (seen, usage) =
+            (vk::Format::R32_UINT, vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED);
+        let (dim, tiling, flags) = (vk::ImageType::TYPE_2D, vk::ImageTiling::OPTIMAL, vk::ImageCreateFlags::empty());
+        // SAFETY: as above.
+        let images =
+            unsafe { instance.get_physical_device_image_format_properties(physical, seen, dim, tiling, usage, flags) };
+        self.integer_samples = images.map(|images| images.sample_counts).unwrap_or_default();
         let text = |chars: Option<&CStr>| chars.map(|c| c.to_string_lossy().into_owned()).unwrap_or_default();
         let name = text(driver.driver_name_as_c_str().ok());
         self.driver = format!("{name} {}", text(driver.driver_info_as_c_str().ok())).trim().to_owned();
@@ -130,6 +140,10 @@ impl Capabilities {
             need("VK_KHR_push_descriptor", self.has_extension(ash::khr::push_descriptor::NAME)),
             least("maxColorAttachments", wanted.color_attachments, limits.max_color_attachments),
             least("maxFramebufferLayers", wanted.framebuffer_layers, limits.max_framebuffer_layers),
+            need(
+                "R32_UINT images of 4 samples that are drawn into and sampled",
+                self.integer_samples.contains(vk::SampleCountFlags::TYPE_4),
+            ),
         ]);
         needs
     }

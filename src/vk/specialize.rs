@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn a_device_without_post_depth_coverage_gets_shaders_that_do_not_ask() {
         let asks = |post_depth_coverage| {
-            let words = specialize(shader::spirv("ground/image/image.frag rays"), &[], post_depth_coverage);
+            let words = specialize(shader::spirv("ground/image/drawn.frag rays"), &[], post_depth_coverage);
             let module = load_words(&words).unwrap();
             let early = Operand::ExecutionMode(ExecutionMode::EarlyFragmentTests);
             assert!(module.execution_modes.iter().any(|i| i.operands.contains(&early)));

@@ -11,17 +11,13 @@
 #include "method/look_up.glsl"
 #include "ground/lamp_light.glsl"
 #include "ground/image/likeness.glsl"
-#include "ground/image/footprint.glsl"
+#include "ground/image/seen.glsl"
 
 layout(push_constant) uniform Push {
     uint first_row; // of the gathered pixels, at the top of this band
 } push;
 
-layout(early_fragment_tests) in; // depth is there already
-
-layout(location = 0) in vec3 in_weights;
-layout(location = 1) flat in uint in_triangle;
-layout(location = 2) flat in uint in_back;
+layout(set = 0, binding = 66) uniform usampler2D seen; // visibility buffer of the band's gathered pixels
 
 layout(location = 0) out vec4 out_surface; // position, voxels; packed normal, −1 where nothing gathers
 layout(location = 1) out vec4 out_light; // E/π in stored radiance; open share of the hemisphere
@@ -32,27 +28,37 @@ layout(location = 4) out vec4 out_mirrored; // stored radiance, of the specular 
 #endif
 
 void main() {
-    COUNT(TRIANGLES, 1u);
-    COUNT(MATERIALS, 1u);
-    Triangle t = triangles[in_triangle];
-    Attributes attributes = attributes_of(in_triangle);
-    vec3 weights = in_weights / (in_weights.x + in_weights.y + in_weights.z);
-    Surface s = evaluate_surface(t, attributes, weights, pixel_footprint(attributes, in_weights), in_back != 0u);
-    vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    uint id = texelFetch(seen, at, 0).r;
+    uvec3 place = uvec3(at, 0u) + uvec3(0u, push.first_row, 0u);
+    vec4 surface = vec4(0.0, 0.0, 0.0, -1.0);
     vec4 light = vec4(0.0);
     vec3 mirrored = vec3(0.0);
     LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
-    // Metals, glass and unlit surfaces gather nothing: a loop, which a CPU device leaves early.
-    for (uint i = 0u; i < (scatters(s) ? 1u : 0u); i++) {
-        uvec3 place = uvec3(gl_FragCoord.xy, 0u) + uvec3(0u, push.first_row, 0u);
+    // Loops, which a CPU device leaves early.
+    for (uint i = 0u; i < min(id, 1u); i++) {
+        uint triangle = (id - 1u) / 2u;
+        Triangle t = triangles[triangle];
+        Attributes attributes = attributes_of(triangle);
+        COUNT(TRIANGLES, 1u);
+        COUNT(MATERIALS, 1u);
+        vec2 size = gathered_pixel();
+        vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
+        PlaceOnTriangle middle = place_on_triangle((vec2(place.xy) + 0.5) * size, size, t, facet);
+        Surface s = evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
+        vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+        // Metals, glass and unlit surfaces gather nothing.
+        for (uint k = 0u; k < (scatters(s) ? 1u : 0u); k++) {
+            surface = vec4(s.position, pack_normal(s.normal));
 #ifdef METHOD_GATHERS_LOBES
-        light = look_up_for_view(s, view, place, mirrored);
+            light = look_up_for_view(s, view, place, mirrored);
 #else
-        light = look_up_diffuse(s, place);
+            light = look_up_diffuse(s, place);
 #endif
-        lamps = lamp_light(s, view);
+            lamps = lamp_light(s, view);
+        }
     }
-    out_surface = vec4(s.position, scatters(s) ? pack_normal(s.normal) : -1.0);
+    out_surface = surface;
     out_light = light;
     out_lamps = vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0);
     out_lamps_specular = vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0);

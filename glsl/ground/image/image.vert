@@ -16,9 +16,8 @@ layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materi
 layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place in the buffer
 layout(set = 0, binding = 15, scalar) readonly buffer Order { uint order[]; }; // sources, back to front
 
-layout(location = 0) out vec3 out_weights;
-layout(location = 1) flat out uint out_triangle;
-layout(location = 2) flat out uint out_back;
+layout(location = 0) flat out uint out_triangle;
+layout(location = 1) flat out uint out_back;
 
 invariant gl_Position;
 
@@ -30,7 +29,6 @@ void main() {
         place = slots[order[place]] - 1u; // ~0 where the triangle was dropped
     }
     out_triangle = min(place, uint(triangles.length()) - 1u);
-    out_weights = vec3(corner == 0u, corner == 1u, corner == 2u);
     vec3 a = triangles[out_triangle].corners[0];
     vec3 normal = triangle_normal(a, triangles[out_triangle].corners[1], triangles[out_triangle].corners[2]);
     float facing = dot(normal, frame.orthographic != 0u ? -frame.forward : frame.eye - a);

@@ -6,10 +6,8 @@
 #include "ground/brdf.glsl"
 #include "method/look_up.glsl"
 #include "ground/lamp_light.glsl"
-#include "common/closest_point.glsl"
-#include "ground/image/image_samples.glsl"
+#include "ground/image/seen.glsl"
 #include "ground/image/gathered.glsl"
-#include "ground/image/footprint.glsl"
 #include "ground/image/outputs.glsl"
 
 // Radiance, premultiplied by opacity, and the further layers.
@@ -54,19 +52,12 @@ vec3 direct_light(Surface s, vec3 a, uvec2 pixel, uint covered, float through_sh
 }
 
 // How far the shading normal turns over half a pixel, radians, normal maps left out.
-float normal_bend(Attributes attributes, vec3 dx, vec3 dy) {
-    return 0.5 * max(length(attributes.normals * dx), length(attributes.normals * dy));
+float normal_bend(Attributes attributes, PlaceOnTriangle at) {
+    return 0.5 * max(length(attributes.normals * at.across), length(attributes.normals * at.down));
 }
 
-// Barycentric weights of what is seen at a place of the image, pixels.
-vec3 seen_weights(vec2 place, Triangle t, vec3 facet) {
-    vec3 a = t.corners[0];
-    vec2 bc = barycentric(a, t.corners[1], t.corners[2], seen_point(place, a, facet));
-    return vec3(1.0 - bc.x - bc.y, bc);
-}
-
-// `pixel`: of the image. `covered`: its samples that see the triangle. All of them: its middle is shaded; else the middle of these, which lies in the
-// triangle as well.
+// `pixel`: of the image. `covered`: its samples that see the triangle. All of them: its middle is shaded; else the middle of these, which
+// lies in the triangle as well.
 Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     Triangle t = triangles[triangle];
     Attributes attributes = attributes_of(triangle);
@@ -80,13 +71,9 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
             middle += (covered & 1u << i) != 0u ? sample_place(i) / float(bitCount(covered)) : vec2(0.0);
         }
     }
-    vec2 place = vec2(pixel) + middle;
-    vec3 weights = seen_weights(place, t, facet);
-    vec3 across = seen_weights(place + vec2(1.0, 0.0), t, facet) - weights;
-    vec3 down = seen_weights(place + vec2(0.0, 1.0), t, facet) - weights;
-    Footprint footprint = footprint_of(attributes, across, down);
-    float bend = normal_bend(attributes, across, down);
-    Surface s = evaluate_surface(t, attributes, weights, footprint, back);
+    PlaceOnTriangle at = place_on_triangle(vec2(pixel) + middle, vec2(1.0), t, facet);
+    float bend = normal_bend(attributes, at);
+    Surface s = evaluate_surface(t, attributes, at.weights, pixel_footprint(attributes, at), back);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
     Viewed viewed = Viewed(view, lobes_towards(s, view), back, bend, vec3(0.0));
     bool lit = !s.unlit;

@@ -15,16 +15,16 @@ layout(set = 0, binding = 67) uniform sampler2D shaded[6];
 layout(set = 0, binding = 67) uniform sampler2D shaded[1];
 #endif
 
-layout(location = 0) flat in uint in_nth;
+layout(location = 0) flat in uint in_instance; // which of the pixel's fragments
 
 void main() {
     COUNT(WORDS, 1u);
     uint of_pixel = pixel_fragments[uint(gl_FragCoord.y) * push.width + uint(gl_FragCoord.x)];
-    if (in_nth >= (of_pixel & (1u << COUNT_BITS) - 1u)) {
+    if (in_instance >= (of_pixel & (1u << COUNT_BITS) - 1u)) {
         COUNT_ALL();
         discard;
     }
-    uint slot = (of_pixel >> COUNT_BITS) + in_nth;
+    uint slot = (of_pixel >> COUNT_BITS) + in_instance;
     COUNT(WORDS, 1u);
     gl_SampleMask[0] = int(fragments[slot].place >> PLACE_BITS);
     ivec2 at = ivec2(slot % push.width, slot / push.width);

@@ -6,15 +6,15 @@ use std::sync::Arc;
 
 use super::ImagePassDesc;
 use super::target::{Band, DEPTH_FORMAT, ImageTarget};
+use super::visibility::{SEEN_BYTES, Visibility};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::Features;
 use crate::ground::layout::{BandPush, SharePush};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::ImageSettings;
 use crate::vk::{
-    Bind, ColorTarget, CompareOp, Compute, ComputeDesc, Context, DepthDesc, DepthTarget, Format, Image, ImageDesc,
-    ImageDim, ImageUsageFlags, Load, Raster, RasterDesc, Recorder, Rect, RenderTarget,
+    Bind, ColorTarget, Compute, ComputeDesc, Context, DepthTarget, DrawCall, Format, Image, ImageDesc, ImageDim,
+    ImageUsageFlags, Load, Raster, RasterDesc, Recorder, Rect, RenderTarget,
 };
 
 const LIGHT_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
@@ -32,9 +32,9 @@ fn lights(lobes: bool) -> &'static [(&'static str, &'static str)] {
     if lobes { &LIGHTS } else { &LIGHTS[..3] }
 }
 
-/// Bytes of a gathered pixel: every light before and after sharing, surface, depth.
+/// Bytes of a gathered pixel: every light before and after sharing, surface, what is seen, depth.
 fn pixel_bytes(lobes: bool) -> u64 {
-    2 * 8 * lights(lobes).len() as u64 + 16 + 4
+    2 * 8 * lights(lobes).len() as u64 + 16 + SEEN_BYTES + 4
 }
 
 /// Pixels along each side of a workgroup of `share.comp`.
@@ -83,7 +83,7 @@ pub fn plan(settings: &ImageSettings, lobes: bool, size: (u32, u32), band_rows: 
 
 pub struct Gather {
     images: GatherImages,
-    depth_pass: Raster,
+    visibility: Visibility,
     gather: Raster,
     share: Compute,
 }
@@ -124,32 +124,24 @@ impl Gather {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
-        let ImagePassDesc { features, method, constants, .. } = *desc;
-        let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
+        let ImagePassDesc { method, constants, .. } = *desc;
         let fragment = format!("ground/image/gather.frag {method}");
         let mut formats = vec![SURFACE_FORMAT];
         formats.resize(1 + lights(desc.lobes).len(), LIGHT_FORMAT);
-        let raster = RasterDesc {
+        let gather = RasterDesc {
             label: "gather",
-            vertex: "ground/image/image.vert",
+            vertex: "ground/image/whole.vert",
             fragment: Some(&fragment),
             constants,
             color_formats: &formats,
-            depth: depth(CompareOp::EQUAL, false),
             ..Default::default()
         };
-        let masked = features.has(Features::MASK);
-        let depth_pass = RasterDesc {
-            label: "gather depth",
-            fragment: Some(if masked { "ground/image/gather_depth_masked.frag" } else { "ground/image/depth.frag" }),
-            color_write: false,
-            depth: depth(CompareOp::GREATER, true),
-            ..raster
-        };
+        let images = GatherImages::new(context, desc, target)?;
+        let (width, height) = (images.extent.width, images.extent.most_rows(target.band_rows()));
         Ok(Self {
-            images: GatherImages::new(context, desc, target)?,
-            depth_pass: Raster::new(context, &depth_pass)?,
-            gather: Raster::new(context, &raster)?,
+            images,
+            visibility: Visibility::new(context, desc, ("gathered visibility", " GATHERED"), (width, height, 1))?,
+            gather: Raster::new(context, &gather)?,
             share: Compute::new(
                 context,
                 &ComputeDesc {
@@ -162,43 +154,28 @@ impl Gather {
     }
 
     /// Gathers for one band of the image. `look_up`: what the method's look-up binds.
-    pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], band: &Band) {
+    pub fn record<'a>(&'a self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], band: &Band) {
         let (first_row, rows) = self.images.extent.rows(band);
         r.full_barrier(); // the method wrote its light; the band before read the same targets
-        let lit = self.images.lights.iter().map(|light| (light, 0.0));
-        let cleared = std::iter::once((&self.images.surfaces, -1.0)).chain(lit);
-        let colors: Vec<_> = cleared
-            .map(|(image, empty)| ColorTarget {
-                view: image.attachment_view(0),
-                resolve: None,
-                load: Load::Clear([0.0, 0.0, 0.0, empty]),
-                store: true,
-            })
-            .collect();
-        let target = RenderTarget {
-            colors: &colors,
-            depth: Some(DepthTarget {
-                view: self.images.depth.attachment_view(0),
-                load: Load::Clear(0.0),
-                store: false,
-            }),
-            width: self.images.extent.width,
-            height: rows,
-            viewport: Some(Rect {
-                x: 0,
-                y: -(first_row as i32),
-                width: self.images.extent.width,
-                height: self.images.extent.height,
-            }),
-            ..Default::default()
+        let Extent { width, height, .. } = self.images.extent;
+        let written = |image: &'a Image| ColorTarget {
+            view: image.attachment_view(0),
+            resolve: None,
+            load: Load::DontCare,
+            store: true,
         };
+        let depth = DepthTarget { view: self.images.depth.attachment_view(0), load: Load::Clear(0.0), store: false };
+        let viewport = Some(Rect { x: 0, y: -(first_row as i32), width, height });
+        let target = RenderTarget { depth: Some(depth), width, height: rows, viewport, ..Default::default() };
+        self.visibility.record(r, ground, &target, first_row);
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
-        let (depth_binds, binds) = (self.depth_pass.select(&binds), self.gather.select(&binds));
-        target.draw_in_parts(r, |pass| {
-            pass.draw(&self.depth_pass, &depth_binds, &BandPush { first_row }, ground.recorded());
-            pass.draw(&self.gather, &binds, &BandPush { first_row }, ground.recorded());
-        });
+        binds.push(self.visibility.bind(ground));
+        let binds = self.gather.select(&binds);
+        let colors: Vec<_> = std::iter::once(&self.images.surfaces).chain(&self.images.lights).map(written).collect();
+        let target = RenderTarget { colors: &colors, width, height: rows, ..Default::default() };
+        let call = DrawCall::Direct { vertices: 3, instances: 1 };
+        target.draw_in_parts(r, |pass| pass.draw(&self.gather, &binds, &BandPush { first_row }, call));
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;
         let mut binds = vec![Bind::image("surfaces", self.images.surfaces.view(), texels)];

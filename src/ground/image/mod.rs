@@ -7,6 +7,7 @@ pub mod fragments;
 pub mod gather;
 pub mod given;
 pub mod target;
+pub mod visibility;
 
 use std::sync::Arc;
 
@@ -15,13 +16,14 @@ use super::constants::{BLENDED, Features, with};
 use super::layout::BandPush;
 use crate::Result;
 use crate::scene::Scene;
-use crate::settings::ImageSettings;
+use crate::settings::{ImageSettings, Shading};
 use crate::vk::{
     Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget, ZoneKind,
 };
 use fragments::{Fragments, Part};
 use gather::Gather;
 use target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
+use visibility::Visibility;
 
 /// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
 const MOST_TIMED_BANDS: usize = 100;
@@ -29,10 +31,16 @@ const MOST_TIMED_BANDS: usize = 100;
 const PART_ROWS: u32 = 16;
 
 pub struct ImagePass {
-    fragments: Fragments,
+    visibility: Visibility,
+    opaque: Opaque,
     blended: Option<Raster>,
     sky: Option<Raster>,
     gather: Option<Gather>,
+}
+
+enum Opaque {
+    Drawn(Raster),
+    Packed(Fragments),
 }
 
 /// What an [`ImagePass`] is made for.
@@ -57,8 +65,9 @@ impl ImagePass {
         let ImagePassDesc { settings, features, method, apart, constants, .. } = *desc;
         let layers = if target.outputs() > 1 { " AOVS" } else { "" };
         let apart_form = if apart { " GATHERED" } else { "" };
-        let fragment = format!("ground/image/image.frag {method}{apart_form}{layers}");
-        let blended_fragment = format!("ground/image/blended.frag {method}{layers}"); // what lies behind was gathered, not these
+        let shader = |file: &str, form: &str| format!("ground/image/{file} {method}{form}{layers}");
+        let (packed, drawn) = (shader("image.frag", apart_form), shader("drawn.frag", apart_form));
+        let blended_fragment = shader("drawn.frag", ""); // what lies behind was gathered, not these
         let formats = vec![COLOR_FORMAT; target.outputs()];
         let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
         let common = RasterDesc {
@@ -69,6 +78,12 @@ impl ImagePass {
             color_formats: &formats,
             ..Default::default()
         };
+        let drawn = RasterDesc { fragment: Some(&drawn), depth: depth(CompareOp::EQUAL, false), ..common };
+        let opaque = match settings.shading {
+            Shading::Drawn => Opaque::Drawn(Raster::new(context, &drawn)?),
+            Shading::Packed => Opaque::Packed(Fragments::new(context, desc, target, &packed)?),
+        };
+        let size = (target.width, target.band_rows(), settings.samples);
         let with_blending = with(constants.to_vec(), &[(BLENDED, 1)]);
         let blended = RasterDesc {
             label: "image blended",
@@ -89,7 +104,8 @@ impl ImagePass {
             sky: (features.has(Features::SKY_GRADIENT) || features.has(Features::SKY_MAP))
                 .then(|| Raster::new(context, &sky))
                 .transpose()?,
-            fragments: Fragments::new(context, desc, target, &fragment)?,
+            visibility: Visibility::new(context, desc, ("visibility", ""), size)?,
+            opaque,
             blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
             gather: apart.then(|| Gather::new(context, desc, target)).transpose()?,
         })
@@ -129,23 +145,28 @@ impl ImagePass {
         if let Some(gather) = &self.gather {
             binds.extend(gather.binds(ground));
         }
-        let size = (target.width, target.samples());
-        self.fragments.see(r, (ground, &binds), target, band);
+        let push = BandPush { first_row: band.first_row };
+        self.visibility.record(r, ground, &target.render_target(&[], band), band.first_row);
         r.in_parts(band.rows, PART_ROWS, |r, rows| {
             let part = Part { band, first_row: rows.start, rows: rows.len() as u32 };
-            self.fragments.shade(r, (ground, &binds), size, &part);
+            if let Opaque::Packed(fragments) = &self.opaque {
+                fragments.shade(r, (ground, &self.visibility, &binds), target, &part);
+            }
             let area = Rect { x: 0, y: part.first_row as i32, width: target.width, height: part.rows };
             let colors = target.colors(sky);
             let whole = target.render_target(&colors, band);
             r.raster(&RenderTarget { area: Some(area), ..whole }, |pass| {
-                self.fragments.spread(pass, ground, size);
+                match &self.opaque {
+                    Opaque::Drawn(drawn) => pass.draw(drawn, &drawn.select(&binds), &push, ground.recorded()),
+                    Opaque::Packed(fragments) => fragments.spread(pass, ground, target),
+                }
                 if let Some(pipeline) = self.sky.as_ref().filter(|_| !scene.sky_unseen) {
                     let call = DrawCall::Direct { vertices: 3, instances: 1 };
                     pass.draw(pipeline, &pipeline.select(&binds), &(), call);
                 }
                 if let Some(pipeline) = &self.blended {
                     let call = DrawCall::Direct { vertices: 3 * blended, instances: 1 };
-                    pass.draw(pipeline, &pipeline.select(&binds), &BandPush { first_row: band.first_row }, call);
+                    pass.draw(pipeline, &pipeline.select(&binds), &push, call);
                 }
             });
         });

@@ -5,9 +5,11 @@
 use std::sync::Arc;
 
 use super::fragments;
+use super::visibility::SEEN_BYTES;
 use crate::Result;
 use crate::ground::memory_plan::MemoryRow;
 use crate::layers::{Aov, Layers};
+use crate::settings::{ImageSettings, Shading};
 use crate::vk::{
     Buffer, BufferKind, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim, ImageRegion,
     ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
@@ -67,29 +69,45 @@ pub struct ImageTarget {
     depth: Image,
 }
 
-/// Sizes of everything that [`ImageTarget::new`] makes.
-pub fn plan((width, height): (u32, u32), samples: u32, outputs: usize) -> Vec<MemoryRow> {
-    let rows = u64::from(band_rows(width, height, samples, outputs));
-    let (width, height, samples, outputs) = (u64::from(width), u64::from(height), u64::from(samples), outputs as u64);
-    let multisampled = if samples > 1 { width * rows * samples * COLOR_BYTES * outputs } else { 0 };
-    let resolved = if rows < height { width * rows * COLOR_BYTES * outputs } else { 0 };
-    vec![
+/// Sizes of everything that [`ImageTarget::new`] makes, and what is seen and listed of a band.
+pub fn plan(size: (u32, u32), settings: &ImageSettings, outputs: usize) -> Vec<MemoryRow> {
+    let rows = u64::from(band_rows(size, settings, outputs));
+    let (width, height) = (u64::from(size.0), u64::from(size.1));
+    let (samples, bytes) = (u64::from(settings.samples), COLOR_BYTES * outputs as u64);
+    let multisampled = if samples > 1 { width * rows * samples * bytes } else { 0 };
+    let resolved = if rows < height { width * rows * bytes } else { 0 };
+    let mut plan = vec![
         ("image band, samples", multisampled + width * rows * samples * DEPTH_BYTES),
         ("image band, resolved", resolved),
-        ("image", width * height * COLOR_BYTES * outputs),
-    ]
+        ("image", width * height * bytes),
+        ("visibility", width * rows * samples * SEEN_BYTES),
+    ];
+    if settings.shading == Shading::Packed {
+        plan.push(fragments::plan(width * rows, settings.samples, outputs));
+    }
+    plan
 }
 
-pub fn band_rows(width: u32, height: u32, samples: u32, outputs: usize) -> u32 {
-    let of_sample = 2 * COLOR_BYTES * outputs as u64 + DEPTH_BYTES + fragments::SAMPLE_BYTES;
-    let row = u64::from(width) * u64::from(samples) * of_sample;
-    ((BAND_BYTES / row).max(1) as u32).min(BAND_SAMPLE_ROWS / samples).min(height)
+/// Of a band.
+pub fn band_rows((width, height): (u32, u32), settings: &ImageSettings, outputs: usize) -> u32 {
+    let mut of_sample = COLOR_BYTES * outputs as u64 + DEPTH_BYTES + SEEN_BYTES;
+    if settings.shading == Shading::Packed {
+        of_sample += fragments::sample_bytes(outputs);
+    }
+    let row = u64::from(width) * u64::from(settings.samples) * of_sample;
+    ((BAND_BYTES / row).max(1) as u32).min(BAND_SAMPLE_ROWS / settings.samples).min(height)
 }
 
 impl ImageTarget {
     /// `outputs`: see [`outputs`].
-    pub fn new(context: &Arc<Context>, (width, height): (u32, u32), samples: u32, outputs: usize) -> Result<Self> {
-        let band_rows = band_rows(width, height, samples, outputs);
+    pub fn new(
+        context: &Arc<Context>,
+        (width, height): (u32, u32),
+        settings: &ImageSettings,
+        outputs: usize,
+    ) -> Result<Self> {
+        let samples = settings.samples;
+        let band_rows = band_rows((width, height), settings, outputs);
         let image = |label: &str, format: Format, (height, samples): (u32, u32), usage: ImageUsageFlags| {
             Image::new(
                 context,
@@ -163,17 +181,12 @@ impl ImageTarget {
         color.collect()
     }
 
-    /// A band's part of the image as far as its depth is kept; `colors`: for the first draws into it.
-    pub fn depth_target<'a>(&'a self, colors: &'a [ColorTarget<'a>], band: &Band) -> RenderTarget<'a> {
-        let depth = DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: true };
-        RenderTarget { depth: Some(depth), ..self.render_target(colors, band) }
-    }
-
-    /// The same where its depth is there; `colors` from [`ImageTarget::colors`].
+    /// A band's part of the image; `colors` from [`ImageTarget::colors`], or none where its depth is drawn.
     pub fn render_target<'a>(&'a self, colors: &'a [ColorTarget<'a>], band: &Band) -> RenderTarget<'a> {
+        let load = if colors.is_empty() { Load::Clear(0.0) } else { Load::Load };
         RenderTarget {
             colors,
-            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load: Load::Load, store: true }),
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load, store: true }),
             width: self.width,
             height: band.rows,
             viewport: Some(Rect { x: 0, y: -(band.first_row as i32), width: self.width, height: self.height }),

@@ -3,8 +3,9 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_post_depth_coverage : require
 //! per method
+//! with GATHERED except none
 //! with AOVS
-// A blended triangle over what lies behind it.
+// Image: shades a triangle's pixels as they are drawn; blended ones go over what lies behind them.
 
 layout(push_constant) uniform Push {
     uint first_row; // of the image, at the top of this band
@@ -15,8 +16,8 @@ layout(push_constant) uniform Push {
 layout(early_fragment_tests) in; // depth is there already
 layout(post_depth_coverage) in; // a sample that a nearer surface hides may lie beyond a wall; left out where a device lacks it
 
-layout(location = 1) flat in uint in_triangle;
-layout(location = 2) flat in uint in_back;
+layout(location = 0) flat in uint in_triangle;
+layout(location = 1) flat in uint in_back;
 
 void main() {
     uint covered = frame.samples == 1u ? 1u : uint(gl_SampleMaskIn[0]) & 15u;

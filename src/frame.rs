@@ -15,7 +15,7 @@ use crate::Result;
 use crate::gi::{Gi, Maker, Update};
 use crate::ground::grid::radiance_scale;
 use crate::ground::image::given::GivenPass;
-use crate::ground::image::target::ImageTarget;
+use crate::ground::image::target::{ImageShape, ImageTarget};
 use crate::ground::image::{ImageFrame, ImagePass};
 use crate::ground::lamps::Lamps;
 use crate::ground::layout::{self, Globals};
@@ -113,7 +113,7 @@ impl Frame {
         let ground =
             Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps, &scene_on_gpu.trees)?)?;
         let method = settings.method.make(&maker(context, settings, &ground))?;
-        let target = ImageTarget::new(context, desc.size, &settings.image, desc.outputs)?;
+        let target = ImageTarget::new(context, shape(desc, &ground))?;
         let image = image_pass(context, desc, &*method, &target)?;
         let counter = |_| {
             let bytes = size_of::<Globals>() as u64;
@@ -344,7 +344,7 @@ impl Frame {
             || desc.size != (self.target.width, self.target.height)
             || desc.outputs != self.target.outputs();
         let image = || {
-            let target = ImageTarget::new(context, desc.size, &new.image, desc.outputs)?;
+            let target = ImageTarget::new(context, shape(desc, &self.ground))?;
             Ok((image_pass(context, desc, &**method.as_ref().unwrap_or(&self.method), &target)?, target))
         };
         let image = seen_anew.then(image).transpose()?;
@@ -433,6 +433,10 @@ impl Frame {
             (self.settings.voxels, self.counts()),
         )
     }
+}
+
+fn shape(desc: &FrameDesc, ground: &Ground) -> ImageShape {
+    ImageShape::new(&desc.settings.image, (desc.size, desc.outputs), ground.desc.counts.triangles)
 }
 
 fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Ground) -> Maker<'a> {

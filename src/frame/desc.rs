@@ -4,13 +4,14 @@ use crate::gi::{Gi, Wants};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::expected_items::expected_items;
 use crate::ground::grid::Grid;
-use crate::ground::image::{ImagePassDesc, gather, target};
+use crate::ground::image::target::{self, ImageShape};
+use crate::ground::image::{ImagePassDesc, gather};
 use crate::ground::lamps::Lamps;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::tree::groups::{TreeSize, TreesOnce};
 use crate::ground::{self, Counts, GroundDesc};
 use crate::scene::{Bounds, Scene};
-use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shadows};
+use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shading, Shadows};
 use crate::{Error, Result};
 
 /// What a frame is made for.
@@ -87,8 +88,8 @@ fn checked_wants(settings: &Settings, features: Features) -> Result<Wants> {
 
 /// The same settings with those parts of `image` at their defaults that neither lists nor light depend on.
 pub(super) fn of_light(settings: &Settings) -> Settings {
-    let (samples, gather_resolution) = (1, GatherResolution::Full);
-    let image = ImageSettings { samples, gather_resolution, ..settings.image.clone() };
+    let (samples, gather_resolution, shading) = (1, GatherResolution::Full, Shading::Auto);
+    let image = ImageSettings { samples, gather_resolution, shading, ..settings.image.clone() };
     Settings { image, ..settings.clone() }
 }
 
@@ -104,10 +105,10 @@ pub(super) fn plan(
     let wants = wants(&settings, features);
     let mut rows = ground::plan(voxels, &wants, counts);
     rows.extend(settings.method.plan(&settings));
-    rows.extend(target::plan(size, &settings.image, outputs));
+    let shape = ImageShape::new(&settings.image, (size, outputs), counts.triangles);
+    rows.extend(target::plan(&shape));
     if wants.diffuse && settings.image.gathers_apart() {
-        let band_rows = target::band_rows(size, &settings.image, outputs);
-        rows.push(gather::plan(&settings.image, wants.gathers_lobes, size, band_rows));
+        rows.push(gather::plan(&settings.image, wants.gathers_lobes, size, shape.band_rows()));
     }
     rows
 }

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::ImagePassDesc;
-use super::target::{Band, COLOR_BYTES, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
+use super::target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageShape, ImageTarget};
 use super::visibility::Visibility;
 use crate::Result;
 use crate::ground::Ground;
@@ -28,13 +28,14 @@ const GROUP: u32 = 64;
 const MOST_GROUPS: u32 = 65535;
 
 /// Of a sample, apart from what is seen.
-pub fn sample_bytes(outputs: usize) -> u64 {
-    FRAGMENT_BYTES + COLOR_BYTES * outputs as u64
+pub fn sample_bytes(shape: &ImageShape) -> u64 {
+    FRAGMENT_BYTES + shape.color_bytes()
 }
 
-/// Bytes of what [`Fragments::new`] makes for bands of so many pixels.
-pub fn plan(pixels: u64, samples: u32, outputs: usize) -> MemoryRow {
-    ("fragments", pixels * (u64::from(samples) * sample_bytes(outputs) + PIXEL_BYTES) + COUNT_BYTES)
+/// Bytes of what [`Fragments::new`] makes.
+pub fn plan(shape: &ImageShape) -> MemoryRow {
+    let pixels = u64::from(shape.width) * u64::from(shape.band_rows());
+    ("fragments", pixels * (u64::from(shape.samples) * sample_bytes(shape) + PIXEL_BYTES) + COUNT_BYTES)
 }
 
 pub struct Fragments {
@@ -59,13 +60,14 @@ impl Fragments {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget, fragment: &str) -> Result<Self> {
-        let (width, samples, outputs) = (target.width, target.samples(), target.outputs());
-        let pixels = u64::from(width) * u64::from(target.band_rows());
+        let shape = target.shape();
+        let (width, samples, outputs) = (shape.width, shape.samples, shape.outputs);
+        let rows = shape.band_rows();
+        let pixels = u64::from(width) * u64::from(rows);
         let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
         let shaded = |index: usize| {
             let (label, dim, format) = (format!("fragments {}", index + 3), ImageDim::D2, COLOR_FORMAT);
-            let (height, usage) =
-                (target.band_rows() * samples, ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED);
+            let (height, usage) = (rows * samples, ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED);
             Image::new(context, &ImageDesc { label: &label, dim, format, width, height, usage, ..Default::default() })
         };
         let formats = vec![COLOR_FORMAT; outputs];
@@ -125,7 +127,7 @@ impl Fragments {
             store: true,
         };
         let colors: Vec<_> = self.shaded.iter().map(written).collect();
-        let height = part.rows * target.samples();
+        let height = part.rows * target.shape().samples;
         let push = FragmentsPush { first_row: part.band.first_row, width, rows: height };
         r.raster(&RenderTarget { colors: &colors, width, height, ..Default::default() }, |pass| {
             let call = DrawCall::Direct { vertices: 3, instances: 1 };
@@ -139,7 +141,7 @@ impl Fragments {
         let mut binds = self.binds().to_vec();
         binds.push(Bind::images("shaded", self.shaded.iter().map(Image::view), &ground.scene.texel_sampler));
         let push = FragmentsPush { first_row: 0, width: target.width, rows: 0 };
-        let call = DrawCall::Direct { vertices: 3, instances: target.samples() };
+        let call = DrawCall::Direct { vertices: 3, instances: target.shape().samples };
         pass.draw(&self.spread, &self.spread.select(&binds), &push, call);
     }
 

@@ -102,7 +102,7 @@ impl GatherImages {
     fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
         let extent = Extent::new(desc.settings, (target.width, target.height));
         let image = |label: &str, format, usage| {
-            let height = extent.most_rows(target.band_rows());
+            let height = extent.most_rows(target.shape().band_rows());
             let (dim, width) = (ImageDim::D2, extent.width);
             Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
         };
@@ -137,7 +137,7 @@ impl Gather {
             ..Default::default()
         };
         let images = GatherImages::new(context, desc, target)?;
-        let (width, height) = (images.extent.width, images.extent.most_rows(target.band_rows()));
+        let (width, height) = (images.extent.width, images.extent.most_rows(target.shape().band_rows()));
         Ok(Self {
             images,
             visibility: Visibility::new(context, desc, ("gathered visibility", " GATHERED"), (width, height, 1))?,

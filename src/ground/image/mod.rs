@@ -16,7 +16,7 @@ use super::constants::{BLENDED, Features, with};
 use super::layout::BandPush;
 use crate::Result;
 use crate::scene::Scene;
-use crate::settings::{ImageSettings, Shading};
+use crate::settings::ImageSettings;
 use crate::vk::{
     Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget, ZoneKind,
 };
@@ -79,11 +79,12 @@ impl ImagePass {
             ..Default::default()
         };
         let drawn = RasterDesc { fragment: Some(&drawn), depth: depth(CompareOp::EQUAL, false), ..common };
-        let opaque = match settings.shading {
-            Shading::Drawn => Opaque::Drawn(Raster::new(context, &drawn)?),
-            Shading::Packed => Opaque::Packed(Fragments::new(context, desc, target, &packed)?),
+        let opaque = if target.shape().packed {
+            Opaque::Packed(Fragments::new(context, desc, target, &packed)?)
+        } else {
+            Opaque::Drawn(Raster::new(context, &drawn)?)
         };
-        let size = (target.width, target.band_rows(), settings.samples);
+        let size = (target.width, target.shape().band_rows(), settings.samples);
         let with_blending = with(constants.to_vec(), &[(BLENDED, 1)]);
         let blended = RasterDesc {
             label: "image blended",

@@ -9,7 +9,7 @@ use super::visibility::SEEN_BYTES;
 use crate::Result;
 use crate::ground::memory_plan::MemoryRow;
 use crate::layers::{Aov, Layers};
-use crate::settings::{ImageSettings, Shading};
+use crate::settings::ImageSettings;
 use crate::vk::{
     Buffer, BufferKind, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim, ImageRegion,
     ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
@@ -17,7 +17,7 @@ use crate::vk::{
 
 pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
-pub(super) const COLOR_BYTES: u64 = 16;
+const COLOR_BYTES: u64 = 16;
 const DEPTH_BYTES: u64 = 4;
 /// Of what a band takes: a 512×512 image with 4 samples is one.
 const BAND_BYTES: u64 = 50 << 20;
@@ -62,18 +62,51 @@ struct OutputTarget {
 pub struct ImageTarget {
     pub width: u32,
     pub height: u32,
-    samples: u32,
-    band_rows: u32,
+    shape: ImageShape,
     /// One per entry of [`OUTPUTS`], or the first alone.
     outputs: Vec<OutputTarget>,
     depth: Image,
 }
 
-/// Sizes of everything that [`ImageTarget::new`] makes, and what is seen and listed of a band.
-pub fn plan(size: (u32, u32), settings: &ImageSettings, outputs: usize) -> Vec<MemoryRow> {
-    let rows = u64::from(band_rows(size, settings, outputs));
-    let (width, height) = (u64::from(size.0), u64::from(size.1));
-    let (samples, bytes) = (u64::from(settings.samples), COLOR_BYTES * outputs as u64);
+/// What sizes of an image's targets depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageShape {
+    /// Pixels.
+    pub width: u32,
+    pub height: u32,
+    /// Per pixel.
+    pub samples: u32,
+    /// See [`outputs`].
+    pub outputs: usize,
+    /// Whether [`Fragments`](super::fragments::Fragments) are shaded.
+    pub packed: bool,
+}
+
+impl ImageShape {
+    /// `triangles`: of the scene.
+    pub fn new(settings: &ImageSettings, (size, outputs): ((u32, u32), usize), triangles: u32) -> Self {
+        let (width, height) = size;
+        Self { width, height, samples: settings.samples, outputs, packed: settings.shading.packs(size, triangles) }
+    }
+
+    /// Bytes of all outputs of a pixel or sample.
+    pub fn color_bytes(&self) -> u64 {
+        COLOR_BYTES * self.outputs as u64
+    }
+
+    /// Rows of a band.
+    pub fn band_rows(&self) -> u32 {
+        let packed = if self.packed { fragments::sample_bytes(self) } else { 0 };
+        let of_sample = self.color_bytes() + DEPTH_BYTES + SEEN_BYTES + packed;
+        let row = u64::from(self.width) * u64::from(self.samples) * of_sample;
+        ((BAND_BYTES / row).max(1) as u32).min(BAND_SAMPLE_ROWS / self.samples).min(self.height)
+    }
+}
+
+/// Sizes of everything that [`ImageTarget::new`] makes, and of what is seen and listed of a band.
+pub fn plan(shape: &ImageShape) -> Vec<MemoryRow> {
+    let (width, height, rows) = (u64::from(shape.width), u64::from(shape.height), u64::from(shape.band_rows()));
+    let (samples, bytes) = (u64::from(shape.samples), shape.color_bytes());
     let multisampled = if samples > 1 { width * rows * samples * bytes } else { 0 };
     let resolved = if rows < height { width * rows * bytes } else { 0 };
     let mut plan = vec![
@@ -82,32 +115,18 @@ pub fn plan(size: (u32, u32), settings: &ImageSettings, outputs: usize) -> Vec<M
         ("image", width * height * bytes),
         ("visibility", width * rows * samples * SEEN_BYTES),
     ];
-    if settings.shading == Shading::Packed {
-        plan.push(fragments::plan(width * rows, settings.samples, outputs));
+    if shape.packed {
+        plan.push(fragments::plan(shape));
     }
     plan
 }
 
-/// Of a band.
-pub fn band_rows((width, height): (u32, u32), settings: &ImageSettings, outputs: usize) -> u32 {
-    let mut of_sample = COLOR_BYTES * outputs as u64 + DEPTH_BYTES + SEEN_BYTES;
-    if settings.shading == Shading::Packed {
-        of_sample += fragments::sample_bytes(outputs);
-    }
-    let row = u64::from(width) * u64::from(settings.samples) * of_sample;
-    ((BAND_BYTES / row).max(1) as u32).min(BAND_SAMPLE_ROWS / settings.samples).min(height)
-}
-
 impl ImageTarget {
-    /// `outputs`: see [`outputs`].
-    pub fn new(
-        context: &Arc<Context>,
-        (width, height): (u32, u32),
-        settings: &ImageSettings,
-        outputs: usize,
-    ) -> Result<Self> {
-        let samples = settings.samples;
-        let band_rows = band_rows((width, height), settings, outputs);
+    /// # Errors
+    /// Too little memory.
+    pub fn new(context: &Arc<Context>, shape: ImageShape) -> Result<Self> {
+        let ImageShape { width, height, samples, outputs, .. } = shape;
+        let band_rows = shape.band_rows();
         let image = |label: &str, format: Format, (height, samples): (u32, u32), usage: ImageUsageFlags| {
             Image::new(
                 context,
@@ -130,21 +149,14 @@ impl ImageTarget {
         Ok(Self {
             width,
             height,
-            samples,
-            band_rows,
+            shape,
             outputs: targets.collect::<Result<_>>()?,
             depth: image("depth", DEPTH_FORMAT, (band_rows, samples), ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
         })
     }
 
-    /// Of a pixel.
-    pub fn samples(&self) -> u32 {
-        self.samples
-    }
-
-    /// Rows of the largest band.
-    pub fn band_rows(&self) -> u32 {
-        self.band_rows
+    pub fn shape(&self) -> &ImageShape {
+        &self.shape
     }
 
     pub fn outputs(&self) -> usize {
@@ -157,7 +169,7 @@ impl ImageTarget {
     }
 
     pub fn bands(&self) -> impl Iterator<Item = Band> {
-        let (height, step) = (self.height, self.band_rows);
+        let (height, step) = (self.height, self.shape.band_rows());
         (0..height).step_by(step as usize).map(move |first_row| Band { first_row, rows: step.min(height - first_row) })
     }
 

@@ -377,7 +377,7 @@ fn saved_shaders_are_shown() {
     let folder = folder();
     let glsl = folder.path().join("glsl");
     copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl"), &glsl);
-    let file = glsl.join("ground/image/image.frag");
+    let file = glsl.join("ground/image/drawn.frag");
     let good = std::fs::read_to_string(&file).unwrap();
     let last = good.rfind("\n}").expect("main ends the file");
     let dark = format!("{}\n    out_beauty.rgb *= 0.5;{}", &good[..last], &good[last..]);
@@ -406,7 +406,7 @@ fn saved_shaders_are_shown() {
     assert!(sum(&b) < sum(&a) * 9 / 10, "{} is not darker than {}", sum(&b), sum(&a));
     assert!(b != c, "the error is shown over the picture");
     assert!(a == d, "what was saved last is what the program was built of");
-    assert!(errors.contains(&format!("image.frag:{line}: error: 'nothing'")), "{errors}");
+    assert!(errors.contains(&format!("drawn.frag:{line}: error: 'nothing'")), "{errors}");
     assert!(said.contains("shaders compiled anew"), "{said}");
 }
 

@@ -27,13 +27,16 @@ vec3 triangle_transmittance(uint triangle, vec2 uv) {
     vec4 at = between(attributes.uvs, weights);
     vec4 base = base_color(m, at, between(attributes.colors, weights), POINT);
     float alpha = surface_alpha(m, base.a);
-    float metallic = m.metallic;
-    if (has_slot(m, SLOT_METALLIC_ROUGHNESS)) {
-        metallic *= sample_slot(m.slots[SLOT_METALLIC_ROUGHNESS], at, POINT, false).b;
-    }
-    float transmission = m.transmission * (1.0 - metallic);
-    if (has_slot(m, SLOT_TRANSMISSION)) {
-        transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, POINT, false).r;
+    float transmission = 0.0;
+    if (feature(FEATURE_TRANSMISSION)) {
+        float metallic = m.metallic;
+        if (has_slot(m, SLOT_METALLIC_ROUGHNESS)) {
+            metallic *= sample_slot(m.slots[SLOT_METALLIC_ROUGHNESS], at, POINT, false).b;
+        }
+        transmission = m.transmission * (1.0 - metallic);
+        if (has_slot(m, SLOT_TRANSMISSION)) {
+            transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, POINT, false).r;
+        }
     }
     return mix(vec3(1.0), base.rgb * transmission, alpha);
 }

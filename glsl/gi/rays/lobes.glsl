@@ -67,12 +67,14 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d) * texture_detail(met, m, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
-        bool glass = m.thickness_m > 0.0 && s.transmission > 0.0;
+        // A constant where nothing transmits: what only glass asks of the surface is not looked up then.
+        float transmission = feature(FEATURE_TRANSMISSION) ? s.transmission : 0.0;
+        bool glass = m.thickness_m > 0.0 && transmission > 0.0;
         bool absent = views && met.dark && !glass;
         through *= glass && met.back ? attenuation(m, met.distance * frame.voxel_m) : vec3(1.0);
-        seen.light += through * sent * (s.opacity * (1.0 - s.transmission));
+        seen.light += through * sent * (s.opacity * (1.0 - transmission));
         seen.lamps += through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
-        vec3 tint = s.albedo * s.transmission;
+        vec3 tint = s.albedo * transmission;
         least = met.distance;
         if (glass) {
             vec3 n = normal_against(s.normal, d);

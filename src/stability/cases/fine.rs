@@ -5,7 +5,7 @@ use super::{rel, sum};
 use crate::Result;
 use crate::layers::Aov;
 use crate::reference::Depth;
-use crate::scene::Projection;
+use crate::scene::{Projection, View};
 use crate::stability::SIZE;
 use crate::stability::case::{Case, Place, Sample, Unit};
 use crate::stability::cell::Cell;
@@ -63,7 +63,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "lobe-width",
-        meaning: "A metal floor of roughness 0.1 to 1 that mirrors a wall's edge: width of the mirrored edge over the path tracer's.",
+        meaning: "A metal floor of roughness 0.1 to 0.7 that mirrors a wall's edge: width of the mirrored edge over the path tracer's, both averaged over four columns.",
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.1,
@@ -73,12 +73,13 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "refraction",
-        meaning: "Glowing stripes behind a slab or a sphere of glass (ior 1 to 1.5), or a thin-walled box: mean |error| against the \
-                  path tracer over its mean.",
+        meaning: "Glowing stripes behind a slab or a sphere of glass (ior 1 to 1.5), or a thin-walled box: mean |error| of the mean of \
+                  16 images, shifted within a pixel, against the path tracer over its mean.",
         unit: Unit::Share,
         ideal: 0.0,
         limit: 0.1,
-        advice: "What is seen through glass is found by one ray per pixel and reflects nothing inside: render larger and scale down.",
+        advice: "What is seen through glass is found by one ray per pixel, so edges alias: render larger and scale down. It reflects nothing at \
+                 the face where it leaves, which keeps the light of an even room but makes clear glass some 4 % too bright.",
         quick: false,
         run: refraction,
     },
@@ -89,7 +90,8 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.05,
-        advice: "Leave grid.side at auto or grid.margin above 1, so that no wall lies on the grid's faces.",
+        advice: "Leave grid.side at auto or grid.margin above 1, so that no wall lies on the grid's faces: walls outside of it, however \
+                 little, send no indirect light, which is what is lost with all a quarter voxel outside.",
         quick: false,
         run: edges,
     },
@@ -148,13 +150,35 @@ fn step_width(profile: &[f64]) -> f64 {
 
 fn lobe_width(cell: &Cell) -> Result<Vec<Sample>> {
     let rows = (SIZE as usize / 2, 3 * SIZE as usize / 4);
-    let width = |pixels: &[[f32; 3]]| step_width(&columns(pixels, rows));
+    // Noise makes an edge seem narrower.
+    let smooth = |profile: Vec<f64>| profile.windows(4).map(|w| w.iter().sum::<f64>() / 4.0).collect::<Vec<_>>();
+    let width = |pixels: &[[f32; 3]]| step_width(&smooth(columns(pixels, rows)));
     let of_roughness = |roughness: &f32| {
         let name = format!("roughness {roughness}");
         let places = &few(cell)[..2];
         against_truth_at(cell, glossy_floor(*roughness), &name, places, |image, truth| width(image) / width(truth))
     };
-    Ok([0.1, 0.2, 0.3, 0.5, 0.7, 1.0].iter().map(of_roughness).collect::<Result<Vec<_>>>()?.concat())
+    // With 1 the edge is wider than the image, and has no ends.
+    Ok([0.1, 0.2, 0.3, 0.5, 0.7].iter().map(of_roughness).collect::<Result<Vec<_>>>()?.concat())
+}
+
+/// The mean of images whose view is shifted within a pixel, so that edges seen directly or through glass are filtered as the path
+/// tracer filters them.
+fn filtered(studio: &mut Studio, place: &Place) -> Result<Vec<[f32; 3]>> {
+    const SIDE: u32 = 4;
+    let (pose, view) = (studio.stage.pose(), studio.stage.view);
+    let Projection::Perspective { fov, .. } = view.projection else { unreachable!("the view is a perspective one") };
+    let pixel = 2.0 * f64::from(0.5 * fov).tan() / f64::from(SIZE);
+    let shift = |i: u32| ((f64::from(i) + 0.5) / f64::from(SIDE) - 0.5) * pixel;
+    let mut mean = vec![[0.0f32; 3]; (SIZE * SIZE) as usize];
+    for i in 0..SIDE * SIDE {
+        let forward = (view.forward + view.right() * shift(i % SIDE) + view.up * shift(i / SIDE)).normalize();
+        let image = studio.shoot_as(place, &pose, View { forward, ..view })?;
+        for (sum, value) in mean.iter_mut().flatten().zip(image.beauty().iter().flatten()) {
+            *sum += value / (SIDE * SIDE) as f32;
+        }
+    }
+    Ok(mean)
 }
 
 fn refraction(cell: &Cell) -> Result<Vec<Sample>> {
@@ -163,9 +187,10 @@ fn refraction(cell: &Cell) -> Result<Vec<Sample>> {
         let truth = cell.film(&stage, (&stage.pose(), &stage.view), Depth::Full, 0)?.layers(&[]).beauty().to_vec();
         let mut studio = Studio::new(cell, stage)?;
         let sample = |place: &Place| {
-            let image = studio.shoot(place)?.beauty().to_vec();
+            let image = filtered(&mut studio, place)?;
             let number = rel(&image, &truth);
-            Ok(Sample { truth: Some(truth.clone()), ..Sample::new(format!("{kind}: {place}"), number, image) })
+            let more = vec![("energy", sum(&image) / sum(&truth))];
+            Ok(Sample { more, truth: Some(truth.clone()), ..Sample::new(format!("{kind}: {place}"), number, image) })
         };
         few(cell)[..2].iter().map(sample).collect::<Result<Vec<_>>>()
     };

@@ -13,7 +13,7 @@ use crate::stability::stage::Studio;
 pub const CASES: &[Case] = &[
     Case {
         name: "thousand-lamps",
-        meaning: "A room under 1024 lamps of 2 cm: mean |error| against the path tracer over its mean.",
+        meaning: "A room under 1024 lamps of 2 cm, which are not in view: mean |error| against the path tracer over its mean.",
         unit: Unit::Share,
         ideal: 0.0,
         limit: 0.1,

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DAffine3;
+use rayon::prelude::*;
 
 use super::atlas::Atlas;
 use super::attributes::CornerWords;
@@ -166,8 +167,9 @@ impl ScenePacked {
             }
             triangles += index_count / 3;
         }
+        let chains = textures.chains(scene);
         let sizes: Vec<Vec<_>> =
-            textures.chains.iter().map(|chain| chain.levels.iter().map(|l| (l.width, l.height)).collect()).collect();
+            chains.iter().map(|chain| chain.levels.iter().map(|l| (l.width, l.height)).collect()).collect();
         let atlas = Atlas::pack(&sizes);
         let slots = materials.iter_mut().flat_map(|m| &mut m.slots);
         let mut levels = textures.place(&atlas, slots.chain(finishes.iter_mut().flat_map(|f| &mut f.slots)));
@@ -181,7 +183,7 @@ impl ScenePacked {
             materials,
             levels,
             has_finish: !finishes.is_empty(),
-            chains: textures.chains,
+            chains,
             atlas,
             draws,
             first_vertex,
@@ -271,22 +273,27 @@ impl ScenePacked {
     }
 }
 
-/// Every (texture, colour space) in use, each with its mip chain; chains are shared between samplers.
+/// Every (image, colour space) in use, each of which gets a mip chain; chains are shared between samplers.
 #[derive(Default)]
 struct TextureTable {
-    chains: Vec<MipChain>,
+    used: Vec<(usize, ColorSpace)>,
     chain_of: HashMap<(usize, bool), usize>,
 }
 
 impl TextureTable {
     /// The chain's number.
-    fn chain(&mut self, scene: &Scene, texture: &Texture, space: ColorSpace) -> u32 {
+    fn chain(&mut self, texture: &Texture, space: ColorSpace) -> u32 {
         let srgb = space == ColorSpace::Srgb;
         let chain = *self.chain_of.entry((texture.image, srgb)).or_insert_with(|| {
-            self.chains.push(MipChain::new(&scene.images[texture.image], space));
-            self.chains.len() - 1
+            self.used.push((texture.image, space));
+            self.used.len() - 1
         });
         chain as u32
+    }
+
+    /// Computed in parallel.
+    fn chains(&self, scene: &Scene) -> Vec<MipChain> {
+        self.used.par_iter().map(|&(image, space)| MipChain::new(&scene.images[image], space)).collect()
     }
 
     /// All levels, and in the slots, which have numbers of chains as yet, where these lie.
@@ -338,7 +345,7 @@ fn pack_slot(
 ) -> layout::TextureSlot {
     let Some(t) = texture else { return bytemuck::Zeroable::zeroed() };
     layout::TextureSlot {
-        layer: table.chain(scene, &scene.textures[t.texture], space),
+        layer: table.chain(&scene.textures[t.texture], space),
         first_level: 0,
         level_count: 1,
         flags: sampler_flags(&scene.textures[t.texture]),

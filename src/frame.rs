@@ -123,7 +123,7 @@ impl Frame {
         context.wait_for_pipelines()?;
         Ok(Self {
             counters: (0..desc.slots).map(counters).collect::<Result<_>>()?,
-            scale: radiance_scale(desc.scene, ground.desc.grid.voxel_m, settings.bounces),
+            scale: radiance_scale(desc.scene, ground.desc.grid.finest_m(), settings.bounces),
             settings: settings.clone(),
             placed_lamps: (0, false),
             frame_index: 0,
@@ -229,10 +229,11 @@ impl Frame {
         }
     }
 
-    /// Puts the method's own grids about the camera. Returns whether one moved.
+    /// Puts the method's own grids and boxes of finer voxels about the camera. Returns whether one moved.
     fn place_grids(&mut self, view: &View) -> bool {
         let eye = self.ground.desc.grid.voxel_from_world().transform_point3(view.eye).as_vec3();
-        self.ground.place_grids(&self.method.grids(eye))
+        let about = self.ground.desc.grid.about.unwrap_or(eye);
+        self.ground.place_grids(&self.method.grids(eye), about)
     }
 
     fn copy_counters(&self, r: &mut Recorder, slot: usize) {
@@ -264,6 +265,7 @@ impl Frame {
             light_pass: mean_pass,
             light_share: self.share_of_mean(mean_pass),
             image_pass: seen.image.unwrap_or(0),
+            boxes: [self.ground.base().boxes, self.ground.base().made_boxes],
         };
         r.update(&self.ground.frame, 0, &[uniforms.layout()]);
         r.update(&self.ground.lights, 0, lights);
@@ -354,7 +356,7 @@ impl Frame {
         }
         if let (Some(method), Some(lamps)) = (method, lamps) {
             (self.method, self.lamps) = (method, lamps);
-            self.scale = radiance_scale(desc.scene, ground.grid.voxel_m, new.bounces);
+            self.scale = radiance_scale(desc.scene, ground.grid.finest_m(), new.bounces);
             self.forget_light();
         }
         self.settings = new.clone();
@@ -364,7 +366,7 @@ impl Frame {
     /// The vertices or materials of `scene` changed on the device ([`SceneOnGpu::update_mesh`]): the next frame heeds them.
     pub fn scene_changed(&mut self, scene: &Scene) {
         self.lamps = lamps(scene, &self.settings);
-        self.scale = radiance_scale(scene, self.ground.desc.grid.voxel_m, self.settings.bounces);
+        self.scale = radiance_scale(scene, self.ground.desc.grid.finest_m(), self.settings.bounces);
         self.stale = true;
     }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use twobounce::gi::cones::constants::Cones;
 use twobounce::gi::lpv::LpvPush;
+use twobounce::ground::boxes;
 use twobounce::ground::cells;
 use twobounce::ground::layout::*;
 use twobounce::vk::shader;
@@ -73,4 +74,6 @@ fn numbers_agree_with_the_shaders() {
     let glsl = include_str!("../glsl/ground/constants.glsl");
     let ours = cells::LIT_COUNTS;
     assert!(glsl.contains(&format!("\nconst uint LIT_COUNTS = {ours}u;")), "GLSL has another than {ours}");
+    let (glsl, ours) = (include_str!("../glsl/ground/layout.glsl"), boxes::MOST_BOXES);
+    assert!(glsl.contains(&format!("\nconst uint MOST_BOXES = {ours}u;")), "GLSL has another than {ours}");
 }

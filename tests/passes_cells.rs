@@ -19,7 +19,7 @@ use studio::{Studio, pose, room};
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
 use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};
-use twobounce::settings::{Bounces, Settings};
+use twobounce::settings::{Bounces, Center, Settings};
 use twobounce::vk::download;
 
 const EDGE: u32 = 16;
@@ -97,7 +97,7 @@ fn lists_that_had_to_grow_leave_nothing_behind() {
         scene.add_mesh(Mesh::triangles("sheet", material, &triangles), DAffine3::IDENTITY);
     }
     let mut layered = Settings { voxels: 64, bounces: Bounces::One, ..layered()[0].clone() };
-    layered.grid.center = Some([32.0; 3]);
+    layered.grid.center = Center::Point([32.0; 3]);
     layered.grid.side = Some(64.0);
     let cells = gpu::with(layered.clone(), &["cones.passes=cells"]);
     let pose = scene.pose(None, 0.0);

@@ -20,7 +20,7 @@ use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem, Triangle
 use twobounce::renderer::Renderer;
 use twobounce::scene::LightKind;
 use twobounce::scene::{Material, Scene};
-use twobounce::settings::{Bounces, Settings};
+use twobounce::settings::{Bounces, Center, Settings};
 use twobounce::vk::{Context, Image, download, download_image};
 
 const EDGE: u32 = 16;
@@ -29,7 +29,7 @@ const TEXELS: usize = 16;
 fn settings(changes: &[&str]) -> Settings {
     let mut settings = Settings { voxels: EDGE, bounces: Bounces::One, ..Settings::photons() };
     settings.lights.lamps = twobounce::settings::LampLight::Gathered;
-    settings.grid.center = Some([f64::from(EDGE) / 2.0; 3]);
+    settings.grid.center = Center::Point([f64::from(EDGE) / 2.0; 3]);
     settings.grid.side = Some(f64::from(EDGE));
     gpu::with(settings, changes)
 }

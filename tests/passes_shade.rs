@@ -15,14 +15,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 use twobounce::gi::cones::choices::{Fill, Form};
 use twobounce::scene::{LightKind, Material, Scene};
-use twobounce::settings::{Bounces, Settings};
+use twobounce::settings::{Bounces, Center, Settings};
 
 const EDGE: u32 = 16;
 
 fn settings(fill: Fill) -> Settings {
     let mut settings = Settings { voxels: EDGE, bounces: Bounces::One, ..Settings::corrected() };
     settings.of.cones.fill = fill;
-    settings.grid.center = Some([f64::from(EDGE) / 2.0; 3]);
+    settings.grid.center = Center::Point([f64::from(EDGE) / 2.0; 3]);
     settings.grid.side = Some(f64::from(EDGE));
     settings
 }

@@ -12,13 +12,13 @@ use scenes::{Random, add, triangle};
 use twobounce::scene::{
     Animation, Bounds, Channel, Instance, Interpolation, Material, Node, Property, Scene, Transform, View,
 };
-use twobounce::settings::{Bounces, Settings};
+use twobounce::settings::{Bounces, Center, Settings};
 
 const EDGE: u32 = 16;
 
 fn settings() -> Settings {
     let mut settings = Settings { voxels: EDGE, bounces: Bounces::One, ..Settings::fast() };
-    settings.grid.center = Some([f64::from(EDGE) / 2.0; 3]);
+    settings.grid.center = Center::Point([f64::from(EDGE) / 2.0; 3]);
     settings.grid.side = Some(f64::from(EDGE));
     settings
 }

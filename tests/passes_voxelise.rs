@@ -22,7 +22,7 @@ use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::layout::{GridPush, Triangle};
 use twobounce::ground::reset;
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
-use twobounce::settings::{Bounces, Settings};
+use twobounce::settings::{Bounces, Center, Settings};
 use twobounce::vk::{Bind, Raster, RasterDesc, Recorder, RecorderOptions, RenderTarget, download};
 
 /// The talk's shading by cells, one bounce.
@@ -34,7 +34,7 @@ fn cells(edge: u32) -> Settings {
 /// A grid of 1 m voxels from the origin on.
 fn metre_grid(edge: u32) -> Settings {
     let mut settings = cells(edge);
-    settings.grid.center = Some([f64::from(edge) / 2.0; 3]);
+    settings.grid.center = Center::Point([f64::from(edge) / 2.0; 3]);
     settings.grid.side = Some(f64::from(edge));
     settings
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use proptest::prelude::*;
-use twobounce::settings::{PRESETS, Preset, Settings, keys, markdown};
+use twobounce::settings::{Center, PRESETS, Preset, Settings, keys, markdown};
 
 fn leaves(prefix: &str, value: &toml::Value, names: &mut BTreeSet<String>) {
     match value {
@@ -58,12 +58,12 @@ fn groups_and_dotted_keys_mean_the_same() {
     let text = "[cones]\nset = \"16\"\n[cones.start]\nshadow_end = 3.0\n[grid]\ncenter = [1.0, 2.5, -3.0]";
     grouped.merge_toml(text).unwrap();
     assert_eq!(dotted, grouped);
-    assert_eq!(dotted.grid.center, Some([1.0, 2.5, -3.0]));
+    assert_eq!(dotted.grid.center, Center::Point([1.0, 2.5, -3.0]));
     dotted.merge_toml("[grid]\n[cones.start]").unwrap();
     assert_eq!(dotted, grouped, "groups without keys");
     assert!(dotted.merge_toml("[grit]").unwrap_err().to_string().contains("no setting \"grit\""));
     dotted.set("grid.center=auto").unwrap();
-    assert_eq!(dotted.grid.center, None);
+    assert_eq!(dotted.grid.center, Center::Scene);
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn later_assignments_win_and_the_rest_stays() {
     settings.set(" voxels = 64 ").unwrap();
     settings.set("grid.center=1,-2,3e2").unwrap();
     assert_eq!(settings.voxels, 64);
-    assert_eq!(settings.grid.center, Some([1.0, -2.0, 300.0]));
+    assert_eq!(settings.grid.center, Center::Point([1.0, -2.0, 300.0]));
     assert_eq!(settings.of.cones.ledger, Settings::printed().of.cones.ledger);
 }
 
@@ -172,7 +172,7 @@ proptest! {
         let mut settings = Settings { method: twobounce::gi::Method::Cones, ..Settings::default() };
         settings.of.cones.start.shadow_end = start;
         settings.grid.side = Some(side);
-        settings.grid.center = Some([center, -center, 0.1]);
+        settings.grid.center = Center::Point([center, -center, 0.1]);
         let mut read = Settings::default();
         read.merge_toml(&settings.to_toml()).unwrap();
         prop_assert_eq!(read, settings);

@@ -11,6 +11,7 @@
 #include "common/count.glsl"
 #include "ground/bindings.glsl"
 #include "ground/growing_lists.glsl"
+#include "ground/boxes.glsl"
 
 layout(set = 0, binding = 23, scalar) buffer ItemParts { ItemPart item_parts[]; };
 layout(set = 0, binding = 24, scalar) writeonly buffer LitItems { uint lit_items[]; };
@@ -24,7 +25,8 @@ float areas_of[FACING_CELLS];
 float area_in(vec3 a, vec3 b, vec3 c, uint voxel) {
     float area;
     vec3 middle;
-    clip_to_voxel(a, b, c, vec3(cell_at(voxel, EDGE)) + 0.5, area, middle);
+    Box box = box_of(voxel);
+    clip_to_voxel(in_box(box, a), in_box(box, b), in_box(box, c), vec3(cell_in(box, voxel)) + 0.5, area, middle);
     return area;
 }
 

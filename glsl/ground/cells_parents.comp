@@ -13,6 +13,9 @@ layout(set = 0, binding = 19, scalar) buffer Listed { uint listed[]; }; // a bit
 void main() {
     uint count = cell_counts[0].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+        if (cells[i] >= EDGE * EDGE * EDGE) {
+            continue; // finer boxes have none
+        }
         uvec3 cell = cell_at(cells[i], EDGE);
         uint first = 0u; // of the level among all parents
         for (uint level = 1u; EDGE >> level != 0u; level++) {

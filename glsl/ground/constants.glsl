@@ -12,6 +12,7 @@ layout(constant_id = 6) const uint INTERLEAVE = 1u; // pixels along the side of 
 layout(constant_id = 7) const uint SHADOW_RAYS = 1u; // per light with an extent
 layout(constant_id = 8) const uint DIRECT = 0u; // where the direct light of list items comes from
 layout(constant_id = 10) const uint LIT = 0u; // which list items are lit
+layout(constant_id = 12) const uint BOXES = 0u; // of finer voxels within the grid
 
 const uint SHADOWS_NONE = 0u;
 const uint SHADOWS_METHOD = 1u;

@@ -140,6 +140,8 @@ struct TextureLevel {
     uint height;
 };
 
+const uint MOST_BOXES = 5u;
+
 struct Frame {
     mat4 clip_from_voxel;
     vec3 eye; // voxels
@@ -168,4 +170,6 @@ struct Frame {
     float sky_turn; // of a whole turn, counter-clockwise from above
     vec2 image_shift; // what the random numbers of the image's places are moved by in this pass over it
     vec2 ndc_shift; // how far this pass moves the image
+    vec3 boxes[MOST_BOXES]; // where each begins
+    vec3 last_boxes[MOST_BOXES]; // and began when the lists before these were made
 };

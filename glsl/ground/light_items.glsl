@@ -3,6 +3,7 @@
 
 #include "ground/item_light.glsl"
 #include "ground/cells.glsl"
+#include "ground/boxes.glsl"
 
 layout(set = 0, binding = 22, scalar) buffer ItemLights { ItemLight item_lights[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
@@ -24,7 +25,9 @@ void main() {
         COUNT(WORDS, LIT == LIT_ALIKE ? 1u : 0u);
         uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
         ListItem entry = list_items[item];
-        ItemLight light = light_item(item, entry.triangle, corners_of(triangles[entry.triangle]), cell_at(entry.voxel, EDGE));
+        Box box = box_of(entry.voxel);
+        mat3 corners = in_box(box, corners_of(triangles[entry.triangle]));
+        ItemLight light = light_item(item, entry.triangle, corners, cell_in(box, entry.voxel));
         if (frame.light_share < 1.0) {
             COUNT(WORDS, 6u);
             light.front = mix(item_lights[item].front, light.front, frame.light_share);

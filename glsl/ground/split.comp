@@ -21,6 +21,7 @@ const float TO_CORNER = 0.98; // of the way from the part's middle
 
 vec2 candidates_at[CANDIDATES]; // voxels from the voxel's middle along the two axes after the dominant one
 
+layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
 layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(set = 0, binding = 3, scalar) buffer ListItems { ListItem list_items[]; };
@@ -29,9 +30,14 @@ layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materi
 layout(set = 0, binding = 23, scalar) buffer ItemParts { ItemPart item_parts[]; };
 layout(set = 0, binding = 24, scalar) buffer LitItems { uint lit_items[]; };
 
+#include "ground/boxes.glsl"
+
+// In voxels of its box.
 struct Part {
     uint item;
     uint voxel;
+    Box box;
+    float start; // of rays off its plane
     vec3 a, b, c;
     vec3 n; // unit
     vec3 center;
@@ -72,18 +78,18 @@ uint hidden_from(Part part, vec3 from, uint candidates) {
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
         COUNT(WORDS, 1u);
-        vec3 a = triangles[entry.triangle].corners[0];
-        vec3 b = triangles[entry.triangle].corners[1];
-        vec3 c = triangles[entry.triangle].corners[2];
+        vec3 a = in_box(part.box, triangles[entry.triangle].corners[0]);
+        vec3 b = in_box(part.box, triangles[entry.triangle].corners[1]);
+        vec3 c = in_box(part.box, triangles[entry.triangle].corners[2]);
         vec3 heights = vec3(dot(part.n, a - part.a), dot(part.n, b - part.a), dot(part.n, c - part.a));
-        bool crosses = min(heights.x, min(heights.y, heights.z)) < 2.0 * RAY_START
-            && max(heights.x, max(heights.y, heights.z)) > -2.0 * RAY_START;
+        bool crosses = min(heights.x, min(heights.y, heights.z)) < 2.0 * part.start
+            && max(heights.x, max(heights.y, heights.z)) > -2.0 * part.start;
         for (int k = 0; k < (crosses && !itself ? CANDIDATES : 0); k++) {
             vec3 way = candidate(part, k) - from;
             bool cut = false;
             for (float side = part.two_sided ? -1.0 : 1.0; side <= 1.0; side += 2.0) {
                 vec2 uv;
-                float hit = hit_triangle(from + side * RAY_START * part.n, way, a, b, c, uv);
+                float hit = hit_triangle(from + side * part.start * part.n, way, a, b, c, uv);
                 cut = cut || (hit > 0.0 && hit < 1.0);
             }
             hidden |= cut ? candidates & 1u << k : 0u;
@@ -142,11 +148,13 @@ void consider(uint item) {
     Part part;
     part.item = item;
     part.voxel = entry.voxel;
-    part.a = t.corners[0];
-    part.b = t.corners[1];
-    part.c = t.corners[2];
+    part.box = box_of(part.voxel);
+    part.start = item_start(part.box) * part.box.scale;
+    part.a = in_box(part.box, t.corners[0]);
+    part.b = in_box(part.box, t.corners[1]);
+    part.c = in_box(part.box, t.corners[2]);
     part.n = normalize(triangle_normal(part.a, part.b, part.c));
-    part.center = vec3(cell_at(part.voxel, EDGE)) + 0.5;
+    part.center = vec3(cell_in(part.box, part.voxel)) + 0.5;
     part.two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
     float area;
     vec3 middle;

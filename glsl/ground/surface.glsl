@@ -100,11 +100,6 @@ Footprint footprint_over(Attributes attributes, mat3 corners) {
     return footprint;
 }
 
-// The same per voxel.
-Footprint voxel_footprint(Triangle t, Attributes attributes) {
-    return footprint_over(attributes, corners_of(t));
-}
-
 // Base colour and alpha as blending and masks see them.
 vec4 base_color(Material m, vec4 uv, vec4 color, Footprint footprint) {
     vec4 base = m.base_color * color;

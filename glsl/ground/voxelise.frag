@@ -32,7 +32,7 @@ void append(uvec3 voxel) {
         atomicAdd(globals.item_overflow, 1u);
         return;
     }
-    uint index = uint(head_index(ivec3(voxel)));
+    uint index = grid.first + uint(head_index(ivec3(voxel)));
     uint next = atomicExchange(heads[index], item);
     COUNT(HEADS, 1u);
     list_items[item - 1u].triangle = in_triangle;
@@ -84,7 +84,9 @@ void main() {
 #ifdef DILATED
         touches = touches || triangle_touches_voxel(b, c, d, in_normal, vec3(voxel) + 0.5);
 #endif
-        if (touches) {
+        ivec3 in_hole = ivec3(voxel) - grid.hole;
+        bool covered = all(greaterThanEqual(in_hole, ivec3(0))) && all(lessThan(in_hole, ivec3(grid.hole_edge)));
+        if (touches && !covered) {
             append(voxel);
         }
     }

@@ -70,6 +70,11 @@ float cross2(vec2 a, vec2 b) {
 }
 
 void main() {
+    vec3 low = min(in_position[0], min(in_position[1], in_position[2]));
+    vec3 high = max(in_position[0], max(in_position[1], in_position[2]));
+    if (any(lessThan(high, vec3(-1.0))) || any(greaterThan(low, vec3(float(EDGE) + 1.0)))) {
+        return; // all of it is outside, as most is of a small box
+    }
     normal = triangle_normal(in_position[0], in_position[1], in_position[2]);
     vec3 size = abs(normal);
     axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;

@@ -15,6 +15,7 @@ use super::export::SceneLine;
 use super::picture;
 use super::row::{Errors, Measured, Pass};
 use super::store::Pictures;
+use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NoiseInRel, NonFinite};
 use crate::measure::picture::signed_difference;
@@ -238,7 +239,8 @@ impl ChartScene {
 
     fn renderer(&self, context: &Arc<Context>, settings: &Settings, aovs: Vec<Aov>) -> Result<Renderer> {
         let options = RenderOptions { aovs, ..self.options.clone() };
-        Renderer::new(context, self.scene.clone(), &self.pose, settings.clone(), options)
+        let settings = for_camera(settings, (&self.scene, &self.pose, &self.view), options.bounds);
+        Renderer::new(context, self.scene.clone(), &self.pose, settings, options)
     }
 }
 

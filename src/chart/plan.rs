@@ -24,7 +24,7 @@ pub fn sweep(text: &str) -> Result<Vec<Vec<String>>> {
     let Some((key, values)) = text.split_once('=') else {
         return Err(Error::Usage(format!("{text:?} names no values: write key=value,value, such as voxels=32,64")));
     };
-    let (key, is_point) = (key.trim(), |key: &Key| matches!(key.range, Range::PointOrAuto(_)));
+    let (key, is_point) = (key.trim(), |key: &Key| matches!(key.range, Range::Center(_)));
     if Key::named(key).is_some_and(is_point) {
         return Err(Error::Usage(format!("{key} is a point, which cannot be swept: set it with --set")));
     }

@@ -65,6 +65,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     outputs::check(&inputs, &[args.json.as_ref(), args.plot.as_ref()])?;
     interrupt::install()?;
     let (opened, context) = args.scene.open_on(&args.run)?;
+    let settings = opened.fitted(settings);
     let (scene, size, (pose, view)) = (&opened.scene, opened.size, opened.at_time());
     let mut render = RenderReport::new(&opened, &settings, &context);
     let subject = Subject {

@@ -44,6 +44,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     outputs::check(&inputs, &[Some(&image), args.json.as_ref(), args.trace.as_ref()])?;
     interrupt::install()?;
     let (mut opened, context) = args.scene.open_on(&args.run)?;
+    let settings = opened.fitted(settings);
     opened.scene.sky_unseen = args.transparent;
     let header = opened.header([
         ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),

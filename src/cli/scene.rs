@@ -6,10 +6,12 @@ use std::sync::Arc;
 
 use clap::{Args, Command, FromArgMatches};
 use glam::DVec3;
+use twobounce::ground::clearance::fitted_to_camera;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
 use twobounce::renderer::{RenderOptions, memory_limit, most_triangles};
 use twobounce::scene::{DEFAULT_FOV_DEGREES, LoadOptions, Playback, Pose, Projection, Scene, View};
+use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
@@ -214,6 +216,19 @@ impl Opened {
         let pose = self.shot.pose(&self.scene, 0.0);
         let view = self.shot.view(&self.scene, &pose);
         (pose, view)
+    }
+
+    /// The settings, with smaller voxels about the camera where the scene asks for them; says so then.
+    pub fn fitted(&self, settings: Settings) -> Settings {
+        let (pose, view) = self.at_time();
+        let bounds = self.scene.bounds_of(&self.shot.playback);
+        match fitted_to_camera(&settings, (&self.scene, &pose, &view), bounds) {
+            Some((fitted, words)) => {
+                out::warn(&format!("note: {}: {words}", self.scene.name));
+                fitted
+            }
+            None => settings,
+        }
     }
 
     /// The scene as other flags show it: another moment, another camera. And the camera in words.

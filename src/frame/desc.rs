@@ -42,7 +42,7 @@ fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
     // A grid that cannot be placed is refused where it is made.
     let items = Grid::place(desc.bounds, desc.settings)
-        .map_or(0.0, |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));
+        .map_or((0.0, 0), |grid| (expected_items(desc.scene, &trees.world_from_instance, &grid), grid.boxes));
     Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), wants.grids.len(), items, tree)
 }
 

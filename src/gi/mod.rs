@@ -158,6 +158,8 @@ pub struct Wants {
     pub cells: bool,
     /// and those of the lists before: what was filled there is emptied.
     pub last_cells: bool,
+    /// Boxes of finer voxels within the base grid, where it would not hold the scene.
+    pub nested: bool,
     /// List items lit, one by one,
     pub lit_items: bool,
     /// one for all that are alike,

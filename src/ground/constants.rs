@@ -25,6 +25,8 @@ pub const BLENDED: u32 = 9;
 pub const LIT: u32 = 10;
 /// Of the voxeliser: 1 where the hardware rasterises conservatively.
 pub const HARDWARE: u32 = 11;
+/// Boxes of finer voxels within the base grid.
+pub const BOXES: u32 = 12;
 /// Value of [`SHADOWS`] without any.
 pub const SHADOWS_NONE: u32 = 0;
 

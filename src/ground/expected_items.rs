@@ -45,7 +45,7 @@ mod tests {
         let corner = Vec3::splat(1.0);
         scene.add_mesh(Mesh::quad("square", material, corner, Vec3::X * 3.0, Vec3::Y * 3.0), DAffine3::IDENTITY);
         let items = |scale: f64, voxel_m: f64, edge: u32| {
-            let grid = Grid { corner: DVec3::ZERO, voxel_m, edge };
+            let grid = Grid { corner: DVec3::ZERO, voxel_m, edge, boxes: 0, about: None };
             expected_items(&scene, &[DAffine3::from_scale(DVec3::splat(scale))], &grid)
         };
         // Two halves of a square of 6 m: each reaches 1 + 6 + 6 + 18 voxels of 1 m.

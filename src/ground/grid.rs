@@ -2,8 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
+use super::boxes::{FACTOR, MOST_BOXES};
 use crate::scene::{Bounds, LightKind, Scene};
-use crate::settings::{Bounces, Settings};
+use crate::settings::{Bounces, Center, Settings};
 use crate::{Error, Result};
 
 /// The base grid: a cube of `edge`³ voxels in the world. Everything on the GPU is counted in its voxels, from its least corner.
@@ -14,10 +15,15 @@ pub struct Grid {
     /// Metres.
     pub voxel_m: f64,
     pub edge: u32,
+    /// Boxes of finer voxels in it, each with a quarter of the side of the one about it,
+    pub boxes: u32,
+    /// about this point in its voxels; `None`: about the camera.
+    pub about: Option<Vec3>,
 }
 
 impl Grid {
-    /// The cube about `bounds` (over the whole animation) with the settings' margin, or where the settings put it.
+    /// The cube about `bounds` (over the whole animation) with the settings' margin, or where the settings put it. Where that cube
+    /// does not hold the scene, and the method has boxes of finer voxels, it is the smallest of those, and the grid holds the scene.
     ///
     /// # Errors
     /// The margin leaves no room for the scene, or the side is not a positive number.
@@ -37,12 +43,34 @@ impl Grid {
         let longest = (max - min).max_element();
         // A scene without extent still gets a cube.
         let fitted = if longest > 0.0 { longest * edge / inner } else { 1.0 };
-        let side = settings.grid.side.unwrap_or(fitted);
-        if !(side > 0.0 && side.is_finite()) {
-            return Err(Error::Usage(format!("grid.side = {side} is no length: give metres above 0")));
+        let finest = settings.grid.side.unwrap_or(fitted);
+        if !(finest > 0.0 && finest.is_finite()) {
+            return Err(Error::Usage(format!("grid.side = {finest} is no length: give metres above 0")));
         }
-        let center = settings.grid.center.map_or((min + max) / 2.0, DVec3::from_array);
-        Ok(Self { corner: center - side / 2.0, voxel_m: side / edge, edge: settings.voxels })
+        let middle = (min + max) / 2.0;
+        let center = match settings.grid.center {
+            Center::Scene | Center::Camera => middle,
+            Center::Point(point) => DVec3::from_array(point),
+        };
+        let holds = |boxes: u32| {
+            let half = 0.5 * finest * FACTOR.powi(boxes as i32);
+            min.cmpge(center - half).all() && max.cmple(center + half).all()
+        };
+        let nests = settings.method.wants(settings).nested;
+        let boxes = if nests { (0..MOST_BOXES as u32).find(|&n| holds(n)).unwrap_or(MOST_BOXES as u32) } else { 0 };
+        let side = finest * FACTOR.powi(boxes as i32);
+        Ok(Self {
+            corner: center - side / 2.0,
+            voxel_m: side / edge,
+            edge: settings.voxels,
+            boxes,
+            about: (settings.grid.center != Center::Camera).then(|| Vec3::splat(0.5 * settings.voxels as f32)),
+        })
+    }
+
+    /// Metres of the smallest voxels' edge.
+    pub fn finest_m(&self) -> f64 {
+        self.voxel_m / FACTOR.powi(self.boxes as i32)
     }
 
     /// World metres to voxels.

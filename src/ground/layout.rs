@@ -1,6 +1,8 @@
 //! Every struct of the ground that is shared with GLSL (`glsl/ground/layout.glsl`), scalar block layout: no padding, 4-byte alignment.
 //! `tests/layouts.rs` holds names, offsets and sizes against the compiled shaders' own.
 
+use super::boxes::MOST_BOXES;
+
 /// A struct shared with GLSL: with its fields' names and offsets, for the test against reflection.
 macro_rules! shared {
     ($(#[$doc:meta])* $name:ident { $($(#[$fdoc:meta])* $field:ident: $type:ty),+ $(,)? }) => {
@@ -91,6 +93,7 @@ shared! {
         light_share: f32,
         sky_scale: f32, sky_most: f32, sky_width: i32, sky_height: i32, sky_levels: u32, sky_octaves: f32, sky_turn: f32,
         image_shift: [f32; 2], ndc_shift: [f32; 2],
+        boxes: [[f32; 3]; MOST_BOXES], last_boxes: [[f32; 3]; MOST_BOXES],
     }
 }
 shared! {
@@ -105,8 +108,9 @@ shared! {
     }
 }
 shared! {
-    /// Push constants of the voxeliser: where a grid lies among the base grid's voxels.
-    GridPush { offset: [f32; 3], scale: f32 }
+    /// Push constants of the voxeliser: where a grid, or a box of finer voxels in it, lies among the base grid's voxels, and what a finer
+    /// box lists.
+    GridPush { offset: [f32; 3], scale: f32, first: u32, hole: [i32; 3], hole_edge: i32 }
 }
 shared! {
     /// Push constants of the passes over the cells of one level.

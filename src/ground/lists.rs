@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::boxes::MOST_BOXES;
 use super::cells::{self, CellLists};
 use super::grid::GridPlace;
 use super::layout;
@@ -15,11 +16,17 @@ use crate::vk::{Buffer, BufferKind, Context};
 pub struct ListCapacity {
     pub items: u32,
     pub cells: u32,
+    /// Boxes of finer voxels within the grid.
+    pub boxes: u32,
 }
 
 /// Buffers of a grid.
 pub struct Lists {
     pub place: GridPlace,
+    /// Where those boxes begin, in voxels of the grid,
+    pub boxes: [[f32; 3]; MOST_BOXES],
+    /// and began when the lists were made that are there.
+    pub made_boxes: [[f32; 3]; MOST_BOXES],
     /// Counters of items and cells; of the base grid also of recorded triangles.
     pub globals: Buffer,
     pub items: Buffer,
@@ -68,6 +75,8 @@ impl Lists {
         let edge_of = |wanted: bool| if wanted { place.edge } else { 1 };
         Ok(Self {
             place,
+            boxes: [[0.0; 3]; MOST_BOXES],
+            made_boxes: [[0.0; 3]; MOST_BOXES],
             globals: buffer("globals")?,
             items: buffer("list items")?,
             heads: buffer("voxels")?,
@@ -119,6 +128,7 @@ impl Lists {
 
     /// New lists take the place of those before the last.
     pub fn swap(&mut self, wants: &Wants) {
+        self.made_boxes = self.boxes;
         if wants.last_cells {
             std::mem::swap(&mut self.cells, &mut self.last_cells);
         }
@@ -144,6 +154,7 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
     let lobes = |words: u32| u64::from(words.max(1)) * array::<[u32; 2]>(items(words > 0));
     let listed = |count: u32| if wants.lists { count } else { 1 };
     let edge_of = |wanted: bool| if wanted { edge } else { 1 };
+    let voxels = (1 + capacity.boxes) * edge.pow(3);
     let last_cells = if wants.last_cells { capacity.cells } else { 1 };
     let parents = cells::parents_bytes(edge_of(wants.cells)) + cells::parents_bytes(edge_of(wants.last_cells));
     let last_items = items(wants.carried_light);
@@ -161,8 +172,8 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("last list items", array::<layout::ListItem>(last_items)),
         ("last item parts", array::<layout::ItemPart>(last_items)),
         ("last seen lights", array::<layout::ItemLight>(last_items)),
-        ("last voxels", array::<u32>(if wants.carried_light { edge.pow(3) } else { 1 })),
-        ("voxels", array::<u32>(listed(edge.pow(3)))),
+        ("last voxels", array::<u32>(if wants.carried_light { voxels } else { 1 })),
+        ("voxels", array::<u32>(listed(voxels))),
         ("voxel cells", array::<u32>(listed(capacity.cells))),
         ("last voxel cells", array::<u32>(last_cells)),
         ("listed parents", cells::listed_bytes(edge_of(wants.cells))),

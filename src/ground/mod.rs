@@ -4,8 +4,10 @@
 pub mod alike;
 pub mod atlas;
 pub mod attributes;
+pub mod boxes;
 pub mod cell_passes;
 pub mod cells;
+pub mod clearance;
 pub mod constants;
 pub mod deform;
 pub mod expected_items;
@@ -26,6 +28,8 @@ pub mod voxelise;
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::Result;
 use crate::gi::Wants;
 use crate::scene::sky::SkyMap;
@@ -37,7 +41,7 @@ use crate::vk::{
 use alike::Alike;
 use attributes::CornerWords;
 use cells::Cells;
-use constants::{EDGE, FEATURES, Features, LIT};
+use constants::{BOXES, EDGE, FEATURES, Features, LIT};
 use grid::{Grid, GridPlace};
 use lists::{ListCapacity, Lists};
 use memory_plan::MemoryRow;
@@ -68,8 +72,8 @@ pub struct Counts {
 
 impl Counts {
     /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces. `grids`: beside
-    /// the base. `items`: as many as are [expected](expected_items).
-    pub fn of(scene: &Scene, lamps: u32, grids: usize, items: f64, tree: TreeSize) -> Self {
+    /// the base. `items`: as many as are [expected](expected_items), in the base grid and so many boxes within it.
+    pub fn of(scene: &Scene, lamps: u32, grids: usize, (items, boxes): (f64, u32), tree: TreeSize) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;
@@ -85,7 +89,7 @@ impl Counts {
             triangle_capacity,
             corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
             tree,
-            lists: vec![ListCapacity { items, cells: 1 << 15 }; 1 + grids],
+            lists: vec![ListCapacity { items, cells: 1 << 15, boxes }; 1 + grids],
         }
     }
 
@@ -99,6 +103,7 @@ impl Counts {
         let lists = self.lists.iter().zip(counters).map(|(capacity, found)| ListCapacity {
             items: grown(capacity.items, found.item_count, found.item_overflow),
             cells: grown(capacity.cells, found.cell_count, found.cell_overflow),
+            ..*capacity
         });
         Self {
             triangle_capacity: grown(self.triangle_capacity, base.vertex_count / 3, base.triangle_overflow),
@@ -168,7 +173,8 @@ impl Ground {
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, of: &Scene, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
         let GroundDesc { grid, conservative, wants, features, counts, .. } = &desc;
-        let constants_of = |edge, alike| [(FEATURES, features.0), (EDGE, edge), (LIT, u32::from(alike))];
+        let constants_of =
+            |edge, alike| [(FEATURES, features.0), (EDGE, edge), (LIT, u32::from(alike)), (BOXES, grid.boxes)];
         let base = constants_of(grid.edge, wants.alike);
         let plan = shared_plan(wants, counts);
         let buffer = |name: &str| {
@@ -230,9 +236,12 @@ impl Ground {
         &self.lists[0]
     }
 
-    /// Moves the further grids; whether any stood elsewhere, so that its lists must be made again.
-    pub fn place_grids(&mut self, places: &[GridPlace]) -> bool {
-        let mut moved = false;
+    /// Moves the further grids, and the boxes of the base grid about a point in its voxels; whether any stood elsewhere, so that its
+    /// lists must be made again.
+    pub fn place_grids(&mut self, places: &[GridPlace], about: Vec3) -> bool {
+        let corners = boxes::corners(self.desc.grid.edge, self.desc.grid.boxes, about);
+        let mut moved = self.lists[0].boxes != corners;
+        self.lists[0].boxes = corners;
         for (lists, place) in self.lists[1..].iter_mut().zip(places) {
             moved |= lists.place != *place;
             lists.place = *place;

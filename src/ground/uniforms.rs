@@ -3,6 +3,7 @@
 use bytemuck::Zeroable;
 use glam::{DMat4, DVec2, DVec3, Vec3};
 
+use super::boxes::MOST_BOXES;
 use super::grid::Grid;
 use super::layout;
 use crate::scene::{LightKind, Pose, Projection, Scene, View};
@@ -30,6 +31,8 @@ pub struct FrameUniforms<'a> {
     pub light_share: f32,
     /// Which of the passes over the image whose mean is shown this is.
     pub image_pass: u32,
+    /// Where boxes of finer voxels begin, and where they began when the lists before these were made.
+    pub boxes: [[[f32; 3]; MOST_BOXES]; 2],
 }
 
 impl FrameUniforms<'_> {
@@ -67,6 +70,8 @@ impl FrameUniforms<'_> {
             sky_turn: self.scene.sky_turn,
             image_shift: image_shift.as_vec2().into(),
             ndc_shift: ndc_shift.as_vec2().into(),
+            boxes: self.boxes[0],
+            last_boxes: self.boxes[1],
         }
     }
 }

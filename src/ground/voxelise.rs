@@ -5,7 +5,9 @@
 use std::sync::Arc;
 
 use super::Ground;
+use super::boxes::FACTOR;
 use super::constants::{HARDWARE, with};
+use super::grid::GridPlace;
 use super::layout::GridPush;
 use super::lists::Lists;
 use crate::settings::Conservative;
@@ -65,8 +67,7 @@ impl Voxelise {
             r.full_barrier(); // record wrote the triangles and the draw's count, reset the lists
             let edge = lists.place.edge;
             let target = RenderTarget { width: edge, height: edge, ..Default::default() };
-            let [x, y, z, scale] = lists.place.from_base();
-            let push = GridPush { offset: [x, y, z], scale };
+            let pushes = pushes(lists, ground.desc.grid.boxes);
             r.raster(&target, |pass| {
                 let binds = [
                     Bind::buffer("globals", &lists.globals),
@@ -75,10 +76,32 @@ impl Voxelise {
                     Bind::buffer("heads", &lists.heads),
                     Bind::buffer("cells", &lists.cells.cells),
                 ];
-                pass.draw(&self.pipeline, &binds, &push, ground.recorded());
+                for push in &pushes {
+                    pass.draw(&self.pipeline, &binds, push, ground.recorded());
+                }
             });
         });
     }
+}
+
+/// What places the grid, and each box of finer voxels within the base grid.
+fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
+    let edge = lists.place.edge;
+    if lists.place != GridPlace::base(edge) || boxes == 0 {
+        let [x, y, z, scale] = lists.place.from_base();
+        return vec![GridPush { offset: [x, y, z], scale, first: 0, hole: [0; 3], hole_edge: 0 }];
+    }
+    let scale = |number: u32| FACTOR.powi(number as i32) as f32;
+    let corner = |number: u32| if number == 0 { [0.0; 3] } else { lists.boxes[number as usize - 1] };
+    let push = |number: u32| {
+        let (scale, begin) = (scale(number), corner(number));
+        let inner = if number < boxes { corner(number + 1) } else { begin };
+        let hole = std::array::from_fn(|axis| ((inner[axis] - begin[axis]) * scale) as i32);
+        let hole_edge = if number < boxes { edge / FACTOR as u32 } else { 0 };
+        let first = number * edge.pow(3);
+        GridPush { offset: begin.map(|c| 0.0 - c * scale), scale, first, hole, hole_edge: hole_edge as i32 }
+    };
+    (0..=boxes).map(push).collect()
 }
 
 /// A draw of everything that was recorded.

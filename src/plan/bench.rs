@@ -15,6 +15,7 @@ use super::search::Reading;
 use super::store::{Store, seen_key};
 use crate::chart::measure::by_method_alone;
 use crate::chart::row::Part;
+use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics;
 use crate::reference::film::Film;
@@ -133,6 +134,7 @@ impl<'a> Bench<'a> {
     fn measure(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
         let before = process_cpu_ms();
         let (pose, view) = (&seen.pose, &seen.view);
+        let settings = &for_camera(settings, (self.scene, pose, view), self.options.bounds);
         let (size, full) = (self.size, self.options.size);
         let aovs = if self.part == Part::Total { vec![] } else { vec![Aov::Direct] };
         // Feedback would go on from the light of the settings before.
@@ -263,7 +265,7 @@ impl<'a> Bench<'a> {
                 self.context,
                 self.scene.clone(),
                 &views[0].pose,
-                settings.clone(),
+                for_camera(settings, (self.scene, &views[0].pose, &views[0].view), self.options.bounds),
                 self.options.clone(),
             )?;
             // The first frame compiles.

@@ -155,7 +155,7 @@ fn parse(key: &Key, text: &str) -> Value {
             text.parse().ok().map(Value::Integer)
         }
         Range::Number(..) | Range::NumberOrAuto(..) => number(text),
-        Range::PointOrAuto(_) => text.split(',').map(number).collect::<Option<Vec<_>>>().map(Value::Array),
+        Range::Center(_) => text.split(',').map(number).collect::<Option<Vec<_>>>().map(Value::Array),
     };
     parsed.unwrap_or_else(|| Value::String(text.to_owned()))
 }
@@ -183,11 +183,12 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
         Range::OneOf(values) => whole(&|n| values.contains(n)),
         Range::Number(least, most) => within(value, least, most),
         Range::NumberOrAuto(least, most) => within(value, least, most).or_else(auto),
-        Range::PointOrAuto(most) => value
+        Range::Center(most) => value
             .as_array()
             .filter(|items| items.len() == 3)
             .and_then(|items| items.iter().map(|v| within(v, -most, most)).collect())
             .map(Value::Array)
+            .or_else(|| (value.as_str() == Some("camera")).then(|| value.clone()))
             .or_else(auto),
     };
     accepted.ok_or_else(|| {

@@ -37,8 +37,8 @@ pub enum Range {
     Number(f64, f64),
     /// The same, or `auto`.
     NumberOrAuto(f64, f64),
-    /// Three finite numbers within ± the bound, or `auto`.
-    PointOrAuto(f64),
+    /// Three finite numbers within ± the bound, `camera` or `auto`.
+    Center(f64),
 }
 
 impl std::fmt::Display for Range {
@@ -52,7 +52,7 @@ impl std::fmt::Display for Range {
             Self::OneOf(values) => f.write_str(&either(&values.iter().map(u32::to_string).collect::<Vec<_>>())),
             Self::Number(least, most) => write!(f, "{}", span(*least, *most)),
             Self::NumberOrAuto(least, most) => write!(f, "{}, or auto", span(*least, *most)),
-            Self::PointOrAuto(most) => write!(f, "x,y,z each within ±{most:e}, or auto"),
+            Self::Center(most) => write!(f, "x,y,z each within ±{most:e}, camera or auto"),
         }
     }
 }

@@ -3,6 +3,7 @@
 //! Shared settings are here; each method has its own table (`src/gi/<method>/settings.rs`). Lengths inside
 //! the grid are counted in voxels, so that a scene scaled or moved gives the same image.
 
+mod center;
 mod choices;
 mod docs;
 mod edit;
@@ -11,6 +12,7 @@ mod presets;
 mod renamed;
 mod tables;
 
+pub use center::Center;
 pub(crate) use choices::choices;
 pub use choices::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shading, Shadows};
 #[cfg_attr(not(internals), doc(hidden))]

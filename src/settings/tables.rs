@@ -2,19 +2,21 @@
 
 use super::keys::table;
 use super::{
-    Conservative, DirectLight, GatherResolution, Key, LampLight, Range, Shading, Shadows, auto, key, names, rare,
+    Center, Conservative, DirectLight, GatherResolution, Key, LampLight, Range, Shading, Shadows, auto, key, names,
+    rare,
 };
 
 table! {
     /// Place and size of the grid.
     GridSettings as "grid" {
-        #[serde(with = "auto")]
-        center: Option<[f64; 3]> = None, in "metres", Range::PointOrAuto(1e9);
-        "centre of the cube that the grid fills; auto: the centre of the scene's bounds";
-        "nothing";
+        center: Center = Center::Scene, in "metres", Range::Center(1e9);
+        "centre of the cube that the grid fills; auto: the centre of the scene's bounds; camera: the camera, with rays, where the side is \
+         given";
+        "nothing; camera: lists are made anew now and then while it moves";
         #[serde(with = "auto")]
         side: Option<f64> = None, in "metres", Range::NumberOrAuto(1e-6, 1e9);
-        "side of that cube; auto: the scene's longest side plus the margin";
+        "side of that cube; auto: the scene's longest side plus the margin. What is outside sends no light, but with rays: there voxels are \
+         four times as large in the next cube, and so on, five times at most";
         "nothing; larger: coarser voxels";
         // Not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
         margin: f64 = 2.5, in "voxels" rare, Range::Number(0.0, 7.0);

@@ -2,14 +2,16 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // New lists take over the light of the lists before them: a lit item that of the item which stood for the same triangle in the
-// same voxel, a twin that of its twin. What was not there starts dark. A thread per lit item.
+// same voxel, or in that of a box which stood there, a twin that of its twin. What was not there starts dark. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
+#include "common/clip.glsl"
 #include "common/count.glsl"
 #include "ground/cells.glsl"
 
 layout(local_size_x = 64) in;
 
+layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
 layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
@@ -21,6 +23,22 @@ layout(set = 0, binding = 37, scalar) readonly buffer LastItems { ListItem last_
 layout(set = 0, binding = 38, scalar) readonly buffer LastParts { ItemPart last_parts[]; };
 layout(set = 0, binding = 39, scalar) readonly buffer LastLights { ItemLight last_lights[]; };
 
+#include "ground/boxes.glsl"
+
+// The voxel of the lists before which listed a triangle in `voxel` of these. Where a box moved away it is one of several: that of
+// the middle of the item's part.
+uint last_voxel(uint voxel, uint triangle) {
+    Box box = box_of(voxel);
+    vec3 center = vec3(cell_in(box, voxel)) + 0.5;
+    Box last = last_box_at(from_box(box, center));
+    if (last.scale > box.scale) {
+        mat3 corners = in_box(box, mat3(triangles[triangle].corners[0], triangles[triangle].corners[1], triangles[triangle].corners[2]));
+        float area;
+        clip_to_voxel(corners[0], corners[1], corners[2], vec3(center), area, center);
+    }
+    return voxel_in(last, ivec3(floor(in_box(last, from_box(box, center)))));
+}
+
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
@@ -29,7 +47,7 @@ void main() {
         bool is_twin = item_parts[item].twin == item + 1u;
         uint source = triangles[entry.triangle].source;
         ItemLight before = ItemLight(vec3(0.0), 0.0, vec3(0.0), 0.0);
-        uint last = last_heads[entry.voxel];
+        uint last = last_heads[BOXES == 0u ? entry.voxel : last_voxel(entry.voxel, entry.triangle)];
         COUNT(LIST_ITEMS, 1u);
         COUNT(HEADS, 1u);
         for (uint k = 0u; k < uint(last_items.length()) && last != 0u; k++) {

@@ -2,19 +2,21 @@
 
 #include "ground/place_random.glsl"
 #include "ground/on_plane.glsl"
+#include "ground/boxes.glsl"
 #include "gi/rays/sees.glsl"
 
 const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of a face, or more
 
-// Whether p and q of item `index`, whose plane has unit normal n, see each other on all sides that are lit.
+// Whether p and q of item `index`, in voxels of its box, whose plane has unit normal n, see each other on all sides that are lit.
 bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
     ListItem entry = list_items[index];
     uint primary = item_parts[index].lit_by;
     bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
+    Box box = box_of(entry.voxel);
     bool free = true;
     for (float side = two_sided ? -1.0 : 1.0; side <= 1.0; side += 2.0) {
-        vec3 above = side * RAY_START * n;
-        free = free && sees(entry.voxel, primary, p + above, q + above);
+        vec3 above = side * item_start(box) * n;
+        free = free && sees(entry.voxel, primary, from_box(box, p) + above, from_box(box, q) + above);
     }
     return free;
 }

@@ -11,15 +11,16 @@
 // Surfaces that let light pass, of those that one ray meets.
 const uint MOST_INTERFACES = 16u;
 
-// What the texture has where a ray of that width (voxels) hits, over what it has in the mean of the voxels about it: mirrors
+// What the texture has where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about it: mirrors
 // and glass show patterns that the volume does not hold.
-vec3 texture_detail(Met met, Material m, float width) {
+vec3 texture_detail(Met met, Material m, vec3 at, float width) {
     if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {
         return vec3(1.0);
     }
     Attributes attributes = attributes_of(met.place);
-    Footprint blurred = voxel_footprint(met.triangle, attributes);
-    float share = clamp(width, 0.0, 1.0);
+    float scale = box_at(at).scale;
+    Footprint blurred = footprint_over(attributes, corners_of(met.triangle) * scale);
+    float share = clamp(width * scale, 0.0, 1.0);
     Footprint sharp = Footprint(mat2[2](share * blurred.uv[0], share * blurred.uv[1]));
     vec4 uv = between(attributes.uvs, met.weights);
     vec4 color = between(attributes.colors, met.weights);
@@ -64,7 +65,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float way = travelled + met.distance;
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
-        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d) * texture_detail(met, m, max(width, pixel_width));
+        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d) * texture_detail(met, m, at, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         // A constant where nothing transmits: what only glass asks of the surface is not looked up then.

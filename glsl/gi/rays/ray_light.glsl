@@ -1,7 +1,7 @@
 // A ray that finds its triangle exactly and takes the light that the triangle itself sends there.
 
 #include "ground/ray.glsl"
-#include "ground/heads.glsl"
+#include "ground/boxes.glsl"
 #include "ground/on_plane.glsl"
 #include "gi/rays/sees.glsl"
 #include "gi/rays/item_lobes.glsl"
@@ -16,10 +16,12 @@ const uint UNLIT = ~0u; // no item is lit for it
 uint item_at(uint triangle, vec3 at) {
     uint found = 0u;
     // Beside a plane between voxels rounding may lead into the other one.
-    vec3 aside = 1e-3 * mix(vec3(-1.0), vec3(1.0), greaterThanEqual(fract(at), vec3(0.5)));
+    Box near = box_at(at);
+    vec3 aside = (1e-3 / near.scale) * mix(vec3(-1.0), vec3(1.0), greaterThanEqual(fract(in_box(near, at)), vec3(0.5)));
     for (uint k = 0u; k < 8u && found == 0u; k++) {
-        ivec3 voxel = ivec3(floor(at + aside * vec3((uvec3(k) >> uvec3(0u, 1u, 2u)) & 1u)));
-        uint item = heads[head_index(clamp(voxel, ivec3(0), ivec3(int(EDGE) - 1)))];
+        vec3 p = at + aside * vec3((uvec3(k) >> uvec3(0u, 1u, 2u)) & 1u);
+        Box box = box_at(p);
+        uint item = heads[voxel_in(box, ivec3(floor(in_box(box, p))))];
         COUNT(HEADS, 1u);
         for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
             ListItem entry = list_items[item - 1u];
@@ -47,17 +49,18 @@ uint lit_for(Met met) {
     COUNT(LIST_ITEMS, 1u);
     COUNT(CORNERS, 3u);
     COUNT(WORDS, 1u);
-    vec3 a = triangles[entry.triangle].corners[0];
-    vec3 n = triangle_normal(a, triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]);
-    vec3 center = vec3(cell_at(entry.voxel, EDGE)) + 0.5;
-    float side = met.back ? -RAY_START : RAY_START;
+    Box box = box_of(entry.voxel);
+    vec3 a = in_box(box, triangles[entry.triangle].corners[0]);
+    vec3 n = triangle_normal(a, in_box(box, triangles[entry.triangle].corners[1]), in_box(box, triangles[entry.triangle].corners[2]));
+    vec3 center = vec3(cell_in(box, entry.voxel)) + 0.5;
+    float side = met.back ? -item_start(box) : item_start(box);
     hit += side * met.normal;
     vec3 above = side * normalize(n);
-    if (sees(entry.voxel, item, hit, anchor_point(a, n, center, part.anchor) + above)) {
+    if (sees(entry.voxel, item, hit, from_box(box, anchor_point(a, n, center, part.anchor)) + above)) {
         return item;
     }
     uint twin = part.twin - 1u;
-    vec3 other = anchor_point(a, n, center, item_parts[twin].anchor) + above;
+    vec3 other = from_box(box, anchor_point(a, n, center, item_parts[twin].anchor)) + above;
     return sees(entry.voxel, item, hit, other) ? twin : UNLIT;
 }
 

@@ -21,6 +21,7 @@ const float SAME_PLANE = 0.5; // voxels between two surfaces that count as one
 
 layout(local_size_x = 64) in;
 
+layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
 layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
@@ -35,6 +36,9 @@ layout(set = 0, binding = 57, scalar) readonly buffer ItemLobes { uvec2 item_lob
 layout(set = 0, binding = 59, scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
 #endif
 
+#include "ground/boxes.glsl"
+
+// In voxels of the item's box.
 struct Plane {
     vec3 normal; // unit
     float offset;
@@ -44,8 +48,9 @@ struct Plane {
 
 Plane plane_of(uint item) {
     uint triangle = list_items[item].triangle;
-    vec3 a = triangles[triangle].corners[0];
-    vec3 n = triangle_normal(a, triangles[triangle].corners[1], triangles[triangle].corners[2]);
+    Box box = box_of(list_items[item].voxel);
+    vec3 a = in_box(box, triangles[triangle].corners[0]);
+    vec3 n = triangle_normal(a, in_box(box, triangles[triangle].corners[1]), in_box(box, triangles[triangle].corners[2]));
     COUNT(LIST_ITEMS, 1u);
     COUNT(CORNERS, 3u);
     COUNT(WORDS, 1u);
@@ -53,17 +58,17 @@ Plane plane_of(uint item) {
     return Plane(unit, dot(unit, a), facing_cell(n), triangles[triangle].material);
 }
 
-// Whether the voxel lists one surface alone, or nothing.
-bool undivided(ivec3 voxel) {
-    uint head = heads[head_index(clamp(voxel, ivec3(0), ivec3(int(EDGE) - 1)))];
+// Whether the voxel lists one surface alone, or nothing. What a finer box has is not looked into.
+bool undivided(Box box, ivec3 voxel) {
+    uint head = heads[voxel_in(box, voxel)];
     COUNT(HEADS, 1u);
     COUNT(WORDS, 1u);
-    return head == 0u || item_parts[item_parts[head - 1u].lit_by].alone != 0u;
+    return head == 0u ? !is_covered(box, voxel) : item_parts[item_parts[head - 1u].lit_by].alone != 0u;
 }
 
 // Whether that holds for every voxel on the way from one point to another, up to two voxels away along two axes: a slanting plane passes
 // through others between.
-bool undivided_between(vec3 from, vec3 to) {
+bool undivided_between(Box box, vec3 from, vec3 to) {
     vec3 d = to - from;
     ivec3 voxel = ivec3(floor(from));
     ivec3 last = ivec3(floor(to));
@@ -71,7 +76,7 @@ bool undivided_between(vec3 from, vec3 to) {
     vec3 next = mix((vec3(voxel) + max(sign(d), 0.0) - from) / d, vec3(1e30), equal(d, vec3(0.0))); // where each axis crosses
     bool free = true;
     for (uint i = 0u; i < 8u && free && voxel != last; i++) {
-        free = undivided(voxel);
+        free = undivided(box, voxel);
         bvec3 crossed = lessThanEqual(next, vec3(min(next.x, min(next.y, next.z)) + 1e-5)); // more than one at an edge
         voxel += ivec3(crossed) * way;
         next += mix(vec3(0.0), 1.0 / abs(d), crossed);
@@ -90,7 +95,8 @@ void main() {
         sum.back *= total;
         Plane own = plane_of(item);
         int axis = int(dominant_axis(own.normal));
-        vec3 center = vec3(cell_at(list_items[item].voxel, EDGE)) + 0.5;
+        Box box = box_of(list_items[item].voxel);
+        vec3 center = vec3(cell_in(box, list_items[item].voxel)) + 0.5;
         vec3 here = center;
         here[axis] += (own.offset - dot(own.normal, here)) / own.normal[axis];
         bool shares = item_parts[item].alone != 0u && total > 0.0;
@@ -104,7 +110,7 @@ void main() {
             there[axis] += (own.offset - dot(own.normal, there)) / own.normal[axis]; // where the plane goes on
             ivec3 voxel = ivec3(floor(there));
             bool inside = all(greaterThanEqual(voxel, ivec3(0))) && all(lessThan(voxel, ivec3(EDGE)));
-            uint head = inside && k != 12 ? heads[head_index(voxel)] : 0u;
+            uint head = inside && k != 12 ? heads[voxel_in(box, voxel)] : 0u;
             uint neighbour = item_parts[max(head, 1u) - 1u].lit_by;
             COUNT(HEADS, 1u);
             COUNT(WORDS, 2u);
@@ -115,7 +121,7 @@ void main() {
                 float height = floor(here[axis]);
                 bool level = height == floor(center[axis]) && height == float(voxel[axis]) && near; // nothing lies between
                 bool same = other.facing == own.facing && other.material == own.material && apart < SAME_PLANE;
-                if (same && (level || undivided_between(here, there))) {
+                if (same && (level || undivided_between(box, here, there))) {
                     COUNT(WORDS, 8u);
                     ItemLight light = item_lights[neighbour];
                     sum.front += share * light.area * light.front;

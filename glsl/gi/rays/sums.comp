@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// What the lit items send, summed up over blocks of the grid in whole numbers, so that no order shows: feedback has settled once
+// What the lit items send, summed up over blocks of each box in whole numbers, so that no order shows: feedback has settled once
 // these sums stay. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -22,11 +22,13 @@ void main() {
     uint count = cell_counts[LIT_COUNTS].count;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         ItemLight light = seen_lights[lit_items[i]];
-        uvec3 block = cell_at(list_items[lit_items[i]].voxel, EDGE) * BLOCKS / EDGE;
+        uint voxel = list_items[lit_items[i]].voxel;
+        uint number = BOXES == 0u ? 0u : voxel / (EDGE * EDGE * EDGE); // of its box
+        uvec3 block = cell_at(voxel - number * (EDGE * EDGE * EDGE), EDGE) * BLOCKS / EDGE;
         COUNT(WORDS, 9u);
         COUNT(LIST_ITEMS, 1u);
         float sent = dot(light.front + light.back, vec3(light.opacity * light.area));
-        uint units = uint(min(sent * UNITS, 4.2e9));
+        uint units = uint(min(sent * UNITS / float(1u << 4u * number), 4.2e9)); // a smaller voxel's face counts as much less
         uint place = block.x + BLOCKS * (block.y + BLOCKS * block.z);
         if (atomicAdd(light_sums[place].x, units) + units < units) {
             atomicAdd(light_sums[place].y, 1u);

@@ -1,12 +1,14 @@
-// What neighbouring places may share of gathered diffuse light.
+// What neighbouring places may share of gathered diffuse light. The includer declares `frame`.
 
-// In voxels of a grid of edge 64, whatever the grid's: a finer one must not share less.
+#include "ground/boxes.glsl"
+
+// In voxels of a box of edge 64, whatever the box's: finer voxels must not share less.
 const float SHARED_PLANE = 0.5; // that a place may lie off the other's plane
 const float SHARED_REACH = 8.0; // at which a place counts half
 
 // 1 for the same place, 0 for another surface. Unit normals n and m.
 float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
-    vec3 apart = (q - p) * (64.0 / float(EDGE));
+    vec3 apart = (q - p) * (box_at(p).scale * (64.0 / float(EDGE)));
     float off_plane = max(abs(dot(apart, n)), abs(dot(apart, m)));
     float facing = max(dot(n, m), 0.0);
     facing *= facing;

@@ -1,10 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
 //! with LOBES
 // Share: every gathered pixel takes the mean of its neighbours on the same surface. The square has an odd side,
 // its border counts half: each of the INTERLEAVE² patterns counts the same.
 
 #include "ground/constants.glsl"
+#include "ground/layout.glsl"
+
+layout(set = 0, binding = 9, scalar) readonly buffer FrameBuffer { Frame frame; };
+
 #include "ground/image/likeness.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -53,6 +53,7 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     outputs::check(&[args.settings.config.as_ref()], &[args.json.as_ref()])?;
     interrupt::install()?;
     let (opened, context) = scene.open_on(&args.run)?;
+    let settings = opened.fitted(settings);
     let (pose, _) = opened.at_time();
     let options = opened.run_options(&args.run);
     let work = Work::begin("demo: making passes");

@@ -34,7 +34,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use clap::Args;
 use glam::DVec3;
-use twobounce::settings::Settings;
+use twobounce::settings::{Center, Settings};
 use twobounce::vk::Context;
 use winit::dpi::PhysicalSize;
 use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
@@ -121,6 +121,7 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     interrupt::install()?;
     let event_loop = EventLoop::new().map_err(NoWindow::because)?;
     let (opened, context) = args.scene.open_on(&args.run)?;
+    let settings = opened.fitted(settings);
     let subject = Subject::new((args.scene.clone(), typed), opened, &args.run);
     #[cfg(feature = "hot-reload")]
     let reloading = reload::Reloading::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
@@ -278,6 +279,12 @@ impl App {
         };
         self.panel.error = None;
         self.panel.rays.clear();
+        // Voxels that were fitted to another scene are no measure for this one.
+        let mut settings = self.panel.settings.clone();
+        if settings.grid.center == Center::Camera {
+            (settings.grid.center, settings.grid.side) = (Center::Scene, None);
+        }
+        self.panel.settings = opened.fitted(settings);
         let again = args.path == self.subject.args.path;
         let before = std::mem::replace(&mut self.subject, Subject::new((args, typed), opened, &self.run));
         self.before.get_or_insert((before, self.eye, self.later_s));

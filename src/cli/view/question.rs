@@ -114,7 +114,7 @@ pub fn neighbours(key: &Key, now: &str) -> Vec<String> {
             Ok(n) => [n / 2.0, n, n * 2.0].iter().filter(|n| (least..=most).contains(n)).map(f64::to_string).collect(),
             Err(_) => vec![],
         },
-        Range::PointOrAuto(_) => vec![],
+        Range::Center(_) => vec![],
     };
     values.dedup();
     if !values.iter().any(|value| value == now) {

@@ -12,7 +12,7 @@ use super::bounces::{BounceDesc, PerBounce};
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::{DIRECT, LAMP_POINTS, LIT, constants, with};
+use crate::ground::constants::{BOXES, DIRECT, LAMP_POINTS, LIT, constants, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Recorder, ZoneKind};
@@ -32,7 +32,7 @@ pub struct Lighting {
     light: PerBounce<Light>,
     share: Compute,
     feedback: Option<Feedback>,
-    constants: [(u32, u32); 2],
+    constants: [(u32, u32); 3],
 }
 
 /// The pass that lights the items.
@@ -55,6 +55,7 @@ impl Gi for Lighting {
             lists: true,
             rays: true,
             cells: true,
+            nested: true,
             lit_items: true,
             alike: true,
             split: true,
@@ -74,9 +75,10 @@ impl Gi for Lighting {
     }
 
     fn new(maker: &Maker) -> Result<Self> {
-        let Maker { context, settings, features, .. } = *maker;
+        let Maker { context, settings, features, counts } = *maker;
+        let boxes = (BOXES, counts.lists[0].boxes);
         let own = &settings.of.rays;
-        let items = [(DIFFUSE_RAYS, own.bounce), (LAMP_POINTS, settings.lights.voxel_lamp_points), (LIT, 1)];
+        let items = [(DIFFUSE_RAYS, own.bounce), (LAMP_POINTS, settings.lights.voxel_lamp_points), (LIT, 1), boxes];
         let items = with(constants(settings, features), &items);
         let compute = |label, shader, constants: &[_]| Compute::new(context, &ComputeDesc { label, shader, constants });
         let light = |BounceDesc { bounce, gathers, direct }| {
@@ -97,7 +99,7 @@ impl Gi for Lighting {
             share: compute("share items", share, &items)?,
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
             feedback: all.then(feedback).transpose()?,
-            constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy)],
+            constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy), boxes],
         })
     }
 
@@ -163,6 +165,7 @@ impl Lighting {
         r.zone("share items", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the items are lit
             let mut binds = vec![
+                Bind::buffer("frame", &ground.frame),
                 Bind::buffer("triangles", &ground.triangles),
                 Bind::buffer("list_items", &lists.items),
                 Bind::buffer("heads", &lists.heads),
@@ -184,6 +187,7 @@ impl Feedback {
     fn carry(&self, r: &mut Recorder, ground: &Ground) {
         let last = &ground.base().last;
         let binds = vec![
+            Bind::buffer("frame", &ground.frame),
             Bind::buffer("triangles", &ground.triangles),
             Bind::buffer("list_items", &ground.base().items),
             Bind::buffer("item_parts", &ground.base().item_parts),

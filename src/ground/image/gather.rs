@@ -178,7 +178,8 @@ impl Gather {
         target.draw_in_parts(r, |pass| pass.draw(&self.gather, &binds, &BandPush { first_row }, call));
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;
-        let mut binds = vec![Bind::image("surfaces", self.images.surfaces.view(), texels)];
+        let surfaces = Bind::image("surfaces", self.images.surfaces.view(), texels);
+        let mut binds = vec![Bind::buffer("frame", &ground.frame), surfaces];
         for ((light, shared), &(name, shared_name)) in self.images.lights.iter().zip(&self.images.shared).zip(&LIGHTS) {
             binds.push(Bind::image(name, light.view(), texels));
             binds.push(Bind::storage_image(shared_name, shared.view()));

@@ -1,0 +1,192 @@
+//! How far away things are about a camera, and how small voxels have to be there.
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+
+use super::boxes::{FACTOR, MOST_BOXES};
+use super::grid::Grid;
+use crate::scene::{Bounds, Pose, Projection, Scene, View};
+use crate::settings::{Center, Settings};
+
+/// Of the way to what is about the camera, voxels take at most this share. A room in a landscape of a kilometre, `balanced`, all
+/// bounces, voxels of a half and of an eighth of the way: `rel` .119 and .082.
+const MOST_OF_WAY: f64 = 0.25;
+
+/// The settings with smaller voxels about the camera, where those of one grid for the whole scene are too large for what it sees, and
+/// that in words. `None` where they are not, where the settings say where the grid stands, and where the method has one grid alone.
+/// `bounds`: of the scene over the whole animation.
+pub fn fitted_to_camera(
+    settings: &Settings,
+    (scene, pose, view): (&Scene, &Pose, &View),
+    bounds: Bounds,
+) -> Option<(Settings, String)> {
+    let free = settings.grid.side.is_none() && !matches!(settings.grid.center, Center::Point(_));
+    if !free || !settings.method.wants(settings).nested || matches!(view.projection, Projection::Orthographic { .. }) {
+        return None;
+    }
+    let grid = Grid::place(bounds, settings).ok()?;
+    let way = clearance(scene, pose, view.eye)?;
+    let smaller = |boxes: i32| FACTOR.powi(-boxes);
+    let fits = |&boxes: &i32| grid.voxel_m * smaller(boxes) <= MOST_OF_WAY * way;
+    let boxes = (0..MOST_BOXES as i32).find(fits).unwrap_or(MOST_BOXES as i32);
+    if boxes == 0 {
+        return None;
+    }
+    let side = three_digits(grid.voxel_m * f64::from(grid.edge) * smaller(boxes));
+    let mut fitted = settings.clone();
+    (fitted.grid.center, fitted.grid.side) = (Center::Camera, Some(side));
+    let words = format!(
+        "voxels of {:.2} m are large beside what the camera sees {way:.2} m away: those about it are {:.3} m (--set \
+         grid.center=camera --set grid.side={side})",
+        grid.voxel_m,
+        side / f64::from(grid.edge)
+    );
+    Some((fitted, words))
+}
+
+/// The same settings where nothing is to be changed.
+pub fn for_camera(settings: &Settings, seen: (&Scene, &Pose, &View), bounds: Bounds) -> Settings {
+    fitted_to_camera(settings, seen, bounds).map_or_else(|| settings.clone(), |(fitted, _)| fitted)
+}
+
+/// Rounded up, so that what was held still is.
+fn three_digits(length: f64) -> f64 {
+    let unit = 10f64.powi(length.log10().floor() as i32 - 2);
+    let digits = (length / unit).ceil();
+    // In this way of writing it, the shortest decimal comes out.
+    if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit.round() }
+}
+
+/// Per octave of the distance, and how many there are below 1 m.
+const BINS: f64 = 8.0;
+const BELOW: i32 = 160;
+const ALL_BINS: usize = 400;
+/// Of a solid angle of 1: whole numbers, whose sum does not depend on the order.
+const UNITS: f64 = (1u64 << 32) as f64;
+/// A triangle is cut in four until it is no larger than this beside its distance, so often at most.
+const MOST_SEEN: f64 = 0.5;
+const MOST_CUTS: u32 = 6;
+
+/// Median distance, metres, of all triangles from a point, each counted by the solid angle under which it is seen from there, whatever
+/// hides it; to a twelfth. `None` without triangles.
+pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
+    let places = scene.instances.iter().zip(&pose.world_from_instance);
+    let mut bins = vec![0u64; ALL_BINS];
+    for (instance, world) in places {
+        let eye_from_object = DAffine3::from_translation(-eye) * *world;
+        let mesh = &scene.meshes[instance.mesh];
+        let point = |index: u32| eye_from_object.transform_point3(mesh.positions[index as usize].as_dvec3());
+        let of_part = |part: &[u32]| {
+            let mut bins = vec![0u64; ALL_BINS];
+            for corners in part.chunks_exact(3) {
+                add([point(corners[0]), point(corners[1]), point(corners[2])], MOST_CUTS, &mut bins);
+            }
+            bins
+        };
+        let of_mesh = mesh.indices.par_chunks(3 << 12).map(of_part).reduce(
+            || vec![0; ALL_BINS],
+            |mut a, b| {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                a
+            },
+        );
+        bins.iter_mut().zip(of_mesh).for_each(|(all, more)| *all += more);
+    }
+    let total: u64 = bins.iter().sum();
+    let mut sum = 0;
+    let reaches_half = |bin: &u64| {
+        sum += bin;
+        2 * sum >= total
+    };
+    let median = bins.iter().position(reaches_half).filter(|_| total > 0)?;
+    Some(((median as i32 - BELOW) as f64 / BINS).exp2())
+}
+
+/// Counts a triangle, its corners seen from the origin.
+fn add([a, b, c]: [DVec3; 3], cuts: u32, bins: &mut [u64]) {
+    let distance = ((a + b + c) / 3.0).length();
+    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+    if cuts > 0 && longest > MOST_SEEN * distance {
+        let (ab, bc, ca) = (0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a));
+        for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+            add(part, cuts - 1, bins);
+        }
+        return;
+    }
+    let bin = (distance.max(1e-9).log2() * BINS).floor() as i32 + BELOW;
+    bins[bin.clamp(0, ALL_BINS as i32 - 1) as usize] += (solid_angle(a, b, c) * UNITS) as u64;
+}
+
+/// Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle", 1983.
+fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let over = a.dot(b.cross(c)).abs();
+    let under = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    let angle = 2.0 * over.atan2(under);
+    if angle.is_finite() { angle } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene::{Material, Mesh};
+
+    fn room(half: f32) -> Scene {
+        let mut scene = Scene::empty("room");
+        let material = scene.add_material(Material::default());
+        let walls = Mesh::cuboid("room", material, Vec3::splat(-half), Vec3::splat(half), true);
+        scene.add_mesh(walls, DAffine3::IDENTITY);
+        scene
+    }
+
+    #[test]
+    fn a_cube_is_seen_all_around_at_its_walls() {
+        let scene = room(2.0);
+        let far = clearance(&scene, &scene.pose(None, 0.0), DVec3::ZERO).unwrap();
+        // The mean over all directions is 1.22 half sides.
+        assert!((2.1..2.7).contains(&far), "{far}");
+        let angles: f64 = (0..6)
+            .map(|side| {
+                let [x, y] = [DVec3::AXES[side % 3], DVec3::AXES[(side + 1) % 3]];
+                let z = DVec3::AXES[(side + 2) % 3] * if side < 3 { 1.0 } else { -1.0 };
+                let corner = |i: f64, j: f64| z + i * x + j * y;
+                let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+                solid_angle(a, b, c) + solid_angle(a, c, d)
+            })
+            .sum();
+        assert!((angles - 4.0 * std::f64::consts::PI).abs() < 1e-9, "{angles}");
+    }
+
+    #[test]
+    fn voxels_are_small_where_the_camera_is_in_a_room_of_a_landscape() {
+        let mut scene = room(2.0);
+        let material = scene.add_material(Material::default());
+        let corner = Vec3::new(-500.0, -2.1, -500.0);
+        let ground = Mesh::quad("ground", material, corner, Vec3::Z * 1000.0, Vec3::X * 1000.0);
+        scene.add_mesh(ground, DAffine3::IDENTITY);
+        let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+        let view = View::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 1.0);
+        let settings = Settings { voxels: 64, ..Settings::default() };
+        let (fitted, words) = fitted_to_camera(&settings, (&scene, &pose, &view), bounds).unwrap();
+        // 17 m, 4.2, 1.06 and then 0.27 m.
+        assert_eq!(fitted.grid.center, Center::Camera);
+        assert_eq!(fitted.grid.side, Some(17.0), "{words}");
+        let grid = Grid::place(bounds, &fitted).unwrap();
+        assert_eq!(grid.boxes, 3);
+        // A camera high above sees far things alone; a room without a landscape has small voxels anyway.
+        let above = View { eye: DVec3::Y * 300.0, ..view };
+        assert!(fitted_to_camera(&settings, (&scene, &pose, &above), bounds).is_none());
+        let alone = room(2.0);
+        assert!(fitted_to_camera(&settings, (&alone, &alone.pose(None, 0.0), &view), alone.bounds(None)).is_none());
+        // Nor is there anything to be done with a method of one grid, or against what was asked for.
+        assert!(fitted_to_camera(&Settings::cones(), (&scene, &pose, &view), bounds).is_none());
+        assert!(fitted_to_camera(&fitted, (&scene, &pose, &view), bounds).is_none());
+    }
+
+    #[test]
+    fn lengths_are_rounded_up_to_three_digits() {
+        assert_eq!([16.94, 0.012341, 1.0, 12345.0].map(three_digits), [17.0, 0.0124, 1.0, 12400.0]);
+    }
+}

@@ -6,6 +6,7 @@ use super::SIZE;
 use super::case::Place;
 use super::cell::Cell;
 use crate::Result;
+use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
 use crate::scene::{Bounds, Pose, Scene, View};
@@ -54,7 +55,7 @@ impl<'a> Studio<'a> {
         Self::with(cell, stage, cell.settings.clone(), DVec3::ZERO)
     }
 
-    /// With other settings, and the grid about `center`.
+    /// With other settings, [fitted](for_camera) as `render` does, and the grid about `center`.
     pub fn with(cell: &'a Cell, stage: Stage, settings: Settings, center: DVec3) -> Result<Self> {
         let aovs = vec![Aov::Direct, Aov::Indirect, Aov::Depth];
         let options = RenderOptions {
@@ -62,7 +63,9 @@ impl<'a> Studio<'a> {
             memory_limit: cell.memory_limit,
             ..RenderOptions::new((SIZE, SIZE), stage.bounds(center))
         };
-        let pose = moved(&stage.pose(), &DAffine3::from_translation(center));
+        let (pose, world) = (stage.pose(), DAffine3::from_translation(center));
+        let (pose, view) = (moved(&pose, &world), seen(stage.view, &world));
+        let settings = for_camera(&settings, (&stage.scene, &pose, &view), options.bounds);
         let voxel_m = stage.voxel_m(&settings);
         let renderer = Renderer::new(cell.context, stage.scene.clone(), &pose, settings, options)?;
         Ok(Self { cell, stage, renderer, voxel_m })

@@ -6,6 +6,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use glam::DVec3;
 use twobounce::chart::measure::same_depth;
 use twobounce::measure::refuse_invalid;
 use twobounce::reference::cache::Cache;
@@ -48,7 +49,8 @@ fn main() -> Result<()> {
         let stage = random::stage(seed);
         let passes = passes_light(&stage);
         let truth = truth(&stage, &cell)?;
-        let mut studio = Studio::new(&cell, stage)?;
+        let settings = stage.with_its_grid(&cell.settings);
+        let mut studio = Studio::with(&cell, stage, settings, DVec3::ZERO)?;
         let shoot = |place| {
             let image = studio.shoot(place)?;
             refuse_invalid(&context)?;

@@ -56,6 +56,35 @@ fn what_no_surface_covers_shows_the_sky_there() {
     }
 }
 
+/// Each channel of the sky passes a pane as the pane lets that channel pass; the mean of the three gave a grey sky behind red glass.
+#[test]
+fn a_floor_under_coloured_glass_gets_the_sky_in_its_colour() {
+    const GLASS: Vec3 = Vec3::new(0.9, 0.2, 0.05);
+    let mut scene = Scene { sky: SKY, ..Scene::empty("glass") };
+    let grey = scene.add_material(Material { specular: 0.0, ..Material::lambert("grey", Vec3::splat(0.5)) });
+    // An index of 1 reflects nothing.
+    let pane = Material {
+        transmission: 1.0,
+        ior: 1.0,
+        roughness: 0.0,
+        double_sided: true,
+        ..Material::lambert("pane", GLASS)
+    };
+    let pane = scene.add_material(pane);
+    let quad = |name: &str, material, y: f32| {
+        Mesh::quad(name, material, Vec3::new(-4.0, y, -4.0), Vec3::Z * 8.0, Vec3::X * 8.0)
+    };
+    scene.add_mesh(quad("floor", grey, 0.0), DAffine3::IDENTITY);
+    scene.add_mesh(quad("pane", pane, 0.05), DAffine3::IDENTITY);
+    let projection = Projection::Orthographic { half_height: 0.3, near: 1e-3, far: 1.0 };
+    let view = View { eye: DVec3::Y * 0.04, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
+    let settings = gpu::with(Settings { voxels: 16, ..Settings::default() }, &["bounces=1", "rays.diffuse=32"]);
+    let image = gpu::render_layers(&gpu::context(), &scene, &settings, SIZE, view, vec![]).read();
+    // Of the sky 1 part in 1600 comes in beside the pane.
+    let off = off(image.beauty(), |_| 0.5 * SKY * GLASS);
+    assert!(off < 0.02, "it is off by {off}");
+}
+
 #[test]
 fn a_floor_sends_what_it_gets_of_the_gradient() {
     let mut scene = under_the_sky("floor");

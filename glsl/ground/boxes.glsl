@@ -80,7 +80,11 @@ bool is_covered(Box box, ivec3 cell) {
     return all(greaterThanEqual(from, ivec3(0))) && all(lessThan(from, ivec3(int(EDGE / 4u))));
 }
 
-// Where rays start off an item's plane, in voxels of box 0: as far as rounding asks for there, however small its box's are.
-float item_start(Box box) {
+// How far off a surface rays start, in voxels of box 0: as far as rounding asks for there, however small the box's are.
+float ray_start_in(Box box) {
     return RAY_START * max(1.0 / box.scale, 0.0625);
+}
+
+float ray_start_at(vec3 p) {
+    return ray_start_in(box_at(p));
 }

@@ -52,5 +52,5 @@ vec3 shadow_towards_point(vec3 position, vec3 facet, vec3 point) {
     vec3 to = point - origin; // not from the position: along a slanting way the start is nearer to the lamp by more than itself
     float distance = length(to);
     // Short of the lamp, which is listed like any triangle.
-    return trace_shadow_ray(origin, to / max(distance, 1e-6), distance * 0.9999 - RAY_START);
+    return trace_shadow_ray(origin, to / max(distance, 1e-6), distance * 0.9999 - ray_start_at(point));
 }

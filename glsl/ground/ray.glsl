@@ -4,6 +4,7 @@
 #include "common/color.glsl"
 #include "common/hit_triangle.glsl"
 #include "ground/surface.glsl"
+#include "ground/boxes.glsl"
 #include "ground/tree.glsl"
 
 // How many surfaces that let light through one ray may pass.
@@ -42,7 +43,8 @@ vec3 triangle_transmittance(uint triangle, vec2 uv) {
 }
 
 vec3 ray_start(vec3 position, vec3 facet, vec3 d) {
-    return position + facet * (dot(facet, d) < 0.0 ? -RAY_START : RAY_START);
+    float start = ray_start_at(position);
+    return position + facet * (dot(facet, d) < 0.0 ? -start : start);
 }
 
 // Share of the light that comes to `origin` from `distance` voxels away along unit d. Alpha masks, blending and transmission

@@ -149,7 +149,7 @@ void consider(uint item) {
     part.item = item;
     part.voxel = entry.voxel;
     part.box = box_of(part.voxel);
-    part.start = item_start(part.box) * part.box.scale;
+    part.start = ray_start_in(part.box) * part.box.scale;
     part.a = in_box(part.box, t.corners[0]);
     part.b = in_box(part.box, t.corners[1]);
     part.c = in_box(part.box, t.corners[2]);

@@ -10,7 +10,7 @@ use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
 use crate::scene::{Bounds, Pose, Scene, View};
-use crate::settings::Settings;
+use crate::settings::{Center, Settings};
 
 /// A scene, and the cube about the origin that it stays in wherever it is put.
 #[derive(Clone)]
@@ -29,11 +29,26 @@ impl Stage {
 
     /// Edge of a voxel with these settings, metres.
     pub fn voxel_m(&self, settings: &Settings) -> f64 {
-        2.0 * self.reach / (f64::from(settings.voxels) - 2.0 * settings.grid.margin)
+        let edge = f64::from(settings.voxels);
+        settings.grid.side.map_or(2.0 * self.reach / (edge - 2.0 * settings.grid.margin), |side| side / edge)
+    }
+
+    /// The settings with a grid that is about the stage wherever the scene goes beyond it.
+    pub fn with_its_grid(&self, settings: &Settings) -> Settings {
+        let mut settings = settings.clone();
+        (settings.grid.center, settings.grid.side) =
+            (Center::Point([0.0; 3]), Some(self.voxel_m(&settings) * f64::from(settings.voxels)));
+        settings
     }
 
     pub fn pose(&self) -> Pose {
         self.scene.pose(None, 0.0)
+    }
+
+    /// What the scene takes at `center`, and so much more on every side.
+    fn scene_bounds(&self, center: DVec3, more: f64) -> Bounds {
+        let Bounds { min, max } = self.scene.bounds(None);
+        Bounds { min: min + center - more, max: max + center + more }
     }
 
     pub fn bounds(&self, center: DVec3) -> Bounds {
@@ -58,15 +73,17 @@ impl<'a> Studio<'a> {
     /// With other settings, [fitted](for_camera) as `render` does, and the grid about `center`.
     pub fn with(cell: &'a Cell, stage: Stage, settings: Settings, center: DVec3) -> Result<Self> {
         let aovs = vec![Aov::Direct, Aov::Indirect, Aov::Depth];
-        let options = RenderOptions {
-            aovs,
-            memory_limit: cell.memory_limit,
-            ..RenderOptions::new((SIZE, SIZE), stage.bounds(center))
+        let voxel_m = stage.voxel_m(&settings);
+        // Where settings say how large the grid is, what reaches farther is outside of it.
+        let bounds = match settings.grid.side {
+            Some(_) => stage.scene_bounds(center, voxel_m),
+            None => stage.bounds(center),
         };
+        let options =
+            RenderOptions { aovs, memory_limit: cell.memory_limit, ..RenderOptions::new((SIZE, SIZE), bounds) };
         let (pose, world) = (stage.pose(), DAffine3::from_translation(center));
         let (pose, view) = (moved(&pose, &world), seen(stage.view, &world));
         let settings = for_camera(&settings, (&stage.scene, &pose, &view), options.bounds);
-        let voxel_m = stage.voxel_m(&settings);
         let renderer = Renderer::new(cell.context, stage.scene.clone(), &pose, settings, options)?;
         Ok(Self { cell, stage, renderer, voxel_m })
     }

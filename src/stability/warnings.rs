@@ -143,10 +143,13 @@ mod tests {
     #[test]
     fn the_grid_may_be_too_small() {
         let scene = divided(0.2).scene;
-        let mut settings = Settings::default();
+        let mut settings = Settings::cones();
         assert!(found(&scene, &settings).is_empty());
         settings.grid.side = Some(1.0);
         assert!(found(&scene, &settings)[0].contains("50 %"), "{:?}", found(&scene, &settings));
+        // Rays have larger voxels there.
+        settings.method = Method::Rays;
+        assert!(found(&scene, &settings).is_empty());
     }
 
     #[test]

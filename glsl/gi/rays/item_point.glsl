@@ -15,7 +15,7 @@ bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
     Box box = box_of(entry.voxel);
     bool free = true;
     for (float side = two_sided ? -1.0 : 1.0; side <= 1.0; side += 2.0) {
-        vec3 above = side * item_start(box) * n;
+        vec3 above = side * ray_start_in(box) * n;
         free = free && sees(entry.voxel, primary, from_box(box, p) + above, from_box(box, q) + above);
     }
     return free;

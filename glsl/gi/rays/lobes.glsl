@@ -86,7 +86,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             through *= reflects ? vec3(1.0) : tint;
             // Where facet and shading normal disagree, the facet says on which side the ray is.
             d -= (reflects ? 2.0 * min(dot(d, s.facet), 0.0) : 2.0 * max(dot(d, s.facet), 0.0)) * s.facet;
-            origin = at + s.facet * (reflects ? RAY_START : -RAY_START);
+            origin = at + s.facet * (reflects ? 1.0 : -1.0) * ray_start_at(at);
             travelled += met.distance;
             least = 0.0;
             views = false;

@@ -26,9 +26,10 @@ DiffuseFrame diffuse_frame(Surface s, uvec3 place) {
 DiffuseRay diffuse_ray(Surface s, DiffuseFrame f, uint i) {
     vec3 local = cosine_direction(i, DIFFUSE_RAYS, f.shift);
     vec3 d = above_facet(f.basis * local, s.facet);
-    vec4 seen = trace_light(s.position, s.facet, d);
-    float open = 1.0 - min(seen.a, 1.0);
-    return DiffuseRay(d, vec4(seen.rgb + open * sky_about(d, share_aperture(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE, local.z), 0.0), open));
+    vec3 through;
+    vec3 seen = trace_light(s.position, s.facet, d, through);
+    vec3 sky = sky_about(d, share_aperture(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE, local.z), 0.0);
+    return DiffuseRay(d, vec4(seen + through * sky, (through.r + through.g + through.b) / 3.0));
 }
 
 vec4 look_up_diffuse(Surface s, uvec3 place) {
@@ -60,8 +61,9 @@ vec3 look_up_specular(Surface s) {
     vec2 u = fract(interleaved_shift(uvec3(s.position)) + pass_shift());
     vec3 h = alpha < MIN_ALPHA ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, vec3(0.0, 0.0, 1.0), u);
     vec3 d = above_facet(tangent_frame(s.normal) * (2.0 * h.z * h - vec3(0.0, 0.0, 1.0)), s.facet);
-    vec4 seen = trace_light(s.position, s.facet, d);
-    return seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_about(d, ggx_aperture(s.roughness), 0.0);
+    vec3 through;
+    vec3 seen = trace_light(s.position, s.facet, d, through);
+    return seen + through * sky_about(d, ggx_aperture(s.roughness), 0.0);
 }
 
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {

@@ -53,7 +53,7 @@ uint lit_for(Met met) {
     vec3 a = in_box(box, triangles[entry.triangle].corners[0]);
     vec3 n = triangle_normal(a, in_box(box, triangles[entry.triangle].corners[1]), in_box(box, triangles[entry.triangle].corners[2]));
     vec3 center = vec3(cell_in(box, entry.voxel)) + 0.5;
-    float side = met.back ? -item_start(box) : item_start(box);
+    float side = met.back ? -ray_start_in(box) : ray_start_in(box);
     hit += side * met.normal;
     vec3 above = side * normalize(n);
     if (sees(entry.voxel, item, hit, from_box(box, anchor_point(a, n, center, part.anchor)) + above)) {
@@ -80,10 +80,11 @@ vec3 seen_radiance(Met met, vec3 d) {
     return lit ? seen : vec3(0.0);
 }
 
-// Leaves along unit d, which is above a surface with normal `facet`: rgb = stored radiance of what it meets, a = 1 − what is open.
-vec4 trace_light(vec3 position, vec3 facet, vec3 d) {
-    vec3 origin = position + facet * RAY_START;
-    vec3 through = vec3(1.0);
+// Leaves along unit d, which is above a surface with normal `facet`. Stored radiance of what it meets; `through`: what of the light behind
+// all of that gets there, per channel.
+vec3 trace_light(vec3 position, vec3 facet, vec3 d, out vec3 through) {
+    vec3 origin = position + facet * ray_start_at(position);
+    through = vec3(1.0);
     vec3 sum = vec3(0.0);
     float least = 0.0;
     bool going = true;
@@ -97,5 +98,5 @@ vec4 trace_light(vec3 position, vec3 facet, vec3 d) {
         going = met.any && !spent;
         least = met.distance;
     }
-    return vec4(sum, 1.0 - (through.r + through.g + through.b) / 3.0);
+    return sum;
 }

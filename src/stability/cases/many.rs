@@ -1,6 +1,8 @@
 //! Lamps, many or bright, and scenes made by chance.
 
 use super::walls::against_truth;
+use glam::DVec3;
+
 use super::{rel, sum};
 use crate::Result;
 use crate::chart::measure::same_depth;
@@ -65,7 +67,8 @@ fn random_scenes(cell: &Cell) -> Result<Vec<Sample>> {
         let [a, b] =
             [0, 1].map(|seed| Ok(cell.film(&stage, (&pose, &view), depth, seed)?.layers(&[]).beauty().to_vec()));
         let (a, b): (Vec<[f32; 3]>, Vec<[f32; 3]>) = (a?, b?);
-        let image = Studio::new(cell, stage)?.shoot(&place)?.beauty().to_vec();
+        let settings = stage.with_its_grid(&cell.settings);
+        let image = Studio::with(cell, stage, settings, DVec3::ZERO)?.shoot(&place)?.beauty().to_vec();
         let truth = 0.5 * (sum(&a) + sum(&b));
         let more =
             vec![("the reference's spread", (sum(&a) - sum(&b)).abs() / (2.0 * truth)), ("rel", rel(&image, &a))];

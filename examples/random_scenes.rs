@@ -22,8 +22,6 @@ use twobounce::{Error, Result};
 
 const PLACES: usize = 4;
 const SAMPLES: u32 = 64;
-/// Added to both means: a thousandth of what a light of 1 gives, as in the case `random`.
-const FAINT: f64 = 1e-3;
 
 fn main() -> Result<()> {
     let (mut preset, mut grid, mut seeds) = ("balanced".to_owned(), 32, 0..1000);
@@ -54,7 +52,7 @@ fn main() -> Result<()> {
         let shoot = |place| {
             let image = studio.shoot(place)?;
             refuse_invalid(&context)?;
-            Ok(mean(image.beauty()))
+            Ok(random::level(image.beauty(), truth.2))
         };
         let places = Place::all(PLACES + 1, false);
         let shots = places[1..].iter().map(shoot).collect::<Result<Vec<f64>>>()?;
@@ -62,9 +60,8 @@ fn main() -> Result<()> {
         let variance = shots.iter().map(|shot| (shot - ours).powi(2)).sum::<f64>() / (PLACES - 1) as f64;
         // Of one shot: what a user renders is one, not the mean.
         let deviation = (variance + truth.1.powi(2)).sqrt();
-        let level = truth.0 + FAINT;
-        let (ratio, far) = ((ours + FAINT) / level, (ours - truth.0).abs() / deviation.max(1e-9));
-        println!("{seed},{ratio:.4},{far:.2},{:.5},{:.5},{}", deviation / level, truth.1 / level, u8::from(passes));
+        let (ratio, far) = (ours / truth.0, (ours - truth.0).abs() / deviation.max(1e-9));
+        println!("{seed},{ratio:.4},{far:.2},{:.5},{:.5},{}", deviation / truth.0, truth.1 / truth.0, u8::from(passes));
     }
     Ok(())
 }
@@ -73,19 +70,17 @@ fn passes_light(stage: &Stage) -> bool {
     stage.scene.materials.iter().any(|m| m.transmission > 0.0 || m.alpha != Alpha::Opaque)
 }
 
-/// Mean of the image's radiance, and its standard error.
-fn truth(stage: &Stage, cell: &Cell) -> Result<(f64, f64)> {
+/// Level of the image, its standard error, and what counts of a value at most.
+fn truth(stage: &Stage, cell: &Cell) -> Result<(f64, f64, f32)> {
     let stop = Stop::Samples(cell.effort.samples);
     let depth = same_depth(&stage.scene, &cell.settings);
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: false };
     let mut film = Film::new(SIZE, SIZE);
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: cell.cancel };
     reference::render((&stage.scene, &stage.pose(), &stage.view), &options, &mut film, control)?;
-    let squares: f64 = film.error().iter().map(|e| (e.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0).powi(2)).sum();
-    let pixels = f64::from(SIZE * SIZE);
-    Ok((mean(film.layers(&[]).beauty()), squares.sqrt() / pixels))
-}
-
-fn mean(pixels: &[[f32; 3]]) -> f64 {
-    pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3 * pixels.len()) as f64
+    let layers = film.layers(&[]);
+    let bound = random::bound(layers.beauty());
+    let error = |e: &[f32; 3]| e.iter().map(|v| f64::from(v.clamp(-bound, bound))).sum::<f64>() / 3.0;
+    let squares: f64 = film.error().iter().map(|e| error(e).powi(2)).sum();
+    Ok((random::level(layers.beauty(), bound), squares.sqrt() / f64::from(SIZE * SIZE), bound))
 }

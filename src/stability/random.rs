@@ -89,6 +89,26 @@ pub fn stage(seed: u64) -> Stage {
     Stage::new(scene, 1.0, View::look_at(eye, target, DVec3::Y, fov.to_radians()))
 }
 
+/// Added to the means that are compared: a thousandth of what a light of 1 gives.
+const FAINT: f64 = 1e-3;
+/// Of this share of the truth's values none is larger than the bound, beside others that are: lamps smaller than a pixel, which samples
+/// meet by chance.
+const BOUNDED: f64 = 0.98;
+const BOUND: f32 = 4.0;
+
+/// What counts of a truth's values at most.
+pub fn bound(truth: &[[f32; 3]]) -> f32 {
+    let mut values: Vec<f32> = truth.iter().flatten().copied().collect();
+    values.sort_unstable_by(f32::total_cmp);
+    BOUND * values[(BOUNDED * (values.len() - 1) as f64) as usize]
+}
+
+/// Mean of an image's values, none of which counts more than `bound`, and a faint one besides: so that a black view shows leaks as they
+/// are seen.
+pub fn level(image: &[[f32; 3]], bound: f32) -> f64 {
+    image.iter().flatten().map(|value| f64::from(value.min(bound))).sum::<f64>() / (3 * image.len()) as f64 + FAINT
+}
+
 fn add_part(scene: &mut Scene, random: &mut Random) {
     let material = random.material();
     let material = scene.add_material(material);
@@ -171,6 +191,16 @@ fn add_lights(scene: &mut Scene, random: &mut Random, closed: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_lamp_in_a_pixel_counts_little() {
+        let mut image = vec![[1.0; 3]; 100];
+        let even = level(&image, bound(&image));
+        assert!((even - 1.001).abs() < 1e-6);
+        image[7] = [1e6; 3];
+        assert_eq!(bound(&image), 4.0);
+        assert!((level(&image, bound(&image)) / even - 1.03).abs() < 1e-3);
+    }
 
     #[test]
     fn a_seed_is_a_scene() {

@@ -301,7 +301,7 @@ fn outlines_are_their_twins() {
             pass.draw(
                 &pipeline,
                 &pipeline.select(&binds),
-                &GridPush { offset: [0.0; 3], scale: 1.0 },
+                &GridPush { offset: [0.0; 3], scale: 1.0, first: 0, hole: [0; 3], hole_edge: 0 },
                 ground.recorded(),
             );
         });

@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, Vec3};
 use twobounce::frame::{FrameDesc, first_plan};
+use twobounce::ground::clearance::for_camera;
 use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::grid::{Grid, radiance_scale};
 use twobounce::ground::lamps::Lamps;
@@ -70,6 +71,7 @@ fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
     let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1 };
     first_plan(&desc, &packed.trees, 16);
     known_failures(scene, pose, bounds, settings);
+    for_camera(settings, (scene, pose, view), bounds);
     let Ok(grid) = Grid::place(bounds, settings) else { return };
     expected_items(scene, &pose.world_from_instance, &grid);
     Lamps::new(scene).place((scene, pose), &grid, settings.lights.lamp_points);
@@ -88,6 +90,7 @@ fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
         light_pass: 0,
         light_share: 1.0,
         image_pass: 0,
+        boxes: Default::default(),
     }
     .layout();
 }

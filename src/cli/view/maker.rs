@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use rayon::prelude::*;
 use twobounce::gi::rays::inspect::Inspect;
+use twobounce::ground::boxes::FACTOR;
 use twobounce::layers::{Aov, Layers};
 use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
 use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
@@ -148,7 +149,13 @@ impl Making<'_> {
             let least = base.corner + DVec3::from(place.corner.map(f64::from)) * base.voxel_m;
             [least, least + DVec3::splat(f64::from(place.edge) * f64::from(place.voxel) * base.voxel_m)]
         });
-        corners.collect()
+        // And the boxes of finer voxels in the base grid.
+        let edge = f64::from(base.edge) * base.voxel_m;
+        let finer = ground.base().boxes.iter().take(base.boxes as usize).zip(1..).map(|(corner, number)| {
+            let least = base.corner + DVec3::from(corner.map(f64::from)) * base.voxel_m;
+            [least, least + DVec3::splat(edge / FACTOR.powi(number))]
+        });
+        corners.chain(finer).collect()
     }
 
     /// Brings the light as far as `render` does, and ends with the image of one pass.

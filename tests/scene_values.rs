@@ -9,7 +9,7 @@ use twobounce::scene::{
     Alpha, Animation, Bounds, Channel, Image, Interpolation, Material, Mesh, Mip, Projection, Property, Scene, Texture,
     TextureRef, Transform, View, Wrap,
 };
-use twobounce::settings::Settings;
+use twobounce::settings::{Method, Settings};
 
 const TRILINEAR: Texture =
     Texture { image: 0, wrap: [Wrap::Repeat; 2], mag_linear: true, min_linear: true, mip: Mip::Linear };
@@ -305,8 +305,13 @@ fn the_grid_leaves_its_margin_about_the_longest_side() {
     // Eleven metres are eleven voxels of sixteen.
     assert!((grid.voxel_m - 1.0).abs() < 1e-12, "{}", grid.voxel_m);
     assert!((grid.corner - DVec3::new(-6.0, -0.5, -3.5)).length() < 1e-12, "{}", grid.corner);
+    // A cube that does not hold the scene: with rays a larger one does, which holds that one's voxels.
     settings.grid.side = Some(8.0);
-    assert_eq!(Grid::place(bounds, &settings).expect("a grid").voxel_m, 0.5);
+    let grid = Grid::place(bounds, &settings).expect("a grid");
+    assert_eq!((grid.boxes, grid.voxel_m, grid.finest_m()), (1, 2.0, 0.5));
+    settings.method = Method::Cones;
+    let grid = Grid::place(bounds, &settings).expect("a grid");
+    assert_eq!((grid.boxes, grid.voxel_m), (0, 0.5));
 }
 
 #[test]

@@ -90,8 +90,8 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.05,
-        advice: "Leave grid.side at auto or grid.margin above 1, so that no wall lies on the grid's faces: walls outside of it, however \
-                 little, send no indirect light, which is what is lost with all a quarter voxel outside.",
+        advice: "Leave grid.side at auto or grid.margin above 1, so that no wall lies on the grid's faces, or use the method rays, which has \
+                 larger voxels outside.",
         quick: false,
         run: edges,
     },

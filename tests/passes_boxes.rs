@@ -33,7 +33,7 @@ fn every_box_lists_what_touches_its_voxels_and_leaves_out_what_the_next_one_has(
     // Some anywhere, some about the middle.
     let mut some = |size: f64, spread: f64| {
         let center = DVec3::splat(32.0) + (random.point() - 0.5) * spread;
-        triangle(&mut random, center, size).map(|p| p.clamp(DVec3::ZERO, DVec3::splat(64.0)).as_vec3().as_dvec3())
+        triangle(&mut random, center, size).map(|p| p.clamp(DVec3::ONE, DVec3::splat(63.0)).as_vec3().as_dvec3())
     };
     let triangles: Vec<_> = (0..400).map(|i| if i % 2 == 0 { some(40.0, 60.0) } else { some(2.0, 6.0) }).collect();
     add(&mut scene, &triangles, Material { double_sided: true, ..Material::lamp("lamp", Vec3::ONE) });

@@ -24,8 +24,9 @@ impl App {
             Err(_) if self.context.is_lost() => self.renew_context()?,
             Err(words) => match self.before.take() {
                 // What was opened last cannot be shown.
-                Some((subject, eye, later_s)) => {
+                Some((subject, settings, eye, later_s)) => {
                     (self.subject, self.eye, self.later_s) = (subject, eye, later_s);
+                    self.panel.settings = settings;
                     self.panel.error = Some(words);
                     self.start();
                 }

@@ -152,7 +152,7 @@ struct App {
     context: Arc<Context>,
     subject: Subject,
     /// What was open before, until the first frame of what is.
-    before: Option<(Subject, Option<Eye>, f64)>,
+    before: Option<(Subject, Settings, Option<Eye>, f64)>,
     opened: Instant,
     proxy: EventLoopProxy<()>,
     worker: Option<Worker>,
@@ -284,10 +284,10 @@ impl App {
         if settings.grid.center == Center::Camera {
             (settings.grid.center, settings.grid.side) = (Center::Scene, None);
         }
-        self.panel.settings = opened.fitted(settings);
+        let settings = std::mem::replace(&mut self.panel.settings, opened.fitted(settings));
         let again = args.path == self.subject.args.path;
         let before = std::mem::replace(&mut self.subject, Subject::new((args, typed), opened, &self.run));
-        self.before.get_or_insert((before, self.eye, self.later_s));
+        self.before.get_or_insert((before, settings, self.eye, self.later_s));
         if !again {
             (self.eye, self.later_s) = (None, 0.0);
         }

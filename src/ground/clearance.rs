@@ -12,6 +12,9 @@ use crate::settings::{Center, Settings};
 /// bounces, voxels of a half and of an eighth of the way: `rel` .119 and .082.
 const MOST_OF_WAY: f64 = 0.25;
 
+/// Bytes that every device binds as one storage buffer (Vulkan's least `maxStorageBufferRange`).
+const SMALLEST_BINDING: u64 = 1 << 27;
+
 /// The settings with smaller voxels about the camera, where those of one grid for the whole scene are too large for what it sees, and
 /// that in words. `None` where they are not, where the settings say where the grid stands, and where the method has one grid alone.
 /// `bounds`: of the scene over the whole animation.
@@ -28,7 +31,8 @@ pub fn fitted_to_camera(
     let way = clearance(scene, pose, view.eye)?;
     let smaller = |boxes: i32| FACTOR.powi(-boxes);
     let fits = |&boxes: &i32| grid.voxel_m * smaller(boxes) <= MOST_OF_WAY * way;
-    let boxes = (0..MOST_BOXES as i32).find(fits).unwrap_or(MOST_BOXES as i32);
+    let most = most_boxes(grid.edge);
+    let boxes = (0..most).find(fits).unwrap_or(most);
     if boxes == 0 {
         return None;
     }
@@ -47,6 +51,12 @@ pub fn fitted_to_camera(
 /// The same settings where nothing is to be changed.
 pub fn for_camera(settings: &Settings, seen: (&Scene, &Pose, &View), bounds: Bounds) -> Settings {
     fitted_to_camera(settings, seen, bounds).map_or_else(|| settings.clone(), |(fitted, _)| fitted)
+}
+
+/// As many boxes as any device binds the voxels of, together with the base grid's.
+fn most_boxes(edge: u32) -> i32 {
+    let grids = SMALLEST_BINDING / (u64::from(edge).pow(3) * size_of::<u32>() as u64);
+    grids.saturating_sub(1).min(MOST_BOXES as u64) as i32
 }
 
 /// Rounded up, so that what was held still is.
@@ -139,6 +149,11 @@ mod tests {
         let walls = Mesh::cuboid("room", material, Vec3::splat(-half), Vec3::splat(half), true);
         scene.add_mesh(walls, DAffine3::IDENTITY);
         scene
+    }
+
+    #[test]
+    fn every_device_binds_the_boxes_that_are_chosen() {
+        assert_eq!([16, 128, 256].map(most_boxes), [5, 5, 1]);
     }
 
     #[test]

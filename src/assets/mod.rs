@@ -19,9 +19,11 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
     let described = [
         ("cornell-area.glb", concat!(include_str!("cornell.toml"), include_str!("cornell_area.toml"))),
         ("cornell-point.glb", concat!(include_str!("cornell.toml"), include_str!("cornell_point.toml"))),
+        ("corridor.glb", include_str!("corridor.toml")),
         ("demo.glb", DEMO),
         ("gallery.glb", include_str!("gallery.toml")),
         ("thick-walls.glb", include_str!("thick_walls.toml")),
+        ("two-rooms.glb", include_str!("two_rooms.toml")),
     ];
     described.into_iter().map(|(name, text)| Ok((name, glb::make(name.trim_end_matches(".glb"), text)?))).collect()
 }

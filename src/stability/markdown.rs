@@ -16,6 +16,8 @@ A scene never stands at one place alone: each is run at nine offsets within a vo
 places, the worst one behind. **Bold** is further from the ideal than the limit, at the worst place. Images have 64×64 pixels. Thicknesses in voxels are of that row's grid.
 A dash is not measured; `random` are the first 24 of its scenes. Rows of `accurate`, `cones`, `lpv` and `photons` were measured where they end within a minute or so.
 
+Whether what is beyond a limit is noise, which more rays take away, or stays, is measured in [noise.md](noise.md).
+
 What cannot be seen from outside is held by tests: opacity and radiance bounds of mips by `tests/twins_values.rs` and `tests/passes_cells.rs`, counters and overflow by
 `tests/passes_voxelise.rs` and `tests/passes_order.rs`, propagation by `tests/passes_lpv.rs`, refraction and lobes by `tests/passes_gloss.rs`.
 ";

@@ -57,7 +57,8 @@ pub const CASES: &[Case] = &[
         unit: Unit::Share,
         ideal: 0.0,
         limit: 0.02,
-        advice: "Bands show where light is read from coarser voxels, and noise where directions are few: raise voxels, or take more directions.",
+        advice: "With rays it is noise of few directions, shared among neighbours: take more, or image.passes. In the last four pixels of an \
+                 image sharing is one-sided. With cones bands show where light is read from coarser voxels: raise voxels.",
         quick: false,
         run: banding,
     },
@@ -90,8 +91,9 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.05,
-        advice: "Leave grid.side at auto or grid.margin above 1, so that no wall lies on the grid's faces, or use the method rays, which has \
-                 larger voxels outside.",
+        advice: "Leave grid.side at auto or grid.margin above 1, so that no wall lies on the grid's faces, or use the method rays. With rays \
+                 it is the lamp in the corner alone: it touches walls, and the spot that it lights there is smaller than a voxel. Raise voxels, \
+                 or keep lamps off walls.",
         quick: false,
         run: edges,
     },

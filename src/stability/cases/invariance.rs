@@ -24,13 +24,13 @@ pub const CASES: &[Case] = &[
         "symmetry",
         "A room under rotations and mirrors of the cube, its view too: mean |difference| from the plain image over that image's \
          mean.",
-        "Directions are fixed in the world, so that noise differs; it falls as directions grow in number: take more, or more passes.",
+        "Directions are fixed in the world, so that noise differs. It is nothing else: it falls as directions and passes grow in number.",
         symmetry,
     ),
     invariance(
         "symmetry-mean",
         "The same images: |difference| of their means over the plain one's.",
-        "Light arrives better along some axes than others: turn the scene, or take more directions.",
+        "With cones light arrives better along some axes than others: turn the scene. With rays it is noise: take more directions.",
         symmetry_of_means,
     ),
     invariance(

@@ -82,7 +82,8 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.1,
-        advice: "Light that needs many bounces arrives weaker or stronger than it is: add lamps far from the only one.",
+        advice: "Light that needs many bounces arrives weaker or stronger than it is: add lamps far from the only one. With rays it is noise \
+                 of the voxels' few directions: raise rays.bounce and rays.passes.",
         quick: false,
         run: corridors,
     },

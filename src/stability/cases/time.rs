@@ -55,7 +55,7 @@ pub const CASES: &[Case] = &[
         unit: Unit::Share,
         ideal: 0.0,
         limit: 0.02,
-        advice: "Make doors as thick as a voxel, or use the method rays.",
+        advice: "Make doors as thick as a voxel, or use the method rays; with those it is noise of few directions: take more, or image.passes.",
         quick: false,
         run: door,
     },

@@ -45,7 +45,7 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.05,
-        advice: "Fences, grilles and foliage below a voxel need the method rays, or a grid that is finer than their gaps.",
+        advice: "Fences, grilles and foliage below a voxel need the method rays, with more directions than nine, or a grid finer than their gaps.",
         quick: false,
         run: fence,
     },

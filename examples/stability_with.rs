@@ -40,9 +40,7 @@ fn main() -> Result<()> {
         let samples = (case.run)(&cell)?;
         let (measured, _) = Measured::of(case, &samples, &[], 0.0);
         let Spread { min, median, max, .. } = measured.number;
-        let worst = if (max - case.ideal).abs() > (min - case.ideal).abs() { max } else { min };
-        let words = |number| case.unit.words(number);
-        Ok::<_, Error>(format!("{} ({})", words(median), words(worst)))
+        Ok::<_, Error>(case.words(median, min, max))
     };
     println!("| case | {} |", changes.join(" | "));
     println!("|---|{}", "---:|".repeat(changes.len()));

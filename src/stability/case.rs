@@ -23,6 +23,19 @@ pub struct Case {
     pub run: fn(&Cell) -> Result<Vec<Sample>>,
 }
 
+impl Case {
+    /// Of the least and the largest number, the one that is the farther from the ideal.
+    pub fn farther(&self, min: f64, max: f64) -> f64 {
+        if (max - self.ideal).abs() >= (min - self.ideal).abs() { max } else { min }
+    }
+
+    /// The median over places and, in brackets where it reads otherwise, the number that is the farthest from the ideal.
+    pub fn words(&self, median: f64, min: f64, max: f64) -> String {
+        let (median, worst) = (self.unit.words(median), self.unit.words(self.farther(min, max)));
+        if median == worst { median } else { format!("{median} ({worst})") }
+    }
+}
+
 /// How a number is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {

@@ -61,15 +61,9 @@ fn fails(case: &Case, kept: &Kept) -> bool {
     kept.distance > case.limit * (1.0 + 1e-9)
 }
 
-/// The number that is the farthest from the ideal.
-fn worst(case: &Case, kept: &Kept) -> f64 {
-    if (kept.max - case.ideal).abs() >= (kept.min - case.ideal).abs() { kept.max } else { kept.min }
-}
-
 fn cell(case: &Case, kept: Option<&Kept>) -> String {
     let Some(kept) = kept else { return " – |".to_owned() };
-    let (median, most) = (case.unit.words(kept.median), case.unit.words(worst(case, kept)));
-    let text = if median == most { median } else { format!("{median} ({most})") };
+    let text = case.words(kept.median, kept.min, kept.max);
     if fails(case, kept) { format!(" **{text}** |") } else { format!(" {text} |") }
 }
 
@@ -101,7 +95,7 @@ fn sentence(rows: &Rows, case: &Case) -> String {
         let of_preset = grids(rows).into_iter().filter_map(|grid| Some((grid, find(rows, case, preset, grid)?)));
         let far: Vec<String> = of_preset
             .filter(|(_, kept)| fails(case, kept))
-            .map(|(grid, kept)| format!("{} at {grid}³", case.unit.words(worst(case, kept))))
+            .map(|(grid, kept)| format!("{} at {grid}³", case.unit.words(case.farther(kept.min, kept.max))))
             .collect();
         if !far.is_empty() {
             failing.push(format!("`{preset}` reaches {}", far.join(", ")));

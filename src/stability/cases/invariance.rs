@@ -24,7 +24,7 @@ pub const CASES: &[Case] = &[
         "symmetry",
         "A room under rotations and mirrors of the cube, its view too: mean |difference| from the plain image over that image's \
          mean.",
-        "Directions are fixed in the world, so that noise differs. It is nothing else: it falls as directions and passes grow in number.",
+        "Directions are fixed in the world, so that noise differs; it falls as directions and passes grow in number: take more of both.",
         symmetry,
     ),
     invariance(

@@ -29,8 +29,8 @@ pub const CASES: &[Case] = &[
         unit: Unit::Share,
         ideal: 0.0,
         limit: 0.1,
-        advice: "Replace lamps far smaller than a voxel by point lights, or keep lights.lamps at sampled. With rays it is the image's 64 pixels: \
-                 every fourth gathers.",
+        advice: "Replace lamps far smaller than a voxel by point lights, or keep lights.lamps at sampled. What `fast` is off \
+                 falls to a third where every pixel gathers: raise image.gather_resolution.",
         quick: false,
         run: bright_lamp,
     },

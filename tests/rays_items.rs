@@ -1,5 +1,4 @@
-//! The light of list items with the method `rays`: what neighbours share, against a twin; that nothing comes through a wall; that
-//! all bounces come near the truth, and that more passes come nearer.
+//! The light of list items with the method `rays`: what neighbours share, against a twin, and that nothing comes through a wall.
 
 #[path = "common/gpu.rs"]
 mod gpu;
@@ -7,8 +6,6 @@ mod gpu;
 mod scenes;
 #[path = "common/studio.rs"]
 mod studio;
-#[path = "common/traced.rs"]
-mod traced;
 
 use std::collections::BTreeMap;
 
@@ -16,11 +13,8 @@ use glam::{DAffine3, DQuat, DVec3, IVec3, Vec3};
 use gpu::twins::alike::facing_cell;
 use gpu::twins::split::Part;
 use studio::{Studio, room};
-use traced::film;
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
-use twobounce::layers::{Aov, Layers, relative_noise};
-use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
 use twobounce::settings::Settings;
@@ -318,135 +312,4 @@ fn no_light_comes_through_a_wall_that_stands_askew() {
         }
     }
     assert_eq!(context.take_validation_messages(), Vec::<String>::new());
-}
-
-/// Two rooms beside each other, open in front, with walls of 0.1 m and a wall of `between` metres between them that ends before
-/// the front; a light in the left one.
-fn two_rooms(between: f32) -> Scene {
-    let mut scene = Scene::empty("two rooms");
-    let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.72)) });
-    let red =
-        scene.add_material(Material { double_sided: true, ..Material::lambert("red", Vec3::new(0.7, 0.35, 0.2)) });
-    let slabs = [
-        (white, [-2.1, -0.1, -1.6], [2.1, 0.0, 1.5]),
-        (white, [-2.1, 2.2, -1.6], [2.1, 2.3, 1.5]),
-        (white, [-2.1, 0.0, -1.6], [2.1, 2.2, -1.5]),
-        (red, [-2.1, 0.0, -1.5], [-2.0, 2.2, 1.5]),
-        (red, [2.0, 0.0, -1.5], [2.1, 2.2, 1.5]),
-        (white, [-0.5 * between, 0.0, -1.5], [0.5 * between, 2.2, 0.6]),
-    ];
-    for (material, low, high) in slabs {
-        scene.add_mesh(Mesh::cuboid("slab", material, low.into(), high.into(), false), DAffine3::IDENTITY);
-    }
-    scene.add_light(LightKind::Point, Vec3::splat(20.0), DAffine3::from_translation(DVec3::new(-1.0, 1.7, -0.3)));
-    scene
-}
-
-const LAYERS: [Aov; 2] = [Aov::Beauty, Aov::Direct];
-
-/// Of the indirect light: mean of the image's over mean of the truth's, and mean |error| over mean.
-fn indirect(image: &Layers, truth: &Layers) -> (f64, f64) {
-    let of = |layers: &Layers| -> Vec<f64> {
-        let direct = layers.get(Aov::Direct).expect("a layer").iter().flatten();
-        layers.beauty().iter().flatten().zip(direct).map(|(all, direct)| f64::from(all - direct)).collect()
-    };
-    let (image, truth) = (of(image), of(truth));
-    let sum: f64 = truth.iter().sum();
-    let error: f64 = image.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum();
-    (image.iter().sum::<f64>() / sum, error / sum)
-}
-
-/// [`two_rooms`] as seen from the front, and the path tracer's image of it.
-fn into_both_rooms(scene: &Scene, size: u32) -> (View, Layers) {
-    let eye = DVec3::new(1.0, 1.2, 4.4);
-    let forward = (DVec3::new(0.3, 1.05, 0.0) - eye).normalize();
-    let up = forward.cross(DVec3::Y).cross(forward).normalize();
-    let view = View { eye, forward, up, ..View::framing(scene.bounds(None)) };
-    let stop = Stop::Noise(0.03);
-    let options = Options { width: size, height: size, depth: Depth::Full, stop, seed: 0, occlusion: false };
-    (view, film(scene, &view, &options).layers(&LAYERS))
-}
-
-#[test]
-fn all_bounces_come_near_the_truth_beside_thin_walls() {
-    const SIZE: u32 = 96;
-    let context = gpu::context();
-    let scene = two_rooms(0.03); // a fifth of a voxel at 32
-    let (view, truth) = into_both_rooms(&scene, SIZE);
-    let error = |base: Settings, changes: &[&str]| {
-        let settings = gpu::with(gpu::with(base, &["voxels=32", "bounces=all"]), changes);
-        indirect(&gpu::render_layers(&context, &scene, &settings, SIZE, view, LAYERS.to_vec()).read(), &truth)
-    };
-    // What is left is the image's own: `fast` gathers at 24×24 pixels here. The truth's noise is 3 %.
-    for (base, most) in [(Settings::fast(), 0.12), (Settings::default(), 0.08), (Settings::accurate(), 0.06)] {
-        let (energy, rel) = error(base, &[]);
-        assert!((energy - 1.0).abs() < 0.03 && rel < most, "energy {energy}, rel {rel} of {most}");
-    }
-    // A mean over passes comes nearer than the settled light of one set of directions.
-    let accurate = |passes: &str| error(Settings::accurate(), &[passes, "rays.bounce=1"]).1;
-    let [settled, mean] = ["rays.passes=0", "rays.passes=16"].map(accurate);
-    assert!(mean < 0.85 * settled, "{mean} after {settled}");
-}
-
-/// Blocks of 8×8 pixels, each the sum of its radiance.
-fn blocks(image: &Layers) -> Vec<f64> {
-    let row = image.width as usize;
-    let mut sums = vec![0.0; (row / 8) * (image.height as usize / 8)];
-    for (i, p) in image.beauty().iter().enumerate() {
-        sums[i / row / 8 * (row / 8) + i % row / 8] += f64::from(p[0] + p[1] + p[2]);
-    }
-    sums
-}
-
-#[test]
-fn adding_a_bounce_never_darkens() {
-    const SIZE: u32 = 64;
-    let context = gpu::context();
-    let scene = two_rooms(0.1);
-    let view = into_both_rooms(&scene, 8).0;
-    for base in [Settings::fast(), Settings::default(), Settings::accurate()] {
-        let image = |bounces: &str| {
-            let settings = gpu::with(base.clone(), &["voxels=32", bounces]);
-            blocks(&gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![]).read())
-        };
-        let [one, two, all] = ["bounces=1", "bounces=2", "bounces=all"].map(image);
-        let darkest = |few: &[f64], more: &[f64]| {
-            few.iter().zip(more).map(|(few, more)| more / few - 1.0).fold(f64::INFINITY, f64::min)
-        };
-        // The second bounce comes along the same rays. All bounces are a mean over passes, two are one pass: where a block has little
-        // indirect light, the noise of one pass of `fast` may hide what it gains, but not here.
-        let (second, rest) = (darkest(&one, &two), darkest(&two, &all));
-        assert!(second > -0.002 && rest > -0.002, "{second}, {rest}");
-    }
-}
-
-#[test]
-fn passes_over_the_image_come_nearer_to_the_truth_and_say_how_near() {
-    const SIZE: u32 = 48;
-    let scene = two_rooms(0.03);
-    let (view, truth) = into_both_rooms(&scene, SIZE);
-    let base = ["voxels=32", "bounces=all", "image.gather_resolution=full"];
-    let settings = gpu::with(Settings::fast(), &base);
-    let (context, pose) = (gpu::context(), scene.pose(None, 0.0));
-    let options = RenderOptions { aovs: LAYERS.to_vec(), ..RenderOptions::new((SIZE, SIZE), scene.bounds(None)) };
-    let mut renderer = Renderer::new(&context, scene, &pose, settings.clone(), options).expect("it fits");
-    let mut passes = |count: u32| {
-        let settings = gpu::with(settings.clone(), &[&format!("image.passes={count}")]);
-        renderer.change(settings, (SIZE, SIZE)).expect("other settings");
-        let noise = renderer.render(&pose, &view).expect("a frame").noise;
-        (renderer.read(), noise)
-    };
-    let ((one, none), (few, said), (many, _)) = (passes(1), passes(8), passes(128));
-    assert_eq!(none, None);
-    let [one_rel, few_rel, many_rel] = [&one, &few, &many].map(|image| indirect(image, &truth).1);
-    println!("one {one_rel}, few {few_rel}, many {many_rel}");
-    assert!(few_rel < 0.85 * one_rel && many_rel < few_rel, "{one_rel}, {few_rel}, {many_rel}");
-    // What it says of itself against what 128 passes show, in which the first 8 are a sixteenth.
-    let pixels = many.beauty().iter().zip(few.beauty()).map(|(many, few)| {
-        let [many, few] = [many, few].map(|p| DVec3::from(p.map(f64::from)));
-        (many, few - many)
-    });
-    let (off, said) = (relative_noise(pixels), said.expect("eight passes"));
-    println!("off {off}, said {said}");
-    assert!((0.6..1.6).contains(&(said / off)), "{said} said, {off} off");
 }

@@ -14,8 +14,9 @@ use glam::{DAffine3, DVec3, IVec3, Vec3};
 use gpu::twins::alike::{Listed, groups};
 use gpu::twins::cells::parents;
 use gpu::twins::voxelise::Polygon;
+use half::f16;
 use scenes::{Random, add, triangle};
-use studio::{Studio, pose, room};
+use studio::{Studio, Volumes, pose, room};
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
 use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};
@@ -76,10 +77,30 @@ fn cells_give_the_bits_of_layers() {
         let fill = layered.of.cones.fill;
         // Direct light is kept between the bounces of two of the three: what is kept is what would be found again.
         let mut studio = Studio::new(&scene, &gpu::with(layered, &["cones.passes=cells"]));
-        assert!(studio.volumes(&here) == first, "{fill}: first frame");
-        assert!(studio.volumes(&there) == moved, "{fill}: after the box moved");
-        assert!(studio.volumes(&here) == first, "{fill}: after it came back");
+        let mut holds = |pose, expected, when| {
+            let found = studio.volumes(pose);
+            let (share, off) = difference(&found, expected);
+            // A GPU's compiler contracts products and sums otherwise in fragment shaders than in compute shaders: rounding, and now
+            // and then a cone that meets another voxel.
+            let holds = if studio.context.is_cpu { found == *expected } else { share < 0.01 && off < 1e-3 };
+            assert!(holds, "{fill}: {when}: {share} of the values differ by more than 2⁻⁹, the mean by {off}");
+        };
+        holds(&here, &first, "first frame");
+        holds(&there, &moved, "after the box moved");
+        holds(&here, &first, "after it came back");
     }
+}
+
+/// Share of the values that differ by more than a rounding of a half or two, and mean |difference| over the mean.
+fn difference(a: &Volumes, b: &Volumes) -> (f64, f64) {
+    let values = |v: &Volumes| -> Vec<f64> {
+        let texels = v.iter().flatten().flatten().flatten().flatten();
+        texels.map(|bits| f64::from(f16::from_bits(*bits))).collect()
+    };
+    let (a, b) = (values(a), values(b));
+    let apart: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).collect();
+    let differ = apart.iter().zip(&b).filter(|(apart, b)| **apart > b.abs() / 512.0).count();
+    (differ as f64 / a.len() as f64, apart.iter().sum::<f64>() / b.iter().sum::<f64>())
 }
 
 #[test]

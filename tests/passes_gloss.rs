@@ -145,7 +145,8 @@ fn subjects() -> Vec<Subject> {
                 (MANY_RAYS, 0.165, 0.05),
             ],
         ),
-        row("lacquer", false, &[(CONES, 0.15, 0.03), (RAYS, 0.13, 0.03)]),
+        // Eight rays of each sphere's lobe: .987 of the energy on llvmpipe, .969 on an NVIDIA H200.
+        row("lacquer", false, &[(CONES, 0.15, 0.03), (RAYS, 0.13, 0.04)]),
         // What glass reflects inside is taken to be as bright as what is seen through it; here, the room is black. A frosted
         // ball is frosted where light enters and smooth where it leaves.
         full("glass ball", gloss::glass_ball(1.5, 0.0), &[Part::Ball], &[(CONES, 0.45, 0.03), (RAYS, 0.17, 0.07)]),

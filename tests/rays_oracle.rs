@@ -142,7 +142,8 @@ fn compare(scene: &Scene, settings: &Settings, count: usize, undecided: f64) -> 
     let shown = wrong.iter().take(3).cloned().collect::<Vec<_>>().join("\n");
     assert!(wrong.is_empty(), "{}, {edge}³: {} of {count} rays are wrong:\n{shown}", scene.name, wrong.len());
     assert!(tally.hits * 3 > count, "few rays hit anything");
-    let most = (count as f64 * undecided) as usize;
+    // A GPU's filter leaves more open, at the edges of texels.
+    let most = (count as f64 * undecided * if context.is_cpu { 1.0 } else { 10.0 }) as usize;
     assert!(tally.undecided_hits <= most && tally.undecided_shadows <= most, "too many rays are undecided");
     tally
 }

@@ -37,6 +37,9 @@ pub fn pose(scene: &Scene, at: DVec3) -> Pose {
     pose
 }
 
+/// Half-floats of volumes: by volume, face and level.
+pub type Volumes = Vec<Vec<Vec<Vec<[u16; 4]>>>>;
+
 pub struct Studio {
     pub context: Arc<Context>,
     pub renderer: Renderer,
@@ -53,7 +56,7 @@ impl Studio {
     }
 
     /// The bits of both volumes after a frame.
-    pub fn volumes(&mut self, pose: &Pose) -> Vec<Vec<Vec<Vec<[u16; 4]>>>> {
+    pub fn volumes(&mut self, pose: &Pose) -> Volumes {
         self.renderer.render(pose, &self.view).expect("a frame");
         assert_eq!(self.context.take_validation_messages(), Vec::<String>::new());
         self.renderer.frame().method.volumes().iter().map(|v| gpu::volume_bits(&self.context, v)).collect()

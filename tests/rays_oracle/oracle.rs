@@ -31,6 +31,8 @@ const EDGE_TOLERANCE: f64 = 1.001e-5;
 const DEPTH_ROUNDING: f64 = 2.2e-5;
 /// Of a linear colour: Vulkan leaves the decoding of sRGB half a step of 8 bits, up to 4·10⁻³; lavapipe takes 1.2·10⁻³.
 const DECODING: f64 = 2e-3;
+/// A GPU's filter knows places between texels to 2⁻⁸: in coordinates of a texture of four texels, scaled by 0.9.
+const FILTERING: f32 = 1.1e-3;
 /// A shadow ray is undecided if its bounds are further apart than this: more than rounding of colours does.
 const APART: f64 = 0.02;
 /// The shader's word for opaque is 2⁻²⁹.
@@ -190,6 +192,8 @@ pub struct Oracle {
     scene: Scene,
     textures: Textures,
     pub facets: Vec<Facet>,
+    /// How far off texture coordinates may be.
+    filtering: f32,
 }
 
 impl Oracle {
@@ -211,7 +215,7 @@ impl Oracle {
         let edge = f64::from(renderer.ground().desc.grid.edge);
         let within = |p: DVec3| p.min_element() > 0.0 && p.max_element() < edge;
         assert!(facets.iter().all(|f| [DVec2::ZERO, DVec2::X, DVec2::Y].iter().all(|&uv| within(f.at(uv)))));
-        Self { textures: Textures::new(&scene), scene, facets }
+        Self { textures: Textures::new(&scene), scene, facets, filtering: if context.is_cpu { 0.0 } else { FILTERING } }
     }
 
     pub fn check(&self, ray: &Ray, nearest: &Found, shadow: &Found) -> Tally {
@@ -287,12 +291,14 @@ impl Oracle {
             cutoffs.push(Material { alpha: Alpha::Mask(cutoff - 1.2e-5), ..material.clone() });
         }
         let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        for k in 0..5 {
-            let corner = [DVec2::ZERO, DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)][k];
+        let corners = [DVec2::ZERO, DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)];
+        let beside = if self.filtering > 0.0 { &corners[..] } else { &corners[..1] };
+        for (corner, beside) in corners.iter().flat_map(|corner| beside.iter().map(move |beside| (*corner, *beside))) {
             let uv =
                 (crossing.uv + corner * (crossing.uv_rounding + 1e-6)).clamp(DVec2::splat(-1.0), DVec2::splat(2.0));
             let weights = [1.0 - uv.x - uv.y, uv.x, uv.y];
-            let mean = |at: [Vec2; 3]| (0..3).map(|i| at[i].as_dvec2() * weights[i]).sum::<DVec2>().as_vec2();
+            let beside = beside.as_vec2() * self.filtering;
+            let mean = |at: [Vec2; 3]| (0..3).map(|i| at[i].as_dvec2() * weights[i]).sum::<DVec2>().as_vec2() + beside;
             let color = (0..3).map(|i| facet.colors[i] * weights[i] as f32).sum();
             let point = SurfacePoint { uvs: facet.uvs.map(mean), color, footprint: [0.0; 2] };
             for material in &cutoffs {

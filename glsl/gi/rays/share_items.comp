@@ -5,8 +5,10 @@
 // What others see of each lit item: the mean of what it and its neighbours on the same surface send, since each looks along
 // other directions. Directions differ within squares of four voxels (image.interleave); a square of five whose border counts half
 // has each of them once, so that no pattern is left where few directions meet something bright. Where a voxel lists anything else
-// beside, nothing is shared with it or across it: the surface may end there at a wall, and no light may pass that. A thread per
-// lit item.
+// beside, nothing is shared with it or across it: the surface may end there at a wall, and no light may pass that. A mean of many
+// passes looks along many directions itself, and sharing only blurs it: neighbours count by the square of what one pass is of the
+// mean (a corridor at 32³, `balanced`: energy 1.08 to 1.05, `rel` .098 to .074; elsewhere up to 3 % more noise). Not where boxes go
+// with the camera: each time that one moves a mean begins anew, and what is blurred then would not be soon after. A thread per lit item.
 // With FEEDBACK, what the next pass reads is handed over to it. That is what items send themselves, once a mean of passes is made:
 // what was shared in every pass would go farther with each, and where light falls off along a surface, what arrives from the
 // brighter side is more than what is lost to the darker one. And the lobes, as they are.
@@ -86,6 +88,7 @@ bool undivided_between(Box box, vec3 from, vec3 to) {
 
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;
+    float few_passes = BOXES == 0u ? frame.light_share * frame.light_share : 1.0;
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         uint item = lit_items[i];
         COUNT(WORDS, 17u);
@@ -103,7 +106,7 @@ void main() {
         for (int k = 0; k < (shares ? 25 : 0); k++) {
             ivec2 away = ivec2(k % 5, k / 5) - 2;
             bool near = max(abs(away.x), abs(away.y)) < 2;
-            float share = (abs(away.x) < 2 ? 1.0 : 0.5) * (abs(away.y) < 2 ? 1.0 : 0.5);
+            float share = few_passes * (abs(away.x) < 2 ? 1.0 : 0.5) * (abs(away.y) < 2 ? 1.0 : 0.5);
             vec3 there = center;
             there[(axis + 1) % 3] += float(away.x);
             there[(axis + 2) % 3] += float(away.y);

@@ -139,7 +139,14 @@ ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
     } else {
         bc = closest_point(a, b, c, center);
     }
-    Surface s = evaluate_surface(t, attributes, vec3(1.0 - bc.x - bc.y, bc), footprint_over(attributes, corners), false);
+    Footprint footprint = footprint_over(attributes, corners);
+#ifdef METHOD_POINTS
+    // A mask filtered over the voxel would be all or nothing, and its colours those of what is cut away too.
+    if (feature(FEATURE_ALPHA) && (materials[t.material].flags & MATERIAL_MASK) != 0u) {
+        footprint = POINT;
+    }
+#endif
+    Surface s = evaluate_surface(t, attributes, vec3(1.0 - bc.x - bc.y, bc), footprint, false);
     float opacity = s.opacity * (1.0 - s.transmission);
     bool fills = LIGHTS_FRONTS || opacity * area > 0.0;
     bool two_sided = !LIGHTS_FRONTS && (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;

@@ -98,6 +98,11 @@ struct Material {
     TextureSlot slots[8];
 };
 
+// Whether no light gets through, wherever a surface is met.
+bool is_opaque(uint flags, float transmission) {
+    return (flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u && transmission == 0.0;
+}
+
 const uint LIGHT_POINT = 0u;
 const uint LIGHT_SPOT = 1u;
 const uint LIGHT_DIRECTIONAL = 2u;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Split: where another surface cuts an item's part of its triangle, what is seen on one side of the cut is not the other side's. Such
+// Split: where an opaque surface cuts an item's part of its triangle, what is seen on one side of the cut is not the other side's. Such
 // an item gets a twin: each is lit where the other cannot be seen from, and a ray takes the one that sees where it hit. A thread
 // per item that is lit. Held against brute force in tests/rays_items.rs.
 #include "ground/constants.glsl"
@@ -75,16 +75,19 @@ uint hidden_from(Part part, vec3 from, uint candidates) {
         ListItem entry = list_items[item - 1u];
         bool itself = item_parts[item - 1u].lit_by == part.item;
         item = entry.next;
+        uint material = triangles[entry.triangle].material;
+        // Leaves that lie through each other would cut one another into more parts than two, and most of what is seen of them be dark.
+        bool opaque = is_opaque(materials[material].flags, materials[material].transmission);
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
-        COUNT(WORDS, 1u);
+        COUNT(WORDS, 4u);
         vec3 a = in_box(part.box, triangles[entry.triangle].corners[0]);
         vec3 b = in_box(part.box, triangles[entry.triangle].corners[1]);
         vec3 c = in_box(part.box, triangles[entry.triangle].corners[2]);
         vec3 heights = vec3(dot(part.n, a - part.a), dot(part.n, b - part.a), dot(part.n, c - part.a));
         bool crosses = min(heights.x, min(heights.y, heights.z)) < 2.0 * part.start
             && max(heights.x, max(heights.y, heights.z)) > -2.0 * part.start;
-        for (int k = 0; k < (crosses && !itself ? CANDIDATES : 0); k++) {
+        for (int k = 0; k < (crosses && opaque && !itself ? CANDIDATES : 0); k++) {
             vec3 way = candidate(part, k) - from;
             bool cut = false;
             for (float side = part.two_sided ? -1.0 : 1.0; side <= 1.0; side += 2.0) {

@@ -6,6 +6,7 @@
 #include "gi/rays/sees.glsl"
 
 const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of a face, or more
+const uint MASKED_TRIES = 12u; // and where a mask leaves a third of that
 
 // Whether p and q of item `index`, in voxels of its box, whose plane has unit normal n, see each other on all sides that are lit.
 bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
@@ -21,9 +22,14 @@ bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
     return free;
 }
 
+// Whether a mask leaves anything of an item's triangle abc at p.
+bool unmasked(uint index, vec3 a, vec3 b, vec3 c, vec3 p) {
+    return any(lessThan(triangle_transmittance(list_items[index].triangle, barycentric(a, b, c, p)), vec3(1.0)));
+}
+
 // A point of the part of triangle abc inside the voxel about `center`, evenly distributed over what the item is lit for of it as
 // far as few tries find one: another in every pass, so that the mean over passes is the part's mean. The first pass takes the
-// part's middle; a split item its anchor.
+// part's middle; a split item its anchor; what a mask cuts away is passed by, since no ray meets it.
 vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     vec3 n = triangle_normal(a, b, c);
     uvec4 seed = uvec4(uvec3(center), 0u);
@@ -33,9 +39,13 @@ vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     bool split = part.twin != 0u;
     vec3 anchor = split ? anchor_point(a, n, center, part.anchor) : middle;
     vec3 found = anchor;
-    for (uint i = 0u; i < (frame.light_pass == 0u ? 0u : POINT_TRIES); i++) {
+    bool masked = feature(FEATURE_ALPHA) && (materials[triangles[list_items[index].triangle].material].flags & MATERIAL_MASK) != 0u;
+    uint tries = frame.light_pass == 0u ? 0u : POINT_TRIES;
+    tries = masked && (tries > 0u || !unmasked(index, a, b, c, anchor)) ? MASKED_TRIES : tries;
+    for (uint i = 0u; i < tries; i++) {
         vec3 p = on_plane(a, n, center, fract(random + float(i) * vec2(0.618034, 0.414214)) - 0.5);
         bool inside = in_part(a, b, c, n, center, p);
+        inside = inside && (!masked || unmasked(index, a, b, c, p));
         found = inside && (!split || sees_beside(index, anchor, p, normalize(n))) ? p : found;
     }
     return found;

@@ -2,8 +2,8 @@
 
 layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 
-// Whether nothing that the list of `voxel` holds stands between two points. What `lit_by` is lit for does not count: it is the
-// surface itself.
+// Whether nothing opaque that the list of `voxel` holds stands between two points. What `lit_by` is lit for does not count: it is
+// the surface itself.
 bool sees(uint voxel, uint lit_by, vec3 from, vec3 to) {
     bool free = true;
     uint item = heads[voxel];
@@ -14,7 +14,12 @@ bool sees(uint voxel, uint lit_by, vec3 from, vec3 to) {
         COUNT(WORDS, 1u);
         vec2 uv;
         float hit = hit_recorded(entry.triangle, from, to - from, uv);
-        free = free && !(hit > 0.0 && hit < 1.0 && item_parts[item - 1u].lit_by != lit_by);
+        bool cuts = hit > 0.0 && hit < 1.0 && item_parts[item - 1u].lit_by != lit_by;
+        if (feature(FEATURE_ALPHA)) {
+            uint material = triangles[entry.triangle].material;
+            cuts = cuts && is_opaque(materials[material].flags, materials[material].transmission);
+        }
+        free = free && !cuts;
         item = free ? entry.next : 0u;
     }
     return free;

@@ -23,10 +23,14 @@ layout(set = 0, binding = 58) uniform sampler2D shared_mirrored;
 #endif
 layout(set = 0, binding = 26) uniform sampler2D surfaces; // position, packed normal
 
+const float LEAST_LIKENESS = 1e-3;
+// Gathered pixels beyond the four about a pixel that are looked at where none of these shows its surface.
+const int WIDER = 2;
 // Rows that a band gathers above and below its own, so that no neighbour is missing.
-const uint GATHER_MARGIN = INTERLEAVE / 2u + 1u;
+const uint GATHER_MARGIN = INTERLEAVE / 2u + 1u + uint(WIDER);
 
-// The light of the up to four gathered pixels about this one that lie on the same surface.
+// The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these show others, of
+// those about them. At edges and among small triangles that is less noise than a few rays of the pixel's own, and cheaper.
 Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     uvec2 image = uvec2(frame.image_size);
     ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);
@@ -37,14 +41,18 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     Gathered sum = nothing_gathered();
     sum.light = vec4(0.0);
     float total = 0.0;
-    for (int k = 0; k < 4; k++) {
-        ivec2 step = ivec2(k & 1, k >> 1);
+    const int side = 2 * WIDER + 2;
+    int count = 4;
+    for (int k = 0; k < count; k++) {
+        ivec2 step = k < 4 ? ivec2(k & 1, k >> 1) : ivec2((k - 4) % side, (k - 4) / side) - WIDER;
         ivec2 texel = clamp(corner + step, ivec2(0), size - 1) - ivec2(0, first_row);
         vec4 there = texelFetch(surfaces, texel, 0);
-        vec2 close = mix(1.0 - part, part, vec2(step));
+        vec2 away = abs(vec2(step) - part);
+        float close = k < 4 ? (1.0 - away.x) * (1.0 - away.y) : 1.0 / (1.0 + dot(away, away));
         float weight = there.w < 0.0 ? 0.0 : likeness(position, normal, there.xyz, unpack_normal(there.w));
-        weight *= close.x * close.y;
+        weight *= close;
         total += weight;
+        count += k == 3 && total <= LEAST_LIKENESS ? side * side : 0;
         sum.light += weight * texelFetch(shared_light, texel, 0);
         if (LAMPS == LAMPS_SAMPLED) {
             sum.lamps.diffuse += weight * texelFetch(shared_lamps, texel, 0).rgb;
@@ -56,7 +64,7 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
         }
 #endif
     }
-    sum.found = total > 1e-3;
+    sum.found = total > LEAST_LIKENESS;
     float mean = sum.found ? 1.0 / total : 0.0;
     sum.light *= mean;
     sum.mirrored *= mean;

@@ -40,6 +40,9 @@ fn pixel_bytes(lobes: bool) -> u64 {
 /// Pixels along each side of a workgroup of `share.comp`.
 const GROUP: u32 = 8;
 
+/// Gathered pixels beyond the nearest that a surface is looked for among: `WIDER` in `glsl/ground/image/gathered.glsl`.
+const WIDER: u32 = 2;
+
 /// How much of the gathered image one band of rows needs.
 #[derive(Clone, Copy)]
 struct Extent {
@@ -56,7 +59,7 @@ impl Extent {
         let scale = settings.gather_resolution.scale();
         Self {
             scale,
-            margin: settings.interleave / 2 + 1,
+            margin: settings.interleave / 2 + 1 + WIDER,
             width: width.div_ceil(scale),
             height: height.div_ceil(scale),
         }

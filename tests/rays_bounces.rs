@@ -2,15 +2,18 @@
 
 #[path = "common/gpu.rs"]
 mod gpu;
+#[path = "common/scenes.rs"]
+mod scenes;
 #[path = "common/traced.rs"]
 mod traced;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{Affine2, DAffine3, DQuat, DVec3, Vec3};
+use scenes::Random;
 use traced::film;
 use twobounce::layers::{Aov, Layers, relative_noise};
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
+use twobounce::scene::{Alpha, Image, LightKind, Material, Mesh, Mip, Scene, Texture, TextureRef, View, Wrap};
 use twobounce::settings::Settings;
 
 /// Two rooms beside each other, open in front, with walls of 0.1 m and a wall of `between` metres between them that ends before
@@ -111,6 +114,50 @@ fn adding_a_bounce_never_darkens() {
         let (second, rest) = (darkest(&one, &two), darkest(&two, &all));
         assert!(second > -0.002 && rest > -0.002, "{second}, {rest}");
     }
+}
+
+/// A bush in the sun: cards through each other, of which a mask leaves a third. What it cuts away is black.
+fn bush() -> Scene {
+    let (mut scene, mut random) = (Scene::empty("bush"), Random::new(21));
+    let leaf = |k: usize| if (k + k / 8) % 3 == 0 { [110, 230, 60, 255] } else { [0, 0, 0, 0] };
+    scene.images.push(Image { name: "leaf".into(), width: 8, height: 8, rgba: (0..64).flat_map(leaf).collect() });
+    let wrap = [Wrap::Repeat; 2];
+    scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::Linear });
+    let texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY });
+    let leaves = Material { alpha: Alpha::Mask(0.5), double_sided: true, ..Material::lambert("leaves", Vec3::ONE) };
+    let leaves = scene.add_material(Material { base_color_texture: texture, ..leaves });
+    for _ in 0..60 {
+        let [u, v] = [random.direction(), random.direction()].map(|edge| (0.7 * edge).as_vec3());
+        let middle = (random.point() - 0.5).as_vec3();
+        scene.add_mesh(Mesh::quad("card", leaves, middle - 0.5 * (u + v), u, v), DAffine3::IDENTITY);
+    }
+    let sun = DQuat::from_rotation_arc(DVec3::NEG_Z, DVec3::new(-0.4, -1.0, -0.6).normalize());
+    scene.add_light(LightKind::Directional, Vec3::splat(3.0), DAffine3::from_quat(sun));
+    scene
+}
+
+/// All of a bush's indirect light is what leaves send to leaves: in the mean over a voxel a mask cuts all of them away. 8 %: leaves
+/// that others hide in part. It was half of the truth.
+#[test]
+fn leaves_light_each_other() {
+    const SIZE: u32 = 48;
+    let scene = bush();
+    let eye = DVec3::new(0.4, 0.6, 2.2);
+    let forward = -eye.normalize();
+    let view = View {
+        eye,
+        forward,
+        up: forward.cross(DVec3::Y).cross(forward).normalize(),
+        ..View::framing(scene.bounds(None))
+    };
+    let options =
+        Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Samples(256), seed: 0, occlusion: false };
+    let truth = film(&scene, &view, &options).layers(&LAYERS);
+    let settings = gpu::with(Settings::default(), &["voxels=32", "bounces=all", "image.gather_resolution=full"]);
+    let image = gpu::render_layers(&gpu::context(), &scene, &settings, SIZE, view, LAYERS.to_vec()).read();
+    let (energy, rel) = indirect(&image, &truth);
+    println!("energy {energy}, rel {rel}");
+    assert!((energy - 1.0).abs() < 0.08, "energy {energy}, rel {rel}");
 }
 
 #[test]

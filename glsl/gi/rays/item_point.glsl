@@ -6,7 +6,7 @@
 #include "gi/rays/sees.glsl"
 
 const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of a face, or more
-const uint MASKED_TRIES = 12u; // and where a mask leaves a third of that
+const uint MASKED_TRIES = 2u * uint(PART_CORNERS); // more where a mask leaves little, on the way from the middle to each corner
 
 // Whether p and q of item `index`, in voxels of its box, whose plane has unit normal n, see each other on all sides that are lit.
 bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
@@ -41,12 +41,21 @@ vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     vec3 found = anchor;
     bool masked = feature(FEATURE_ALPHA) && (materials[triangles[list_items[index].triangle].material].flags & MATERIAL_MASK) != 0u;
     uint tries = frame.light_pass == 0u ? 0u : POINT_TRIES;
-    tries = masked && (tries > 0u || !unmasked(index, a, b, c, anchor)) ? MASKED_TRIES : tries;
+    bool any = masked && unmasked(index, a, b, c, anchor);
     for (uint i = 0u; i < tries; i++) {
         vec3 p = on_plane(a, n, center, fract(random + float(i) * vec2(0.618034, 0.414214)) - 0.5);
-        bool inside = in_part(a, b, c, n, center, p);
-        inside = inside && (!masked || unmasked(index, a, b, c, p));
-        found = inside && (!split || sees_beside(index, anchor, p, normalize(n))) ? p : found;
+        bool inside = in_part(a, b, c, n, center, p) && (!masked || unmasked(index, a, b, c, p));
+        bool better = inside && (!split || sees_beside(index, anchor, p, normalize(n)));
+        found = better ? p : found;
+        any = any || better;
+    }
+    for (uint i = 0u; i < (masked && !any ? MASKED_TRIES : 0u); i++) {
+        vec3 corner;
+        bool inside = part_corner(int(i) % PART_CORNERS, a - center, b - center, c - center, corner);
+        vec3 p = mix(middle, center + corner, sqrt(fract(random.x + float(i) * 0.618034)));
+        inside = inside && unmasked(index, a, b, c, p);
+        any = inside && (!split || sees_beside(index, anchor, p, normalize(n)));
+        found = any ? p : found;
     }
     return found;
 }

@@ -221,6 +221,9 @@ fn gloss_is_as_close_as_its_page_says() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+    if !gpu::context().is_cpu {
+        return; // the page has one device's numbers
+    }
     if std::env::var_os("TWOBOUNCE_WRITE_DOCS").is_some() {
         let cells = |(start, values): &(String, Vec<f64>)| {
             let text: Vec<String> = values.iter().map(|v| format!("{v:.2}")).collect();

@@ -119,7 +119,7 @@ fn adding_a_bounce_never_darkens() {
 /// A bush in the sun: cards through each other, of which a mask leaves a third. What it cuts away is black.
 fn bush() -> Scene {
     let (mut scene, mut random) = (Scene::empty("bush"), Random::new(21));
-    let leaf = |k: usize| if (k + k / 8) % 3 == 0 { [110, 230, 60, 255] } else { [0, 0, 0, 0] };
+    let leaf = |k: usize| if (k + k / 8).is_multiple_of(3) { [110, 230, 60, 255] } else { [0, 0, 0, 0] };
     scene.images.push(Image { name: "leaf".into(), width: 8, height: 8, rgba: (0..64).flat_map(leaf).collect() });
     let wrap = [Wrap::Repeat; 2];
     scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::Linear });

@@ -29,8 +29,10 @@ const EDGE_TOLERANCE: f64 = 1.001e-5;
 /// Relative, per surface passed: its optical depth is cut off after 16 bits, a factor of 2^(2⁻¹⁶). Twice that for what
 /// Vulkan asks of log2 and exp2.
 const DEPTH_ROUNDING: f64 = 2.2e-5;
-/// Of a linear colour: Vulkan leaves the decoding of sRGB half a step of 8 bits, up to 4·10⁻³; lavapipe takes 1.2·10⁻³.
+/// Of a linear colour: Vulkan leaves the decoding of sRGB half a step of 8 bits, up to 4.5·10⁻³; lavapipe takes 1.2·10⁻³, an NVIDIA
+/// H200 2.9·10⁻³.
 const DECODING: f64 = 2e-3;
+const GPU_DECODING: f64 = 4.5e-3;
 /// A GPU's filter knows places between texels to 2⁻⁸: in coordinates of a texture of four texels, scaled by 0.9.
 const FILTERING: f32 = 1.1e-3;
 /// A shadow ray is undecided if its bounds are further apart than this: more than rounding of colours does.
@@ -192,8 +194,9 @@ pub struct Oracle {
     scene: Scene,
     textures: Textures,
     pub facets: Vec<Facet>,
-    /// How far off texture coordinates may be.
+    /// How far off texture coordinates may be, and decoded colours.
     filtering: f32,
+    decoding: f64,
 }
 
 impl Oracle {
@@ -215,7 +218,8 @@ impl Oracle {
         let edge = f64::from(renderer.ground().desc.grid.edge);
         let within = |p: DVec3| p.min_element() > 0.0 && p.max_element() < edge;
         assert!(facets.iter().all(|f| [DVec2::ZERO, DVec2::X, DVec2::Y].iter().all(|&uv| within(f.at(uv)))));
-        Self { textures: Textures::new(&scene), scene, facets, filtering: if context.is_cpu { 0.0 } else { FILTERING } }
+        let (filtering, decoding) = if context.is_cpu { (0.0, DECODING) } else { (FILTERING, GPU_DECODING) };
+        Self { textures: Textures::new(&scene), scene, facets, filtering, decoding }
     }
 
     pub fn check(&self, ray: &Ray, nearest: &Found, shadow: &Found) -> Tally {
@@ -306,7 +310,7 @@ impl Oracle {
                 let opacity = f64::from(at.opacity.clamp(0.0, 1.0));
                 let light = DVec3::ONE - opacity + opacity * at.base_color.as_dvec3() * f64::from(at.transmission);
                 let decoding = if material.base_color_texture.is_some() {
-                    opacity * f64::from(at.transmission) * DECODING
+                    opacity * f64::from(at.transmission) * self.decoding
                 } else {
                     0.0
                 };

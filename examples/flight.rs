@@ -18,7 +18,7 @@ use twobounce::reference::{Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LoadOptions, Scene, View};
 use twobounce::settings::Settings;
-use twobounce::stability::motion::excess;
+use twobounce::stability::motion::{excess, mean};
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
@@ -77,11 +77,6 @@ fn main() -> Result<()> {
         before = Some(image);
     }
     Ok(())
-}
-
-fn mean(a: &Layers, b: &Layers) -> Layers {
-    let pixels = a.beauty().iter().zip(b.beauty());
-    Layers::new(a.width, a.height, pixels.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect())
 }
 
 impl Flight {

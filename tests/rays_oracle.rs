@@ -142,8 +142,7 @@ fn compare(scene: &Scene, settings: &Settings, count: usize, undecided: f64) -> 
     let shown = wrong.iter().take(3).cloned().collect::<Vec<_>>().join("\n");
     assert!(wrong.is_empty(), "{}, {edge}³: {} of {count} rays are wrong:\n{shown}", scene.name, wrong.len());
     assert!(tally.hits * 3 > count, "few rays hit anything");
-    // A GPU's filter leaves more open, at the edges of texels.
-    let most = (count as f64 * undecided * if context.is_cpu { 1.0 } else { 10.0 }) as usize;
+    let most = (count as f64 * undecided) as usize;
     assert!(tally.undecided_hits <= most && tally.undecided_shadows <= most, "too many rays are undecided");
     tally
 }
@@ -242,7 +241,9 @@ fn veils() -> Scene {
 
 #[test]
 fn rays_through_masks_blending_and_glass() {
-    let tally = compare(&veils(), &voxels(32), 100_000, 0.003);
+    // A GPU's filter leaves more open, at the edges of texels.
+    let undecided = if gpu::context().is_cpu { 0.003 } else { 0.03 };
+    let tally = compare(&veils(), &voxels(32), 100_000, undecided);
     assert!(tally.open > 10_000 && tally.blocked > 10_000 && tally.between > 10_000, "{tally:?}");
 }
 

@@ -42,6 +42,12 @@ fn changes(frames: &[Layers]) -> f64 {
     frames.windows(2).map(of).sum()
 }
 
+/// The mean of two images of one size.
+pub fn mean(a: &Layers, b: &Layers) -> Layers {
+    let pixels = a.beauty().iter().zip(b.beauty());
+    Layers::new(a.width, a.height, pixels.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect())
+}
+
 /// The excess, and that of the worst pixels.
 pub fn excess(frames: &[Layers], truths: &[Layers]) -> Result<(f64, f64)> {
     let pixels = frames[0].beauty().len();

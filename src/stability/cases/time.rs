@@ -9,7 +9,7 @@ use crate::layers::Layers;
 use crate::scene::{LightKind, Pose, View};
 use crate::stability::case::{Case, Place, Sample, Unit};
 use crate::stability::cell::Cell;
-use crate::stability::motion::{Motion, excess};
+use crate::stability::motion::{Motion, excess, mean};
 use crate::stability::scenes::{DOOR, add_lamp, at, doorway, room, room_with};
 use crate::stability::stage::{Stage, Studio};
 
@@ -163,11 +163,7 @@ fn truths(cell: &Cell, stage: &Stage, view: &View, pose: &impl Fn(f64) -> Pose) 
     };
     let (a, b) = (series(0)?, series(1)?);
     let noise = 0.5 * excess(&a, &b)?.0;
-    let mean = |(a, b): (&Layers, &Layers)| {
-        let pixels = a.beauty().iter().zip(b.beauty());
-        Layers::new(a.width, a.height, pixels.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect())
-    };
-    Ok((a.iter().zip(&b).map(mean).collect(), noise))
+    Ok((a.iter().zip(&b).map(|(a, b)| mean(a, b)).collect(), noise))
 }
 
 /// The pose with one instance moved.

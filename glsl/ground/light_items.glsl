@@ -13,15 +13,28 @@ layout(push_constant) uniform SharesPush {
     uint end;
 } push;
 
-// Where a share of `count` items begins; whole groups of threads, so that items share one as they do without parts.
+// How far apart in the list blocks are that stand beside each other in the dispatch: a prime. Parts of the list, and places where
+// items are dear, are so spread over all groups of threads. llvmpipe hands each processor one run of them: with two processors, the
+// first had a part of half the list to itself.
+const uint BLOCK_STRIDE = 211u;
+
+// The block of 64 items where a share of `count` items begins.
 uint share_start(uint count, uint share) {
-    return (count / ITEM_SHARES * share + count % ITEM_SHARES * share / ITEM_SHARES) & ~63u;
+    return (count / ITEM_SHARES * share + count % ITEM_SHARES * share / ITEM_SHARES) / 64u;
 }
 
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;
-    uint end = push.end == ITEM_SHARES ? count : share_start(count, push.end);
-    for (uint i = share_start(count, push.first) + gl_GlobalInvocationID.x; i < end; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+    uint blocks = (count + 63u) / 64u;
+    uint first = share_start(count, push.first);
+    uint end = push.end == ITEM_SHARES ? blocks : share_start(count, push.end);
+    uint stride = blocks % BLOCK_STRIDE == 0u ? 1u : BLOCK_STRIDE; // prime to their number: every block has its turn
+    for (uint turn = gl_WorkGroupID.x; turn < blocks; turn += gl_NumWorkGroups.x) {
+        uint block = turn * stride % blocks;
+        uint i = block * 64u + gl_LocalInvocationID.x;
+        if (block < first || block >= end || i >= count) {
+            continue;
+        }
         COUNT(WORDS, LIT == LIT_ALIKE ? 1u : 0u);
         uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
         ListItem entry = list_items[item];

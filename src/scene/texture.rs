@@ -43,9 +43,51 @@ impl ColorSpace {
     }
 
     fn encode(self, texel: Vec4) -> [u8; 4] {
-        let byte = |x: f32| (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-        let color = |x| if self == Self::Srgb { byte(srgb_from_linear(x)) } else { byte(x) };
-        [color(texel.x), color(texel.y), color(texel.z), byte(texel.w)]
+        if self == Self::Linear {
+            return [byte(texel.x), byte(texel.y), byte(texel.z), byte(texel.w)];
+        }
+        let steps = LazyLock::force(&SRGB_STEPS);
+        [steps.byte(texel.x), steps.byte(texel.y), steps.byte(texel.z), byte(texel.w)]
+    }
+}
+
+/// The nearest byte to a value in [0, 1].
+#[inline(always)]
+fn byte(x: f32) -> u8 {
+    (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+}
+
+/// `byte(srgb_from_linear(x))` without a power: most of the time that mips take would go into these.
+struct SrgbSteps {
+    /// The least value that gives each byte.
+    least: [f32; 256],
+    /// The byte at the start of each of equal parts of [0, 1], none of which has more than two.
+    starts: [u8; Self::PARTS + 1],
+}
+
+static SRGB_STEPS: LazyLock<SrgbSteps> = LazyLock::new(SrgbSteps::new);
+
+impl SrgbSteps {
+    const PARTS: usize = 4096;
+
+    fn new() -> Self {
+        // Positive numbers have the order of their bits.
+        let least = std::array::from_fn(|b| {
+            let (mut below, mut at) = (0, 1_f32.to_bits());
+            while below < at {
+                let middle = below.midpoint(at);
+                if usize::from(byte(srgb_from_linear(f32::from_bits(middle)))) < b { below = middle + 1 } else { at = middle }
+            }
+            f32::from_bits(at)
+        });
+        Self { least, starts: std::array::from_fn(|i| byte(srgb_from_linear(i as f32 / Self::PARTS as f32))) }
+    }
+
+    #[inline(always)]
+    fn byte(&self, x: f32) -> u8 {
+        let x = x.clamp(0.0, 1.0);
+        let start = self.starts[(x * Self::PARTS as f32) as usize];
+        if start < 255 && x >= self.least[usize::from(start) + 1] { start + 1 } else { start }
     }
 }
 
@@ -73,11 +115,15 @@ impl MipChain {
         while size[0].max(size[1]) > 1 {
             let half = size.map(|n| (n / 2).max(1));
             texels = match levels.len() {
-                1 => halved(size, half, |at| decode(space, &image.rgba[4 * at..4 * at + 4])),
+                1 => {
+                    let table = space.table();
+                    halved(size, half, |at| decode(table, &image.rgba[4 * at..4 * at + 4]))
+                }
                 _ => halved(size, half, |at| texels[at]),
             };
             size = half;
-            let rgba = texels.iter().flat_map(|&t| space.encode(t)).collect();
+            let mut rgba = Vec::with_capacity(4 * texels.len());
+            texels.iter().for_each(|&t| rgba.extend_from_slice(&space.encode(t)));
             levels.push(Level { width: size[0] as u32, height: size[1] as u32, rgba });
         }
         Self { space, levels }
@@ -109,7 +155,7 @@ impl MipChain {
         let level = &self.levels[level];
         lookup.filtered([level.width, level.height], |column, row| {
             let at = 4 * (row * level.width as usize + column);
-            decode(self.space, &level.rgba[at..at + 4])
+            decode(self.space.table(), &level.rgba[at..at + 4])
         })
     }
 }
@@ -149,11 +195,15 @@ impl Lookup<'_> {
     }
 }
 
-#[inline]
-fn decode(space: ColorSpace, texel: &[u8]) -> Vec4 {
-    let table = space.table();
-    let [r, g, b] = [0, 1, 2].map(|i| table[texel[i] as usize]);
-    Vec4::new(r, g, b, LINEAR_BYTES[texel[3] as usize])
+/// `table`: of [`ColorSpace::table`]. Inlined, since most of the time that mips take goes into this.
+#[inline(always)]
+fn decode(table: &[f32; 256], texel: &[u8]) -> Vec4 {
+    Vec4::new(
+        table[usize::from(texel[0])],
+        table[usize::from(texel[1])],
+        table[usize::from(texel[2])],
+        f32::from(texel[3]) / 255.0,
+    )
 }
 
 /// The texel at coordinate `x` in a row of `size` texels. `x` is a whole number at most one texel outside the reduced range of
@@ -185,6 +235,17 @@ fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
 /// next level's. Each texel is the mean over the area that it covers in this level. For odd sizes that includes parts of
 /// texels, so that no row or column is lost and the image does not shift.
 fn halved(size: [usize; 2], half: [usize; 2], texel: impl Fn(usize) -> Vec4) -> Vec<Vec4> {
+    if size == half.map(|n| 2 * n) {
+        let pair = |at: usize| (texel(at) * 0.5 + texel(at + 1) * 0.5) * 0.5;
+        let mean = |x: usize, y: usize| pair(2 * (y * size[0] + x)) + pair((2 * y + 1) * size[0] + 2 * x);
+        let mut texels = Vec::with_capacity(half[0] * half[1]);
+        for y in 0..half[1] {
+            for x in 0..half[0] {
+                texels.push(mean(x, y));
+            }
+        }
+        return texels;
+    }
     let [columns, rows] =
         [0, 1].map(|axis| (0..half[axis]).map(|i| coverage(i, size[axis], half[axis])).collect::<Vec<_>>());
     let row_sum = |taps: &[(usize, f32)], row: usize| -> Vec4 {
@@ -266,5 +327,20 @@ impl Material {
         let plain = srgb.chain(linear.into_iter().flatten().map(|slot| (slot, ColorSpace::Linear)));
         let finish = self.finish.iter().flat_map(|finish| finish.slots());
         plain.chain(finish.filter_map(|(slot, space)| Some((slot?, space))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn srgb_bytes_from_steps_are_those_of_the_formula() {
+        let steps = SrgbSteps::new();
+        let even = (0..=1_000_000).map(|i| i as f32 / 1e6);
+        let about_steps = steps.least.iter().flat_map(|x| (-3..=3).map(|i: i32| f32::from_bits(x.to_bits().saturating_add_signed(i))));
+        for x in even.chain(about_steps).chain([-1.0, 1.5]) {
+            assert_eq!(steps.byte(x), byte(srgb_from_linear(x.clamp(0.0, 1.0))), "{x}");
+        }
     }
 }

@@ -19,8 +19,8 @@ pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
 const COLOR_BYTES: u64 = 16;
 const DEPTH_BYTES: u64 = 4;
-/// Of what a band takes: a 512×512 image with 4 samples is one.
-const BAND_BYTES: u64 = 50 << 20;
+/// Of what a band takes: a 768×768 image with 4 samples is one. Each draws all triangles anew.
+const BAND_BYTES: u64 = 110 << 20;
 /// Rows of samples that a band has at most: each may be a row of fragments, and this is as high as any device's images may be.
 const BAND_SAMPLE_ROWS: u32 = 4096;
 

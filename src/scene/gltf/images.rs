@@ -7,7 +7,7 @@ use std::path::Path;
 
 use gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked::{self, Valid};
-use image::{ImageError, ImageFormat, ImageReader, ImageResult, Limits};
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
 use rayon::prelude::*;
 
 use super::accessor::{Data, Problem, missing};
@@ -378,9 +378,22 @@ impl Opened<'_> {
         let decoded = decoded.map_err(|e| undecodable(&self.what, &e))?;
         let color = decoded.color();
         let deep = color.bytes_per_pixel() == 2 * color.channel_count();
-        let rgba = decoded.into_rgba8();
-        Ok((Image { name, width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() }, deep))
+        let (width, height) = (decoded.width(), decoded.height());
+        let rgba = match decoded {
+            // What most files hold; the library's conversion takes as long as it takes to decode a JPEG.
+            DynamicImage::ImageRgb8(rgb) => opaque(rgb.as_raw()),
+            other => other.into_rgba8().into_raw(),
+        };
+        Ok((Image { name, width, height, rgba }, deep))
     }
+}
+
+fn opaque(rgb: &[u8]) -> Vec<u8> {
+    let mut rgba = vec![255; rgb.len() / 3 * 4];
+    for (to, from) in rgba.chunks_exact_mut(4).zip(rgb.chunks_exact(3)) {
+        to[..3].copy_from_slice(from);
+    }
+    rgba
 }
 
 fn texels_of((width, height): (u32, u32)) -> u64 {

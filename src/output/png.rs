@@ -12,6 +12,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use image::{DynamicImage, ImageFormat, RgbImage, RgbaImage};
+use rayon::prelude::*;
 
 use crate::layers::{Aov, Layers};
 use crate::scene::texture::srgb_from_linear;
@@ -79,7 +80,8 @@ pub fn encode(image: &Layers, exposure_ev: f32) -> Result<Vec<u8>> {
     let gain = exposure_ev.exp2();
     let shown = |p: &[f32; 3]| tone_curve(p.map(|c| c * gain)).map(srgb_code);
     let Some(alpha) = image.get(Aov::Alpha) else {
-        return encode_rgb(image.width, image.height, image.beauty().iter().flat_map(shown).collect());
+        let rgb: Vec<_> = image.beauty().par_iter().map(shown).collect();
+        return encode_rgb(image.width, image.height, rgb.into_flattened());
     };
     // PNG's colours are not premultiplied.
     let pixel = |(p, alpha): (&[f32; 3], &[f32; 3])| {
@@ -87,8 +89,8 @@ pub fn encode(image: &Layers, exposure_ev: f32) -> Result<Vec<u8>> {
         let [r, g, b] = if covered > 0.0 { shown(&p.map(|c| c / covered)) } else { [0; 3] };
         [r, g, b, (covered * 255.0).round() as u8]
     };
-    let rgba = image.beauty().iter().zip(alpha).flat_map(pixel).collect();
-    let whole = RgbaImage::from_raw(image.width, image.height, rgba);
+    let rgba: Vec<_> = image.beauty().par_iter().zip(alpha).map(pixel).collect();
+    let whole = RgbaImage::from_raw(image.width, image.height, rgba.into_flattened());
     png_of(whole.map(Into::into), image.width, image.height)
 }
 

@@ -7,7 +7,7 @@ mod scenes;
 #[path = "common/traced.rs"]
 mod traced;
 
-use glam::{Affine2, DAffine3, DQuat, DVec3, Vec3};
+use glam::{Affine2, DAffine3, DQuat, DVec3, Vec3, Vec4};
 use scenes::Random;
 use traced::film;
 use twobounce::layers::{Aov, Layers, relative_noise};
@@ -158,6 +158,36 @@ fn leaves_light_each_other() {
     let (energy, rel) = indirect(&image, &truth);
     println!("energy {energy}, rel {rel}");
     assert!((energy - 1.0).abs() < 0.08, "energy {energy}, rel {rel}");
+}
+
+/// Thirty sheets, of which a mask leaves nothing, one behind the other in front of the rooms, and as many before a mirror. Rays went
+/// through eight, mirrored ones through sixteen, and found nothing behind: .107 of the light was missing, and .0023 for the mirror alone.
+/// 10⁻⁴: rounding along a way that stops often; on llvmpipe the images are the same.
+#[test]
+fn what_a_mask_leaves_nothing_of_is_not_there() {
+    const SIZE: u32 = 48;
+    let mut scene = two_rooms(0.03);
+    let mirror =
+        Material { metallic: 1.0, roughness: 0.0, double_sided: true, ..Material::lambert("mirror", Vec3::ONE) };
+    let mirror = scene.add_material(mirror);
+    let [corner, u, v] = [Vec3::new(0.7, 0.4, -1.2), Vec3::new(0.9, 0.0, 0.9), Vec3::Y]; // it shows the wall between the rooms
+    scene.add_mesh(Mesh::quad("mirror", mirror, corner, u, v), DAffine3::IDENTITY);
+    let (view, _) = into_both_rooms(&scene, 8);
+    let settings = gpu::with(Settings::default(), &["voxels=32", "bounces=all"]);
+    let context = gpu::context();
+    let image = |scene: &Scene| gpu::render_layers(&context, scene, &settings, SIZE, view, LAYERS.to_vec()).read();
+    let clear = image(&scene);
+    let nothing = Material { alpha: Alpha::Mask(0.5), double_sided: true, ..Material::lambert("nothing", Vec3::ONE) };
+    let nothing = scene.add_material(Material { base_color: Vec4::new(1.0, 1.0, 1.0, 0.1), ..nothing });
+    for k in 0..30 {
+        let corner = Vec3::new(-1.7, 0.4, 0.7 + 0.02 * k as f32);
+        scene.add_mesh(Mesh::quad("sheet", nothing, corner, 3.4 * Vec3::X, 1.5 * Vec3::Y), DAffine3::IDENTITY);
+        let corner = Vec3::new(0.2 + 0.01 * k as f32, 0.4, -1.3);
+        scene.add_mesh(Mesh::quad("sheet", nothing, corner, 1.7 * Vec3::Z, 1.5 * Vec3::Y), DAffine3::IDENTITY);
+    }
+    let (energy, rel) = indirect(&image(&scene), &clear);
+    println!("energy {energy}, rel {rel}");
+    assert!(rel < 1e-4, "energy {energy}, rel {rel}");
 }
 
 #[test]

@@ -7,8 +7,8 @@
 #include "ground/boxes.glsl"
 #include "ground/tree.glsl"
 
-// How many surfaces that let light through one ray may pass.
-const uint MOST_PASSED = 8u;
+// How many surfaces that let light through one ray may pass; all that a mask leaves nothing of count.
+const uint MOST_PASSED = 64u;
 const float SPENT = 0.005; // of its light: less does not change an 8-bit image
 
 // Tests the triangle at place `triangle`.

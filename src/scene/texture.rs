@@ -76,7 +76,11 @@ impl SrgbSteps {
             let (mut below, mut at) = (0, 1_f32.to_bits());
             while below < at {
                 let middle = below.midpoint(at);
-                if usize::from(byte(srgb_from_linear(f32::from_bits(middle)))) < b { below = middle + 1 } else { at = middle }
+                if usize::from(byte(srgb_from_linear(f32::from_bits(middle)))) < b {
+                    below = middle + 1
+                } else {
+                    at = middle
+                }
             }
             f32::from_bits(at)
         });
@@ -338,7 +342,10 @@ mod tests {
     fn srgb_bytes_from_steps_are_those_of_the_formula() {
         let steps = SrgbSteps::new();
         let even = (0..=1_000_000).map(|i| i as f32 / 1e6);
-        let about_steps = steps.least.iter().flat_map(|x| (-3..=3).map(|i: i32| f32::from_bits(x.to_bits().saturating_add_signed(i))));
+        let about_steps = steps
+            .least
+            .iter()
+            .flat_map(|x| (-3..=3).map(|i: i32| f32::from_bits(x.to_bits().saturating_add_signed(i))));
         for x in even.chain(about_steps).chain([-1.0, 1.5]) {
             assert_eq!(steps.byte(x), byte(srgb_from_linear(x.clamp(0.0, 1.0))), "{x}");
         }

@@ -8,8 +8,8 @@
 #include "gi/rays/constants.glsl"
 #include "gi/rays/ray_light.glsl"
 
-// Surfaces that let light pass, of those that one ray meets.
-const uint MOST_INTERFACES = 16u;
+// Surfaces that let light pass, of those that one ray meets; all that a mask leaves nothing of count.
+const uint MOST_INTERFACES = 64u;
 
 // What the texture has where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about it: mirrors
 // and glass show patterns that the volume does not hold.

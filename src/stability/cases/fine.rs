@@ -22,7 +22,9 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.05,
-        advice: "Hair, grass and wires below a voxel need the method rays, or one larger surface that lets part of the light pass.",
+        advice: "Hair, grass and wires below a voxel need the method rays, or one larger surface that lets part of the light pass. What accurate \
+                 loses is llvmpipe's: it ends the loops of a pixel, whose rays pass thousands of needles, after 65535 rounds. Fewer rays or \
+                 points on lamps a pass, and more image.passes, lose nothing.",
         quick: false,
         run: |cell| thin(cell, false),
     },
@@ -32,7 +34,8 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.05,
-        advice: "Replace thousands of tiny lamps by few larger ones of the same power, or raise lights.lamp_points.",
+        advice: "Replace thousands of tiny lamps by few larger ones of the same power, or raise lights.lamp_points. What accurate loses at the \
+                 worst place is llvmpipe's, as for thin-block: with 14 rays and 8 points it has .979 there at 128³.",
         quick: false,
         run: |cell| thin(cell, true),
     },

@@ -239,6 +239,7 @@ fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
 /// next level's. Each texel is the mean over the area that it covers in this level. For odd sizes that includes parts of
 /// texels, so that no row or column is lost and the image does not shift.
 fn halved(size: [usize; 2], half: [usize; 2], texel: impl Fn(usize) -> Vec4) -> Vec<Vec4> {
+    // Most sizes are even: the same sums, without lists of what each texel covers.
     if size == half.map(|n| 2 * n) {
         let pair = |at: usize| (texel(at) * 0.5 + texel(at + 1) * 0.5) * 0.5;
         let mean = |x: usize, y: usize| pair(2 * (y * size[0] + x)) + pair((2 * y + 1) * size[0] + 2 * x);

@@ -17,32 +17,14 @@ vec3 texture_detail(Met met, Material m, vec3 at, float width) {
     if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {
         return vec3(1.0);
     }
+    Attributes attributes = attributes_of(met.place);
     float scale = box_at(at).scale;
+    Footprint blurred = footprint_over(attributes, corners_of(met.triangle) * scale);
     float share = clamp(width * scale, 0.0, 1.0);
-    vec3 detail = vec3(1.0);
-    for (bool sharper = share < 1.0; sharper; sharper = false) { // a loop is what CPU devices leave out
-        Attributes attributes = attributes_of(met.place);
-        Footprint blurred = footprint_over(attributes, corners_of(met.triangle) * scale);
-        Footprint sharp = Footprint(mat2[2](share * blurred.uv[0], share * blurred.uv[1]));
-        vec4 uv = between(attributes.uvs, met.weights);
-        vec4 color = between(attributes.colors, met.weights);
-        detail = base_color(m, uv, color, sharp).rgb / max(base_color(m, uv, color, blurred).rgb, vec3(1e-3));
-    }
-    return detail;
-}
-
-// What look_along asks of a surface that lets nothing pass and does not glow.
-Surface plain_surface() {
-    Surface s;
-    s.facet = vec3(0.0);
-    s.normal = vec3(0.0);
-    s.albedo = vec3(0.0);
-    s.emitted = vec3(0.0);
-    s.opacity = 1.0;
-    s.transmission = 0.0;
-    s.ior = 1.0;
-    s.unlit = false;
-    return s;
+    Footprint sharp = Footprint(mat2[2](share * blurred.uv[0], share * blurred.uv[1]));
+    vec4 uv = between(attributes.uvs, met.weights);
+    vec4 color = between(attributes.colors, met.weights);
+    return base_color(m, uv, color, sharp).rgb / max(base_color(m, uv, color, blurred).rgb, vec3(1e-3));
 }
 
 struct Seen {
@@ -84,11 +66,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
         vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d) * texture_detail(met, m, at, max(width, pixel_width));
-        bool plain = met.triangle.translucent == 0u && all(equal(m.emissive, vec3(0.0)));
-        Surface s = plain_surface();
-        for (bool asks = met.any && !plain; asks; asks = false) { // a loop, as above
-            s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
-        }
+        Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
         // A constant where nothing transmits: what only glass asks of the surface is not looked up then.
         float transmission = feature(FEATURE_TRANSMISSION) ? s.transmission : 0.0;
@@ -125,8 +103,8 @@ uint lobe_ray_count(float alpha, float weight) {
     return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
 }
 
-// The share of a lobe's light that the gathered light stands for. A rough surface's lobe is about as broad as the one of
-// diffuse light; where it is weak as well, the few rays that it is worth would now and then meet a bright spot.
+// The share of a lobe's light that the gathered light stands for. Where a lobe is weak, the few rays that it is worth would now and then
+// meet a bright spot; the gathered light has more directions in it, down to a roughness of about .2. Below that edges would be lost.
 float gathered_share(Surface s, Lobes lobes) {
     float weak = 1.0 - smoothstep(0.15, 0.3, brightest(lobes.specular));
     return any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.2, 0.4, s.roughness) : 0.0;

@@ -52,12 +52,17 @@ fn indirect(image: &Layers, truth: &Layers) -> (f64, f64) {
     (image.iter().sum::<f64>() / sum, error / sum)
 }
 
-/// [`two_rooms`] as seen from the front, and the path tracer's image of it.
-fn into_both_rooms(scene: &Scene, size: u32) -> (View, Layers) {
+/// [`two_rooms`] as seen from the front.
+fn from_the_front(scene: &Scene) -> View {
     let eye = DVec3::new(1.0, 1.2, 4.4);
     let forward = (DVec3::new(0.3, 1.05, 0.0) - eye).normalize();
     let up = forward.cross(DVec3::Y).cross(forward).normalize();
-    let view = View { eye, forward, up, ..View::framing(scene.bounds(None)) };
+    View { eye, forward, up, ..View::framing(scene.bounds(None)) }
+}
+
+/// The same, and the path tracer's image of it.
+fn into_both_rooms(scene: &Scene, size: u32) -> (View, Layers) {
+    let view = from_the_front(scene);
     let stop = Stop::Noise(0.03);
     let options = Options { width: size, height: size, depth: Depth::Full, stop, seed: 0, occlusion: false };
     (view, film(scene, &view, &options).layers(&LAYERS))
@@ -172,7 +177,7 @@ fn what_a_mask_leaves_nothing_of_is_not_there() {
     let mirror = scene.add_material(mirror);
     let [corner, u, v] = [Vec3::new(0.7, 0.4, -1.2), Vec3::new(0.9, 0.0, 0.9), Vec3::Y]; // it shows the wall between the rooms
     scene.add_mesh(Mesh::quad("mirror", mirror, corner, u, v), DAffine3::IDENTITY);
-    let (view, _) = into_both_rooms(&scene, 8);
+    let view = from_the_front(&scene);
     let settings = gpu::with(Settings::default(), &["voxels=32", "bounces=all"]);
     let context = gpu::context();
     let image = |scene: &Scene| gpu::render_layers(&context, scene, &settings, SIZE, view, LAYERS.to_vec()).read();

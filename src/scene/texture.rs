@@ -46,8 +46,8 @@ impl ColorSpace {
         if self == Self::Linear {
             return [byte(texel.x), byte(texel.y), byte(texel.z), byte(texel.w)];
         }
-        let steps = LazyLock::force(&SRGB_STEPS);
-        [steps.byte(texel.x), steps.byte(texel.y), steps.byte(texel.z), byte(texel.w)]
+        let least = LazyLock::force(&SRGB_LEAST);
+        [srgb_byte(least, texel.x), srgb_byte(least, texel.y), srgb_byte(least, texel.z), byte(texel.w)]
     }
 }
 
@@ -57,42 +57,27 @@ fn byte(x: f32) -> u8 {
     (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
-/// `byte(srgb_from_linear(x))` without a power: most of the time that mips take would go into these.
-struct SrgbSteps {
-    /// The least value that gives each byte.
-    least: [f32; 256],
-    /// The byte at the start of each of equal parts of [0, 1], none of which has more than two.
-    starts: [u8; Self::PARTS + 1],
-}
-
-static SRGB_STEPS: LazyLock<SrgbSteps> = LazyLock::new(SrgbSteps::new);
-
-impl SrgbSteps {
-    const PARTS: usize = 4096;
-
-    fn new() -> Self {
+/// The least value that gives each byte of a colour that is sRGB-encoded.
+static SRGB_LEAST: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|b| {
         // Positive numbers have the order of their bits.
-        let least = std::array::from_fn(|b| {
-            let (mut below, mut at) = (0, 1_f32.to_bits());
-            while below < at {
-                let middle = below.midpoint(at);
-                if usize::from(byte(srgb_from_linear(f32::from_bits(middle)))) < b {
-                    below = middle + 1
-                } else {
-                    at = middle
-                }
+        let (mut below, mut at) = (0, 1_f32.to_bits());
+        while below < at {
+            let middle = below.midpoint(at);
+            if usize::from(byte(srgb_from_linear(f32::from_bits(middle)))) < b {
+                below = middle + 1
+            } else {
+                at = middle
             }
-            f32::from_bits(at)
-        });
-        Self { least, starts: std::array::from_fn(|i| byte(srgb_from_linear(i as f32 / Self::PARTS as f32))) }
-    }
+        }
+        f32::from_bits(at)
+    })
+});
 
-    #[inline(always)]
-    fn byte(&self, x: f32) -> u8 {
-        let x = x.clamp(0.0, 1.0);
-        let start = self.starts[(x * Self::PARTS as f32) as usize];
-        if start < 255 && x >= self.least[usize::from(start) + 1] { start + 1 } else { start }
-    }
+/// `byte(srgb_from_linear(x))` without a power: most of the time that mips take would go into these.
+#[inline(always)]
+fn srgb_byte(least: &[f32; 256], x: f32) -> u8 {
+    (least[1..].partition_point(|&least| least <= x)) as u8
 }
 
 /// One level: 8-bit RGBA, rows from the top, in the encoding of the image.
@@ -340,15 +325,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn srgb_bytes_from_steps_are_those_of_the_formula() {
-        let steps = SrgbSteps::new();
+    fn srgb_bytes_by_search_are_those_of_the_formula() {
+        let least = &*SRGB_LEAST;
         let even = (0..=1_000_000).map(|i| i as f32 / 1e6);
-        let about_steps = steps
-            .least
-            .iter()
-            .flat_map(|x| (-3..=3).map(|i: i32| f32::from_bits(x.to_bits().saturating_add_signed(i))));
+        let about_steps =
+            least.iter().flat_map(|x| (-3..=3).map(|i: i32| f32::from_bits(x.to_bits().saturating_add_signed(i))));
         for x in even.chain(about_steps).chain([-1.0, 1.5]) {
-            assert_eq!(steps.byte(x), byte(srgb_from_linear(x.clamp(0.0, 1.0))), "{x}");
+            assert_eq!(srgb_byte(least, x), byte(srgb_from_linear(x.clamp(0.0, 1.0))), "{x}");
         }
     }
 }

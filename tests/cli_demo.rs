@@ -96,12 +96,9 @@ mod window {
         let folder = tempfile::tempdir().unwrap();
         let script = "panel closed\nwait 1\nkey Space\nrest\ngrab a.png\nkey C\nquit";
         std::fs::write(folder.path().join("script"), script).unwrap();
-        let output = Command::new("xvfb-run")
-            .args(["-a", "-s", "-screen 0 640x480x24", env!("CARGO_BIN_EXE_twobounce"), "demo", "--script", "script"])
-            .args(&SMALL[..5])
-            .current_dir(folder.path())
-            .output()
-            .expect("xvfb-run is missing: install package xvfb");
+        let display = cli_common::Display::open();
+        let mut command = display.command(&[env!("CARGO_BIN_EXE_twobounce"), "demo", "--script", "script"]);
+        let output = command.args(&SMALL[..5]).current_dir(folder.path()).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         let said = String::from_utf8(output.stdout).unwrap();
         let command = said.lines().find_map(|line| line.strip_prefix("twobounce ")).expect("a command");

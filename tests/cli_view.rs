@@ -7,10 +7,10 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Mutex, PoisonError};
 
-use cli_common::folder;
+use cli_common::{Display, folder};
 
-/// One display at a time.
-static DISPLAY: Mutex<()> = Mutex::new(());
+/// One window at a time.
+static ALONE: Mutex<()> = Mutex::new(());
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cornell-area.glb");
 
@@ -29,17 +29,11 @@ fn view_of(scene: &str, folder: &Path, script: &str, more: &[&str]) -> Output {
 
 /// The same with the words that start the program.
 fn view_by(program: &[&str], folder: &Path, script: &str, more: &[&str]) -> Output {
-    let _alone = DISPLAY.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     std::fs::write(folder.join("script"), script).unwrap();
-    Command::new("xvfb-run")
-        .args(["-a", "-s", "-screen 0 640x480x24"])
-        .args(program)
-        .args(["--size", "96x64", "--script", "script"])
-        .args(SMALL)
-        .args(more)
-        .current_dir(folder)
-        .output()
-        .expect("xvfb-run is missing: install package xvfb")
+    let display = Display::open();
+    let args = [&["--size", "96x64", "--script", "script"], &SMALL[..], more].concat();
+    display.command(program).args(args).current_dir(folder).output().unwrap()
 }
 
 /// Standard output of a session that must work.
@@ -126,10 +120,11 @@ fn a_window_is_resized_and_its_swapchain_made_a_hundred_times() {
 #[test]
 fn a_window_is_minimised_and_restored() {
     let folder = folder();
-    let managed = "command -v jwm >/dev/null || { echo install package jwm >&2; exit 2; }; jwm & exec \"$@\"";
+    let managed =
+        "command -v jwm >/dev/null || { echo install package jwm >&2; exit 2; }; jwm >/dev/null 2>&1 & exec \"$@\"";
     let program = ["sh", "-c", managed, "sh", env!("CARGO_BIN_EXE_twobounce"), "view", SCENE];
-    let script = "rest\npanel closed\nsize 96 64\nrest\ngrab a.png\nminimise\nminimised\nset bounces=1\nrest\nset bounces=2\nrest\n\
-                  restore\nrestored\nrest\ngrab b.png\nquit";
+    let script = "rest\npanel closed\nsize 96 64\nrest\ngrab a.png\nminimised\nset bounces=1\nrest\nset bounces=2\nrest\n\
+                  restored\nrest\ngrab b.png\nquit";
     said(view_by(&program, folder.path(), script, &["--refine", "1"]));
     assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
 }

@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -61,6 +62,39 @@ impl Folder {
 
     pub fn json(&self, name: &str) -> serde_json::Value {
         serde_json::from_str(&fs::read_to_string(self.path(name)).unwrap()).unwrap()
+    }
+}
+
+/// An X server of 640×480 in memory, until it is dropped.
+pub struct Display(Child, String);
+
+impl Display {
+    pub fn open() -> Self {
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb is missing: install package xvfb");
+        // The server writes its number once it hears.
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        assert!(!number.is_empty(), "Xvfb did not start");
+        Self(server, format!(":{}", number.trim()))
+    }
+
+    /// A program that opens windows in it, for ten minutes at most.
+    pub fn command(&self, words: &[&str]) -> Command {
+        let mut command = Command::new("timeout");
+        command.args(["-k", "10", "600"]).args(words).env("DISPLAY", &self.1).env_remove("WAYLAND_DISPLAY");
+        command
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        self.0.kill().ok();
+        self.0.wait().ok();
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ash::vk;
 use glam::DVec3;
@@ -19,6 +19,11 @@ use super::layer::Layer;
 use super::question::Question;
 use super::screen::Call;
 use crate::say;
+
+/// What an act may wait for at most; a script that would wait for ever fails.
+const LONGEST_WAIT: Duration = Duration::from_secs(300);
+/// Between two requests to a window manager.
+const AGAIN: Duration = Duration::from_secs(1);
 
 /// One line.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +54,7 @@ pub enum Act {
     /// The device that makes frames is lost.
     Lose,
     Minimise(bool),
-    /// Waits until the window manager did.
+    /// The same, until the window manager did it: one that starts meanwhile hears of it too.
     Minimised(bool),
     /// Swapchains, made anew so many times.
     Remake(u32),
@@ -81,6 +86,10 @@ pub struct Now {
 #[derive(Default)]
 pub struct Script {
     acts: VecDeque<Act>,
+    /// The last act, and when it began.
+    last: Option<(Act, Instant)>,
+    /// When the window manager was asked last.
+    managed: Option<Instant>,
     /// What the last act waits for.
     for_rest: bool,
     for_refined: bool,
@@ -125,7 +134,15 @@ impl Script {
         self.for_found = matches!(act, Act::RaysOf(..) | Act::CostOf(_));
         self.for_minimised = if let Act::Minimised(whether) = act { Some(whether) } else { None };
         self.for_answer = matches!(act, Act::Turn(..) | Act::Walk(_));
+        self.last = Some((act.clone(), Instant::now()));
         Some(act)
+    }
+
+    /// What the window manager is to be asked now, once more.
+    fn to_manage(&mut self) -> Option<bool> {
+        let whether = self.for_minimised?;
+        let due = self.managed.is_none_or(|at| at.elapsed() > AGAIN);
+        due.then(|| self.managed = Some(Instant::now())).map(|()| whether)
     }
 
     /// Whether the last act waits for something yet.
@@ -141,6 +158,17 @@ impl Script {
             || self.for_rest && !now.rests
             || self.for_refined && !now.refined
             || self.for_truth && !now.compared
+    }
+
+    /// # Errors
+    /// The last act waits for longer than anything takes.
+    fn patience(&self) -> anyhow::Result<()> {
+        match &self.last {
+            Some((act, at)) if at.elapsed() > LONGEST_WAIT => {
+                anyhow::bail!("the script waited {} s for {act:?}", LONGEST_WAIT.as_secs())
+            }
+            _ => Ok(()),
+        }
     }
 
     /// A question was answered.
@@ -234,7 +262,10 @@ impl App {
         let refined = rests && frame.refined.passes >= self.panel.refine;
         let now = Now { rests, refined, compared: self.compared.is_some(), played_s: self.later_s, minimised };
         if self.script.waits(&now) {
-            return Ok(());
+            if let (Some(whether), Some(shown)) = (self.script.to_manage(), &self.shown) {
+                shown.window.set_minimized(whether);
+            }
+            return self.script.patience();
         }
         let Some(act) = self.script.next() else { return Ok(()) };
         let Some(shown) = &mut self.shown else { return Ok(()) };

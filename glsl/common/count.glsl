@@ -18,11 +18,12 @@ const uint LIGHTS = 11u;
 const uint SCENE_VERTICES = 12u;
 const uint LAMP_RECORDS = 13u; // pieces of sampled lamps
 const uint WORDS = 14u; // whatever has no kind of its own
-const uint KINDS = 15u;
+const uint RAYS_CUT = 15u; // by the driver, before they were over
+const uint KINDS = 16u;
 
 layout(set = 0, binding = 60) buffer Counts { uint counts[]; }; // per kind: low word, high word
 
-uint tally[KINDS] = uint[KINDS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+uint tally[KINDS] = uint[KINDS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 
 #define COUNT(kind, n) tally[kind] += (n)
 

@@ -7,8 +7,10 @@
 #include "ground/boxes.glsl"
 #include "ground/tree.glsl"
 
-// How many surfaces that let light through one ray may pass; all that a mask leaves nothing of count.
+// How many surfaces that let a part of the light through one ray may pass.
 const uint MOST_PASSED = 64u;
+// What lets a part of the light through, rather than all or nothing, as a mask does.
+const uint FEATURE_PASSING = FEATURE_BLEND | FEATURE_TRANSMISSION;
 const float SPENT = 0.005; // of its light: less does not change an 8-bit image
 
 // Tests the triangle at place `triangle`.
@@ -18,16 +20,22 @@ float hit_recorded(uint triangle, vec3 origin, vec3 d, out vec2 uv) {
         triangles[triangle].corners[1], triangles[triangle].corners[2], uv);
 }
 
+// Its material at a place on it: base colour and alpha.
+vec4 triangle_color(Material m, Attributes attributes, vec2 uv, out vec4 at) {
+    vec3 weights = vec3(1.0 - uv.x - uv.y, uv.x, uv.y);
+    at = between(attributes.uvs, weights);
+    vec4 base = base_color(m, at, between(attributes.colors, weights), POINT);
+    return vec4(base.rgb, surface_alpha(m, base.a));
+}
+
 // What passes a triangle, per channel.
 vec3 triangle_transmittance(uint triangle, vec2 uv) {
     Material m = materials[triangles[triangle].material];
     Attributes attributes = attributes_of(triangle);
     COUNT(MATERIALS, 1u);
     COUNT(TRIANGLES, 1u);
-    vec3 weights = vec3(1.0 - uv.x - uv.y, uv.x, uv.y);
-    vec4 at = between(attributes.uvs, weights);
-    vec4 base = base_color(m, at, between(attributes.colors, weights), POINT);
-    float alpha = surface_alpha(m, base.a);
+    vec4 at;
+    vec4 base = triangle_color(m, attributes, uv, at);
     float transmission = 0.0;
     if (feature(FEATURE_TRANSMISSION)) {
         float metallic = m.metallic;
@@ -39,7 +47,7 @@ vec3 triangle_transmittance(uint triangle, vec2 uv) {
             transmission *= sample_slot(m.slots[SLOT_TRANSMISSION], at, POINT, false).r;
         }
     }
-    return mix(vec3(1.0), base.rgb * transmission, alpha);
+    return mix(vec3(1.0), base.rgb * transmission, base.a);
 }
 
 vec3 ray_start(vec3 position, vec3 facet, vec3 d) {
@@ -84,6 +92,7 @@ vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
             }
         }
     }
+    COUNT(RAYS_CUT, !blocked && w.node != 0u ? 1u : 0u);
     return blocked ? vec3(0.0) : mix(exp2(-vec3(depth) / 65536.0), vec3(0.0), greaterThan(depth, uvec3(29u * 65536u)));
 }
 
@@ -93,26 +102,59 @@ struct RayHit {
     float distance;
 };
 
-// The nearest triangle further than `least` along unit d.
+// Whether a mask leaves anything of the triangle there.
+bool is_present(uint triangle, vec2 uv) {
+    Material m = materials[triangles[triangle].material];
+    COUNT(MATERIALS, 1u);
+    COUNT(TRIANGLES, 1u);
+    vec4 at;
+    return (m.flags & MATERIAL_MASK) == 0u || triangle_color(m, attributes_of(triangle), uv, at).a > 0.0;
+}
+
+// The nearest triangle further than `least` along unit d; what a mask leaves nothing of is not there.
 RayHit trace_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
     Way w = start_way(origin, d);
+    float most = w.leave;
+    uint tested = 0u; // triangles of the leaf at which the way stands
     for (uint k = 0u; k < 65535u && w.node != 0u; k++) {
-        uint leaf = next_leaf(w, max(w.enter, least), min(w.leave, best.distance));
-        for (uint i = 0u; i < leaf_count(leaf); i++) {
-            uint triangle = leaf_triangle(leaf, i);
-            uint place = max(triangle, 1u) - 1u;
-            vec2 uv;
-            float hit = hit_recorded(place, origin, d, uv);
-            // Equal distances: the order of the triangles is the GPU's to choose, the image must not be.
-            bool nearer = hit < best.distance
-                || (hit == best.distance && triangles[place].source <= triangles[max(best.triangle, 1u) - 1u].source);
-            if (triangle != 0u && hit > least && hit <= w.leave && nearer) {
-                best = RayHit(triangle, uv, hit);
+        RayHit masked = RayHit(0u, vec2(0.0), 1e30); // would be the nearest: its textures are looked at out here
+        for (uint l = 0u; l < 65535u && masked.triangle == 0u && w.node != 0u; l++) {
+            // A leaf that was found stays met until all of it is tested.
+            most = tested == 0u ? min(w.leave, best.distance) : most;
+            uint leaf = next_leaf(w, max(w.enter, least), most);
+            uint count = leaf_count(leaf);
+            for (; tested < count && masked.triangle == 0u; tested++) {
+                uint triangle = leaf_triangle(leaf, tested);
+                uint place = max(triangle, 1u) - 1u;
+                vec2 uv;
+                float hit = hit_recorded(place, origin, d, uv);
+                // Equal distances: the order of the triangles is the GPU's to choose, the image must not be.
+                bool nearer = hit < best.distance
+                    || (hit == best.distance && triangles[place].source <= triangles[max(best.triangle, 1u) - 1u].source);
+                if (triangle != 0u && hit > least && hit <= w.leave && nearer) {
+                    RayHit found = RayHit(triangle, uv, hit);
+                    bool may_be_absent = feature(FEATURE_MASK) && triangles[place].translucent != 0u;
+                    if (may_be_absent) {
+                        masked = found;
+                    } else {
+                        best = found;
+                    }
+                }
+            }
+            bool done = tested >= count;
+            tested = done ? 0u : tested;
+            pass_leaf(w, done);
+        }
+        if (feature(FEATURE_MASK)) {
+            for (uint j = 0u; j < min(masked.triangle, 1u); j++) {
+                if (is_present(masked.triangle - 1u, masked.uv)) {
+                    best = masked;
+                }
             }
         }
-        pass_leaf(w, true);
     }
+    COUNT(RAYS_CUT, w.node != 0u ? 1u : 0u);
     return best;
 }
 
@@ -146,7 +188,7 @@ Met meet(RayHit hit, vec3 d) {
 
 // What passes straight through it, per channel.
 vec3 transmittance(Met met) {
-    return feature(FEATURE_ALPHA) && met.triangle.translucent != 0u ? triangle_transmittance(met.place, met.weights.yz) : vec3(0.0);
+    return feature(FEATURE_PASSING) && met.triangle.translucent != 0u ? triangle_transmittance(met.place, met.weights.yz) : vec3(0.0);
 }
 
 // Radiance of the lamp that is seen along unit d, with lights.lamps = sampled. Starts on the side that d leads to.
@@ -156,7 +198,7 @@ vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
     vec3 sum = vec3(0.0);
     float least = 0.0;
     bool going = true;
-    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
+    for (uint i = 0u; i < (feature(FEATURE_PASSING) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, false);
         sum += met.any && !met.dark && !s.unlit ? through * s.emitted * s.opacity : vec3(0.0);

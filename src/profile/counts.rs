@@ -57,6 +57,8 @@ kinds! {
     lamps "LAMP_RECORDS" size_of::<layout::Lamp>(),
     /// All other reads.
     words "WORDS" 4,
+    /// Rays that the driver ended before they were over: none but on a CPU device, see `glsl/ground/tree.glsl`.
+    rays_cut "RAYS_CUT" 0,
 }
 
 impl Counts {

@@ -8,7 +8,7 @@
 #include "gi/rays/constants.glsl"
 #include "gi/rays/ray_light.glsl"
 
-// Surfaces that let light pass, of those that one ray meets; all that a mask leaves nothing of count.
+// Surfaces that let a part of the light pass, of those that one ray meets.
 const uint MOST_INTERFACES = 64u;
 
 // What the texture has where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about it: mirrors
@@ -56,7 +56,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
     float pixel = 2.0 * length(frame.down_per_ndc) / frame.image_size.y; // voxels per voxel of way
     float seen_from = frame.orthographic != 0u ? 0.0 : distance(position, frame.eye);
     bool going = sends;
-    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_INTERFACES : 1u) && going; i++) {
+    for (uint i = 0u; i < (feature(FEATURE_PASSING) ? MOST_INTERFACES : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
         seen.light += met.any ? vec3(0.0) : through * sky_about(d, aperture, bright);
         through = met.any ? through : vec3(0.0);
@@ -67,7 +67,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
         vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d) * texture_detail(met, m, at, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
-        bool passes = feature(FEATURE_ALPHA) && met.triangle.translucent != 0u;
+        bool passes = feature(FEATURE_PASSING) && met.triangle.translucent != 0u;
         // A constant where nothing transmits: what only glass asks of the surface is not looked up then.
         float transmission = feature(FEATURE_TRANSMISSION) ? s.transmission : 0.0;
         bool glass = m.thickness_m > 0.0 && transmission > 0.0;

@@ -88,7 +88,7 @@ vec3 trace_light(vec3 position, vec3 facet, vec3 d, out vec3 through) {
     vec3 sum = vec3(0.0);
     float least = 0.0;
     bool going = true;
-    for (uint i = 0u; i < (feature(FEATURE_ALPHA) ? MOST_PASSED : 1u) && going; i++) {
+    for (uint i = 0u; i < (feature(FEATURE_PASSING) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
         vec3 passed = transmittance(met);
         sum += met.any && !met.dark ? through * (1.0 - passed) * seen_radiance(met, d) : vec3(0.0);

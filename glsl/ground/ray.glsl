@@ -111,6 +111,31 @@ bool is_present(uint triangle, vec2 uv) {
     return (m.flags & MATERIAL_MASK) == 0u || triangle_color(m, attributes_of(triangle), uv, at).a > 0.0;
 }
 
+// Tests triangle `i` of a leaf, in its turn: whether it is the nearest so far between the distances `least` and `leave`.
+void test_nearest(uint leaf, uint i, vec3 origin, vec3 d, float least, float leave, inout uint tested, inout RayHit best, inout RayHit masked) {
+    bool its_turn = tested == i && i < leaf_count(leaf) && masked.triangle == 0u;
+    uint triangle = its_turn ? leaf_triangle(leaf, i) : 0u;
+    uint place = max(triangle, 1u) - 1u;
+    vec2 uv = vec2(0.0);
+    float hit = -1.0;
+    if (its_turn) {
+        hit = hit_recorded(place, origin, d, uv);
+    }
+    // Equal distances: the order of the triangles is the GPU's to choose, the image must not be.
+    bool nearer = hit < best.distance
+        || (hit == best.distance && triangles[place].source <= triangles[max(best.triangle, 1u) - 1u].source);
+    bool met = triangle != 0u && hit > least && hit <= leave && nearer;
+    bool may_be_absent = feature(FEATURE_MASK) && met && triangles[place].translucent != 0u;
+    RayHit found = RayHit(triangle, uv, hit);
+    if (met && !may_be_absent) {
+        best = found;
+    }
+    if (may_be_absent) {
+        masked = found;
+    }
+    tested += its_turn ? 1u : 0u;
+}
+
 // The nearest triangle further than `least` along unit d; what a mask leaves nothing of is not there.
 RayHit trace_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
@@ -123,25 +148,9 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
             // A leaf that was found stays met until all of it is tested.
             most = tested == 0u ? min(w.leave, best.distance) : most;
             uint leaf = next_leaf(w, max(w.enter, least), most);
-            uint count = leaf_count(leaf);
-            for (; tested < count && masked.triangle == 0u; tested++) {
-                uint triangle = leaf_triangle(leaf, tested);
-                uint place = max(triangle, 1u) - 1u;
-                vec2 uv;
-                float hit = hit_recorded(place, origin, d, uv);
-                // Equal distances: the order of the triangles is the GPU's to choose, the image must not be.
-                bool nearer = hit < best.distance
-                    || (hit == best.distance && triangles[place].source <= triangles[max(best.triangle, 1u) - 1u].source);
-                if (triangle != 0u && hit > least && hit <= w.leave && nearer) {
-                    RayHit found = RayHit(triangle, uv, hit);
-                    bool may_be_absent = feature(FEATURE_MASK) && triangles[place].translucent != 0u;
-                    if (may_be_absent) {
-                        masked = found;
-                    } else {
-                        best = found;
-                    }
-                }
-            }
+            uint count = leaf_count(leaf); // two at most
+            test_nearest(leaf, 0u, origin, d, least, w.leave, tested, best, masked);
+            test_nearest(leaf, 1u, origin, d, least, w.leave, tested, best, masked);
             bool done = tested >= count;
             tested = done ? 0u : tested;
             pass_leaf(w, done);

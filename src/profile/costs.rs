@@ -111,6 +111,13 @@ pub fn table(costs: &[PassCost], copy: &CopyRates) -> String {
         text += &line(row.name, [voxel, item, pixel, step, fetched, written], rates);
     }
     let CopyRates { buffer_gb_per_s, shader_gb_per_s } = copy;
+    let cut: u64 = costs.iter().map(|row| row.counts.rays_cut).sum();
+    if cut > 0 {
+        text += &format!(
+            "the driver ended {cut} rays before they were over, and their light is missing: take fewer rays a pass, and more \
+             image.passes\n"
+        );
+    }
     text + &format!(
         "voxels are occupied ones, items those listed or walked, steps those of cones; fetched bytes are a model, counted\n\
          in an instrumented frame: every read in full, as if nothing were cached. The device copies {buffer_gb_per_s:.2} GB/s \
@@ -146,10 +153,13 @@ mod tests {
         assert!((rows[1].gb_per_s - 0.0029).abs() < 1e-12 && (rows[1].share_of_copy - 0.00145).abs() < 1e-12);
         assert_eq!((rows[2].ns_per_pixel, rows[2].ns_per_occupied_voxel), (Some(62500.0), None));
         assert_eq!((rows[3].ns_per_occupied_voxel, rows[3].ns_per_list_item), (None, None));
-        let table = table(&rows, &copy);
+        let of_all = table(&rows, &copy);
         assert!(
-            table.lines().nth(3).is_some_and(|line| line.starts_with("image") && line.contains("62500.00")),
-            "{table}"
+            of_all.lines().nth(3).is_some_and(|line| line.starts_with("image") && line.contains("62500.00")),
+            "{of_all}"
         );
+        assert!(!of_all.contains("ended"));
+        let cut = costs(&passes, &[("image", Counts { rays_cut: 6, ..shade })], &work);
+        assert!(table(&cut, &copy).contains("ended 6 rays before"));
     }
 }

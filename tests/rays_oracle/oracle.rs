@@ -12,7 +12,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use twobounce::ground::layout;
 use twobounce::renderer::Renderer;
-use twobounce::scene::surface::SurfacePoint;
+use twobounce::scene::surface::{SurfaceParams, SurfacePoint};
 use twobounce::scene::texture::Textures;
 use twobounce::scene::{Alpha, Material, Scene};
 use twobounce::vk::{Context, download};
@@ -254,10 +254,10 @@ impl Oracle {
 
     /// Whether what was found is right, and whether that is the only right answer.
     fn nearest_is_right(&self, least: f64, d: DVec3, all: &[(&Facet, Crossing)], found: &Found) -> (bool, bool) {
-        let certain = all.iter().filter(|(_, c)| c.inside && c.t - c.t_rounding > least);
+        let certain = all.iter().filter(|(f, c)| c.inside && c.t - c.t_rounding > least && self.presence(f, c)[0]);
         let nearest = certain.map(|(_, c)| c.t + c.t_rounding).fold(f64::INFINITY, f64::min);
         let possible = |c: &Crossing| c.t + c.t_rounding > least && c.t - c.t_rounding <= nearest;
-        let possible: Vec<_> = all.iter().filter(|(_, c)| possible(c)).collect();
+        let possible: Vec<_> = all.iter().filter(|(f, c)| possible(c) && self.presence(f, c)[1]).collect();
         let answers = possible.len() + usize::from(nearest.is_infinite());
         let right = if found.source == 0 {
             nearest.is_infinite()
@@ -289,35 +289,49 @@ impl Oracle {
         if material.alpha == Alpha::Opaque && material.transmission == 0.0 {
             return [DVec3::ZERO; 2];
         }
+        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        for at in self.surfaces(facet, crossing) {
+            let opacity = f64::from(at.opacity.clamp(0.0, 1.0));
+            let light = DVec3::ONE - opacity + opacity * at.base_color.as_dvec3() * f64::from(at.transmission);
+            let textured = material.base_color_texture.is_some();
+            let decoding = if textured { opacity * f64::from(at.transmission) * self.decoding } else { 0.0 };
+            bounds = [bounds[0].min(light - decoding), bounds[1].max(light + decoding)];
+        }
+        bounds
+    }
+
+    /// Whether a mask leaves something of a triangle there: for certain, and within rounding.
+    fn presence(&self, facet: &Facet, crossing: &Crossing) -> [bool; 2] {
+        if !matches!(self.scene.materials[facet.material].alpha, Alpha::Mask(_)) {
+            return [true; 2];
+        }
+        let present: Vec<bool> = self.surfaces(facet, crossing).map(|at| at.opacity > 0.0).collect();
+        [present.iter().all(|present| *present), present.contains(&true)]
+    }
+
+    /// What a triangle's material is there: all that rounding of the point, of texels and of a mask's cutoff may make of it.
+    fn surfaces(&self, facet: &Facet, crossing: &Crossing) -> impl Iterator<Item = SurfaceParams> {
+        let material = &self.scene.materials[facet.material];
         let mut cutoffs = vec![material.clone()];
         if let Alpha::Mask(cutoff) = material.alpha {
             // The shader takes what is short of it by 10⁻⁵ as equal.
             cutoffs.push(Material { alpha: Alpha::Mask(cutoff - 1.2e-5), ..material.clone() });
         }
-        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let corners = [DVec2::ZERO, DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)];
         let beside = if self.filtering > 0.0 { &corners[..] } else { &corners[..1] };
-        for (corner, beside) in corners.iter().flat_map(|corner| beside.iter().map(move |beside| (*corner, *beside))) {
-            let uv =
-                (crossing.uv + corner * (crossing.uv_rounding + 1e-6)).clamp(DVec2::splat(-1.0), DVec2::splat(2.0));
+        let offsets: Vec<_> =
+            corners.iter().flat_map(|corner| beside.iter().map(move |beside| (*corner, *beside))).collect();
+        let (uv, uv_rounding) = (crossing.uv, crossing.uv_rounding);
+        offsets.into_iter().flat_map(move |(corner, beside)| {
+            let uv = (uv + corner * (uv_rounding + 1e-6)).clamp(DVec2::splat(-1.0), DVec2::splat(2.0));
             let weights = [1.0 - uv.x - uv.y, uv.x, uv.y];
             let beside = beside.as_vec2() * self.filtering;
             let mean = |at: [Vec2; 3]| (0..3).map(|i| at[i].as_dvec2() * weights[i]).sum::<DVec2>().as_vec2() + beside;
             let color = (0..3).map(|i| facet.colors[i] * weights[i] as f32).sum();
             let point = SurfacePoint { uvs: facet.uvs.map(mean), color, footprint: [0.0; 2] };
-            for material in &cutoffs {
-                let at = material.evaluate(&self.scene, &self.textures, &point);
-                let opacity = f64::from(at.opacity.clamp(0.0, 1.0));
-                let light = DVec3::ONE - opacity + opacity * at.base_color.as_dvec3() * f64::from(at.transmission);
-                let decoding = if material.base_color_texture.is_some() {
-                    opacity * f64::from(at.transmission) * self.decoding
-                } else {
-                    0.0
-                };
-                bounds = [bounds[0].min(light - decoding), bounds[1].max(light + decoding)];
-            }
-        }
-        bounds
+            let evaluate = |material: &Material| material.evaluate(&self.scene, &self.textures, &point);
+            cutoffs.iter().map(evaluate).collect::<Vec<_>>()
+        })
     }
 
     /// Share of the light that passes everything between 0 and `distance`.

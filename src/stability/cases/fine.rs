@@ -23,8 +23,8 @@ pub const CASES: &[Case] = &[
         ideal: 1.0,
         limit: 0.05,
         advice: "Hair, grass and wires below a voxel need the method rays, or one larger surface that lets part of the light pass. What accurate \
-                 loses is llvmpipe's: it ends the loops of a pixel, whose rays pass thousands of needles, after 65535 rounds. Fewer rays or \
-                 points on lamps a pass, and more image.passes, lose nothing.",
+                 loses is llvmpipe's: it ends the loops of a pixel, whose rays pass thousands of needles, after 65535 rounds, and \
+                 twobounce profile says how many rays that are. Fewer rays or points on lamps a pass, and more image.passes, lose nothing.",
         quick: false,
         run: |cell| thin(cell, false),
     },

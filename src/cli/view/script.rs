@@ -139,7 +139,7 @@ impl Script {
     }
 
     /// What the window manager is to be asked now, once more.
-    fn to_manage(&mut self) -> Option<bool> {
+    fn asks_manager(&mut self) -> Option<bool> {
         let whether = self.for_minimised?;
         let due = self.managed.is_none_or(|at| at.elapsed() > AGAIN);
         due.then(|| self.managed = Some(Instant::now())).map(|()| whether)
@@ -262,7 +262,7 @@ impl App {
         let refined = rests && frame.refined.passes >= self.panel.refine;
         let now = Now { rests, refined, compared: self.compared.is_some(), played_s: self.later_s, minimised };
         if self.script.waits(&now) {
-            if let (Some(whether), Some(shown)) = (self.script.to_manage(), &self.shown) {
+            if let (Some(whether), Some(shown)) = (self.script.asks_manager(), &self.shown) {
                 shown.window.set_minimized(whether);
             }
             return self.script.patience();

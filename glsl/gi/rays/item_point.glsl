@@ -22,6 +22,11 @@ bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
     return free;
 }
 
+// Whether a mask leaves anything of an item's triangle abc at p.
+bool unmasked(uint index, vec3 a, vec3 b, vec3 c, vec3 p) {
+    return is_present(list_items[index].triangle, barycentric(a, b, c, p));
+}
+
 // A point of the part of triangle abc inside the voxel about `center`, evenly distributed over what the item is lit for of it as
 // far as few tries find one: another in every pass, so that the mean over passes is the part's mean. The first pass takes the
 // part's middle; a split item its anchor; what a mask cuts away is passed by, since no ray meets it.
@@ -36,10 +41,10 @@ vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     vec3 found = anchor;
     bool masked = feature(FEATURE_ALPHA) && (materials[triangles[list_items[index].triangle].material].flags & MATERIAL_MASK) != 0u;
     uint tries = frame.light_pass == 0u ? 0u : POINT_TRIES;
-    bool any = masked && is_present(list_items[index].triangle, barycentric(a, b, c, anchor));
+    bool any = masked && unmasked(index, a, b, c, anchor);
     for (uint i = 0u; i < tries; i++) {
         vec3 p = on_plane(a, n, center, fract(random + float(i) * vec2(0.618034, 0.414214)) - 0.5);
-        bool inside = in_part(a, b, c, n, center, p) && (!masked || is_present(list_items[index].triangle, barycentric(a, b, c, p)));
+        bool inside = in_part(a, b, c, n, center, p) && (!masked || unmasked(index, a, b, c, p));
         bool better = inside && (!split || sees_beside(index, anchor, p, normalize(n)));
         found = better ? p : found;
         any = any || better;
@@ -48,7 +53,7 @@ vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
         vec3 corner;
         bool inside = part_corner(int(i) % PART_CORNERS, a - center, b - center, c - center, corner);
         vec3 p = mix(middle, center + corner, sqrt(fract(random.x + float(i) * 0.618034)));
-        inside = inside && is_present(list_items[index].triangle, barycentric(a, b, c, p));
+        inside = inside && unmasked(index, a, b, c, p);
         any = inside && (!split || sees_beside(index, anchor, p, normalize(n)));
         found = any ? p : found;
     }

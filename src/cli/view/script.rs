@@ -97,7 +97,6 @@ pub struct Script {
     for_truth: bool,
     for_time_s: f64,
     for_reload: bool,
-    for_minimised: Option<bool>,
     for_found: bool,
     /// GLSL that was saved and not waited for yet.
     reloads: u32,
@@ -132,15 +131,19 @@ impl Script {
         self.for_truth = matches!(act, Act::Truth(_));
         self.for_reload = act == Act::Reload;
         self.for_found = matches!(act, Act::RaysOf(..) | Act::CostOf(_));
-        self.for_minimised = if let Act::Minimised(whether) = act { Some(whether) } else { None };
         self.for_answer = matches!(act, Act::Turn(..) | Act::Walk(_));
         self.last = Some((act.clone(), Instant::now()));
         Some(act)
     }
 
+    /// What the window manager is to do for the last act.
+    fn for_minimised(&self) -> Option<bool> {
+        if let Some((Act::Minimised(whether), _)) = self.last { Some(whether) } else { None }
+    }
+
     /// What the window manager is to be asked now, once more.
     fn asks_manager(&mut self) -> Option<bool> {
-        let whether = self.for_minimised?;
+        let whether = self.for_minimised()?;
         let due = self.managed.is_none_or(|at| at.elapsed() > AGAIN);
         due.then(|| self.managed = Some(Instant::now())).map(|()| whether)
     }
@@ -154,7 +157,7 @@ impl Script {
             || now.played_s < self.for_time_s
             || self.for_answer
             || self.for_found
-            || self.for_minimised.is_some_and(|whether| whether != now.minimised)
+            || self.for_minimised().is_some_and(|whether| whether != now.minimised)
             || self.for_rest && !now.rests
             || self.for_refined && !now.refined
             || self.for_truth && !now.compared

@@ -86,6 +86,8 @@ enum Part {
     Sphere(usize),
     Ball,
     Pane,
+    /// What two mirrors show of each other.
+    Mirrors,
     /// The direct light of all of it.
     Direct,
     /// The open share of the hemisphere.
@@ -99,6 +101,7 @@ impl Part {
             Self::Sphere(i) => ball(DVec3::new(gloss::SPHERES[i][0], gloss::SPHERES[i][1], 0.0), gloss::SPHERE_RADIUS),
             Self::Ball => ball(gloss::BALL.as_dvec3(), gloss::BALL_RADIUS.into()),
             Self::Pane => ball(DVec3::Z, 0.4),
+            Self::Mirrors => ball(DVec3::ZERO, 0.4),
             Self::Direct => over(image, truth, Aov::Direct, |_| true),
             // Where a wall is seen whole.
             Self::Ao => over(image, truth, Aov::Ao, |i| truth.get(Aov::Albedo).expect("a layer")[i][0] > 0.49),
@@ -110,6 +113,7 @@ const CONES: &[&str] = &[];
 const GGX: &[&str] = &["cones.roughness_fit=ggx"];
 const ONE_RAY: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=1"];
 const RAYS: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=8"];
+const ALL: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=8", "bounces=all"];
 const MANY_RAYS: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=32"];
 
 struct Subject {
@@ -141,12 +145,18 @@ fn subjects() -> Vec<Subject> {
                 (CONES, 0.21, 0.05),
                 (GGX, 0.21, 0.05),
                 (ONE_RAY, 0.25, 0.06),
-                (RAYS, 0.19, 0.05),
-                (MANY_RAYS, 0.165, 0.05),
+                (RAYS, 0.17, 0.05),
+                (MANY_RAYS, 0.145, 0.05),
             ],
         ),
         // Eight rays of each sphere's lobe: .987 of the energy on llvmpipe, .969 on an NVIDIA H200.
         row("lacquer", false, &[(CONES, 0.15, 0.03), (RAYS, 0.13, 0.04)]),
+        // A pixel is one ray here, and has edges of the wall's squares.
+        Subject {
+            depth: Depth::Bounces(2),
+            ..full("two mirrors", gloss::two_mirrors(), &[Part::Mirrors], &[(RAYS, 0.12, 0.03)])
+        },
+        full("two mirrors, all bounces", gloss::two_mirrors(), &[Part::Mirrors], &[(ALL, 0.15, 0.03)]),
         // What glass reflects inside is taken to be as bright as what is seen through it; here, the room is black. A frosted
         // ball is frosted where light enters and smooth where it leaves.
         full("glass ball", gloss::glass_ball(1.5, 0.0), &[Part::Ball], &[(CONES, 0.45, 0.03), (RAYS, 0.17, 0.07)]),
@@ -184,7 +194,8 @@ const HEAD: &str = "# Mirrors, glass, penumbrae and occlusion against the truth
 
 Written by `tests/passes_gloss.rs` (`TWOBOUNCE_WRITE_DOCS=1 cargo test --release --test passes_gloss`), which also checks it.
 The scenes are those of `tests/common/gloss.rs`: six metal or black lacquered spheres of roughness 0, 0.2, 0.4, 0.6, 0.8 and 1 in
-a checkered room with a lamp; a glass ball and a thin pane before a checkered wall; a block over a floor, lit by a light of that
+a checkered room with a lamp; a glass ball and a thin pane before a checkered wall; two mirrors at a right angle,
+which show a checkered wall behind the camera; a block over a floor, lit by a light of that
 radius; a block in a corner under an even sky. 64×64 pixels, 64³ voxels, preset `cones`, 16 points on
 lamps, and what the row names. `rel` is mean |error| over mean reference, of the part of the image that the row is about, sphere by sphere for the rows;
 `energy` is its mean over the reference's, over all spheres.

@@ -7,6 +7,9 @@
 // voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
 
 #define LIGHTS_ITEMS
+
+layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
+
 #include "ground/brdf.glsl"
 #include "common/clip.glsl"
 #include "common/closest_point.glsl"
@@ -18,8 +21,6 @@
 #ifdef METHOD_POINTS
 #include "method/item_point.glsl"
 #endif
-
-layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
 // Irradiance of one side by lights and sampled lamps; where it comes from, weighted by how much, is added to `toward`.
 vec3 irradiance_on(Surface s, inout vec4 toward) {

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::scene::{Alpha, Scene};
+use crate::scene::{Alpha, Material, Scene};
 use crate::settings::{DirectLight, LampLight, Settings, Shadows};
 
 pub const EDGE: u32 = 0;
@@ -29,6 +29,9 @@ pub const HARDWARE: u32 = 11;
 pub const BOXES: u32 = 12;
 /// Value of [`SHADOWS`] without any.
 pub const SHADOWS_NONE: u32 = 0;
+
+/// A metal that is rougher sends what it mirrors as a lobe: the root of `LEAST_ITEM_ALPHA` in `glsl/gi/rays/item_lobes.glsl`.
+const MIRROR_ROUGHNESS: f32 = 0.388;
 
 /// What a scene and its settings ask for; bits of the constant `FEATURES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,6 +62,8 @@ impl Features {
     pub const FINISH_TEXTURES: Self = Self(1 << 26);
     /// One of these reads tangents.
     pub const TANGENTS: Self = Self(1 << 27);
+    /// Some material may be a smooth metal.
+    pub const MIRRORS: Self = Self(1 << 28);
 
     /// Some material has a texture in slot `slot` of `layout::Material::slots`.
     pub const fn texture_slot(slot: usize) -> Self {
@@ -100,6 +105,7 @@ impl Features {
             ask(Self::BLEND, m.alpha == Alpha::Blend);
             ask(Self::TRANSMISSION, transmits);
             ask(Self::SPECULAR, !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0)));
+            ask(Self::MIRRORS, may_mirror(scene, m));
             let Some(finish) = m.finish.as_deref().filter(|_| !m.unlit) else { continue };
             for (texture, _) in finish.slots() {
                 ask(Self::FINISH_TEXTURES, texture.is_some());
@@ -119,6 +125,29 @@ impl Features {
         ask(Self::SKY_MAP, scene.sky_map.is_some());
         Self(bits)
     }
+}
+
+/// Whether the material is a smooth metal, at some texel of every fourth row and column at least: a mirrored ray that meets it looks
+/// whether it is one there.
+pub fn may_mirror(scene: &Scene, m: &Material) -> bool {
+    let is_mirror = |green: u8, blue: u8| {
+        let [roughness, metallic] = [green, blue].map(|byte| f32::from(byte) / 255.0);
+        m.roughness * roughness < MIRROR_ROUGHNESS && m.metallic * metallic > 0.5
+    };
+    !m.unlit
+        && m.metallic > 0.5
+        && match m.metallic_roughness_texture {
+            None => is_mirror(255, 255),
+            Some(slot) => {
+                let image = &scene.images[scene.textures[slot.texture].image];
+                let row = 4 * image.width.max(1) as usize;
+                image
+                    .rgba
+                    .chunks_exact(row)
+                    .step_by(4)
+                    .any(|r| r.chunks_exact(4).step_by(4).any(|t| is_mirror(t[1], t[2])))
+            }
+        }
 }
 
 /// (constant, value) of the ground's part of a shader.

@@ -148,6 +148,28 @@ pub fn glass_ball(ior: f32, roughness: f32) -> Scene {
     scene
 }
 
+/// Two mirrors at a right angle, and behind the camera, lit by a point light, the checkered wall that they both show: all of it is
+/// mirrored twice.
+pub fn two_mirrors() -> Scene {
+    let mut scene = Scene::empty("two mirrors");
+    let checks = [Vec3::new(0.8, 0.75, 0.6), Vec3::new(0.1, 0.2, 0.45)];
+    checkerboard(&mut scene, [Vec3::new(1.5, -1.5, 2.0), -3.0 * Vec3::X, 3.0 * Vec3::Y], 8, checks);
+    let mirror =
+        Material { metallic: 1.0, roughness: 0.0, specular: 1.0, ..Material::lambert("mirror", Vec3::splat(0.9)) };
+    let mirror = scene.add_material(mirror);
+    for (corner, along) in [
+        (Vec3::new(-1.5, -1.0, 0.5), Vec3::new(1.5, 0.0, -1.5)),
+        (Vec3::new(0.0, -1.0, -1.0), Vec3::new(1.5, 0.0, 1.5)),
+    ] {
+        scene.add_mesh(Mesh::quad("mirror", mirror, corner, along, 2.0 * Vec3::Y), DAffine3::IDENTITY);
+    }
+    // Away from the mirrors: what they send of it to the wall no path finds.
+    let light = DAffine3::from_translation(DVec3::new(0.2, 1.3, 1.2)) * DAffine3::from_rotation_y(std::f64::consts::PI);
+    scene.add_light(LightKind::Spot { inner: 0.8, outer: 1.5 }, Vec3::splat(8.0), light);
+    scene.add_camera(&View::look_at(DVec3::Z * 1.8, DVec3::ZERO, DVec3::Y, 28f32.to_radians()));
+    scene
+}
+
 /// A pane of thin tinted glass in front of the wall.
 pub fn thin_pane(roughness: f32) -> Scene {
     let mut scene = lit_wall("thin pane");

@@ -4,3 +4,4 @@
 
 layout(constant_id = 32) const uint DIFFUSE_RAYS = 8u; // per place
 layout(constant_id = 33) const uint LOBE_RAYS = 8u; // of a rough lobe, at most
+layout(constant_id = 34) const uint BOUNCES = 64u; // all: as many as rays take

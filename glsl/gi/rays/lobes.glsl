@@ -5,7 +5,6 @@
 #include "ground/place_random.glsl"
 #include "ground/brdf.glsl"
 #include "ground/sky.glsl"
-#include "gi/rays/constants.glsl"
 #include "gi/rays/ray_light.glsl"
 
 // Surfaces that let a part of the light pass, of those that one ray meets.
@@ -43,11 +42,35 @@ vec3 normal_against(vec3 normal, vec3 d) {
     return normalize(normal - d * max(dot(normal, d) + 1e-3, 0.0));
 }
 
+// How much of what a metal mirrors it mirrors sharply. Its items send that to all sides alike: a ray that shows it sharply goes on as it
+// is mirrored instead.
+float mirror_share(Surface s) {
+    float metal = 1.0 - s.diffuse_share - s.transmission;
+    float rough = smoothstep(0.5 * LEAST_ITEM_ALPHA, LEAST_ITEM_ALPHA, s.roughness * s.roughness);
+    return s.may_mirror && s.opacity == 1.0 && s.transmission == 0.0 ? metal * (1.0 - rough) : 0.0;
+}
+
+// How much of what an item of the surface sends was mirrored.
+float mirrored_in_item(Surface s) {
+    Lobes lobes = lobes_at(s, MEAN_COSINE);
+    float glossy = brightest(lobes.specular);
+    return glossy / max(glossy + brightest(s.diffuse * lobes.diffuse), 1e-6);
+}
+
+// Turns a ray along d as the surface mirrors it. What it sends on of the light from there.
+vec3 go_on_mirrored(Surface s, inout vec3 d) {
+    vec3 sent_on = lobes_towards(s, -d).specular;
+    d = above_facet(reflect(d, normal_against(s.normal, d)), s.facet);
+    return sent_on;
+}
+
 // Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
 // reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what is
-// seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about. Nothing is seen
-// unless it `sends`. `views`: the ray goes on as the view came, and to the view backs that have no side are not there.
-Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views) {
+// seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about, and of mirrors the share that it
+// shows sharply. Nothing is seen
+// unless it `sends`. `views`: the ray goes on as the view came, and to the view backs that have no side are not there. `mirrors`:
+// between the eye and there.
+Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
     vec3 origin = ray_start(position, facet, d);
     vec3 through = vec3(1.0);
@@ -56,7 +79,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
     float pixel = 2.0 * length(frame.down_per_ndc) / frame.image_size.y; // voxels per voxel of way
     float seen_from = frame.orthographic != 0u ? 0.0 : distance(position, frame.eye);
     bool going = sends;
-    for (uint i = 0u; i < (feature(FEATURE_PASSING) ? MOST_INTERFACES : 1u) && going; i++) {
+    for (uint i = 0u; i < (feature(FEATURE_PASSING | FEATURE_MIRRORS) ? MOST_INTERFACES : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
         seen.light += met.any ? vec3(0.0) : through * sky_about(d, aperture, bright);
         through = met.any ? through : vec3(0.0);
@@ -65,16 +88,22 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float way = travelled + met.distance;
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
-        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d) * texture_detail(met, m, at, max(width, pixel_width));
+        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d, mirrors) * texture_detail(met, m, at, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_PASSING) && met.triangle.translucent != 0u;
         // A constant where nothing transmits: what only glass asks of the surface is not looked up then.
         float transmission = feature(FEATURE_TRANSMISSION) ? s.transmission : 0.0;
         bool glass = m.thickness_m > 0.0 && transmission > 0.0;
         bool absent = views && met.dark && !glass;
+        float mirrored = met.any && !met.dark ? bright * mirror_share(s) : 0.0;
         through *= glass && met.back ? attenuation(m, met.distance * frame.voxel_m) : vec3(1.0);
-        seen.light += through * sent * (s.opacity * (1.0 - transmission));
-        seen.lamps += through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
+        seen.light += through * sent * (s.opacity * (1.0 - transmission) * (1.0 - mirrored * mirrored_in_item(s)));
+        vec3 emitted = through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
+        if (mirrors < 2u) {
+            seen.lamps += emitted;
+        } else {
+            seen.light += emitted * frame.scale; // its light came by a bounce
+        }
         vec3 tint = s.albedo * transmission;
         least = met.distance;
         if (glass) {
@@ -90,10 +119,18 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             travelled += met.distance;
             least = 0.0;
             views = false;
+        } else if (mirrored > 0.0) {
+            through *= mirrored * go_on_mirrored(s, d);
+            origin = at + s.facet * ray_start_at(at);
+            travelled += met.distance;
+            least = 0.0;
+            views = false;
+            bright = 1.0;
+            mirrors++;
         } else {
             through *= absent ? vec3(1.0) : mix(vec3(1.0), tint, s.opacity);
         }
-        going = met.any && (passes || absent) && brightest(through) >= SPENT;
+        going = met.any && (passes || absent || mirrored > 0.0) && mirrors <= BOUNCES + 1u && brightest(through) >= SPENT;
     }
     return seen;
 }
@@ -165,7 +202,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         bool sends = side * dot(d, s.facet) > 0.0 && side * dot(d, normal) > 0.0;
         // A curved mirror spreads a pixel twice as far as its normal turns; glass may as well focus it.
         float spread = reflects ? 2.0 * viewed.bend : 0.0;
-        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends, !reflects && thin && smooth_lobe);
+        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends, !reflects && thin && smooth_lobe, reflects ? 1u : 0u);
         sum.indirect += weight * seen.light;
         if (LAMPS == LAMPS_SAMPLED) {
             vec3 lamps = weight * (reflects ? mirrored_lamps : 1.0) * seen.lamps;

@@ -3,12 +3,17 @@
 #include "ground/ray.glsl"
 #include "ground/boxes.glsl"
 #include "ground/on_plane.glsl"
+#include "gi/rays/constants.glsl"
 #include "gi/rays/sees.glsl"
 #include "gi/rays/item_lobes.glsl"
 
 layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; }; // what list items sent one pass before
 
 layout(set = 0, binding = 59, scalar) readonly buffer SeenLobes { uvec2 seen_lobes[]; }; // and in lobes, per side
+
+#ifndef LIGHTS_ITEMS
+layout(set = 0, binding = 21, scalar) readonly buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
+#endif
 
 const uint UNLIT = ~0u; // no item is lit for it
 
@@ -65,19 +70,23 @@ uint lit_for(Met met) {
 }
 
 // Stored radiance of what was met along unit d, on the side that is seen: what the list item sends there that stands for it where it
-// was met. No other surface and no other side mixes into it, however thin a wall is.
-vec3 seen_radiance(Met met, vec3 d) {
+// was met. No other surface and no other side mixes into it, however thin a wall is. `mirrors`: between there and the eye, each a bounce.
+// Items hold the light of all bounces but one.
+vec3 seen_radiance(Met met, vec3 d, uint mirrors) {
     uint item = met.any ? lit_for(met) : UNLIT;
     COUNT(WORDS, item != UNLIT ? 3u : 0u);
     bool lit = item != UNLIT;
     item = lit ? item : 0u;
     vec3 seen = met.back ? seen_lights[item].back : seen_lights[item].front;
+    if (BOUNCES == 2u && mirrors == 2u) {
+        seen = direct_light[2u * item + (met.back ? 1u : 0u)];
+    }
     if (feature(FEATURE_SPECULAR)) {
         uvec2 lobe = seen_lobes[2u * item + (met.back ? 1u : 0u)];
         COUNT(WORDS, 2u);
         seen += lobe == uvec2(0u) ? vec3(0.0) : item_lobe_light(unpack_item_lobe(lobe), met.back ? -met.normal : met.normal, -d);
     }
-    return lit ? seen : vec3(0.0);
+    return lit && mirrors <= BOUNCES ? seen : vec3(0.0);
 }
 
 // Leaves along unit d, which is above a surface with normal `facet`. Stored radiance of what it meets; `through`: what of the light behind
@@ -91,7 +100,7 @@ vec3 trace_light(vec3 position, vec3 facet, vec3 d, out vec3 through) {
     for (uint i = 0u; i < (feature(FEATURE_PASSING) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
         vec3 passed = transmittance(met);
-        sum += met.any && !met.dark ? through * (1.0 - passed) * seen_radiance(met, d) : vec3(0.0);
+        sum += met.any && !met.dark ? through * (1.0 - passed) * seen_radiance(met, d, 0u) : vec3(0.0);
         through *= met.any ? passed : vec3(1.0);
         bool spent = brightest(through) < SPENT;
         through = spent ? vec3(0.0) : through;

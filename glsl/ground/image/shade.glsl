@@ -24,7 +24,7 @@ struct Shown {
 
 // Light that arrives without a bounce, averaged over the covered samples or from the surface's point. `through_share`: what
 // Fresnel and layers leave of what is scattered to the far side.
-vec3 direct_light(Surface s, vec3 a, uvec2 pixel, uint covered, float through_share) {
+vec3 lights_directly(Surface s, vec3 a, uvec2 pixel, uint covered, float through_share) {
     vec3 sum = vec3(0.0);
     covered = feature(FEATURE_DIRECT_PER_PIXEL) ? 1u : covered;
     uint count = uint(bitCount(covered));
@@ -82,7 +82,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
         direct *= 1.0 - viewed.lobes.coat;
     }
     if (lit) {
-        direct += direct_light(s, a, pixel, covered, viewed.lobes.diffuse);
+        direct += lights_directly(s, a, pixel, covered, viewed.lobes.diffuse);
         // With a coat twice: what lies under it, and itself.
         for (uint layer = 0u; layer < (FINDS_LAMPS ? 0u : feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
             direct += lamps_along_rays(layer == 0u ? s : coat_of(s), layer == 0u ? viewed : coat_viewed(viewed));

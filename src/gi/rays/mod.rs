@@ -22,6 +22,9 @@ pub use settings::{KEYS, Settings};
 /// Constants of `glsl/gi/rays/constants.glsl`.
 const DIFFUSE_RAYS: u32 = 32;
 const LOBE_RAYS: u32 = 33;
+const BOUNCES: u32 = 34;
+/// Value of [`BOUNCES`] for all: more than a ray meets.
+const ALL_BOUNCES: u32 = 64;
 
 /// Sums that tell whether feedback has settled: of 4³ blocks of the grid, 64 bits each (`glsl/gi/rays/sums.comp`).
 const SUMS_BYTES: u64 = 4 * 4 * 4 * 8;
@@ -32,7 +35,7 @@ pub struct Lighting {
     light: PerBounce<Light>,
     share: Compute,
     feedback: Option<Feedback>,
-    constants: [(u32, u32); 3],
+    constants: [(u32, u32); 4],
 }
 
 /// The pass that lights the items.
@@ -99,7 +102,12 @@ impl Gi for Lighting {
             share: compute("share items", share, &items)?,
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
             feedback: all.then(feedback).transpose()?,
-            constants: [(DIFFUSE_RAYS, own.diffuse), (LOBE_RAYS, own.glossy), boxes],
+            constants: [
+                (DIFFUSE_RAYS, own.diffuse),
+                (LOBE_RAYS, own.glossy),
+                (BOUNCES, if all { ALL_BOUNCES } else { settings.bounces.volumes() }),
+                boxes,
+            ],
         })
     }
 
@@ -133,6 +141,7 @@ impl Gi for Lighting {
         vec![
             Bind::buffer("item_parts", &lists.item_parts),
             Bind::buffer("seen_lights", &lists.seen_lights),
+            Bind::buffer("direct_light", &lists.direct_light),
             self.seen_lobes(ground),
         ]
     }

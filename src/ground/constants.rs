@@ -175,3 +175,45 @@ pub fn with(mut constants: Vec<(u32, u32)>, others: &[(u32, u32)]) -> Vec<(u32, 
     constants.extend(others);
     constants
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Affine2;
+
+    use super::*;
+    use crate::scene::{Image, Mip, Texture, TextureRef, Wrap};
+
+    /// A metal whose texture has this roughness and metalness at its middle, and is rough and no metal about it.
+    fn textured([roughness, metallic]: [u8; 2]) -> (Scene, Material) {
+        let texel = |i: usize| {
+            let inside = (8..16).contains(&(i % 24)) && (8..16).contains(&(i / 24));
+            if inside { [0, roughness, metallic, 255] } else { [0, 255, 0, 255] }
+        };
+        let rgba = (0..24 * 24).flat_map(texel).collect();
+        let mut scene = Scene::empty("textured");
+        scene.images.push(Image { name: "metal".into(), width: 24, height: 24, rgba });
+        let wrap = [Wrap::Repeat; 2];
+        scene.textures.push(Texture { image: 0, wrap, mag_linear: true, min_linear: true, mip: Mip::Linear });
+        let slot = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
+        (
+            scene,
+            Material { metallic: 1.0, roughness: 1.0, metallic_roughness_texture: Some(slot), ..Material::default() },
+        )
+    }
+
+    #[test]
+    fn a_mirror_is_a_smooth_metal_somewhere() {
+        let plain = |metallic: f32, roughness: f32, unlit: bool| {
+            let m = Material { metallic, roughness, unlit, ..Material::default() };
+            may_mirror(&Scene::empty("plain"), &m)
+        };
+        assert!(plain(1.0, 0.0, false) && plain(1.0, 0.38, false));
+        assert!(!plain(1.0, 0.4, false) && !plain(0.0, 0.0, false) && !plain(1.0, 0.0, true));
+        let of_texture = |bytes| {
+            let (scene, m) = textured(bytes);
+            may_mirror(&scene, &m)
+        };
+        assert!(of_texture([20, 255]));
+        assert!(!of_texture([20, 0]) && !of_texture([200, 255]));
+    }
+}

@@ -71,7 +71,8 @@ pub const CASES: &[Case] = &[
         unit: Unit::Ratio,
         ideal: 1.0,
         limit: 0.1,
-        advice: "Mirrors that face each other show two bounces at most: break them up with diffuse surfaces, or path-trace.",
+        advice: "With cones and light propagation a mirror in a mirror shows what lies before it, the same to all sides: use the method rays, \
+                 which follows as many mirrors as there are bounces.",
         quick: false,
         run: |cell| against_truth(cell, mirror_room(), |image, truth| sum(image) / sum(truth)),
     },

@@ -66,10 +66,9 @@ vec3 go_on_mirrored(Surface s, inout vec3 d) {
 
 // Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
 // reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what is
-// seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about, and of mirrors the share that it
-// shows sharply. Nothing is seen
-// unless it `sends`. `views`: the ray goes on as the view came, and to the view backs that have no side are not there. `mirrors`:
-// between the eye and there.
+// seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about, and of mirrors the share
+// that it shows sharply. Nothing is seen unless it `sends`. `views`: the ray goes on as the view came, and to the view backs that have no
+// side are not there. `mirrors`: between the eye and there.
 Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
     vec3 origin = ray_start(position, facet, d);
@@ -95,13 +94,18 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float transmission = feature(FEATURE_TRANSMISSION) ? s.transmission : 0.0;
         bool glass = m.thickness_m > 0.0 && transmission > 0.0;
         bool absent = views && met.dark && !glass;
-        float mirrored = met.any && !met.dark ? bright * mirror_share(s) : 0.0;
+        float mirrored = 0.0;
+        float stays = s.opacity * (1.0 - transmission);
+        if (feature(FEATURE_MIRRORS)) {
+            mirrored = met.any && !met.dark ? bright * mirror_share(s) : 0.0;
+            stays *= 1.0 - mirrored * mirrored_in_item(s);
+        }
         through *= glass && met.back ? attenuation(m, met.distance * frame.voxel_m) : vec3(1.0);
-        seen.light += through * sent * (s.opacity * (1.0 - transmission) * (1.0 - mirrored * mirrored_in_item(s)));
+        seen.light += through * sent * stays;
         vec3 emitted = through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
         if (mirrors < 2u) {
             seen.lamps += emitted;
-        } else {
+        } else if (LAMPS == LAMPS_SAMPLED) {
             seen.light += emitted * frame.scale; // its light came by a bounce
         }
         vec3 tint = s.albedo * transmission;

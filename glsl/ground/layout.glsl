@@ -69,8 +69,7 @@ const uint MATERIAL_MASK = 1u;
 const uint MATERIAL_BLEND = 2u;
 const uint MATERIAL_DOUBLE_SIDED = 4u;
 const uint MATERIAL_UNLIT = 8u;
-const uint MATERIAL_MIRROR = 16u; // a smooth metal, somewhere at least
-const uint MATERIAL_FINISH_SHIFT = 5u; // above: the row where its finish begins, 0 without one
+const uint MATERIAL_FINISH_SHIFT = 4u; // above: the row where its finish begins, 0 without one
 
 const uint SLOT_BASE_COLOR = 0u;
 const uint SLOT_METALLIC_ROUGHNESS = 1u;

@@ -31,7 +31,6 @@ struct Surface {
     vec3 albedo; // base colour
     float diffuse_share; // neither metal nor transmitting
     bool unlit;
-    bool may_mirror; // its material is a smooth metal, somewhere at least
     Finish finish;
 };
 
@@ -194,7 +193,6 @@ Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footpr
     s.ior = m.ior;
     s.albedo = base.rgb;
     s.unlit = (m.flags & MATERIAL_UNLIT) != 0u;
-    s.may_mirror = feature(FEATURE_MIRRORS) && (m.flags & MATERIAL_MIRROR) != 0u;
     if (s.unlit) {
         s.emitted = base.rgb;
         s.diffuse = vec3(0.0);

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::scene::{Alpha, Material, Scene};
+use crate::scene::{Alpha, Scene};
 use crate::settings::{DirectLight, LampLight, Settings, Shadows};
 
 pub const EDGE: u32 = 0;
@@ -105,7 +105,8 @@ impl Features {
             ask(Self::BLEND, m.alpha == Alpha::Blend);
             ask(Self::TRANSMISSION, transmits);
             ask(Self::SPECULAR, !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0)));
-            ask(Self::MIRRORS, may_mirror(scene, m));
+            let smooth = m.roughness < MIRROR_ROUGHNESS || m.metallic_roughness_texture.is_some();
+            ask(Self::MIRRORS, !m.unlit && m.metallic > 0.0 && smooth);
             let Some(finish) = m.finish.as_deref().filter(|_| !m.unlit) else { continue };
             for (texture, _) in finish.slots() {
                 ask(Self::FINISH_TEXTURES, texture.is_some());
@@ -125,29 +126,6 @@ impl Features {
         ask(Self::SKY_MAP, scene.sky_map.is_some());
         Self(bits)
     }
-}
-
-/// Whether the material is a smooth metal, at some texel of every fourth row and column at least: a mirrored ray that meets it looks
-/// whether it is one there.
-pub fn may_mirror(scene: &Scene, m: &Material) -> bool {
-    let is_mirror = |green: u8, blue: u8| {
-        let [roughness, metallic] = [green, blue].map(|byte| f32::from(byte) / 255.0);
-        m.roughness * roughness < MIRROR_ROUGHNESS && m.metallic * metallic > 0.5
-    };
-    !m.unlit
-        && m.metallic > 0.5
-        && match m.metallic_roughness_texture {
-            None => is_mirror(255, 255),
-            Some(slot) => {
-                let image = &scene.images[scene.textures[slot.texture].image];
-                let row = 4 * image.width.max(1) as usize;
-                image
-                    .rgba
-                    .chunks_exact(row)
-                    .step_by(4)
-                    .any(|r| r.chunks_exact(4).step_by(4).any(|t| is_mirror(t[1], t[2])))
-            }
-        }
 }
 
 /// (constant, value) of the ground's part of a shader.
@@ -178,42 +156,18 @@ pub fn with(mut constants: Vec<(u32, u32)>, others: &[(u32, u32)]) -> Vec<(u32, 
 
 #[cfg(test)]
 mod tests {
-    use glam::Affine2;
-
     use super::*;
-    use crate::scene::{Image, Mip, Texture, TextureRef, Wrap};
-
-    /// A metal whose texture has this roughness and metalness at its middle, and is rough and no metal about it.
-    fn textured([roughness, metallic]: [u8; 2]) -> (Scene, Material) {
-        let texel = |i: usize| {
-            let inside = (8..16).contains(&(i % 24)) && (8..16).contains(&(i / 24));
-            if inside { [0, roughness, metallic, 255] } else { [0, 255, 0, 255] }
-        };
-        let rgba = (0..24 * 24).flat_map(texel).collect();
-        let mut scene = Scene::empty("textured");
-        scene.images.push(Image { name: "metal".into(), width: 24, height: 24, rgba });
-        let wrap = [Wrap::Repeat; 2];
-        scene.textures.push(Texture { image: 0, wrap, mag_linear: true, min_linear: true, mip: Mip::Linear });
-        let slot = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
-        (
-            scene,
-            Material { metallic: 1.0, roughness: 1.0, metallic_roughness_texture: Some(slot), ..Material::default() },
-        )
-    }
+    use crate::scene::{Material, Mesh};
 
     #[test]
-    fn a_mirror_is_a_smooth_metal_somewhere() {
-        let plain = |metallic: f32, roughness: f32, unlit: bool| {
-            let m = Material { metallic, roughness, unlit, ..Material::default() };
-            may_mirror(&Scene::empty("plain"), &m)
+    fn mirrors_are_smooth_metals() {
+        let asks = |metallic: f32, roughness: f32, unlit: bool| {
+            let mut scene = Scene::empty("one surface");
+            let m = scene.add_material(Material { metallic, roughness, unlit, ..Material::default() });
+            scene.add_mesh(Mesh::quad("quad", m, Vec3::ZERO, Vec3::X, Vec3::Y), glam::DAffine3::IDENTITY);
+            Features::of_scene(&scene).has(Features::MIRRORS)
         };
-        assert!(plain(1.0, 0.0, false) && plain(1.0, 0.38, false));
-        assert!(!plain(1.0, 0.4, false) && !plain(0.0, 0.0, false) && !plain(1.0, 0.0, true));
-        let of_texture = |bytes| {
-            let (scene, m) = textured(bytes);
-            may_mirror(&scene, &m)
-        };
-        assert!(of_texture([20, 255]));
-        assert!(!of_texture([20, 0]) && !of_texture([200, 255]));
+        assert!(asks(1.0, 0.0, false) && asks(1.0, 0.38, false));
+        assert!(!asks(1.0, 0.4, false) && !asks(0.0, 0.0, false) && !asks(1.0, 0.0, true));
     }
 }

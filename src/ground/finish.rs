@@ -6,7 +6,7 @@ use crate::scene::finish::Finish;
 use crate::scene::{Scene, sheen};
 
 /// `MATERIAL_FINISH_SHIFT` of the twin.
-const FLAGS_SHIFT: u32 = 5;
+const FLAGS_SHIFT: u32 = 4;
 
 /// Of one material. The slots' layers are numbers of chains until these are placed.
 #[derive(Clone, Debug)]

@@ -147,5 +147,4 @@ pub mod material_flags {
     pub const BLEND: u32 = 2;
     pub const DOUBLE_SIDED: u32 = 4;
     pub const UNLIT: u32 = 8;
-    pub const MIRROR: u32 = 16;
 }

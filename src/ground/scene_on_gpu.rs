@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::atlas::Atlas;
 use super::attributes::CornerWords;
-use super::constants::{Features, may_mirror};
+use super::constants::Features;
 use super::deform::{DeformOnGpu, DeformPacked};
 use super::finish::{self, PackedFinish};
 use super::layout::{self, material_flags};
@@ -394,10 +394,7 @@ fn pack_material(scene: &Scene, m: &Material, object_scale: f32, table: &mut Tex
         thickness_m: m.thickness * object_scale,
         attenuation_color: m.attenuation_color.into(),
         attenuation_distance_m: m.attenuation_distance.min(f32::MAX),
-        flags: alpha_bit
-            | bit(m.double_sided, material_flags::DOUBLE_SIDED)
-            | bit(m.unlit, material_flags::UNLIT)
-            | bit(may_mirror(scene, m), material_flags::MIRROR),
+        flags: alpha_bit | bit(m.double_sided, material_flags::DOUBLE_SIDED) | bit(m.unlit, material_flags::UNLIT),
         slots,
     }
 }

@@ -47,7 +47,7 @@ vec3 normal_against(vec3 normal, vec3 d) {
 float mirror_share(Surface s) {
     float metal = 1.0 - s.diffuse_share - s.transmission;
     float rough = smoothstep(0.5 * LEAST_ITEM_ALPHA, LEAST_ITEM_ALPHA, s.roughness * s.roughness);
-    return s.may_mirror && s.opacity == 1.0 && s.transmission == 0.0 ? metal * (1.0 - rough) : 0.0;
+    return !s.unlit && s.opacity == 1.0 && s.transmission == 0.0 ? metal * (1.0 - rough) : 0.0;
 }
 
 // How much of what an item of the surface sends was mirrored.
@@ -109,7 +109,8 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             seen.light += emitted * frame.scale; // its light came by a bounce
         }
         vec3 tint = s.albedo * transmission;
-        least = met.distance;
+        bool turns = glass || mirrored > 0.0;
+        float side = 1.0; // of the facet on which it goes on, if it turns
         if (glass) {
             vec3 n = normal_against(s.normal, d);
             float ior = max(s.ior, 1.0);
@@ -119,21 +120,18 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             through *= reflects ? vec3(1.0) : tint;
             // Where facet and shading normal disagree, the facet says on which side the ray is.
             d -= (reflects ? 2.0 * min(dot(d, s.facet), 0.0) : 2.0 * max(dot(d, s.facet), 0.0)) * s.facet;
-            origin = at + s.facet * (reflects ? 1.0 : -1.0) * ray_start_at(at);
-            travelled += met.distance;
-            least = 0.0;
-            views = false;
+            side = reflects ? 1.0 : -1.0;
         } else if (mirrored > 0.0) {
             through *= mirrored * go_on_mirrored(s, d);
-            origin = at + s.facet * ray_start_at(at);
-            travelled += met.distance;
-            least = 0.0;
-            views = false;
             bright = 1.0;
             mirrors++;
         } else {
             through *= absent ? vec3(1.0) : mix(vec3(1.0), tint, s.opacity);
         }
+        origin = turns ? at + s.facet * side * ray_start_at(at) : origin;
+        travelled += turns ? met.distance : 0.0;
+        least = turns ? 0.0 : met.distance;
+        views = views && !turns;
         going = met.any && (passes || absent || mirrored > 0.0) && mirrors <= BOUNCES + 1u && brightest(through) >= SPENT;
     }
     return seen;

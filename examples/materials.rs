@@ -12,6 +12,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{compare, metrics};
 use twobounce::measure::picture::side_by_side;
+use twobounce::measure::terms::Subtract;
 use twobounce::output::file;
 use twobounce::reference::film::Film;
 use twobounce::reference::{self, Control, Depth, Options, Stop};
@@ -50,7 +51,7 @@ fn main() -> Result<()> {
         print!("{line}");
         table += &line;
         if let Some(folder) = &folder {
-            let png = side_by_side(&image, &truth, &compare(&image, &truth)?)?;
+            let png = side_by_side(&image, &truth, &compare(&image, &truth, Subtract::Own)?)?;
             file::write(&folder.join(format!("{}.png", scene.name.replace([' ', ','], "-"))), &png)?;
         }
     }

@@ -114,7 +114,7 @@ impl Swept {
             for place in space.places() {
                 let settings = space.settings(&place);
                 let row = bench.row(&settings, seen)??;
-                let reading = bench.reading(&row, &settings, reference)?;
+                let reading = bench.reading(&row, reference)?;
                 let of_pixels = reading.passes.iter().filter(|pass| OF_PIXELS.iter().any(|of| pass.0.starts_with(of)));
                 let of_pixels: f64 = of_pixels.map(|pass| pass.1).sum();
                 let ms = [reading.ms - of_pixels, of_pixels].map(|ms| rounded(ms, 1e3));
@@ -193,7 +193,7 @@ fn row(
     let best = (1..all.len()).min_by(|a, b| ms[*a].total_cmp(&ms[*b])).ok_or("nothing holds")?;
     let error = sweep[best - 1].2;
     let row = bench.row(&answer.choice.settings, &seen)??;
-    let own_error = bench.reading(&row, &answer.choice.settings, &reference)?.error;
+    let own_error = bench.reading(&row, &reference)?.error;
     let words = |settings: &Settings| {
         let of = |key: &str| {
             settings.entries().into_iter().find(|entry| entry.0.name == key).map(|entry| entry.1).unwrap_or_default()

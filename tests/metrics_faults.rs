@@ -2,6 +2,7 @@
 
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Comparison, compare};
+use twobounce::measure::terms::Subtract;
 
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 64;
@@ -44,7 +45,7 @@ fn at(layers: &Layers, x: u32, y: u32) -> [f32; 3] {
 }
 
 fn compared(image: &Layers, reference: &Layers) -> Comparison {
-    compare(image, reference).expect("the images can be compared")
+    compare(image, reference, Subtract::Own).expect("the images can be compared")
 }
 
 #[test]
@@ -187,7 +188,8 @@ fn non_finite_values_are_counted_and_excluded() {
 #[test]
 fn what_cannot_be_compared_is_refused() {
     let reference = picture();
-    let refused = |image: &Layers, reference: &Layers| compare(image, reference).expect_err("refused").to_string();
+    let refused =
+        |image: &Layers, reference: &Layers| compare(image, reference, Subtract::Own).expect_err("refused").to_string();
     let small = Layers::new(2, 2, vec![[1.0; 3]; 4]);
     assert_eq!(refused(&small, &reference), "the image is 2x2, the reference 96x64; render both at the same size");
     let nowhere = changed(&reference, |_, _, _| [f32::NAN; 3]);

@@ -124,11 +124,11 @@ impl Chart {
         })
     }
 
-    /// The part of the light that is shown where there is room for one: the indirect light, unless no row has its own direct
-    /// layer.
+    /// The part of the light that is shown where there is room for one: the indirect light on diffuse surfaces, or the whole
+    /// image where the scene shows no such surface.
     pub fn part(&self, scene: &str) -> Part {
-        let own_direct = |row: &&Row| row.measured.as_ref().is_some_and(|m| m.own_direct);
-        if self.rows_of(scene).iter().any(own_direct) { Part::Indirect } else { Part::Total }
+        let has_diffuse = |row: &&Row| row.rel(Reference::Same, Part::Diffuse).is_some();
+        if self.rows_of(scene).iter().any(has_diffuse) { Part::Diffuse } else { Part::Total }
     }
 
     /// `rows.csv` (RFC 4180, lines end in a newline): a header with units, then a line per row. A number that was not
@@ -171,7 +171,7 @@ impl Chart {
         add("frame_wall_ms", number(m.map(|m| m.frame_wall_ms.median)));
         add("memory_bytes", number(m.map(|m| m.memory_bytes as f64)));
         add("nonfinite", number(m.map(|m| m.nonfinite as f64)));
-        add("own_direct", m.map_or(String::new(), |m| m.own_direct.to_string()));
+        add("equal_terms", m.map_or(String::new(), |m| m.equal_terms.join(" ")));
         for (reference, errors) in [("full", m.map(|m| m.full)), ("same", m.map(|m| m.same))] {
             let bounces = errors.map(|e| e.bounces.map_or("all".to_owned(), |n| n.to_string()));
             add(&format!("{reference}_bounces"), bounces.unwrap_or_default());

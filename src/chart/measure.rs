@@ -4,10 +4,8 @@
 //! were timed. Times are of later frames without further layers, which would take time of their own; each
 //! makes lists and light again, as if something had moved.
 //!
-//! Some light reaches the image only through the method (emissive surfaces with `lights.lamps = gathered`, the sky). The image's
-//! direct layer lacks it, the reference's has it. Then the indirect part is image − the reference's direct light, so that errors
-//! of that light count too. Where there is no other light, the method's first gather is its direct light, and "as many
-//! bounces" means one fewer than the setting says.
+//! The whole image is that of the settings. The indirect light is measured on equal terms ([`terms`]): where the settings shadow
+//! lights by cones or gather lamps, on a second image.
 
 use std::sync::Arc;
 
@@ -19,13 +17,14 @@ use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NoiseInRel, NonFinite};
 use crate::measure::picture::signed_difference;
+use crate::measure::terms::{self, Subtract};
 use crate::measure::timing::{PassTiming, Spread, Timings};
 use crate::profile::WARM_UP;
 use crate::reference::film::Film;
 use crate::reference::{Depth, Options, Stop};
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Pose, Scene, View};
-use crate::settings::{Bounces, LampLight, Settings};
+use crate::settings::{Bounces, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Result, measure};
 
@@ -88,18 +87,47 @@ impl ReferenceImage {
     }
 }
 
-/// The indirect bounces that an image with these settings can be asked for.
+/// Light of as many indirect bounces as the settings ask for, whatever the method. Where the sky is all of a scene's light, the
+/// first gather finds its direct light, so that the image shows one indirect bounce fewer.
 pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
-    let first_is_direct = scene.lights.is_empty() && by_method_alone(scene, settings);
+    let sky_alone = scene.sky != glam::Vec3::ZERO && scene.lights.is_empty() && !scene.emits();
     match settings.bounces {
         Bounces::All => Depth::Full,
-        finite => Depth::Bounces(finite.volumes() - u32::from(first_is_direct)),
+        finite => Depth::Bounces(finite.volumes() - u32::from(sky_alone)),
     }
 }
 
-/// Whether some light reaches the image through the method alone, so that its direct layer lacks it.
-pub(crate) fn by_method_alone(scene: &Scene, settings: &Settings) -> bool {
-    (settings.lights.lamps == LampLight::Gathered && scene.emits()) || scene.sky != glam::Vec3::ZERO
+/// The images that a row's errors are measured on, each with its direct layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Images {
+    /// The image of the settings.
+    pub whole: Layers,
+    /// The image on equal terms; `None` where that is the first one.
+    pub equal: Option<Layers>,
+}
+
+impl Images {
+    /// Both in one, the second one below the first.
+    pub fn stacked(&self) -> Layers {
+        let Some(equal) = &self.equal else { return self.whole.clone() };
+        let both = self.whole.layers.iter().zip(&equal.layers);
+        let layers = both.map(|((aov, above), (_, below))| (*aov, [&above[..], below].concat())).collect();
+        Layers { height: 2 * self.whole.height, layers, ..self.whole }
+    }
+
+    /// The reverse of [`Self::stacked`], for images of this height.
+    pub fn unstacked(stacked: Layers, height: u32) -> Self {
+        if stacked.height == height {
+            return Self { whole: stacked, equal: None };
+        }
+        let half = |lower: usize| {
+            let pixels = (stacked.width * height) as usize;
+            let rows = |pixels_of: &[[f32; 3]]| pixels_of.iter().copied().skip(lower * pixels).take(pixels).collect();
+            let layers = stacked.layers.iter().map(|(aov, all)| (*aov, rows(all))).collect();
+            Layers { height, layers, ..stacked }
+        };
+        Self { whole: half(0), equal: Some(half(1)) }
+    }
 }
 
 impl ChartScene {
@@ -160,7 +188,7 @@ impl ChartScene {
         Ok(self.measure_image(context, settings, go_on)?.map(|(measured, pictures, _)| (measured, pictures)))
     }
 
-    /// The same, with the image and its direct layer, which [`Self::judge`] takes.
+    /// As [`Self::measure`], with the images, which [`Self::judge`] takes.
     ///
     /// # Errors
     /// As above.
@@ -169,9 +197,9 @@ impl ChartScene {
         context: &Arc<Context>,
         settings: &Settings,
         go_on: &dyn Fn() -> bool,
-    ) -> Result<Option<(Measured, Pictures, Layers)>> {
-        let image = self.image(context, settings)?;
-        let ([full, same], pictures) = self.judge(settings, &image)?;
+    ) -> Result<Option<(Measured, Pictures, Images)>> {
+        let images = self.images(context, settings)?;
+        let ([full, same], pictures) = self.judge(settings, &images)?;
         let Some((timings, cpu_ms, memory_bytes)) = self.times(context, settings, go_on)? else { return Ok(None) };
         measure::refuse_invalid(context)?;
         let pass = |pass: PassTiming| Pass { name: pass.name.to_owned(), gpu_ms: pass.gpu_ms.median };
@@ -182,22 +210,22 @@ impl ChartScene {
             frame_wall_ms: timings.frame_wall_ms(),
             passes: timings.passes().into_iter().map(pass).collect(),
             memory_bytes,
-            nonfinite: NonFinite::of(image.beauty()).count(),
-            own_direct: !by_method_alone(&self.scene, settings),
+            nonfinite: NonFinite::of(images.whole.beauty()).count(),
+            equal_terms: terms::changes(settings),
             full,
             same,
         };
-        Ok(Some((measured, pictures, image)))
+        Ok(Some((measured, pictures, images)))
     }
 
-    /// The errors of an image against the references of today: all light, and as many bounces; and its pictures.
+    /// The errors of a row's images against the references of today: all light, and as many bounces; and its pictures.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] for an image without a finite pixel.
-    pub fn judge(&self, settings: &Settings, image: &Layers) -> Result<([Errors; 2], Pictures)> {
-        let own_direct = !by_method_alone(&self.scene, settings);
+    pub fn judge(&self, settings: &Settings, images: &Images) -> Result<([Errors; 2], Pictures)> {
         let references = self.depths(settings).map(|depth| self.reference(depth));
-        let [full, same] = references.map(|reference| errors(image, own_direct, reference));
+        let [full, same] = references.map(|reference| errors(images, Subtract::in_scene(&self.scene), reference));
+        let image = &images.whole;
         let difference = |reference: &ReferenceImage| {
             picture::uri(self.options.size, signed_difference(image.beauty(), reference.layers.beauty()))
         };
@@ -206,11 +234,16 @@ impl ChartScene {
         Ok(([full?, same?], pictures))
     }
 
-    /// The first frame and its direct layer.
-    fn image(&self, context: &Arc<Context>, settings: &Settings) -> Result<Layers> {
-        let mut renderer = self.renderer(context, settings, vec![Aov::Direct])?;
-        renderer.render(&self.pose, &self.view)?;
-        Ok(renderer.read())
+    /// The first frames, each with its direct layer.
+    fn images(&self, context: &Arc<Context>, settings: &Settings) -> Result<Images> {
+        let first = |settings: &Settings| {
+            let mut renderer = self.renderer(context, settings, vec![Aov::Direct])?;
+            renderer.render(&self.pose, &self.view)?;
+            Ok(renderer.read())
+        };
+        let differs = !terms::changes(settings).is_empty();
+        let equal = differs.then(|| first(&terms::on_equal_terms(settings))).transpose()?;
+        Ok(Images { whole: first(settings)?, equal })
     }
 
     /// Times of the image alone (further layers would be timed too), processor milliseconds of a frame where the system tells
@@ -250,24 +283,37 @@ fn another(wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
     timed < LEAST_FRAMES || (timed < MOST_FRAMES && wall_ms.sum::<f64>() < LONG_ENOUGH_MS)
 }
 
-fn errors(image: &Layers, own_direct: bool, reference: &ReferenceImage) -> Result<Errors> {
-    let direct = if own_direct { image } else { &reference.layers }.get(Aov::Direct).unwrap_or_default().to_vec();
-    let layers = vec![(Aov::Beauty, image.beauty().to_vec()), (Aov::Direct, direct)];
-    let comparison = metrics::compare(&Layers { layers, ..*image }, &reference.layers)?;
+fn errors(images: &Images, subtract: Subtract, reference: &ReferenceImage) -> Result<Errors> {
+    let whole = metrics::compare(&images.whole, &reference.layers, subtract)?;
+    let equal = images.equal.as_ref().map(|equal| metrics::compare(equal, &reference.layers, subtract)).transpose()?;
+    let equal = equal.as_ref().unwrap_or(&whole);
     Ok(Errors {
         bounces: reference.bounces(),
         noise: reference.noise,
         noise_in_rel: reference.noise_in_rel,
-        total: comparison.total,
-        flip: comparison.flip,
-        indirect: comparison.indirect,
-        diffuse: comparison.indirect_diffuse,
+        total: whole.total,
+        flip: whole.flip,
+        indirect: equal.indirect,
+        diffuse: equal.indirect_diffuse,
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn images_are_kept_in_one() {
+        let of = |value: f32| {
+            let layer = |aov, value| (aov, vec![[value; 3], [value + 1.0; 3]]);
+            let layers = vec![layer(Aov::Beauty, value), layer(Aov::Direct, 0.5 * value)];
+            Layers { width: 1, height: 2, layers }
+        };
+        for equal in [None, Some(of(7.0))] {
+            let images = Images { whole: of(3.0), equal };
+            assert_eq!(Images::unstacked(images.stacked(), 2), images);
+        }
+    }
 
     #[test]
     fn slow_settings_are_timed_over_fewer_frames() {

@@ -73,11 +73,12 @@ pub struct Measured {
     pub memory_bytes: u64,
     /// Values of the image that are NaN or infinite.
     pub nonfinite: usize,
-    /// Whether the image's own direct layer was subtracted, or else the reference's: see [`super::measure`].
-    pub own_direct: bool,
+    /// The settings that were changed for the image on which the indirect light was measured, as `key=value`; empty where it is
+    /// the image of the row's own settings. See [`crate::measure::terms`].
+    pub equal_terms: Vec<String>,
     /// Against all of the light.
     pub full: Errors,
-    /// Against light of as many bounces as the method traces.
+    /// Against light of as many bounces as the settings ask for.
     pub same: Errors,
 }
 
@@ -100,7 +101,7 @@ pub struct Errors {
     pub total: Metrics,
     /// Mean LDR-FLIP of the whole.
     pub flip: f64,
-    /// Of total − direct; absent where the reference has no indirect light.
+    /// Of the indirect light, on equal terms; absent where the reference has none.
     pub indirect: Option<Metrics>,
     /// Of that over the pixels in which the reference shows diffuse surfaces alone; absent where there are none or no indirect
     /// light reaches them.
@@ -112,7 +113,7 @@ pub struct Errors {
 pub enum Reference {
     /// All light.
     Full,
-    /// Light of as many bounces as the method traces.
+    /// Light of as many bounces as the settings ask for.
     Same,
 }
 

@@ -5,6 +5,7 @@ use super::frontier::frontiers;
 use super::plan::{Trial, distinct, sweep, trials};
 use super::row::{Part, Reference, Row};
 use crate::Result;
+use crate::measure::terms;
 use crate::settings::{PRESETS, Settings};
 
 /// The scenes, from the project's root.
@@ -143,9 +144,10 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
          Written by `twobounce study{flag}`; it is run again whenever a method changes. It measures every preset{axes}. `{base}`, \
          unless a line says otherwise. Measured at {}×{} pixels on\n\
          {devices}. `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
-         against light of as many bounces, `all` against all light; the references' own noise is {noise} %. *Indirect* is `rel` of the indirect\n\
-         light alone, *diffuse* of the indirect light in pixels without metal, glass and sky, *whole* of the whole image, where only cones find\n\
-         the light of lamps and direct light is not separate. **Bold**: no other setting is both faster and more accurate. [rows.csv](rows.csv)\n\
+         against light of as many bounces, `all` against all light; the references' own noise is {noise} %. *Whole* is `rel` of the whole\n\
+         image, *diffuse* that of the indirect light on diffuse surfaces, on equal terms: direct light and lamps are the exact ones\n\
+         ([accuracy](../accuracy.md) defines both). Lines marked * were measured for that with what rows.csv names in its column\n\
+         `equal_terms`. **Bold**: no other setting is both faster and more accurate. [rows.csv](rows.csv)\n\
          has every number.\n\n## Surprises\n\n{}{handwritten}{}\n",
         chart.width, chart.height, HANDWRITTEN[0], HANDWRITTEN[1]
     );
@@ -163,7 +165,8 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
     let mut last = "";
     for (name, trial) in lines {
         let axis = if *name == last { "" } else { name };
-        page += &format!("| {axis} | `{}` | {} |", trial.name(), trial.settings.method);
+        let mark = if terms::changes(&trial.settings).is_empty() { "" } else { "*" };
+        page += &format!("| {axis} | `{}`{mark} | {} |", trial.name(), trial.settings.method);
         last = name;
         columns.iter().for_each(|scene| page += &scene.cells(trial));
         page += "\n";
@@ -191,12 +194,7 @@ impl<'a> Columns<'a> {
     fn new(chart: &'a Chart, scene: &'a SceneLine) -> Self {
         let rows = chart.rows_of(&scene.name);
         let mut errors = Vec::new();
-        let parts: &[_] = match chart.part(&scene.name) {
-            Part::Total => &[(Part::Total, "whole")],
-            _ if scene.all_diffuse => &[(Part::Indirect, "indirect")],
-            _ => &[(Part::Indirect, "indirect"), (Part::Diffuse, "diffuse")],
-        };
-        for &(part, name) in parts {
+        for (part, name) in [(Part::Total, "whole"), (Part::Diffuse, "diffuse")] {
             for (reference, light) in [(Reference::Same, "same"), (Reference::Full, "all")] {
                 let point = |row: &&Row| row.gpu_ms().zip(row.rel(reference, part)).unwrap_or((f64::NAN, f64::NAN));
                 let places: Vec<_> = rows.iter().map(|row| row.place().filter(|_| !chart.mix_machines)).collect();
@@ -240,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_with_metal_or_glass_have_the_errors_of_diffuse_surfaces_too() {
+    fn every_scene_has_the_errors_of_the_whole_and_of_diffuse_surfaces() {
         let lines = lines(&[]).unwrap();
         let spread = json!({ "median": 7.0, "min": 7.0, "max": 7.0 });
         let metrics = |rel: f64| json!({ "energy": 1.0, "rel": rel, "relmse": 0.0, "p95": 0.0 });
@@ -250,7 +248,7 @@ mod tests {
         };
         let measured = json!({
             "frames": 5, "frame_gpu_ms": spread, "frame_wall_ms": spread, "passes": [], "memory_bytes": 0, "nonfinite": 0,
-            "own_direct": true, "full": errors(0.4), "same": errors(0.2)
+            "equal_terms": [], "full": errors(0.4), "same": errors(0.2)
         });
         let measured: Measured = serde_json::from_value(measured).unwrap();
         let line = |name: &str, all_diffuse| SceneLine {
@@ -266,15 +264,12 @@ mod tests {
         let chart = Chart { scenes: vec![line("box", true), line("room", false)], rows, ..Chart::default() };
         let page = document(&chart, &lines[..2], &[], "");
         let table: Vec<_> = page.lines().filter(|line| line.starts_with('|')).collect();
-        let two = "indirect, same | indirect, all |";
-        assert_eq!(
-            table[0],
-            format!("| axis | setting | method | box ms | {two} room ms | {two} diffuse, same | diffuse, all |")
-        );
-        let cells = "| 7 | **0.200** | **0.400** | 7 | **0.200** | **0.400** | **0.100** | **0.200** |";
-        assert!(table[2].ends_with(cells), "{}", table[2]);
-        assert!(table[3].ends_with("| – | – | – | – | – | – | – | – |"), "{}", table[3]);
-        assert!(table.iter().all(|line| line.matches('|').count() == 12), "{table:?}");
+        let four = "whole, same | whole, all | diffuse, same | diffuse, all |";
+        assert_eq!(table[0], format!("| axis | setting | method | box ms | {four} room ms | {four}"));
+        let cells = "| 7 | **9.000** | **9.000** | **0.100** | **0.200** |".repeat(2).replace("||", "|");
+        assert!(table[2].ends_with(&cells), "{}", table[2]);
+        assert!(table[3].ends_with(&"| – | – | – | – | – |".repeat(2).replace("||", "|")), "{}", table[3]);
+        assert!(table.iter().all(|line| line.matches('|').count() == 14), "{table:?}");
     }
 
     #[test]

@@ -4,9 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use glam::Vec3;
 use twobounce::layers::Layers;
 use twobounce::measure::metrics::{self, Comparison, Metrics};
 use twobounce::measure::picture::side_by_side;
+use twobounce::measure::terms::Subtract;
+use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::{Error, Result};
 
@@ -22,9 +25,9 @@ pub struct CompareArgs {
     /// The image to judge
     #[arg(value_name = "IMAGE.exr")]
     pub image: PathBuf,
-    /// The image to compare with. If both files have a direct layer, the rest of the light is also compared by itself
-    /// (indirect); if this file also has a diffuse layer, then once more over the pixels that show no metal, glass or sky
-    /// (indirect_diffuse)
+    /// The image to compare with. If both files have a direct layer, the indirect light is also compared by itself (indirect);
+    /// if this file also has a diffuse layer, then once more over the pixels that show no metal, glass or sky
+    /// (indirect_diffuse). docs/accuracy.md has the formulas
     #[arg(value_name = "REFERENCE.exr")]
     pub reference: PathBuf,
     /// Write the numbers as JSON
@@ -55,10 +58,10 @@ macro_rules! limits {
 
         impl Limits {
             /// What is limited in words, its limit, and its number.
-            fn given(&self, comparison: &Comparison) -> Result<Vec<(&'static str, f64, f64)>> {
+            fn given(&self, compared: &Compared) -> Result<Vec<(&'static str, f64, f64)>> {
                 let mut given = Vec::new();
                 $(if let Some(limit) = self.$flag {
-                    let $of = $part(comparison)?;
+                    let $of = $part(compared)?;
                     given.push(($words, limit, $number));
                 })+
                 Ok(given)
@@ -83,22 +86,56 @@ limits! {
     max_indirect_diffuse_p95: "indirect_diffuse p95" is m.p95, m = diffuse;
 }
 
-fn total(comparison: &Comparison) -> Result<Metrics> {
-    Ok(comparison.total)
+/// Two images compared.
+struct Compared {
+    comparison: Comparison,
+    /// The settings with which the image must be rendered again before its indirect light can be compared; empty if it can.
+    needs: String,
 }
 
-fn flip(comparison: &Comparison) -> Result<f64> {
-    Ok(comparison.flip)
+impl Compared {
+    /// `headers`: of the image and of the reference. An image of another program has none of the entries.
+    fn of(image: &Layers, reference: &Layers, headers: [&Metadata; 2]) -> Result<Self> {
+        let no_sky = Vec3::ZERO.to_string();
+        let has_sky = headers.iter().any(|header| header.get("sky").is_some_and(|sky| *sky != no_sky));
+        let subtract = if has_sky { Subtract::OfReference } else { Subtract::Own };
+        let mut comparison = metrics::compare(image, reference, subtract)?;
+        let needs = headers[0].get(EQUAL_TERMS).cloned().unwrap_or_default();
+        if !needs.is_empty() {
+            (comparison.indirect, comparison.indirect_diffuse) = (None, None);
+        }
+        Ok(Self { comparison, needs })
+    }
+
+    /// Why the indirect light is not compared.
+    fn why_not(&self) -> String {
+        if self.needs.is_empty() {
+            return format!("{NO_DIRECT}; render them with --aov direct");
+        }
+        let flags: Vec<String> = self.needs.split(' ').map(|change| format!("--set {change}")).collect();
+        format!("is compared beside exact direct light: render the image again with {} --aov direct", flags.join(" "))
+    }
 }
 
-fn indirect(comparison: &Comparison) -> Result<Metrics> {
-    let needs = || Error::Usage(format!("a limit on indirect {NO_DIRECT}; render them with --aov direct"));
-    comparison.indirect.ok_or_else(needs)
+fn total(compared: &Compared) -> Result<Metrics> {
+    Ok(compared.comparison.total)
 }
 
-fn diffuse(comparison: &Comparison) -> Result<Metrics> {
-    let needs = format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse");
-    comparison.indirect_diffuse.ok_or_else(|| Error::Usage(format!("a limit on indirect_diffuse {needs}")))
+fn flip(compared: &Compared) -> Result<f64> {
+    Ok(compared.comparison.flip)
+}
+
+fn indirect(compared: &Compared) -> Result<Metrics> {
+    let why = || Error::Usage(format!("a limit on indirect {}", compared.why_not()));
+    compared.comparison.indirect.ok_or_else(why)
+}
+
+fn diffuse(compared: &Compared) -> Result<Metrics> {
+    let needs = match compared.needs.is_empty() {
+        true => format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse"),
+        false => compared.why_not(),
+    };
+    compared.comparison.indirect_diffuse.ok_or_else(|| Error::Usage(format!("a limit on indirect_diffuse {needs}")))
 }
 
 /// Compares, prints, writes what is asked for.
@@ -108,20 +145,21 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         return Err(Error::file(folder, "is a file; --out takes a folder").into());
     }
-    let (image, _) = Layers::read_exr(&args.image)?;
-    let (reference, _) = Layers::read_exr(&args.reference)?;
-    let comparison = metrics::compare(&image, &reference).map_err(|error| match error {
+    let (image, header) = Layers::read_exr(&args.image)?;
+    let (reference, reference_header) = Layers::read_exr(&args.reference)?;
+    let compared = Compared::of(&image, &reference, [&header, &reference_header]).map_err(|error| match error {
         Error::Usage(problem) => Error::file(&args.image, format!("against {}: {problem}", args.reference.display())),
         other => other,
     })?;
-    let exceeded = args.limits.exceeded(&comparison)?;
-    print(&comparison);
+    let exceeded = args.limits.exceeded(&compared)?;
+    print(&compared);
+    let comparison = &compared.comparison;
     if let Some((folder, path)) = args.out.as_ref().zip(picture) {
         file::create_folder(folder)?;
-        file::write(&path, &side_by_side(&image, &reference, &comparison)?)?;
+        file::write(&path, &side_by_side(&image, &reference, comparison)?)?;
     }
     if let Some(path) = &args.json {
-        let mut report = serde_json::to_value(&comparison)?;
+        let mut report = serde_json::to_value(comparison)?;
         report["version"] = VERSION.into();
         report["image"] = serde_json::to_value(&args.image)?;
         report["reference"] = serde_json::to_value(&args.reference)?;
@@ -135,6 +173,9 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(u8::from(!exceeded.is_empty())))
 }
 
+/// The entry in an image's header that holds [`twobounce::measure::terms::changes`] of its settings.
+pub const EQUAL_TERMS: &str = "equalTerms";
+
 /// The layers that a part of the light needs.
 const NO_DIRECT: &str = "needs the direct layer in both files";
 const NO_DIFFUSE: &str = "needs the diffuse layer in the reference, and lit pixels that are wholly diffuse";
@@ -142,7 +183,8 @@ const NO_DIFFUSE: &str = "needs the diffuse layer in the reference, and lit pixe
 /// What --out holds.
 const PICTURE: &str = "compare.png";
 
-fn print(comparison: &Comparison) {
+fn print(compared: &Compared) {
+    let comparison = &compared.comparison;
     say!("{:>16} {:>9} {:>9} {:>9} {:>9} {:>9}", "", "energy", "rel", "relmse", "p95", "flip");
     let row = |name: &str, m: &Metrics, flip: &str| {
         say!("{name:>16} {:>9.5} {:>9.5} {:>9.6} {:>9.5} {flip:>9}", m.energy, m.rel, m.relmse, m.p95);
@@ -150,7 +192,7 @@ fn print(comparison: &Comparison) {
     row("total", &comparison.total, &format!("{:.5}", comparison.flip));
     match &comparison.indirect {
         Some(indirect) => row("indirect", indirect, ""),
-        None => say!("{:>16}  ({NO_DIRECT}: --aov direct)", "indirect"),
+        None => say!("{:>16}  {}", "indirect", compared.why_not()),
     }
     match (&comparison.indirect, &comparison.indirect_diffuse) {
         (Some(_), Some(diffuse)) => row("indirect_diffuse", diffuse, ""),
@@ -166,12 +208,12 @@ fn print(comparison: &Comparison) {
 
 impl Limits {
     /// One sentence per limit that does not hold.
-    fn exceeded(&self, comparison: &Comparison) -> Result<Vec<String>> {
-        let given = self.given(comparison)?;
+    fn exceeded(&self, compared: &Compared) -> Result<Vec<String>> {
+        let given = self.given(compared)?;
         let above = given.iter().filter(|(_, limit, number)| number > limit);
         let mut sentences: Vec<_> =
             above.map(|(words, limit, number)| format!("{words} is {number:.6}, above {limit}")).collect();
-        let nonfinite = comparison.image.count();
+        let nonfinite = compared.comparison.image.count();
         let most = self.max_nonfinite.or((!given.is_empty()).then_some(0));
         if let Some(most) = most.filter(|most| nonfinite > *most) {
             sentences.push(format!("{nonfinite} values of the image are not finite, more than {most}"));

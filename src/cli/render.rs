@@ -6,6 +6,7 @@ use std::sync::Arc;
 use twobounce::ground::finish::approximated;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::refuse_invalid;
+use twobounce::measure::terms;
 use twobounce::measure::timing::Timings;
 use twobounce::measure::trace::chrome_trace;
 use twobounce::memory::mib;
@@ -22,6 +23,7 @@ use twobounce::{Error, Result};
 
 use super::args::{Frames, RenderArgs};
 use super::blank::{sky_shown, why_blank};
+use super::compare::EQUAL_TERMS;
 use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
 use super::report::{self, RenderReport};
@@ -50,6 +52,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),
         ("method", settings.method.name().to_owned()),
         ("settings", settings.to_toml()),
+        (EQUAL_TERMS, terms::changes(&settings).join(" ")),
         ("device", context.name.clone()),
         ("driver", context.driver.clone()),
     ]);

@@ -1,10 +1,12 @@
-//! Error metrics of an image against its reference: `energy rel relmse p95 flip` of the whole image; all but `flip` also of the
-//! indirect light, and of the indirect light on diffuse surfaces.
+//! The one definition of an image's error against its reference: `energy rel relmse p95 flip` of the whole image; all but `flip`
+//! also of the indirect light, and of the indirect light on diffuse surfaces. `docs/accuracy.md` has it as a formula, and
+//! [`super::terms`] says with which settings the indirect light of a method is measured.
 //!
 //! Pixels that are not finite in one of the images are counted and excluded from every metric.
 
 use serde::{Deserialize, Serialize};
 
+use super::terms::Subtract;
 use crate::layers::{Aov, Layers};
 use crate::{Error, Result};
 
@@ -43,8 +45,8 @@ pub struct Comparison {
     pub total: Metrics,
     /// Mean of [`Self::flip_map`].
     pub flip: f64,
-    /// Of total − direct, if both images have a direct layer and the reference has indirect light. Each image's own direct
-    /// layer is subtracted.
+    /// Of the indirect light: the images less the direct light that [`Subtract`] names. Absent without the layers that this
+    /// takes, and where the reference has no indirect light.
     pub indirect: Option<Metrics>,
     /// The same over the pixels in which the reference shows only diffuse surfaces, neither metallic nor transmitting; absent
     /// if it has no diffuse layer, no such pixels, or no indirect light in them.
@@ -81,11 +83,11 @@ impl NonFinite {
     }
 }
 
-/// Compares two images of the same size.
+/// Compares two images of the same size. `subtract`: whose direct light is taken off to leave the indirect light.
 ///
 /// # Errors
 /// [`Error::Usage`] for different sizes, an image without finite pixels and a black reference.
-pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
+pub fn compare(image: &Layers, reference: &Layers, subtract: Subtract) -> Result<Comparison> {
     let [size, other] = [image, reference].map(|layers| format!("{}x{}", layers.width, layers.height));
     if size != other {
         let text = format!("the image is {size}, the reference {other}; render both at the same size");
@@ -97,7 +99,7 @@ pub fn compare(image: &Layers, reference: &Layers) -> Result<Comparison> {
         }
     }
     let total = metrics(image.beauty(), reference.beauty(), "reference")?;
-    let parts = indirect(image).zip(indirect(reference));
+    let parts = indirect_of_image(image, reference, subtract).zip(indirect(reference));
     let diffuse = parts.as_ref().zip(reference.get(Aov::Diffuse));
     let exposure = exposure(reference.beauty());
     let flip_map = flip(image, reference, exposure);
@@ -148,11 +150,21 @@ impl NoiseInRel {
     }
 }
 
-/// Total − direct; `None` without a direct layer.
+/// The image less its own direct layer; `None` without one.
 fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
-    let direct = layers.get(Aov::Direct)?;
-    let minus = |(t, d): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| t[c] - d[c]);
-    Some(layers.beauty().iter().zip(direct).map(minus).collect())
+    Some(difference(layers.beauty(), layers.get(Aov::Direct)?))
+}
+
+/// The indirect light of an image; `None` without the direct layer that is subtracted.
+fn indirect_of_image(image: &Layers, reference: &Layers, subtract: Subtract) -> Option<Vec<[f32; 3]>> {
+    match subtract {
+        Subtract::Own => indirect(image),
+        Subtract::OfReference => Some(difference(image.beauty(), reference.get(Aov::Direct)?)),
+    }
+}
+
+fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    a.iter().zip(b).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect()
 }
 
 /// [`metrics`] over the pixels that the layer `diffuse` says are wholly diffuse; `None` if there are none or the reference is

@@ -2,6 +2,7 @@
 
 pub mod metrics;
 pub mod picture;
+pub mod terms;
 pub mod timing;
 pub mod trace;
 

@@ -204,7 +204,7 @@ impl Asking<'_> {
     fn reading_by(&mut self, settings: &Settings, seen: &Seen, copy: u64) -> Result<Reading> {
         let reference = self.bench.reference(seen, self.level, copy)?;
         match self.bench.row(settings, seen)? {
-            Ok(row) => self.bench.reading(&row, settings, &reference),
+            Ok(row) => self.bench.reading(&row, &reference),
             Err(_) => Ok(Reading { ms: f64::INFINITY, passes: vec![], bytes: u64::MAX, error: f64::INFINITY }),
         }
     }

@@ -13,11 +13,11 @@ use serde::{Deserialize, Serialize};
 
 use super::search::Reading;
 use super::store::{Store, seen_key};
-use crate::chart::measure::by_method_alone;
 use crate::chart::row::Part;
 use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics;
+use crate::measure::terms::{self, Subtract};
 use crate::reference::film::Film;
 use crate::reference::{self, Control, Depth, Options, Stop};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
@@ -148,7 +148,14 @@ impl<'a> Bench<'a> {
             }
         };
         renderer.render(pose, view)?;
-        let image = renderer.read();
+        let mut image = renderer.read();
+        if self.part != Part::Total && !terms::changes(settings).is_empty() {
+            renderer.change(terms::on_equal_terms(settings), size)?;
+            renderer.render(pose, view)?;
+            image = renderer.read();
+            renderer.change(settings.clone(), size)?;
+            renderer.render(pose, view)?; // compiles, before frames are timed
+        }
         let (mut frames, mut cpu_ms): (Vec<FrameReport>, Vec<Option<f64>>) = Default::default();
         let spent = |frames: &[FrameReport]| frames.iter().map(|frame| frame.timings.gpu_ms).sum::<f64>();
         while frames.is_empty() || (frames.len() < MOST_FRAMES && spent(&frames) < LONG_ENOUGH_MS) {
@@ -170,7 +177,7 @@ impl<'a> Bench<'a> {
     }
 
     /// What a row says, against a reference.
-    pub fn reading(&self, row: &Row, settings: &Settings, reference: &Layers) -> Result<Reading> {
+    pub fn reading(&self, row: &Row, reference: &Layers) -> Result<Reading> {
         let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
         let more = pixels(self.options.size) / pixels(self.size);
         let spent: f64 = row.passes.iter().map(|pass| pass.1).sum();
@@ -181,8 +188,7 @@ impl<'a> Bench<'a> {
         };
         let passes: Vec<_> = row.passes.iter().map(scaled).collect();
         let ms = passes.iter().map(|pass| pass.1).sum();
-        let own_direct = !by_method_alone(self.scene, settings);
-        Ok(Reading { ms, passes, bytes: row.bytes, error: self.error(&self.image(row), own_direct, reference)? })
+        Ok(Reading { ms, passes, bytes: row.bytes, error: self.error(&self.image(row), reference)? })
     }
 
     /// Milliseconds that a frame takes of a CPU device which has the machine for itself, by its processor time: what else runs
@@ -198,14 +204,12 @@ impl<'a> Bench<'a> {
         Layers { width: self.size.0, height: self.size.1, layers }
     }
 
-    /// `rel` of the part of the light that counts. `own_direct`: as in [`crate::chart::measure`].
-    fn error(&self, image: &Layers, own_direct: bool, reference: &Layers) -> Result<f64> {
+    /// `rel` of the part of the light that counts.
+    fn error(&self, image: &Layers, reference: &Layers) -> Result<f64> {
         if self.part == Part::Total {
             return Ok(metrics::metrics(image.beauty(), reference.beauty(), "reference")?.rel);
         }
-        let direct = if own_direct { image } else { reference }.get(Aov::Direct).unwrap_or_default().to_vec();
-        let layers = vec![(Aov::Beauty, image.beauty().to_vec()), (Aov::Direct, direct)];
-        let comparison = metrics::compare(&Layers { layers, ..*image }, reference)?;
+        let comparison = metrics::compare(image, reference, Subtract::in_scene(self.scene))?;
         let (part, words) = match self.part {
             Part::Indirect => (comparison.indirect, "no indirect light"),
             _ => (comparison.indirect_diffuse, "no indirect light on diffuse surfaces"),
@@ -249,7 +253,7 @@ impl<'a> Bench<'a> {
     /// How wrong a reference itself is: two of them differ by √2 of that.
     pub fn noise(&mut self, seen: &Seen, level: u32) -> Result<f64> {
         let [a, b] = [self.reference(seen, level, 0)?, self.reference(seen, level, 1)?];
-        Ok(self.error(&b, true, &a)? * std::f64::consts::FRAC_1_SQRT_2)
+        Ok(self.error(&b, &a)? * std::f64::consts::FRAC_1_SQRT_2)
     }
 
     /// Frames of the size that is asked for, of all views: times of up to `rounds`, in which the settings take turns, so that what

@@ -2,6 +2,7 @@
 
 use crate::layers::Layers;
 use crate::measure::metrics;
+use crate::measure::terms::Subtract;
 use crate::{Error, Result};
 
 /// Share of the pixels that [`Motion::worst`] is taken over.
@@ -27,7 +28,7 @@ impl Motion {
         let flips: Vec<f64> = frames
             .iter()
             .zip(truths)
-            .map(|(frame, truth)| Ok(metrics::compare(frame, truth)?.flip))
+            .map(|(frame, truth)| Ok(metrics::compare(frame, truth, Subtract::Own)?.flip))
             .collect::<Result<_>>()?;
         let (own, should) = (changes(frames), changes(truths));
         let change = (should > 0.0).then(|| own / should);

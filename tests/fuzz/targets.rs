@@ -129,7 +129,7 @@ fn picture(path: &Path) -> Outcome {
     let mut other = layers.clone();
     other.layers[0].1.iter_mut().for_each(|pixel| *pixel = (1.5 * Vec3::from(*pixel) + 0.1).into());
     for (image, reference) in [(&layers, &other), (&other, &layers)] {
-        if let Ok(comparison) = metrics::compare(image, reference) {
+        if let Ok(comparison) = metrics::compare(image, reference, Subtract::Own) {
             side_by_side(image, reference, &comparison).map_err(|e| e.to_string())?;
         }
     }

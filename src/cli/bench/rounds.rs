@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use twobounce::chart::measure::Images;
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::{Measured, Origin, Row};
 use twobounce::chart::store::Stored;
@@ -54,11 +55,11 @@ impl Filling<'_> {
             let row = Row { origin, ..planned.row.clone() };
             let stored = match result {
                 Ok(None) | Err(Error::Interrupted) => break,
-                Ok(Some((measured, pictures, image))) => {
+                Ok(Some((measured, pictures, images))) => {
                     device = Some(context);
                     let row = Row { measured: Some(measured), ..row };
                     if !row.is_within(args.reference_noise) {
-                        self.keep_image(&row.key, &image)?;
+                        self.keep_images(&row.key, &images)?;
                     }
                     self.store.save(row, Some(pictures))?
                 }
@@ -91,10 +92,10 @@ impl Filling<'_> {
         Ok(())
     }
 
-    /// Keeps an image for the rounds: layers without a word about them.
-    fn keep_image(&self, key: &str, image: &Layers) -> Result<()> {
+    /// Keeps the images of a row for the rounds: layers without a word about them.
+    fn keep_images(&self, key: &str, images: &Images) -> Result<()> {
         twobounce::output::file::create_folder(&self.store.path("rows"))?;
-        image.write_exr(&self.store.image_path(key), &Metadata::new())
+        images.stacked().write_exr(&self.store.image_path(key), &Metadata::new())
     }
 
     /// Refines references and the errors of the rows that are compared with them, in rounds, until they are as good as asked for.
@@ -167,12 +168,13 @@ impl Filling<'_> {
         let planned = &mut self.rows[index];
         let Some(Stored { row, .. }) = &planned.stored else { return Ok(()) };
         let path = self.store.image_path(&row.key);
-        let Ok((image, _)) = Layers::read_exr(&path) else {
+        let Ok((stacked, _)) = Layers::read_exr(&path) else {
             say!("{} {}: its image is gone; the same command measures it again", row.scene, row.name);
             planned.stored = None;
             return Ok(());
         };
-        let ([full, same], pictures) = self.scenes[planned.scene].scene.judge(&planned.trial.settings, &image)?;
+        let images = Images::unstacked(stacked, self.bench.scene.size.1);
+        let ([full, same], pictures) = self.scenes[planned.scene].scene.judge(&planned.trial.settings, &images)?;
         let measured = row.measured.clone().map(|measured| Measured { full, same, ..measured });
         let stored = self.store.save(Row { measured, ..row.clone() }, Some(pictures))?;
         if stored.row.is_within(last) {

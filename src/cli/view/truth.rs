@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Comparison, compare};
+use twobounce::measure::terms::Subtract;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{Pose, Scene, View};
@@ -54,8 +55,8 @@ impl Truth {
                 if render((&scene, &pose, &view), &options, &mut film, control).is_err() {
                     return; // no longer wanted
                 }
-                let reference = film.layers(&[]);
-                let Ok(comparison) = compare(&image, &reference) else { return };
+                let reference = film.layers(&[Aov::Direct, Aov::Diffuse]);
+                let Ok(comparison) = compare(&image, &reference, Subtract::in_scene(&scene)) else { return };
                 let compared = Compared { samples, noise: film.noise(), comparison, reference };
                 *found.lock().unwrap_or_else(PoisonError::into_inner) = Some(compared);
                 if wake.send_event(()).is_err() {

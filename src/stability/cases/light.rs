@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::sum;
 use super::walls::against_truth;
 use crate::Result;
-use crate::chart::measure::same_depth;
 use crate::layers::Aov;
 use crate::reference::Depth;
+use crate::settings::{Bounces, LampLight};
 use crate::stability::case::{Case, Sample, Unit};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{ROOM, corridor, furnace, lit_square, mirror_room, room, sphere};
@@ -104,10 +104,13 @@ fn furnaces(cell: &Cell, albedo: f32, all: bool) -> Result<Vec<Sample>> {
     let stage = furnace(albedo);
     let settings = if all { cell.changed("bounces=all")? } else { cell.settings.clone() };
     let albedo = f64::from(albedo);
-    let ideal = match same_depth(&stage.scene, &settings) {
-        Depth::Full => 1.0 / (1.0 - albedo),
-        // Emission, its direct light, and as many bounces.
-        Depth::Bounces(n) => (0..n + 2).map(|k| albedo.powi(k as i32)).sum(),
+    let ideal = match settings.bounces {
+        Bounces::All => 1.0 / (1.0 - albedo),
+        // Emission, its direct light, and as many bounces. The first gather finds the direct light of lamps that are gathered.
+        finite => {
+            let terms = finite.volumes() + 2 - u32::from(settings.lights.lamps == LampLight::Gathered);
+            (0..terms).map(|k| albedo.powi(k as i32)).sum()
+        }
     };
     let mut studio = Studio::with(cell, stage, settings, DVec3::ZERO)?;
     let sample = |place: &_| {

@@ -8,6 +8,7 @@ mod time;
 mod walls;
 
 use super::case::Case;
+use crate::measure::metrics::{self, NonFinite};
 
 /// Every case, in the order of the page.
 pub fn all() -> impl Iterator<Item = &'static Case> {
@@ -24,10 +25,12 @@ fn sum(pixels: &[[f32; 3]]) -> f64 {
     pixels.iter().flatten().map(|v| f64::from(*v)).sum()
 }
 
-/// Mean |a − b| over mean b.
-fn rel(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
-    let difference: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from((a - b).abs())).sum();
-    difference / sum(b)
+/// [`metrics::metrics`]' `rel` of an image; NaN for an image with values that are not finite, and beside a black one.
+fn rel(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
+    match metrics::metrics(image, reference, "reference") {
+        Ok(metrics) if NonFinite::of(image).count() == 0 => metrics.rel,
+        _ => f64::NAN,
+    }
 }
 
 #[cfg(test)]
@@ -50,6 +53,6 @@ mod tests {
     #[test]
     fn differences_are_over_the_mean() {
         assert_eq!(rel(&[[2.0, 1.0, 1.0]], &[[1.0; 3]]), 1.0 / 3.0);
-        assert!(rel(&[[f32::NAN; 3]], &[[1.0; 3]]).is_nan());
+        assert!(rel(&[[f32::NAN; 3], [1.0; 3]], &[[1.0; 3]; 2]).is_nan());
     }
 }

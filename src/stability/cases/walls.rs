@@ -1,9 +1,13 @@
 //! What walls let through that they should not, or keep back that they should let through.
 
+use glam::DVec3;
+
 use super::{rel, sum};
 use crate::Result;
 use crate::chart::measure::same_depth;
 use crate::layers::Aov;
+use crate::measure::metrics;
+use crate::measure::terms::{self, Subtract};
 use crate::stability::case::{Case, Place, Sample, Unit};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{DARK, LIT, back_side, behind, divided, fenced, two_rooms, view};
@@ -100,13 +104,25 @@ pub fn against_truth_at(
 ) -> Result<Vec<Sample>> {
     let depth = same_depth(&stage.scene, &cell.settings);
     let film = cell.film(&stage, (&stage.pose(), &stage.view), depth, 0)?;
-    let (truth, noise) = (film.layers(&[]), film.noise());
+    let (truth, noise) = (film.layers(&[Aov::Direct, Aov::Diffuse]), film.noise());
+    let subtract = Subtract::in_scene(&stage.scene);
+    let terms_differ = !terms::changes(&cell.settings).is_empty();
+    let equal = || Studio::with(cell, stage.clone(), terms::on_equal_terms(&cell.settings), DVec3::ZERO);
+    let mut equal = terms_differ.then(equal).transpose()?;
     let mut studio = Studio::new(cell, stage)?;
     let sample = |place: &Place| {
         let image = studio.shoot(place)?;
+        let on_equal_terms = equal.as_mut().map(|studio| studio.shoot(place)).transpose()?;
+        let comparison = metrics::compare(on_equal_terms.as_ref().unwrap_or(&image), &truth, subtract);
+        let diffuse = comparison.ok().and_then(|comparison| comparison.indirect_diffuse);
         let [image, truth] = [&image, &truth].map(|layers| layers.beauty().to_vec());
         let energy = sum(&image) / sum(&truth);
-        let more = vec![("rel", rel(&image, &truth)), ("energy", energy), ("the reference's noise", noise)];
+        let mut more = vec![("rel", rel(&image, &truth)), ("energy", energy), ("the reference's noise", noise)];
+        more.extend(
+            diffuse
+                .iter()
+                .flat_map(|m| [("rel, indirect on diffuse", m.rel), ("energy, indirect on diffuse", m.energy)]),
+        );
         let number = number(&image, &truth);
         let words = if name.is_empty() { place.to_string() } else { format!("{name}: {place}") };
         Ok(Sample { more, truth: Some(truth), ..Sample::new(words, number, image) })

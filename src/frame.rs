@@ -48,7 +48,6 @@ pub struct Frame {
     pub scale: f32,
     /// Counters as the device left them, per slot and grid.
     counters: Vec<Vec<Buffer>>,
-    frame_index: u32,
     /// Passes that the method's light has had since something changed that shows in it.
     light_passes: u32,
     /// Whether the method holds the light of the frame before, to go on from.
@@ -73,6 +72,8 @@ struct MadeOf {
     lights: Vec<layout::Light>,
     /// Its two colours, and how far its map is turned.
     sky: ([Vec3; 2], f32),
+    /// The time within the animation, where the light's random numbers turn with it.
+    time_s: Option<f64>,
 }
 
 /// What is seen.
@@ -126,7 +127,6 @@ impl Frame {
             scale: radiance_scale(desc.scene, ground.desc.grid.finest_m(), settings.bounces),
             settings: settings.clone(),
             placed_lamps: (0, false),
-            frame_index: 0,
             light_passes: 0,
             history: false,
             made_of: None,
@@ -170,7 +170,6 @@ impl Frame {
             self.image.record(r, &frame, &self.method.binds(ground));
         }
         self.copy_counters(r, slot);
-        self.frame_index += 1;
     }
 
     /// Records a frame that lights what a host drew, instead of an image. `given`: of [`Self::given`].
@@ -178,7 +177,6 @@ impl Frame {
         self.record_light(r, seen);
         given.record(r, &self.ground, &self.method.binds(&self.ground));
         self.copy_counters(r, slot);
-        self.frame_index += 1;
     }
 
     /// Records what stands where, and the light that the method makes of it.
@@ -191,7 +189,9 @@ impl Frame {
         let stood = |b: &MadeOf| b.instances == now.instances && b.deforms == now.deforms;
         let lists = stale || !before.as_ref().is_some_and(stood);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
-        let same = |before: &MadeOf| bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky;
+        let same = |before: &MadeOf| {
+            bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky && before.time_s == now.time_s
+        };
         if lists || unlit || !before.as_ref().is_some_and(same) {
             self.light_passes = 0; // something changed that shows in the light
         }
@@ -226,6 +226,7 @@ impl Frame {
             deforms: seen.pose.deforms.clone(),
             lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
             sky: ([seen.scene.sky, seen.scene.sky_gradient], seen.scene.sky_turn),
+            time_s: self.ground.desc.wants.turns.then_some(seen.pose.time_s),
         }
     }
 
@@ -260,7 +261,7 @@ impl Frame {
             scale: self.scale,
             size: (self.target.width, self.target.height),
             samples: self.settings.image.samples,
-            frame_index: self.frame_index,
+            time_s: seen.pose.time_s,
             lamps: self.placed_lamps,
             light_pass: mean_pass,
             light_share: self.share_of_mean(mean_pass),
@@ -385,12 +386,12 @@ impl Frame {
         self.measures = whether;
     }
 
-    /// Whether the next frame's light differs from this one's though nothing changes: feedback goes on, or there is jitter.
+    /// Whether the next frame's light differs from this one's though nothing changes: feedback goes on.
     pub fn unsteady(&self) -> bool {
         let wants = &self.ground.desc.wants;
         let feeds = self.settings.bounces == Bounces::All;
         let goes_on = wants.mean_passes.is_none_or(|passes| self.light_passes <= MOST_SETTLING + passes);
-        wants.unsteady || (feeds && goes_on)
+        feeds && goes_on
     }
 
     /// Whether a mean over passes is still being made.

@@ -158,7 +158,7 @@ struct Frame {
     vec3 down_per_ndc;
     uint light_count;
     vec3 sky; // radiance
-    uint frame_index;
+    uint turn; // hash of the time within the animation; 0 at its start
     vec2 image_size; // pixels
     uint samples;
     uint lamp_count;

@@ -186,8 +186,8 @@ pub struct Wants {
     pub gathers_lobes: bool,
     /// Whether it has shadows of its own.
     pub shadows: bool,
-    /// Whether its light differs from frame to frame though nothing changes.
-    pub unsteady: bool,
+    /// Whether its random numbers turn with the time of the animation, so that its light does too.
+    pub turns: bool,
     /// With feedback: once it has settled, the mean of so many further passes is its light, which then stays.
     pub mean_passes: Option<u32>,
 }

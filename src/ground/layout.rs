@@ -87,7 +87,7 @@ shared! {
         forward: [f32; 3], orthographic: u32,
         right_per_ndc: [f32; 3], scale: f32,
         down_per_ndc: [f32; 3], light_count: u32,
-        sky: [f32; 3], frame_index: u32,
+        sky: [f32; 3], turn: u32,
         image_size: [f32; 2], samples: u32,
         lamp_count: u32, lamp_tree: u32, light_pass: u32, sky_gradient: [f32; 3],
         light_share: f32,

@@ -22,7 +22,8 @@ pub struct FrameUniforms<'a> {
     pub size: (u32, u32),
     /// Samples per pixel.
     pub samples: u32,
-    pub frame_index: u32,
+    /// The time within the animation in seconds.
+    pub time_s: f64,
     /// Pieces of lamps, and whether they are chosen through the tree.
     pub lamps: (u32, bool),
     /// Which of the passes whose mean is kept lights the list items.
@@ -53,7 +54,7 @@ impl FrameUniforms<'_> {
             down_per_ndc: camera.down_per_ndc.as_vec3().into(),
             light_count: (self.scene.lights.len() + self.scene.sky_lights().count()) as u32,
             sky: map.map_or(self.scene.sky, |map| map.mean_of_rest).into(),
-            frame_index: self.frame_index,
+            turn: turn_at(self.time_s),
             image_size: [self.size.0 as f32, self.size.1 as f32],
             samples: self.samples,
             lamp_count: self.lamps.0,
@@ -74,6 +75,12 @@ impl FrameUniforms<'_> {
             last_boxes: self.boxes[1],
         }
     }
+}
+
+/// Seeds of different times differ; the seed of the animation's start is 0.
+fn turn_at(time_s: f64) -> u32 {
+    let bits = time_s.to_bits();
+    (bits ^ (bits >> 32)) as u32
 }
 
 /// What a pass over the image moves random numbers by, in [0, 1)²; the first one by nothing. Even and odd passes are two R2 sequences

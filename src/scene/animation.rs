@@ -42,6 +42,7 @@ impl Scene {
             lights: self.lights.iter().map(|l| light(l.node)).collect(),
             world_from_camera: self.cameras.iter().map(|c| world[c.node]).collect(),
             deforms: deforms.collect(),
+            time_s,
         }
     }
 

@@ -355,6 +355,8 @@ pub struct Pose {
     pub world_from_camera: Vec<DAffine3>,
     /// In the order of [`Scene::deformers`].
     pub deforms: Vec<deform::DeformPose>,
+    /// The time within the animation in seconds: random numbers that turn in a sequence turn with it.
+    pub time_s: f64,
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -85,7 +85,7 @@ fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
         scale,
         size,
         samples: 1,
-        frame_index: 0,
+        time_s: 0.0,
         lamps,
         light_pass: 0,
         light_share: 1.0,

@@ -2,6 +2,7 @@
 
 #include "common/jitter.glsl"
 #include "ground/interleave.glsl"
+#include "ground/place_random.glsl"
 #include "common/refraction.glsl"
 #include "ground/lights.glsl"
 #include "ground/brdf.glsl"
@@ -24,9 +25,9 @@ float method_shadow(Light light, LightSample to, vec3 position, vec3 normal) {
     float aperture = cones.shadow_aperture >= 0.0 ? cones.shadow_aperture : far ? light.radius : light.radius / distance;
     float start = cones.shadow_start_along;
     if ((JITTER & 2u) != 0u) {
-        // A share of the step that a cone of one voxel takes, by place, side, light and frame (D9).
+        // A share of the step that a cone of one voxel takes, by place, side, light, time and pass over the image (D9).
         uvec3 place = floatBitsToUint(position) ^ floatBitsToUint(normal) ^ floatBitsToUint(far ? light.direction : light.position);
-        start += cones.shadow_step * jitter_hash(uvec4(place, frame.frame_index));
+        start += cones.shadow_step * fract(jitter_hash(uvec4(place, frame.turn)) + pass_shift().x);
     }
     return trace_shadow_cone(from, d, distance, aperture, start, cones.shadow_step, cones.shadow_end);
 }
@@ -35,7 +36,7 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
     vec3 from = position + normal * cones.diffuse_start_normal;
     mat3 basis = talk_frame(normal);
     if ((JITTER & 1u) != 0u) {
-        basis = jitter_rotation(normal, jitter_hash(uvec4(place, frame.frame_index))) * basis;
+        basis = jitter_rotation(normal, fract(jitter_hash(uvec4(place, frame.turn)) + pass_shift().x)) * basis;
     }
     vec2 shift = INTERLEAVE > 1u ? interleaved_shift(place) : vec2(0.5, 0.0);
     if (INTERLEAVE > 1u && CONE_SET != COSINE_SETS) {

@@ -56,7 +56,7 @@ impl Gi for Lighting {
             kept_direct_light: keeps_direct_light(settings),
             diffuse: true,
             shadows: true,
-            unsteady: own.jitter || own.shadow_jitter && settings.lights.shadows == Shadows::Method,
+            turns: own.jitter || own.shadow_jitter && settings.lights.shadows == Shadows::Method,
             ..Wants::default()
         }
     }

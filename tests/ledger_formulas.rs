@@ -6,7 +6,7 @@ mod twins;
 
 use glam::{Mat3, Vec3, Vec4};
 use proptest::prelude::*;
-use std::f32::consts::{FRAC_PI_2, PI, SQRT_2};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, SQRT_2};
 
 use twins::cone::*;
 use twins::directions::*;
@@ -468,4 +468,44 @@ fn presets_hold_every_row_in_one_form() {
     let right = Start { shadow_end: 2.0, ..right };
     assert_eq!(Settings::corrected(), Settings { ledger: Ledger::all(Right), start: right, ..Settings::printed() });
     assert_eq!(TARGETS, TRAVEL.len() + 1);
+}
+
+/// S6, and the limit of the set of five: over the floor of an empty room, with all faces of a voxel equal, most of what a cone of 45°
+/// to the normal collects is the floor itself; a furnace cannot show that. The set's axis and the narrow cones of the set of sixteen
+/// that leave as steeply collect other walls.
+#[test]
+fn wide_cones_collect_the_wall_that_they_leave() {
+    const EDGE: u32 = 64;
+    const FLOOR: f32 = 2.0;
+    let last = EDGE as f32 - 1.0 - FLOOR;
+    let room = volume(EDGE, |v| {
+        let on_wall = |x: f32| x == FLOOR || x == last;
+        let within = v.cmpge(Vec3::splat(FLOOR)).all() && v.cmple(Vec3::splat(last)).all();
+        match within && (on_wall(v.x) || on_wall(v.y) || on_wall(v.z)) {
+            // Only the floor is bright.
+            true => Vec3::splat(if v.y == FLOOR { 1.0 } else { 0.0 }).extend(1.0),
+            false => Vec4::ZERO,
+        }
+    });
+    let settings = Settings::corrected();
+    let voxel = 1.0 / EDGE as f32;
+    let share = |x: f32, z: f32, direction: Vec3, aperture: f32| {
+        let start = &settings.start;
+        let floor = Vec3::new(x, (FLOOR + 0.5) * voxel, z);
+        let origin = floor + voxel * (start.diffuse_normal * Vec3::Y + start.diffuse_offset * direction);
+        let cone = Cone { origin, direction, aperture, start: start.diffuse_along * voxel, end: 2.0 };
+        let traced = trace_cone(&room, &cone, &settings).value;
+        traced.x / traced.w
+    };
+    let side = Vec3::new(FRAC_PI_4.sin(), FRAC_PI_4.cos(), 0.0);
+    let steep = Vec3::new(0.435512, 0.898904, 0.0479745).normalize();
+    let places = [0.2, 0.35, 0.5, 0.65, 0.8];
+    let shares = |direction: Vec3, aperture: f32| -> [f32; 2] {
+        let all = places.iter().flat_map(|x| places.map(|z| share(*x, z, direction, aperture)));
+        all.fold([f32::INFINITY, 0.0], |[least, most], s| [least.min(s), most.max(s)])
+    };
+    let (wide, axis, narrow) = (shares(side, 1.0), shares(Vec3::Y, 1.0), shares(steep, 0.3141595));
+    println!("the floor's share: {wide:?} of a side cone, {axis:?} of the axis, {narrow:?} of a steep narrow one");
+    assert!(wide[0] > 0.75 && wide[1] < 0.95, "{wide:?}");
+    assert!(narrow[1] < 0.1 && axis[1] < wide[0], "{narrow:?} {axis:?}");
 }

@@ -115,6 +115,7 @@ fn a_wall_lit_on_both_sides_fills_by_hand() {
         (Fill::Uniform, [[1.5, 1.0]; 4]),
         (Fill::Facing, [[1.0, 1.0], [1.5, 1.0], [0.0, 0.0], [1.25, 1.0]]),
         (Fill::Coverage, [[1.0, 1.0], [1.5, 1.0], [0.0, 0.0], [1.25, 1.0]]),
+        (Fill::Front, [[0.0, 0.0], [1.5, 1.0], [0.0, 0.0], [1.5, 1.0]]),
     ] {
         for passes in ["cones.passes=layered", "cones.passes=cells"] {
             let renderer = gpu::render(&context, &scene, &gpu::with(settings(how), &[passes]), 16);

@@ -98,6 +98,17 @@ mod shade {
     }
 
     #[test]
+    fn front_has_nothing_behind_a_surface_and_divides_by_the_number() {
+        let leaf = Shaded { normal: Vec3::new(0.6, 0.8, 0.0), back: Some(BLUE), opacity: 0.5, ..WALL };
+        let alone = fill(&[leaf], Fill::Front);
+        let close = |a: Vec4, b: Vec4| (a - b).abs().max_element() < 1e-6; // f32
+        assert!(close(alone[3], (0.3 * RED).extend(0.3)) && close(alone[4], (0.4 * RED).extend(0.4)), "{alone:?}");
+        assert_eq!([alone[0], alone[1], alone[2], alone[5]], [Vec4::ZERO; 4]);
+        assert_eq!(alone[6], (0.5 * RED).extend(0.5));
+        assert!(close(fill(&[leaf, WALL], Fill::Front)[3], (0.65 * RED).extend(0.65)));
+    }
+
+    #[test]
     fn no_order_and_no_number_of_triangles_makes_more_than_opaque() {
         let tilted = Shaded { normal: Vec3::ONE.normalize(), front: BLUE, back: Some(RED), opacity: 0.7, area: 1.3 };
         for how in Fill::ALL {

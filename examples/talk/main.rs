@@ -1,20 +1,61 @@
-//! Writes `docs/talk.md`, the talk's slides one by one, and its pictures: what each pass leaves on the device.
+//! Writes `docs/talk.md`, the talk's slides one by one, with its pictures and the times of its stages.
 //!
-//! `cargo run --release --example talk`
+//! `cargo run --release --example talk`; `-- --keep-times` leaves the table of times as it is on the page.
 
 mod page;
 mod pictures;
 
 use std::path::Path;
 
-use twobounce::Result;
+use twobounce::measure::timing::Timings;
 use twobounce::output::file;
+use twobounce::renderer::{Context, ContextOptions, RenderOptions, Renderer};
+use twobounce::{Error, Result};
+
+/// Frames that are timed, after one that compiles.
+const FRAMES: usize = 3;
 
 fn main() -> Result<()> {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
-    for (name, bytes) in pictures::all()? {
+    let (mut all, ev) = pictures::rendered(pictures::IMAGE_SIZE)?;
+    all.push(pictures::traced(ev)?);
+    for (name, bytes) in all {
         file::write(&docs.join("talk").join(name), &bytes)?;
         println!("docs/talk/{name}: {} bytes", bytes.len());
     }
-    file::write(&docs.join("talk.md"), page::document().as_bytes())
+    let path = docs.join("talk.md");
+    let before = std::fs::read_to_string(&path).map_err(|e| Error::file(&path, format!("cannot be read: {e}")))?;
+    let kept = page::times_of(&before).filter(|_| std::env::args().any(|arg| arg == "--keep-times"));
+    let times = kept.map_or_else(times, |times| Ok(times.to_owned()))?;
+    file::write(&path, page::document(&times).as_bytes())
+}
+
+/// A table of the milliseconds that each pass takes with each of the talk's presets.
+fn times() -> Result<String> {
+    let scene = pictures::gallery()?;
+    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+    let view = scene.view(&pose, 0);
+    let context = Context::new(&ContextOptions::default())?;
+    let mut rows: Vec<(&str, Vec<(usize, f64)>)> = Vec::new();
+    for (column, (_, settings)) in pictures::presets().into_iter().enumerate() {
+        let options = RenderOptions::new((pictures::IMAGE_SIZE, pictures::IMAGE_SIZE), bounds);
+        let mut renderer = Renderer::new(&context, scene.clone(), &pose, settings, options)?;
+        let mut timings = Timings::new(1);
+        for _ in 0..=FRAMES {
+            renderer.make_anew();
+            timings.push(renderer.render(&pose, &view)?);
+        }
+        for pass in timings.passes() {
+            let cell = (column, pass.gpu_ms.median);
+            match rows.iter_mut().find(|row| row.0 == pass.name) {
+                Some(row) => row.1.push(cell),
+                None => rows.push((pass.name, vec![cell])),
+            }
+        }
+    }
+    Ok(page::times(
+        &format!("{} ({})", context.name, context.driver),
+        &pictures::presets().map(|preset| preset.0),
+        &rows,
+    ))
 }

@@ -21,7 +21,7 @@ pub const SLIDES: &[Slide] = &[
         statements: &[S(
             "one technique for all light, not for global illumination alone",
             "the preset `printed`: diffuse light, reflections, refraction and shadows are cones through the same volume \
-             (`glsl/gi/cones/look_up.glsl`). Direct light of point, spot and directional lights is not: it is evaluated, and shadowed by a cone",
+             (`glsl/gi/cones/look_up.glsl`). Direct light of point, spot and directional lights is evaluated, and shadowed by a cone",
             &[],
         )],
         pictures: &[("image.png", "the gallery with the preset `printed`, 128³ voxels, two bounces")],
@@ -53,7 +53,8 @@ pub const SLIDES: &[Slide] = &[
             S(
                 "ray tracing of a simplified scene: part coverage instead of hit or miss, no noise, level of detail; in return less precise, \
                  and light leaks",
-                "true of `printed`, and measured: [the study](study/README.md) holds every setting against a path tracer",
+                "[the study](study/README.md) measures every setting against a path tracer. One statement does not hold for the listings: \
+                 the shadow cone's start is jittered, so `printed` has noise, the same in every image of one moment",
                 &[],
             ),
         ],
@@ -69,8 +70,9 @@ pub const SLIDES: &[Slide] = &[
                 &[],
             ),
             S(
-                "light spreads and mips are made in one step",
-                "the mips are that step: each level hands on, per direction of travel, what the finer one lets through (`src/gi/cones/mips.rs`)",
+                "propagation and mips are one step",
+                "we read \"propagate\" as the directional mips; the slides say no more. Each level holds, per direction of travel, what the finer \
+                 level lets through (`src/gi/cones/mips.rs`)",
                 &[],
             ),
             S(
@@ -174,9 +176,11 @@ pub const SLIDES: &[Slide] = &[
                 &[],
             ),
             S(
-                "the pixel shader sums and averages what the listed triangles send, without a bounce before",
-                "`glsl/gi/cones/shade.frag`, summed in fixed point so that a list's order cannot matter (`glsl/ground/faces/fill.glsl`). \
-                 `cones.fill = uniform` gives all seven targets that average; the other fills are this project's",
+                "the pixel shader sums and averages the shaded colours of the listed triangles, without a bounce before",
+                "`glsl/gi/cones/shade.frag` sums in fixed point, so that a list's order cannot matter (`glsl/ground/faces/fill.glsl`). How the \
+                 average reaches the six directional targets is not said. Our reading is `cones.fill = uniform`: all seven get it. The \
+                 author's later engine does as `cones.fill = front` does: a triangle goes to the three directions that see its front. \
+                 [The ledger](ledger.md#two-fills-two-sets) measures both; the other fills are this project's",
                 &["S6", "S7", "S8"],
             ),
         ],
@@ -239,14 +243,23 @@ pub const SLIDES: &[Slide] = &[
             S("a vertex shader that fetches from the triangle buffer", "`glsl/ground/image/image.vert`", &[]),
             S(
                 "a pixel shader that shades with cones through the second bounce",
-                "`glsl/ground/image/image.frag`, for each triangle that a pixel sees, which a pass before finds; blended triangles follow back to front",
+                "`glsl/ground/image/drawn.frag`, triangle by triangle, where a pass before found what each pixel sees; blended triangles follow \
+                 back to front. Other presets shade packed fragments instead (`glsl/ground/image/image.frag`)",
                 &[],
             ),
         ],
-        pictures: &[(
-            "one-bounce.png",
-            "cones through the first bounce alone (`bounces=1`); the image with both stands at the top",
-        )],
+        pictures: &[
+            (
+                "one-bounce.png",
+                "cones through the first bounce alone (`bounces=1`); the image with both stands at the top",
+            ),
+            (
+                "corrected.png",
+                "the preset `corrected`: the talk's set of five cones of 45°, errors of the listings corrected",
+            ),
+            ("corrected-16.png", "the preset `corrected-16`: the talk's set of sixteen cones of 17°"),
+            ("path-traced.png", "two bounces path-traced, at the exposure of `printed`"),
+        ],
     },
     Slide {
         title: "Diffuse cones; BRDF; specular cone",
@@ -260,7 +273,7 @@ pub const SLIDES: &[Slide] = &[
             S(
                 "one cone for reflections, refraction and the like",
                 "`gather_specular`, `gather_refraction` in `glsl/gi/cones/look_up.glsl`",
-                &["D23", "D24"],
+                &["D23", "D24", "S13"],
             ),
         ],
         pictures: &[(
@@ -370,14 +383,45 @@ const OPENING: &str = "# The talk, slide by slide
 
 Written by `cargo run --release --example talk`, pictures too; `tests/talk.rs` holds it against what is there.
 
-BeRo and urs, \"How to use Voxel Cone Tracing with two bounces for everything instead of just Global Illumination\", listings CC0. With
-the slides in the other hand: the left column says in other words what they say, the middle one where that is here and how it differs,
-the right one names the rows of [the ledger](ledger.md), where printed and right forms are measured. What the slides do not hold and
-this project adds: ambient occlusion and the sky, rays, lists of cells, fills other than the average, the study. All pictures are of `assets/gallery.glb`.
+The talk is BeRo and urs, \"How to use Voxel Cone Tracing with two bounces for everything instead of just Global Illumination\"; its
+listings are CC0. Left: the slide, in other words. Middle: the code and what differs. Right: rows of [the ledger](ledger.md), which
+measures printed and right forms. This project adds ambient occlusion, the sky, rays, lists of cells, further fills and the study.
+
+All pictures are of `assets/gallery.glb` at 512×512 pixels and 128³ voxels.
 ";
 
-/// The page.
-pub fn document() -> String {
+const TIMES: &str = "\n## Times of the stages\n";
+
+/// The part of a page that [`times`] wrote; `None` for a page without it.
+pub fn times_of(page: &str) -> Option<&str> {
+    page.find(TIMES).map(|at| &page[at..])
+}
+
+/// A table of milliseconds: a column for each preset, a row for each pass with its cells by column.
+pub fn times(device: &str, presets: &[&str], rows: &[(&str, Vec<(usize, f64)>)]) -> String {
+    let mut text = format!(
+        "{TIMES}\nMilliseconds of device time on {device}: the gallery at 512×512 pixels and 128³ voxels, every frame from scratch, \
+         median of three.\n\n| pass | {} |\n|---|{}\n",
+        presets.join(" | "),
+        "---:|".repeat(presets.len())
+    );
+    for (pass, cells) in rows {
+        let cell = |column: usize| {
+            cells.iter().find(|cell| cell.0 == column).map_or("–".into(), |cell| format!("{:.1}", cell.1))
+        };
+        let cells: Vec<String> = (0..presets.len()).map(cell).collect();
+        writeln!(text, "| {pass} | {} |", cells.join(" | ")).expect("text takes text");
+    }
+    let sum = |column: usize| {
+        rows.iter().flat_map(|row| &row.1).filter(|cell| cell.0 == column).map(|cell| cell.1).sum::<f64>()
+    };
+    let sums: Vec<String> = (0..presets.len()).map(|column| format!("{:.0}", sum(column))).collect();
+    writeln!(text, "| all | {} |", sums.join(" | ")).expect("text takes text");
+    text
+}
+
+/// The page. `times`: of [`times`].
+pub fn document(times: &str) -> String {
     let mut page = OPENING.to_owned();
     for slide in SLIDES {
         write!(page, "\n## {}\n| the slides | here | ledger |\n|---|---|---|\n", slide.title).expect("text takes text");
@@ -389,5 +433,5 @@ pub fn document() -> String {
                 .expect("text");
         }
     }
-    page
+    page + times
 }

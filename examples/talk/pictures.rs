@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use glam::{Vec2, Vec3};
 use half::f16;
@@ -14,6 +15,8 @@ use twobounce::ground::layout::{Globals, ListItem, Triangle};
 use twobounce::ground::scene_on_gpu::ScenePacked;
 use twobounce::layers::Aov;
 use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
+use twobounce::reference::film::Film;
+use twobounce::reference::{self, Control, Depth, Options, Stop};
 use twobounce::scene::{LoadOptions, Pose, Scene};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{Context, ContextOptions, Recorder, RecorderOptions, download, download_image};
@@ -21,8 +24,12 @@ use twobounce::{Error, Result};
 
 /// The slides' volume.
 const EDGE: u32 = 128;
-/// Pixels of an image, a side.
-const SIZE: u32 = 256;
+/// Pixels of an image on the page, a side.
+pub const IMAGE_SIZE: u32 = 512;
+/// Pixels of a slice of the volume, a side.
+const TILE: u32 = 256;
+/// Samples per pixel of the path-traced image.
+const SAMPLES: u32 = 96;
 /// Pixels between tiles.
 const GAP: u32 = 4;
 /// The slice of the volume that is shown, from above: voxels with this y, a little over the floor.
@@ -31,15 +38,32 @@ const SLICE: u32 = 36;
 const BRIGHTER: f32 = 2.0;
 const AOVS: &[Aov] = &[Aov::Direct, Aov::Indirect];
 
-/// Every picture: its file in `docs/talk/`, and the bytes of the PNG.
-pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
-    let scene = Scene::load(&path, &LoadOptions::default())?;
+/// A picture's file in `docs/talk/`, and the bytes of the PNG.
+pub type Named = (&'static str, Vec<u8>);
+
+/// The page's scene.
+pub fn gallery() -> Result<Scene> {
+    Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb"), &LoadOptions::default())
+}
+
+/// The presets with a column of times and an image of their own.
+pub fn presets() -> [(&'static str, Settings); 3] {
+    let at_edge = |settings: Settings| Settings { voxels: EDGE, ..settings };
+    [
+        ("printed", at_edge(Settings::printed())),
+        ("corrected", at_edge(Settings::corrected())),
+        ("corrected-16", at_edge(Settings::corrected_16())),
+    ]
+}
+
+/// Every picture that the device makes, images with `size` pixels a side; and the images' exposure in EV.
+pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
+    let scene = gallery()?;
     let pose = scene.pose(None, 0.0);
     let context = Context::new(&ContextOptions::default())?;
-    let settings = Settings { voxels: EDGE, ..Settings::printed() };
+    let [(_, settings), corrected @ ..] = presets();
     let one = Settings { bounces: Bounces::One, ..settings.clone() };
-    let (bounds, size, outputs) = (scene.bounds(None), (SIZE, SIZE), target::outputs(AOVS));
+    let (bounds, side, size, outputs) = (scene.bounds(None), size, (size, size), target::outputs(AOVS));
     let desc = |settings| FrameDesc { scene: &scene, settings, size, outputs, bounds, slots: 1 };
     let on_gpu = Arc::new(ScenePacked::new(&scene, &pose).upload(&context)?);
     let mut frame = Frame::new(&context, &desc(&settings), &on_gpu)?;
@@ -52,7 +76,7 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
     let ev = automatic_exposure(two_bounces.beauty(), |_| scene.sky.into());
     let shown = |pixels: Option<&[[f32; 3]]>| {
         let pixels = pixels.unwrap_or_default();
-        tile(|x, y| exposed(Vec3::from(pixels[(y * SIZE + x) as usize]), ev))
+        square(side, |x, y| exposed(Vec3::from(pixels[(y * side + x) as usize]), ev))
     };
     let [first, second] = frame.method.volumes() else {
         return Err(Error::Usage("two bounces are two volumes".into()));
@@ -65,14 +89,32 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
     let mips = shrunk.into_iter().flatten().map(|(k, face)| level(first, k, face)).collect::<Result<Vec<_>>>();
     pictures.push(("mips.png", sheet(&mips?, 5)));
 
-    frame.change(&context, &desc(&one))?;
-    make_lists(&context, &mut frame, &pose)?;
-    let one_bounce = render(&context, &mut frame, &scene, &pose)?;
-    pictures.push(("one-bounce.png", sheet(&[shown(one_bounce.get(Aov::Beauty))], 1)));
+    let [(_, five), (_, sixteen)] = corrected;
+    for (name, settings) in [("one-bounce.png", one), ("corrected.png", five), ("corrected-16.png", sixteen)] {
+        frame.change(&context, &desc(&settings))?;
+        make_lists(&context, &mut frame, &pose)?;
+        let image = render(&context, &mut frame, &scene, &pose)?;
+        pictures.push((name, sheet(&[shown(image.get(Aov::Beauty))], 1)));
+    }
     pictures.push(("direct.png", sheet(&[shown(direct)], 1)));
     pictures.push(("indirect.png", sheet(&[shown(indirect)], 1)));
     pictures.push(("image.png", sheet(&[shown(beauty)], 1)));
-    Ok(pictures)
+    Ok((pictures, ev))
+}
+
+/// The path-traced picture at an exposure of `ev`.
+pub fn traced(ev: f32) -> Result<Named> {
+    let scene = gallery()?;
+    let pose = scene.pose(None, 0.0);
+    let stop = Stop::Samples(SAMPLES);
+    let (width, height) = (IMAGE_SIZE, IMAGE_SIZE);
+    let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
+    let mut film = Film::new(width, height);
+    let control = Control { progress: &|_| (), save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) };
+    reference::render((&scene, &pose, &scene.view(&pose, 0)), &options, &mut film, control)?;
+    let layers = film.layers(&[]);
+    let pixel = |x: u32, y: u32| exposed(Vec3::from(layers.beauty()[(y * width + x) as usize]), ev);
+    Ok(("path-traced.png", sheet(&[square(width, pixel)], 1)))
 }
 
 /// The passes up to the lists alone, until their buffers are large enough.
@@ -105,21 +147,21 @@ fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     let words: Vec<u32> = download(context, &frame.ground.attributes)?;
     let corner = frame.ground.scene.corner;
     let counters: Vec<Globals> = download(context, &frame.ground.base().globals)?;
-    let mut seen = vec![(f32::NEG_INFINITY, Vec3::splat(-0.9)); (SIZE * SIZE) as usize];
+    let mut seen = vec![(f32::NEG_INFINITY, Vec3::splat(-0.9)); (TILE * TILE) as usize];
     for (place, t) in triangles[..counters[0].vertex_count as usize / 3].iter().enumerate() {
-        let [a, b, c] = t.corners.map(|v| Vec3::from(v) * (SIZE / EDGE) as f32);
+        let [a, b, c] = t.corners.map(|v| Vec3::from(v) * (TILE / EDGE) as f32);
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         if area <= 0.0 {
             continue;
         }
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-        let pixels = |low: f32, high: f32| low.max(0.0) as u32..(high.ceil() as u32).min(SIZE);
+        let pixels = |low: f32, high: f32| low.max(0.0) as u32..(high.ceil() as u32).min(TILE);
         for (x, y) in pixels(min.y, max.y).flat_map(|y| pixels(min.x, max.x).map(move |x| (x, y))) {
             let p = Vec2::new(x as f32, y as f32) + 0.5;
             let part = |q: Vec3, r: Vec3| (q.truncate() - p).perp_dot(r.truncate() - p) / area;
             let weights = [part(b, c), part(c, a), part(a, b)];
             let depth = a.z * weights[0] + b.z * weights[1] + c.z * weights[2];
-            let pixel = &mut seen[((SIZE - 1 - y) * SIZE + x) as usize];
+            let pixel = &mut seen[((TILE - 1 - y) * TILE + x) as usize];
             if weights.iter().all(|w| *w >= 0.0) && depth > pixel.0 {
                 let normal = (0..3).map(|i| Vec3::from(corner.normal(&words, place, i)) * weights[i]).sum::<Vec3>();
                 *pixel = (depth, normal);
@@ -127,7 +169,7 @@ fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
         }
     }
     let shown =
-        tile(|x, y| (seen[(y * SIZE + x) as usize].1 * 127.0 + 128.0).to_array().map(|v| v.clamp(0.0, 255.0) as u8));
+        tile(|x, y| (seen[(y * TILE + x) as usize].1 * 127.0 + 128.0).to_array().map(|v| v.clamp(0.0, 255.0) as u8));
     Ok(sheet(&[shown], 1))
 }
 
@@ -137,7 +179,7 @@ fn lists(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     let heads: Vec<u32> = download(context, &lists.heads)?;
     let items: Vec<ListItem> = download(context, &lists.items)?;
     let shown = tile(|x, y| {
-        let (x, z) = (x * EDGE / SIZE, y * EDGE / SIZE);
+        let (x, z) = (x * EDGE / TILE, y * EDGE / TILE);
         let next = |item: &u32| (*item != 0).then(|| items[*item as usize - 1].next);
         let first = heads[((z * EDGE + SLICE) * EDGE + x) as usize];
         let count = std::iter::successors(Some(first), next).filter(|item| *item != 0).count();
@@ -164,7 +206,7 @@ fn slice(
     let texels: Vec<[u16; 4]> = download_image(context, &volume.faces[face], level)?;
     let edge = volume.edge >> level;
     Ok(tile(|x, z| {
-        let [x, y, z] = [x * EDGE / SIZE, SLICE, z * EDGE / SIZE].map(|at| at >> level);
+        let [x, y, z] = [x * EDGE / TILE, SLICE, z * EDGE / TILE].map(|at| at >> level);
         let [r, g, b, a] = texels[((z * edge + y) * edge + x) as usize].map(|bits| f16::from_bits(bits).to_f32());
         let behind = (1.0 - a).max(0.0) * EMPTY * (-ev).exp2();
         exposed(Vec3::new(r, g, b) / scale + behind, ev)
@@ -175,14 +217,18 @@ fn exposed(radiance: Vec3, ev: f32) -> [u8; 3] {
     tone_curve((radiance * ev.exp2()).to_array()).map(srgb_code)
 }
 
-/// A square picture, rows from the top.
+/// A slice of the volume, rows from the top.
 fn tile(pixel: impl Fn(u32, u32) -> [u8; 3]) -> RgbImage {
-    RgbImage::from_fn(SIZE, SIZE, |x, y| Rgb(pixel(x, y)))
+    square(TILE, pixel)
+}
+
+fn square(side: u32, pixel: impl Fn(u32, u32) -> [u8; 3]) -> RgbImage {
+    RgbImage::from_fn(side, side, |x, y| Rgb(pixel(x, y)))
 }
 
 /// Tiles in rows of `columns`, as a PNG.
 fn sheet(tiles: &[RgbImage], columns: usize) -> Vec<u8> {
-    let step = SIZE + GAP;
+    let step = tiles[0].width() + GAP;
     let [width, height] = [columns, tiles.len().div_ceil(columns)].map(|count| count as u32 * step - GAP);
     let mut whole = RgbImage::from_pixel(width, height, Rgb([255; 3]));
     for (i, tile) in tiles.iter().enumerate() {

@@ -22,6 +22,7 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>> {
         ("corridor.glb", include_str!("corridor.toml")),
         ("demo.glb", DEMO),
         ("gallery.glb", include_str!("gallery.toml")),
+        ("stairs.glb", include_str!("stairs.toml")),
         ("thick-walls.glb", include_str!("thick_walls.toml")),
         ("two-rooms.glb", include_str!("two_rooms.toml")),
     ];

@@ -6,10 +6,17 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::Vec3;
-use twobounce::gi::cones::ledger::page::{Furnace, Measurements, document, furnace_row};
-use twobounce::gi::cones::ledger::{CHOICES, EDGE, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS, OPEN, ROWS};
+use twobounce::gi::cones::ledger::page::{FillError, Furnace, Measurements, document, fill_column, furnace_row};
+use twobounce::gi::cones::ledger::{
+    CHOICES, EDGE, FILL_EDGE, FILL_NOISE, FILL_SCENES, FILL_SETTINGS, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS,
+    OPEN, ROWS,
+};
 use twobounce::gi::ledger::{Change, Effect, Measured, SHEETS};
+use twobounce::layers::Aov;
+use twobounce::measure::metrics::{Metrics, compare};
+use twobounce::measure::terms::{self, Subtract};
 use twobounce::output::file;
+use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LoadOptions, Scene, View, analytic};
 use twobounce::settings::Settings;
@@ -18,6 +25,7 @@ use twobounce::{Error, Result};
 
 use super::args::LedgerArgs;
 use super::progress::watch;
+use super::reference::{cache, traced};
 use super::{interrupt, out};
 
 /// Pixels a side of a furnace's image: every pixel should be the same.
@@ -58,6 +66,10 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     for choice in CHOICES {
         out::warn(choice);
         measured.changes.insert((*choice).into(), renders.change(&[], &[choice])?);
+    }
+    for path in FILL_SCENES {
+        out::warn(path);
+        measured.fills.insert(fill_column(path).into(), fills(&context, path, args.size)?);
     }
     for (fill, settings) in FURNACE_FILLS {
         for &room in FURNACE_ROOMS {
@@ -126,6 +138,30 @@ fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, 
     interrupt::check()?;
     renderer.render(&pose, &view)?;
     Ok(renderer.read().beauty().to_vec())
+}
+
+/// Errors of [`FILL_SETTINGS`] on a scene, on equal terms.
+fn fills(context: &Arc<Context>, path: &str, (width, height): (u32, u32)) -> Result<Vec<FillError>> {
+    let scene = Scene::load(path.as_ref(), &LoadOptions::default())?;
+    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+    let view = scene.view(&pose, 0);
+    let stop = Stop::Noise(FILL_NOISE);
+    let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
+    let (film, _) = traced(&cache(), (&scene, &pose, &view), &options)?;
+    let truth = film.layers(&[Aov::Direct, Aov::Diffuse]);
+    let error = |assignments: &&[&str]| {
+        let mut settings = terms::on_equal_terms(&Settings { voxels: FILL_EDGE, ..Settings::corrected() });
+        assignments.iter().try_for_each(|assignment| settings.set(assignment))?;
+        let options = RenderOptions { aovs: vec![Aov::Direct], ..RenderOptions::new((width, height), bounds) };
+        let mut renderer = Renderer::new(context, scene.clone(), &pose, settings, options)?;
+        interrupt::check()?;
+        renderer.render(&pose, &view)?;
+        let metrics = compare(&renderer.read(), &truth, Subtract::in_scene(&scene))?.indirect_diffuse;
+        let Metrics { rel, energy, .. } =
+            metrics.ok_or_else(|| Error::Usage(format!("{path}: no diffuse surface is lit")))?;
+        Ok(FillError { rel, energy })
+    };
+    FILL_SETTINGS.iter().map(error).collect()
 }
 
 fn furnace(context: &Arc<Context>, fill: &[&str], (albedo, block): (f32, bool), edge: u32) -> Result<Furnace> {

@@ -1,6 +1,7 @@
 //! Presets: settings with a name, each written as what it changes of another.
 
 use super::{GatherResolution, LampLight, Settings, Shading, Shadows};
+use crate::gi::cones::choices::ConeSet;
 use crate::gi::{Method, cones, lpv, photons, rays};
 
 /// Settings with a name.
@@ -18,7 +19,12 @@ pub const PRESETS: &[Preset] = &[
     preset("fast", Settings::fast, "9 shared rays for every 16 pixels, lamps sampled, one sample per pixel"),
     preset("accurate", Settings::accurate, "44 shared rays a pixel, lamps sampled"),
     preset("cones", Settings::cones, "16 saturating cones a pixel, lamps sampled"),
-    preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected"),
+    preset(
+        "corrected-16",
+        Settings::corrected_16,
+        "the talk with every error corrected, and its set of sixteen diffuse cones",
+    ),
+    preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected, and its set of five"),
     preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
     preset("lpv", Settings::lpv, "light propagation volumes that conserve light, lamps sampled"),
     preset("lpv-printed", Settings::lpv_printed, "light propagation volumes as their source prints them"),
@@ -98,6 +104,13 @@ impl Settings {
     pub fn corrected() -> Self {
         let mut corrected = Self::printed();
         corrected.of.cones = cones::Settings::corrected();
+        corrected
+    }
+
+    /// The same with the sixteen diffuse cones that the talk prints too.
+    pub fn corrected_16() -> Self {
+        let mut corrected = Self::corrected();
+        corrected.of.cones.set = ConeSet::Sixteen;
         corrected
     }
 

@@ -35,7 +35,8 @@ impl Shaded {
 /// Premultiplied radiance and alpha of the seven targets (+x +y +z −x −y −z travel, isotropic) of one voxel.
 pub fn fill(triangles: &[Shaded], how: Fill) -> [Vec4; TARGETS] {
     let target = |e: Option<Vec3>| match how {
-        Fill::Uniform => uniform(triangles),
+        Fill::Uniform => mean_of_fronts(triangles, None),
+        Fill::Front => mean_of_fronts(triangles, e),
         Fill::Facing => blend(triangles.iter().map(|t| weighted(t, e, t.opacity))),
         Fill::Sided => blend(triangles.iter().map(|t| sided(t, e))),
         Fill::Coverage => blend(triangles.iter().map(|t| weighted(t, e, t.opacity * t.area))),
@@ -43,9 +44,11 @@ pub fn fill(triangles: &[Shaded], how: Fill) -> [Vec4; TARGETS] {
     std::array::from_fn(|k| target(TRAVEL.get(k).copied()))
 }
 
-/// The plain average over triangles of what their fronts send, whatever their sides and their area.
-fn uniform(triangles: &[Shaded]) -> Vec4 {
-    let sum: Vec4 = triangles.iter().map(|t| (t.opacity * t.front).extend(t.opacity)).sum();
+/// The mean over the triangles of what their fronts send, whatever their area: those that a traveller along `e` meets from the
+/// front, weighted by the cosine; every one whole for `None`.
+fn mean_of_fronts(triangles: &[Shaded], e: Option<Vec3>) -> Vec4 {
+    let weight = |t: &Shaded| t.opacity * e.map_or(1.0, |e| f32::max(0.0, -t.normal.dot(e)));
+    let sum: Vec4 = triangles.iter().map(|t| (weight(t) * t.front).extend(weight(t))).sum();
     sum / triangles.len().max(1) as f32
 }
 

@@ -2,5 +2,5 @@
 
 #include "gi/cones/constants.glsl"
 
-const bool CLIPS_ITEMS = FILL >= FILL_COVERAGE; // and sided
-const bool LIGHTS_FRONTS = FILL == FILL_UNIFORM;
+const bool CLIPS_ITEMS = FILL == FILL_COVERAGE || FILL == FILL_SIDED;
+const bool LIGHTS_FRONTS = FILL == FILL_UNIFORM || FILL == FILL_FRONT;

@@ -1,6 +1,5 @@
 // A voxel from what its list's items send: premultiplied stored radiance and alpha for travellers along +x +y +z −x −y −z, and
-// on average. `uniform` is the talk's: a triangle is shaded once, for its front, and goes into all seven; the others tell a
-// triangle's sides apart. CPU twin: tests/twins/shade.rs.
+// on average. With `uniform` and `front` a triangle is shaded once, for its front; the others tell a triangle's sides apart. CPU twin: tests/twins/shade.rs.
 
 #include "common/color.glsl"
 #include "common/fixed_sum.glsl"
@@ -23,21 +22,27 @@ Filling start_filling() {
     return f;
 }
 
+// Both fills take the mean over the triangles of what their fronts send, whatever their area.
+const bool TAKES_MEANS = FILL == FILL_UNIFORM || FILL == FILL_FRONT;
+
 // n: unit, of the front.
 void fill_with(inout Filling f, ItemLight light, vec3 n, bool two_sided) {
-    float whole = FILL == FILL_UNIFORM ? light.opacity : light.opacity * light.area;
+    float whole = TAKES_MEANS ? light.opacity : light.opacity * light.area;
     for (int k = 0; k < 6; k++) {
         float along = k < 3 ? n[k] : -n[k - 3];
         bool sees_front = along < 0.0 || FILL == FILL_UNIFORM;
         float weight = FILL == FILL_UNIFORM ? whole : whole * abs(along);
         vec3 seen = sees_front ? light.front : light.back;
+        if (FILL == FILL_FRONT && !sees_front) {
+            weight = 0.0;
+        }
         // A nearly black back is left out: on walls of zero thickness it would only darken what leaves the front.
         if (FILL == FILL_SIDED && !sees_front && brightest(light.back) <= DARK_BACK * brightest(light.front)) {
             weight = 0.0;
         }
         fixed_add(f.sums[k], vec4(seen * weight, weight));
     }
-    bool mixes = two_sided && FILL != FILL_UNIFORM;
+    bool mixes = two_sided && !TAKES_MEANS;
     fixed_add(f.sums[6], vec4((mixes ? 0.5 * (light.front + light.back) : light.front) * whole, whole));
     f.count++;
 }
@@ -46,7 +51,7 @@ vec4[7] filled(Filling f) {
     vec4 faces[7];
     for (int k = 0; k < 7; k++) {
         vec4 sum = fixed_value(f.sums[k]);
-        faces[k] = FILL == FILL_UNIFORM ? sum / float(max(f.count, 1u)) : sum.a > 0.0 ? sum * (min(sum.a, 1.0) / sum.a) : vec4(0.0);
+        faces[k] = TAKES_MEANS ? sum / float(max(f.count, 1u)) : sum.a > 0.0 ? sum * (min(sum.a, 1.0) / sum.a) : vec4(0.0);
     }
     return faces;
 }

@@ -15,7 +15,7 @@ choices! {
 choices! {
     /// How a voxel's triangles fill its seven level-0 targets.
     Fill {
-        /// The average of the shaded fronts in all seven, alpha 1: the talk's.
+        /// The average of the shaded fronts in all seven, alpha 1. The slides can be read so.
         Uniform = "uniform",
         /// Each side of a triangle goes to the faces that look at it, weighted by |n|.
         Facing = "facing",
@@ -23,6 +23,9 @@ choices! {
         Coverage = "coverage",
         /// As coverage, but sides that send nothing do not block: backs of single-sided triangles, dark backs of others.
         Sided = "sided",
+        /// The front of a triangle goes to the three faces that see it, weighted by |n|, and nothing behind it; sums over the
+        /// number of triangles. The author's later engine does so (PasVulkan, 2023).
+        Front = "front",
     }
 }
 

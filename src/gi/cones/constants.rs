@@ -60,6 +60,7 @@ pub fn constants(settings: &Settings) -> [(u32, u32); 8] {
         Fill::Facing => 1,
         Fill::Coverage => 2,
         Fill::Sided => 3,
+        Fill::Front => 4,
     };
     let weights = match settings.weights {
         Weights::D2 => 0,

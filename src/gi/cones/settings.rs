@@ -188,7 +188,7 @@ pub const KEYS: &[&[Key]] = &[
             "choice",
             names!(Fill),
             "how triangles fill a voxel's faces: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops \
-             dark backs",
+             dark backs, front drops all backs, as the author's later engine does",
             "coverage and sided clip each listed triangle: more shading time",
         ),
         key(
@@ -262,7 +262,7 @@ pub const KEYS: &[&[Key]] = &[
             "switch",
             Range::Bool,
             "start each shadow cone at a random share of a step, as the talk does: noise instead of bands",
-            "little; no frame's light is kept for the next",
+            "little; in a sequence it turns with time, and no frame's light is kept for the next",
         )),
         rare(key(
             "cones.shadow_half_angle",

@@ -78,7 +78,6 @@ pub const AXES: &[(&str, &str, &[&str])] = &[
             "cones.ledger.d30=printed",
             "cones.set=6a",
             "cones.set=6a cones.ledger.d6=printed",
-            "cones.set=16",
             "cones.set=16 cones.ledger.d26=printed",
         ],
     ),

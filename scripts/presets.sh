@@ -10,7 +10,7 @@ mkdir -p "$out"
 twobounce=target/release/twobounce
 "$twobounce" reference assets/gallery.glb -o "$out/truth.exr" --size "${size}x$size" --noise 8
 tiles=()
-for preset in printed corrected cones photons-printed photons lpv-printed lpv fast balanced accurate; do
+for preset in printed corrected corrected-16 cones photons-printed photons lpv-printed lpv fast balanced accurate; do
   "$twobounce" render assets/gallery.glb -o "$out/$preset.exr" --size "${size}x$size" --preset "$preset" --set voxels=64
   # The first panel of compare.png is the image, the second the truth, both with the exposure of the truth.
   "$twobounce" compare "$out/$preset.exr" "$out/truth.exr" --out "$out/$preset"

@@ -16,7 +16,7 @@ use twobounce::output::png::automatic_exposure;
 use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::View;
-use twobounce::settings::{Bounces, Settings, Shadows};
+use twobounce::settings::{Bounces, Settings};
 use twobounce::stability::warnings::known_failures;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
@@ -106,17 +106,12 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 /// Refuses some frames of a sequence where each depends on those before it, so that it would have other bits.
 fn refuse_dependent_frames(args: &RenderArgs, settings: &Settings) -> Result<()> {
     let is_part = args.list.is_some() || args.frames.is_some_and(|frames| frames.first > 0 || frames.step > 1);
-    let why = match () {
-        () if settings.bounces == Bounces::All => "bounces = all",
-        // Lights' shadows in the voxels come from what the frame before left there.
-        () if settings.lights.shadows == Shadows::Method => "lights.shadows = method",
-        () => return Ok(()),
-    };
-    if is_part {
-        return Err(Error::Usage(format!(
-            "--frames: with {why} each frame goes on from the one before it, so that a part would have other images; render all from \
-             frame 0 on, or set another value"
-        )));
+    if is_part && settings.bounces == Bounces::All {
+        return Err(Error::Usage(
+            "--frames: with bounces = all each frame goes on from the one before it, so that a part would have other images; render all \
+             from frame 0 on, or set another value"
+                .into(),
+        ));
     }
     Ok(())
 }

@@ -5,9 +5,10 @@ mod gpu;
 
 use std::f64::consts::PI;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{Affine2, DAffine3, DVec3, Vec3};
+use gpu::twins::propagation::{Texture as Coefficients, as_coefficients};
 use twobounce::layers::Aov;
-use twobounce::scene::{LightKind, Material, Mesh, Scene, View, analytic};
+use twobounce::scene::{Image, LightKind, Material, Mesh, Mip, Scene, Texture, TextureRef, View, Wrap, analytic};
 use twobounce::settings::Settings;
 use twobounce::vk::download_image;
 
@@ -147,4 +148,88 @@ fn cascades_agree_in_even_light() {
     let (one, three) = (mean("lpv.cascades=1"), mean("lpv.cascades=3"));
     // Finer cells at edges and corners.
     assert!((three / one - 1.0).abs() < 0.1, "{three} is not {one}");
+}
+
+/// A room of side 2 whose walls, floor and block have colours of their own, and whose floor has a map of perturbed normals.
+fn bumpy_room() -> Scene {
+    let mut scene = Scene::empty("bumpy room");
+    let lean = |x: f32, y: f32| [x, y, (1.0 - x * x - y * y).sqrt()].map(|v| (127.5 + 127.5 * v).round() as u8);
+    let rgba = [lean(0.5, 0.0), lean(-0.3, 0.4), lean(0.0, -0.5), lean(0.2, 0.2)]
+        .into_iter()
+        .flat_map(|[x, y, z]| [x, y, z, 255])
+        .collect();
+    scene.images.push(Image { name: "bumps".into(), width: 2, height: 2, rgba });
+    let wrap = [Wrap::Repeat; 2];
+    scene.textures.push(Texture { image: 0, wrap, mag_linear: true, min_linear: true, mip: Mip::None });
+    let bumps = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
+    let floor = Material { normal_texture: Some(bumps), ..Material::lambert("floor", Vec3::new(0.8, 0.7, 0.5)) };
+    let floor = scene.add_material(floor);
+    let wall = scene.add_material(Material::lambert("wall", Vec3::new(0.4, 0.6, 0.8)));
+    let block = scene.add_material(Material::lambert("block", Vec3::new(0.9, 0.3, 0.2)));
+    scene.add_mesh(
+        Mesh::quad("floor", floor, Vec3::new(-1.0, -0.95, 1.0), Vec3::X * 2.0, Vec3::Z * -2.0),
+        DAffine3::IDENTITY,
+    );
+    scene.add_mesh(Mesh::cuboid("walls", wall, Vec3::NEG_ONE, Vec3::ONE, true), DAffine3::IDENTITY);
+    let turned = DAffine3::from_translation(DVec3::new(0.2, -0.4, -0.3)) * DAffine3::from_rotation_y(0.5);
+    scene.add_mesh(Mesh::cuboid("block", block, Vec3::splat(-0.3), Vec3::splat(0.3), false), turned);
+    scene.add_light(LightKind::Point, Vec3::splat(3.0), DAffine3::from_translation(DVec3::new(-0.4, 0.6, 0.3)));
+    scene
+}
+
+/// The source's page applies light per visible pixel, from a depth buffer, a buffer of perturbed normals and three textures, one a
+/// colour, with four coefficients each. The same, done here from the image's layers and the sums, gives the image's indirect light.
+#[test]
+fn printed_light_is_applied_from_depth_and_perturbed_normals() {
+    let scene = bumpy_room();
+    let (size, side, edge) = (64, 2.4, 32);
+    let view = View::look_at(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.5, -0.4), DVec3::Y, 90f32.to_radians());
+    let settings = gpu::with(
+        Settings::lpv_printed(),
+        &["voxels=32", "grid.side=2.4", "grid.center=0,0,0", "image.samples=1", "bounces=1"],
+    );
+    let layers = vec![Aov::Indirect, Aov::Depth, Aov::Normal, Aov::Albedo];
+    let renderer = gpu::render_layers(&gpu::context(), &scene, &settings, size, view, layers);
+    let parts: Vec<Vec<[f32; 4]>> = renderer
+        .frame()
+        .method
+        .images()
+        .into_iter()
+        .map(|part| download_image(&gpu::context(), part, 0).expect("a part of the sum"))
+        .collect();
+    let [flux, x, y, z] = parts.try_into().expect("four parts of one sum");
+    let texture = |colour: usize| {
+        let of = |part: &[[f32; 4]], cell: usize| f64::from(part[cell][colour]);
+        let moment = |cell| DVec3::new(of(&x, cell), of(&y, cell), of(&z, cell));
+        Coefficients {
+            edge,
+            cells: (0..flux.len()).map(|cell| as_coefficients(of(&flux, cell), moment(cell))).collect(),
+        }
+    };
+    let textures: Vec<Coefficients> = (0..3).map(texture).collect();
+    let image = renderer.read();
+    let layer = |aov: Aov| image.get(aov).expect("a layer");
+    let vector = |aov: Aov, pixel: usize| Vec3::from(layer(aov)[pixel]).as_dvec3();
+    let (mut worst, mut off_facet, mut on_floor) = (0.0f64, 0, 0);
+    for pixel in 0..(size * size) as usize {
+        let (eye, direction) = view.ray(pixel, (size, size));
+        let depth = f64::from(layer(Aov::Depth)[pixel][0]);
+        let place = eye + direction * (depth / direction.dot(view.forward));
+        let normal = vector(Aov::Normal, pixel);
+        let shown = |off: DVec3| {
+            let at = (place / side + 0.5) * f64::from(edge) + 0.5 * off;
+            let light = |colour: usize| textures[colour].irradiance(at, normal) / PI;
+            vector(Aov::Albedo, pixel) * DVec3::from_array([0, 1, 2].map(light)) / f64::from(renderer.frame().scale)
+        };
+        let (got, expected) = (vector(Aov::Indirect, pixel), shown(normal));
+        worst = worst.max((got - expected).abs().max_element() / expected.max_element().max(1e-3));
+        // The floor's facets look along +Y.
+        if (place.y + 0.95).abs() < 1e-4 {
+            on_floor += 1;
+            off_facet += usize::from((got - shown(DVec3::Y)).abs().max_element() > 0.01 * got.max_element());
+        }
+    }
+    // The device looks up in f32, and the depth that positions come from is one.
+    assert!(worst < 5e-5, "{worst}");
+    assert!(on_floor > 500 && off_facet > on_floor / 2, "{off_facet} of {on_floor} pixels tell normals from facets");
 }

@@ -27,7 +27,7 @@ pub const PRESETS: &[Preset] = &[
     preset("corrected", Settings::corrected, "the talk with every error of the ledger corrected, and its set of five"),
     preset("printed", Settings::printed, "the talk's listings as printed, where they can run"),
     preset("lpv", Settings::lpv, "light propagation volumes that conserve light, lamps sampled"),
-    preset("lpv-printed", Settings::lpv_printed, "light propagation volumes as their source prints them"),
+    preset("lpv-printed", Settings::lpv_printed, "light propagation volumes by their source's page and author"),
     preset("photons", Settings::photons, "8 shared cones a pixel through photons, lamps sampled"),
     preset("photons-printed", Settings::photons_printed, "the notes on photons as printed, where they can run"),
 ];
@@ -91,7 +91,7 @@ impl Settings {
         lpv
     }
 
-    /// The same as the source's page has it; what it leaves open is as in [`Settings::lpv`].
+    /// The same as the source has it, by its page and what its author published; what it leaves open is as in [`Settings::lpv`].
     pub fn lpv_printed() -> Self {
         let mut printed = Self::lpv();
         printed.lights.lamps = LampLight::Gathered;

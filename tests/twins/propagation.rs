@@ -1,5 +1,7 @@
 //! Light that travels from cell to cell (`glsl/gi/lpv/propagate.comp`), face by face as the source's listing has it, in f64.
 
+use std::f64::consts::PI;
+
 use glam::{DVec3, IVec3};
 
 /// Travelling along +x +y +z −x −y −z.
@@ -15,8 +17,9 @@ pub struct Cell {
 /// How light travels.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Rules {
-    /// In lobes of 1 + 2 cos θ, cut off where they are negative. `own`: a step starts from the cell's own light.
-    Lobes { own: bool },
+    /// In lobes of 1 + 2 cos θ, cut off where they are negative. `own`: a step starts from the cell's own light. `integral`: of the
+    /// lobe that a face sends on for the intensity that meets it, times Ω/4π.
+    Lobes { own: bool, integral: f64 },
     /// In beams with the moment as flux × mean direction, whose mean cosine is this at most (`glsl/gi/lpv/beams.glsl`).
     Beams(f64),
 }
@@ -58,7 +61,7 @@ impl Cells {
         let mut next = self.clone();
         for index in 0..self.cells.len() as i32 {
             let cell = IVec3::new(index % self.edge, index / self.edge % self.edge, index / self.edge.pow(2));
-            let own = rules == Rules::Lobes { own: true };
+            let own = matches!(rules, Rules::Lobes { own: true, .. });
             let mut sum = if own { self.cells[index as usize] } else { Cell::default() };
             for (k, way) in WAYS.into_iter().enumerate() {
                 let from = self.at(cell - way);
@@ -90,7 +93,11 @@ fn solid_angle(way: IVec3, face: IVec3) -> f64 {
 /// From a cell onto a face of the next one along `way`.
 fn flux_onto(rules: Rules, from: Cell, way: IVec3, face: IVec3) -> f64 {
     match rules {
-        Rules::Lobes { .. } => solid_angle(way, face) * (from.flux + from.moment.dot(direction(way, face))).max(0.0),
+        Rules::Lobes { integral, .. } => {
+            integral / (4.0 * PI)
+                * solid_angle(way, face)
+                * (from.flux + from.moment.dot(direction(way, face))).max(0.0)
+        }
         Rules::Beams(sharpness) => from.flux * share(from.mean_direction(sharpness), way, face),
     }
 }
@@ -129,4 +136,81 @@ pub fn shares(cell: Cell, sharpness: f64) -> [(f64, DVec3); 6] {
         let each = faces.map(|face| (share(g, way, face), direction(way, face)));
         each.fold((0.0, DVec3::ZERO), |sum, (share, d)| (sum.0 + share, sum.1 + share * d))
     })
+}
+
+/// Four coefficients of two bands, in the listing's order: constant, −y, z, −x.
+pub type Coefficients = [f64; 4];
+
+/// The clamped cosine about a unit direction, with the integral π: what the source's author published per face.
+pub const PUBLISHED: [f64; 2] = [0.886_226_952_1, 1.023_326_754_6];
+
+/// A lobe with these coefficients of the two bands.
+pub fn coefficients([constant, along]: [f64; 2], d: DVec3) -> Coefficients {
+    [constant, -along * d.y, along * d.z, -along * d.x]
+}
+
+fn dot(a: Coefficients, b: Coefficients) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// One colour's light in a cube of cells, x fastest, in the terms of the source's page.
+#[derive(Clone)]
+pub struct Texture {
+    pub edge: i32,
+    pub cells: Vec<Coefficients>,
+}
+
+impl Texture {
+    fn index(&self, cell: IVec3) -> usize {
+        ((cell.z * self.edge + cell.y) * self.edge + cell.x) as usize
+    }
+
+    /// A step of listing 7.3, line by line, without occlusion: `face` are the coefficients along each face's direction, and the
+    /// sums start from the cell's own light.
+    pub fn step(&self, face: [f64; 2]) -> Self {
+        let basis = [0.5 / PI.sqrt(), (0.75 / PI).sqrt()];
+        let mut sums = self.clone();
+        for index in 0..self.cells.len() as i32 {
+            let cell = IVec3::new(index % self.edge, index / self.edge % self.edge, index / self.edge.pow(2));
+            for to_neighbour in WAYS {
+                let neighbour = cell + to_neighbour;
+                if neighbour.min_element() < 0 || neighbour.max_element() >= self.edge {
+                    continue;
+                }
+                let light = self.cells[self.index(neighbour)];
+                for face_direction in WAYS.map(|way| way.as_dvec3()) {
+                    let way = 0.5 * face_direction - to_neighbour.as_dvec3();
+                    let solid_angle = match way.length() {
+                        length if length >= 1.5 => 22.95668 / (4.0 * 180.0),
+                        length if length > 0.5 => 24.26083 / (4.0 * 180.0),
+                        _ => 0.0,
+                    };
+                    let flux = dot(light, coefficients(basis, way.normalize())).max(0.0) * solid_angle;
+                    let sum = &mut sums.cells[index as usize];
+                    sum.iter_mut().zip(coefficients(face, face_direction)).for_each(|(sum, c)| *sum += c * flux);
+                }
+            }
+        }
+        sums
+    }
+
+    /// Irradiance at a place, in cells, of a surface with that normal: the light of the eight cells around it, which goes
+    /// towards the surface, against the clamped cosine.
+    pub fn irradiance(&self, at: DVec3, normal: DVec3) -> f64 {
+        let corner = (at - 0.5).floor();
+        let part = at - 0.5 - corner;
+        let mut light = [0.0; 4];
+        for k in 0..8 {
+            let step = IVec3::new(k & 1, k >> 1 & 1, k >> 2);
+            let weight: f64 = (0..3).map(|i| if step[i] == 0 { 1.0 - part[i] } else { part[i] }).product();
+            let cell = (corner.as_ivec3() + step).clamp(IVec3::ZERO, IVec3::splat(self.edge - 1));
+            light.iter_mut().zip(self.cells[self.index(cell)]).for_each(|(sum, c)| *sum += weight * c);
+        }
+        dot(light, coefficients(PUBLISHED, -normal)).max(0.0)
+    }
+}
+
+/// What the device keeps of a cell, flux and moments, as coefficients: both send the same intensity.
+pub fn as_coefficients(flux: f64, moment: DVec3) -> Coefficients {
+    coefficients([0.5 * flux / PI.sqrt(), 1.0 / (12.0 * PI).sqrt()], moment)
 }

@@ -14,6 +14,7 @@ layout(constant_id = 39) const bool FIRST_STEP = false; // of propagation
 
 const uint LOBE_COSINE = 0u; // 1 + 2 cos θ, the clamped cosine in two bands: negative behind, where it is cut off
 const uint LOBE_BEAM = 1u; // as narrow as the light in the cell
+const uint LOBE_COSINE_PI = 2u; // the cosine, with the coefficients of integral π that the source's author published
 const uint OCCLUSION_NONE = 0u;
 const uint OCCLUSION_SH = 1u;
 const uint OCCLUSION_SHEETS = 2u;

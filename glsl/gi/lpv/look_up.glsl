@@ -74,12 +74,14 @@ Found found_around(uint cascade, vec3 at, vec3 n) {
 // Cells that one of the grids keeps off its border, and over which the next coarser one takes over.
 const float BLENDED_CELLS = 2.0;
 
-// What travels in front of a surface: half a cell off it; a whole one where the surface's own cells are left out.
+// What travels in front of a surface: a cell off its facet, where its own cells are left out, or half a cell off along its shading
+// normal: a buffer of perturbed normals knows no facet.
 Found found_before(vec3 position, vec3 facet, vec3 normal) {
+    vec3 off = APPLY == APPLY_FLUX ? facet : 0.5 * normal;
     Found sum = nothing_found();
     float left = 1.0;
     for (uint k = 0u; k < CASCADES && left > 0.0; k++) {
-        vec3 at = position * cascades[k].w + cascades[k].xyz + facet * (APPLY == APPLY_FLUX ? 1.0 : 0.5);
+        vec3 at = position * cascades[k].w + cascades[k].xyz + off;
         vec3 inside = min(at, float(LPV_EDGE) - at) - 1.0;
         float taken = k + 1u == CASCADES ? 1.0 : clamp(min(inside.x, min(inside.y, inside.z)) / BLENDED_CELLS, 0.0, 1.0);
         if (taken > 0.0) {
@@ -145,6 +147,6 @@ void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
         vec3 d = refraction_direction(-v.view, s.normal, s.ior, v.back, s.thickness_m <= 0.0);
         float side = dot(d, s.facet) > 0.0 ? 1.0 : -1.0;
-        sent.indirect += s.transmitted * v.lobes.rest * with_sky(radiance_along(found_before(s.position, side * s.facet, s.normal), d), s, d, 1.0);
+        sent.indirect += s.transmitted * v.lobes.rest * with_sky(radiance_along(found_before(s.position, side * s.facet, side * s.normal), d), s, d, 1.0);
     }
 }

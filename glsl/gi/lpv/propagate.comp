@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// One step of propagation as printed: every cell gathers, from its six neighbours, what they send onto the five of its faces that they
+// One step of propagation in lobes: every cell gathers, from its six neighbours, what they send onto the five of its faces that they
 // see, and sends it on as lobes about these faces' directions (Doghramachi, GPU Pro 4, listing 7.3). CPU twin:
 // tests/twins/propagation.rs.
 
@@ -52,6 +52,9 @@ vec4 at_least_none(vec4 intensity) {
     return max(intensity, vec4(0.0));
 }
 
+// Of what meets a face, the share that it sends on: its lobe has the integral 4π, or π, and Ω is divided by 4π.
+const float SENT_ON = LOBE == LOBE_COSINE_PI ? 0.25 : 1.0;
+
 // A neighbour's light onto five faces, and what they send on. Here and in the result x is the way, y and z are across.
 Field spread(Field f, vec4 occluder) {
     vec4 ahead = f.flux + SIDE_ALONG * f.x;
@@ -62,7 +65,7 @@ Field spread(Field f, vec4 occluder) {
     vec4 down = SIDE * passes(occluder, SIDE_ALONG, -SIDE_ACROSS, 0.0) * at_least_none(ahead - y);
     vec4 left = SIDE * passes(occluder, SIDE_ALONG, 0.0, SIDE_ACROSS) * at_least_none(ahead + z);
     vec4 right = SIDE * passes(occluder, SIDE_ALONG, 0.0, -SIDE_ACROSS) * at_least_none(ahead - z);
-    return Field(opposite + (up + down) + (left + right), 2.0 * opposite, 2.0 * (up - down), 2.0 * (left - right));
+    return scaled(Field(opposite + (up + down) + (left + right), 2.0 * opposite, 2.0 * (up - down), 2.0 * (left - right)), SENT_ON);
 }
 
 // The neighbour's light. What comes in from beyond the border does so in the first step, which has a pipeline of its own: a

@@ -277,6 +277,7 @@ fn own_constants(own: &Settings) -> Vec<(u32, u32)> {
     let lobe = match own.lobe {
         Lobe::Cosine => 0,
         Lobe::Beam => 1,
+        Lobe::CosinePi => 2,
     };
     let occlusion = match own.occlusion {
         Occlusion::None => 0,

@@ -7,8 +7,12 @@ use crate::settings::{Key, Range, auto, choices, key, names, rare};
 choices! {
     /// How a cell's light is spread over directions, two bands of spherical harmonics.
     Lobe {
-        /// The clamped cosine, 1 + 2 cos θ in two bands. It is negative behind, where it is cut off, so that light is gained.
+        /// The clamped cosine, 1 + 2 cos θ in two bands. It is negative behind, where it is cut off, so that light is gained. A
+        /// face's lobe has the integral 4π: a step passes on all of the light.
         Cosine = "cosine",
+        /// The same, each face's with the coefficients that the source's author published, √π/2 and √(π/3): their integral is π, so
+        /// that a step passes on a quarter of the light.
+        CosinePi = "cosine-pi",
         /// As narrow as the light in the cell: one beam for each.
         Beam = "beam",
     }
@@ -48,7 +52,8 @@ choices! {
 choices! {
     /// How irradiance is read from what was added up.
     Apply {
-        /// Two bands against the clamped cosine, half a cell off the surface.
+        /// Two bands against the clamped cosine about the shading normal, half a cell off along it: a position and a perturbed normal
+        /// are all that the source's page takes.
         Sh = "sh",
         /// What crosses a face that looks like the surface, a cell off it, where no such surface stands.
         Flux = "flux",
@@ -92,10 +97,10 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// As the source's page has it, where it says something.
+    /// As the source's page and its author's other publications have it, where they say something.
     pub fn printed() -> Self {
         Self {
-            lobe: Lobe::Cosine,
+            lobe: Lobe::CosinePi,
             occlusion: Occlusion::Sh,
             sum: Sum::Own,
             injection: Injection::Cell,
@@ -146,7 +151,8 @@ pub const KEYS: &[&[Key]] = &[&[
         "lpv.lobe",
         "choice",
         names!(Lobe),
-        "how a cell's light is spread: the clamped cosine, cut off where it is negative, or a beam as narrow as it is",
+        "how a cell's light is spread: the clamped cosine, cut off where it is negative, the same with faces of integral π, which send \
+         on a quarter, or a beam as narrow as it is",
         "beam: a little slower, images of two texels a cell instead of four",
     )),
     rare(key(
@@ -174,7 +180,7 @@ pub const KEYS: &[&[Key]] = &[&[
         "lpv.apply",
         "choice",
         names!(Apply),
-        "how irradiance is read: two bands against the cosine, or the flux that crosses a face",
+        "how irradiance is read: two bands against the cosine about the shading normal, or the flux that crosses a face",
         "little",
     )),
 ]];

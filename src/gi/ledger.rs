@@ -10,6 +10,7 @@ use crate::settings::choices;
 /// One row. The wording is Markdown.
 pub struct Row {
     pub id: &'static str,
+    /// What the source has. Where a sheet has two columns for it, ` | ` stands between their cells.
     pub printed: &'static str,
     pub right: &'static str,
     pub effect: Effect,
@@ -115,6 +116,10 @@ pub struct Sheet {
     pub page: &'static str,
     pub title: &'static str,
     pub head: &'static str,
+    /// Titles of the columns of [`Row::printed`] and [`Row::right`], with ` | ` between them.
+    pub columns: &'static str,
+    /// Names of the images that are compared: of the source's form, and of the one here.
+    pub compared: [&'static str; 2],
     pub rows: &'static [Row],
 }
 
@@ -125,6 +130,8 @@ pub const SHEETS: &[Sheet] = &[
         page: "docs/lpv.md",
         title: "Light propagation volumes, and their ledger",
         head: lpv::ledger::HEAD,
+        columns: "on the page | not on the page | here",
+        compared: ["source", "here"],
         rows: lpv::ledger::ROWS,
     },
     Sheet {
@@ -133,6 +140,8 @@ pub const SHEETS: &[Sheet] = &[
         page: "docs/photons.md",
         title: "Photon-normalised cones, and their ledger",
         head: photons::ledger::HEAD,
+        columns: "printed | right",
+        compared: ["printed", "right"],
         rows: photons::ledger::ROWS,
     },
 ];
@@ -147,9 +156,10 @@ pub struct Measured {
 
 impl Sheet {
     fn head(&self) -> String {
+        let [source, here] = self.compared;
         format!(
             "# {}\n\nWritten by `twobounce ledger --method {}`. {}\nChanges are of the whole image, one row at a time, everything else as in \
-             `{}`: *change* is mean |printed − right| over mean right, *energy* is mean printed over mean right.\n\n",
+             `{}`: *change* is mean |{source} − {here}| over mean {here}, *energy* is mean {source} over mean {here}.\n\n",
             self.title, self.method, self.head, self.preset
         )
     }
@@ -157,7 +167,8 @@ impl Sheet {
     /// The page.
     pub fn document(&self, measured: &Measured) -> String {
         let mut text = format!("{}{}\n\n", self.head(), measured.about);
-        text += "| row | printed | right | measured with | change | energy |\n|---|---|---|---|---|---|\n";
+        let columns = format!("| row | {} | measured with | change | energy |", self.columns);
+        write!(text, "{columns}\n{}|\n", "|---".repeat(columns.matches(" | ").count() + 1)).expect("fmt");
         for row in self.rows {
             write!(text, "{}", row.line(measured.changes.get(row.id))).expect("fmt");
         }
@@ -190,6 +201,9 @@ mod tests {
             let changes = measured_rows.map(|row| (row.id.to_owned(), change.clone())).collect();
             let measured = Measured { about: "A scene on a device.".into(), changes };
             let page = sheet.document(&measured);
+            let cells = |line: &str| line.matches(" | ").count();
+            let table: Vec<&str> = page.lines().filter(|line| line.starts_with("| ")).collect();
+            assert!(table.len() > 10 && table.iter().all(|line| cells(line) == cells(table[0])), "{}", sheet.page);
             assert_eq!(sheet.parse(&page), Some(measured));
             assert_eq!(sheet.parse(&page.replace("Written by", "Made by")), None);
         }

@@ -117,7 +117,7 @@ fn every_item_counts_its_samples() {
         let (mut counted, mut sure, mut expected) = (0, 0, BTreeMap::new());
         for item in &items {
             let of_triangle = expected.entry(item.triangle).or_insert_with(|| counts(item.corners, per_pixel, EDGE));
-            // What is not there, or there twice, has none. Between the two: within the rasteriser's snapping.
+            // A pair that is not there, or there twice, has none. Between the two: within the rasteriser's snapping.
             let [least, most] = of_triangle.remove(&item.voxel).unwrap_or_default();
             assert!((least..=most).contains(&item.samples), "{} samples, not {least} to {most}", item.samples);
             // Made of samples, the lists hold nothing else.
@@ -163,7 +163,7 @@ fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
             lights.insert(item.light.front.map(f32::to_bits));
         }
     }
-    // Beyond these: samples that the rasteriser's snapping moves into a voxel that the triangle does not touch.
+    // Beyond these there may be samples that the rasteriser's snapping moves into a voxel that the triangle does not touch.
     for (pair, item) in found.iter().filter(|(pair, _)| !listed.contains_key(*pair)) {
         let [least, most] = counts(item.corners, per_pixel, EDGE)[&pair.0];
         assert!(least == 0 && item.samples <= most, "a voxel with {} samples is in no list", item.samples);

@@ -92,7 +92,7 @@ ConeLight trace_cone(vec3 from, vec3 d, float ratio) {
         if (a > 0.0) {
             // Colour counts as much as opacity does; printed, as much as the opacity that was read.
             float weight = printed(ROW_COLOR) ? a * seen.open : met;
-            // Σ photons · v²/D². Mips hold Σ photons · v² over the level's face, which is D² but where the grid ends.
+            // Σ photons · v²/D²: mips hold Σ photons · v²/edge². The diameter exceeds the edge only where the grid ends.
             float factor = printed(ROW_MIPS) ? edge * edge / (diameter * diameter) : 1.0;
             seen.light += weight * factor * light_towards(-d, at, level, a);
         }

@@ -81,7 +81,7 @@ void fill(uvec3 cell, uint first, uint texel) {
         fixed_add(back, vec4(facing * (fronts + backs), 0.0));
         item = list_items[item - 1u].next;
     }
-    // As printed the sum is kept, and cut where it is read as an opacity.
+    // The printed form keeps the sum, and cuts it where it is read as an opacity.
     vec4 most = vec4(printed(ROW_MIPS) ? LARGEST_STORED : 1.0);
     imageStore(opacity_forth, ivec3(cell), min(fixed_value(forth), most));
     imageStore(opacity_back, ivec3(cell), min(fixed_value(back), most));
@@ -119,7 +119,7 @@ void fill(uvec3 cell, uint first, uint texel) {
         item = list_items[item - 1u].next;
     }
     vec4 value = fixed_value(sum);
-    // More triangles than fill the voxel: light and area are cut alike. As printed they add up.
+    // More triangles than fill the voxel: light and area are cut alike. In the printed form they add up.
     value = printed(ROW_MIPS) ? min(value, vec4(LARGEST_STORED)) : value / max(value.a, 1.0);
     imageStore(photon_map, map_place(cell, texel, EDGE), value);
 }

@@ -44,7 +44,7 @@ vec4 map_between(ivec2 texel, vec3 at, float level) {
     return part > 0.0 ? mix(found, map_at(texel, at, below + 1.0), part) : found;
 }
 
-// What is sent along unit d of a place that has the opacity a: stored radiance.
+// Stored radiance that is sent along unit d from a place of opacity a, as if it filled all of the place.
 vec3 light_towards(vec3 d, vec3 at, float level, float a) {
     vec2 place = octahedron_place(d) - 0.5;
     vec2 corner = floor(place);
@@ -55,7 +55,7 @@ vec3 light_towards(vec3 d, vec3 at, float level, float a) {
         + (1.0 - part.x) * part.y * map_between(texel + ivec2(0, 1), at, level)
         + part.x * part.y * map_between(texel + ivec2(1, 1), at, level);
     if (printed(ROW_PREMULTIPLIED)) {
-        return sum.rgb / a; // the caller multiplies by it: premultiplied light counts as it is
+        return sum.rgb / a; // the cone multiplies it by a again: premultiplied light counts as it is
     }
     // Light and area were filtered alike: neither an unevenly filled voxel nor the map's coarseness loses energy.
     return sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);

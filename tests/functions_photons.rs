@@ -11,7 +11,7 @@ use std::f32::consts::PI;
 
 use glam::{IVec2, Vec2, Vec3, Vec4};
 use gpu::twins::octahedron;
-use photons::{Arguments, Function, Gpu, settings};
+use photons::{Arguments, EDGE, Function, Gpu, settings};
 use scenes::Random;
 
 const TEXELS: usize = 16;
@@ -168,23 +168,59 @@ fn spheres_are_bounded_and_the_printed_recursion_ends_or_stands_still() {
     let gpu = Gpu::new();
     let own = settings(&[]).of.photons;
     let ratios = [0.0, 0.01, 0.3, 0.5, 0.99, 1.0, 1.7, 100.0, 1e6];
-    let fronts = [0.0, 0.01, 1.0, 7.0, 100.0];
-    let cases: Vec<_> = ratios.iter().flat_map(|r| fronts.map(|f| (f, *r))).collect();
-    let inputs: Vec<_> = cases.iter().map(|(f, r)| Arguments::of(Vec4::new(1.0, *f, *r, 0.0), Vec4::ZERO)).collect();
-    for ((front, ratio), y) in cases.iter().zip(gpu.evaluate(Function::Spheres, &inputs, &settings(&[]))) {
-        let [middle, extent, after, after_extent] = y.0[1];
-        assert!(middle.is_finite() && extent >= own.least_step, "front {front}, R {ratio}: {middle}, {extent}");
-        // It touches what came before,
-        assert!((middle - 0.5 * extent - front).abs() <= 1e-5 * middle, "front {front}, R {ratio}: {middle}, {extent}");
-        // and is no wider than the cone, or than the bounds.
-        let r = ratio.min(own.most_ratio);
-        assert!(extent <= (2.0 * r * middle).max(own.least_step) * 1.00001, "front {front}, R {ratio}: {extent}");
-        // Printed: nowhere to go from R = 1 on, and no way from h = 0.
-        if *ratio >= 1.0 {
-            assert!(after_extent < 0.0);
-        } else if *front == 0.0 {
-            assert_eq!(after, 0.0);
+    let heights = [0.0, 0.01, 1.0, 7.0, 100.0];
+    let cases: Vec<_> = ratios.iter().flat_map(|r| heights.map(|h| (h, *r))).collect();
+    let inputs: Vec<_> = cases.iter().map(|(h, r)| Arguments::of(Vec4::new(1.0, *h, *r, 0.0), Vec4::ZERO)).collect();
+    let of = |changes: &[&str]| gpu.evaluate(Function::Spheres, &inputs, &settings(changes));
+    let right = of(&[]);
+    let steps = of(&["photons.ledger.steps=printed"]);
+    let printed = of(&["photons.ledger.steps=printed", "photons.ledger.still=printed"]);
+    for (i, (height, ratio)) in cases.iter().enumerate() {
+        let (height, ratio, case) = (*height, *ratio, format!("h {height}, R {ratio}"));
+        // The first sphere, from `height` on, and the one that touches the sphere at `height`.
+        let [middle, extent, after, after_extent] = right[i].0[1];
+        for (front, middle, extent) in [(height, middle, extent), (height * (1.0 + ratio), after, after_extent)] {
+            assert!(middle.is_finite() && extent >= own.least_step, "{case}: {middle}, {extent}");
+            // It touches what came before,
+            assert!((middle - 0.5 * extent - front).abs() <= 1e-5 * middle, "{case}: {middle}, {extent}");
+            // and is no wider than the cone, or than the bounds.
+            let r = ratio.min(own.most_ratio);
+            assert!(extent <= (2.0 * r * middle).max(own.least_step) * 1.00001, "{case}: {extent}");
         }
+        let [_, _, after, after_extent] = printed[i].0[1];
+        if ratio >= 1.0 {
+            // Printed: nowhere to go,
+            assert!(after_extent < 0.0 && steps[i].0[1][3] < 0.0, "{case}: {after_extent}");
+        } else {
+            // else h' = (h + hR)/(1 − R), which is h where either is 0.
+            let next = (height + height * ratio) / (1.0 - ratio);
+            assert!((after - next).abs() <= 1e-5 * next, "{case}: {after} is not {next}");
+            assert!((after_extent - 2.0 * ratio * next).abs() <= 1e-5 * next, "{case}: {after_extent}");
+            assert!(ratio * height > 0.0 || after == height, "{case}: {after}");
+            // With that alone mended every sphere goes on.
+            assert!(steps[i].0[1][2] > height && steps[i].0[1][3] >= own.least_step, "{case}: {:?}", steps[i]);
+        }
+    }
+}
+
+/// A mirror's cone, R = 0, stands still a voxel away from its apex as printed: it finds nothing, and all is open.
+#[test]
+fn a_cone_that_narrows_to_nothing_finds_a_wall_and_printed_nothing() {
+    let gpu = Gpu::new();
+    gpu.fill(|level, at| {
+        let wall = if at[0] == 12 >> level { 1.0 } else { 0.0 };
+        (Vec4::new(wall, 0.0, 0.0, wall), Vec4::splat(wall))
+    });
+    for composite in ["photons.composite=over", "photons.composite=sum"] {
+        let look = |still: &str| {
+            let still = format!("photons.ledger.still={still}");
+            gpu.trace(Vec3::new(2.0, 8.0, 8.0), Vec3::X, 0.0, &settings(&[composite, &still]))
+        };
+        let [light, open, _] = look("right");
+        // The sphere in the middle of the wall's voxel: all of it.
+        assert!((light - 1.0).abs() < 1e-3 && open == 0.0, "{composite}: {light}, open {open}");
+        let [light, open, _] = look("printed");
+        assert_eq!((light, open), (0.0, 1.0), "{composite}");
     }
 }
 
@@ -253,14 +289,53 @@ fn light_is_what_is_hidden_times_radiance_and_printed_is_not() {
             assert!(light > 2.0 * 1.2 * (1.0 - open), "short steps count whole colours: {light}, open {open}");
         }
     }
-    // Thin enough that most of what a cone sees is far away, where the base voxel's area is a small part of the cone's.
-    medium(&gpu, 0.02, 2.0);
-    let far = |how: &[&str]| gpu.trace(Vec3::splat(2.0), Vec3::ONE.normalize(), 0.5, &over(how));
-    let ([right, open, _], [printed, ..]) = (far(&[]), far(&["photons.ledger.factor=printed"]));
-    assert!(
-        (right / (2.0 * (1.0 - open)) - 1.0).abs() < 0.01 && printed < 0.5 * right,
-        "{right}, {printed}, open {open}"
-    );
+}
+
+/// The notes' formula: Σ photons · v²/D² of a plane is what one of its photons sends, for cones of every diameter at and between
+/// levels. A level holds Σ · v²/edge²; from the grid's edge on its photons are all that a cone finds.
+#[test]
+fn summed_photons_times_their_area_over_the_cones_are_the_planes_light() {
+    let gpu = Gpu::new();
+    let sent = 3.0;
+    gpu.fill(|level, _| {
+        let (photons, face) = (4.0_f32.powi(level as i32), 4.0_f32.powi(level as i32));
+        (Vec4::new(sent * photons / face, 0.0, 0.0, photons / face), Vec4::splat(photons / face))
+    });
+    let printed = [
+        "photons.composite=over",
+        "photons.opacity=samples",
+        "photons.ledger.color=printed",
+        "photons.ledger.mips=printed",
+        "photons.ledger.premultiplied=printed",
+        "photons.most_ratio=0.9",
+        "photons.start_along=8",
+    ];
+    let mut between = 0;
+    for ratio in [0.06_f32, 0.08, 0.1, 0.15, 0.2, 1.0 / 3.0, 0.4, 0.45, 0.5, 0.6, 0.8] {
+        // The first sphere lies in the middle of the grid, and hides all that is behind it.
+        let middle = 8.0 / (1.0 - ratio);
+        let diameter = 2.0 * ratio * middle;
+        let [found, open, _] = gpu.trace(Vec3::new(8.0 - middle, 8.0, 8.0), Vec3::X, ratio, &settings(&printed));
+        let expected = sent * (EDGE as f32 / diameter).powi(2).min(1.0);
+        assert!((found / expected - 1.0).abs() < 1e-3 && open == 0.0, "D {diameter}: {found} is not {expected}");
+        between += usize::from(diameter < EDGE as f32 && diameter.log2().fract() > 0.1);
+    }
+    assert!(between > 4, "{between} diameters between levels");
+}
+
+/// An opaque fog whose map says that three fifths of it send 0.3: the light of a part that fills all of it is 0.5; the notes'
+/// premultiplied value counts as it is.
+#[test]
+fn premultiplied_light_counts_as_it_is_or_with_the_opacity_that_is_met() {
+    let gpu = Gpu::new();
+    gpu.fill(|_, _| (Vec4::new(0.3, 0.0, 0.0, 0.6), Vec4::ONE));
+    let light = |form: &str| {
+        let form = format!("photons.ledger.premultiplied={form}");
+        gpu.trace(Vec3::splat(6.0), Vec3::X, 0.1, &over(&[&form]))[0]
+    };
+    // Roundings to f16.
+    assert!((light("right") - 0.5).abs() < 1e-3, "{}", light("right"));
+    assert!((light("printed") - 0.3).abs() < 1e-3, "{}", light("printed"));
 }
 
 /// A wall of one voxel, at any place between samples.

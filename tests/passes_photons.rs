@@ -5,7 +5,7 @@ mod gpu;
 #[path = "common/scenes.rs"]
 mod scenes;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::{DVec3, UVec3, Vec3, Vec4};
@@ -15,13 +15,13 @@ use gpu::twins::volume::texel_index;
 use gpu::twins::voxelise::Polygon;
 use half::f16;
 use scenes::{Random, add, triangle};
-use twobounce::gi::photons::cover::samples;
 use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem, Triangle};
+use twobounce::ground::voxelise::samples_per_pixel as samples;
 use twobounce::renderer::Renderer;
 use twobounce::scene::LightKind;
 use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Bounces, Center, Settings};
-use twobounce::vk::{Context, Image, download, download_image};
+use twobounce::vk::{Context, Image, Stage, download, download_image};
 
 const EDGE: u32 = 16;
 const TEXELS: usize = 16;
@@ -104,20 +104,24 @@ fn voxel_at(index: u32) -> UVec3 {
     UVec3::new(index % EDGE, index / EDGE % EDGE, index / (EDGE * EDGE))
 }
 
+const VOXELISE: [&str; 2] = ["photons.voxelise=samples", "photons.voxelise=conservative"];
+
 #[test]
 fn every_item_counts_its_samples() {
     let context = gpu::context();
-    for wanted in [1, 8] {
+    for (wanted, voxelise) in [(1, VOXELISE[0]), (1, VOXELISE[1]), (8, VOXELISE[0]), (8, VOXELISE[1])] {
         let per_pixel = samples(&context, wanted).expect("standard places");
         let setting = format!("photons.samples={wanted}");
-        let renderer = gpu::render(&context, &confetti(), &settings(&[&setting]), 16);
+        let renderer = gpu::render(&context, &confetti(), &settings(&[&setting, voxelise]), 16);
         let items = items(&context, &renderer);
         let (mut counted, mut sure, mut expected) = (0, 0, BTreeMap::new());
         for item in &items {
             let of_triangle = expected.entry(item.triangle).or_insert_with(|| counts(item.corners, per_pixel, EDGE));
-            // What is not there has none. Between the two: within the rasteriser's snapping.
+            // A pair that is not there, or there twice, has none. Between the two: within the rasteriser's snapping.
             let [least, most] = of_triangle.remove(&item.voxel).unwrap_or_default();
             assert!((least..=most).contains(&item.samples), "{} samples, not {least} to {most}", item.samples);
+            // Made of samples, the lists hold nothing else.
+            assert!(item.samples > 0 || voxelise == VOXELISE[1], "an item without samples");
             counted += item.samples;
             sure += least;
         }
@@ -127,11 +131,57 @@ fn every_item_counts_its_samples() {
     }
 }
 
+/// Samples alone list what the conservative raster lists and samples reach, by one pass without a geometry shader.
+#[test]
+fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
+    let context = gpu::context();
+    let per_pixel = samples(&context, 8).expect("standard places");
+    let scene = confetti();
+    let [sampled, conservative] = VOXELISE.map(|voxelise| gpu::render(&context, &scene, &settings(&[voxelise]), 16));
+    let stages = |renderer: &Renderer, zone: &str| -> Vec<Vec<Stage>> {
+        let log = renderer.log().expect("the log is kept");
+        let draws = log.zones_named(zone).flat_map(|zone| zone.draws().collect::<Vec<_>>());
+        draws.map(|draw| draw.stages.iter().map(|s| s.stage).collect()).collect()
+    };
+    assert_eq!(stages(&sampled, "voxelise"), [[Stage::Vertex, Stage::Fragment]]);
+    assert!(stages(&sampled, "cover").is_empty());
+    assert_eq!(stages(&conservative, "voxelise"), [[Stage::Vertex, Stage::Geometry, Stage::Fragment]]);
+    assert_eq!(stages(&conservative, "cover"), [[Stage::Vertex, Stage::Fragment]]);
+    // The order of triangles is the device's.
+    let pairs = |renderer: &Renderer| -> BTreeMap<(u32, [u64; 9]), Item> {
+        let key = |item: &Item| (item.voxel, std::array::from_fn(|i| item.corners[i / 3][i % 3].to_bits()));
+        items(&context, renderer).into_iter().map(|item| (key(&item), item)).collect()
+    };
+    let [found, listed] = [&sampled, &conservative].map(pairs);
+    let (mut unreached, mut lights) = (0, BTreeSet::new());
+    for (pair, item) in &listed {
+        unreached += usize::from(item.samples == 0);
+        assert_eq!(found.get(pair).map_or(0, |found| found.samples), item.samples, "of {}", item.voxel);
+        if let Some(other) = found.get(pair) {
+            let [light, other] = [item, other].map(|item| bytemuck::bytes_of(&item.light));
+            assert_eq!(light, other, "{:?}", item.light);
+            lights.insert(item.light.front.map(f32::to_bits));
+        }
+    }
+    // Beyond these there may be samples that the rasteriser's snapping moves into a voxel that the triangle does not touch.
+    for (pair, item) in found.iter().filter(|(pair, _)| !listed.contains_key(*pair)) {
+        let [least, most] = counts(item.corners, per_pixel, EDGE)[&pair.0];
+        assert!(least == 0 && item.samples <= most, "a voxel with {} samples is in no list", item.samples);
+    }
+    println!("{} pairs, {} of them without a sample; {} by samples", listed.len(), unreached, found.len());
+    assert!(
+        unreached > 100 && found.len() > 200 && lights.len() > 50,
+        "{unreached}, {}, {}",
+        found.len(),
+        lights.len()
+    );
+}
+
 /// What more samples are worth: mean error of an item's area over the mean area.
 #[test]
 fn more_samples_measure_areas_better() {
     let context = gpu::context();
-    let renderer = gpu::render(&context, &confetti(), &settings(&[]), 16);
+    let renderer = gpu::render(&context, &confetti(), &settings(&[VOXELISE[1]]), 16);
     let items = items(&context, &renderer);
     let error = |per_pixel: u32| {
         let (mut error, mut total) = (0.0, 0.0);
@@ -256,11 +306,11 @@ fn a_glossy_voxel_sends_its_lobe_whole_and_where_it_is_mirrored() {
     }
 }
 
-/// A plane is as opaque and as bright at every level; the mean of eight halves both, level by level.
+/// A plane is as opaque and as bright at every level, in both forms.
 #[test]
-fn a_plane_keeps_its_opacity_in_mips_and_the_printed_mean_halves_it() {
+fn a_plane_keeps_its_opacity_and_its_light_in_mips() {
     let context = gpu::context();
-    for (form, kept) in [("right", 1.0_f32), ("printed", 0.5)] {
+    for form in ["right", "printed"] {
         let setting = format!("photons.ledger.mips={form}");
         let renderer = gpu::render(&context, &wall(), &settings(&[&setting]), 16);
         let scale = renderer.frame().scale;
@@ -268,12 +318,11 @@ fn a_plane_keeps_its_opacity_in_mips_and_the_printed_mean_halves_it() {
         for k in 0..=EDGE.ilog2() {
             let edge = EDGE >> k;
             let [map, forth, back] = [0, 1, 2].map(|i| level(&context, images[i], k));
-            let expected = kept.powi(k as i32);
             for (y, z) in (0..edge).flat_map(|y| (0..edge).map(move |z| (y, z))) {
                 let at = UVec3::new(5 >> k, y, z);
                 let index = texel_index(at, edge);
                 // Met on one side alone. Rounding of f16.
-                let one_sided = [forth[index].x, back[index].x].map(|a| (a / expected - 1.0).abs() < 2e-3 || a == 0.0);
+                let one_sided = [forth[index].x, back[index].x].map(|a| (a - 1.0).abs() < 2e-3 || a == 0.0);
                 assert!(one_sided == [true; 2] && forth[index].x + back[index].x > 0.0, "{form}, level {k}, {at}");
                 let texels = directions(&map, at, edge);
                 let facing: Vec<&Vec4> = texels.iter().filter(|t| t.w > 0.0).collect();
@@ -283,6 +332,57 @@ fn a_plane_keeps_its_opacity_in_mips_and_the_printed_mean_halves_it() {
                 }
             }
         }
+    }
+}
+
+/// As printed: Σ photons · v²/D², with the base voxel's edge v and a diameter D of each level's edge. A plane gives what it sends,
+/// at every level; and whatever there is, a level holds the sum of all photons below it, on its own face.
+#[test]
+fn printed_mips_sum_photons_up_and_a_plane_gives_one_at_every_level() {
+    let context = gpu::context();
+    let printed = || {
+        let mut printed = settings(&[]);
+        printed.of.photons = twobounce::gi::photons::Settings::printed();
+        printed
+    };
+    for (name, scene) in [("wall", wall()), ("confetti", confetti())] {
+        let renderer = gpu::render(&context, &scene, &printed(), 16);
+        let scale = renderer.frame().scale;
+        let images = renderer.frame().method.images();
+        let base = [0, 1].map(|i| level(&context, images[i], 0));
+        let (mut summed, mut most) = (0, 0.0_f32);
+        for k in 0..=EDGE.ilog2() {
+            let (edge, diameter) = (EDGE >> k, (1 << k) as f32);
+            let [map, forth] = [0, 1].map(|i| level(&context, images[i], k));
+            for at in (0..edge.pow(3)).map(|i| UVec3::new(i % edge, i / edge % edge, i / (edge * edge))) {
+                let below = || (0..1u32 << (3 * k)).map(|i| (at << k) + UVec3::new(i, i >> k, i >> (2 * k)) % (1 << k));
+                let opacity: f32 = below().map(|at| base[1][texel_index(at, EDGE)].w).sum();
+                let share = forth[texel_index(at, edge)].w;
+                // A rounding to f16 for each level.
+                let near = |found: f32, exact: f32| (found - exact).abs() <= (k + 1) as f32 * exact / 2048.0 + 1e-6;
+                assert!(near(share, opacity / diameter.powi(2)), "{name}, level {k}, {at}: {share}, {opacity}");
+                let texels = directions(&map, at, edge);
+                let mut photons = [Vec4::ZERO; TEXELS];
+                for at in below() {
+                    directions(&base[0], at, EDGE).iter().zip(&mut photons).for_each(|(t, sum)| *sum += *t);
+                }
+                for (t, photons) in texels.iter().zip(photons) {
+                    let radiance = photons / diameter.powi(2);
+                    assert!((0..4).all(|c| near(t[c], radiance[c])), "{name}, level {k}, {at}: {t}, {radiance}");
+                    summed += usize::from(photons.w > 0.0);
+                    most = most.max(t.w);
+                }
+                if name == "wall" && at.x == 5 >> k {
+                    let lit = texels.iter().filter(|t| t.x > 0.0);
+                    assert!(lit.clone().count() >= 4 && (share - 1.0).abs() < 1e-3, "level {k}, {at}");
+                    for t in lit {
+                        assert!((t.x / (2.0 * scale) - 1.0).abs() < 2e-3, "level {k}, {at}: {t}");
+                    }
+                }
+            }
+        }
+        assert!(summed > 5000, "{name}: {summed} sums are a test of little");
+        assert!((most > 1.05) == (name == "confetti"), "{name}: {most} at most, uncut");
     }
 }
 

@@ -48,7 +48,8 @@ fn a_furnace_keeps_its_energy_and_the_printed_form_loses_it() {
             assert!((0.95..=1.01).contains(&mean) && most < 1.01, "{bounces}, block {block}: {mean}, {most} at most");
         }
         let (printed, _) = furnace(block, &gathered(Settings::photons_printed(), &["bounces=2"]));
-        assert!(printed < 0.8, "as printed {printed}");
+        // Directions at texels' middles, and dark backs, lose a twentieth each.
+        assert!((0.85..0.95).contains(&printed), "as printed {printed}");
     }
 }
 
@@ -58,8 +59,7 @@ fn what_is_mended_shows_in_a_furnace() {
     let error = |changes: &[&str]| (1.0 - furnace(true, &gathered(Settings::photons(), changes)).0).abs();
     let right = error(&[]);
     for printed in [
-        "photons.ledger.factor=printed",
-        "photons.ledger.mips=printed",
+        "photons.ledger.premultiplied=printed",
         "photons.ledger.directions=printed",
         "photons.composite=over",
         "photons.keep_backs=true",

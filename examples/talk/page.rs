@@ -156,7 +156,7 @@ pub const SLIDES: &[Slide] = &[
             ),
             S(
                 "and adds the triangle to the voxel's linked list",
-                "`append` in `glsl/ground/voxelise.frag`; which triangle comes first is a race that no result depends on",
+                "`append` in `glsl/ground/list_append.glsl`; which triangle comes first is a race that no result depends on",
                 &[],
             ),
         ],

@@ -9,7 +9,6 @@
 #include "ground/constants.glsl"
 #include "common/triangle_box.glsl"
 #include "common/count.glsl"
-#include "ground/heads.glsl"
 
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_axis;
@@ -18,35 +17,9 @@ layout(location = 2) flat in vec3 in_normal;
 layout(location = 3) flat in vec3 in_dilated[4];
 #endif
 
-layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) buffer Heads { uint heads[]; };
-layout(set = 0, binding = 16, scalar) buffer Cells { uint cells[]; };
 
-#include "ground/grid_push.glsl"
-
-void append(uvec3 voxel) {
-    uint item = atomicAdd(globals.item_count, 1u) + 1u;
-    if (item > uint(list_items.length())) {
-        atomicAdd(globals.item_overflow, 1u);
-        return;
-    }
-    uint index = grid.first + uint(head_index(ivec3(voxel)));
-    uint next = atomicExchange(heads[index], item);
-    COUNT(HEADS, 1u);
-    list_items[item - 1u].triangle = in_triangle;
-    list_items[item - 1u].next = next;
-    list_items[item - 1u].voxel = index;
-    if (next == 0u) {
-        uint cell = atomicAdd(globals.cell_count, 1u);
-        if (cell < uint(cells.length())) {
-            cells[cell] = index;
-        } else {
-            atomicAdd(globals.cell_overflow, 1u);
-        }
-    }
-}
+#include "ground/list_append.glsl"
 
 void main() {
 #ifdef DILATED
@@ -84,10 +57,8 @@ void main() {
 #ifdef DILATED
         touches = touches || triangle_touches_voxel(b, c, d, in_normal, vec3(voxel) + 0.5);
 #endif
-        ivec3 in_hole = ivec3(voxel) - grid.hole;
-        bool covered = all(greaterThanEqual(in_hole, ivec3(0))) && all(lessThan(in_hole, ivec3(grid.hole_edge)));
-        if (touches && !covered) {
-            append(voxel);
+        if (touches && !in_hole(voxel)) {
+            append(in_triangle, voxel);
         }
     }
 }

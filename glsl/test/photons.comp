@@ -38,7 +38,7 @@ Arguments evaluate(Arguments x) {
     } else if (FUNCTION == 3u) {
         y.a.x = cone_ratio(x.a.x);
         Sphere beyond = sphere_beyond(x.a.y, x.a.z);
-        Sphere after = sphere_after(Sphere(x.a.y, 1.0), x.a.z);
+        Sphere after = sphere_after(Sphere(x.a.y, 2.0 * x.a.y * x.a.z), x.a.z);
         y.b = vec4(beyond.middle, beyond.extent, after.middle, after.extent);
     } else if (FUNCTION == 4u) {
         y.a.x = opacity_over(x.a.x, x.a.y, x.a.z, x.a.w);

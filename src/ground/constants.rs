@@ -27,6 +27,8 @@ pub const LIT: u32 = 10;
 pub const HARDWARE: u32 = 11;
 /// Boxes of finer voxels within the base grid.
 pub const BOXES: u32 = 12;
+/// Samples per pixel of the raster that measures how much of a voxel a triangle fills.
+pub const SAMPLES: u32 = 13;
 /// Value of [`SHADOWS`] without any.
 pub const SHADOWS_NONE: u32 = 0;
 

@@ -188,11 +188,12 @@ impl Ground {
             let wants = wants_of_grid(wants, index);
             let constants = constants_of(place.edge, wants.alike);
             lists.push(Lists::new(context, place, &wants, *capacity)?);
+            let voxelise = || match wants.sampled {
+                Some(samples) => Voxelise::by_samples(context, &constants, samples),
+                None => Voxelise::new(context, &constants, *conservative, wants.dilated),
+            };
             makers.push(ListMakers {
-                voxelise: wants
-                    .lists
-                    .then(|| Voxelise::new(context, &constants, *conservative, wants.dilated))
-                    .transpose()?,
+                voxelise: wants.lists.then(voxelise).transpose()?,
                 cells: wants.cells.then(|| Cells::new(context, &constants)).transpose()?,
             });
         }

@@ -1,21 +1,44 @@
 //! Voxelise: conservative rasterisation, by a geometry shader or the hardware, with an exact triangle/voxel test, into the lists
 //! of any grid.
 //! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
+//!
+//! Or by samples: a multisampled raster without attachments and without a geometry shader, whose vertex shader pulls the whole
+//! triangle (`glsl/ground/voxelise_samples.vert`). A voxel lists a triangle if a sample of it falls into the voxel, and how many do.
+//! Writes: item samples as well. Twin: `tests/twins/cover.rs`.
 
 use std::sync::Arc;
 
 use super::Ground;
 use super::boxes::FACTOR;
-use super::constants::{HARDWARE, with};
+use super::constants::{HARDWARE, SAMPLES, with};
 use super::grid::GridPlace;
 use super::layout::GridPush;
 use super::lists::Lists;
 use crate::settings::Conservative;
-use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
+use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, SampleCountFlags, ZoneKind};
 use crate::{Error, Result};
 
 pub struct Voxelise {
     pipeline: Raster,
+    /// Per pixel.
+    samples: u32,
+}
+
+/// The most samples per pixel, up to `wanted`, of a raster without attachments whose samples lie where Vulkan says.
+///
+/// # Errors
+/// Several are wanted, and the device places them as it likes.
+pub fn samples_per_pixel(context: &Context, wanted: u32) -> Result<u32> {
+    let limits = &context.limits;
+    if wanted > 1 && limits.standard_sample_locations == 0 {
+        return Err(Error::Device(format!(
+            "{} does not say where the samples of a pixel lie: set photons.samples to 1, or choose another device",
+            context.name
+        )));
+    }
+    let offered =
+        |count: &u32| limits.framebuffer_no_attachments_sample_counts.contains(SampleCountFlags::from_raw(*count));
+    Ok([8, 4].into_iter().filter(|count| *count <= wanted).find(offered).unwrap_or(1))
 }
 
 impl Voxelise {
@@ -58,7 +81,24 @@ impl Voxelise {
             conservative: hardware,
             ..Default::default()
         };
-        Ok(Self { pipeline: Raster::new(context, &desc)? })
+        Ok(Self { pipeline: Raster::new(context, &desc)?, samples: 1 })
+    }
+
+    /// Lists the triangles of which samples fall into a voxel. `wanted`: samples per pixel, as far as the device has them.
+    ///
+    /// # Errors
+    /// As [`samples_per_pixel`].
+    pub fn by_samples(context: &Arc<Context>, constants: &[(u32, u32)], wanted: u32) -> Result<Self> {
+        let samples = samples_per_pixel(context, wanted)?;
+        let desc = RasterDesc {
+            label: "voxelise",
+            vertex: "ground/voxelise_samples.vert",
+            fragment: Some("ground/voxelise_samples.frag"),
+            constants: &with(constants.to_vec(), &[(SAMPLES, samples)]),
+            samples,
+            ..Default::default()
+        };
+        Ok(Self { pipeline: Raster::new(context, &desc)?, samples })
     }
 
     /// `zone`: what the pass is called.
@@ -66,7 +106,7 @@ impl Voxelise {
         recorder.zone(zone, ZoneKind::Raster, lists.items.bytes(), |r| {
             r.full_barrier(); // record wrote the triangles and the draw's count, reset the lists
             let edge = lists.place.edge;
-            let target = RenderTarget { width: edge, height: edge, ..Default::default() };
+            let target = RenderTarget { width: edge, height: edge, samples: self.samples, ..Default::default() };
             let pushes = pushes(lists, ground.desc.grid.boxes);
             r.raster(&target, |pass| {
                 let binds = [
@@ -75,9 +115,10 @@ impl Voxelise {
                     Bind::buffer("list_items", &lists.items),
                     Bind::buffer("heads", &lists.heads),
                     Bind::buffer("cells", &lists.cells.cells),
+                    Bind::buffer("item_samples", &lists.item_samples),
                 ];
                 for push in &pushes {
-                    pass.draw(&self.pipeline, &binds, push, ground.recorded());
+                    pass.draw(&self.pipeline, &self.pipeline.select(&binds), push, ground.recorded());
                 }
             });
         });
@@ -85,7 +126,7 @@ impl Voxelise {
 }
 
 /// What places the grid, and each box of finer voxels within the base grid.
-fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
+pub fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
     let edge = lists.place.edge;
     if lists.place != GridPlace::base(edge) || boxes == 0 {
         let [x, y, z, scale] = lists.place.from_base();

@@ -20,19 +20,29 @@ struct Sphere {
     float extent; // diameter
 };
 
-// The sphere whose near side is `front` away: h − hR = front. At R ≥ 1, half angles from 45°, there is none, and near 1 one
-// that swallows everything: R is bounded. Near the apex spheres shrink to nothing, and h = 0 leads to h = 0: the extent is bounded too.
-Sphere sphere_beyond(float front, float ratio) {
-    float r = min(ratio, MOST_RATIO);
-    float middle = front / (1.0 - r);
-    float extent = 2.0 * r * middle;
+// The sphere whose near side is `front` away: h − hR = front. Near the apex spheres shrink to nothing, and h = 0 leads to h = 0: the
+// extent is bounded.
+Sphere sphere_at(float front, float ratio) {
+    float middle = front / (1.0 - ratio);
+    float extent = 2.0 * ratio * middle;
     return extent < LEAST_STEP ? Sphere(front + 0.5 * LEAST_STEP, LEAST_STEP) : Sphere(middle, extent);
 }
 
-// The same as printed: h' = (h + hR)/(1 − R) from h. The extent is negative where there is no next sphere.
+// The first one. At R ≥ 1, half angles from 45°, there is none, and near 1 one that swallows everything: R is bounded.
+Sphere sphere_beyond(float front, float ratio) {
+    return sphere_at(front, min(ratio, MOST_RATIO));
+}
+
+// The next one touches it. As printed h' = (h + hR)/(1 − R) for every R: from R = 1 on there is none, which a negative extent says,
+// and at R = 0 it is where the last one was.
 Sphere sphere_after(Sphere last, float ratio) {
-    float middle = last.middle * (1.0 + ratio) / (1.0 - ratio);
-    return Sphere(middle, ratio < 1.0 ? max(2.0 * ratio * middle, 1e-3) : -1.0);
+    float front = last.middle + 0.5 * last.extent;
+    float r = printed(ROW_STEPS) ? ratio : min(ratio, MOST_RATIO);
+    if (r >= 1.0) {
+        return Sphere(last.middle + last.extent, -1.0);
+    }
+    float middle = front / (1.0 - r);
+    return printed(ROW_STILL) ? Sphere(middle, 2.0 * r * middle) : sphere_at(front, r);
 }
 
 struct ConeLight {
@@ -71,19 +81,20 @@ ConeLight trace_cone(vec3 from, vec3 d, float ratio) {
     bool going = true;
     for (uint i = 0u; i < STEP_CAP && going; i++) {
         COUNT(CONE_STEPS, 1u);
-        float edge = clamp(sphere.extent, 1.0, float(EDGE)); // of the level that is read
+        float diameter = max(sphere.extent, 1.0); // a sphere that is smaller than a voxel reads a whole one
+        float edge = min(diameter, float(EDGE)); // of the level that is read
         float level = log2(edge);
         vec3 at = from + sphere.middle * d;
-        Sphere next = printed(ROW_STEPS) ? sphere_after(sphere, ratio) : sphere_beyond(sphere.middle + 0.5 * sphere.extent, ratio);
+        Sphere next = sphere_after(sphere, ratio);
         float a = opacity_at(at, d, level);
         float whole = opacity_over(a, sphere.extent, edge, next.middle - sphere.middle);
         float met = COMPOSITE == COMPOSITE_SUM ? min(whole, seen.open) : whole * seen.open;
         if (a > 0.0) {
             // Colour counts as much as opacity does; printed, as much as the opacity that was read.
             float weight = printed(ROW_COLOR) ? a * seen.open : met;
-            // Radiance is flux per area: both are the level's. Printed, the area that photons have is the base voxel's.
-            float factor = printed(ROW_FACTOR) ? 1.0 / (edge * edge) : 1.0;
-            seen.light += weight * factor * radiance_towards(-d, at, level);
+            // Σ photons · v²/D²: mips hold Σ photons · v²/edge². The diameter exceeds the edge only where the grid ends.
+            float factor = printed(ROW_MIPS) ? edge * edge / (diameter * diameter) : 1.0;
+            seen.light += weight * factor * light_towards(-d, at, level, a);
         }
         float before = seen.open;
         seen.open = max(seen.open - met, 0.0);
@@ -94,7 +105,7 @@ ConeLight trace_cone(vec3 from, vec3 d, float ratio) {
         seen.near += (printed(ROW_AO) ? seen.open : before) * (reached - exp(-rate * front));
         // A sum goes on beyond the border until filtering spreads no wall that far.
         float last = COMPOSITE == COMPOSITE_SUM ? end + min(next.extent, float(EDGE)) : end + 0.5 * next.extent;
-        going = seen.open > SPENT_CONE && next.middle < last && next.extent > 0.0;
+        going = seen.open > SPENT_CONE && next.middle < last && next.middle > sphere.middle && next.extent > 0.0;
         sphere = next;
     }
     seen.open = seen.open > SPENT_CONE ? seen.open : 0.0;

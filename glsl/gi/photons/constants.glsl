@@ -8,7 +8,6 @@ layout(constant_id = 34) const uint PRINTED = 0u; // a bit per correction that i
 layout(constant_id = 35) const uint COMPOSITE = 1u;
 layout(constant_id = 36) const uint OPACITY_KIND = 1u;
 layout(constant_id = 37) const uint AO_MULTIPLIES = 0u;
-layout(constant_id = 38) const uint SAMPLES = 4u; // per pixel of the raster that counts coverage
 layout(constant_id = 39) const uint KEEPS_BACKS = 0u; // 1: dark backs stand in the way of what leaves their front
 layout(constant_id = 40) const uint TURNED = 0u; // 1: the set of cones turns from place to place
 layout(constant_id = 41) const float LEAST_STEP = 1.0; // extent of a sphere, at least
@@ -29,12 +28,13 @@ const uint AO_LIGHT = 1u;
 // Bits of PRINTED: src/gi/photons/settings.rs names them.
 const uint ROW_BEER = 0u;
 const uint ROW_STEPS = 1u;
-const uint ROW_FACTOR = 2u;
+const uint ROW_STILL = 2u;
 const uint ROW_COLOR = 3u;
 const uint ROW_AO = 4u;
 const uint ROW_MIPS = 5u;
 const uint ROW_DIRECTIONS = 6u;
 const uint ROW_SEAMS = 7u;
+const uint ROW_PREMULTIPLIED = 8u;
 
 bool printed(uint row) {
     return (PRINTED & (1u << row)) != 0u;

@@ -81,8 +81,10 @@ void fill(uvec3 cell, uint first, uint texel) {
         fixed_add(back, vec4(facing * (fronts + backs), 0.0));
         item = list_items[item - 1u].next;
     }
-    imageStore(opacity_forth, ivec3(cell), min(fixed_value(forth), vec4(1.0)));
-    imageStore(opacity_back, ivec3(cell), min(fixed_value(back), vec4(1.0)));
+    // The printed form keeps the sum, and cuts it where it is read as an opacity.
+    vec4 most = vec4(printed(ROW_MIPS) ? LARGEST_STORED : 1.0);
+    imageStore(opacity_forth, ivec3(cell), min(fixed_value(forth), most));
+    imageStore(opacity_back, ivec3(cell), min(fixed_value(back), most));
 }
 #else
 const uint THREADS = TEXELS;
@@ -117,8 +119,9 @@ void fill(uvec3 cell, uint first, uint texel) {
         item = list_items[item - 1u].next;
     }
     vec4 value = fixed_value(sum);
-    // More triangles than fill the voxel: light and area are cut alike.
-    imageStore(photon_map, map_place(cell, texel, EDGE), value / max(value.a, 1.0));
+    // More triangles than fill the voxel: light and area are cut alike. In the printed form they add up.
+    value = printed(ROW_MIPS) ? min(value, vec4(LARGEST_STORED)) : value / max(value.a, 1.0);
+    imageStore(photon_map, map_place(cell, texel, EDGE), value);
 }
 #endif
 

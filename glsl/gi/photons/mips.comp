@@ -5,8 +5,9 @@
 // Mips of the parents of occupied cells: of the map, a thread per cell and direction; with OPACITY of what stands in the way, a
 // thread per cell. Held by tests/passes_photons.rs.
 //
-// A photon is a flux: per area it weighs v²/D², the base voxel's face over the level's, and per level a quarter of the eight
-// children's sum. A plane, of which four children hold a part, keeps its opacity; printed, the mean of eight, halves it.
+// The notes' Σ photons · v²/D², with each level's edge for D, is a quarter of the eight children's sum. A plane, of which four
+// children hold a part, keeps its opacity and its light. The printed form is this sum. The right form counts photons behind others
+// of the same cell as far as these let through, and cuts opacity at 1, with its light.
 
 #include "common/count.glsl"
 #include "gi/photons/constants.glsl"
@@ -56,8 +57,8 @@ void filter_cell(uvec3 cell, uint texel, uint edge) {
     ivec3 corner = 2 * ivec3(cell);
     vec4 forth = children_sum(forth_below, corner);
     if (printed(ROW_MIPS)) {
-        imageStore(opacity_forth, ivec3(cell), 0.125 * forth);
-        imageStore(opacity_back, ivec3(cell), 0.125 * children_sum(back_below, corner));
+        imageStore(opacity_forth, ivec3(cell), 0.25 * forth);
+        imageStore(opacity_back, ivec3(cell), 0.25 * children_sum(back_below, corner));
     } else {
         imageStore(opacity_forth, ivec3(cell), vec4(columns(forth_below, corner), min(0.25 * forth.a, 1.0)));
         imageStore(opacity_back, ivec3(cell), vec4(columns(back_below, corner), 0.0));
@@ -105,9 +106,13 @@ vec4 seen_children(ivec3 corner, uint texel, int edge) {
 }
 
 void filter_cell(uvec3 cell, uint texel, uint edge) {
-    vec4 sum = printed(ROW_MIPS) ? 0.125 * children_sum(map_below, map_place(2u * cell, texel, 2u * edge))
-                                 : seen_children(2 * ivec3(cell), texel, 2 * int(edge));
-    imageStore(photon_map, map_place(cell, texel, edge), sum / max(sum.a, 1.0));
+    if (printed(ROW_MIPS)) {
+        vec4 sum = 0.25 * children_sum(map_below, map_place(2u * cell, texel, 2u * edge));
+        imageStore(photon_map, map_place(cell, texel, edge), min(sum, vec4(LARGEST_STORED)));
+    } else {
+        vec4 sum = seen_children(2 * ivec3(cell), texel, 2 * int(edge));
+        imageStore(photon_map, map_place(cell, texel, edge), sum / max(sum.a, 1.0));
+    }
 }
 #endif
 

@@ -12,7 +12,8 @@ layout(set = 0, binding = 42) uniform sampler3D met_back;
 float met_along(uint axis, vec3 at, vec3 d, float level) {
     vec3 inside = clamp(at / float(EDGE), vec3(0.5 * exp2(level) / float(EDGE)), vec3(1.0 - 0.5 * exp2(level) / float(EDGE)));
     inside[axis] = at[axis] / float(EDGE);
-    return abs(d[axis]) * (d[axis] < 0.0 ? textureLod(met_back, inside, level) : textureLod(met_forth, inside, level))[axis];
+    float met = (d[axis] < 0.0 ? textureLod(met_back, inside, level) : textureLod(met_forth, inside, level))[axis];
+    return abs(d[axis]) * (printed(ROW_MIPS) ? min(met, 1.0) : met); // sums are no opacities
 }
 
 // Opacity over one edge of the level, to a traveller along unit d. `at`: voxels of the base grid.
@@ -43,8 +44,8 @@ vec4 map_between(ivec2 texel, vec3 at, float level) {
     return part > 0.0 ? mix(found, map_at(texel, at, below + 1.0), part) : found;
 }
 
-// Mean stored radiance sent along unit d, of what faces it.
-vec3 radiance_towards(vec3 d, vec3 at, float level) {
+// Stored radiance that is sent along unit d from a place of opacity a, as if it filled all of the place.
+vec3 light_towards(vec3 d, vec3 at, float level, float a) {
     vec2 place = octahedron_place(d) - 0.5;
     vec2 corner = floor(place);
     vec2 part = place - corner;
@@ -53,6 +54,9 @@ vec3 radiance_towards(vec3 d, vec3 at, float level) {
         + part.x * (1.0 - part.y) * map_between(texel + ivec2(1, 0), at, level)
         + (1.0 - part.x) * part.y * map_between(texel + ivec2(0, 1), at, level)
         + part.x * part.y * map_between(texel + ivec2(1, 1), at, level);
+    if (printed(ROW_PREMULTIPLIED)) {
+        return sum.rgb / a; // the cone multiplies it by a again: premultiplied light counts as it is
+    }
     // Light and area were filtered alike: neither an unevenly filled voxel nor the map's coarseness loses energy.
     return sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);
 }

@@ -3,9 +3,8 @@
 use super::settings::{AoMultiplies, Composite, Opacity, Settings};
 
 pub const DIFFUSE_CONES: u32 = 32;
-pub const SAMPLES: u32 = 38;
 
-/// (constant, value), beside the ground's and [`SAMPLES`], of which the device has a say.
+/// (constant, value), beside the ground's.
 pub fn constants(settings: &Settings) -> Vec<(u32, u32)> {
     let composite = match settings.composite {
         Composite::Over => 0,

@@ -1,46 +1,31 @@
-//! Cover: a multisampled raster without attachments counts, for every item of the lists, the samples of its triangle's column
-//! that lie in its voxel. No geometry shader: the vertex shader pulls the whole triangle and picks its dominant axis.
+//! Cover, with `photons.voxelise` = conservative: a multisampled raster without attachments counts, for every item of the ground's
+//! lists, the samples of its triangle's column that lie in its voxel. Where the lists are made of samples there is no such pass.
 //! Reads: triangles, lists. Writes: item samples. Twin: `tests/twins/cover.rs`.
 //!
-//! The lists say which voxels a triangle touches, exactly; samples say how much of each it fills. What samples reach is a part
-//! of what is listed, so that the pass needs no lists of its own.
+//! The lists say which voxels a triangle touches, exactly; samples say how much of each it fills.
 
 use std::sync::Arc;
 
-use super::constants::SAMPLES;
+use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::with;
-use crate::vk::{Context, Raster, RasterDesc, Recorder, RenderTarget, SampleCountFlags, ZoneKind};
-use crate::{Error, Result};
+use crate::ground::constants::{SAMPLES, with};
+use crate::ground::voxelise::pushes;
+use crate::vk::{Context, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
 
 pub struct Cover {
     pipeline: Raster,
     samples: u32,
 }
 
-/// The most samples per pixel, up to `wanted`, of a raster without attachments whose samples lie where Vulkan says.
-///
-/// # Errors
-/// Several are wanted, and the device places them as it likes.
-pub fn samples(context: &Context, wanted: u32) -> Result<u32> {
-    let limits = &context.limits;
-    if wanted > 1 && limits.standard_sample_locations == 0 {
-        return Err(Error::Device(format!(
-            "{} does not say where the samples of a pixel lie: set photons.samples to 1, or choose another device",
-            context.name
-        )));
-    }
-    let offered = |count: &u32| limits.framebuffer_no_attachments_sample_counts.contains(SampleCountFlags::from_raw(*count));
-    Ok([8, 4].into_iter().filter(|count| *count <= wanted).find(offered).unwrap_or(1))
-}
-
 impl Cover {
+    /// `samples`: per pixel, as many as the device has.
+    ///
     /// # Errors
-    /// As [`samples`].
+    /// A lost device.
     pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], samples: u32) -> Result<Self> {
         let desc = RasterDesc {
             label: "cover",
-            vertex: "gi/photons/cover.vert",
+            vertex: "ground/voxelise_samples.vert",
             fragment: Some("gi/photons/cover.frag"),
             constants: &with(constants.to_vec(), &[(SAMPLES, samples)]),
             samples,
@@ -58,7 +43,10 @@ impl Cover {
             let edge = lists.place.edge;
             let target = RenderTarget { width: edge, height: edge, samples: self.samples, ..Default::default() };
             r.raster(&target, |pass| {
-                pass.draw(&self.pipeline, &self.pipeline.select(&ground.item_binds()), &(), ground.recorded());
+                let binds = self.pipeline.select(&ground.item_binds());
+                for push in &pushes(lists, 0) {
+                    pass.draw(&self.pipeline, &binds, push, ground.recorded());
+                }
             });
         });
     }

@@ -2,15 +2,24 @@
 //!
 //! Each row is switched on top of the preset `photons`.
 
-use crate::gi::ledger::Effect::{Fixed, Measured, NeverRan};
+use crate::gi::ledger::Effect::{Fixed, Measured};
 use crate::gi::ledger::Row;
 
 /// What stands above the rows, Markdown.
 pub const HEAD: &str = "\
 The method `photons` follows a set of notes, \"VCT (Voxel Cone Tracing)\", that derive voxel cone tracing from photon mapping: a \
-voxel is a photon, its radiance is BRDF · E · v²/D² for a cone of diameter D. Below is what the notes print that is wrong, and what \
-they leave open. Every row that changes an image is a setting, measured on top of the preset `photons`; the preset `photons-printed` \
-has them all as printed, where they can run. Tests show that the printed form fails and the right one passes: \
+voxel holds one photon, and a cone of diameter D finds the radiance 1/D² · Σ BRDF · E · v² of the photons that it meets, where v is a \
+voxel's edge. The notes rest on Jensen (\"Realistic Image Synthesis Using Photon Mapping\", 2001) and Hachisuka (\"High-Quality Global \
+Illumination Rendering Using Rasterization\", GPU Gems 2, 2005) for photons; on Crassin, Neyret, Sainz, Green and Eisemann \
+(\"Interactive Indirect Illumination Using Voxel Cone Tracing\", 2011) for voxels and cones; on Takeshige (\"The Basics of GPU \
+Voxelization\", 2015) for voxelisation with several samples per pixel; on Dunn (\"Transparency (or Translucency) Rendering\", 2014) for \
+premultiplied opacity; on Colbert and Křivánek (\"GPU-Based Importance Sampling\", GPU Gems 3, 2007) for the cones' directions and \
+widths; and on Wächter and Binder (\"A Fast and Robust Method for Avoiding Self-Intersection\", Ray Tracing Gems, 2019) for where \
+cones start.
+
+Below is where the program does as the notes print, what of them is wrong, and what they leave open. Every row that changes an \
+image is a setting, measured on top of the preset `photons`. The preset `photons-printed` has all of these as printed; where the notes \
+leave something open (P12, P14, P18), it is as `photons`. Tests show that the printed form fails and the right one passes: \
 `tests/functions_photons.rs` for formulas, `tests/passes_photons.rs` for passes.
 ";
 
@@ -39,16 +48,21 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         id: "P3",
-        printed: "nothing on h = 0 and R → 0, where the recursion stands still",
-        right: "a sphere is at least `photons.least_step` voxels wide; its length is its own extent, the exponent's edge that of the level read",
-        effect: NeverRan,
+        printed: "the same for every h and R: where h or R is 0, h' is h. The first h is not said",
+        right: "a sphere is at least `photons.least_step` voxels wide; its length is its own extent, the exponent's edge that of the level \
+                read. As printed a cone of R = 0 stands still beside its apex and finds nothing: smooth mirrors and glass are black in a \
+                closed room. The first sphere is one of least width in both forms, since from h = 0 no cone would find anything",
+        effect: Measured { right: &[], printed: &["photons.ledger.still=printed"] },
     },
     Row {
         id: "P4",
-        printed: "radiance × VoxelSize²/ConeDiameter² at every step",
-        right: "a photon's area is that of the level that is read: the factor is 1, and mips carry it (P6). With the base voxel's edge \
-                light falls off with distance twice",
-        effect: Measured { right: &[], printed: &["photons.ledger.factor=printed"] },
+        printed: "radiance 1/D² · Σ BRDF · E · v² of the photons that a cone of diameter D meets",
+        right: "the notes' formula, level by level: a level holds Σ BRDF · E · v² over its own face, and a cone reads the level whose edge \
+                is D. A plane gives what it sends at every level and between them. Interpolated between levels are these quotients, of \
+                which the notes say nothing: sums interpolated before they are divided would give a plane up to 1.26 times its light, and \
+                `photons-printed` 1.62 of the indirect light of `cornell-point` instead of 1.04. A cone narrower than a voxel reads a whole \
+                one: D is at least v",
+        effect: Fixed,
     },
     Row {
         id: "P5",
@@ -57,10 +71,19 @@ pub const ROWS: &[Row] = &[
         effect: Measured { right: &[], printed: &["photons.ledger.color=printed"] },
     },
     Row {
+        id: "P19",
+        printed: "the premultiplied value, BRDF · E · opacity, counts as it is stored",
+        right: "divided by the opacity that the map holds beside it, direction by direction, and multiplied by the opacity that the step \
+                meets (P9): a step shows as much of a wall as it hides, which sixteen directions alone say too coarsely",
+        effect: Measured { right: &[], printed: &["photons.ledger.premultiplied=printed"] },
+    },
+    Row {
         id: "P6",
-        printed: "\"filtering\", without a word on how: the mean of eight children",
-        right: "flux per area: a quarter of the children's sum, v²/D² level by level, capped at 1 with its colour; photons behind \
-                others of the same cell count as far as these let through. The mean halves a plane's opacity with every level",
+        printed: "\"filtering\", without a word on how. P4 asks for the sum of photons; their opacity is stored with them, premultiplied, and \
+                  so is filtered alike: v²/D² · Σ opacity, cut at 1 where it is read",
+        right: "these sums, but for two things: opacity is cut at 1 at every level, and its colour with it; and photons behind others of \
+                the same cell count as far as these let through. Opacity by the mean of eight would halve a plane's with every level: \
+                2.7 of the indirect light of `cornell-point` with `photons-printed`",
         effect: Measured { right: &[], printed: &["photons.ledger.mips=printed"] },
     },
     Row {
@@ -124,9 +147,12 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         id: "P16",
-        printed: "a geometry shader is not needed",
-        right: "neither is it here: the vertex shader pulls the triangle, a raster without attachments counts samples. Which voxels a \
-                triangle touches is the ground's conservative list, of which samples reach a part",
+        printed: "several samples per pixel instead of conservative rasterisation; a geometry shader is not needed",
+        right: "the notes' form: in one pass the vertex shader pulls the triangle, and each sample finds its voxel in depth, which lists the \
+                triangle and counts the sample. `photons.voxelise=conservative` lists all voxels that a triangle touches, by the ground's \
+                geometry shader, and counts samples in a second pass. An item without samples sends nothing and hides nothing: at 64³ the \
+                boxes' images are the same, the gallery's differs by 0.04 %, where such an item is lit for others that are alike. Both \
+                miss parts of triangles that lie between samples. Recording the scene's triangles takes a geometry shader, with every method",
         effect: Fixed,
     },
     Row {

@@ -1,7 +1,7 @@
 //! Voxel cone tracing derived from photon mapping: one file per pass.
 //!
 //! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: [`ledger`] lists what of them is wrong
-//! or open, and what is done instead. Samples of a multisampled raster measure how much of each voxel a triangle fills; every
+//! or open, and what is done instead. Samples of a multisampled raster say which voxels a triangle fills, and how much of each; every
 //! list item is lit; a voxel sums up what its items send in sixteen directions, and how much they stand in the way. Cones are
 //! drawn by the BRDF, each as wide as its share of it, and go through the volume in spheres that touch.
 
@@ -16,14 +16,15 @@ use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{CellVolume, EmptyCells, FillCells, FillDesc, MipCells};
-use crate::ground::constants::{LAMP_POINTS, LIT, with};
+use crate::ground::constants::{LAMP_POINTS, LIT, SAMPLES, with};
 use crate::ground::memory_plan::MemoryRow;
+use crate::ground::voxelise::samples_per_pixel;
 use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Image, Recorder};
-use constants::{DIFFUSE_CONES, SAMPLES};
+use constants::DIFFUSE_CONES;
 use cover::Cover;
 pub use super::ledger::Form;
-pub use settings::{AoMultiplies, Composite, KEYS, Ledger, Opacity, Settings};
+pub use settings::{AoMultiplies, Composite, KEYS, Ledger, Opacity, Settings, Voxels};
 pub use volume::PhotonVolume;
 
 pub const PASS_UNITS: &[(&str, PassUnit)] =
@@ -33,7 +34,8 @@ pub const PASS_UNITS: &[(&str, PassUnit)] =
 const PARTS: &[&str] = &["", " OPACITY"];
 
 pub struct Lighting {
-    cover: Cover,
+    /// Unless the lists are made of samples.
+    cover: Option<Cover>,
     shade: PerBounce<FillCells>,
     empty: EmptyCells,
     mips: MipCells,
@@ -44,8 +46,10 @@ pub struct Lighting {
 
 impl Gi for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
+        let own = &settings.of.photons;
         Wants {
             lists: true,
+            sampled: (own.voxelise == Voxels::Samples).then_some(own.samples),
             cells: true,
             last_cells: true,
             lit_items: true,
@@ -65,7 +69,7 @@ impl Gi for Lighting {
     fn new(maker: &Maker) -> Result<Self> {
         let Maker { context, settings, features, .. } = *maker;
         let own = &settings.of.photons;
-        let samples = cover::samples(context, own.samples)?;
+        let samples = samples_per_pixel(context, own.samples)?;
         let constants = constants::constants(own);
         let voxels = with(crate::ground::constants::constants(settings, features), &constants);
         let of_items = [
@@ -81,7 +85,9 @@ impl Gi for Lighting {
             FillCells::new(context, &desc)
         };
         Ok(Self {
-            cover: Cover::new(context, &voxels, samples)?,
+            cover: (own.voxelise == Voxels::Conservative)
+                .then(|| Cover::new(context, &voxels, samples))
+                .transpose()?,
             shade: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, shade)?,
             empty: EmptyCells::new(context, "gi/photons/empty.comp", &voxels)?,
             mips: MipCells::new(context, "photons", PARTS, &voxels)?,
@@ -91,9 +97,9 @@ impl Gi for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        if update.lists {
-            // Samples say how much of its voxel every listed triangle fills.
-            self.cover.record(r, ground);
+        // Samples say how much of its voxel every listed triangle fills, unless the lists say so already.
+        if let Some(cover) = self.cover.as_ref().filter(|_| update.lists) {
+            cover.record(r, ground);
         }
         self.shade.each(&self.volumes, update.history, |shade, from, to| {
             // What the last lists filled and these do not is emptied.

@@ -6,6 +6,16 @@ use crate::gi::ledger::{Form, switches};
 use crate::settings::{Key, Range, choices, key, names, rare};
 
 choices! {
+    /// Which voxels a triangle fills.
+    Voxels {
+        /// Those into which samples of a multisampled raster fall: neither conservative rasterisation nor a geometry shader.
+        Samples = "samples",
+        /// All that it touches, by the ground's conservative raster; a second raster counts samples.
+        Conservative = "conservative",
+    }
+}
+
+choices! {
     /// How the spheres of a cone hide each other.
     Composite {
         /// Each hides a share of what is behind it, as if they were independent.
@@ -44,6 +54,7 @@ pub struct Settings {
     pub bounce: u32,
     /// Cones for a rough lobe.
     pub glossy: u32,
+    pub voxelise: Voxels,
     /// Of the raster that measures coverage, per pixel; fewer where the device has not as many.
     pub samples: u32,
     pub opacity: Opacity,
@@ -71,12 +82,13 @@ switches! {
     "see docs/photons.md";
     beer 0 "photons.ledger.beer" "exponent of Beer's law, with composite = over: diameter/increment, or length/edge",
     steps 1 "photons.ledger.steps" "spheres: h' = (h + hR)/(1 − R) for every R, or bounded",
-    factor 2 "photons.ledger.factor" "a photon's area over the cone's: of the base voxel, or of the level that is read",
+    still 2 "photons.ledger.still" "where R or h is 0: the recursion stands still, or spheres are photons.least_step wide",
     color 3 "photons.ledger.color" "what colour is weighted with: the opacity that was read, or that of the step",
     ao 4 "photons.ledger.ao" "the exponential sum: visibility beyond each sphere, without start and end, or whole",
-    mips 5 "photons.ledger.mips" "mips: the mean of eight children, or a quarter of their sum",
+    mips 5 "photons.ledger.mips" "mips: photons summed as they are, or as far as they are seen and fill no more than all",
     directions 6 "photons.ledger.directions" "a texel of the octahedral map: at its middle, or its mean",
     seams 7 "photons.ledger.seams" "filtering at the octahedral map's border: repeated, or folded",
+    premultiplied 8 "photons.ledger.premultiplied" "light of the map: with its own opacity, or with that of the opacity volume",
 }
 
 impl Default for Settings {
@@ -86,6 +98,7 @@ impl Default for Settings {
             diffuse: 8,
             bounce: 4,
             glossy: 8,
+            voxelise: Voxels::Samples,
             samples: 8,
             opacity: Opacity::Sided,
             composite: Composite::Sum,
@@ -140,11 +153,19 @@ pub const KEYS: &[&[Key]] = &[
             "a cone each, where something is glossy",
         )),
         rare(key(
+            "photons.voxelise",
+            "choice",
+            names!(Voxels),
+            "which voxels a triangle fills: those that samples of a multisampled raster find, or those of a conservative raster, whose \
+             samples a second raster counts",
+            "conservative adds a geometry shader, an exact test of every voxel, and the pass cover",
+        )),
+        rare(key(
             "photons.samples",
             "samples",
             Range::OneOf(&[1, 4, 8]),
             "samples per pixel that measure how much of a voxel a triangle fills; the most that the device has, up to this",
-            "the pass cover alone",
+            "the pass that takes them alone: voxelise, or cover",
         )),
         rare(key(
             "photons.opacity",

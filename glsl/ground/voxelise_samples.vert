@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Cover: every vertex pulls its whole triangle from the buffer and projects its own corner along the axis that the triangle faces
-// most, without a geometry shader.
+// Voxelise by samples: every vertex pulls its whole triangle from the buffer and projects its own corner along the axis that the
+// triangle faces most, without a geometry shader.
 
 #include "common/count.glsl"
 #include "common/dominant_axis.glsl"
@@ -12,6 +12,8 @@
 
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 
+#include "ground/grid_push.glsl"
+
 layout(location = 0) flat out uint out_triangle;
 layout(location = 1) flat out uint out_axis;
 layout(location = 2) flat out vec3 out_normal;
@@ -20,9 +22,9 @@ void main() {
     COUNT(CORNERS, 3u);
     // The draw's count is the recorder's counter, which runs on past a full buffer.
     out_triangle = min(uint(gl_VertexIndex) / 3u, uint(triangles.length()) - 1u);
-    vec3 a = triangles[out_triangle].corners[0];
-    vec3 b = triangles[out_triangle].corners[1];
-    vec3 c = triangles[out_triangle].corners[2];
+    vec3 a = in_grid(triangles[out_triangle].corners[0]);
+    vec3 b = in_grid(triangles[out_triangle].corners[1]);
+    vec3 c = in_grid(triangles[out_triangle].corners[2]);
     out_normal = triangle_normal(a, b, c);
     out_axis = dominant_axis(out_normal);
     uint corner = uint(gl_VertexIndex) % 3u;

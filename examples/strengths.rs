@@ -1,7 +1,11 @@
-//! What each method is good for, in numbers: writes `docs/study/strengths.md`.
+//! Writes `docs/study/strengths.md`, a comparison of the methods in numbers, and the tables of README.md and
+//! docs/accuracy.md.
 //!
-//! `cargo run --release --example strengths [PRESET,…]`: measures these presets again, by default all of the page's, and takes
-//! the other lines from the page as it stands. Errors, times and memory are those of the study's rows.
+//! `cargo run --release --example strengths [PRESET,…]` measures leaks and noise of these presets again, by default of
+//! all that the page shows, and keeps the other lines of the page. With `none` it measures nothing. Errors, times and
+//! memory are taken from the rows of the study.
+
+pub mod tables;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,6 +20,8 @@ use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
+use tables::Row;
+
 /// The presets that are measured, one for each way to use a method.
 pub const PRESETS: &[&str] = &["fast", "balanced", "accurate", "cones", "lpv", "photons"];
 /// The rows that the page quotes, and the scenes of each.
@@ -27,18 +33,25 @@ const SIZE: u32 = 96;
 const FRAMES: usize = 7;
 const STEP_M: f64 = 0.02;
 
-pub const OPENING: &str = "# What each method is good for, in numbers
+pub const OPENING: &str = "# Strengths of the methods in numbers
 
-Written by `cargo run --release --example strengths`; `tests/strengths.rs` holds the first two tables against the study's rows. Of `lpv` and `photons` it is the mended
-presets. Errors (`rel`, and energy, of the indirect light against as many bounces), GPU times and memory are from [rows.csv](rows.csv) and [rooms/rows.csv](rooms/rows.csv):
-128×128 pixels on llvmpipe, two CPU cores. The boxes and the gallery have 64³ voxels, the thick-walled room and the atrium 128³.
+Written by `cargo run --release --example strengths`, for readers who choose a method. `tests/strengths.rs` compares all
+tables but the last with the rows of the study. `lpv` and `photons` are the presets with the errors of their sources
+mended. Errors, GPU times and memory are from [rows.csv](rows.csv) and [rooms/rows.csv](rooms/rows.csv): 128×128 pixels,
+llvmpipe on two CPU cores, two bounces. The boxes and the gallery have 64³ voxels, the thick-walled room and the atrium
+128³. [The definition](../accuracy.md#definition) says what error and energy are. Cells of errors hold error and energy:
+smaller errors are better, and 1 is the best energy.
 
-*Leak*: two closed rooms share a double-sided wall, a light is in one: mean of the dark room's image over the lit one's. The wall is a voxel of 64³ thick, or half of one.
-*Noise*: how much a pixel of the indirect light differs from what its neighbours on the same surface let one expect (second differences over √6, over the mean), on cornell-point.
-*Moving light*: the same from frame to frame, over seven frames in which its lamp moves by 2 cm each; the truth has next to none. *All*: with `bounces = all`.
+- *Leak*: two closed rooms share a double-sided wall, and one of them has a light. The number is the mean of the dark
+  room's image over the mean of the lit room's. The wall is as thick as one voxel of 64³, or half as thick.
+- *Noise*: how far a pixel's indirect light is from the value that its neighbours on the same surface let one expect
+  (second differences over √6, over the mean), on cornell-point.
+- *Moving light*: the same distance from frame to frame, over seven frames in which the lamp moves by 2 cm each. The
+  truth has nearly none. *All* is with `bounces = all`.
 ";
 
 fn main() -> Result<()> {
+    tables::fill(Path::new(env!("CARGO_MANIFEST_DIR")))?;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study");
     let page = folder.join("strengths.md");
     let before = fs::read_to_string(&page).unwrap_or_default();
@@ -68,65 +81,41 @@ fn is_measured(line: &str, preset: &str) -> bool {
     line.starts_with(&format!("| `{preset}` |")) && line.matches(" |").count() == 6 && line.contains('%')
 }
 
-/// The tables of errors, and of times and memory, from the study's rows.
+/// The tables of errors, and of times and memory, from the rows of the study.
 pub fn quoted(folder: &Path) -> Result<String> {
     let mut scenes = Vec::new();
     for (name, wanted) in ROWS {
-        let path = folder.join(name);
-        let text = fs::read_to_string(&path).map_err(|e| Error::file(&path, e.to_string()))?;
-        let table = csv(&text);
+        let table = tables::read(&folder.join(name))?;
         scenes.extend(wanted.iter().map(|scene| (*scene, table.clone())));
     }
-    let mut errors = String::from("\n## Error\n\n| preset |");
-    let mut costs = String::from("\n## Time and memory\n\n| preset |");
-    scenes.iter().for_each(|(scene, _)| errors += &format!(" {scene} |"));
-    scenes.iter().for_each(|(scene, _)| costs += &format!(" {scene} |"));
-    let rule = format!("\n|---|{}\n", "---:|".repeat(scenes.len()));
-    errors += &rule;
-    costs += &rule;
-    for preset in PRESETS {
-        errors += &format!("| `{preset}` |");
-        costs += &format!("| `{preset}` |");
-        for (scene, table) in &scenes {
-            let row = table.iter().find(|row| cell(row, "scene") == *scene && cell(row, "name") == *preset);
-            let number = |name: &str| row.and_then(|row| cell(row, name).parse::<f64>().ok());
-            let pair = |a: Option<f64>, b: Option<f64>, digits: [usize; 2], units: [&str; 2]| match (a, b) {
-                (Some(a), Some(b)) => format!(" {a:.*}{}, {b:.*}{} |", digits[0], units[0], digits[1], units[1]),
-                _ => " – |".to_owned(),
-            };
-            let error = (number("same_indirect_rel"), number("same_indirect_energy"));
-            errors += &pair(error.0, error.1, [3, 2], ["", ""]);
-            let memory = number("memory_bytes").map(|bytes| bytes / 1048576.0);
-            costs += &pair(number("frame_gpu_ms"), memory, [0, 0], [" ms", " MiB"]);
-        }
-        errors += "\n";
-        costs += "\n";
-    }
-    Ok(errors + &costs)
-}
-
-type CsvRow = Vec<(String, String)>;
-
-fn cell<'a>(row: &'a CsvRow, name: &str) -> &'a str {
-    row.iter().find(|(column, _)| column == name).map_or("", |(_, value)| value)
-}
-
-/// RFC 4180, as `rows.csv` is written: cells may be quoted.
-fn csv(text: &str) -> Vec<CsvRow> {
-    let split = |line: &str| {
-        let (mut cells, mut quoted) = (vec![String::new()], false);
-        for c in line.chars() {
-            match c {
-                '"' => quoted = !quoted,
-                ',' if !quoted => cells.push(String::new()),
-                c => cells.last_mut().expect("a cell").push(c),
-            }
-        }
-        cells
+    let titles = scenes.iter().map(|(scene, _)| format!(" {scene} |")).collect::<String>();
+    let head = |title: &str| format!("\n## {title}\n\n| preset |{titles}\n|---|{}\n", "---:|".repeat(scenes.len()));
+    let table = |title: &str, cell: &dyn Fn(&Row) -> Option<String>| {
+        let line = |preset: &&str| {
+            let cells = scenes.iter().map(|(scene, rows)| {
+                let row = rows.iter().find(|row| row.shows(scene, preset));
+                format!(" {} |", row.and_then(cell).unwrap_or_else(|| tables::MISSING.to_owned()))
+            });
+            format!("| `{preset}` |{}\n", cells.collect::<String>())
+        };
+        head(title) + &PRESETS.iter().map(line).collect::<String>()
     };
-    let mut lines = text.lines().map(split);
-    let header = lines.next().unwrap_or_default();
-    lines.map(|cells| header.iter().cloned().zip(cells).collect()).collect()
+    let error = |part: &'static str| {
+        move |row: &Row| {
+            let number = |metric: &str| row.number(&format!("same_{part}_{metric}"));
+            Some(format!("{:.3}, {:.2}", number("rel")?, number("energy")?))
+        }
+    };
+    let cost = |row: &Row| {
+        let mib = row.number("memory_bytes")? / 1048576.0;
+        Some(format!("{:.0} ms, {mib:.0} MiB", row.number("frame_gpu_ms")?))
+    };
+    Ok([
+        table("Error and energy of the whole image", &error("total")),
+        table("Error and energy of the indirect light on diffuse surfaces", &error("diffuse")),
+        table("Time and memory", &cost),
+    ]
+    .concat())
 }
 
 /// A preset's line of the last table.

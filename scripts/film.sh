@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Renders six images of the demo, two seconds apart, into docs/demo.png, a picture in the README.
+# Renders six images of the demo, two seconds apart, into docs/demo.png, a picture of docs/usage.md.
 # Needs ImageMagick. Usage: film.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."

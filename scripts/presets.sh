@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Renders the gallery with every preset and by path tracing with unlimited bounces, into docs/presets.png, the README's picture.
+# Renders the gallery with every preset and by path tracing with unlimited bounces, into docs/presets.png, the picture of docs/methods.md.
 # Needs ImageMagick. Usage: presets.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -1,4 +1,5 @@
-//! `docs/study/strengths.md` is what its example writes: its quoted tables word by word, and a line of measurements per preset.
+//! The pages that `examples/strengths.rs` writes are those in the project: quoted tables word by word, and in
+//! `docs/study/strengths.md` a line of measurements per preset.
 
 #[path = "../examples/strengths.rs"]
 #[allow(dead_code)]
@@ -13,8 +14,12 @@ use twobounce::vk::{Context, ContextOptions};
 const AGAIN: &str = "run `cargo run --release --example strengths`";
 
 #[test]
-fn the_page_is_what_the_example_writes() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study");
+fn the_pages_are_what_the_example_writes() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (name, text, filled) in strengths::tables::pages(root).expect("pages with tables") {
+        assert!(text == filled, "the tables of {name} differ from the study's rows: {AGAIN}");
+    }
+    let folder = root.join("docs/study");
     let page = fs::read_to_string(folder.join("strengths.md")).expect("the page");
     let rest = page.strip_prefix(strengths::OPENING).unwrap_or_else(|| panic!("another opening: {AGAIN}"));
     let quoted = strengths::quoted(&folder).expect("the study's rows");

@@ -87,8 +87,8 @@ const COORDINATE_MAX: f64 = 1e15;
 impl Scene {
     /// Loads the glTF 2.0 file at `path`, `-` for standard input: buffers, images, the chosen scene, every animation.
     ///
-    /// The README lists the supported extensions. Points and lines are left out, and so are textures that cannot be read, unless
-    /// `options.strict`. Each simplification adds one of [`Scene::warnings`].
+    /// `docs/usage.md` lists the supported extensions. Points and lines are left out, and so are textures that cannot be
+    /// read, unless `options.strict`. Each simplification adds one of [`Scene::warnings`].
     ///
     /// # Errors
     /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0, unsupported required extensions, and scenes

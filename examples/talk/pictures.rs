@@ -90,8 +90,8 @@ pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
     pictures.push(("mips.png", sheet(&mips?, 5)));
 
     let [(_, five), (_, sixteen)] = corrected;
-    for (name, settings) in [("one-bounce.png", one), ("corrected.png", five), ("corrected-16.png", sixteen)] {
-        frame.change(&context, &desc(&settings))?;
+    for (name, settings) in [("one-bounce.png", &one), ("corrected.png", &five), ("corrected-16.png", &sixteen)] {
+        frame.change(&context, &desc(settings))?;
         make_lists(&context, &mut frame, &pose)?;
         let image = render(&context, &mut frame, &scene, &pose)?;
         pictures.push((name, sheet(&[shown(image.get(Aov::Beauty))], 1)));

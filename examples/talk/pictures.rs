@@ -3,7 +3,6 @@
 use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use glam::{Vec2, Vec3};
 use half::f16;
@@ -15,8 +14,6 @@ use twobounce::ground::layout::{Globals, ListItem, Triangle};
 use twobounce::ground::scene_on_gpu::ScenePacked;
 use twobounce::layers::Aov;
 use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
-use twobounce::reference::film::Film;
-use twobounce::reference::{self, Control, Depth, Options, Stop};
 use twobounce::scene::{LoadOptions, Pose, Scene};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{Context, ContextOptions, Recorder, RecorderOptions, download, download_image};
@@ -28,8 +25,6 @@ const EDGE: u32 = 128;
 pub const IMAGE_SIZE: u32 = 512;
 /// Pixels of a slice of the volume, a side.
 const TILE: u32 = 256;
-/// Samples per pixel of the path-traced image.
-const SAMPLES: u32 = 96;
 /// Pixels between tiles.
 const GAP: u32 = 4;
 /// The slice of the volume that is shown, from above: voxels with this y, a little over the floor.
@@ -100,21 +95,6 @@ pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
     pictures.push(("indirect.png", sheet(&[shown(indirect)], 1)));
     pictures.push(("image.png", sheet(&[shown(beauty)], 1)));
     Ok((pictures, ev))
-}
-
-/// The path-traced picture at an exposure of `ev`.
-pub fn traced(ev: f32) -> Result<Named> {
-    let scene = gallery()?;
-    let pose = scene.pose(None, 0.0);
-    let stop = Stop::Samples(SAMPLES);
-    let (width, height) = (IMAGE_SIZE, IMAGE_SIZE);
-    let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
-    let mut film = Film::new(width, height);
-    let control = Control { progress: &|_| (), save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) };
-    reference::render((&scene, &pose, &scene.view(&pose, 0)), &options, &mut film, control)?;
-    let layers = film.layers(&[]);
-    let pixel = |x: u32, y: u32| exposed(Vec3::from(layers.beauty()[(y * width + x) as usize]), ev);
-    Ok(("path-traced.png", sheet(&[square(width, pixel)], 1)))
 }
 
 /// The passes up to the lists alone, until their buffers are large enough.
@@ -213,7 +193,7 @@ fn slice(
     }))
 }
 
-fn exposed(radiance: Vec3, ev: f32) -> [u8; 3] {
+pub fn exposed(radiance: Vec3, ev: f32) -> [u8; 3] {
     tone_curve((radiance * ev.exp2()).to_array()).map(srgb_code)
 }
 
@@ -222,12 +202,12 @@ fn tile(pixel: impl Fn(u32, u32) -> [u8; 3]) -> RgbImage {
     square(TILE, pixel)
 }
 
-fn square(side: u32, pixel: impl Fn(u32, u32) -> [u8; 3]) -> RgbImage {
+pub fn square(side: u32, pixel: impl Fn(u32, u32) -> [u8; 3]) -> RgbImage {
     RgbImage::from_fn(side, side, |x, y| Rgb(pixel(x, y)))
 }
 
 /// Tiles in rows of `columns`, as a PNG.
-fn sheet(tiles: &[RgbImage], columns: usize) -> Vec<u8> {
+pub fn sheet(tiles: &[RgbImage], columns: usize) -> Vec<u8> {
     let step = tiles[0].width() + GAP;
     let [width, height] = [columns, tiles.len().div_ceil(columns)].map(|count| count as u32 * step - GAP);
     let mut whole = RgbImage::from_pixel(width, height, Rgb([255; 3]));

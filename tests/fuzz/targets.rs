@@ -10,6 +10,7 @@ use twobounce::chart::store::{CHART, Store, Stored};
 use twobounce::layers::Layers;
 use twobounce::measure::metrics;
 use twobounce::measure::picture::side_by_side;
+use twobounce::measure::terms::Subtract;
 use twobounce::memory::Limit;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::cache::Cache;

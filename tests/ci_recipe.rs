@@ -59,7 +59,7 @@ fn a_scene_or_a_renderer_that_changes_is_found() {
     let lamp = |folder: &TempDir| change(folder, "\"intensity\":1.25", "\"intensity\":1.30");
     let wall = |folder: &TempDir| change(folder, "0.61,0.055,0.045", "0.31,0.055,0.045");
     let dark = |folder: &TempDir| fs::write(folder.path().join("scenes/room.render"), "--method none").unwrap();
-    let rough = |folder: &TempDir| fs::write(folder.path().join("scenes/room.render"), "--preset printed").unwrap();
+    let rough = |folder: &TempDir| fs::write(folder.path().join("scenes/room.render"), "--preset lpv").unwrap();
     type Change<'a> = (&'a str, &'a dyn Fn(&TempDir));
     let changes: [Change; 4] = [
         ("a lamp that is 4 % brighter", &lamp),

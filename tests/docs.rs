@@ -195,6 +195,7 @@ fn tables_say_how_the_indirect_light_was_measured() {
     let terms = "lights.shadows=rays lights.lamps=sampled";
     let rows = format!(
         "{head},equal_terms\ngallery,printed,cones,9,{numbers},\"{terms}\"\ngallery,fast,rays,7,{numbers},\n\
+         gallery,corrected,cones,9,{numbers},{terms}\ngallery,lpv-printed,lpv,9,{numbers},lights.lamps=sampled\n\
          gallery,fast bounces=1,rays,1,{numbers},\nroom,accurate,rays,1,{numbers},\n"
     );
     let today = page(&rows);
@@ -203,7 +204,9 @@ fn tables_say_how_the_indirect_light_was_measured() {
     assert!(today.find(fast[0]) < today.find(printed[0]), "another order than that of the tables");
     assert!(fast[0].starts_with("| `fast` | `rays` | 7 | 0.250 | 0.125 | 9 shared rays"), "{fast:?}");
     assert!(printed[0].starts_with("| `printed` | `cones` | 9 | 0.250 | 0.125 † |"), "{printed:?}");
-    assert!(today.contains("†: measured with `lights.shadows=rays` and `lights.lamps=sampled`"), "{today}");
+    assert!(of("| `corrected` |")[0].contains(" † |") && of("| `lpv-printed` |")[0].contains(" ‡ |"), "{today}");
+    assert!(today.contains("†: measured with `lights.shadows=rays` and `lights.lamps=sampled`; "), "{today}");
+    assert!(today.contains("‡: measured with `lights.lamps=sampled`.*"), "{today}");
     assert_eq!(fast[1], "| `fast` | 0.250 | 0.50 | 0.125 | 0.75 | those of the preset |");
     assert!(printed[1].ends_with("| `lights.shadows=rays` and `lights.lamps=sampled` |"), "{printed:?}");
     assert!(!today.contains(tables::MISSING) && !today.contains("accurate"), "{today}");

@@ -162,10 +162,11 @@ fn presets(rows: &[Row]) -> String {
         let meaning = PRESETS.iter().find(|known| known.name == *preset).map_or("", |known| known.meaning);
         let [whole, indirect] = [number(row, "same_total_rel", 3), indirect(row, "rel", 3)];
         let terms = code(row.cell("equal_terms"));
-        let mark = if terms.is_empty() { "" } else { " †" };
         if !terms.is_empty() && !all_terms.contains(&terms) {
-            all_terms.push(terms);
+            all_terms.push(terms.clone());
         }
+        let mark =
+            all_terms.iter().position(|known| *known == terms).map_or(String::new(), |i| format!(" {}", mark(i)));
         table += &format!(
             "| `{preset}` | `{}` | {} | {whole} | {indirect}{mark} | {meaning} |\n",
             row.cell("method"),
@@ -173,9 +174,7 @@ fn presets(rows: &[Row]) -> String {
         );
     }
     let mut notes = vec![of_scene.first().map_or(String::new(), |(_, row)| conditions(row))];
-    if !all_terms.is_empty() {
-        notes.push(format!("†: measured with {}", all_terms.join(", or with ")));
-    }
+    notes.extend(all_terms.iter().enumerate().map(|(i, terms)| format!("{}: measured with {terms}", mark(i))));
     if table.contains(MISSING) {
         notes.push(format!("{MISSING}: not measured yet"));
     }
@@ -219,6 +218,11 @@ fn conditions(row: &Row) -> String {
         100.0 * row.number("same_noise").unwrap_or_default(),
         voxels = row.cell("voxels")
     )
+}
+
+/// The mark of a footnote, counted from 0.
+fn mark(number: usize) -> String {
+    if number % 2 == 0 { "†".repeat(number / 2 + 1) } else { "‡".repeat(number / 2 + 1) }
 }
 
 /// Settings in words, each as code.

@@ -291,8 +291,8 @@ fn light_is_what_is_hidden_times_radiance_and_printed_is_not() {
     }
 }
 
-/// The notes' formula: Σ photons · v²/D² of a plane is what one of its photons sends, for cones of every diameter at and between
-/// levels. A level holds Σ · v²/edge²; from the grid's edge on its photons are all that a cone finds.
+/// The notes' formula: Σ photons · v²/D² of a plane is what one of its photons sends, for cones of every diameter at
+/// and between levels. A level holds Σ · v²/edge²; from the grid's edge on its photons are all that a cone finds.
 #[test]
 fn summed_photons_times_their_area_over_the_cones_are_the_planes_light() {
     let gpu = Gpu::new();
@@ -323,8 +323,8 @@ fn summed_photons_times_their_area_over_the_cones_are_the_planes_light() {
     assert!(between > 4, "{between} diameters between levels");
 }
 
-/// An opaque fog whose map says that three fifths of it send 0.3: the light of a part that fills all of it is 0.5; the notes'
-/// premultiplied value counts as it is.
+/// An opaque fog whose map says that three fifths of it send 0.3: the light of a part that fills all of it is 0.5; the
+/// notes' premultiplied value counts as it is.
 #[test]
 fn premultiplied_light_counts_as_it_is_or_with_the_opacity_that_is_met() {
     let gpu = Gpu::new();

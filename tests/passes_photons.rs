@@ -163,7 +163,8 @@ fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
             lights.insert(item.light.front.map(f32::to_bits));
         }
     }
-    // Beyond these there may be samples that the rasteriser's snapping moves into a voxel that the triangle does not touch.
+    // Beyond these there may be samples that the rasteriser's snapping moves into a voxel that the triangle does not
+    // touch.
     for (pair, item) in found.iter().filter(|(pair, _)| !listed.contains_key(*pair)) {
         let [least, most] = counts(item.corners, per_pixel, EDGE)[&pair.0];
         assert!(least == 0 && item.samples <= most, "a voxel with {} samples is in no list", item.samples);
@@ -335,8 +336,9 @@ fn a_plane_keeps_its_opacity_and_its_light_in_mips() {
     }
 }
 
-/// As printed: Σ photons · v²/D², with the base voxel's edge v and a diameter D of each level's edge. A plane gives what it sends,
-/// at every level; and whatever there is, a level holds the sum of all photons below it, on its own face.
+/// As printed: Σ photons · v²/D², with the base voxel's edge v and a diameter D of each level's edge. A plane gives
+/// what it sends, at every level; and whatever there is, a level holds the sum of all photons below it, on its own
+/// face.
 #[test]
 fn printed_mips_sum_photons_up_and_a_plane_gives_one_at_every_level() {
     let context = gpu::context();

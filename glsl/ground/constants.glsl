@@ -13,7 +13,7 @@ layout(constant_id = 7) const uint SHADOW_RAYS = 1u; // per light with an extent
 layout(constant_id = 8) const uint DIRECT = 0u; // where the direct light of list items comes from
 layout(constant_id = 10) const uint LIT = 0u; // which list items are lit
 layout(constant_id = 12) const uint BOXES = 0u; // of finer voxels within the grid
-layout(constant_id = 13) const uint SAMPLES = 4u; // per pixel of the raster that measures how much of a voxel a triangle fills
+layout(constant_id = 13) const uint SAMPLES = 4u; // per pixel of the raster that measures what a triangle fills of a voxel
 
 const uint SHADOWS_NONE = 0u;
 const uint SHADOWS_METHOD = 1u;

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Voxelise by samples: every vertex pulls its whole triangle from the buffer and projects its own corner along the axis that the
-// triangle faces most, without a geometry shader.
+// Voxelise by samples: every vertex pulls its whole triangle from the buffer and projects its own corner along the axis
+// that the triangle faces most, without a geometry shader.
 
 #include "common/count.glsl"
 #include "common/dominant_axis.glsl"

@@ -152,8 +152,8 @@ pub struct Wants {
     pub lists: bool,
     /// of what the dilated triangles touch: more than the triangles do;
     pub dilated: bool,
-    /// or of the voxels into which samples of a multisampled raster fall, so many a pixel: fewer. With [`Wants::item_samples`], which
-    /// the ground then counts.
+    /// or of the voxels into which samples of a multisampled raster fall, so many a pixel: fewer. With
+    /// [`Wants::item_samples`], which the ground then counts.
     pub sampled: Option<u32>,
     /// Exact rays, through a tree of boxes about the triangles.
     pub rays: bool,
@@ -169,8 +169,8 @@ pub struct Wants {
     pub alike: bool,
     /// and two where another surface cuts the part of an item that is lit.
     pub split: bool,
-    /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them, unless the
-    /// lists are made of them.
+    /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them,
+    /// unless the lists are made of them.
     pub item_samples: bool,
     /// Words of 32 bits for the specular lobe in which each side of a list item sends direct light.
     pub lobe_words: u32,

@@ -2,9 +2,9 @@
 //! of any grid.
 //! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
 //!
-//! Or by samples: a multisampled raster without attachments and without a geometry shader, whose vertex shader pulls the whole
-//! triangle (`glsl/ground/voxelise_samples.vert`). A voxel lists a triangle if a sample of it falls into the voxel, and how many do.
-//! Writes: item samples as well. Twin: `tests/twins/cover.rs`.
+//! Or by samples: a multisampled raster without attachments and without a geometry shader, whose vertex shader pulls
+//! the whole triangle (`glsl/ground/voxelise_samples.vert`). A voxel lists a triangle if a sample of it falls into the
+//! voxel, and how many do. Writes: item samples as well. Twin: `tests/twins/cover.rs`.
 
 use std::sync::Arc;
 
@@ -84,7 +84,8 @@ impl Voxelise {
         Ok(Self { pipeline: Raster::new(context, &desc)?, samples: 1 })
     }
 
-    /// Lists the triangles of which samples fall into a voxel. `wanted`: samples per pixel, as far as the device has them.
+    /// Lists the triangles of which samples fall into a voxel. `wanted`: samples per pixel, as far as the device has
+    /// them.
     ///
     /// # Errors
     /// As [`samples_per_pixel`].

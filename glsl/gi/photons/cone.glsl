@@ -20,8 +20,8 @@ struct Sphere {
     float extent; // diameter
 };
 
-// The sphere whose near side is `front` away: h − hR = front. Near the apex spheres shrink to nothing, and h = 0 leads to h = 0: the
-// extent is bounded.
+// The sphere whose near side is `front` away: h − hR = front. Near the apex spheres shrink to nothing, and h = 0 leads
+// to h = 0: the extent is bounded.
 Sphere sphere_at(float front, float ratio) {
     float middle = front / (1.0 - ratio);
     float extent = 2.0 * ratio * middle;
@@ -33,8 +33,8 @@ Sphere sphere_beyond(float front, float ratio) {
     return sphere_at(front, min(ratio, MOST_RATIO));
 }
 
-// The next one touches it. As printed h' = (h + hR)/(1 − R) for every R: from R = 1 on there is none, which a negative extent says,
-// and at R = 0 it is where the last one was.
+// The next one touches it. As printed h' = (h + hR)/(1 − R) for every R: from R = 1 on there is none, which a negative
+// extent says, and at R = 0 it is where the last one was.
 Sphere sphere_after(Sphere last, float ratio) {
     float front = last.middle + 0.5 * last.extent;
     float r = printed(ROW_STEPS) ? ratio : min(ratio, MOST_RATIO);
@@ -92,7 +92,8 @@ ConeLight trace_cone(vec3 from, vec3 d, float ratio) {
         if (a > 0.0) {
             // Colour counts as much as opacity does; printed, as much as the opacity that was read.
             float weight = printed(ROW_COLOR) ? a * seen.open : met;
-            // Σ photons · v²/D²: mips hold Σ photons · v²/edge². The diameter exceeds the edge only where the grid ends.
+            // Σ photons · v²/D²: mips hold Σ photons · v²/edge². The diameter exceeds the edge only where the grid
+            // ends.
             float factor = printed(ROW_MIPS) ? edge * edge / (diameter * diameter) : 1.0;
             seen.light += weight * factor * light_towards(-d, at, level, a);
         }

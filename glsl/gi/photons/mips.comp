@@ -5,9 +5,9 @@
 // Mips of the parents of occupied cells: of the map, a thread per cell and direction; with OPACITY of what stands in the way, a
 // thread per cell. Held by tests/passes_photons.rs.
 //
-// The notes' Σ photons · v²/D², with each level's edge for D, is a quarter of the eight children's sum. A plane, of which four
-// children hold a part, keeps its opacity and its light. The printed form is this sum. The right form counts photons behind others
-// of the same cell as far as these let through, and cuts opacity at 1, with its light.
+// The notes' Σ photons · v²/D², with each level's edge for D, is a quarter of the eight children's sum. A plane, of
+// which four children hold a part, keeps its opacity and its light. The printed form is this sum. The right form counts
+// photons behind others of the same cell as far as these let through, and cuts opacity at 1, with its light.
 
 #include "common/count.glsl"
 #include "gi/photons/constants.glsl"

@@ -1,6 +1,6 @@
-//! Cover, with `photons.voxelise` = conservative: a multisampled raster without attachments counts, for every item of the ground's
-//! lists, the samples of its triangle's column that lie in its voxel. Where the lists are made of samples there is no such pass.
-//! Reads: triangles, lists. Writes: item samples. Twin: `tests/twins/cover.rs`.
+//! Cover, with `photons.voxelise` = conservative: a multisampled raster without attachments counts, for every item of
+//! the ground's lists, the samples of its triangle's column that lie in its voxel. Where the lists are made of samples
+//! there is no such pass. Reads: triangles, lists. Writes: item samples. Twin: `tests/twins/cover.rs`.
 //!
 //! The lists say which voxels a triangle touches, exactly; samples say how much of each it fills.
 

@@ -8,7 +8,8 @@ use crate::settings::{Key, Range, choices, key, names, rare};
 choices! {
     /// Which voxels a triangle fills.
     Voxels {
-        /// Those into which samples of a multisampled raster fall: neither conservative rasterisation nor a geometry shader.
+        /// Those into which samples of a multisampled raster fall: neither conservative rasterisation nor a geometry
+        /// shader.
         Samples = "samples",
         /// All that it touches, by the ground's conservative raster; a second raster counts samples.
         Conservative = "conservative",

@@ -9,10 +9,13 @@ use std::process::Command;
 use cli_common::{after_first_row, interrupted};
 use twobounce::chart::study::lines;
 
-/// Axis and setting of every line of the page's table, an axis named once.
+/// Axis and setting of every line of the page's table, an axis named once. A star marks lines with a second image.
 fn table(page: &str) -> Vec<String> {
     let rows = page.lines().filter(|line| line.starts_with("| ") && line.contains("| `"));
-    rows.map(|line| line.split('|').skip(1).take(2).map(str::trim).collect::<Vec<_>>().join(" ")).collect()
+    rows.map(|line| {
+        line.split('|').skip(1).take(2).map(|cell| cell.trim().trim_end_matches('*')).collect::<Vec<_>>().join(" ")
+    })
+    .collect()
 }
 
 /// The same of today's table of axes.

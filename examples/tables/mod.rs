@@ -222,7 +222,7 @@ fn conditions(row: &Row) -> String {
 
 /// The mark of a footnote, counted from 0.
 fn mark(number: usize) -> String {
-    if number % 2 == 0 { "†".repeat(number / 2 + 1) } else { "‡".repeat(number / 2 + 1) }
+    ["†", "‡"][number % 2].repeat(number / 2 + 1)
 }
 
 /// Settings in words, each as code.

@@ -60,26 +60,9 @@ pub const AXES: &[(&str, &str, &[&str])] = &[
     ("roughness", "cones", &["cones.roughness_fit=linear"]),
     ("shadows", "corrected", &["lights.shadows=none,rays", "lights.shadows=rays cones.first_bounce_shadows=true"]),
     (
-        "ledger",
+        "sets of the talk",
         "corrected",
-        &[
-            "cones.ledger.d1=printed",
-            "cones.ledger.d2=printed",
-            "cones.ledger.d10=printed",
-            "cones.ledger.d11=printed",
-            "cones.ledger.d17=printed",
-            "cones.ledger.d18=printed",
-            "cones.ledger.d21=printed",
-            "cones.ledger.d22=printed",
-            "cones.ledger.d12=printed",
-            "cones.ledger.d13=printed",
-            "cones.ledger.d15=printed",
-            "cones.ledger.d19=printed",
-            "cones.ledger.d30=printed",
-            "cones.set=6a",
-            "cones.set=6a cones.ledger.d6=printed",
-            "cones.set=16 cones.ledger.d26=printed",
-        ],
+        &["cones.set=6a", "cones.set=6a cones.ledger.d6=printed", "cones.set=16 cones.ledger.d26=printed"],
     ),
 ];
 

@@ -128,7 +128,7 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
          {devices}. `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
          against light of as many bounces, `all` against all light; the references' own noise is {noise} %. *Whole* is `rel` of the whole\n\
          image, *diffuse* that of the indirect light on diffuse surfaces, on equal terms: direct light and lamps are the exact ones\n\
-         ([accuracy](../accuracy.md) defines both). Lines marked * were measured for that with what rows.csv names in its column\n\
+         (`docs/accuracy.md` defines both). Lines marked * were measured for that with what rows.csv names in its column\n\
          `equal_terms`. **Bold**: no other setting is both faster and more accurate. [rows.csv](rows.csv)\n\
          has every number.\n\n## Surprises\n\n{}{handwritten}{}\n",
         chart.width, chart.height, HANDWRITTEN[0], HANDWRITTEN[1]

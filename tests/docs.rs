@@ -123,7 +123,11 @@ fn pages() -> Vec<String> {
     files(&root().join("docs"), &mut found);
     let pages = found.iter().filter(|path| path.extension().is_some_and(|extension| extension == "md"));
     let pages = pages.map(|path| path.strip_prefix(root()).unwrap().to_str().unwrap().to_owned());
-    pages.chain(["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "assets/README.md"].map(str::to_owned)).collect()
+    pages
+        .chain(
+            ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "assets/README.md"].map(str::to_owned),
+        )
+        .collect()
 }
 
 /// The anchors of a page's headings: lower case, without punctuation, with dashes for spaces.

@@ -72,16 +72,21 @@ fn frames_that_are_to_be_timed_do_everything() {
 }
 
 #[test]
-fn light_that_is_jittered_is_never_kept() {
+fn light_that_is_jittered_is_kept_for_one_time_alone() {
     let scene = room();
-    let pose = scene.pose(None, 0.0);
+    let [pose, later] = [0.0, 0.5].map(|time_s| scene.pose(None, time_s));
     let jittered = gpu::with(Settings::cones(), &["voxels=16", "cones.set=g4", "cones.jitter=true"]);
     let printed = Settings { voxels: 16, ..Settings::printed() };
     for settings in [jittered, printed] {
         let mut studio = Studio::new(&scene, &settings);
-        studio.image(&pose);
-        let (_, passes) = studio.image(&pose);
+        let (first, _) = studio.image(&pose);
+        let (again, passes) = studio.image(&pose);
+        assert_eq!(passes, ["image"]);
+        assert!(again == first);
+        // The cones turn with time.
+        let (turned, passes) = studio.image(&later);
         assert!(!does(&passes, &LISTS) && does(&passes, &LIGHT), "{passes:?}");
+        assert!(turned != first);
     }
 }
 

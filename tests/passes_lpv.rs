@@ -12,7 +12,8 @@ use bytemuck::Zeroable;
 use glam::{DVec3, IVec3, Vec3};
 use gpu::twins::propagation::{Cell, Cells, PUBLISHED, Rules, Texture, WAYS, aim, as_coefficients, shares};
 use scenes::Random;
-use twobounce::gi::lpv::LpvPush;
+use twobounce::gi::lpv::{self, LpvPush};
+use twobounce::ground::constants::with;
 use twobounce::ground::layout;
 use twobounce::vk::*;
 
@@ -51,6 +52,12 @@ fn pack([low, high]: [f64; 2]) -> u32 {
 }
 
 /// Steps on the device.
+/// Constants of a step of propagation past the sheets of surfaces, of one grid unless others say more.
+fn propagation(others: &[Constant]) -> Vec<Constant> {
+    let own = with(lpv::constants(&lpv::Settings::default()), &[("CASCADES", 1u32.into()), ("OCCLUSION", 2u32.into())]);
+    with(own, others)
+}
+
 struct Steps {
     context: Arc<Context>,
     first: Compute,
@@ -61,18 +68,24 @@ struct Steps {
 
 impl Steps {
     fn new(context: &Arc<Context>, edge: u32, rules: Rules) -> Self {
-        let pipeline = |first: u32| {
-            let (shader, lobe, apart, sharpness) = match rules {
+        let pipeline = |first: bool| {
+            let (shader, lobe, apart, sharpness): (_, u32, _, _) = match rules {
                 Rules::Lobes { own, integral } => {
                     ("gi/lpv/propagate.comp", if integral == PI { 2 } else { 0 }, u32::from(!own), 0.0)
                 }
                 Rules::Beams(sharpness) => ("gi/lpv/propagate_beams.comp", 1, 1, sharpness as f32),
             };
-            let constants = [(32, edge), (34, lobe), (35, 2), (36, apart), (39, first), (49, sharpness.to_bits())];
+            let constants = propagation(&[
+                ("LPV_EDGE", edge.into()),
+                ("LOBE", lobe.into()),
+                ("SUM", apart.into()),
+                ("FIRST_STEP", first.into()),
+                ("SHARPNESS", sharpness.into()),
+            ]);
             Compute::new(context, &ComputeDesc { label: "propagate", shader, constants: &constants })
                 .expect("a pipeline")
         };
-        Self { context: context.clone(), first: pipeline(1), next: pipeline(0), edge, rules }
+        Self { context: context.clone(), first: pipeline(true), next: pipeline(false), edge, rules }
     }
 
     /// Images with these texels, or empty ones.
@@ -295,7 +308,8 @@ fn what_passes_into_a_cell_is_by_hand() {
     blockers[index(cell)] = [pack([0.5, 0.0]), pack([0.0, 0.0]), pack([0.25, 0.0]), 0];
     let blockers = upload(&context, "blockers", &blockers).expect("an upload");
     let passages = upload(&context, "passages", &vec![[0u32; 3]; empty.cells.len()]).expect("an upload");
-    let desc = ComputeDesc { label: "passages", shader: "gi/lpv/passages.comp", constants: &[(32, edge)] };
+    let desc =
+        ComputeDesc { label: "passages", shader: "gi/lpv/passages.comp", constants: &[("LPV_EDGE", edge.into())] };
     let pipeline = Compute::new(&context, &desc).expect("a pipeline");
     let mut recorder = Recorder::new(&context, RecorderOptions::default()).expect("a recorder");
     recorder.zone("passages", ZoneKind::Compute, 0, |r| {
@@ -348,7 +362,13 @@ fn a_finer_grid_takes_in_what_the_coarser_one_has_there() {
     let places = upload(&context, "cascades", &[[x, y, z, 2.0], [-1.0, -2.0, -3.0, 1.0]]).expect("an upload");
     let passages = upload(&context, "passages", &vec![[u32::MAX; 3]; count]).expect("an upload");
     let frame = upload(&context, "frame", &[layout::Frame { scale: 1.0, ..Zeroable::zeroed() }]).expect("an upload");
-    let constants = [(32, edge), (33, 2), (34, 1), (35, 2), (39, 1), (49, 0.5f32.to_bits())];
+    let constants = propagation(&[
+        ("LPV_EDGE", edge.into()),
+        ("CASCADES", 2u32.into()),
+        ("LOBE", 1u32.into()),
+        ("FIRST_STEP", true.into()),
+        ("SHARPNESS", 0.5.into()),
+    ]);
     let desc = ComputeDesc { label: "propagate", shader: "gi/lpv/propagate_beams.comp", constants: &constants };
     let pipeline = Compute::new(&context, &desc).expect("a pipeline");
     let sampler = Sampler::new(&context, Filter::NEAREST, SamplerAddressMode::CLAMP_TO_EDGE).expect("a sampler");

@@ -17,7 +17,6 @@ use gpu::twins::dilate::outline;
 use gpu::twins::record::{in_voxels, record};
 use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise, voxelise_dilated};
 use scenes::{Random, add, triangle};
-use twobounce::ground::constants::{EDGE, HARDWARE};
 use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::layout::{GridPush, Triangle};
 use twobounce::ground::reset;
@@ -281,13 +280,13 @@ fn outlines_are_their_twins() {
     let (context, triangles, settings) = (gpu::context(), needles_and_tiny_triangles(), metre_grid(64));
     let renderer = gpu::render(&context, &of_triangles(&triangles), &settings, 16);
     let exact = voxelise(&triangles, 64);
-    for (hardware, dilation) in [(0, 0.5 + ROOM), (1, ROOM)] {
+    for (hardware, dilation) in [(0u32, 0.5 + ROOM), (1, ROOM)] {
         let desc = RasterDesc {
             label: "outlines",
             vertex: "ground/voxelise.vert",
             geometry: Some("ground/voxelise.geom"),
             fragment: Some("ground/voxelise.frag"),
-            constants: &[(EDGE, 64), (HARDWARE, hardware)],
+            constants: &[("EDGE", 64u32.into()), ("HARDWARE", hardware.into())],
             ..Default::default()
         };
         let pipeline = Raster::new(&context, &desc).expect("a pipeline");

@@ -90,7 +90,7 @@ fn rays(facets: &[Facet], edge: u32, count: usize) -> Vec<Ray> {
 
 fn trace(context: &Arc<Context>, renderer: &Renderer, settings: &Settings, shadow: bool, rays: &[Ray]) -> Vec<Found> {
     let mut constants = constants(settings, Features::of(renderer.scene(), settings));
-    constants.push((20, u32::from(shadow)));
+    constants.push(("SHADOW", u32::from(shadow).into()));
     let desc = ComputeDesc { label: "rays", shader: "test/rays.comp", constants: &constants };
     let pipeline = Compute::new(context, &desc).expect("a pipeline");
     let inputs = upload(context, "inputs", rays).expect("an upload");

@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use common::{assert_clean, gpu, new_gpu};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use twobounce::vk::{
-    self, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc, Recorder, RecorderOptions,
-    Stage, ZoneKind,
+    self, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc, Constant, Recorder,
+    RecorderOptions, Stage, ZoneKind,
 };
 
 /// Keeps a log.
@@ -28,8 +28,29 @@ struct Push {
     add: u32,
 }
 
-fn copy_pass(constants: &[(u32, u32)]) -> Compute {
+fn copy_pass(constants: &[Constant]) -> Compute {
     Compute::new(&gpu(), &ComputeDesc { label: "copy", shader: "test/copy.comp", constants }).unwrap()
+}
+
+/// The message with which a pass refuses these constants.
+fn refusal(constants: &[Constant]) -> String {
+    panic_message(|| drop(copy_pass(constants)))
+}
+
+#[test]
+fn constants_are_checked_by_their_names() {
+    let scale = ("SCALE", 3u32.into());
+    drop(copy_pass(&[scale]));
+    assert_eq!(refusal(&[]), "pass copy: glsl/test/copy.comp depends on the constant SCALE, which is not given");
+    let unknown = refusal(&[scale, ("SCALES", 3u32.into())]);
+    assert_eq!(unknown, "pass copy: no header declares the constant SCALES, nor does glsl/test/copy.comp");
+    let elsewhere = refusal(&[scale, ("HARDWARE", 1u32.into())]);
+    assert!(elsewhere.contains("HARDWARE"), "another shader's own constant: {elsewhere}");
+    let other_type = refusal(&[("SCALE", 3.0.into())]);
+    assert_eq!(other_type, "pass copy: glsl/test/copy.comp declares SCALE like Uint(1), but gets Float(3.0)");
+    assert_eq!(refusal(&[scale, scale]), "pass copy: the constant SCALE is given twice");
+    // A constant of a header may be given to a pass that does not include it, since passes share lists.
+    drop(copy_pass(&[scale, ("EDGE", 64u32.into())]));
 }
 
 fn items(count: u32) -> Vec<Item> {
@@ -49,7 +70,7 @@ fn data_survives_the_way_up_and_down() {
 #[test]
 fn a_compute_pass_reads_structs_push_block_and_constants() {
     for per_pass in [false, true] {
-        let pass = copy_pass(&[(0, 3)]);
+        let pass = copy_pass(&[("SCALE", 3u32.into())]);
         let source = vk::upload(&gpu(), "source", &items(100)).unwrap();
         let target = vk::upload(&gpu(), "target", &[u32::MAX; 128]).unwrap();
         let mut recorder = Recorder::new(&gpu(), RecorderOptions { per_pass, log: false }).unwrap();
@@ -76,7 +97,7 @@ fn a_compute_pass_reads_structs_push_block_and_constants() {
 
 #[test]
 fn reflection_gives_names_kinds_stages_and_layouts() {
-    let pass = copy_pass(&[]);
+    let pass = copy_pass(&[("SCALE", 1u32.into())]);
     let storage = |binding, name: &str, read_only| Binding {
         binding,
         name: name.to_owned(),
@@ -157,7 +178,7 @@ fn panic_of(f: impl FnOnce()) -> String {
 
 #[test]
 fn a_wrong_binding_panics_naming_pass_and_binding() {
-    let pass = copy_pass(&[]);
+    let pass = copy_pass(&[("SCALE", 1u32.into())]);
     let buffer = vk::upload(&gpu(), "buffer", &[0_u32; 64]).unwrap();
     let push = Push { count: 0, add: 0 };
     let dispatch = |binds: &[Bind<'_>]| {

@@ -41,7 +41,7 @@ const PASSES: usize = 10;
 fn recording_over_a_warm_slot_takes_nothing_from_the_heap() {
     let host = Host::new();
     let context = host.adopt(|_| ()).unwrap();
-    let pass = ComputeDesc { label: "copy", shader: "test/copy.comp", constants: &[] };
+    let pass = ComputeDesc { label: "copy", shader: "test/copy.comp", constants: &[("SCALE", 1u32.into())] };
     let pass = Compute::new(&context, &pass).unwrap();
     let formats = [Format::R32G32B32A32_SFLOAT, Format::R16G16B16A16_SFLOAT];
     let draw = RasterDesc {

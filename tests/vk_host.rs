@@ -50,7 +50,7 @@ impl Passes {
             color_formats: &formats,
             ..Default::default()
         };
-        let compute = ComputeDesc { label: "copy", shader: "test/copy.comp", constants: &[] };
+        let compute = ComputeDesc { label: "copy", shader: "test/copy.comp", constants: &[("SCALE", 1u32.into())] };
         Self {
             compute: Compute::new(context, &compute).expect("a pipeline"),
             raster: Raster::new(context, &raster).expect("a pipeline"),

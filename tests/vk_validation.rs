@@ -9,7 +9,7 @@ use twobounce::vk::{self, Bind, Compute, ComputeDesc, Context, ContextOptions, R
 
 /// One dispatch writes what the next one reads; without a barrier between them that is a hazard.
 fn write_then_read(context: &Arc<Context>, barrier: bool) {
-    let desc = ComputeDesc { label: "copy", shader: "test/copy.comp", constants: &[] };
+    let desc = ComputeDesc { label: "copy", shader: "test/copy.comp", constants: &[("SCALE", 1u32.into())] };
     let pass = Compute::new(context, &desc).unwrap();
     let buffers = ["a", "b", "c"].map(|label| vk::upload(context, label, &[0_u32; 64]).unwrap());
     let mut recorder = Recorder::new(context, RecorderOptions::default()).unwrap();

@@ -8,10 +8,10 @@
 
 layout(local_size_x = LIT_COUNTS + 1u) in; // a thread per level: 256³ has nine; the last one counts items that are lit
 
-layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 16, scalar) readonly buffer Cells { uint cells[]; };
-layout(set = 0, binding = 17, scalar) writeonly buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) readonly buffer GlobalsBuffer { Globals globals; };
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer Cells { uint cells[]; };
+layout(scalar) writeonly buffer CellCounts { CellCount cell_counts[]; };
 
 void main() {
     uint level = gl_LocalInvocationID.x;

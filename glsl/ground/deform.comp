@@ -7,9 +7,9 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer DeformWords { uint deform_words[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer DeformPose { float deform_pose[]; };
-layout(set = 0, binding = 2, scalar) writeonly buffer SceneVertices { uint scene_vertices[]; };
+layout(scalar) readonly buffer DeformWords { uint deform_words[]; };
+layout(scalar) readonly buffer DeformPose { float deform_pose[]; };
+layout(scalar) writeonly buffer SceneVertices { uint scene_vertices[]; };
 
 const uint HAS_TANGENTS = 1u;
 const uint FLAT = 2u;

@@ -2,6 +2,7 @@
 // src/ground/finish.rs is the twin.
 
 #include "common/sheen.glsl"
+#include "ground/texture.glsl"
 
 struct Finish {
     vec3 coat_normal; // unit, on the side looked at

@@ -3,12 +3,16 @@
 // which tell them the stored irradiance, what is mirrored of it, had it been sent evenly, and the mean of the unit directions to the lights;
 // it answers with the share that it keeps.
 // A method that lights other points than the middle of an item's part defines METHOD_POINTS before this file.
+//! per method
+//! with LOOK_UP except none
+//! given const bool CLIPS_ITEMS = true;
+//! given const bool LIGHTS_FRONTS = false;
 // The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
 // voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
 
 #define LIGHTS_ITEMS
 
-layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
+layout(scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
 #include "ground/brdf.glsl"
 #include "common/clip.glsl"

@@ -1,6 +1,7 @@
 // Clearcoat, sheen, film, brushed grain and light from the far side, as ground/brdf.glsl adds them to a surface.
 
 #include "common/thin_film.glsl"
+#include "ground/surface.glsl"
 
 const float COAT_F0 = 0.04; // of index 1.5
 

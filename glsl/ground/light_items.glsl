@@ -1,12 +1,14 @@
 // Lights the items of the lists, a thread per item that is lit, or takes this pass into the mean of what they send. A thread per
 // voxel would have rays in a loop: llvmpipe ends every loop of an invocation once all of them together have gone round 65535 times.
+//! given const bool CLIPS_ITEMS = true;
+//! given const bool LIGHTS_FRONTS = false;
 
 #include "ground/item_light.glsl"
 #include "ground/cells.glsl"
 #include "ground/boxes.glsl"
 
-layout(set = 0, binding = 22, scalar) buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(scalar) buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) readonly buffer LitItems { uint lit_items[]; };
 
 layout(push_constant) uniform SharesPush {
     uint first; // of the items, in 1/ITEM_SHARES

@@ -25,10 +25,10 @@ layout(push_constant, scalar) uniform Push {
     uint translucent;
 } push;
 
-layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 2, scalar) buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 10, scalar) writeonly buffer AttributeWords { uint attribute_words[]; };
-layout(set = 0, binding = 14, scalar) writeonly buffer Slots { uint slots[]; };
+layout(scalar) buffer GlobalsBuffer { Globals globals; };
+layout(scalar) buffer Triangles { Triangle triangles[]; };
+layout(scalar) writeonly buffer AttributeWords { uint attribute_words[]; };
+layout(scalar) writeonly buffer Slots { uint slots[]; };
 
 void write_word(inout uint place, float value) {
     attribute_words[place++] = floatBitsToUint(value);

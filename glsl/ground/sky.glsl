@@ -1,7 +1,9 @@
 // Stored radiance of the sky: the same all around, graded, or a map. src/scene/sky/ makes what is read of a map; src/scene/sky/mod.rs
 // and tests/sky_map.rs have its CPU twin.
 
-#ifdef SKY_MAPS
+#include "common/numbers.glsl"
+#include "ground/constants.glsl"
+#include "ground/frame.glsl"
 
 // A texel, RGB9E5.
 vec3 sky_texel(uint word) {
@@ -69,22 +71,17 @@ vec3 sky_mean(vec2 place, float aperture) {
     return sum;
 }
 
-#endif
-
 // Towards unit d, as sharp as it is.
 vec3 sky_towards(vec3 d) {
-#ifdef SKY_MAPS
     if (feature(FEATURE_SKY_MAP)) {
         return sky_between(0u, frame.sky_width, frame.sky_height, sky_place(d), 1e30) * (frame.sky_scale * frame.scale);
     }
-#endif
     return (frame.sky + frame.sky_gradient * d.y) * frame.scale;
 }
 
 // Mean over a cone about unit d; `aperture`: the tangent of its half angle. `bright`: the share of the map's bright part that the
 // look is to find; lights send the rest.
 vec3 sky_about(vec3 d, float aperture, float bright) {
-#ifdef SKY_MAPS
     if (feature(FEATURE_SKY_MAP)) {
         vec2 place = sky_place(d);
         vec3 found = sky_mean(place, aperture);
@@ -94,18 +91,15 @@ vec3 sky_about(vec3 d, float aperture, float bright) {
         }
         return found * (frame.sky_scale * frame.scale);
     }
-#endif
     return sky_towards(d);
 }
 
 // Irradiance/π of a surface with unit normal n that nothing hides the sky from, without the bright part.
 vec3 sky_over(vec3 n) {
     const float MEAN_COSINE_OF_SKY = 0.6666667; // of what an even sky sends onto a surface, to its normal
-#ifdef SKY_MAPS
     if (feature(FEATURE_SKY_MAP)) {
         return sky_about(n, 1e6, 0.0);
     }
-#endif
     return sky_towards(MEAN_COSINE_OF_SKY * n);
 }
 

@@ -21,14 +21,14 @@ const float TO_CORNER = 0.98; // of the way from the part's middle
 
 vec2 candidates_at[CANDIDATES]; // voxels from the voxel's middle along the two axes after the dominant one
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 23, scalar) buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 24, scalar) buffer LitItems { uint lit_items[]; };
+#include "ground/frame.glsl"
+layout(scalar) buffer GlobalsBuffer { Globals globals; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer Heads { uint heads[]; };
+layout(scalar) readonly buffer Materials { Material materials[]; };
+layout(scalar) buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) buffer LitItems { uint lit_items[]; };
 
 #include "ground/boxes.glsl"
 

@@ -2,15 +2,8 @@
 #include "common/color.glsl"
 #include "common/triangle_box.glsl"
 #include "ground/attributes.glsl"
-#include "ground/texture.glsl"
-
-vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
-    mat2 linear = mat2(slot.linear.xy, slot.linear.zw);
-    vec2 at = slot.uv_set == 0u ? uv.xy : uv.zw;
-    return sample_texture(slot, linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
-}
-
 #include "ground/finish.glsl"
+#include "ground/texture.glsl"
 
 struct Surface {
     vec3 position; // voxels

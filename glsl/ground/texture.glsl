@@ -79,3 +79,9 @@ vec4 sample_texture(TextureSlot slot, vec2 uv, mat2 footprint, bool srgb) {
     }
     return sum / float(probes.count);
 }
+
+vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
+    mat2 linear = mat2(slot.linear.xy, slot.linear.zw);
+    vec2 at = slot.uv_set == 0u ? uv.xy : uv.zw;
+    return sample_texture(slot, linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
+}

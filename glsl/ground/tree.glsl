@@ -7,9 +7,9 @@
 #include "common/count.glsl"
 #include "ground/tree_nodes.glsl"
 
-layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place among the triangles
-layout(set = 0, binding = 32, scalar) readonly buffer TreeLinks { uint tree_links[]; };
-layout(set = 0, binding = 56, scalar) readonly buffer TreeBoxes { uvec3 tree_boxes[]; };
+layout(scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place among the triangles
+layout(scalar) readonly buffer TreeLinks { uint tree_links[]; };
+layout(scalar) readonly buffer TreeBoxes { uvec3 tree_boxes[]; };
 
 struct Way {
     vec3 inverse; // planes: distance = plane × inverse + bias

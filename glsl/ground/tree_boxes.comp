@@ -11,10 +11,10 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; };
-layout(set = 0, binding = 32, scalar) readonly buffer TreeLinks { uint tree_links[]; };
-layout(set = 0, binding = 56, scalar) buffer TreeBoxes { uvec3 tree_boxes[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Slots { uint slots[]; };
+layout(scalar) readonly buffer TreeLinks { uint tree_links[]; };
+layout(scalar) buffer TreeBoxes { uvec3 tree_boxes[]; };
 
 layout(push_constant) uniform Push {
     uint first; // node

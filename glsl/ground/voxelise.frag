@@ -17,7 +17,7 @@ layout(location = 2) flat in vec3 in_normal;
 layout(location = 3) flat in vec3 in_dilated[4];
 #endif
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 
 #include "ground/list_append.glsl"
 

@@ -22,7 +22,7 @@ layout(location = 2) flat out vec3 out_normal;
 layout(location = 3) flat out vec3 out_dilated[4]; // a strip in the triangle's plane
 #endif
 
-layout(constant_id = 11) const uint HARDWARE = 0u; // 1: every touched pixel gets a fragment as it is
+layout(constant_id) const uint HARDWARE = 0u; // 1: every touched pixel gets a fragment as it is
 
 // Half a pixel, and room for the rasteriser's snapping to 1/256 pixel: exactly 0.5 loses 0.5 % of the pairs. What is at least
 // twice that room wide also keeps an area when snapped: devices may drop what has none.

@@ -4,10 +4,10 @@
 #include "test/common.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint SCALE = 1;
+layout(constant_id) const uint SCALE = 1;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Source { Item source[]; };
-layout(set = 0, binding = 1, scalar) writeonly buffer Target { uint target[]; };
+layout(scalar) readonly buffer Source { Item source[]; };
+layout(scalar) writeonly buffer Target { uint target[]; };
 layout(push_constant, scalar) uniform Push {
     uint count;
     uint add;

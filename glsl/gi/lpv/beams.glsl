@@ -4,6 +4,10 @@
 // the mean direction says how narrow the beam is (a moment closure, as in radiative transfer). What a cell sends onto the five
 // faces of each neighbour takes the directions to these faces along. CPU twin: tests/twins/propagation.rs.
 
+#include "ground/frame.glsl"
+#include "gi/lpv/constants.glsl"
+#include "gi/lpv/field.glsl"
+
 struct Beam {
     vec4 flux; // rgb: stored radiance × area of a cell's face; a: the same of a sky of radiance 1
     vec3 moment; // weight of the flux × mean direction of travel

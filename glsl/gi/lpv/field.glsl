@@ -2,6 +2,8 @@
 // In the source's coefficients, flux = 2 √π c₀, and x = −√(12 π) c₃ (y and z alike). CPU twin: tests/twins/propagation.rs.
 // rgb: stored radiance × area of a cell's face; a: the same of a sky of radiance 1.
 
+#include "gi/lpv/constants.glsl"
+
 struct Field {
     vec4 flux;
     vec4 x;

@@ -19,14 +19,14 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 33, scalar) writeonly buffer BlockersBuffer { uvec4 blockers[]; };
-layout(set = 0, binding = 35, scalar) readonly buffer GridItems { ListItem grid_items[]; };
-layout(set = 0, binding = 36, scalar) readonly buffer GridHeads { uint grid_heads[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Materials { Material materials[]; };
+layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) writeonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(scalar) readonly buffer GridItems { ListItem grid_items[]; };
+layout(scalar) readonly buffer GridHeads { uint grid_heads[]; };
 #ifdef BEAMS
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
+#include "ground/frame.glsl"
 #include "gi/lpv/beams.glsl"
 #include "gi/lpv/new_beams.glsl"
 #else

@@ -10,9 +10,9 @@
 
 const bool FINDS_LAMPS = false;
 
-layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
-layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; }; // cells = voxels · w + xyz
-layout(set = 0, binding = 48) uniform sampler3D sums[6]; // the grids one above the other
+layout(scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; }; // cells = voxels · w + xyz
+uniform sampler3D sums[6]; // the grids one above the other
 
 // With beams: what was sent along +x +y +z −x −y −z; else the four parts of a Field.
 struct Found {

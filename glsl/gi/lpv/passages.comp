@@ -11,8 +11,8 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
-layout(set = 0, binding = 36, scalar) writeonly buffer Passages { uvec3 passages[]; };
+layout(scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(scalar) writeonly buffer Passages { uvec3 passages[]; };
 
 Blockers blockers_in(ivec3 cell) {
     if (!in_volume(cell)) {

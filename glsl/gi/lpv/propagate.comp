@@ -13,12 +13,12 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
-layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
-layout(set = 0, binding = 36, scalar) readonly buffer Passages { uvec3 passages[]; };
-layout(set = 0, binding = 40) uniform sampler3D old_light[4];
+layout(scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
+layout(scalar) readonly buffer Passages { uvec3 passages[]; };
+uniform sampler3D old_light[4];
 #include "gi/lpv/new_light.glsl"
-layout(set = 0, binding = 48, rgba32f) uniform image3D sums[4]; // the grids one above the other
+layout(rgba32f) uniform image3D sums[4]; // the grids one above the other
 
 Field light_in(ivec3 cell) {
     return Field(texelFetch(old_light[0], cell, 0), texelFetch(old_light[1], cell, 0), texelFetch(old_light[2], cell, 0), texelFetch(old_light[3], cell, 0));

@@ -14,11 +14,11 @@
 // Rows: a CPU device has their cells in one vector.
 layout(local_size_x = 16, local_size_y = 4) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
-layout(set = 0, binding = 36, scalar) readonly buffer Passages { uvec3 passages[]; };
-layout(set = 0, binding = 40) uniform sampler3D old_light[2]; // a KeptBeam
-layout(set = 0, binding = 48, rgba32f) uniform image3D sums[6]; // along +x +y +z −x −y −z, the grids one above the other
+#include "ground/frame.glsl"
+layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
+layout(scalar) readonly buffer Passages { uvec3 passages[]; };
+uniform sampler3D old_light[2]; // a KeptBeam
+layout(rgba32f) uniform image3D sums[6]; // along +x +y +z −x −y −z, the grids one above the other
 
 #include "gi/lpv/beams.glsl"
 #include "gi/lpv/new_beams.glsl"

@@ -2,6 +2,7 @@
 // Held by tests/functions_photons.rs.
 
 #include "common/count.glsl"
+#include "ground/frame.glsl"
 #include "gi/photons/volume.glsl"
 
 const uint STEP_CAP = 1024u; // steps of half a voxel cross 256³ in 887

@@ -16,9 +16,9 @@
 #include "ground/bindings.glsl"
 #include "ground/cells.glsl"
 
-layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 55, scalar) readonly buffer ItemSamples { uint item_samples[]; };
+layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) readonly buffer ItemSamples { uint item_samples[]; };
 
 const float DARK_BACK = 1e-3; // of the front's light; below that it counts as none: rounding and leaks
 

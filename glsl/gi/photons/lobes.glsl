@@ -4,6 +4,7 @@
 // Held by tests/functions_photons.rs.
 
 #include "common/lobe.glsl"
+#include "ground/constants.glsl"
 #include "gi/photons/octahedron.glsl"
 
 struct LobeLight {
@@ -12,7 +13,7 @@ struct LobeLight {
     float alpha;
 };
 
-layout(set = 0, binding = 25, scalar) buffer ItemLobes { uvec4 item_lobes[]; }; // per list item and side
+layout(scalar) buffer ItemLobes { uvec4 item_lobes[]; }; // per list item and side
 
 uvec4 pack_lobe(LobeLight l) {
     return uvec4(packHalf2x16(l.light.rg), packHalf2x16(vec2(l.light.b, l.alpha)), packHalf2x16(l.toward.xy),

@@ -16,9 +16,9 @@
 #include "ground/cells.glsl"
 
 // The level below.
-layout(set = 0, binding = 0) uniform sampler3D map_below;
-layout(set = 0, binding = 1) uniform sampler3D forth_below;
-layout(set = 0, binding = 2) uniform sampler3D back_below;
+uniform sampler3D map_below;
+uniform sampler3D forth_below;
+uniform sampler3D back_below;
 
 layout(push_constant) uniform Push {
     uint level;

@@ -4,9 +4,9 @@
 #include "gi/photons/constants.glsl"
 #include "gi/photons/octahedron.glsl"
 
-layout(set = 0, binding = 40) uniform sampler3D photons;
-layout(set = 0, binding = 41) uniform sampler3D met_forth;
-layout(set = 0, binding = 42) uniform sampler3D met_back;
+uniform sampler3D photons;
+uniform sampler3D met_forth;
+uniform sampler3D met_back;
 
 // What planes across one axis hide. They are filtered along it, and go on beyond the grid's sides.
 float met_along(uint axis, vec3 at, vec3 d, float level) {

@@ -11,17 +11,17 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
-layout(set = 0, binding = 29, scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
-layout(set = 0, binding = 59, scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
-layout(set = 0, binding = 36, scalar) readonly buffer LastHeads { uint last_heads[]; };
-layout(set = 0, binding = 37, scalar) readonly buffer LastItems { ListItem last_items[]; };
-layout(set = 0, binding = 38, scalar) readonly buffer LastParts { ItemPart last_parts[]; };
-layout(set = 0, binding = 39, scalar) readonly buffer LastLights { ItemLight last_lights[]; };
+#include "ground/frame.glsl"
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
+layout(scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
+layout(scalar) readonly buffer LastHeads { uint last_heads[]; };
+layout(scalar) readonly buffer LastItems { ListItem last_items[]; };
+layout(scalar) readonly buffer LastParts { ItemPart last_parts[]; };
+layout(scalar) readonly buffer LastLights { ItemLight last_lights[]; };
 
 #include "ground/boxes.glsl"
 

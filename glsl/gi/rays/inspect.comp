@@ -27,11 +27,11 @@ struct InspectedRay {
     uint back; // 1 where it was met from behind
 };
 
-layout(set = 0, binding = 61, scalar) writeonly buffer InspectedRays { InspectedRay inspected[]; };
+layout(scalar) writeonly buffer InspectedRays { InspectedRay inspected[]; };
 #else
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 61, rgba32f) writeonly uniform image2D kept_light; // stored radiance; 1 + the item, 0 where there is none
+layout(rgba32f) writeonly uniform image2D kept_light; // stored radiance; 1 + the item, 0 where there is none
 #endif
 
 Met met_at(vec2 pixel) {

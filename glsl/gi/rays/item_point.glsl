@@ -1,5 +1,7 @@
 // Where the items of `rays` are lit.
 
+#include "common/clip.glsl"
+#include "common/count.glsl"
 #include "ground/place_random.glsl"
 #include "ground/on_plane.glsl"
 #include "ground/boxes.glsl"

@@ -7,12 +7,12 @@
 #include "gi/rays/sees.glsl"
 #include "gi/rays/item_lobes.glsl"
 
-layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; }; // what list items sent one pass before
+layout(scalar) readonly buffer SeenLights { ItemLight seen_lights[]; }; // what list items sent one pass before
 
-layout(set = 0, binding = 59, scalar) readonly buffer SeenLobes { uvec2 seen_lobes[]; }; // and in lobes, per side
+layout(scalar) readonly buffer SeenLobes { uvec2 seen_lobes[]; }; // and in lobes, per side
 
 #ifndef LIGHTS_ITEMS
-layout(set = 0, binding = 21, scalar) readonly buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
+layout(scalar) readonly buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 #endif
 
 const uint UNLIT = ~0u; // no item is lit for it

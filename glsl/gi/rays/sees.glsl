@@ -1,6 +1,9 @@
 // Whether two points of what one item is lit for see each other.
 
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+#include "common/count.glsl"
+#include "ground/ray.glsl"
+
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 
 // Whether nothing opaque that the list of `voxel` holds stands between two points. What `lit_by` is lit for does not count: it is
 // the surface itself.

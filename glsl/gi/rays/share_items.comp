@@ -24,19 +24,19 @@ const float SAME_PLANE = 0.5; // voxels between two surfaces that count as one
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
-layout(set = 0, binding = 29, scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
+#include "ground/frame.glsl"
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer Heads { uint heads[]; };
+layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
 
 #ifdef FEEDBACK
-layout(set = 0, binding = 39, scalar) writeonly buffer OwnLights { ItemLight own_lights[]; };
-layout(set = 0, binding = 57, scalar) readonly buffer ItemLobes { uvec2 item_lobes[]; };
-layout(set = 0, binding = 59, scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
+layout(scalar) writeonly buffer OwnLights { ItemLight own_lights[]; };
+layout(scalar) readonly buffer ItemLobes { uvec2 item_lobes[]; };
+layout(scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
 #endif
 
 #include "ground/boxes.glsl"

@@ -13,10 +13,10 @@ const float UNITS = 64.0; // per unit of stored radiance on a voxel's face
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
-layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; };
-layout(set = 0, binding = 36, scalar) buffer LightSums { uvec2 light_sums[]; }; // low word, high word
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(scalar) readonly buffer SeenLights { ItemLight seen_lights[]; };
+layout(scalar) buffer LightSums { uvec2 light_sums[]; }; // low word, high word
 
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;

@@ -1,5 +1,6 @@
 // A voxel from what its list's items send: premultiplied stored radiance and alpha for travellers along +x +y +z −x −y −z, and
 // on average. With `uniform` and `front` a triangle is shaded once, for its front; the others tell a triangle's sides apart. CPU twin: tests/twins/shade.rs.
+//! given const uint FILL = 3u;
 
 #include "common/color.glsl"
 #include "common/fixed_sum.glsl"

@@ -12,10 +12,10 @@
 layout(local_size_x = 64) in;
 
 #ifdef MULTISAMPLED
-layout(set = 0, binding = 66) uniform usampler2DMS seen;
+uniform usampler2DMS seen;
 const uint SAMPLES = 4u;
 #else
-layout(set = 0, binding = 66) uniform usampler2D seen;
+uniform usampler2D seen;
 const uint SAMPLES = 1u;
 #endif
 

@@ -17,7 +17,7 @@ layout(push_constant) uniform Push {
     uint first_row; // of the gathered pixels, at the top of this band
 } push;
 
-layout(set = 0, binding = 66) uniform usampler2D seen; // visibility buffer of the band's gathered pixels
+uniform usampler2D seen; // visibility buffer of the band's gathered pixels
 
 layout(location = 0) out vec4 out_surface; // position, voxels; packed normal, −1 where nothing gathers
 layout(location = 1) out vec4 out_light; // E/π in stored radiance; open share of the hemisphere

@@ -13,11 +13,11 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 61) uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR where there is nothing
-layout(set = 0, binding = 62) uniform sampler2D given_normal;
-layout(set = 0, binding = 63) uniform sampler2D given_albedo;
-layout(set = 0, binding = 64, rgba32f) writeonly uniform image2D given_direct;
-layout(set = 0, binding = 65, rgba32f) writeonly uniform image2D given_indirect;
+uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR where there is nothing
+uniform sampler2D given_normal;
+uniform sampler2D given_albedo;
+layout(rgba32f) writeonly uniform image2D given_direct;
+layout(rgba32f) writeonly uniform image2D given_indirect;
 
 const float FAR = 1e30; // and above
 

@@ -8,13 +8,12 @@
 #include "common/triangle_box.glsl"
 #include "common/count.glsl"
 
-layout(constant_id = 9) const uint BLENDED = 0u; // 1: draws the blended triangles, back to front
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place in the buffer
-layout(set = 0, binding = 15, scalar) readonly buffer Order { uint order[]; }; // sources, back to front
+#include "ground/frame.glsl"
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Materials { Material materials[]; };
+layout(scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place in the buffer
+layout(scalar) readonly buffer Order { uint order[]; }; // sources, back to front
 
 layout(location = 0) flat out uint out_triangle;
 layout(location = 1) flat out uint out_back;

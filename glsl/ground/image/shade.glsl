@@ -1,5 +1,10 @@
 // Shades what a pixel sees of a triangle: direct light at every sample that sees it and, once, what the method looks up. With
 // GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row.
+//! fragment
+//! per method
+//! with GATHERED except none
+//! with AOVS
+//! given layout(push_constant) uniform Push { uint first_row; } push;
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"

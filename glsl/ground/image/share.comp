@@ -8,22 +8,22 @@
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 
-layout(set = 0, binding = 9, scalar) readonly buffer FrameBuffer { Frame frame; };
+#include "ground/frame.glsl"
 
 #include "ground/image/likeness.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0) uniform sampler2D surfaces;
-layout(set = 0, binding = 1) uniform sampler2D light;
-layout(set = 0, binding = 2) uniform sampler2D lamps;
-layout(set = 0, binding = 3) uniform sampler2D lamps_specular;
-layout(set = 0, binding = 4, rgba16f) writeonly uniform image2D shared_light;
-layout(set = 0, binding = 5, rgba16f) writeonly uniform image2D shared_lamps;
-layout(set = 0, binding = 6, rgba16f) writeonly uniform image2D shared_lamps_specular;
+uniform sampler2D surfaces;
+uniform sampler2D light;
+uniform sampler2D lamps;
+uniform sampler2D lamps_specular;
+layout(rgba16f) writeonly uniform image2D shared_light;
+layout(rgba16f) writeonly uniform image2D shared_lamps;
+layout(rgba16f) writeonly uniform image2D shared_lamps_specular;
 #ifdef LOBES
-layout(set = 0, binding = 7) uniform sampler2D mirrored;
-layout(set = 0, binding = 8, rgba16f) writeonly uniform image2D shared_mirrored;
+uniform sampler2D mirrored;
+layout(rgba16f) writeonly uniform image2D shared_mirrored;
 #endif
 
 layout(push_constant) uniform Push {

@@ -4,13 +4,12 @@
 use compile::{Compiled, Store, compile_all, find_files, numbered};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io, process};
 
 #[path = "src/vk/compile.rs"]
 mod compile;
-#[path = "src/vk/pack.rs"]
-mod pack;
 #[path = "src/vk/used.rs"]
 mod used;
 
@@ -22,7 +21,7 @@ const MADE_BY: &str =
 fn main() {
     // A folder is watched with everything below it, so this covers includes and new files too.
     println!("cargo:rerun-if-changed={ROOT}");
-    for script in ["build.rs", "src/vk/compile.rs", "src/vk/pack.rs", "src/vk/used.rs"] {
+    for script in ["build.rs", "src/vk/compile.rs", "src/vk/used.rs"] {
         println!("cargo:rerun-if-changed={script}");
     }
     // With `RUSTDOCFLAGS="--cfg internals"` the documentation has what is not for hosts, too.
@@ -72,16 +71,26 @@ impl Folder {
     /// Writes all words, packed, and Rust source: the shaders, sorted by name, and the constants that headers declare.
     fn write_table(&self, shaders: &[Compiled]) -> io::Result<()> {
         let mut all = Vec::new();
+        let words = |bytes: usize| bytes / size_of::<u32>();
         let mut text = format!("static HEADER_CONSTANTS: &[&str] = &{:?};\n", header_constants()?);
         text += "static SHADERS: &[Built] = &[\n";
         for Compiled { name, constants } in shaders {
-            let bytes = fs::read(self.0.join(output_file(name)))?;
-            let begin = all.len();
-            all.extend(bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])));
-            writeln!(text, "    Built {{ name: {name:?}, words: {begin}..{}, constants: &{constants:?} }},", all.len())
+            let begin = words(all.len());
+            all.extend(fs::read(self.0.join(output_file(name)))?);
+            let end = words(all.len());
+            writeln!(text, "    Built {{ name: {name:?}, words: {begin}..{end}, constants: &{constants:?} }},")
                 .expect("fmt");
         }
-        fs::write(self.0.join("shaders.bin"), pack::pack(&all))?;
+        fs::write(self.0.join("shaders.zst"), compressed(&all)?)?;
         fs::write(self.0.join("shaders.rs"), text + "];\n")
     }
+}
+
+/// Forms of a shader have most of their functions in common, but far apart: the window holds all of them.
+fn compressed(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let mut encoder = zstd::Encoder::new(Vec::new(), 9)?;
+    encoder.long_distance_matching(true)?;
+    encoder.window_log(bytes.len().next_power_of_two().ilog2().clamp(10, 27))?;
+    encoder.write_all(bytes)?;
+    encoder.finish()
 }

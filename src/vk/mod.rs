@@ -48,7 +48,6 @@ mod slot;
 mod specialize;
 mod submit;
 mod transfer;
-mod unpack;
 mod used;
 mod views;
 mod zone;

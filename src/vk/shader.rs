@@ -3,7 +3,6 @@
 use super::constants::{Constant, Value};
 use super::reflect::{self, StructLayout};
 use super::specialize::{Choices, specialize};
-use super::unpack::unpack;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::LazyLock;
@@ -113,8 +112,11 @@ fn place(name: &str) -> usize {
 }
 
 fn built(place: usize) -> (&'static str, &'static [u32]) {
-    static WORDS: LazyLock<Vec<u32>> =
-        LazyLock::new(|| unpack(include_bytes!(concat!(env!("OUT_DIR"), "/shaders.bin"))));
+    static WORDS: LazyLock<Vec<u32>> = LazyLock::new(|| {
+        let compressed = include_bytes!(concat!(env!("OUT_DIR"), "/shaders.zst"));
+        let bytes = zstd::decode_all(&compressed[..]).expect("the build compressed it");
+        bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect()
+    });
     let shader = &SHADERS[place];
     (shader.name, &WORDS[shader.words.clone()])
 }

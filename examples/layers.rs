@@ -29,7 +29,7 @@ const SHAPE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 pub const OPENING: &str = "# Layers against dispatches
 
-Written by `cargo run --release --example layers`, a section per driver; `tests/layers.rs` holds that both forms give the same bits.
+Written by `cargo run --release --example layers`, a section per driver; `tests/device/layers.rs` holds that both forms give the same bits.
 
 The slides say that a pass over a volume, drawn layer by layer, often balances its load better than a compute shader. Here both do the
 same work: a fragment, or a thread, for every voxel of the whole grid, with the same function (`glsl/gi/cones/shade_voxel.glsl`, `glsl/gi/cones/talk_mips.glsl`)

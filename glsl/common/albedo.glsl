@@ -13,7 +13,7 @@ float schlick(float f0, float f90, float cosine) {
 
 // Share of light from all around that a GGX lobe with separable Smith masking sends towards v, whose cosine is nv: a fit to the two
 // integrals over visible normals, 1 and (1 − v·h)⁵ times the masking of what leaves. Both are within 0.02 of them where nv is above
-// 0.2, 0.07 below; root mean square over a sphere as it is seen 0.006 and 0.003. tests/functions_geometry.rs has the integrals.
+// 0.2, 0.07 below; root mean square over a sphere as it is seen 0.006 and 0.003. tests/device/functions_geometry.rs has the integrals.
 vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
     float r = roughness;
     vec3 per_nv = vec3(-0.33044, 1.88275, -1.90769)

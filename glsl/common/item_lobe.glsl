@@ -1,5 +1,5 @@
 // The lobe in which a surface mirrors direct light, as few bits, and what it sends of it. One lobe stands for all lights.
-// Held by tests/functions_geometry.rs.
+// Held by tests/device/functions_geometry.rs.
 
 #include "common/albedo.glsl"
 #include "common/lobe.glsl"

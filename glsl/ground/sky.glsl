@@ -1,5 +1,5 @@
 // Stored radiance of the sky: the same all around, graded, or a map. src/scene/sky/ makes what is read of a map; src/scene/sky/mod.rs
-// and tests/sky_map.rs have its CPU twin.
+// and tests/device/sky_map.rs have its CPU twin.
 
 #include "common/numbers.glsl"
 #include "ground/constants.glsl"

@@ -3,7 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 // Split: where an opaque surface cuts an item's part of its triangle, what is seen on one side of the cut is not the other side's. Such
 // an item gets a twin: each is lit where the other cannot be seen from, and a ray takes the one that sees where it hit. A thread
-// per item that is lit. Held against brute force in tests/rays_items.rs.
+// per item that is lit. Held against brute force in tests/device/rays_items.rs.
 #include "ground/constants.glsl"
 #include "ground/growing_lists.glsl"
 #include "common/clip.glsl"

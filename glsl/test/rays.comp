@@ -8,7 +8,7 @@
 
 layout(local_size_x = 64) in;
 
-// The twins of both structs stand in tests/rays_oracle/oracle.rs.
+// The twins of both structs stand in tests/device/rays_oracle/oracle.rs.
 struct Ray {
     vec3 position;
     float least;

@@ -1,5 +1,5 @@
 // Cones through a volume: spheres that touch. Positions and lengths in voxels; light is stored radiance (× frame.scale).
-// Held by tests/functions_photons.rs.
+// Held by tests/device/functions_photons.rs.
 
 #include "common/count.glsl"
 #include "ground/frame.glsl"

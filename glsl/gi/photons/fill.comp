@@ -3,7 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 //! with OPACITY
 // Fills the occupied voxels with what their photons send: a thread per voxel and direction. With OPACITY: how much they stand in
-// the way of travellers, a thread per voxel. Held by tests/passes_photons.rs.
+// the way of travellers, a thread per voxel. Held by tests/device/passes_photons.rs.
 
 #include "common/color.glsl"
 #include "common/count.glsl"

@@ -1,7 +1,7 @@
 // What a glossy surface in a voxel sends of the direct light: a GGX lobe about the mirrored light, not an even light. One lobe
 // stands for all lights: its way in is the mean of theirs, and it is as much wider as they are apart. Its light is spread over the
 // sixteen directions by means over their quarters, made whole: what it sends is what the surface's lobe sends.
-// Held by tests/functions_photons.rs.
+// Held by tests/device/functions_photons.rs.
 
 #include "common/lobe.glsl"
 #include "ground/constants.glsl"

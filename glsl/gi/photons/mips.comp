@@ -3,7 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 //! with OPACITY
 // Mips of the parents of occupied cells: of the map, a thread per cell and direction; with OPACITY of what stands in the way, a
-// thread per cell. Held by tests/passes_photons.rs.
+// thread per cell. Held by tests/device/passes_photons.rs.
 //
 // The notes' Σ photons · v²/D², with each level's edge for D, is a quarter of the eight children's sum. A plane, of
 // which four children hold a part, keeps its opacity and its light. The printed form is this sum. The right form counts

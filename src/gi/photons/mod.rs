@@ -30,7 +30,7 @@ pub use volume::PhotonVolume;
 pub const PASS_UNITS: &[(&str, PassUnit)] =
     &[("cover", PassUnit::WalkedItems), ("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 
-/// Of fill and mips: the map of what is sent, and opacity. `tests/passes_photons.rs` holds both.
+/// Of fill and mips: the map of what is sent, and opacity. `tests/device/passes_photons.rs` holds both.
 const PARTS: &[&str] = &["", " OPACITY"];
 
 pub struct Lighting {

@@ -1,6 +1,6 @@
 //! Tree: boxes about the recorded triangles, for rays. Which triangles stand together is found once ([`groups`]); only the tree over
 //! the groups is made anew with every record. Boxes are put about the triangles as they were recorded, wherever those have moved.
-//! Reads: triangles, slots. Writes: tree links (of the tree over the groups), tree boxes. Held by `tests/passes_tree.rs`.
+//! Reads: triangles, slots. Writes: tree links (of the tree over the groups), tree boxes. Held by `tests/device/passes_tree.rs`.
 
 pub mod groups;
 pub mod links;

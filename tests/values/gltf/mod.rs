@@ -1,0 +1,12 @@
+//! The glTF loader: results for valid files, messages for damaged ones.
+
+mod compressed;
+mod damage;
+mod files;
+mod instanced;
+mod load;
+mod materials;
+use crate::random;
+mod textures;
+mod tolerance;
+use crate::valid;

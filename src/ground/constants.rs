@@ -134,6 +134,8 @@ pub fn constants(settings: &Settings, features: Features) -> Vec<Constant> {
         ("DIRECT", DIRECT_FOUND.into()),
         ("LIT", LIT_EACH.into()),
         ("BOXES", 0u32.into()),
+        ("BLENDED", 0u32.into()),
+        ("SAMPLES", 4u32.into()),
     ]
 }
 

@@ -5,6 +5,7 @@ use std::process::Command;
 
 /// The example is a program of its own: under the validation layer its last picture is what `twobounce render` writes.
 #[test]
+#[ignore = "it builds a program of its own: `make test-more`"]
 fn the_example_draws_what_the_command_line_draws() {
     let twobounce = Path::new(env!("CARGO_BIN_EXE_twobounce"));
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

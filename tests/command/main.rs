@@ -9,6 +9,7 @@ mod chart_rounds;
 mod demo;
 mod host_example;
 mod machines;
+mod new_method;
 mod outputs;
 mod plan;
 mod profile;

@@ -1,4 +1,4 @@
-//! A method to be thrown away: the same light from everywhere. `tests/new_method.rs` adds it to a copy of the house.
+//! A method to be thrown away: the same light from everywhere. `tests/command/new_method.rs` adds it to a copy of the house.
 
 use serde::{Deserialize, Serialize};
 

@@ -26,9 +26,11 @@ buffer Counts { uint counts[]; }; // per kind: low word, high word
 
 uint tally[KINDS];
 
-#define COUNT(kind, n) if (COUNTING) tally[kind] += (n)
+#define COUNT(kind, n) \
+    if (COUNTING) tally[kind] += (n)
 // Also before a discard: main does not come back from it.
-#define COUNT_ALL() if (COUNTING) add_counts()
+#define COUNT_ALL() \
+    if (COUNTING) add_counts()
 
 // Texels behind one trilinear look-up.
 uint trilinear_texels(float level) {

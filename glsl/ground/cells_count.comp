@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Cells: how many voxels and items the voxeliser listed; no parents yet, and of items that are lit none where alike ones are lit as one.
+// Cells: how many voxels and items the voxeliser listed; no parents yet, and of items that are lit none where alike
+// ones are lit as one.
 
 #include "ground/layout.glsl"
 #include "ground/constants.glsl"
@@ -16,7 +17,7 @@ layout(scalar) writeonly buffer CellCounts { CellCount cell_counts[]; };
 void main() {
     uint level = gl_LocalInvocationID.x;
     if (EDGE >> level != 0u || level == LIT_COUNTS) {
-        uint count = level == 0u ? min(globals.cell_count, uint(cells.length()))
+        uint count = level == 0u                      ? min(globals.cell_count, uint(cells.length()))
             : level == LIT_COUNTS && LIT != LIT_ALIKE ? min(globals.item_count, uint(list_items.length()))
                                                       : 0u;
         cell_counts[level] = CellCount(min((count + 63u) / 64u, MOST_GROUPS), 1u, 1u, count);

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Deforms the vertices of one mesh: morph targets first, then the mean of its joints' matrices. src/scene/deform.rs is the twin.
+// Deforms the vertices of one mesh: morph targets first, then the mean of its joints' matrices. src/scene/deform.rs is
+// the twin.
 
 #include "common/count.glsl"
 

@@ -74,6 +74,7 @@ void main() {
     triangles[slot].source = source;
     triangles[slot].translucent = push.translucent;
     if (source < uint(slots.length())) {
-        slots[source] = slot + 1u; // rays find triangles by their source, and the image draws blended ones in an order of its own
+        // Rays find triangles by their source, and the image draws blended ones in an order of its own.
+        slots[source] = slot + 1u;
     }
 }

@@ -1,8 +1,8 @@
 // A way through the tree of all triangles: nearer boxes first, without a stack.
 //
-// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes boxes, and triangles are tested outside
-// of it. And it ends every loop of an invocation once all its loops together have gone round 65535 times (Mesa, gallivm): loops
-// are left at their heads, where nothing is pending for lanes that have left.
+// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes boxes, and triangles are
+// tested outside of it. And it ends every loop of an invocation once all its loops together have gone round 65535 times
+// (Mesa, gallivm): loops are left at their heads, where nothing is pending for lanes that have left.
 
 #include "common/count.glsl"
 #include "ground/tree_nodes.glsl"

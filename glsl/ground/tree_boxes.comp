@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Puts the boxes of one level of the tree about what lies below: recorded triangles, or two boxes of the level below, done before.
-// tests/twins/tree.rs holds every box.
+// Puts the boxes of one level of the tree about what lies below: recorded triangles, or two boxes of the level below,
+// done before. tests/twins/tree.rs holds every box.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -45,7 +45,8 @@ uvec3 about_triangle(uint source) {
 }
 
 void main() {
-    for (uint node = push.first + gl_GlobalInvocationID.x; node < push.end; node += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+    for (uint node = push.first + gl_GlobalInvocationID.x; node < push.end;
+         node += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         uint word = tree_links[NODE_WORDS * node];
         COUNT(WORDS, 4u);
         uvec3 box = uvec3(EMPTY_BOX);

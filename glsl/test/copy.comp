@@ -15,5 +15,6 @@ layout(push_constant, scalar) uniform Push {
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i < push.count) target[i] = SCALE * (source[i].count + uint(source[i].position.z) + uint(source[i].weights[1].y)) + push.add;
+    if (i < push.count)
+        target[i] = SCALE * (source[i].count + uint(source[i].position.z) + uint(source[i].weights[1].y)) + push.add;
 }

@@ -10,7 +10,8 @@ layout(constant_id) const uint WEIGHTS = 0u;
 layout(constant_id) const uint BLEND = 0u; // 0: over, 1: sum
 layout(constant_id) const uint ROUGHNESS_FIT = 0u;
 layout(constant_id) const uint PRINTED = 0u; // bit k: row Dk of the ledger as printed
-layout(constant_id) const uint JITTER = 0u; // bit 0: the diffuse cones turn from place to place, bit 1: shadow cones start at places of their own
+// Bit 0: the diffuse cones turn from place to place, bit 1: shadow cones start at places of their own.
+layout(constant_id) const uint JITTER = 0u;
 
 const uint COSINE_SETS = 5u;
 

@@ -1,5 +1,5 @@
-// One level of a volume, to be written. The map holds its sixteen directions side by side, 4 × 4 blocks of the whole grid each, so
-// that hardware filters within a block.
+// One level of a volume, to be written. The map holds its sixteen directions side by side, 4 × 4 blocks of the whole
+// grid each, so that hardware filters within a block.
 
 layout(rgba16f) writeonly uniform image3D photon_map;
 layout(rgba16f) writeonly uniform image3D opacity_forth; // met along +x +y +z; share of samples

@@ -5,8 +5,8 @@
 
 layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 
-// Whether nothing opaque that the list of `voxel` holds stands between two points. What `lit_by` is lit for does not count: it is
-// the surface itself.
+// Whether nothing opaque that the list of `voxel` holds stands between two points. What `lit_by` is lit for does not
+// count: it is the surface itself.
 bool sees(uint voxel, uint lit_by, vec3 from, vec3 to) {
     bool free = true;
     uint item = heads[voxel];

@@ -1,4 +1,5 @@
-// The seven faces of a volume: what is seen along a ray that travels along +x +y +z −x −y −z, and the isotropic average.
+// The seven faces of a volume: what is seen along a ray that travels along +x +y +z −x −y −z, and the isotropic
+// average.
 
 #include "common/count.glsl"
 #include "ground/constants.glsl"

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! per method except none
-// Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own. The
-// pass share takes the mean over neighbours, the pass image brings it up to its pixels.
+// Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own.
+// The pass share takes the mean over neighbours, the pass image brings it up to its pixels.
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -45,7 +45,8 @@ void main() {
         vec2 size = gathered_pixel();
         vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
         PlaceOnTriangle middle = place_on_triangle((vec2(place.xy) + 0.5) * size, size, t, facet);
-        Surface s = evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
+        Surface s =
+            evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
         // Metals, glass and unlit surfaces gather nothing.
         for (uint k = 0u; k < (scatters(s) ? 1u : 0u); k++) {

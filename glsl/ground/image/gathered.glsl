@@ -33,8 +33,9 @@ const int WIDER = 2;
 // Rows that a band gathers above and below its own, so that no neighbour is missing.
 const uint GATHER_MARGIN = INTERLEAVE / 2u + 1u + uint(WIDER);
 
-// The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these show others, of
-// those about them. At edges and among small triangles that is less noise than a few rays of the pixel's own, and cheaper.
+// The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these
+// show others, of those about them. At edges and among small triangles that is less noise than a few rays of the
+// pixel's own, and cheaper.
 Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     uvec2 image = uvec2(frame.image_size);
     ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! per method
-// Given: the light of surfaces that a host drew itself: Lambertian ones, each known by its depth, its normal and its albedo. They are
-// lit by the scene, and are not a part of it. Writes radiance; alpha is 1 where there is a surface.
+// Given: the light of surfaces that a host drew itself: Lambertian ones, each known by its depth, its normal and its
+// albedo. They are lit by the scene, and are not a part of it. Writes radiance; alpha is 1 where there is a surface.
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"

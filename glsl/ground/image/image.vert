@@ -8,7 +8,6 @@
 #include "common/triangle_box.glsl"
 #include "common/count.glsl"
 
-
 #include "ground/frame.glsl"
 layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar) readonly buffer Materials { Material materials[]; };
@@ -35,6 +34,6 @@ void main() {
     uint flags = materials[triangles[out_triangle].material].flags;
     bool hidden = place >= uint(triangles.length()) || (out_back != 0u && (flags & MATERIAL_DOUBLE_SIDED) == 0u)
         || ((flags & MATERIAL_BLEND) != 0u) != (BLENDED != 0u);
-    gl_Position = hidden ? vec4(0.0, 0.0, 0.0, 1.0)
-                         : frame.clip_from_voxel * vec4(triangles[out_triangle].corners[corner], 1.0);
+    gl_Position =
+        hidden ? vec4(0.0, 0.0, 0.0, 1.0) : frame.clip_from_voxel * vec4(triangles[out_triangle].corners[corner], 1.0);
 }

@@ -50,7 +50,8 @@ void main() {
             vec4 there = texelFetch(surfaces, clamp(to, ivec2(0), size - 1), 0);
             bool counts = all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size)) && there.w >= 0.0;
             float border = (abs(x) == reach ? 0.5 : 1.0) * (abs(y) == reach ? 0.5 : 1.0);
-            float weight = counts ? border * likeness(here.xyz, normal, there.xyz, unpack_normal(max(there.w, 0.0))) : 0.0;
+            float weight =
+                counts ? border * likeness(here.xyz, normal, there.xyz, unpack_normal(max(there.w, 0.0))) : 0.0;
             to = clamp(to, ivec2(0), size - 1);
             sum += weight * texelFetch(light, to, 0);
             if (LAMPS == LAMPS_SAMPLED) {

@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with AOVS
-// Sky: what shows where there is no surface, if it is not the same all around. The other layers as where a target is cleared.
+// Sky: what shows where there is no surface, if it is not the same all around. The other layers as where a target is
+// cleared.
 
 #include "ground/sky.glsl"
 

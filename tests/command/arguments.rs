@@ -1,12 +1,10 @@
 //! The command line as a user meets it: through the built program, without a GPU.
 
-use crate::cli_common;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use cli_common::{folder, names};
+use crate::cli_common::{folder, names};
 
 fn twobounce(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));

@@ -1,12 +1,10 @@
 //! `twobounce chart` as a user meets it: rows, pages, going on after whatever ended it, and what it refuses.
 
-use crate::cli_common;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::process::{Child, Command, Output};
 
-use cli_common::{Folder, after_first_row, finished, interrupted, names, root, text};
+use crate::cli_common::{Folder, after_first_row, finished, interrupted, names, root, text};
 use serde_json::Value;
 
 /// A comma in the scene's name must be quoted in rows.csv.

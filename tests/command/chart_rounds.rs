@@ -1,28 +1,21 @@
 //! A chart's rounds: rough references and a page soon, then errors as good as asked for, while times stay as they were measured.
 
-use crate::cli_common;
-
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use cli_common::{Folder, finished, root, text};
+use crate::cli_common::{Folder, finished, root, text};
 use serde_json::Value;
 
 const ROWS: usize = 2;
 
 impl Folder {
-    fn chart(&self, cache: &str, output: &str, noise: &str) -> Command {
+    fn charting_twice(&self, cache: &str, output: &str, noise: &str) -> Command {
         let mut command = self.command(&["chart"]);
         command.env("TWOBOUNCE_CACHE", self.path(cache)).arg(root().join("assets/cornell-point.glb"));
         command.args(["-o", output, "--size", "32x32", "--set", "voxels=16", "--presets", "fast,printed"]);
         command.args(["--reference-noise", noise]);
         command
-    }
-
-    fn rows(&self, output: &str) -> Vec<Value> {
-        let text = fs::read_to_string(self.path(output).join("rows.json")).unwrap();
-        serde_json::from_str::<Value>(&text).unwrap()["rows"].as_array().unwrap().clone()
     }
 
     fn images(&self, output: &str) -> usize {
@@ -38,7 +31,7 @@ fn number(row: &Value, path: &str) -> f64 {
 #[test]
 fn errors_are_refined_and_times_are_kept() {
     let folder = Folder::empty();
-    let mut command = folder.chart("cache", "chart", "1.5");
+    let mut command = folder.charting_twice("cache", "chart", "1.5");
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let page = folder.path("chart/index.html");
     let end = Instant::now() + Duration::from_secs(120);
@@ -64,7 +57,7 @@ fn errors_are_refined_and_times_are_kept() {
     let svg = fs::read_to_string(folder.path("chart/chart.svg")).unwrap();
     assert!(svg.contains("class=\"bar"), "no error bars: {svg}");
 
-    let output = folder.chart("cache", "chart", "1.5").output().unwrap();
+    let output = folder.charting_twice("cache", "chart", "1.5").output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(said.contains(&format!("rows kept from earlier calls: {ROWS} of {ROWS}")), "{said}");
@@ -92,7 +85,7 @@ fn errors_are_refined_and_times_are_kept() {
     );
 
     // A chart that finds its references in the cache skips the rounds, and has the same errors.
-    let output = folder.chart("cache", "again", "1.5").output().unwrap();
+    let output = folder.charting_twice("cache", "again", "1.5").output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(said.matches("reference of all light").count(), 1, "{said}");
     for (old, new) in fine.iter().zip(&folder.rows("again")) {

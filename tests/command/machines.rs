@@ -1,14 +1,12 @@
 //! Work that several machines share, as two processes: the parts together are the whole's bits, times excepted, and a worker that is
 //! killed loses nothing and does nothing twice.
 
-use crate::cli_common;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-use cli_common::{Folder, after_first_row, finished, names, root, text};
+use crate::cli_common::{Folder, after_first_row, finished, names, root, text};
 use serde_json::Value;
 
 impl Folder {
@@ -29,11 +27,6 @@ impl Folder {
         let said = text(&output.stderr);
         assert!(output.status.code() == Some(2) && said.trim_end().lines().count() == 1, "{args:?}: {said}");
         said
-    }
-
-    fn rows(&self, folder: &str) -> Vec<Value> {
-        let text = fs::read_to_string(self.path(folder).join("rows.json")).unwrap();
-        serde_json::from_str::<Value>(&text).unwrap()["rows"].as_array().unwrap().clone()
     }
 }
 

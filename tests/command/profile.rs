@@ -1,12 +1,10 @@
 //! `profile` as a user meets it, on whatever device the machine has.
 
-use crate::cli_common;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use cli_common::{folder, names};
+use crate::cli_common::{folder, names};
 use serde_json::Value;
 
 /// Small enough for a CPU device.

@@ -1,14 +1,12 @@
 //! `render` as a user meets it, on whatever device the machine has.
 
-use crate::cli_common;
-
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use cli_common::{folder, names};
+use crate::cli_common::{folder, names};
 use twobounce::layers::{Aov, Layers};
 
 /// Small enough for a CPU device.

@@ -1,13 +1,11 @@
 //! `--sky` with a map, and `--transparent`, as a user meets them: good files, odd ones, bad ones.
 
-use crate::cli_common;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use cli_common::{folder, names};
+use crate::cli_common::{folder, names};
 use twobounce::layers::{Aov, Layers};
 use twobounce::output::exr::Metadata;
 

@@ -1,13 +1,11 @@
 //! `twobounce stability` as a user meets it, and its quick table held against the committed one.
 
-use crate::cli_common;
-
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use cli_common::{Folder, after_first_row, text};
+use crate::cli_common::{Folder, after_first_row, text};
 use twobounce::stability::export::read_csv;
 use twobounce::stability::markdown::page;
 

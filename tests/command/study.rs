@@ -1,12 +1,10 @@
 //! `twobounce study`: its page has today's axes, keeps what stands in it by hand, and takes no other page's place.
 
-use crate::cli_common;
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use cli_common::{after_first_row, interrupted};
+use crate::cli_common::{after_first_row, interrupted};
 use twobounce::chart::study::lines;
 
 /// Axis and setting of every line of the page's table, an axis named once. A star marks lines with a second image.

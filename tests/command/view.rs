@@ -1,13 +1,11 @@
 //! `view` as a user meets it, in a display that is kept in memory.
 #![cfg(feature = "window")]
 
-use crate::cli_common;
-
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Mutex, PoisonError};
 
-use cli_common::{Display, folder};
+use crate::cli_common::{Display, folder};
 
 /// One window at a time.
 static ALONE: Mutex<()> = Mutex::new(());

@@ -1,12 +1,10 @@
 //! What compositing by sums promises, on the twin of the cones (tests/device/functions_cones.rs holds the shaders against it): light that
 //! depends neither on how long a step is nor on where steps fall, and on no axis of the grid.
 
-use crate::scenes;
-
 use crate::gpu::twins;
 
+use crate::scenes::Random;
 use glam::{Mat3, UVec3, Vec3, Vec4};
-use scenes::Random;
 use twins::cone::{Cone, trace_cone};
 use twins::mips::mip_chain;
 use twins::volume::{ISOTROPIC, Level, TRAVEL, Volume, texel_index};

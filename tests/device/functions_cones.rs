@@ -1,10 +1,8 @@
 //! Cones, and how wide roughness makes them: GLSL functions of `glsl/gi/cones` against their twins.
 
-use crate::functions;
 use crate::gpu;
-use crate::scenes;
 
-use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
+use crate::functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
 use glam::{Vec3, Vec4};
 use gpu::twins::cone::{self, Cone};
 use gpu::twins::directions::roughness_to_aperture;

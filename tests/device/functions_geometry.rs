@@ -1,15 +1,13 @@
 //! Directions, clipped and lit triangles, and the sums kept of them: GLSL functions of `glsl/common` against their twins.
 
-use crate::functions;
 use crate::gpu;
-use crate::scenes;
 
-use functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
+use crate::functions::{Arguments, EDGE, Function, Gpu, close, random_volume, rays, settings};
+use crate::scenes::Random;
 use glam::{DVec3, IVec3, Mat3, Vec2, Vec3, Vec4};
 use gpu::twins::directions::*;
 use gpu::twins::voxelise::Polygon;
 use gpu::twins::{cone, lamps};
-use scenes::Random;
 use twobounce::gi::cones::choices::{ConeSet, Form, Weights};
 use twobounce::settings::Settings;
 

@@ -1,15 +1,11 @@
 //! The formulas of the method `photons` on the GPU: that each is right, and that what the notes print in its place is not.
 
-use crate::gpu;
-use crate::photons;
-use crate::scenes;
-
 use std::f32::consts::PI;
 
+use crate::gpu::twins::octahedron;
+use crate::photons::{Arguments, EDGE, Function, Gpu, settings};
+use crate::scenes::Random;
 use glam::{IVec2, Vec2, Vec3, Vec4};
-use gpu::twins::octahedron;
-use photons::{Arguments, EDGE, Function, Gpu, settings};
-use scenes::Random;
 
 const TEXELS: usize = 16;
 

@@ -71,9 +71,9 @@ fn the_push_constants_of_deform_agree() {
 
 #[test]
 fn numbers_agree_with_the_shaders() {
-    let glsl = include_str!("../glsl/ground/constants.glsl");
+    let glsl = include_str!("../../glsl/ground/constants.glsl");
     let ours = cells::LIT_COUNTS;
     assert!(glsl.contains(&format!("\nconst uint LIT_COUNTS = {ours}u;")), "GLSL has another than {ours}");
-    let (glsl, ours) = (include_str!("../glsl/ground/layout.glsl"), boxes::MOST_BOXES);
+    let (glsl, ours) = (include_str!("../../glsl/ground/layout.glsl"), boxes::MOST_BOXES);
     assert!(glsl.contains(&format!("\nconst uint MOST_BOXES = {ours}u;")), "GLSL has another than {ours}");
 }

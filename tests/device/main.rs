@@ -7,6 +7,8 @@ mod functions;
 mod gloss;
 #[path = "../common/gpu.rs"]
 mod gpu;
+#[path = "../../examples/audit/kinds.rs"]
+mod kinds;
 #[path = "../common/photons.rs"]
 mod photons;
 #[path = "../common/scenes.rs"]
@@ -15,8 +17,6 @@ mod scenes;
 mod studio;
 #[path = "../common/traced.rs"]
 mod traced;
-#[path = "../../examples/audit/kinds.rs"]
-mod kinds;
 mod vk_common;
 
 mod cone_sum;

@@ -2,18 +2,16 @@
 //! bit for bit, in a first frame and after things moved.
 
 use crate::gpu;
-use crate::scenes;
-use crate::studio;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::scenes::{Random, add, triangle};
+use crate::studio::{Studio, Volumes, pose, room};
 use glam::{DAffine3, DVec3, IVec3, Vec3};
 use gpu::twins::alike::{Listed, groups};
 use gpu::twins::cells::parents;
 use gpu::twins::voxelise::Polygon;
 use half::f16;
-use scenes::{Random, add, triangle};
-use studio::{Studio, Volumes, pose, room};
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
 use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};

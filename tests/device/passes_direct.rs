@@ -4,13 +4,12 @@
 //! light they send.
 
 use crate::gpu;
-use crate::traced;
 
 use std::path::Path;
 
+use crate::traced::film;
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 use gpu::twins::lamps::triangle_irradiance;
-use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::metrics;
 use twobounce::reference::{Depth, Options, Stop};

@@ -1,13 +1,12 @@
 //! How light is gathered, against truths: sampled lamps, rays, directions shared among neighbours, all bounces.
 
 use crate::gpu;
-use crate::traced;
 
 use std::path::Path;
 
+use crate::traced::film;
 use glam::{DAffine3, DVec3, Vec3};
 use gpu::twins::closed_forms;
-use traced::film;
 use twobounce::frame::MOST_SETTLING;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};

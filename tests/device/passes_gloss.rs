@@ -4,14 +4,13 @@
 
 use crate::gloss;
 use crate::gpu;
-use crate::traced;
 
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use crate::traced::film;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
 use twobounce::reference::cache::Cache;

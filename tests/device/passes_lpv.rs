@@ -1,15 +1,14 @@
 //! Light propagation: steps on the device against their twin and against numbers worked out by hand. `lpv.rs` holds the method as a whole.
 
 use crate::gpu;
-use crate::scenes;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use crate::scenes::Random;
 use bytemuck::Zeroable;
 use glam::{DVec3, IVec3, Vec3};
 use gpu::twins::propagation::{Cell, Cells, PUBLISHED, Rules, Texture, WAYS, aim, as_coefficients, shares};
-use scenes::Random;
 use twobounce::gi::lpv::{self, LpvPush};
 use twobounce::ground::constants::with;
 use twobounce::ground::layout;

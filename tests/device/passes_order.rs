@@ -1,12 +1,11 @@
 //! The same frame gives the same bits: over several runs, and with the triangles in another order.
 
 use crate::gpu;
-use crate::scenes;
 
 use std::sync::Arc;
 
+use crate::scenes::{Random, add, triangle};
 use glam::{DAffine3, DVec3, Vec3};
-use scenes::{Random, add, triangle};
 use twobounce::layers::Aov;
 use twobounce::scene::{LightKind, Material, Mesh, Scene};
 use twobounce::settings::Settings;

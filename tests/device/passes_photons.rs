@@ -1,18 +1,17 @@
 //! The passes of the method `photons` against counts and sums on the CPU: coverage by samples, the light of a voxel's photons, mips.
 
 use crate::gpu;
-use crate::scenes;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use crate::scenes::{Random, add, triangle};
 use glam::{DVec3, UVec3, Vec3, Vec4};
 use gpu::twins::cover::{counts, dominant_axis};
 use gpu::twins::octahedron;
 use gpu::twins::volume::texel_index;
 use gpu::twins::voxelise::Polygon;
 use half::f16;
-use scenes::{Random, add, triangle};
 use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem, Triangle};
 use twobounce::ground::voxelise::samples_per_pixel as samples;
 use twobounce::renderer::Renderer;

@@ -1,11 +1,9 @@
 //! What is kept from frame to frame while nothing changes, and that no image shows it.
 
 use crate::gpu;
-use crate::scenes;
-use crate::studio;
 
+use crate::studio::{Studio, pose, room};
 use glam::DVec3;
-use studio::{Studio, pose, room};
 use twobounce::scene::View;
 use twobounce::settings::Settings;
 

@@ -1,14 +1,13 @@
 //! Passes 2b and 2c against their twins: level 0 of triangles that only emit, for each fill, and the mips above it.
 
 use crate::gpu;
-use crate::scenes;
 
+use crate::scenes::{Random, add, triangle};
 use glam::{DAffine3, DVec3, IVec3, UVec3, Vec3, Vec4};
 use gpu::twins::mips::mip_level;
 use gpu::twins::shade::{Shaded, fill};
 use gpu::twins::volume::{round_to_half, texel_index};
 use gpu::twins::voxelise::{Polygon, voxelise};
-use scenes::{Random, add, triangle};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 use twobounce::gi::cones::choices::{Fill, Form};

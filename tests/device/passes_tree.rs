@@ -2,11 +2,10 @@
 //! `rays_oracle.rs` holds.
 
 use crate::gpu;
-use crate::scenes;
 
+use crate::scenes::{Random, add, triangle};
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use gpu::twins::tree::Tree;
-use scenes::{Random, add, triangle};
 use twobounce::scene::{
     Animation, Bounds, Channel, Instance, Interpolation, Material, Node, Property, Scene, Transform, View,
 };

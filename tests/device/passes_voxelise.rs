@@ -2,7 +2,6 @@
 //! conservatively, so do the lists made with that; elsewhere that is refused, and what it would rasterise is held against a twin.
 
 use crate::gpu;
-use crate::scenes;
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -10,11 +9,11 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
+use crate::scenes::{Random, add, triangle};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use gpu::twins::dilate::outline;
 use gpu::twins::record::{in_voxels, record};
 use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise, voxelise_dilated};
-use scenes::{Random, add, triangle};
 use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::layout::{GridPush, Triangle};
 use twobounce::ground::reset;

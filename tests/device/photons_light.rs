@@ -1,13 +1,12 @@
 //! The method `photons` as a whole: furnaces, feedback, and the error that falls as cones get more.
 
 use crate::gpu;
-use crate::traced;
 
 use std::path::Path;
 
+use crate::traced::film;
 use glam::{DAffine3, Vec3};
 use gpu::twins::closed_forms;
-use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::compare;
 use twobounce::measure::terms::Subtract;

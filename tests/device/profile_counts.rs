@@ -1,13 +1,12 @@
 //! What an instrumented frame counts, against what is known without it: a copy's bytes, lists that are walked once, mips.
 
 use crate::gpu;
-use crate::scenes;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use crate::scenes::{Random, add, triangle};
 use glam::{DAffine3, Vec3, Vec4};
-use scenes::{Random, add, triangle};
 use twobounce::gi::cones::choices::{Form, Passes};
 use twobounce::profile::Subject;
 use twobounce::profile::copy::Copy;

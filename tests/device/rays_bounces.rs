@@ -1,12 +1,10 @@
 //! All bounces of the method `rays` come near the truth, none darkens anything, and more passes over the image come nearer.
 
 use crate::gpu;
-use crate::scenes;
-use crate::traced;
 
+use crate::scenes::Random;
+use crate::traced::film;
 use glam::{Affine2, DAffine3, DQuat, DVec3, Vec3, Vec4};
-use scenes::Random;
-use traced::film;
 use twobounce::layers::{Aov, Layers, relative_noise};
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};

@@ -1,15 +1,13 @@
 //! The light of list items with the method `rays`: what neighbours share, against a twin, and that nothing comes through a wall.
 
 use crate::gpu;
-use crate::scenes;
-use crate::studio;
 
 use std::collections::BTreeMap;
 
+use crate::studio::{Studio, room};
 use glam::{DAffine3, DQuat, DVec3, IVec3, Vec3};
 use gpu::twins::alike::facing_cell;
 use gpu::twins::split::Part;
-use studio::{Studio, room};
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
 use twobounce::renderer::{RenderOptions, Renderer};

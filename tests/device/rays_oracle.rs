@@ -3,18 +3,17 @@
 //! Every triangle lies within the grid. Rays end where it does, and promise nothing about what sticks out of it.
 
 use crate::gpu;
-use crate::scenes;
 mod oracle;
 
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::scenes::{Random, add, triangle};
 use bytemuck::Zeroable;
 use glam::{Affine2, DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use oracle::{Facet, Found, Oracle, Ray, Tally};
 use rayon::prelude::*;
-use scenes::{Random, add, triangle};
 use twobounce::ground::constants::{Features, constants};
 use twobounce::renderer::Renderer;
 use twobounce::scene::{Alpha, Image, LoadOptions, Material, Mesh, Mip, Scene, Texture, TextureRef, Wrap};

@@ -2,10 +2,9 @@
 //! does not have.
 
 use crate::gpu;
-use crate::traced;
 
+use crate::traced::film;
 use glam::{DAffine3, DVec3, Vec3};
-use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::reference::{Depth, Options, Stop, lights_itself};
 use twobounce::scene::{Material, Mesh, Projection, Scene, View};

@@ -2,12 +2,11 @@
 //! method and the path tracer make of that, against closed forms and each other.
 
 use crate::gpu;
-use crate::traced;
 
 use std::f64::consts::PI;
 
+use crate::traced::film;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::sky::{Panorama, direction};

@@ -33,7 +33,7 @@ fn copy_pass(constants: &[Constant]) -> Compute {
 
 /// The message with which a pass refuses these constants.
 fn refusal(constants: &[Constant]) -> String {
-    panic_message(|| drop(copy_pass(constants)))
+    panic_of(|| drop(copy_pass(constants)))
 }
 
 #[test]
@@ -152,8 +152,11 @@ fn fills_updates_and_copies_are_ordered_and_logged() {
 
 #[test]
 fn an_indirect_dispatch_takes_its_groups_from_a_buffer() {
-    let pass = Compute::new(&gpu::context(), &ComputeDesc { label: "increment", shader: "test/increment.comp", constants: &[] })
-        .unwrap();
+    let pass = Compute::new(
+        &gpu::context(),
+        &ComputeDesc { label: "increment", shader: "test/increment.comp", constants: &[] },
+    )
+    .unwrap();
     let values = vk::upload(&gpu::context(), "values", &[0_u32; 192]).unwrap();
     let groups = vk::upload(&gpu::context(), "groups", &[0_u32, 2, 1, 1]).unwrap();
     let mut recorder = Recorder::new(&gpu::context(), LOGGED).unwrap();

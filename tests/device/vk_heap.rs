@@ -1,14 +1,12 @@
 //! Recording again over a warm slot takes nothing from the heap. A binary of its own: it counts what the process takes.
 
-use crate::vk_common;
-
+use crate::vk_common::{Frame, Host};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use twobounce::vk::{
     Bind, Buffer, BufferKind, ColorTarget, Compute, ComputeDesc, DrawCall, Format, Image, ImageDesc, ImageUsageFlags,
     Load, Raster, RasterDesc, Recorder, RenderTarget, Slot, SlotOptions, ZoneKind,
 };
-use vk_common::{Frame, Host};
 
 /// The system's allocator; each thread counts its calls.
 struct Counting;

@@ -1,7 +1,6 @@
 //! Within a host: its device, its command buffers, its submissions.
 
-use crate::vk_common;
-
+use crate::vk_common::{Frame, Host};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 use twobounce::Error;
@@ -11,7 +10,6 @@ use twobounce::vk::{
     ImageRegion, ImageUsageFlags, Load, Raster, RasterDesc, Recorder, RecorderOptions, RenderTarget, Slot, SlotOptions,
     ZoneKind,
 };
-use vk_common::{Frame, Host};
 
 /// As `Item` in `glsl/test/common.glsl`.
 #[repr(C)]

@@ -131,7 +131,8 @@ fn images_are_sampled_stored_and_viewed_in_another_format() {
     let sampler = Sampler::new(&gpu::context(), Filter::LINEAR, SamplerAddressMode::CLAMP_TO_BORDER).unwrap();
     let result = vk::upload(&gpu::context(), "result", &[[0_f32; 4]; 4]).unwrap();
     let pass =
-        Compute::new(&gpu::context(), &ComputeDesc { label: "sample", shader: "test/sample.comp", constants: &[] }).unwrap();
+        Compute::new(&gpu::context(), &ComputeDesc { label: "sample", shader: "test/sample.comp", constants: &[] })
+            .unwrap();
     let mut recorder = Recorder::new(&gpu::context(), RecorderOptions::default()).unwrap();
     let binds = [
         Bind::images("volume", volumes.iter().map(Image::view), &sampler),

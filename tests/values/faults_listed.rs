@@ -24,10 +24,12 @@ fn faults() -> Vec<Value> {
 /// Whether `test` names a test binary, a file of one as `binary::file`, or a test as `binary::file::test`.
 fn exists(test: &str) -> bool {
     let mut words = test.split("::");
-    let (binary, file, function) = (words.next().expect("a word"), words.next(), words.next_back());
+    let (binary, file, function) = (words.next().expect("a word"), words.next(), words.last());
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(binary);
     // The library's tests stand in its source files and are not searched.
-    let Some(file) = file.filter(|_| binary != "lib") else { return binary == "lib" || folder.join("main.rs").exists() };
+    let Some(file) = file.filter(|_| binary != "lib") else {
+        return binary == "lib" || folder.join("main.rs").exists();
+    };
     let single = folder.join(format!("{file}.rs"));
     // Nor are those of a folder within a binary.
     let text = |path| fs::read_to_string(path).expect("a test file");

@@ -16,8 +16,8 @@ const AGAIN: &str = "run `cargo run --release --example materials`";
 fn the_page_has_a_row_for_every_scene() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/materials.md");
     let page = fs::read_to_string(page).expect("the page");
-    let (_, table) = page.split_once(materials::HEADING).expect(AGAIN);
-    for scene in materials::scenes() {
+    let (_, table) = page.split_once(example::HEADING).expect(AGAIN);
+    for scene in example::scenes() {
         let row = table.lines().find(|line| line.starts_with(&format!("| {} |", scene.name))).expect(AGAIN);
         let numbers: Vec<f64> = row.split('|').filter_map(|cell| cell.trim().parse().ok()).collect();
         assert_eq!(numbers.len(), 4, "{row}: {AGAIN}");
@@ -33,10 +33,10 @@ fn materials_look_as_the_reference_has_them() {
     let context = Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device");
     // The renderer disperses nothing, and glass has tests of its own.
     let plain = |name: &str| ["none", "glass", "dispersion"].iter().any(|start| name.starts_with(start));
-    for scene in materials::scenes().into_iter().filter(|scene| !plain(&scene.name)) {
-        let image = materials::rendered(&context, &scene, 48).expect("an image");
-        let truth = materials::traced(&scene, 48, 64).expect("a reference");
-        let row = materials::row(&scene.name, &image, &truth).expect("numbers");
+    for scene in example::scenes().into_iter().filter(|scene| !plain(&scene.name)) {
+        let image = example::rendered(&context, &scene, 48).expect("an image");
+        let truth = example::traced(&scene, 48, 64).expect("a reference");
+        let row = example::row(&scene.name, &image, &truth).expect("numbers");
         let numbers: Vec<f64> = row.split('|').filter_map(|cell| cell.trim().parse().ok()).collect();
         let [_, _, rel, energy] = numbers[..] else { panic!("{row}") };
         // The method's own error, the reference's noise on bright spots, and what docs/materials.md says of each.

@@ -1,11 +1,9 @@
 //! The reference against analytic results.
 
-use crate::traced;
-
 use std::f32::consts::{FRAC_PI_2, PI};
 
+use crate::traced::film;
 use glam::{DAffine3, DVec3, Vec3, Vec4};
-use traced::film;
 use twobounce::layers::{Aov, Layers};
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::{Alpha, Bounds, LightKind, Material, Mesh, Projection, Scene, Transform, View};

@@ -1,11 +1,9 @@
 //! The reference's coats, sheens, films and the like against closed forms.
 
-use crate::traced;
-
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
+use crate::traced::film;
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
-use traced::film;
 use twobounce::layers::Aov;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::finish::{Anisotropy, Clearcoat, DiffuseTransmission, Finish, Iridescence, Sheen, dispersed};

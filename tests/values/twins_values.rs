@@ -1,7 +1,5 @@
 //! The twins themselves against values worked out by hand.
 
-use crate::twins;
-
 mod alike {
     use crate::twins::alike::*;
     use glam::*;

@@ -270,7 +270,7 @@ fn compressed_and_instanced_files_are_added_up() {
     refused(folder.path(), "crowd.gltf", &["of memory", "400.0 million instances of meshes", "fewer instances"]);
 
     // Headers of KTX 2 that state 16,384 × 16,384 texels of UASTC in a few bytes of zstd.
-    let whole = include_bytes!("../gltf/compressed/fading-uastc-zstd.ktx2");
+    let whole = include_bytes!("../../values/gltf/compressed/fading-uastc-zstd.ktx2");
     let side = 16384u32.to_le_bytes();
     let texels = (16384u64 * 16384).to_le_bytes();
     let large = [&whole[..20], &side, &side, &whole[28..96], &texels, &whole[104..]].concat();

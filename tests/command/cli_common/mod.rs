@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use serde_json::Value;
+
 /// One triangle, one point light, in a glTF file with its buffer inside.
 pub fn write_scene(path: &Path) {
     let json = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual"],
@@ -52,6 +54,12 @@ impl Folder {
 
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
+    }
+
+    /// The rows of a chart that was written into `output`.
+    pub fn rows(&self, output: &str) -> Vec<Value> {
+        let text = fs::read_to_string(self.path(output).join("rows.json")).unwrap();
+        serde_json::from_str::<Value>(&text).unwrap()["rows"].as_array().unwrap().clone()
     }
 
     pub fn command(&self, args: &[&str]) -> Command {

@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
-use crate::damage::{change_bytes, check, replace_numbers};
-use crate::files::{File, U8, load_bytes};
+use super::damage::{change_bytes, check, replace_numbers};
+use super::files::{File, U8, load_bytes};
 use crate::random::Random;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::{Value, json};

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::files::{F32, File, U8, U16, load_bytes, png, write};
+use super::files::{F32, File, U8, U16, load_bytes, png, write};
 use crate::random::Random;
 use crate::valid::assert_valid;
 use proptest::prelude::*;

@@ -1,6 +1,6 @@
 //! EXT_mesh_gpu_instancing: where instances stand, what moves them, and what is refused.
 
-use crate::files::{File, write};
+use super::files::{File, write};
 use glam::DVec3;
 use serde_json::json;
 use twobounce::memory::Limit;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use crate::files::{F32, File, I8, I16, U8, U16, U32, load_bytes, png, write};
+use super::files::{F32, File, I8, I16, U8, U16, U32, load_bytes, png, write};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::json;
 use twobounce::scene::{LightKind, LoadOptions, Mip, Projection, Scene, Wrap};

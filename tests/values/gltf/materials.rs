@@ -1,6 +1,6 @@
 //! Materials of glTF 2.0 and their extensions: every factor and texture slot, and what is refused or lowered.
 
-use crate::files::{File, png};
+use super::files::{File, png};
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
 use twobounce::scene::Alpha;

@@ -6,7 +6,5 @@ mod files;
 mod instanced;
 mod load;
 mod materials;
-use crate::random;
 mod textures;
 mod tolerance;
-use crate::valid;

@@ -1,7 +1,7 @@
 //! Textures in the formats of extensions, WebP and KTX 2 (`compressed/make.mjs` made the files).
 
-use crate::damage::{change_bytes, check};
-use crate::files::{File, png, write};
+use super::damage::{change_bytes, check};
+use super::files::{File, png, write};
 use crate::random::Random;
 use serde_json::json;
 use twobounce::memory::Limit;

@@ -1,6 +1,6 @@
 //! Files that are not whole or not strictly valid, and load all the same: what is left out is said, and `strict` refuses it.
 
-use crate::files::{F32, File, U8, load_bytes, png, write};
+use super::files::{F32, File, U8, load_bytes, png, write};
 use serde_json::{Value, json};
 use twobounce::scene::{LoadOptions, Material, Scene};
 

@@ -9,7 +9,7 @@ TEST_SECONDS ?= 3000
 DEMO_SECONDS ?= 300
 WEB_SECONDS ?= 900
 
-.PHONY: demo test test-web test-cluster test-mesa25 faults corpus assets docs clean
+.PHONY: demo test format test-more test-web test-cluster test-mesa25 faults corpus assets docs clean
 
 demo:  ## build, render the gallery, print what each pass took
 	scripts/setup.sh demo
@@ -37,6 +37,17 @@ test-cluster:  ## docs/cluster.md's recipes, with workers that are killed (Debia
 	scripts/setup.sh cluster
 	cargo build --release --locked
 	scripts/guard.sh $(WEB_SECONDS) tests/cluster/run.sh
+
+format:  ## Rust and GLSL
+	cargo fmt
+	scripts/format-glsl.py
+
+test-more:  ## tests that build programs of their own, ten minutes of fuzzing, Mesa 25, planted faults: hours
+	scripts/setup.sh test
+	scripts/format-glsl.py --check
+	cargo test --release --locked --features hot-reload -- --ignored
+	TWOBOUNCE_FUZZ_SECONDS=600 cargo test --release --locked --test fuzz damaged -- --nocapture
+	$(MAKE) test-mesa25 faults
 
 test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and both drivers' images compared
 	scripts/setup.sh test

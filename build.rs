@@ -1,10 +1,12 @@
 //! Compiles every shader under `glsl/`, by `src/vk/compile.rs`, and writes the table that `vk::shader` includes.
 //! An error or a warning stops the build with `file:line: message`.
 
-use compile::{Store, compile_all};
+use compile::{Compiled, Store, compile_all, find_files, numbered};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::{env, fs, process};
+use std::{env, fs, io, process};
 
 #[path = "src/vk/compile.rs"]
 mod compile;
@@ -26,7 +28,7 @@ fn main() {
     println!("cargo:rustc-check-cfg=cfg(internals)");
     let folder = Folder(PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")));
     match compile_all(Path::new(ROOT), &folder) {
-        Ok(names) => fs::write(folder.0.join("shaders.rs"), table(names)).expect("OUT_DIR is writable"),
+        Ok(shaders) => folder.write_table(&shaders).expect("OUT_DIR is writable"),
         Err(errors) => {
             eprintln!("\n{errors}");
             process::exit(1);
@@ -52,17 +54,43 @@ impl Store for Folder {
     }
 }
 
+/// The specialisation constants that headers declare.
+fn header_constants() -> io::Result<Vec<String>> {
+    let mut headers = Vec::new();
+    find_files(Path::new(ROOT), &mut headers, &|path| path.extension().is_some_and(|extension| extension == "glsl"));
+    let texts = headers.iter().map(fs::read_to_string).collect::<io::Result<Vec<_>>>()?;
+    let names: BTreeSet<String> = texts.iter().flat_map(|text| numbered(text).1).collect();
+    Ok(names.into_iter().collect())
+}
+
 fn output_file(name: &str) -> String {
     name.replace(['/', ' '], "_") + ".spv"
 }
 
-/// Rust source: a slice of (name, SPIR-V bytes), sorted by name.
-fn table(names: Vec<String>) -> String {
-    let mut text = String::from("static SHADERS: &[(&str, &AlignedWords)] = &[\n");
-    for name in names {
-        let file = output_file(&name);
-        writeln!(text, "    ({name:?}, &Aligned(*include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")))),")
-            .expect("fmt");
+impl Folder {
+    /// Writes all words, packed, and Rust source: the shaders, sorted by name, and the constants that headers declare.
+    fn write_table(&self, shaders: &[Compiled]) -> io::Result<()> {
+        let mut all = Vec::new();
+        let words = |bytes: usize| bytes / size_of::<u32>();
+        let mut text = format!("static HEADER_CONSTANTS: &[&str] = &{:?};\n", header_constants()?);
+        text += "static SHADERS: &[Built] = &[\n";
+        for Compiled { name, constants } in shaders {
+            let begin = words(all.len());
+            all.extend(fs::read(self.0.join(output_file(name)))?);
+            let end = words(all.len());
+            writeln!(text, "    Built {{ name: {name:?}, words: {begin}..{end}, constants: &{constants:?} }},")
+                .expect("fmt");
+        }
+        fs::write(self.0.join("shaders.zst"), compressed(&all)?)?;
+        fs::write(self.0.join("shaders.rs"), text + "];\n")
     }
-    text + "];\n"
+}
+
+/// Forms of a shader have most of their functions in common, but far apart: the window holds all of them.
+fn compressed(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let mut encoder = zstd::Encoder::new(Vec::new(), 9)?;
+    encoder.long_distance_matching(true)?;
+    encoder.window_log(bytes.len().next_power_of_two().ilog2().clamp(10, 27))?;
+    encoder.write_all(bytes)?;
+    encoder.finish()
 }

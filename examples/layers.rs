@@ -8,15 +8,15 @@ use std::sync::Arc;
 
 use twobounce::ground::Ground;
 use twobounce::ground::cell_passes::CellVolume;
-use twobounce::ground::constants::{Features, SHADOWS, SHADOWS_NONE, constants, with};
+use twobounce::ground::constants::{Features, SHADOWS_NONE, constants, with};
 use twobounce::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
 use twobounce::output::file;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LoadOptions, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{
-    Bind, Compute, ComputeDesc, Context, ContextOptions, DrawCall, Raster, RasterDesc, Recorder, RecorderOptions,
-    RenderTarget, SamplerAddressMode, ZoneKind, ZoneTiming, download_image,
+    Bind, Compute, ComputeDesc, Constant, Context, ContextOptions, DrawCall, Raster, RasterDesc, Recorder,
+    RecorderOptions, RenderTarget, SamplerAddressMode, ZoneKind, ZoneTiming, download_image,
 };
 use twobounce::{Error, Result};
 
@@ -25,11 +25,11 @@ const ROUNDS: usize = 9;
 /// Threads of a workgroup: a tile of a slice, and a cube.
 const SHAPES: [[u32; 3]; 2] = [[8, 8, 1], [4, 4, 4]];
 /// The constants that say so (`glsl/gi/cones/measured/`).
-const SHAPE: u32 = 60;
+const SHAPE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 pub const OPENING: &str = "# Layers against dispatches
 
-Written by `cargo run --release --example layers`, a section per driver; `tests/layers.rs` holds that both forms give the same bits.
+Written by `cargo run --release --example layers`, a section per driver; `tests/device/layers.rs` holds that both forms give the same bits.
 
 The slides say that a pass over a volume, drawn layer by layer, often balances its load better than a compute shader. Here both do the
 same work: a fragment, or a thread, for every voxel of the whole grid, with the same function (`glsl/gi/cones/shade_voxel.glsl`, `glsl/gi/cones/talk_mips.glsl`)
@@ -114,7 +114,7 @@ struct Pass<'a> {
     name: &'static str,
     fragment: &'a str,
     compute: &'a str,
-    constants: Vec<(u32, u32)>,
+    constants: Vec<Constant>,
     /// Fills levels from 1 on, each from the one below, instead of level 0.
     mips: bool,
 }
@@ -130,7 +130,7 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, settings: &Settings, round
     renderer.render(&pose, &View::framing(bounds))?;
     let frame = renderer.frame();
     let shading = with(constants(settings, Features::of(scene, settings)), frame.method.constants());
-    let unshadowed = with(shading.clone(), &[(SHADOWS, SHADOWS_NONE)]);
+    let unshadowed = with(shading.clone(), &[("SHADOWS", SHADOWS_NONE.into())]);
     let pass = |name, fragment, compute, constants: &Vec<_>, mips| Pass {
         name,
         fragment,
@@ -198,7 +198,7 @@ impl Pass<'_> {
         };
         let mut forms = vec![Form::Draw(Raster::new(context, &desc)?)];
         for shape in SHAPES {
-            let sizes = [0, 1, 2].map(|axis| (SHAPE + axis, shape[axis as usize]));
+            let sizes = [0, 1, 2].map(|axis| (SHAPE[axis], shape[axis].into()));
             let constants = with(self.constants.clone(), &sizes);
             let desc = ComputeDesc { label: self.name, shader: self.compute, constants: &constants };
             forms.push(Form::Dispatch(Compute::new(context, &desc)?, shape));

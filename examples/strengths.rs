@@ -35,7 +35,7 @@ const STEP_M: f64 = 0.02;
 
 pub const OPENING: &str = "# Strengths of the methods in numbers
 
-Written by `cargo run --release --example strengths`, for readers who choose a method. `tests/strengths.rs` compares all
+Written by `cargo run --release --example strengths`, for readers who choose a method. `tests/values/strengths.rs` compares all
 tables but the last with the rows of the study. `lpv` and `photons` are the presets with the errors of their sources
 mended. Errors, GPU times and memory are from [rows.csv](rows.csv) and [rooms/rows.csv](rooms/rows.csv): 128×128 pixels,
 llvmpipe on two CPU cores, two bounces. The boxes and the gallery have 64³ voxels, the thick-walled room and the atrium

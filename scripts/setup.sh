@@ -18,6 +18,7 @@ wanted=(
 if [ "$purpose" = test ]; then
   wanted+=(
     "vulkan-validationlayers: checks every Vulkan call of the tests"
+    "spirv-tools: checks the shaders as pipelines take them"
     "xvfb: a display in memory for the tests of the window"
     "jwm: a window manager, for the test that minimises the window"
     "libx11-xcb1: opens windows"
@@ -67,7 +68,7 @@ This is neither Debian nor Ubuntu, so this script installs nothing. twobounce ne
   - Rust 1.95 or newer: https://rustup.rs
   - a C compiler, for linking
   - the Vulkan loader (libvulkan.so.1) and a driver; without a GPU, Mesa's lavapipe
-  - for the tests: the Vulkan validation layers, Xvfb, jwm
+  - for the tests: the Vulkan validation layers, spirv-val of the SPIR-V tools, Xvfb, jwm
   - for the window on X11: libX11, libX11-xcb, libXcursor, libXi, libxkbcommon-x11
   - for make test-web: chromium, chromedriver, python3
   - for building shaderc once (about 8 minutes): cmake, git, python3, a C++ compiler; ninja helps

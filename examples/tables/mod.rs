@@ -1,7 +1,7 @@
 //! Tables of measured numbers in Markdown pages, filled from the rows of the study.
 //!
 //! A page holds a table between `<!-- table: NAME -->` and `<!-- end -->`. `cargo run --release --example strengths`
-//! writes the text between the two marks, and `tests/docs.rs` compares it with the rows.
+//! writes the text between the two marks, and `tests/values/docs.rs` compares it with the rows.
 
 use std::fs;
 use std::path::Path;

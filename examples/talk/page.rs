@@ -151,7 +151,7 @@ pub const SLIDES: &[Slide] = &[
             S(
                 "the pixel shader drops voxels that the dilated triangle does not meet",
                 "`glsl/ground/voxelise.frag` goes through the voxels of its column and, in `printed`, tests what was dilated, by separating \
-                 axes; elsewhere it tests the triangle itself, and the lists are exact (`tests/passes_voxelise.rs`: recall and precision are 1)",
+                 axes; elsewhere it tests the triangle itself, and the lists are exact (`tests/device/passes_voxelise.rs`: recall and precision are 1)",
                 &["D30"],
             ),
             S(
@@ -381,7 +381,7 @@ pub const SLIDES: &[Slide] = &[
 
 const OPENING: &str = "# The talk, slide by slide
 
-Written by `cargo run --release --example talk`, pictures too; `tests/talk.rs` holds it against what is there.
+Written by `cargo run --release --example talk`, pictures too; `tests/values/talk.rs` holds it against what is there.
 
 The talk is BeRo and urs, \"How to use Voxel Cone Tracing with two bounces for everything instead of just Global Illumination\"; its
 listings are CC0. Left: the slide, in other words. Middle: the code and what differs. Right: rows of [the ledger](ledger.md), which

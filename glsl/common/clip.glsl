@@ -1,9 +1,9 @@
 // The part of a triangle inside a voxel, for the coverage fill: its area and middle, without building the polygon.
 //
-// A polygon's area is half the sum of p × q over its boundary's segments. The boundary of triangle ∩ cube is made of the
-// triangle's edges, clipped to the cube, and of one chord per face of the cube that the triangle crosses, clipped to
-// that face. Neither needs a list of corners, which lavapipe would keep in memory: 20 times faster there than Sutherland
-// and Hodgman's clipping, to whose rule the ties are kept (a point on a face is inside).
+// A polygon's area is half the sum of p × q over its boundary's segments. The boundary of triangle ∩ cube is made of
+// the triangle's edges, clipped to the cube, and of one chord per face of the cube that the triangle crosses, clipped
+// to that face. Neither needs a list of corners, which lavapipe would keep in memory: 20 times faster there than
+// Sutherland and Hodgman's clipping, to whose rule the ties are kept (a point on a face is inside).
 
 struct Clipped {
     vec3 normal; // unit
@@ -42,8 +42,8 @@ void add_edge(inout Clipped sum, vec3 p, vec3 q) {
     add_segment(sum, p, q - p, edge_range(p, q - p));
 }
 
-// Where the edge p q crosses a face's plane; `dp`, `dq`: distances, ≥ 0 inside. The chord runs from where the triangle's
-// boundary leaves to where it comes back.
+// Where the edge p q crosses a face's plane; `dp`, `dq`: distances, ≥ 0 inside. The chord runs from where the
+// triangle's boundary leaves to where it comes back.
 void cross_face(vec3 p, vec3 q, float dp, float dq, inout vec3 leaves, inout vec3 enters, inout bool crosses) {
     vec3 at = mix(p, q, dp / (dp - dq));
     if (dp >= 0.0 && dq < 0.0) {
@@ -103,8 +103,8 @@ bool part_corner(int k, vec3 a, vec3 b, vec3 c, out vec3 corner) {
 }
 
 // Area (voxel²) and middle of the part of the triangle inside the unit cube about `center`.
-// Where nothing is left (a touching triangle), the area is 0 and the middle the corner nearest to the cube. A triangle in a face's
-// plane lies in two voxels: each has half of its area.
+// Where nothing is left (a touching triangle), the area is 0 and the middle the corner nearest to the cube. A triangle
+// in a face's plane lies in two voxels: each has half of its area.
 void clip_to_voxel(vec3 a, vec3 b, vec3 c, vec3 center, out float area, out vec3 middle) {
     a -= center;
     b -= center;

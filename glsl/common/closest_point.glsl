@@ -1,4 +1,5 @@
-// Barycentric weights (of b and c) of the point of a triangle nearest to p (Ericson, "Real-Time Collision Detection", 5.1.5).
+// Barycentric weights (of b and c) of the point of a triangle nearest to p (Ericson, "Real-Time Collision
+// Detection", 5.1.5).
 vec2 closest_point(vec3 a, vec3 b, vec3 c, vec3 p) {
     vec3 ab = b - a;
     vec3 ac = c - a;

@@ -1,8 +1,9 @@
-// Counts what a shader reads. build.rs compiles every shader that includes this file twice: as it is, where COUNT is
-// nothing, and under the name counted/… with COUNTED, which only `twobounce profile` runs. Twin: src/profile/counts.rs.
-// To be included before main.
+// Counts what a shader reads, where COUNTING says so, as it does on a device that was opened to count (`twobounce
+// profile`). Elsewhere nothing of this file is left in the shader that the driver gets. Twin: src/profile/counts.rs. To
+// be included before main.
 
-#ifdef COUNTED
+layout(constant_id) const bool COUNTING = false; // given by src/vk/pipeline.rs
+
 const uint CONE_STEPS = 0u; // diffuse, specular and refraction cones
 const uint SHADOW_STEPS = 1u; // shadow cones
 const uint RAY_STEPS = 2u; // from box to box of a tree
@@ -21,18 +22,22 @@ const uint WORDS = 14u; // whatever has no kind of its own
 const uint RAYS_CUT = 15u; // by the driver, before they were over
 const uint KINDS = 16u;
 
-layout(set = 0, binding = 60) buffer Counts { uint counts[]; }; // per kind: low word, high word
+buffer Counts { uint counts[]; }; // per kind: low word, high word
 
-uint tally[KINDS] = uint[KINDS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+uint tally[KINDS];
 
-#define COUNT(kind, n) tally[kind] += (n)
+#define COUNT(kind, n) \
+    if (COUNTING) tally[kind] += (n)
+// Also before a discard: main does not come back from it.
+#define COUNT_ALL() \
+    if (COUNTING) add_counts()
 
 // Texels behind one trilinear look-up.
 uint trilinear_texels(float level) {
     return fract(level) == 0.0 ? 8u : 16u;
 }
 
-void COUNT_ALL() {
+void add_counts() {
     for (uint kind = 0u; kind < KINDS; kind++) {
         if (tally[kind] != 0u) {
             uint before = atomicAdd(counts[2u * kind], tally[kind]);
@@ -46,12 +51,13 @@ void COUNT_ALL() {
 void counted_main();
 
 void main() {
+    if (COUNTING) {
+        for (uint kind = 0u; kind < KINDS; kind++) {
+            tally[kind] = 0u;
+        }
+    }
     counted_main();
     COUNT_ALL();
 }
 
 #define main counted_main
-#else
-#define COUNT(kind, n)
-#define COUNT_ALL() // before a discard: main does not come back from it
-#endif

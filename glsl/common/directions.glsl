@@ -2,8 +2,8 @@
 
 #include "common/numbers.glsl"
 
-// Columns: tangent, bitangent, normal. Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017, without its jump
-// at n.z = 0: the one singular direction is −z.
+// Columns: tangent, bitangent, normal. Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017, without its
+// jump at n.z = 0: the one singular direction is −z.
 mat3 tangent_frame(vec3 n) {
     float a = -1.0 / (1.0 + max(n.z, -0.9999999));
     float b = n.x * n.y * a;

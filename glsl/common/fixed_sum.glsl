@@ -1,6 +1,6 @@
 // Sums that do not depend on the order of their terms: 32.32 fixed point. A list's order is the GPU's to choose, the
-// image must not be. Terms that are ≥ 0 and, in stored radiance, ≤ 65,504: 65,536 of them fit; the smallest f16 is 256 units.
-// Terms of either sign, in two's complement: half as many.
+// image must not be. Terms that are ≥ 0 and, in stored radiance, ≤ 65,504: 65,536 of them fit; the smallest f16 is 256
+// units. Terms of either sign, in two's complement: half as many.
 
 struct FixedSum {
     uvec4 whole;

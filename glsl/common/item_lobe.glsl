@@ -1,5 +1,5 @@
-// The lobe in which a surface mirrors direct light, as few bits, and what it sends of it. One lobe stands for all lights.
-// Held by tests/functions_geometry.rs.
+// The lobe in which a surface mirrors direct light, as few bits, and what it sends of it. One lobe stands for all
+// lights. Held by tests/device/functions_geometry.rs.
 
 #include "common/albedo.glsl"
 #include "common/lobe.glsl"
@@ -14,8 +14,8 @@ struct ItemLobe {
 
 const float DIELECTRIC_RISE = 25.0; // of an index of refraction of 1.5: it comes back exactly
 
-// Eight bits a channel and five for an exponent that all share; ten bits for each coordinate of the direction on an octahedron; nine for α,
-// three of them in the first word; six for the logarithm of the rise.
+// Eight bits a channel and five for an exponent that all share; ten bits for each coordinate of the direction on an
+// octahedron; nine for α, three of them in the first word; six for the logarithm of the rise.
 uvec2 pack_item_lobe(ItemLobe l) {
     int exponent = clamp(int(ceil(log2(max(brightest(l.light), 1e-30)))), -15, 16);
     uvec3 channels = min(uvec3(round(l.light * exp2(float(8 - exponent)))), uvec3(255u));
@@ -31,7 +31,8 @@ ItemLobe unpack_item_lobe(uvec2 packed) {
     vec2 at = vec2(uvec2(packed.y, packed.y >> 10u) & 1023u) / 1023.0 * 2.0 - 1.0;
     uint alpha = packed.x >> 29u | (packed.y >> 20u & 63u) << 3u;
     float rise = exp2(float(packed.y >> 26u) * (log2(DIELECTRIC_RISE) / 36.0));
-    return ItemLobe(vec3(channels) * exp2(float(int(packed.x >> 24u & 31u) - 15 - 8)), rise, normalize(octahedron_point(at)), float(alpha) / 511.0);
+    return ItemLobe(vec3(channels) * exp2(float(int(packed.x >> 24u & 31u) - 15 - 8)), rise,
+        normalize(octahedron_point(at)), float(alpha) / 511.0);
 }
 
 // Stored radiance that it sends along unit o from a surface with unit normal n; both o and the light are above it.

@@ -24,8 +24,8 @@ float lobe_masking(float alpha, float c) {
     return 2.0 * c / max(c + sqrt(a2 + (1.0 - a2) * c * c), 1e-6);
 }
 
-// D · V: the density of normals whose cosine is nh, and the masking of two directions, whose cosines are given, over four times their
-// product. Masking is separable, as in glTF's appendix B.
+// D · V: the density of normals whose cosine is nh, and the masking of two directions, whose cosines are given, over
+// four times their product. Masking is separable, as in glTF's appendix B.
 float ggx_lobe(float alpha, float nh, float cosine, float other) {
     float a2 = alpha * alpha;
     float spread = nh * nh * (a2 - 1.0) + 1.0;
@@ -39,7 +39,8 @@ float lobe_masking(vec2 alpha, vec3 d) {
     return 2.0 * abs(d.z) / max(abs(d.z) + length(vec3(alpha * d.xy, d.z)), 1e-6);
 }
 
-// Tangent of the half angle of a cone as wide as half of the lobe, from roughness in [0, 1]; tests/twins/directions.rs derives it.
+// Tangent of the half angle of a cone as wide as half of the lobe, from roughness in [0, 1]; tests/twins/directions.rs
+// derives it.
 float ggx_aperture(float roughness) {
     float alpha = roughness * roughness;
     return 1.70 * alpha / (1.0 + 0.76 * alpha * alpha);

@@ -1,5 +1,5 @@
-// Directions on a square: the sphere's |x| + |y| + |z| = 1 is unfolded about +z (Praun and Hoppe, "Spherical Parametrization and
-// Remeshing", 2003). CPU twin: tests/twins/octahedron.rs.
+// Directions on a square: the sphere's |x| + |y| + |z| = 1 is unfolded about +z (Praun and Hoppe, "Spherical
+// Parametrization and Remeshing", 2003). CPU twin: tests/twins/octahedron.rs.
 
 // A point of the octahedron's surface, not a unit vector, for a place on the map, both coordinates in −1…1.
 vec3 octahedron_point(vec2 at) {

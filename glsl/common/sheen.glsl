@@ -1,4 +1,5 @@
-// The sheen lobe of KHR_materials_sheen: distribution and visibility "Charlie" (Estevez and Kulla 2017). Twin: src/scene/sheen.rs.
+// The sheen lobe of KHR_materials_sheen: distribution and visibility "Charlie" (Estevez and Kulla 2017). Twin:
+// src/scene/sheen.rs.
 
 #include "common/numbers.glsl"
 

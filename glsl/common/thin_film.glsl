@@ -1,5 +1,5 @@
-// Reflectance of a thin film in air (KHR_materials_iridescence, after Belcour and Barla 2017): Airy's sum, two orders of
-// interference, seen through Gaussians that stand for the eye's sensitivities over wavenumbers.
+// Reflectance of a thin film in air (KHR_materials_iridescence, after Belcour and Barla 2017): Airy's sum, two orders
+// of interference, seen through Gaussians that stand for the eye's sensitivities over wavenumbers.
 
 #include "common/albedo.glsl"
 #include "common/numbers.glsl"
@@ -12,8 +12,10 @@ vec3 film_sensitivity(float path_nm, vec3 turn) {
     float phase = 2.0 * PI * path_nm * 1e-9;
     vec3 xyz = HEIGHT * sqrt(2.0 * PI * VARIANCE) * cos(MIDDLE * phase + turn) * exp(-VARIANCE * phase * phase);
     const float SECOND_VARIANCE = 4.5282e9;
-    xyz.x += 9.7470e-14 / 1.0685e-7 * sqrt(2.0 * PI * SECOND_VARIANCE) * cos(2.2399e6 * phase + turn.x) * exp(-SECOND_VARIANCE * phase * phase);
-    const mat3 REC709_FROM_XYZ = mat3(3.2404542, -0.9692660, 0.0556434, -1.5371385, 1.8760108, -0.2040259, -0.4985314, 0.0415560, 1.0572252);
+    xyz.x += 9.7470e-14 / 1.0685e-7 * sqrt(2.0 * PI * SECOND_VARIANCE) * cos(2.2399e6 * phase + turn.x)
+        * exp(-SECOND_VARIANCE * phase * phase);
+    const mat3 REC709_FROM_XYZ =
+        mat3(3.2404542, -0.9692660, 0.0556434, -1.5371385, 1.8760108, -0.2040259, -0.4985314, 0.0415560, 1.0572252);
     return REC709_FROM_XYZ * xyz;
 }
 

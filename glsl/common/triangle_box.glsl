@@ -21,17 +21,17 @@ float difference_of_products(float a, float b, float c, float d) {
     return r;
 }
 
-// The normal of a triangle, not normalised. A plain cross product loses a sliver's plane: 128 voxels long and 0.01 wide,
-// it is off by 0.1 voxel.
+// The normal of a triangle, not normalised. A plain cross product loses a sliver's plane: 128 voxels long and 0.01
+// wide, it is off by 0.1 voxel.
 vec3 triangle_normal(vec3 a, vec3 b, vec3 c) {
     precise vec3 e = b - a;
     precise vec3 f = c - a;
-    return vec3(difference_of_products(e.y, f.z, e.z, f.y),
-                difference_of_products(e.z, f.x, e.x, f.z),
-                difference_of_products(e.x, f.y, e.y, f.x));
+    return vec3(difference_of_products(e.y, f.z, e.z, f.y), difference_of_products(e.z, f.x, e.x, f.z),
+        difference_of_products(e.x, f.y, e.y, f.x));
 }
 
-// Whether the projections of v0, v1, v2 and of the unit cube about 0 on (u, v) ⟂ edge, in one coordinate plane, are apart.
+// Whether the projections of v0, v1, v2 and of the unit cube about 0 on (u, v) ⟂ edge, in one coordinate plane, are
+// apart.
 bool edge_separates(vec2 edge, vec2 v0, vec2 v1, vec2 v2) {
     precise vec3 p = vec3(edge.x * v0.y - edge.y * v0.x, edge.x * v1.y - edge.y * v1.x, edge.x * v2.y - edge.y * v2.x);
     float r = 0.5 * (abs(edge.x) + abs(edge.y));
@@ -58,5 +58,6 @@ bool triangle_touches_voxel(vec3 a, vec3 b, vec3 c, vec3 normal, vec3 center) {
     if (abs(distance) > reach) {
         return false;
     }
-    return !(edges_separate(b - a, v0, v1, v2) || edges_separate(c - b, v0, v1, v2) || edges_separate(a - c, v0, v1, v2));
+    return !(
+        edges_separate(b - a, v0, v1, v2) || edges_separate(c - b, v0, v1, v2) || edges_separate(a - c, v0, v1, v2));
 }

@@ -13,8 +13,8 @@
 #include "ground/growing_lists.glsl"
 #include "ground/boxes.glsl"
 
-layout(set = 0, binding = 23, scalar) buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 24, scalar) writeonly buffer LitItems { uint lit_items[]; };
+layout(scalar) buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) writeonly buffer LitItems { uint lit_items[]; };
 
 // What is lit for a facing cell's triangles.
 uint chosen[FACING_CELLS]; // item, 1-based; 0: none

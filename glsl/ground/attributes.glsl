@@ -1,5 +1,5 @@
-// What a recorded triangle has at its corners beside positions: words one after another, only those that the scene's materials read.
-// src/ground/attributes.rs is the twin.
+// What a recorded triangle has at its corners beside positions: words one after another, only those that the scene's
+// materials read. src/ground/attributes.rs is the twin.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"

@@ -1,8 +1,10 @@
-// Boxes of voxels, one within the other. Box 0 is the base grid; each further one has as many voxels, a quarter as wide, and what it
-// holds is not listed in the one about it. Triangles, rays and points are counted in voxels of box 0, what happens within one voxel
-// in its own box's. Without further boxes all of it is a constant. The includer declares `frame`. CPU twin: src/ground/boxes.rs.
+// Boxes of voxels, one within the other. Box 0 is the base grid; each further one has as many voxels, a quarter as
+// wide, and what it holds is not listed in the one about it. Triangles, rays and points are counted in voxels of box 0,
+// what happens within one voxel in its own box's. Without further boxes all of it is a constant. CPU twin:
+// src/ground/boxes.rs.
 
 #include "common/hit_triangle.glsl"
+#include "ground/frame.glsl"
 #include "ground/heads.glsl"
 
 struct Box {

@@ -7,7 +7,8 @@
 
 const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
 
-// A voxel has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent evenly.
+// A voxel has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent
+// evenly.
 const float MEAN_COSINE = 0.6666667;
 
 struct Brdf {
@@ -28,7 +29,8 @@ void add_layers(inout Brdf f, Surface s, vec3 v, vec3 l) {
     f.specular *= left;
     if (feature(FEATURE_SHEEN) && any(greaterThan(s.finish.sheen, vec3(0.0)))) {
         float nh = clamp(dot(s.normal, normalize(l + v)), 0.0, 1.0);
-        f.sheen = s.finish.sheen * ((1.0 - coat) * sheen_lobe(s.finish.sheen_roughness, nv, nl, nh) / max(sheen_albedo(s.finish, nv), 1.0));
+        f.sheen = s.finish.sheen
+            * ((1.0 - coat) * sheen_lobe(s.finish.sheen_roughness, nv, nl, nh) / max(sheen_albedo(s.finish, nv), 1.0));
     }
     float coat_nl = dot(s.finish.coat_normal, l);
     if (coat > 0.0 && coat_nl > 0.0) {
@@ -66,9 +68,8 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
     return f;
 }
 
-
-// Share of a lamp's, or the sky's bright part's, reflection that points on it find; the rest is one mirrored ray's, which
-// finds all of it in what is smooth, where points miss the lobe.
+// Share of a lamp's, or the sky's bright part's, reflection that points on it find; the rest is one mirrored ray's,
+// which finds all of it in what is smooth, where points miss the lobe.
 float lamps_in_lobe(float roughness) {
     return smoothstep(0.15, 0.35, roughness);
 }

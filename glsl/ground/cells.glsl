@@ -5,5 +5,5 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 16, scalar) readonly buffer Cells { uint cells[]; };
-layout(set = 0, binding = 17, scalar) readonly buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) readonly buffer Cells { uint cells[]; };
+layout(scalar) readonly buffer CellCounts { CellCount cell_counts[]; };

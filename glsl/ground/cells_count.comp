@@ -1,22 +1,23 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Cells: how many voxels and items the voxeliser listed; no parents yet, and of items that are lit none where alike ones are lit as one.
+// Cells: how many voxels and items the voxeliser listed; no parents yet, and of items that are lit none where alike
+// ones are lit as one.
 
 #include "ground/layout.glsl"
 #include "ground/constants.glsl"
 
 layout(local_size_x = LIT_COUNTS + 1u) in; // a thread per level: 256³ has nine; the last one counts items that are lit
 
-layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 16, scalar) readonly buffer Cells { uint cells[]; };
-layout(set = 0, binding = 17, scalar) writeonly buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) readonly buffer GlobalsBuffer { Globals globals; };
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer Cells { uint cells[]; };
+layout(scalar) writeonly buffer CellCounts { CellCount cell_counts[]; };
 
 void main() {
     uint level = gl_LocalInvocationID.x;
     if (EDGE >> level != 0u || level == LIT_COUNTS) {
-        uint count = level == 0u ? min(globals.cell_count, uint(cells.length()))
+        uint count = level == 0u                      ? min(globals.cell_count, uint(cells.length()))
             : level == LIT_COUNTS && LIT != LIT_ALIKE ? min(globals.item_count, uint(list_items.length()))
                                                       : 0u;
         cell_counts[level] = CellCount(min((count + 63u) / 64u, MOST_GROUPS), 1u, 1u, count);

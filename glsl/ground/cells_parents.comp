@@ -7,8 +7,8 @@
 #include "ground/constants.glsl"
 #include "ground/growing_lists.glsl"
 
-layout(set = 0, binding = 18, scalar) writeonly buffer Parents { uint parents[]; };
-layout(set = 0, binding = 19, scalar) buffer Listed { uint listed[]; }; // a bit per cell of every level but the first
+layout(scalar) writeonly buffer Parents { uint parents[]; };
+layout(scalar) buffer Listed { uint listed[]; }; // a bit per cell of every level but the first
 
 void main() {
     uint count = cell_counts[0].count;

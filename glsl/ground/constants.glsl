@@ -1,19 +1,20 @@
-// Specialisation constants of the ground; src/ground/constants.rs is their twin. A method's own start at 32.
+// Specialisation constants of the ground; src/ground/constants.rs is their twin.
 
 #include "common/numbers.glsl"
 
-layout(constant_id = 0) const uint EDGE = 64u; // of the grid, voxels
-layout(constant_id = 1) const uint SHADOWS = 0u; // of lights
-layout(constant_id = 2) const uint FEATURES = 0u; // what the scene and the settings ask for
-layout(constant_id = 3) const uint LAMPS = 0u; // how emissive surfaces light the scene
-layout(constant_id = 4) const uint LAMP_POINTS = 16u; // per place that is lit
-layout(constant_id = 5) const uint GATHER_SCALE = 1u; // pixels of the image per gathered one, along each side
-layout(constant_id = 6) const uint INTERLEAVE = 1u; // pixels along the side of a square in which directions differ
-layout(constant_id = 7) const uint SHADOW_RAYS = 1u; // per light with an extent
-layout(constant_id = 8) const uint DIRECT = 0u; // where the direct light of list items comes from
-layout(constant_id = 10) const uint LIT = 0u; // which list items are lit
-layout(constant_id = 12) const uint BOXES = 0u; // of finer voxels within the grid
-layout(constant_id = 13) const uint SAMPLES = 4u; // per pixel of the raster that measures what a triangle fills of a voxel
+layout(constant_id) const uint EDGE = 64u; // of the grid, voxels
+layout(constant_id) const uint SHADOWS = 0u; // of lights
+layout(constant_id) const uint FEATURES = 0u; // what the scene and the settings ask for
+layout(constant_id) const uint LAMPS = 0u; // how emissive surfaces light the scene
+layout(constant_id) const uint LAMP_POINTS = 16u; // per place that is lit
+layout(constant_id) const uint GATHER_SCALE = 1u; // pixels of the image per gathered one, along each side
+layout(constant_id) const uint INTERLEAVE = 1u; // pixels along the side of a square in which directions differ
+layout(constant_id) const uint SHADOW_RAYS = 1u; // per light with an extent
+layout(constant_id) const uint DIRECT = 0u; // where the direct light of list items comes from
+layout(constant_id) const uint LIT = 0u; // which list items are lit
+layout(constant_id) const uint BOXES = 0u; // of finer voxels within the grid
+layout(constant_id) const uint BLENDED = 0u; // 1: the image's blended triangles are drawn, back to front
+layout(constant_id) const uint SAMPLES = 4u; // per pixel of the raster that measures what a triangle fills of a voxel
 
 const uint SHADOWS_NONE = 0u;
 const uint SHADOWS_METHOD = 1u;

@@ -1,15 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Deforms the vertices of one mesh: morph targets first, then the mean of its joints' matrices. src/scene/deform.rs is the twin.
+// Deforms the vertices of one mesh: morph targets first, then the mean of its joints' matrices. src/scene/deform.rs is
+// the twin.
 
 #include "common/count.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer DeformWords { uint deform_words[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer DeformPose { float deform_pose[]; };
-layout(set = 0, binding = 2, scalar) writeonly buffer SceneVertices { uint scene_vertices[]; };
+layout(scalar) readonly buffer DeformWords { uint deform_words[]; };
+layout(scalar) readonly buffer DeformPose { float deform_pose[]; };
+layout(scalar) writeonly buffer SceneVertices { uint scene_vertices[]; };
 
 const uint HAS_TANGENTS = 1u;
 const uint FLAT = 2u;

@@ -6,8 +6,8 @@
 #include "ground/lamps.glsl"
 #include "ground/ray.glsl"
 
-// The lit share of a light's disc, by rays to points spread evenly over it and turned from surface to surface; a single ray
-// goes to its middle. The samples of a pixel share the points: this is one of `parts`.
+// The lit share of a light's disc, by rays to points spread evenly over it and turned from surface to surface; a single
+// ray goes to its middle. The samples of a pixel share the points: this is one of `parts`.
 vec3 shadow_rays(Light light, LightSample to, Surface s, vec3 position, uint part, uint parts) {
     bool far = is_far(light);
     bool soft = light.radius > 0.0 && SHADOW_RAYS > 1u;
@@ -49,7 +49,8 @@ vec3 shadow_towards_point(vec3 position, vec3 facet, vec3 point) {
         return vec3(1.0);
     }
     vec3 origin = ray_start(position, facet, point - position);
-    vec3 to = point - origin; // not from the position: along a slanting way the start is nearer to the lamp by more than itself
+    // Not from the position: along a slanting way the start is nearer to the lamp by more than itself.
+    vec3 to = point - origin;
     float distance = length(to);
     // Short of the lamp, which is listed like any triangle.
     return trace_shadow_ray(origin, to / max(distance, 1e-6), distance * 0.9999 - ray_start_at(point));

@@ -1,9 +1,10 @@
-// Empties the cells that the last frame filled and this one does not. The includer defines `void empty_cell(uvec3 cell)`.
+// Empties the cells that the last frame filled and this one does not.
+//! given void empty_cell(uvec3 cell) {}
 
 #include "ground/cells.glsl"
 
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 19, scalar) readonly buffer Listed { uint listed[]; };
+layout(scalar) readonly buffer Heads { uint heads[]; };
+layout(scalar) readonly buffer Listed { uint listed[]; };
 
 layout(push_constant) uniform Push {
     uint level;

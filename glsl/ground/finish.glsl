@@ -1,7 +1,8 @@
-// What six extensions add to a material: read where a material has it, behind the texture levels, in rows of four words.
-// src/ground/finish.rs is the twin.
+// What six extensions add to a material: read where a material has it, behind the texture levels, in rows of four
+// words. src/ground/finish.rs is the twin.
 
 #include "common/sheen.glsl"
+#include "ground/texture.glsl"
 
 struct Finish {
     vec3 coat_normal; // unit, on the side looked at
@@ -22,7 +23,8 @@ struct Finish {
     float through; // and its share of the diffuse part
 };
 
-const Finish NO_FINISH = Finish(vec3(0.0, 0.0, 1.0), 0.0, 1.0, vec3(0.0), 1.0, 0u, vec3(0.0), 0.0, 0.0, 0.0, 1.0, 0.0, vec3(0.0), vec4(0.0), vec3(0.0), 0.0);
+const Finish NO_FINISH = Finish(vec3(0.0, 0.0, 1.0), 0.0, 1.0, vec3(0.0), 1.0, 0u, vec3(0.0), 0.0, 0.0, 0.0, 1.0, 0.0,
+    vec3(0.0), vec4(0.0), vec3(0.0), 0.0);
 
 const uint FINISH_CLEARCOAT = 0u; // slots
 const uint FINISH_CLEARCOAT_ROUGHNESS = 1u;
@@ -73,7 +75,9 @@ float sheen_table_at(uint table, uint word) {
 
 // From the table that begins at that word.
 float sheen_table(Finish f, uint first, float nv) {
-    vec2 at = clamp(vec2((f.sheen_roughness - SHEEN_ROUGHNESS_MIN) / (1.0 - SHEEN_ROUGHNESS_MIN), sqrt(max(nv, 0.0))), 0.0, 1.0) * float(SHEEN_STEPS);
+    vec2 at = clamp(vec2((f.sheen_roughness - SHEEN_ROUGHNESS_MIN) / (1.0 - SHEEN_ROUGHNESS_MIN), sqrt(max(nv, 0.0))),
+                  0.0, 1.0)
+        * float(SHEEN_STEPS);
     uvec2 low = min(uvec2(at), uvec2(SHEEN_STEPS - 1u));
     vec2 part = at - vec2(low);
     uint here = first + low.x * (SHEEN_STEPS + 1u) + low.y;
@@ -101,7 +105,8 @@ vec3 from_tangent_frame(vec3 n, vec4 tangent, vec3 local) {
 }
 
 // `n`: the interpolated normal of the front; `normal`: the shading normal.
-Finish evaluate_finish(Material m, vec4 uv, Footprint footprint, vec3 n, vec4 tangent, vec3 normal, float side, float roughness) {
+Finish evaluate_finish(
+    Material m, vec4 uv, Footprint footprint, vec3 n, vec4 tangent, vec3 normal, float side, float roughness) {
     Finish f = NO_FINISH;
     f.coat_normal = n * side;
     uint first = m.flags >> MATERIAL_FINISH_SHIFT;
@@ -130,7 +135,8 @@ Finish evaluate_finish(Material m, vec4 uv, Footprint footprint, vec3 n, vec4 ta
     }
     if (feature(FEATURE_ANISOTROPY) && coat.w > 0.0) {
         vec4 texel = texels[FINISH_ANISOTROPY];
-        bool textured = feature(FEATURE_FINISH_TEXTURES) && finish_words(first + FINISH_FACTOR_ROWS + 3u * FINISH_ANISOTROPY).z > 0u;
+        bool textured = feature(FEATURE_FINISH_TEXTURES)
+            && finish_words(first + FINISH_FACTOR_ROWS + 3u * FINISH_ANISOTROPY).z > 0u;
         vec2 own = textured ? texel.rg * 2.0 - 1.0 : vec2(1.0, 0.0);
         own = dot(own, own) > 1e-8 ? normalize(own) : vec2(1.0, 0.0);
         own = vec2(grain.x * own.x - grain.y * own.y, grain.y * own.x + grain.x * own.y);

@@ -5,8 +5,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 16, scalar) readonly buffer Cells { uint cells[]; };
-layout(set = 0, binding = 17, scalar) buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) readonly buffer Cells { uint cells[]; };
+layout(scalar) buffer CellCounts { CellCount cell_counts[]; };
 
 // Counts one more; where it goes in its list.
 uint take_place(uint entry) {

@@ -1,14 +1,19 @@
-// What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks up.
-// A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and keep_no_lobe() before this file,
-// which tell them the stored irradiance, what is mirrored of it, had it been sent evenly, and the mean of the unit directions to the lights;
-// it answers with the share that it keeps.
-// A method that lights other points than the middle of an item's part defines METHOD_POINTS before this file.
-// The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest to the
-// voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it fills.
+// What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks
+// up. A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and keep_no_lobe()
+// before this file, which tell them the stored irradiance, what is mirrored of it, had it been sent evenly, and the
+// mean of the unit directions to the lights; it answers with the share that it keeps. A method that lights other points
+// than the middle of an item's part defines METHOD_POINTS before this file.
+//! per method
+//! with LOOK_UP except none
+//! given const bool CLIPS_ITEMS = true;
+//! given const bool LIGHTS_FRONTS = false;
+// The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest
+// to the voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it
+// fills.
 
 #define LIGHTS_ITEMS
 
-layout(set = 0, binding = 21, scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
+layout(scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 
 #include "ground/brdf.glsl"
 #include "common/clip.glsl"
@@ -46,8 +51,8 @@ vec3 irradiance_on(Surface s, inout vec4 toward) {
     return irradiance;
 }
 
-// The sides of a surface whose light gets to where it is sent: its own, and the far one of what lets light through. Loops over
-// them name what finds light once: drivers copy that into every place that calls it.
+// The sides of a surface whose light gets to where it is sent: its own, and the far one of what lets light through.
+// Loops over them name what finds light once: drivers copy that into every place that calls it.
 uint lit_sides(Surface s) {
     return sends_through(s) ? 2u : 1u;
 }
@@ -117,8 +122,8 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-// Item `index` of the lists, a part of `triangle`: cut to its voxel and lit on each of its sides. `corners`: in voxels of the lists'
-// own grid, as `voxel` is.
+// Item `index` of the lists, a part of `triangle`: cut to its voxel and lit on each of its sides. `corners`: in voxels
+// of the lists' own grid, as `voxel` is.
 ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
     Triangle t = triangles[triangle];
     Attributes attributes = attributes_of(triangle);

@@ -34,7 +34,8 @@ LampLight lamp_light(Surface s, vec3 view) {
     return sum;
 }
 
-// The lamps that single rays find, for methods whose look-up does not: mirrored in what is smooth, and behind what transmits.
+// The lamps that single rays find, for methods whose look-up does not: mirrored in what is smooth, and behind what
+// transmits.
 vec3 lamps_along_rays(Surface s, Viewed v) {
     vec3 sum = vec3(0.0);
     float smooth_share = 1.0 - lamps_in_lobe(s.roughness);

@@ -45,8 +45,8 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
 const uint MOST_CANDIDATES = 4u;
 const uint TREE_CANDIDATES = 2u;
 
-// The largest cosine, 0 at least, within an angle of [0, π] about one whose cosine is c. No arc functions: a walk down the tree
-// asks for two of these at each of its nodes.
+// The largest cosine, 0 at least, within an angle of [0, π] about one whose cosine is c. No arc functions: a walk down
+// the tree asks for two of these at each of its nodes.
 float nearest_cosine(float c, float within_cosine, float within_sine) {
     float nearest = c * within_cosine + sqrt(max(1.0 - c * c, 0.0)) * within_sine;
     return c >= within_cosine ? 1.0 : max(nearest, 0.0);
@@ -65,7 +65,8 @@ float importance(uint node, vec3 position, vec3 normal) {
     float spread_sine = sqrt(max(1.0 - n.spread_cosine * n.spread_cosine, 0.0));
     float both_sine = spread_sine * seen_cosine + n.spread_cosine * seen_sine;
     float both_cosine = n.spread_cosine * seen_cosine - spread_sine * seen_sine;
-    float from = both_sine < 0.0 ? 1.0 : nearest_cosine(-dot(d, n.axis), both_cosine, both_sine); // beyond π: any direction
+    // Beyond π: any direction.
+    float from = both_sine < 0.0 ? 1.0 : nearest_cosine(-dot(d, n.axis), both_cosine, both_sine);
     float to = nearest_cosine(dot(d, normal), seen_cosine, seen_sine);
     return n.power * (seen_sine < 1.0 ? to * from : 1.0) / max(distance * distance, n.radius * n.radius);
 }
@@ -75,8 +76,9 @@ struct LampChoice {
     float probability;
 };
 
-// The piece at `u` of [0, 1). Many lamps: down a tree of neighbours, at each node by what its halves may give (Conty and Kulla,
-// "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, without the splitting). Few: each as often.
+// The piece at `u` of [0, 1). Many lamps: down a tree of neighbours, at each node by what its halves may give (Conty
+// and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, without the splitting). Few: each
+// as often.
 LampChoice choose_lamp(float u, vec3 position, vec3 normal) {
     bool many = frame.lamp_tree != 0u;
     float count = float(frame.lamp_count);

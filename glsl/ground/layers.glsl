@@ -1,6 +1,7 @@
 // Clearcoat, sheen, film, brushed grain and light from the far side, as ground/brdf.glsl adds them to a surface.
 
 #include "common/thin_film.glsl"
+#include "ground/surface.glsl"
 
 const float COAT_F0 = 0.04; // of index 1.5
 
@@ -20,7 +21,9 @@ float coat_share(Surface s, float nv) {
 // Share that the sheen takes from what lies below it, by the more slanting of two cosines.
 float sheen_share(Surface s, float nv, float nl) {
     float most = brightest(s.finish.sheen);
-    return feature(FEATURE_SHEEN) && most > 0.0 ? most * min(max(sheen_albedo(s.finish, nv), sheen_albedo(s.finish, nl)), 1.0) : 0.0;
+    return feature(FEATURE_SHEEN) && most > 0.0
+        ? most * min(max(sheen_albedo(s.finish, nv), sheen_albedo(s.finish, nl)), 1.0)
+        : 0.0;
 }
 
 // The same of light from all around.
@@ -32,8 +35,10 @@ float sheen_share(Surface s, float nv) {
 // Fresnel under the film at a microfacet that light meets under this cosine; w: what is left for what lies under it.
 vec4 film_fresnel(Surface s, float cosine) {
     Finish f = s.finish;
-    vec3 dielectric = mix(schlick(f.film_f0, s.coat_f90, cosine), film_reflectance(f.film_ior, f.film_nm, f.film_f0, cosine), f.film);
-    vec3 metal = mix(schlick(f.film_metal.rgb, 1.0, cosine), film_reflectance(f.film_ior, f.film_nm, f.film_metal.rgb, cosine), f.film);
+    vec3 dielectric =
+        mix(schlick(f.film_f0, s.coat_f90, cosine), film_reflectance(f.film_ior, f.film_nm, f.film_f0, cosine), f.film);
+    vec3 metal = mix(schlick(f.film_metal.rgb, 1.0, cosine),
+        film_reflectance(f.film_ior, f.film_nm, f.film_metal.rgb, cosine), f.film);
     return vec4(mix(dielectric, metal, f.film_metal.w), 1.0 - brightest(dielectric));
 }
 
@@ -92,7 +97,8 @@ bool sends_through(Surface s) {
 
 // Whether light from all around its side reaches a viewer, other than mirrored.
 bool scatters(Surface s) {
-    return any(greaterThan(s.diffuse, vec3(0.0))) || (feature(FEATURE_SHEEN) && any(greaterThan(s.finish.sheen, vec3(0.0))));
+    return any(greaterThan(s.diffuse, vec3(0.0)))
+        || (feature(FEATURE_SHEEN) && any(greaterThan(s.finish.sheen, vec3(0.0))));
 }
 
 // The coat as a surface of its own.

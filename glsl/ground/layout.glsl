@@ -1,5 +1,5 @@
-// The ground's structs that are shared with the CPU: src/ground/layout.rs holds their twins, a test holds the two against each other.
-// Lengths are in voxels unless a name ends in _m. Scalar block layout.
+// The ground's structs that are shared with the CPU: src/ground/layout.rs holds their twins, a test holds the two
+// against each other. Lengths are in voxels unless a name ends in _m. Scalar block layout.
 
 // What rays and voxels read of a recorded triangle; the rest stands apart (ground/attributes.glsl).
 struct Triangle {
@@ -59,7 +59,9 @@ struct TextureSlot {
     uint layer;
     uint first_level;
     uint level_count; // 0: no texture
-    uint flags; // bits 0–1 wrap s, 2–3 wrap t (0 repeat, 1 mirror, 2 clamp), 4 mag linear, 5 min linear, 6–7 mip (0 none, 1 nearest, 2 linear)
+    // Bits 0–1 wrap s, 2–3 wrap t (0 repeat, 1 mirror, 2 clamp), 4 mag linear, 5 min linear, 6–7 mip (0 none, 1
+    // nearest, 2 linear).
+    uint flags;
     uint uv_set;
     vec4 linear; // columns of the 2×2 part of KHR_texture_transform
     vec2 offset;

@@ -1,21 +1,24 @@
-// Lights the items of the lists, a thread per item that is lit, or takes this pass into the mean of what they send. A thread per
-// voxel would have rays in a loop: llvmpipe ends every loop of an invocation once all of them together have gone round 65535 times.
+// Lights the items of the lists, a thread per item that is lit, or takes this pass into the mean of what they send. A
+// thread per voxel would have rays in a loop: llvmpipe ends every loop of an invocation once all of them together have
+// gone round 65535 times.
+//! given const bool CLIPS_ITEMS = true;
+//! given const bool LIGHTS_FRONTS = false;
 
 #include "ground/item_light.glsl"
 #include "ground/cells.glsl"
 #include "ground/boxes.glsl"
 
-layout(set = 0, binding = 22, scalar) buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(scalar) buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) readonly buffer LitItems { uint lit_items[]; };
 
 layout(push_constant) uniform SharesPush {
     uint first; // of the items, in 1/ITEM_SHARES
     uint end;
 } push;
 
-// How far apart in the list blocks are that stand beside each other in the dispatch: a prime. Parts of the list, and places where
-// items are dear, are so spread over all groups of threads. llvmpipe hands each processor one run of them: with two processors, the
-// first had a part of half the list to itself.
+// How far apart in the list blocks are that stand beside each other in the dispatch: a prime. Parts of the list, and
+// places where items are dear, are so spread over all groups of threads. llvmpipe hands each processor one run of them:
+// with two processors, the first had a part of half the list to itself.
 const uint BLOCK_STRIDE = 211u;
 
 // The block of 64 items where a share of `count` items begins.

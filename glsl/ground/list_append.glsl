@@ -1,12 +1,14 @@
 // Lists that grow: which triangles each voxel has, and which voxels have any.
 
+#include "common/count.glsl"
 #include "ground/grid_push.glsl"
 #include "ground/heads.glsl"
+#include "ground/layout.glsl"
 
-layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 3, scalar) buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) buffer Heads { uint heads[]; };
-layout(set = 0, binding = 16, scalar) buffer Cells { uint cells[]; };
+layout(scalar) buffer GlobalsBuffer { Globals globals; };
+layout(scalar) buffer ListItems { ListItem list_items[]; };
+layout(scalar) buffer Heads { uint heads[]; };
+layout(scalar) buffer Cells { uint cells[]; };
 
 // Whether a finer box lists what is in there.
 bool in_hole(uvec3 voxel) {

@@ -3,8 +3,8 @@
 #include "common/closest_point.glsl"
 #include "common/dominant_axis.glsl"
 
-// The point of the plane through `a` with normal `n` (any length but 0) that is `at` from `center` along the two axes after
-// the dominant one.
+// The point of the plane through `a` with normal `n` (any length but 0) that is `at` from `center` along the two axes
+// after the dominant one.
 vec3 on_plane(vec3 a, vec3 n, vec3 center, vec2 at) {
     int axis = int(dominant_axis(n));
     vec3 p = center;

@@ -1,5 +1,5 @@
-// A ray through the tree of all triangles, as far as it lies in the volume: exact, on any device. What it finds is what testing every
-// triangle finds, to the bit, whatever the tree is like.
+// A ray through the tree of all triangles, as far as it lies in the volume: exact, on any device. What it finds is what
+// testing every triangle finds, to the bit, whatever the tree is like.
 #include "common/count.glsl"
 #include "common/color.glsl"
 #include "common/hit_triangle.glsl"
@@ -16,8 +16,8 @@ const float SPENT = 0.005; // of its light: less does not change an 8-bit image
 // Tests the triangle at place `triangle`.
 float hit_recorded(uint triangle, vec3 origin, vec3 d, out vec2 uv) {
     COUNT(CORNERS, 3u);
-    return hit_triangle(origin, d, triangles[triangle].corners[0],
-        triangles[triangle].corners[1], triangles[triangle].corners[2], uv);
+    return hit_triangle(
+        origin, d, triangles[triangle].corners[0], triangles[triangle].corners[1], triangles[triangle].corners[2], uv);
 }
 
 // Its material at a place on it: base colour and alpha.
@@ -55,8 +55,8 @@ vec3 ray_start(vec3 position, vec3 facet, vec3 d) {
     return position + facet * (dot(facet, d) < 0.0 ? -start : start);
 }
 
-// Share of the light that comes to `origin` from `distance` voxels away along unit d. Alpha masks, blending and transmission
-// let light through, straight and tinted.
+// Share of the light that comes to `origin` from `distance` voxels away along unit d. Alpha masks, blending and
+// transmission let light through, straight and tinted.
 vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
     Way w = start_way(origin, d);
     float most = min(distance, w.leave);
@@ -65,7 +65,8 @@ vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
     uvec3 depth = uvec3(0u);
     uint tested = 0u; // triangles of the leaf at which the way stands
     for (uint k = 0u; k < 65535u && !blocked && w.node != 0u; k++) {
-        uint passing = 0u; // 1 + the place of a triangle that was hit and may let light through: its textures are looked at out here
+        // 1 + the place of a triangle that was hit and may let light through: its textures are looked at out here.
+        uint passing = 0u;
         vec2 passing_uv = vec2(0.0);
         for (uint l = 0u; l < 65535u && !blocked && passing == 0u && w.node != 0u; l++) {
             uint leaf = next_leaf(w, max(w.enter, 0.0), most);
@@ -111,8 +112,10 @@ bool is_present(uint triangle, vec2 uv) {
     return (m.flags & MATERIAL_MASK) == 0u || triangle_color(m, attributes_of(triangle), uv, at).a > 0.0;
 }
 
-// Tests triangle `i` of a leaf, in its turn: whether it is the nearest so far between the distances `least` and `leave`.
-void test_nearest(uint leaf, uint i, vec3 origin, vec3 d, float least, float leave, inout uint tested, inout RayHit best, inout RayHit masked) {
+// Tests triangle `i` of a leaf, in its turn: whether it is the nearest so far between the distances `least` and
+// `leave`.
+void test_nearest(uint leaf, uint i, vec3 origin, vec3 d, float least, float leave, inout uint tested,
+    inout RayHit best, inout RayHit masked) {
     bool its_turn = tested == i && i < leaf_count(leaf) && masked.triangle == 0u;
     uint triangle = its_turn ? leaf_triangle(leaf, i) : 0u;
     uint place = max(triangle, 1u) - 1u;
@@ -187,8 +190,7 @@ Met meet(RayHit hit, vec3 d) {
     m.place = max(hit.triangle, 1u) - 1u;
     m.triangle = triangles[m.place];
     m.weights = vec3(1.0 - hit.uv.x - hit.uv.y, hit.uv);
-    m.normal = normalize(triangle_normal(m.triangle.corners[0], m.triangle.corners[1],
-        m.triangle.corners[2]));
+    m.normal = normalize(triangle_normal(m.triangle.corners[0], m.triangle.corners[1], m.triangle.corners[2]));
     m.back = dot(m.normal, d) > 0.0;
     m.dark = m.back && (materials[m.triangle.material].flags & MATERIAL_DOUBLE_SIDED) == 0u;
     m.distance = m.any ? hit.distance : 0.0;
@@ -197,7 +199,9 @@ Met meet(RayHit hit, vec3 d) {
 
 // What passes straight through it, per channel.
 vec3 transmittance(Met met) {
-    return feature(FEATURE_PASSING) && met.triangle.translucent != 0u ? triangle_transmittance(met.place, met.weights.yz) : vec3(0.0);
+    return feature(FEATURE_PASSING) && met.triangle.translucent != 0u
+        ? triangle_transmittance(met.place, met.weights.yz)
+        : vec3(0.0);
 }
 
 // Radiance of the lamp that is seen along unit d, with lights.lamps = sampled. Starts on the side that d leads to.

@@ -25,10 +25,10 @@ layout(push_constant, scalar) uniform Push {
     uint translucent;
 } push;
 
-layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 2, scalar) buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 10, scalar) writeonly buffer AttributeWords { uint attribute_words[]; };
-layout(set = 0, binding = 14, scalar) writeonly buffer Slots { uint slots[]; };
+layout(scalar) buffer GlobalsBuffer { Globals globals; };
+layout(scalar) buffer Triangles { Triangle triangles[]; };
+layout(scalar) writeonly buffer AttributeWords { uint attribute_words[]; };
+layout(scalar) writeonly buffer Slots { uint slots[]; };
 
 void write_word(inout uint place, float value) {
     attribute_words[place++] = floatBitsToUint(value);
@@ -74,6 +74,7 @@ void main() {
     triangles[slot].source = source;
     triangles[slot].translucent = push.translucent;
     if (source < uint(slots.length())) {
-        slots[source] = slot + 1u; // rays find triangles by their source, and the image draws blended ones in an order of its own
+        // Rays find triangles by their source, and the image draws blended ones in an order of its own.
+        slots[source] = slot + 1u;
     }
 }

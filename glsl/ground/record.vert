@@ -32,9 +32,11 @@ vec3 unit(vec3 v) {
 void main() {
     vec4 p = vec4(in_position, 1.0);
     out_position = vec3(dot(push.rows[0], p), dot(push.rows[1], p), dot(push.rows[2], p));
-    out_normal = unit(vec3(dot(push.normal_rows[0], in_normal), dot(push.normal_rows[1], in_normal), dot(push.normal_rows[2], in_normal)));
+    out_normal = unit(vec3(
+        dot(push.normal_rows[0], in_normal), dot(push.normal_rows[1], in_normal), dot(push.normal_rows[2], in_normal)));
     vec3 t = in_tangent.xyz;
-    out_tangent = vec4(unit(vec3(dot(push.rows[0].xyz, t), dot(push.rows[1].xyz, t), dot(push.rows[2].xyz, t))), in_tangent.w);
+    out_tangent =
+        vec4(unit(vec3(dot(push.rows[0].xyz, t), dot(push.rows[1].xyz, t), dot(push.rows[2].xyz, t))), in_tangent.w);
     out_uv = in_uv;
     out_color = in_color;
     // Nothing is rasterised: positions only have to be finite.

@@ -1,5 +1,6 @@
 // Which samples of a pixel lie in which voxels of its column: a pixel is a column of voxels, its samples are points of
 // the triangle. CPU twin: tests/twins/cover.rs.
+//! fragment
 
 #include "ground/constants.glsl"
 

@@ -1,7 +1,9 @@
-// Stored radiance of the sky: the same all around, graded, or a map. src/scene/sky/ makes what is read of a map; src/scene/sky/mod.rs
-// and tests/sky_map.rs have its CPU twin.
+// Stored radiance of the sky: the same all around, graded, or a map. src/scene/sky/ makes what is read of a map;
+// src/scene/sky/mod.rs and tests/device/sky_map.rs have its CPU twin.
 
-#ifdef SKY_MAPS
+#include "common/numbers.glsl"
+#include "ground/constants.glsl"
+#include "ground/frame.glsl"
 
 // A texel, RGB9E5.
 vec3 sky_texel(uint word) {
@@ -10,7 +12,8 @@ vec3 sky_texel(uint word) {
     return channels * uintBitsToFloat(((packed >> 27) + 103u) << 23);
 }
 
-// Linear between the four texels about a place of a map that begins at word `first`; brighter ones are dimmed to `most`.
+// Linear between the four texels about a place of a map that begins at word `first`; brighter ones are dimmed to
+// `most`.
 vec3 sky_between(uint first, int width, int height, vec2 place, float most) {
     vec2 at = place * vec2(width, height) - 0.5;
     vec2 corner = floor(at);
@@ -69,48 +72,41 @@ vec3 sky_mean(vec2 place, float aperture) {
     return sum;
 }
 
-#endif
-
 // Towards unit d, as sharp as it is.
 vec3 sky_towards(vec3 d) {
-#ifdef SKY_MAPS
     if (feature(FEATURE_SKY_MAP)) {
         return sky_between(0u, frame.sky_width, frame.sky_height, sky_place(d), 1e30) * (frame.sky_scale * frame.scale);
     }
-#endif
     return (frame.sky + frame.sky_gradient * d.y) * frame.scale;
 }
 
-// Mean over a cone about unit d; `aperture`: the tangent of its half angle. `bright`: the share of the map's bright part that the
-// look is to find; lights send the rest.
+// Mean over a cone about unit d; `aperture`: the tangent of its half angle. `bright`: the share of the map's bright
+// part that the look is to find; lights send the rest.
 vec3 sky_about(vec3 d, float aperture, float bright) {
-#ifdef SKY_MAPS
     if (feature(FEATURE_SKY_MAP)) {
         vec2 place = sky_place(d);
         vec3 found = sky_mean(place, aperture);
         if (bright > 0.0) {
-            found += bright * (sky_between(0u, frame.sky_width, frame.sky_height, place, 1e30)
-                - sky_between(0u, frame.sky_width, frame.sky_height, place, frame.sky_most));
+            found += bright
+                * (sky_between(0u, frame.sky_width, frame.sky_height, place, 1e30)
+                    - sky_between(0u, frame.sky_width, frame.sky_height, place, frame.sky_most));
         }
         return found * (frame.sky_scale * frame.scale);
     }
-#endif
     return sky_towards(d);
 }
 
 // Irradiance/π of a surface with unit normal n that nothing hides the sky from, without the bright part.
 vec3 sky_over(vec3 n) {
     const float MEAN_COSINE_OF_SKY = 0.6666667; // of what an even sky sends onto a surface, to its normal
-#ifdef SKY_MAPS
     if (feature(FEATURE_SKY_MAP)) {
         return sky_about(n, 1e6, 0.0);
     }
-#endif
     return sky_towards(MEAN_COSINE_OF_SKY * n);
 }
 
-// Tangent of the half angle of a cone as wide as what one of `count` directions stands for that are distributed by the cosine, where
-// its own is `cosine`: between them the sky is as even as such directions can tell.
+// Tangent of the half angle of a cone as wide as what one of `count` directions stands for that are distributed by the
+// cosine, where its own is `cosine`: between them the sky is as even as such directions can tell.
 float share_aperture(uint count, float cosine) {
     float versine = min(0.5 / (float(count) * max(cosine, 1e-3)), 0.99);
     return sqrt(versine * (2.0 - versine)) / (1.0 - versine);

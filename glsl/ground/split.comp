@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Split: where an opaque surface cuts an item's part of its triangle, what is seen on one side of the cut is not the other side's. Such
-// an item gets a twin: each is lit where the other cannot be seen from, and a ray takes the one that sees where it hit. A thread
-// per item that is lit. Held against brute force in tests/rays_items.rs.
+// Split: where an opaque surface cuts an item's part of its triangle, what is seen on one side of the cut is not the
+// other side's. Such an item gets a twin: each is lit where the other cannot be seen from, and a ray takes the one that
+// sees where it hit. A thread per item that is lit. Held against brute force in tests/device/rays_items.rs.
 #include "ground/constants.glsl"
 #include "ground/growing_lists.glsl"
 #include "common/clip.glsl"
@@ -15,20 +15,21 @@
 const int ROW = 4;
 const int GRID = ROW * ROW; // points of a part, evenly over its voxel,
 const float APART = 0.3; // voxels between them
-// And the part's corners, a little within it: a straight cut leaves a corner on either side, however narrow what it cuts off is.
+// And the part's corners, a little within it: a straight cut leaves a corner on either side, however narrow what it
+// cuts off is.
 const int CANDIDATES = GRID + PART_CORNERS;
 const float TO_CORNER = 0.98; // of the way from the part's middle
 
 vec2 candidates_at[CANDIDATES]; // voxels from the voxel's middle along the two axes after the dominant one
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 1, scalar) buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 23, scalar) buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 24, scalar) buffer LitItems { uint lit_items[]; };
+#include "ground/frame.glsl"
+layout(scalar) buffer GlobalsBuffer { Globals globals; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer Heads { uint heads[]; };
+layout(scalar) readonly buffer Materials { Material materials[]; };
+layout(scalar) buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) buffer LitItems { uint lit_items[]; };
 
 #include "ground/boxes.glsl"
 
@@ -66,7 +67,8 @@ uint place_candidates(Part part, vec3 middle) {
     return inside;
 }
 
-// Which of the candidates, a bit each, cannot be seen from a point of the part. Their offset from it is the side's that is lit.
+// Which of the candidates, a bit each, cannot be seen from a point of the part. Their offset from it is the side's that
+// is lit.
 uint hidden_from(Part part, vec3 from, uint candidates) {
     uint hidden = 0u;
     uint item = heads[part.voxel];
@@ -76,7 +78,8 @@ uint hidden_from(Part part, vec3 from, uint candidates) {
         bool itself = item_parts[item - 1u].lit_by == part.item;
         item = entry.next;
         uint material = triangles[entry.triangle].material;
-        // Leaves that lie through each other would cut one another into more parts than two, and most of what is seen of them be dark.
+        // Leaves that lie through each other would cut one another into more parts than two, and most of what is seen
+        // of them be dark.
         bool opaque = is_opaque(materials[material].flags, materials[material].transmission);
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
@@ -136,7 +139,8 @@ void split(Part part, vec3 middle) {
     ItemPart own = item_parts[part.item];
     item_parts[part.item].twin = twin + 1u;
     item_parts[part.item].anchor = packUnorm2x16(here + 0.5);
-    item_parts[twin] = ItemPart(part.item, own.area, own.source, 0u, twin + 1u, packUnorm2x16(candidates_at[there] + 0.5));
+    item_parts[twin] =
+        ItemPart(part.item, own.area, own.source, 0u, twin + 1u, packUnorm2x16(candidates_at[there] + 0.5));
     list_items[twin] = ListItem(list_items[part.item].triangle, 0u, part.voxel);
     lit_items[take_place(LIT_COUNTS)] = twin;
 }

@@ -2,15 +2,8 @@
 #include "common/color.glsl"
 #include "common/triangle_box.glsl"
 #include "ground/attributes.glsl"
-#include "ground/texture.glsl"
-
-vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
-    mat2 linear = mat2(slot.linear.xy, slot.linear.zw);
-    vec2 at = slot.uv_set == 0u ? uv.xy : uv.zw;
-    return sample_texture(slot, linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
-}
-
 #include "ground/finish.glsl"
+#include "ground/texture.glsl"
 
 struct Surface {
     vec3 position; // voxels
@@ -19,7 +12,8 @@ struct Surface {
     vec3 diffuse; // albedo of the Lambertian part
     vec3 f0;
     float f90;
-    float coat_f0; // brightest channel of the dielectric's alone, which takes its share from the diffuse and transmitted parts
+    // Brightest channel of the dielectric's alone, which takes its share from the diffuse and transmitted parts.
+    float coat_f0;
     float coat_f90;
     float roughness;
     float opacity; // 1 − what alpha blending lets through
@@ -57,7 +51,9 @@ vec4 uv_at(uint corner) {
 
 vec4 color_at(uint corner) {
     uint place = corner + 3u + tangent_words() + uv_words();
-    return color_words() > 0u ? vec4(unpackHalf2x16(attribute_words[place]), unpackHalf2x16(attribute_words[place + 1u])) : vec4(1.0);
+    return color_words() > 0u
+        ? vec4(unpackHalf2x16(attribute_words[place]), unpackHalf2x16(attribute_words[place + 1u]))
+        : vec4(1.0);
 }
 
 // Of the triangle at that place among those recorded.
@@ -65,8 +61,9 @@ Attributes attributes_of(uint triangle) {
     uint a = corner_place(triangle, 0u);
     uint b = corner_place(triangle, 1u);
     uint c = corner_place(triangle, 2u);
-    return Attributes(mat3(normal_at(a), normal_at(b), normal_at(c)), vec4[3](tangent_at(a), tangent_at(b), tangent_at(c)),
-        vec4[3](uv_at(a), uv_at(b), uv_at(c)), vec4[3](color_at(a), color_at(b), color_at(c)));
+    return Attributes(mat3(normal_at(a), normal_at(b), normal_at(c)),
+        vec4[3](tangent_at(a), tangent_at(b), tangent_at(c)), vec4[3](uv_at(a), uv_at(b), uv_at(c)),
+        vec4[3](color_at(a), color_at(b), color_at(c)));
 }
 
 vec4 between(vec4 corners[3], vec3 weights) {
@@ -121,8 +118,9 @@ float surface_alpha(Material m, float alpha) {
 
 // Beer's law: what a way through the material leaves, per channel.
 vec3 attenuation(Material m, float way_m) {
-    return m.attenuation_distance_m < 1e30 ? pow(max(m.attenuation_color, vec3(1e-6)), vec3(way_m / m.attenuation_distance_m))
-                                           : vec3(1.0);
+    return m.attenuation_distance_m < 1e30
+        ? pow(max(m.attenuation_color, vec3(1e-6)), vec3(way_m / m.attenuation_distance_m))
+        : vec3(1.0);
 }
 
 // `weights`: barycentric. `back`: the side against the winding is looked at.

@@ -1,5 +1,6 @@
-// Textures sampled by hand, from one atlas. No bindless on the floor device, no two textures of one size, samplers of every
-// kind, and its 8-bit filtering rounds small values to zero: so texels are fetched and filtered here, in f32, the same everywhere.
+// Textures sampled by hand, from one atlas. No bindless on the floor device, no two textures of one size, samplers of
+// every kind, and its 8-bit filtering rounds small values to zero: so texels are fetched and filtered here, in f32, the
+// same everywhere.
 #include "common/count.glsl"
 #include "ground/bindings.glsl"
 
@@ -23,8 +24,8 @@ int wrap_texel(int i, int size, uint mode) {
 }
 
 const float MOST_PROBES = 8.0; // along a long footprint
-// Levels finer than a texel per probe: two filtered levels are wider than a pixel. On a textured atrium's base colour, mean |error|
-// against the path tracer's is .054, .045, .042 at 0, −½, −1, of the whole image .080, .073, .075.
+// Levels finer than a texel per probe: two filtered levels are wider than a pixel. On a textured atrium's base colour,
+// mean |error| against the path tracer's is .054, .045, .042 at 0, −½, −1, of the whole image .080, .073, .075.
 const float FINER = 0.5;
 
 // Where a footprint is sampled: as many probes along its longer axis as it is longer than the other one.
@@ -41,11 +42,12 @@ Probes probes_over(TextureSlot slot, mat2 footprint) {
     float y = length(footprint[1] * size);
     float longer = max(x, y);
     float count = clamp(ceil(longer / max(min(x, y), 1.0)), 1.0, MOST_PROBES);
-    return Probes(uint(count), x < y ? footprint[1] : footprint[0], log2(max(max(longer / count, min(x, y)), 1e-10)) - FINER);
+    return Probes(
+        uint(count), x < y ? footprint[1] : footprint[0], log2(max(max(longer / count, min(x, y)), 1e-10)) - FINER);
 }
 
-// Every tap of every level in one loop: lavapipe runs all code of a shader, whatever its branches, and a loop's body once is
-// what it costs a point without this texture.
+// Every tap of every level in one loop: lavapipe runs all code of a shader, whatever its branches, and a loop's body
+// once is what it costs a point without this texture.
 vec4 sample_texture(TextureSlot slot, vec2 uv, mat2 footprint, bool srgb) {
     COUNT(TEXTURE_RECORDS, 1u);
     uint mip = (slot.flags >> 6) & 3u;
@@ -78,4 +80,10 @@ vec4 sample_texture(TextureSlot slot, vec2 uv, mat2 footprint, bool srgb) {
         sum += share.x * share.y * (second ? coarser : 1.0 - coarser) * value;
     }
     return sum / float(probes.count);
+}
+
+vec4 sample_slot(TextureSlot slot, vec4 uv, Footprint footprint, bool srgb) {
+    mat2 linear = mat2(slot.linear.xy, slot.linear.zw);
+    vec2 at = slot.uv_set == 0u ? uv.xy : uv.zw;
+    return sample_texture(slot, linear * at + slot.offset, linear * footprint.uv[min(slot.uv_set, 1u)], srgb);
 }

@@ -1,15 +1,15 @@
 // A way through the tree of all triangles: nearer boxes first, without a stack.
 //
-// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes boxes, and triangles are tested outside
-// of it. And it ends every loop of an invocation once all its loops together have gone round 65535 times (Mesa, gallivm): loops
-// are left at their heads, where nothing is pending for lanes that have left.
+// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes boxes, and triangles are
+// tested outside of it. And it ends every loop of an invocation once all its loops together have gone round 65535 times
+// (Mesa, gallivm): loops are left at their heads, where nothing is pending for lanes that have left.
 
 #include "common/count.glsl"
 #include "ground/tree_nodes.glsl"
 
-layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place among the triangles
-layout(set = 0, binding = 32, scalar) readonly buffer TreeLinks { uint tree_links[]; };
-layout(set = 0, binding = 56, scalar) readonly buffer TreeBoxes { uvec3 tree_boxes[]; };
+layout(scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place among the triangles
+layout(scalar) readonly buffer TreeLinks { uint tree_links[]; };
+layout(scalar) readonly buffer TreeBoxes { uvec3 tree_boxes[]; };
 
 struct Way {
     vec3 inverse; // planes: distance = plane × inverse + bias

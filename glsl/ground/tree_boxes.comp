@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Puts the boxes of one level of the tree about what lies below: recorded triangles, or two boxes of the level below, done before.
-// tests/twins/tree.rs holds every box.
+// Puts the boxes of one level of the tree about what lies below: recorded triangles, or two boxes of the level below,
+// done before. tests/twins/tree.rs holds every box.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -11,10 +11,10 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; };
-layout(set = 0, binding = 32, scalar) readonly buffer TreeLinks { uint tree_links[]; };
-layout(set = 0, binding = 56, scalar) buffer TreeBoxes { uvec3 tree_boxes[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Slots { uint slots[]; };
+layout(scalar) readonly buffer TreeLinks { uint tree_links[]; };
+layout(scalar) buffer TreeBoxes { uvec3 tree_boxes[]; };
 
 layout(push_constant) uniform Push {
     uint first; // node
@@ -45,7 +45,8 @@ uvec3 about_triangle(uint source) {
 }
 
 void main() {
-    for (uint node = push.first + gl_GlobalInvocationID.x; node < push.end; node += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+    for (uint node = push.first + gl_GlobalInvocationID.x; node < push.end;
+         node += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         uint word = tree_links[NODE_WORDS * node];
         COUNT(WORDS, 4u);
         uvec3 box = uvec3(EMPTY_BOX);

@@ -1,5 +1,8 @@
-// The tree's nodes. `links` of a node: 9 words, written by src/ground/tree/. `box`: on which of 65536 planes along each axis the
-// volume's part that holds the node's triangles begins (low half) and ends (high half). Words behind the nodes' are sources of triangles.
+// The tree's nodes. `links` of a node: 9 words, written by src/ground/tree/. `box`: on which of 65536 planes along each
+// axis the volume's part that holds the node's triangles begins (low half) and ends (high half). Words behind the
+// nodes' are sources of triangles.
+
+#include "ground/constants.glsl"
 
 const uint NODE_WORDS = 9u;
 const uint NODE_NEXT = 1u; // where the 8 octants' ways past the node start

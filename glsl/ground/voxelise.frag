@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with DILATED
-// Voxelise: a pixel is a column of voxels. Every voxel of the column that the triangle touches gets it into its list; with
-// DILATED, that the dilated triangle touches.
+// Voxelise: a pixel is a column of voxels. Every voxel of the column that the triangle touches gets it into its list;
+// with DILATED, that the dilated triangle touches.
 
 #include "ground/layout.glsl"
 #include "ground/constants.glsl"
@@ -17,7 +17,7 @@ layout(location = 2) flat in vec3 in_normal;
 layout(location = 3) flat in vec3 in_dilated[4];
 #endif
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 
 #include "ground/list_append.glsl"
 
@@ -44,7 +44,8 @@ void main() {
     float depth_high = max(max(a[in_axis], b[in_axis]), max(c[in_axis], d[in_axis]));
     vec2 slope = vec2(in_normal[u], in_normal[v]) / in_normal[in_axis];
     float depth = a[in_axis] - dot(slope, middle - vec2(a[u], a[v]));
-    float spread = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01; // a hundredth of a voxel for rounding: the exact test follows
+    // A hundredth of a voxel for rounding: the exact test follows.
+    float spread = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01;
     float last = float(EDGE) - 1.0;
     int first = int(clamp(floor(max(depth_low, depth - spread) - 0.001), 0.0, last));
     int end = int(clamp(floor(min(depth_high, depth + spread) + 0.001), 0.0, last));

@@ -3,8 +3,8 @@
 //! with DILATED
 // Voxelise: projects on the dominant axis and dilates by half a pixel, so that every pixel that the triangle
 // touches gets a fragment. Too many do: the fragment shader tests each voxel exactly. Where the hardware rasterises
-// conservatively, dilating makes room for its snapping alone. With DILATED the fragment shader tests what was dilated, as in the
-// talk, and is handed that.
+// conservatively, dilating makes room for its snapping alone. With DILATED the fragment shader tests what was dilated,
+// as in the talk, and is handed that.
 
 #include "ground/constants.glsl"
 #include "common/triangle_box.glsl"
@@ -22,10 +22,10 @@ layout(location = 2) flat out vec3 out_normal;
 layout(location = 3) flat out vec3 out_dilated[4]; // a strip in the triangle's plane
 #endif
 
-layout(constant_id = 11) const uint HARDWARE = 0u; // 1: every touched pixel gets a fragment as it is
+layout(constant_id) const uint HARDWARE = 0u; // 1: every touched pixel gets a fragment as it is
 
-// Half a pixel, and room for the rasteriser's snapping to 1/256 pixel: exactly 0.5 loses 0.5 % of the pairs. What is at least
-// twice that room wide also keeps an area when snapped: devices may drop what has none.
+// Half a pixel, and room for the rasteriser's snapping to 1/256 pixel: exactly 0.5 loses 0.5 % of the pairs. What is at
+// least twice that room wide also keeps an area when snapped: devices may drop what has none.
 const float DILATION = HARDWARE != 0u ? 0.01 : 0.51;
 
 vec3 normal;
@@ -107,7 +107,8 @@ void main() {
     float c1 = max(c.x, max(c.y, c.z)) + support(across);
     float box_area = (a1 - a0) * (c1 - c0);
 
-    // The triangle with its edges moved outwards (Hasselgren et al., GPU Gems 2, ch. 42): smaller, unless an angle is sharp.
+    // The triangle with its edges moved outwards (Hasselgren et al., GPU Gems 2, ch. 42): smaller, unless an angle is
+    // sharp.
     vec2 outward[3];
     float offset[3];
     bool good = true;
@@ -123,7 +124,9 @@ void main() {
         int j = (i + 2) % 3;
         float det = cross2(outward[j], outward[i]);
         good = good && det > 1e-2;
-        corner[i] = vec2(offset[j] * outward[i].y - offset[i] * outward[j].y, offset[i] * outward[j].x - offset[j] * outward[i].x) / max(det, 1e-20);
+        corner[i] = vec2(offset[j] * outward[i].y - offset[i] * outward[j].y,
+                        offset[i] * outward[j].x - offset[j] * outward[i].x)
+            / max(det, 1e-20);
     }
     float triangle_area = 0.5 * cross2(corner[1] - corner[0], corner[2] - corner[0]);
     if (good && triangle_area > 0.0 && triangle_area < box_area) {
@@ -133,6 +136,8 @@ void main() {
         vec2 last = along * a0 + across * (2.0 * c1 - c0);
         emit(vec2[4](along * a0 + across * c0, along * (2.0 * a1 - a0) + across * c0, last, last), 3);
     } else {
-        emit(vec2[4](along * a0 + across * c0, along * a1 + across * c0, along * a0 + across * c1, along * a1 + across * c1), 4);
+        emit(vec2[4](along * a0 + across * c0, along * a1 + across * c0, along * a0 + across * c1,
+                 along * a1 + across * c1),
+            4);
     }
 }

@@ -6,7 +6,7 @@
 #include "ground/layout.glsl"
 #include "common/count.glsl"
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 
 #include "ground/grid_push.glsl"
 

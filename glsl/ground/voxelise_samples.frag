@@ -13,8 +13,8 @@ layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_axis;
 layout(location = 2) flat in vec3 in_normal;
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 55, scalar) buffer ItemSamples { uint item_samples[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) buffer ItemSamples { uint item_samples[]; };
 
 void main() {
     COUNT(CORNERS, 3u);

@@ -10,7 +10,7 @@
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 
 #include "ground/grid_push.glsl"
 

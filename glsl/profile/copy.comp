@@ -7,8 +7,8 @@
 
 layout(local_size_x = 128) in;
 
-layout(set = 0, binding = 0) readonly buffer From { uvec4 from[]; };
-layout(set = 0, binding = 1) writeonly buffer To { uvec4 to[]; };
+readonly buffer From { uvec4 from[]; };
+writeonly buffer To { uvec4 to[]; };
 
 void main() {
     uint i = gl_GlobalInvocationID.x;

@@ -4,10 +4,10 @@
 #include "test/common.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint SCALE = 1;
+layout(constant_id) const uint SCALE = 1;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Source { Item source[]; };
-layout(set = 0, binding = 1, scalar) writeonly buffer Target { uint target[]; };
+layout(scalar) readonly buffer Source { Item source[]; };
+layout(scalar) writeonly buffer Target { uint target[]; };
 layout(push_constant, scalar) uniform Push {
     uint count;
     uint add;
@@ -15,5 +15,6 @@ layout(push_constant, scalar) uniform Push {
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i < push.count) target[i] = SCALE * (source[i].count + uint(source[i].position.z) + uint(source[i].weights[1].y)) + push.add;
+    if (i < push.count)
+        target[i] = SCALE * (source[i].count + uint(source[i].position.z) + uint(source[i].weights[1].y)) + push.add;
 }

@@ -21,11 +21,11 @@ struct Arguments {
     vec4 c;
 };
 
-layout(set = 0, binding = 30, scalar) readonly buffer Inputs { Arguments inputs[]; };
-layout(set = 0, binding = 31, scalar) writeonly buffer Outputs { Arguments outputs[]; };
+layout(scalar) readonly buffer Inputs { Arguments inputs[]; };
+layout(scalar) writeonly buffer Outputs { Arguments outputs[]; };
 
 // The order is that of `Function` in tests/common/functions.rs.
-layout(constant_id = 20) const uint FUNCTION = 0u;
+layout(constant_id) const uint FUNCTION = 0u;
 
 layout(push_constant) uniform Push {
     uint count;
@@ -52,8 +52,8 @@ Arguments evaluate(Arguments x) {
         y.a.xyz = refraction_direction(x.a.xyz, x.b.xyz, x.a.w, x.b.w > 0.5, false);
     } else if (FUNCTION == 6u) {
         clip_to_voxel(x.a.xyz, x.b.xyz, x.c.xyz, vec3(x.a.w, x.b.w, x.c.w), y.a.w, y.a.xyz);
-        y.b.x = float(triangle_touches_voxel(x.a.xyz, x.b.xyz, x.c.xyz,
-            triangle_normal(x.a.xyz, x.b.xyz, x.c.xyz), vec3(x.a.w, x.b.w, x.c.w)));
+        y.b.x = float(triangle_touches_voxel(
+            x.a.xyz, x.b.xyz, x.c.xyz, triangle_normal(x.a.xyz, x.b.xyz, x.c.xyz), vec3(x.a.w, x.b.w, x.c.w)));
     } else if (FUNCTION == 7u) {
         FixedSum sum = fixed_zero();
         fixed_add(sum, x.a);
@@ -64,8 +64,8 @@ Arguments evaluate(Arguments x) {
         y.a = trace_cone(x.a.xyz, x.b.xyz, x.a.w, x.b.w);
     } else if (FUNCTION == 9u) {
         vec3 to = x.b.xyz - x.a.xyz;
-        y.a.x = trace_shadow_cone(x.a.xyz, to / length(to), length(to), x.a.w, cones.shadow_start_along, cones.shadow_step,
-            cones.shadow_end);
+        y.a.x = trace_shadow_cone(
+            x.a.xyz, to / length(to), length(to), x.a.w, cones.shadow_start_along, cones.shadow_step, cones.shadow_end);
     } else if (FUNCTION == 10u) {
         y.a = gather_diffuse(x.a.xyz, x.b.xyz, uvec3(0u));
     } else if (FUNCTION == 11u) {

@@ -2,7 +2,7 @@
 #extension GL_EXT_scalar_block_layout : require
 
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0, scalar) buffer Values { uint values[]; };
+layout(scalar) buffer Values { uint values[]; };
 
 void main() {
     values[gl_GlobalInvocationID.x] += 1;

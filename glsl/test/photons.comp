@@ -14,11 +14,11 @@ struct Arguments {
     vec4 c;
 };
 
-layout(set = 0, binding = 30, scalar) readonly buffer Inputs { Arguments inputs[]; };
-layout(set = 0, binding = 31, scalar) writeonly buffer Outputs { Arguments outputs[]; };
+layout(scalar) readonly buffer Inputs { Arguments inputs[]; };
+layout(scalar) writeonly buffer Outputs { Arguments outputs[]; };
 
 // The order is that of `Function` in tests/common/photons.rs.
-layout(constant_id = 20) const uint FUNCTION = 0u;
+layout(constant_id) const uint FUNCTION = 0u;
 
 layout(push_constant) uniform Push {
     uint count;

@@ -8,7 +8,7 @@
 
 layout(local_size_x = 64) in;
 
-// The twins of both structs stand in tests/rays_oracle/oracle.rs.
+// The twins of both structs stand in tests/device/rays_oracle/oracle.rs.
 struct Ray {
     vec3 position;
     float least;
@@ -26,10 +26,10 @@ struct Found {
     vec3 passed; // through the triangle that was met, or all the way for a shadow ray
 };
 
-layout(set = 0, binding = 30, scalar) readonly buffer Inputs { Ray inputs[]; };
-layout(set = 0, binding = 31, scalar) writeonly buffer Outputs { Found outputs[]; };
+layout(scalar) readonly buffer Inputs { Ray inputs[]; };
+layout(scalar) writeonly buffer Outputs { Found outputs[]; };
 
-layout(constant_id = 20) const uint SHADOW = 0u; // 1: shadow rays, else the nearest triangle
+layout(constant_id) const uint SHADOW = 0u; // 1: shadow rays, else the nearest triangle
 
 layout(push_constant) uniform Push {
     uint count;

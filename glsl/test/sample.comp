@@ -2,11 +2,11 @@
 #extension GL_EXT_scalar_block_layout : require
 
 layout(local_size_x = 1) in;
-layout(set = 0, binding = 0) uniform sampler3D volume[2];
-layout(set = 0, binding = 1) uniform sampler2DArray unorm;
-layout(set = 0, binding = 2) uniform sampler2DArray srgb;
-layout(set = 0, binding = 3, rgba16f) uniform writeonly image3D written;
-layout(set = 0, binding = 4, scalar) writeonly buffer Result { vec4 result[]; };
+uniform sampler3D volume[2];
+uniform sampler2DArray unorm;
+uniform sampler2DArray srgb;
+layout(rgba16f) uniform writeonly image3D written;
+layout(scalar) writeonly buffer Result { vec4 result[]; };
 
 void main() {
     result[0] = textureLod(volume[0], vec3(0.5), 0.0);

@@ -14,7 +14,7 @@ use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::{Counts, Ground};
 use crate::settings::Settings;
-use crate::vk::{Bind, Buffer, Context, Image, Recorder};
+use crate::vk::{Bind, Buffer, Constant, Context, Image, Recorder};
 
 /// The list of methods: a variant, its name, which is the name of its folders too, and what it is.
 macro_rules! methods {
@@ -114,7 +114,7 @@ pub trait Gi: Send {
     fn update(&self, recorder: &mut Recorder, ground: &Ground, update: &Update);
 
     /// What its look-up is compiled with, beside the ground's.
-    fn constants(&self) -> &[(u32, u32)];
+    fn constants(&self) -> &[Constant];
 
     /// What its look-up binds, of its own and of the ground.
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>>;

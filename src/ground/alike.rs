@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::Ground;
 use crate::Result;
-use crate::vk::{Bind, Compute, ComputeDesc, Context, Recorder, ZoneKind};
+use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind};
 
 pub struct Alike {
     choose: Compute,
@@ -15,7 +15,7 @@ pub struct Alike {
 }
 
 impl Alike {
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], splits: bool) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, constants: &[Constant], splits: bool) -> Result<Self> {
         let compute = |label, shader| Compute::new(context, &ComputeDesc { label, shader, constants });
         let split = splits.then(|| compute("split", "ground/split.comp")).transpose()?;
         Ok(Self { choose: compute("alike", "ground/alike.comp")?, split })

@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use super::Ground;
-use super::constants::{DIRECT, with};
+use super::constants::with;
 use crate::Result;
-use crate::vk::{Bind, Compute, ComputeDesc, Context, Image, Recorder, ZoneKind};
+use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Image, Recorder, ZoneKind};
 
 /// Workgroups of 64 threads; each goes through many cells, most of which are occupied again.
 const EMPTYING_GROUPS: u32 = 16;
@@ -44,7 +44,7 @@ pub struct EmptyCells {
 }
 
 impl EmptyCells {
-    pub fn new(context: &Arc<Context>, shader: &str, constants: &[(u32, u32)]) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, shader: &str, constants: &[Constant]) -> Result<Self> {
         Ok(Self { empty: Compute::new(context, &ComputeDesc { label: "empty", shader, constants })? })
     }
 
@@ -90,15 +90,15 @@ pub struct FillDesc<'a> {
     pub forms: &'a [&'a str],
     /// Whether there is light to be looked up.
     pub gathers: bool,
-    /// A value of [`DIRECT`].
+    /// A value of the constant `DIRECT`.
     pub direct: u32,
-    pub constants: &'a [(u32, u32)],
+    pub constants: &'a [Constant],
 }
 
 impl FillCells {
     pub fn new(context: &Arc<Context>, desc: &FillDesc) -> Result<Self> {
         let FillDesc { label, folder, .. } = *desc;
-        let constants = with(desc.constants.to_vec(), &[(DIRECT, desc.direct)]);
+        let constants = with(desc.constants.to_vec(), &[("DIRECT", desc.direct.into())]);
         let compute = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
         let gathers = if desc.gathers { " LOOK_UP" } else { "" };
         let fill = |form: &&str| compute(&format!("gi/{folder}/fill.comp{form}"));
@@ -133,7 +133,7 @@ pub struct MipCells {
 
 impl MipCells {
     /// `folder`: of the method's `mips.comp`; `forms` as of [`FillDesc`].
-    pub fn new(context: &Arc<Context>, folder: &str, forms: &[&str], constants: &[(u32, u32)]) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, folder: &str, forms: &[&str], constants: &[Constant]) -> Result<Self> {
         let mips = |form: &&str| {
             let shader = format!("gi/{folder}/mips.comp{form}");
             Compute::new(context, &ComputeDesc { label: "mips", shader: &shader, constants })

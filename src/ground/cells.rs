@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::layout::{CellCount, LevelPush, SharesPush};
 use super::lists::Lists;
 use crate::Result;
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind};
 
 /// Where the count of the items that are lit stands among those of the levels; as in `glsl/ground/constants.glsl`.
 pub const LIT_COUNTS: u32 = 15;
@@ -120,7 +120,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)]) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, constants: &[Constant]) -> Result<Self> {
         let compute = |shader: &str| Compute::new(context, &ComputeDesc { label: "cells", shader, constants });
         Ok(Self { count: compute("ground/cells_count.comp")?, parents: compute("ground/cells_parents.comp")? })
     }

@@ -1,35 +1,19 @@
-//! Specialisation constants of the ground: `glsl/ground/constants.glsl` is their twin. A method's own start at 32.
+//! Specialisation constants of the ground, which `glsl/ground/constants.glsl` declares.
 
 use glam::{Vec3, Vec4};
 
 use crate::scene::{Alpha, Scene};
 use crate::settings::{DirectLight, LampLight, Settings, Shadows};
+use crate::vk::Constant;
 
-pub const EDGE: u32 = 0;
-pub const SHADOWS: u32 = 1;
-pub const FEATURES: u32 = 2;
-const LAMPS: u32 = 3;
-pub const LAMP_POINTS: u32 = 4;
-const GATHER_SCALE: u32 = 5;
-const INTERLEAVE: u32 = 6;
-const SHADOW_RAYS: u32 = 7;
-/// Of the passes that light list items.
-pub const DIRECT: u32 = 8;
-/// Values of [`DIRECT`]: direct light is found; found and kept; or what was kept is read.
+/// Values of `DIRECT`: direct light is found; found and kept; or the kept light is read.
 pub const DIRECT_FOUND: u32 = 0;
 pub const DIRECT_KEPT: u32 = 1;
 pub const DIRECT_READ: u32 = 2;
-/// Of the image's vertex shader.
-pub const BLENDED: u32 = 9;
-/// Which list items are lit: each, or one for all that are alike.
-pub const LIT: u32 = 10;
-/// Of the voxeliser: 1 where the hardware rasterises conservatively.
-pub const HARDWARE: u32 = 11;
-/// Boxes of finer voxels within the base grid.
-pub const BOXES: u32 = 12;
-/// Samples per pixel of the raster that measures how much of a voxel a triangle fills.
-pub const SAMPLES: u32 = 13;
-/// Value of [`SHADOWS`] without any.
+/// Values of `LIT`: each list item is lit, or one for all that are alike.
+pub const LIT_EACH: u32 = 0;
+pub const LIT_ALIKE: u32 = 1;
+/// Value of `SHADOWS` without any.
 pub const SHADOWS_NONE: u32 = 0;
 
 /// A metal that is rougher sends what it mirrors as a lobe: the root of `LEAST_ITEM_ALPHA` in `glsl/gi/rays/item_lobes.glsl`.
@@ -130,28 +114,34 @@ impl Features {
     }
 }
 
-/// (constant, value) of the ground's part of a shader.
-pub fn constants(settings: &Settings, features: Features) -> Vec<(u32, u32)> {
+/// All constants that the ground declares. A pass that needs other values, such as one that lights list items, replaces
+/// them by [`with`].
+pub fn constants(settings: &Settings, features: Features) -> Vec<Constant> {
     let shadows = match settings.lights.shadows {
         Shadows::None => SHADOWS_NONE,
         Shadows::Method => 1,
         Shadows::Rays => 2,
     };
     vec![
-        (EDGE, settings.voxels),
-        (SHADOWS, shadows),
-        (FEATURES, features.0),
-        (LAMPS, u32::from(settings.lights.lamps == LampLight::Sampled)),
-        (LAMP_POINTS, settings.lights.lamp_points),
-        (GATHER_SCALE, settings.image.gather_resolution.scale()),
-        (INTERLEAVE, settings.image.interleave),
-        (SHADOW_RAYS, settings.lights.shadow_rays),
+        ("EDGE", settings.voxels.into()),
+        ("SHADOWS", shadows.into()),
+        ("FEATURES", features.0.into()),
+        ("LAMPS", u32::from(settings.lights.lamps == LampLight::Sampled).into()),
+        ("LAMP_POINTS", settings.lights.lamp_points.into()),
+        ("GATHER_SCALE", settings.image.gather_resolution.scale().into()),
+        ("INTERLEAVE", settings.image.interleave.into()),
+        ("SHADOW_RAYS", settings.lights.shadow_rays.into()),
+        ("DIRECT", DIRECT_FOUND.into()),
+        ("LIT", LIT_EACH.into()),
+        ("BOXES", 0u32.into()),
+        ("BLENDED", 0u32.into()),
+        ("SAMPLES", 4u32.into()),
     ]
 }
 
 /// `constants` with other values for some of them.
-pub fn with(mut constants: Vec<(u32, u32)>, others: &[(u32, u32)]) -> Vec<(u32, u32)> {
-    constants.retain(|(id, _)| others.iter().all(|(other, _)| other != id));
+pub fn with(mut constants: Vec<Constant>, others: &[Constant]) -> Vec<Constant> {
+    constants.retain(|(name, _)| others.iter().all(|(other, _)| other != name));
     constants.extend(others);
     constants
 }

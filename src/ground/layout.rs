@@ -1,5 +1,5 @@
 //! Every struct of the ground that is shared with GLSL (`glsl/ground/layout.glsl`), scalar block layout: no padding, 4-byte alignment.
-//! `tests/layouts.rs` holds names, offsets and sizes against the compiled shaders' own.
+//! `tests/device/layouts.rs` holds names, offsets and sizes against the compiled shaders' own.
 
 use super::boxes::MOST_BOXES;
 

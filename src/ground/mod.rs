@@ -41,7 +41,7 @@ use crate::vk::{
 use alike::Alike;
 use attributes::CornerWords;
 use cells::Cells;
-use constants::{BOXES, EDGE, FEATURES, Features, LIT};
+use constants::{Features, LIT_ALIKE, LIT_EACH};
 use grid::{Grid, GridPlace};
 use lists::{ListCapacity, Lists};
 use memory_plan::MemoryRow;
@@ -173,8 +173,14 @@ impl Ground {
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, of: &Scene, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
         let GroundDesc { grid, conservative, wants, features, counts, .. } = &desc;
-        let constants_of =
-            |edge, alike| [(FEATURES, features.0), (EDGE, edge), (LIT, u32::from(alike)), (BOXES, grid.boxes)];
+        let constants_of = |edge: u32, alike| {
+            [
+                ("FEATURES", features.0.into()),
+                ("EDGE", edge.into()),
+                ("LIT", if alike { LIT_ALIKE } else { LIT_EACH }.into()),
+                ("BOXES", grid.boxes.into()),
+            ]
+        };
         let base = constants_of(grid.edge, wants.alike);
         let plan = shared_plan(wants, counts);
         let buffer = |name: &str| {

@@ -12,8 +12,8 @@ use super::scene_on_gpu::SceneOnGpu;
 use crate::Result;
 use crate::scene::Pose;
 use crate::vk::{
-    Bind, ColorTarget, Context, DrawCall, Format, Load, Raster, RasterDesc, Recorder, RenderTarget, VertexInput,
-    ZoneKind,
+    Bind, ColorTarget, Constant, Context, DrawCall, Format, Load, Raster, RasterDesc, Recorder, RenderTarget,
+    VertexInput, ZoneKind,
 };
 
 /// Edge of the front view, an empty screen for this pass. Pixels.
@@ -26,7 +26,7 @@ pub struct Record {
 }
 
 impl Record {
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], corner: CornerWords) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, constants: &[Constant], corner: CornerWords) -> Result<Self> {
         let pipeline = Raster::new(
             context,
             &RasterDesc {

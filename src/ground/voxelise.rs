@@ -10,12 +10,14 @@ use std::sync::Arc;
 
 use super::Ground;
 use super::boxes::FACTOR;
-use super::constants::{HARDWARE, SAMPLES, with};
+use super::constants::with;
 use super::grid::GridPlace;
 use super::layout::GridPush;
 use super::lists::Lists;
 use crate::settings::Conservative;
-use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, SampleCountFlags, ZoneKind};
+use crate::vk::{
+    Bind, Constant, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, SampleCountFlags, ZoneKind,
+};
 use crate::{Error, Result};
 
 pub struct Voxelise {
@@ -48,7 +50,7 @@ impl Voxelise {
     /// The hardware is to rasterise conservatively and cannot.
     pub fn new(
         context: &Arc<Context>,
-        constants: &[(u32, u32)],
+        constants: &[Constant],
         conservative: Conservative,
         dilated: bool,
     ) -> Result<Self> {
@@ -77,7 +79,7 @@ impl Voxelise {
             vertex: "ground/voxelise.vert",
             geometry: Some(geometry),
             fragment: Some(fragment),
-            constants: &with(constants.to_vec(), &[(HARDWARE, u32::from(hardware))]),
+            constants: &with(constants.to_vec(), &[("HARDWARE", u32::from(hardware).into())]),
             conservative: hardware,
             ..Default::default()
         };
@@ -89,13 +91,13 @@ impl Voxelise {
     ///
     /// # Errors
     /// As [`samples_per_pixel`].
-    pub fn by_samples(context: &Arc<Context>, constants: &[(u32, u32)], wanted: u32) -> Result<Self> {
+    pub fn by_samples(context: &Arc<Context>, constants: &[Constant], wanted: u32) -> Result<Self> {
         let samples = samples_per_pixel(context, wanted)?;
         let desc = RasterDesc {
             label: "voxelise",
             vertex: "ground/voxelise_samples.vert",
             fragment: Some("ground/voxelise_samples.frag"),
-            constants: &with(constants.to_vec(), &[(SAMPLES, samples)]),
+            constants: &with(constants.to_vec(), &[("SAMPLES", samples.into())]),
             samples,
             ..Default::default()
         };

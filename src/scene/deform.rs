@@ -1,5 +1,5 @@
 //! Skins and morph targets: what deforms meshes, and the deformed meshes of a pose. `glsl/ground/deform.comp` does the same as
-//! [`Deform::of`] on the device; `tests/deform.rs` holds one against the other.
+//! [`Deform::of`] on the device; `tests/device/deform.rs` holds one against the other.
 
 use std::borrow::Cow;
 use std::sync::Arc;

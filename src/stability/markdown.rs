@@ -18,8 +18,8 @@ A dash is not measured; `random` are the first 24 of its scenes. Rows of `accura
 
 Whether what is beyond a limit is noise, which more rays take away, or stays, is measured in [noise.md](noise.md).
 
-What cannot be seen from outside is held by tests: opacity and radiance bounds of mips by `tests/twins_values.rs` and `tests/passes_cells.rs`, counters and overflow by
-`tests/passes_voxelise.rs` and `tests/passes_order.rs`, propagation by `tests/passes_lpv.rs`, refraction and lobes by `tests/passes_gloss.rs`.
+What cannot be seen from outside is held by tests: opacity and radiance bounds of mips by `tests/values/twins_values.rs` and `tests/device/passes_cells.rs`, counters and overflow by
+`tests/device/passes_voxelise.rs` and `tests/device/passes_order.rs`, propagation by `tests/device/passes_lpv.rs`, refraction and lobes by `tests/device/passes_gloss.rs`.
 ";
 
 /// The page of a table.

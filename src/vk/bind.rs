@@ -6,6 +6,7 @@ use super::raw_pipeline::RawPipeline;
 use super::recorder::Recorder;
 use super::reflect::{Binding, BindingKind};
 use super::sampler::Sampler;
+use super::shader;
 use super::views::Views;
 use ash::vk;
 use bytemuck::Pod;
@@ -209,9 +210,8 @@ pub(super) fn labels(pipeline: &RawPipeline, binds: &[Bind<'_>]) -> Vec<(String,
 }
 
 fn check_names(pipeline: &RawPipeline, binds: &[Bind<'_>]) {
-    #[cfg(feature = "hot-reload")]
-    if super::shader::generation() > 0 {
-        return; // a shader that was edited need not read everything
+    if shader::are_edited() {
+        return;
     }
     for bind in binds {
         if !pipeline.bindings.iter().any(|binding| binding.name == bind.name) {

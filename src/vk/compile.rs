@@ -4,23 +4,44 @@
 //! - `//! per method`: once for every folder of `gi`, in which `method/…` is then looked for; `except NAME` leaves one out.
 //!   Shaders in a method's own folder find `method/…` there.
 //! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above.
-//! - One that includes `common/count.glsl`: once more as `counted/…`, with what it reads being counted.
 //!
 //! `ground/image/image.frag` of the method `rays` with `AOVS` is called `ground/image/image.frag rays AOVS`.
+//!
+//! A header (`*.glsl`) includes all that it uses, so that it compiles alone; a test holds this. It says at its head in
+//! which forms the test compiles it, as a shader does, and further:
+//! - `//! fragment`: only fragment shaders include it. Without this line the test includes it in a compute shader.
+//! - `//! given LINE`: a shader declares LINE, or the same with another value, before it includes the header. The test
+//!   puts LINE there.
+//!
+//! A macro that is only asked for with `#ifdef` needs no line.
+//!
+//! Everything is bound by its name, so no number is written by hand. Buffers, images and samplers are declared without
+//! set and binding; a pipeline numbers those of all its stages. A specialisation constant is declared as
+//! `layout(constant_id) const uint NAME = 1u;`. A size of a workgroup that is one is declared as
+//! `layout(local_size_x_id) in;`, and the constant is called `local_size_x`. This file gives the constants of each
+//! shader their numbers, and writes their names into the module.
 
 use super::used::keep_used;
 use rspirv::binary::Assemble;
+use rspirv::dr::{Instruction, Module, Operand};
+use rspirv::spirv::{Decoration, Op};
 use shaderc::{
     CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, SpirvVersion, TargetEnv,
 };
 use std::cell::RefCell;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{fs, thread};
 
-const COUNTING: &str = "common/count.glsl";
+/// A form of a shader, compiled.
+pub struct Compiled {
+    pub name: String,
+    /// The specialisation constants that it declares: it may depend on fewer.
+    #[allow(dead_code, reason = "only the build reads them: a running program cannot give other constants")]
+    pub constants: Vec<String>,
+}
 
 /// Where compiled shaders are kept.
 pub trait Store: Sync {
@@ -32,17 +53,17 @@ pub trait Store: Sync {
     fn put(&self, name: &str, text: &str, words: Vec<u32>) -> Result<(), String>;
 }
 
-/// Compiles every form of every shader below `root` that the store lacks. The names of all forms, sorted.
+/// Compiles every form of every shader below `root` that the store lacks. All forms, sorted by name.
 ///
 /// # Errors
 /// The messages of every shader that has an error or a warning, each as `file:line: message`.
-pub fn compile_all(root: &Path, store: &impl Store) -> Result<Vec<String>, String> {
+pub fn compile_all(root: &Path, store: &impl Store) -> Result<Vec<Compiled>, String> {
     let mut shaders = Vec::new();
-    find_shaders(root, &mut shaders);
+    find_files(root, &mut shaders, &|path| kind(path).is_some());
     shaders.sort();
     let methods = methods(root);
     let next = AtomicUsize::new(0);
-    let (names, errors) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
+    let (compiled, errors) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let threads = thread::available_parallelism().map_or(1, |n| n.get()).min(shaders.len());
     thread::scope(|scope| {
         for _ in 0..threads {
@@ -50,7 +71,7 @@ pub fn compile_all(root: &Path, store: &impl Store) -> Result<Vec<String>, Strin
                 let compiler = Compiler::new().expect("shaderc starts");
                 while let Some(shader) = shaders.get(next.fetch_add(1, Ordering::Relaxed)) {
                     match (Shader { compiler: &compiler, root, path: shader }).compile_forms(&methods, store) {
-                        Ok(forms) => names.lock().expect("no compiling thread panicked").extend(forms),
+                        Ok(forms) => compiled.lock().expect("no compiling thread panicked").extend(forms),
                         Err(message) => errors.lock().expect("no compiling thread panicked").push(message),
                     }
                 }
@@ -64,9 +85,9 @@ pub fn compile_all(root: &Path, store: &impl Store) -> Result<Vec<String>, Strin
         errors.dedup();
         return Err(errors.join("\n"));
     }
-    let mut names = names.into_inner().expect("no compiling thread panicked");
-    names.sort();
-    Ok(names)
+    let mut compiled = compiled.into_inner().expect("no compiling thread panicked");
+    compiled.sort_by(|a: &Compiled, b| a.name.cmp(&b.name));
+    Ok(compiled)
 }
 
 fn kind(path: &Path) -> Option<ShaderKind> {
@@ -87,12 +108,13 @@ fn methods(root: &Path) -> Vec<String> {
     names
 }
 
-fn find_shaders(folder: &Path, found: &mut Vec<PathBuf>) {
+/// All files below a folder that are wanted.
+pub fn find_files(folder: &Path, found: &mut Vec<PathBuf>, is_wanted: &dyn Fn(&Path) -> bool) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
         if path.is_dir() {
-            find_shaders(&path, found);
-        } else if kind(&path).is_some() {
+            find_files(&path, found, is_wanted);
+        } else if is_wanted(&path) {
             found.push(path);
         }
     }
@@ -150,59 +172,49 @@ impl Shader<'_> {
         below.to_string_lossy().replace('\\', "/")
     }
 
-    /// Compiles it in all of its forms; the names of what was made.
-    fn compile_forms(&self, methods: &[String], store: &impl Store) -> Result<Vec<String>, String> {
+    /// Compiles it in all of its forms.
+    fn compile_forms(&self, methods: &[String], store: &impl Store) -> Result<Vec<Compiled>, String> {
         let plain = self.name();
         let source = fs::read_to_string(self.path).map_err(|e| format!("{}: {e}", self.path.display()))?;
         let (forms, per_method) = forms(&plain, &source, methods);
-        let mut names = Vec::new();
-        for mut form in forms {
-            let name = form.name(&plain, per_method);
-            let included = self.compile(&source, &form, &name, store)?;
-            if included.contains(COUNTING) {
-                let counted = format!("counted/{name}");
-                form.defines.push("COUNTED".to_owned());
-                self.compile(&source, &form, &counted, store)?;
-                names.push(counted);
-            }
-            names.push(name);
-        }
-        Ok(names)
+        let compile = |form: &Form| self.compile(&source, form, form.name(&plain, per_method), store);
+        forms.iter().map(compile).collect()
     }
 
-    /// Compiles one form for the store; the files that were included.
-    fn compile(&self, source: &str, form: &Form, name: &str, store: &impl Store) -> Result<HashSet<String>, String> {
+    /// Compiles one form for the store.
+    fn compile(&self, source: &str, form: &Form, name: String, store: &impl Store) -> Result<Compiled, String> {
         // Every file is included once per shader, so that common files need no guards.
         let included = RefCell::new(HashSet::new());
         let mut options = CompileOptions::new().map_err(|e| e.to_string())?;
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
         options.set_target_spirv(SpirvVersion::V1_5);
         // Drivers optimise for themselves: measured on llvmpipe, frames take as long, and this takes a thirteenth of the time.
-        // The optimiser would also strip the names that reflection goes by. What is not used is dropped below.
+        // The optimiser would also strip the names that everything is bound by. What is not used is dropped below.
         options.set_optimization_level(OptimizationLevel::Zero);
         options.set_warnings_as_errors();
+        options.set_auto_bind_uniforms(true);
         form.defines.iter().for_each(|define| options.add_macro_definition(define, None));
         options.set_include_callback(|requested, _, _, _| {
             let of_method = || Some(format!("gi/{}/{}", form.method.as_ref()?, requested.strip_prefix("method/")?));
             let file = self.root.join(of_method().as_deref().unwrap_or(requested));
             let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-            let first = included.borrow_mut().insert(requested.to_owned());
-            let content = if first { text } else { String::new() };
-            Ok(ResolvedInclude { resolved_name: file.to_string_lossy().into_owned(), content })
+            let resolved_name = file.to_string_lossy().into_owned();
+            let first = included.borrow_mut().insert(resolved_name.clone());
+            Ok(ResolvedInclude { resolved_name, content: if first { text } else { String::new() } })
         });
         let shader_kind = kind(self.path).expect("only shaders are collected");
         let file = self.path.to_string_lossy();
         let text = self.compiler.preprocess(source, &file, "main", Some(&options)).map_err(|e| messages(&e))?.as_text();
-        if !store.has(name, &text) {
-            included.borrow_mut().clear();
+        let (text, constants) = numbered(&text);
+        if !store.has(&name, &text) {
             let artifact = self
                 .compiler
-                .compile_into_spirv(source, shader_kind, &file, "main", Some(&options))
+                .compile_into_spirv(&text, shader_kind, &file, "main", Some(&options))
                 .map_err(|e| messages(&e))?;
-            store.put(name, &text, used(artifact.as_binary()))?;
+            let words = finished(artifact.as_binary(), &constants).map_err(|e| format!("{file}: {e}"))?;
+            store.put(&name, &text, words)?;
         }
-        drop(options);
-        Ok(included.into_inner())
+        Ok(Compiled { name, constants })
     }
 }
 
@@ -214,9 +226,152 @@ fn messages(error: &shaderc::Error) -> String {
     }
 }
 
-/// The module without what it never reaches.
-fn used(words: &[u32]) -> Vec<u32> {
+/// The `text` of a shader with a number for every specialisation constant, and their names by these numbers.
+pub fn numbered(text: &str) -> (String, Vec<String>) {
+    let outside = |c: char| !c.is_ascii_alphanumeric() && c != '_';
+    let (mut done, mut names, mut copied) = (String::new(), Vec::new(), 0);
+    for (at, id) in text.match_indices("_id") {
+        let end = at + id.len();
+        let (before, after) = (&text[..at], text[end..].trim_start());
+        let begin = before.rfind(outside).map_or(0, |place| place + 1);
+        let name = match &before[begin..] {
+            // `layout(constant_id) const uint NAME = 1u;`
+            "constant" if after.starts_with(')') => after.split(outside).filter(|word| !word.is_empty()).nth(2),
+            size @ ("local_size_x" | "local_size_y" | "local_size_z") if after.starts_with([',', ')']) => Some(size),
+            _ => None,
+        };
+        if let Some(name) = name {
+            done += &format!("{} = {}", &text[copied..end], names.len());
+            copied = end;
+            names.push(name.to_owned());
+        }
+    }
+    (done + &text[copied..], names)
+}
+
+/// The module without what it never reaches, in which everything that is bound has its name.
+///
+/// # Errors
+/// A constant has another number than those of `constants`, which are called so.
+fn finished(words: &[u32], constants: &[String]) -> Result<Vec<u32>, String> {
     let mut module = rspirv::dr::load_words(words).expect("shaderc writes SPIR-V");
     keep_used(&mut module);
-    module.assemble()
+    for (id, number) in numbers(&module) {
+        let name = constants.get(number as usize).ok_or("a constant has a number: write layout(constant_id)")?;
+        rename(&mut module, id, name);
+    }
+    for (id, name) in blocks(&module) {
+        rename(&mut module, id, &name);
+    }
+    Ok(module.assemble())
+}
+
+/// The specialisation constants of a module and their numbers.
+fn numbers(module: &Module) -> Vec<(u32, u32)> {
+    let number = |i: &Instruction| match i.operands[..] {
+        [Operand::IdRef(id), Operand::Decoration(Decoration::SpecId), Operand::LiteralBit32(number)] => {
+            Some((id, number))
+        }
+        _ => None,
+    };
+    module.annotations.iter().filter_map(number).collect()
+}
+
+/// The blocks without an instance name, each with the name of its first member, by which GLSL speaks of it.
+fn blocks(module: &Module) -> Vec<(u32, String)> {
+    let (mut members, mut named) = (HashMap::new(), HashSet::new());
+    for i in &module.debug_names {
+        match &i.operands[..] {
+            [Operand::IdRef(id), Operand::LiteralBit32(0), Operand::LiteralString(name)] => {
+                members.insert(*id, name.clone());
+            }
+            [Operand::IdRef(id), Operand::LiteralString(name)] if !name.is_empty() => {
+                named.insert(*id);
+            }
+            _ => {}
+        }
+    }
+    let globals = || module.types_global_values.iter();
+    let pointers = globals().filter(|i| i.class.opcode == Op::TypePointer);
+    let first_members: HashMap<u32, String> =
+        pointers.filter_map(|i| Some((i.result_id?, members.get(&i.operands[1].id_ref_any()?)?.clone()))).collect();
+    let variables = globals().filter(|i| i.class.opcode == Op::Variable);
+    let block = |i: &Instruction| Some((i.result_id?, first_members.get(&i.result_type?)?.clone()));
+    variables.filter_map(block).filter(|(id, _)| !named.contains(id)).collect()
+}
+
+fn rename(module: &mut Module, id: u32, name: &str) {
+    let of_id = |i: &Instruction| i.class.opcode == Op::Name && i.operands[0] == Operand::IdRef(id);
+    module.debug_names.retain(|i| !of_id(i));
+    let operands = vec![Operand::IdRef(id), Operand::LiteralString(name.to_owned())];
+    module.debug_names.push(Instruction::new(Op::Name, None, None, operands));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Takes everything.
+    struct Sink;
+
+    impl Store for Sink {
+        fn has(&self, _name: &str, _text: &str) -> bool {
+            false
+        }
+
+        fn put(&self, _name: &str, _text: &str, _words: Vec<u32>) -> Result<(), String> {
+            Ok(())
+        }
+    }
+
+    /// Copies the headers, and puts beside each a shader that includes it alone; how many those are.
+    fn headers_alone(from: &Path, to: &Path, below: &str) -> usize {
+        let mut count = 0;
+        fs::create_dir_all(to.join(below)).unwrap();
+        for entry in fs::read_dir(from.join(below)).unwrap().flatten() {
+            let name = format!("{below}{}", entry.file_name().to_str().unwrap());
+            if entry.path().is_dir() {
+                count += headers_alone(from, to, &format!("{name}/"));
+            } else if let Some(plain) = name.strip_suffix(".glsl") {
+                let text = fs::read_to_string(entry.path()).unwrap();
+                let head: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("//! ")).collect();
+                let lines = |prefix: &str| head.iter().map(|line| format!("{prefix}{line}\n")).collect::<String>();
+                let given = head.iter().filter_map(|line| line.strip_prefix("given "));
+                // A header with a main of its own is all of a shader; one that gives main another name is not.
+                let main = text.contains("\nvoid main()") && !text.contains("#define main");
+                let shader = format!(
+                    "#version 460\n#extension GL_GOOGLE_include_directive : require\n\
+                     #extension GL_EXT_scalar_block_layout : require\n{}{}\n#include \"{name}\"\n{}\n",
+                    lines("//! "),
+                    given.collect::<Vec<_>>().join("\n"),
+                    if main { "" } else { "void main() {}" },
+                );
+                let stage = if head.contains(&"fragment") { "frag" } else { "comp" };
+                fs::copy(entry.path(), to.join(&name)).unwrap();
+                fs::write(to.join(format!("{plain}.{stage}")), shader).unwrap();
+                count += 1;
+            }
+        }
+        count
+    }
+
+    #[test]
+    fn every_header_compiles_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let count = headers_alone(Path::new("glsl"), folder.path(), "");
+        match compile_all(folder.path(), &Sink) {
+            Ok(forms) => assert!(forms.len() >= count && count > 50, "{count} headers in {} forms", forms.len()),
+            Err(messages) => panic!("a header uses what it does not include:\n{messages}"),
+        }
+    }
+
+    #[test]
+    fn constants_are_numbered_in_their_order() {
+        let text = "layout(local_size_x_id, local_size_y = 2) in;\n\
+                    layout(constant_id )const bool ON=true;\nint constant_id = 3;";
+        let (numbered, names) = numbered(text);
+        assert_eq!(names, ["local_size_x", "ON"]);
+        let expected = text.replace("x_id", "x_id = 0").replace("constant_id )", "constant_id = 1 )");
+        assert_eq!(numbered, expected);
+    }
 }

@@ -1,12 +1,13 @@
 //! The driver's part of making a pipeline, with all that it needs owned, so that a thread can do it.
 
+use super::constants::Constant;
 use super::context::Context;
 use super::label::set_name;
 use super::modules::Modules;
 use super::pipeline::{Blend, DepthDesc, RasterDesc};
 use super::raw_pipeline::RawPipeline;
 use super::shader;
-use super::specialize::specialize;
+use super::specialize::{Choices, specialize};
 use ash::vk;
 
 /// The pipeline, or why there is none.
@@ -21,7 +22,9 @@ pub(super) struct Making {
     label: String,
     /// In pipeline order, with their words.
     stages: Vec<(vk::ShaderStageFlags, &'static [u32])>,
-    constants: Vec<(u32, u32)>,
+    constants: Vec<Constant>,
+    /// Names and numbers.
+    bindings: Vec<(String, u32)>,
     post_depth_coverage: bool,
     /// Of a raster pipeline.
     raster: Option<RasterState>,
@@ -74,23 +77,22 @@ fn blend_state(desc: &RasterDesc<'_>) -> vk::PipelineColorBlendAttachmentState {
 }
 
 impl Making {
-    /// Of the shaders called `shaders`, in pipeline order, for `raw`, whose layout is there.
+    /// For `raw`, whose layout is there. `constants`: all that its shaders depend on.
     pub(super) fn new(
         context: &Context,
         raw: &RawPipeline,
-        shaders: &[&str],
-        constants: &[(u32, u32)],
+        constants: &[Constant],
         raster: Option<RasterState>,
     ) -> Self {
-        let flags = raw.stages.iter().map(|info| info.stage.flag());
         Self {
             device: context.device().clone(),
             debug_utils: context.functions.debug_utils.clone(),
             cache: context.pipeline_cache.handle,
             layout: raw.layout,
             label: raw.label.clone(),
-            stages: flags.zip(shaders.iter().map(|name| shader::spirv(name))).collect(),
+            stages: raw.stages.iter().map(|info| (info.stage.flag(), shader::spirv(info.shader))).collect(),
             constants: constants.to_vec(),
+            bindings: raw.bindings.iter().map(|binding| (binding.name.clone(), binding.binding)).collect(),
             post_depth_coverage: context.post_depth_coverage,
             raster,
         }
@@ -98,7 +100,12 @@ impl Making {
 
     /// Compiles it: this is what takes long.
     pub(super) fn make(&self) -> Made {
-        let words = self.stages.iter().map(|(_, words)| specialize(words, &self.constants, self.post_depth_coverage));
+        let choices = Choices {
+            constants: &self.constants,
+            bindings: &self.bindings,
+            post_depth_coverage: self.post_depth_coverage,
+        };
+        let words = self.stages.iter().map(|(_, words)| specialize(words, &choices));
         let modules = Modules::new(&self.device, words)?;
         let flags = self.stages.iter().map(|(flag, _)| *flag).enumerate();
         let stages: Vec<_> = flags.map(|(index, flag)| modules.stage(index, flag)).collect();

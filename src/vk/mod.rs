@@ -6,7 +6,8 @@
 //! [`Recorder::on`] the host's command buffer.
 //!
 //! Conventions: one queue; every image is in `GENERAL` layout from its creation on; every descriptor is pushed in set 0
-//! and named as in GLSL; a mistake in a pass (a missing binding, a push block of the wrong size) panics and names both.
+//! and named as in GLSL, and so is every specialisation constant; a mistake in a pass (a missing binding, an unknown
+//! constant, a push block of the wrong size) panics and names both.
 
 mod bind;
 mod buffer;
@@ -14,6 +15,7 @@ mod choose;
 mod commands;
 #[cfg(feature = "hot-reload")]
 mod compile;
+mod constants;
 mod context;
 mod counting;
 mod features;
@@ -59,6 +61,7 @@ pub use ash::vk::{
 };
 pub use bind::Bind;
 pub use buffer::{Buffer, BufferKind};
+pub use constants::{Constant, Value};
 pub use context::{Context, ContextOptions};
 pub use features::{FeatureStructs, Features, Requirements, required_extensions, required_features};
 pub use frame_log::{AttachmentLog, CallLog, CommandLog, DispatchLog, DrawLog, FrameLog, ZoneLog};

@@ -1,11 +1,11 @@
 //! Raster and compute pipelines. Their layouts come from reflection: one push-descriptor set and one push block.
 
 use super::bind::Bind;
+use super::constants::{Constant, checked};
 use super::context::Context;
 use super::make_pipeline::{Making, RasterState};
 use super::raw_pipeline::RawPipeline;
-use super::reflect::{self, Binding, StageInfo};
-use super::shader;
+use super::reflect::{Binding, StageInfo};
 use crate::Result;
 use ash::vk;
 use std::sync::Arc;
@@ -42,8 +42,8 @@ pub struct RasterDesc<'a> {
     pub vertex: &'a str,
     pub geometry: Option<&'a str>,
     pub fragment: Option<&'a str>,
-    /// Specialisation constants of all stages: (id, value); a float by its bits, a bool as 0 or 1.
-    pub constants: &'a [(u32, u32)],
+    /// Specialisation constants, all that the stages depend on; more may be given, of the headers or of these stages.
+    pub constants: &'a [Constant],
     pub vertex_input: Option<VertexInput<'a>>,
     pub color_formats: &'a [vk::Format],
     pub depth: Option<DepthDesc>,
@@ -81,8 +81,8 @@ pub struct ComputeDesc<'a> {
     pub label: &'a str,
     /// Shader by its path below `glsl/`.
     pub shader: &'a str,
-    /// Specialisation constants: (id, value).
-    pub constants: &'a [(u32, u32)],
+    /// Specialisation constants, all that the shader depends on; more may be given, of the headers or of this shader.
+    pub constants: &'a [Constant],
 }
 
 /// A graphics pipeline.
@@ -106,7 +106,7 @@ macro_rules! reflection {
                 &self.raw.label
             }
 
-            /// The bindings of set 0, merged over the stages, by number.
+            /// The bindings of set 0, merged over the stages, in the order of their names and numbers.
             pub fn bindings(&self) -> &[Binding] {
                 &self.raw.bindings
             }
@@ -134,14 +134,14 @@ reflection!(Compute);
 
 impl Compute {
     /// Starts to compile the pipeline, or takes the one that the context has already. Panics when the shader uses what
-    /// pipelines here do not offer. Its first use waits for it, as does [`Context::wait_for_pipelines`].
+    /// pipelines here do not offer, or when the constants are not those that it declares and depends on. Its first use
+    /// waits for it, as does [`Context::wait_for_pipelines`].
     pub fn new(context: &Arc<Context>, desc: &ComputeDesc<'_>) -> Result<Self> {
-        let shader = form(context, desc.shader);
-        let constants = used(&[shader], desc.constants);
-        let desc = ComputeDesc { shader, constants: &constants, ..*desc };
+        let constants = checked(desc.label, &[desc.shader], desc.constants, context.counting);
+        let desc = ComputeDesc { constants: &constants, ..*desc };
         let raw = context.pipelines.find_or_make(format!("{desc:?}"), || {
-            let mut raw = RawPipeline::new(context, desc.label, &[shader], &constants)?;
-            raw.start(Making::new(context, &raw, &[shader], &constants, None));
+            let mut raw = RawPipeline::new(context, desc.label, &[desc.shader])?;
+            raw.start(Making::new(context, &raw, &constants, None));
             Ok(raw)
         })?;
         Ok(Self { raw, _context: context.clone() })
@@ -149,36 +149,26 @@ impl Compute {
 }
 
 impl Raster {
-    /// Starts to compile the pipeline, or takes the one that the context has already. Panics when the shaders disagree or use
-    /// what pipelines here do not offer. Its first use waits for it, as does [`Context::wait_for_pipelines`].
+    /// Starts to compile the pipeline, or takes the one that the context has already. Panics when the shaders disagree
+    /// or use what pipelines here do not offer, or when the constants are not those that they declare and depend on.
+    /// Its first use waits for it, as does [`Context::wait_for_pipelines`].
     pub fn new(context: &Arc<Context>, desc: &RasterDesc<'_>) -> Result<Self> {
         let shaders = [Some(desc.vertex), desc.geometry, desc.fragment].into_iter().flatten();
-        let shaders: Vec<_> = shaders.map(|name| form(context, name)).collect();
-        let constants = used(&shaders, desc.constants);
+        let shaders: Vec<_> = shaders.collect();
+        let constants = checked(desc.label, &shaders, desc.constants, context.counting);
         let desc = RasterDesc { constants: &constants, ..*desc };
         if desc.conservative {
             assert!(context.conservative_rasterization, "{}: conservative rasterisation is not enabled", desc.label);
         }
         let raw = context.pipelines.find_or_make(format!("{desc:?}"), || {
-            let mut raw = RawPipeline::new(context, desc.label, &shaders, &constants)?;
+            let mut raw = RawPipeline::new(context, desc.label, &shaders)?;
             raw.color_formats = desc.color_formats.to_vec();
             raw.depth = desc.depth;
             raw.samples = desc.samples;
             raw.color_write = desc.color_write;
-            raw.start(Making::new(context, &raw, &shaders, &constants, Some(RasterState::new(&desc))));
+            raw.start(Making::new(context, &raw, &constants, Some(RasterState::new(&desc))));
             Ok(raw)
         })?;
         Ok(Self { raw, _context: context.clone() })
     }
-}
-
-/// The shader as it is, or as it counts.
-fn form<'a>(context: &Context, shader: &'a str) -> &'a str {
-    if context.counting { shader::counted(shader) } else { shader }
-}
-
-/// Those of `constants` that the shaders depend on.
-fn used(shaders: &[&str], constants: &[(u32, u32)]) -> Vec<(u32, u32)> {
-    let known: Vec<u32> = shaders.iter().flat_map(|name| reflect::constant_ids(shader::spirv(name))).collect();
-    constants.iter().copied().filter(|(id, _)| known.contains(id)).collect()
 }

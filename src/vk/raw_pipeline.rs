@@ -1,5 +1,6 @@
 //! A pipeline as the context holds it: its layouts, what its shaders say, and its handle once a thread has compiled it.
 
+use super::bind::COUNTS;
 use super::context::Context;
 use super::make_pipeline::{Made, Making};
 use super::pipeline::DepthDesc;
@@ -37,8 +38,12 @@ pub(super) struct RawPipeline {
 
 impl RawPipeline {
     /// Everything but the pipeline itself: reflection and layouts.
-    pub(super) fn new(context: &Context, label: &str, shaders: &[&str], constants: &[(u32, u32)]) -> Result<Self> {
-        let modules: Vec<_> = shaders.iter().map(|name| reflect::module(shader::entry(name), constants)).collect();
+    pub(super) fn new(context: &Context, label: &str, shaders: &[&str]) -> Result<Self> {
+        let mut modules: Vec<_> = shaders.iter().map(|name| reflect::module(shader::entry(name))).collect();
+        if !context.counting {
+            // Nothing reads it once the constant is set: `specialize` takes it out of the shaders too.
+            modules.iter_mut().for_each(|module| module.bindings.retain(|binding| binding.name != COUNTS));
+        }
         let push_bytes = modules.iter().map(|module| module.push_bytes).max().unwrap_or(0);
         assert!(push_bytes <= MAX_PUSH_BYTES, "{label}: a push block of {push_bytes} bytes, {MAX_PUSH_BYTES} at most");
         let with_push = modules.iter().filter(|module| module.push_bytes > 0);

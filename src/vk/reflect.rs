@@ -1,12 +1,13 @@
 //! What compiled shaders say of themselves: stages, bindings, push block, struct layouts.
 
+use super::constants::Value;
 use ash::vk;
 use serde::Serialize;
 use spirq::ReflectConfig;
 use spirq::entry_point::{EntryPoint, ExecutionModel};
 use spirq::ty::{AccessType, DescriptorType, Type};
 use spirq::var::Variable;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// The stage that a module was compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -64,6 +65,7 @@ impl BindingKind {
 /// One binding of set 0, merged over a pipeline's stages.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Binding {
+    /// Its number in the pipeline, which the order of the names gives.
     pub binding: u32,
     /// The GLSL instance name; for a block without one, the name of its first member.
     pub name: String,
@@ -106,8 +108,8 @@ pub(super) struct Module {
 }
 
 /// Reflects one module. Panics when it uses what the pipelines do not offer: a programming error in its GLSL.
-pub(super) fn module((name, words): Shader, constants: &[(u32, u32)]) -> Module {
-    let entry = entry_point((name, words), constants);
+pub(super) fn module((name, words): Shader) -> Module {
+    let entry = entry_point((name, words));
     let stage = match entry.exec_model {
         ExecutionModel::Vertex => Stage::Vertex,
         ExecutionModel::Geometry => Stage::Geometry,
@@ -140,14 +142,35 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     })
 }
 
-/// The specialisation constants that the module depends on: the build left no other.
-pub(super) fn constant_ids(words: &[u32]) -> impl Iterator<Item = u32> {
-    const DECORATE: u32 = 71;
-    const SPEC_ID: u32 = 1;
-    instructions(words).filter_map(|(opcode, operands)| match operands {
-        [_, SPEC_ID, id] if opcode == DECORATE => Some(*id),
-        _ => None,
-    })
+/// The specialisation constants that the module depends on, since the build left no other: by name, with their default
+/// values.
+pub(super) fn constants(words: &[u32]) -> Vec<(String, Value)> {
+    const NAME: u32 = 5;
+    const TYPE_FLOAT: u32 = 22;
+    const SPEC_CONSTANT_TRUE: u32 = 48;
+    const SPEC_CONSTANT_FALSE: u32 = 49;
+    const SPEC_CONSTANT: u32 = 50;
+    let (mut names, mut floats, mut found) = (HashMap::new(), Vec::new(), Vec::new());
+    for (opcode, operands) in instructions(words) {
+        let (id, value) = match (opcode, operands) {
+            (SPEC_CONSTANT_TRUE | SPEC_CONSTANT_FALSE, [_, id]) => (id, Value::Bool(opcode == SPEC_CONSTANT_TRUE)),
+            (SPEC_CONSTANT, [ty, id, bits]) if floats.contains(ty) => (id, Value::Float(f32::from_bits(*bits))),
+            (SPEC_CONSTANT, [_, id, bits]) => (id, Value::Uint(*bits)),
+            (NAME, [id, name @ ..]) => {
+                names.insert(*id, name);
+                continue;
+            }
+            (TYPE_FLOAT, [id, ..]) => {
+                floats.push(*id);
+                continue;
+            }
+            _ => continue,
+        };
+        let bytes = names.get(id).into_iter().flat_map(|name| name.iter().flat_map(|word| word.to_le_bytes()));
+        let name: Vec<u8> = bytes.take_while(|&byte| byte != 0).collect();
+        found.push((String::from_utf8_lossy(&name).into_owned(), value));
+    }
+    found
 }
 
 /// The module with every expression of specialisation constants replaced by a constant of its type: spirq evaluates them
@@ -176,24 +199,18 @@ fn without_constant_expressions(words: &[u32]) -> Vec<u32> {
     simple
 }
 
-fn entry_point((name, words): Shader, constants: &[(u32, u32)]) -> EntryPoint {
+fn entry_point((name, words): Shader) -> EntryPoint {
     let mut config = ReflectConfig::new();
     config.spv(without_constant_expressions(words)).ref_all_rscs(true);
-    for (id, value) in constants {
-        config.specialize(*id, [*value].as_slice().into());
-    }
     let entries = config.reflect().unwrap_or_else(|error| panic!("{name}: reflection failed: {error}"));
     entries.into_iter().next().unwrap_or_else(|| panic!("{name}: no entry point"))
 }
 
 fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
-    let Variable::Descriptor { name, desc_bind, desc_ty, ty, nbind } = variable else {
+    let Variable::Descriptor { name, desc_bind, desc_ty, nbind, .. } = variable else {
         unreachable!("called for descriptors only")
     };
-    let name = match name.as_deref() {
-        Some(name) if !name.is_empty() => name.to_owned(),
-        _ => block_name(ty),
-    };
+    let name = name.clone().unwrap_or_default();
     assert_eq!(desc_bind.set(), 0, "{shader}: {name} is in set {}, only set 0 is used", desc_bind.set());
     let (kind, read_only) = match desc_ty {
         DescriptorType::StorageBuffer(access) => (BindingKind::Storage, *access == AccessType::ReadOnly),
@@ -206,38 +223,26 @@ fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
     Binding { binding: desc_bind.bind(), name, kind, count: *nbind, stages: vec![stage], read_only }
 }
 
-/// The name of a block that has no instance name.
-fn block_name(ty: &Type) -> String {
-    let first = ty.as_struct().and_then(|block| block.members.first());
-    first.and_then(|member| member.name.clone()).unwrap_or_default()
-}
-
 /// One past the last byte that a block uses, without padding at its end.
 fn end_of(ty: &Type) -> usize {
     let members = ty.as_struct().map_or(&[][..], |block| &block.members);
     members.iter().map(|m| m.offset.unwrap_or(0) + m.ty.nbyte().unwrap_or(0)).max().unwrap_or(0)
 }
 
-/// Merges the bindings of several stages by number. Panics when two stages disagree on one.
+/// Merges the bindings of several stages by name, and numbers them. Panics when two stages disagree on one.
 pub(super) fn merge(label: &str, modules: &[Module]) -> Vec<Binding> {
-    let mut merged: BTreeMap<u32, Binding> = BTreeMap::new();
+    let mut merged: BTreeMap<&str, Binding> = BTreeMap::new();
     for found in modules.iter().flat_map(|module| &module.bindings) {
-        let Some(known) = merged.get_mut(&found.binding) else {
-            merged.insert(found.binding, found.clone());
+        let Some(known) = merged.get_mut(found.name.as_str()) else {
+            merged.insert(&found.name, found.clone());
             continue;
         };
-        let same = known.name == found.name && known.kind == found.kind && known.count == found.count;
-        let number = found.binding;
-        assert!(same, "{label}: binding {number} is both {known:?} and {found:?}");
+        let same = known.kind == found.kind && known.count == found.count;
+        assert!(same, "{label}: a binding is both {known:?} and {found:?}");
         known.stages.extend(&found.stages);
         known.read_only &= found.read_only;
     }
-    let merged: Vec<_> = merged.into_values().collect();
-    for (index, binding) in merged.iter().enumerate() {
-        let twice = merged[..index].iter().any(|other| other.name == binding.name);
-        assert!(!twice, "{label}: two bindings are called {}", binding.name);
-    }
-    merged
+    merged.into_values().zip(0..).map(|(binding, number)| Binding { binding: number, ..binding }).collect()
 }
 
 /// Whether a pipeline can take `new` for `own`: it may leave out what it does not read.
@@ -247,12 +252,14 @@ pub(super) fn merge(label: &str, modules: &[Module]) -> Vec<Binding> {
 #[cfg(feature = "hot-reload")]
 pub(super) fn check_same_interface(own: Shader, new: Shader) -> crate::Result<()> {
     let refuse = |what: String| Err(crate::Error::Usage(format!("glsl/{}: {what}: build the program anew", new.0)));
-    let (before, after) = (module(own, &[]), module(new, &[]));
-    let known = |b: &&Binding| {
-        before.bindings.iter().any(|a| (&a.name, a.binding, a.kind, a.count) == (&b.name, b.binding, b.kind, b.count))
-    };
+    let (before, after) = (module(own), module(new));
+    let known = |b: &&Binding| before.bindings.iter().any(|a| (&a.name, a.kind, a.count) == (&b.name, b.kind, b.count));
     if let Some(other) = after.bindings.iter().find(|b| !known(b)) {
         return refuse(format!("it takes {}, which it did not", other.name));
+    }
+    let before_constants = constants(own.1);
+    if let Some((name, _)) = constants(new.1).iter().find(|(name, _)| before_constants.iter().all(|(a, _)| a != name)) {
+        return refuse(format!("it depends on the constant {name}, which it did not"));
     }
     if after.push_bytes != 0 && after.push_bytes != before.push_bytes || after.info.outputs != before.info.outputs {
         return refuse("its push block or its outputs are others".to_owned());
@@ -267,7 +274,7 @@ pub(super) fn check_same_interface(own: Shader, new: Shader) -> crate::Result<()
 /// All named structs below the descriptors and the push block.
 pub(super) fn structs(shader: Shader) -> BTreeMap<String, StructLayout> {
     let mut found = BTreeMap::new();
-    for variable in &entry_point(shader, &[]).vars {
+    for variable in &entry_point(shader).vars {
         if matches!(variable, Variable::Descriptor { .. } | Variable::PushConstant { .. }) {
             collect_structs(variable.ty(), None, &mut found);
         }

@@ -1,24 +1,31 @@
 //! The SPIR-V that the build compiled from `glsl/`, by the shader's path below that folder.
 
+use super::constants::{Constant, Value};
 use super::reflect::{self, StructLayout};
+use super::specialize::{Choices, specialize};
 use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::LazyLock;
 #[cfg(feature = "hot-reload")]
 use {
-    crate::Result,
     std::sync::atomic::{AtomicU64, Ordering},
     std::sync::{PoisonError, RwLock},
 };
 
-/// SPIR-V is a sequence of words; the bytes of a file alone would only be aligned to 1.
-#[repr(C, align(4))]
-struct Aligned<B: ?Sized>(B);
-type AlignedWords = Aligned<[u8]>;
+/// A form of a shader, as the build compiled it.
+struct Built {
+    name: &'static str,
+    /// Where its words stand among those of all.
+    words: Range<usize>,
+    /// The specialisation constants that it declares.
+    constants: &'static [&'static str],
+}
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// The names of all compiled shaders, sorted, such as `cones/voxelise.geom`.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    SHADERS.iter().map(|(name, _)| *name)
+    SHADERS.iter().map(|shader| shader.name)
 }
 
 /// The words of the shader called `name`. Panics when no such file was compiled: a programming error.
@@ -26,10 +33,19 @@ pub fn spirv(name: &str) -> &'static [u32] {
     entry(name).1
 }
 
-/// The form of the shader called `name` that counts what it reads, where there is one; else the name itself.
-pub(super) fn counted(name: &str) -> &str {
-    let wanted = format!("counted/{name}");
-    SHADERS.binary_search_by(|(known, _)| (*known).cmp(&wanted)).map_or(name, |index| SHADERS[index].0)
+/// The specialisation constants that the shader called `name` depends on, with their default values.
+pub fn constants(name: &str) -> Vec<(String, Value)> {
+    reflect::constants(spirv(name))
+}
+
+/// The words of the shader called `name` as a pipeline takes it that is given these constants.
+pub fn specialized(name: &str, constants: &[Constant]) -> Vec<u32> {
+    specialize(spirv(name), &Choices { constants, bindings: &[], post_depth_coverage: true })
+}
+
+/// Whether the shader called `name`, or any header, declares the specialisation constant `constant`.
+pub(super) fn declares(name: &str, constant: &str) -> bool {
+    SHADERS[place(name)].constants.contains(&constant) || HEADER_CONSTANTS.contains(&constant)
 }
 
 /// What hot reload put in the place of what the build compiled.
@@ -46,17 +62,25 @@ pub(super) fn generation() -> u64 {
     GENERATION.load(Ordering::Acquire)
 }
 
+/// Whether shaders were edited since the program was built: they need not take everything that passes give them.
+pub(super) fn are_edited() -> bool {
+    #[cfg(feature = "hot-reload")]
+    return generation() > 0;
+    #[cfg(not(feature = "hot-reload"))]
+    false
+}
+
 /// Takes other words for shaders of these names, whether or not they are read now; how many those are. The words are never
 /// freed: pipelines under way may read them.
 ///
 /// # Errors
 /// One takes what the program does not give it. Then all stays as it is.
 #[cfg(feature = "hot-reload")]
-pub(super) fn replace(shaders: BTreeMap<String, Vec<u32>>) -> Result<usize> {
+pub(super) fn replace(shaders: BTreeMap<String, Vec<u32>>) -> crate::Result<usize> {
     let mut found = Vec::new();
     for (name, words) in shaders {
         // A shader that the program was built without is read by nothing.
-        if let Ok(index) = SHADERS.binary_search_by(|(known, _)| (*known).cmp(&name)) {
+        if let Ok(index) = find(&name) {
             let own = built(index);
             let new: &'static [u32] = words.leak();
             reflect::check_same_interface(own, (own.0, new))?;
@@ -71,10 +95,7 @@ pub(super) fn replace(shaders: BTreeMap<String, Vec<u32>>) -> Result<usize> {
 
 /// Name and words, both with the life of the program.
 pub(super) fn entry(name: &str) -> (&'static str, &'static [u32]) {
-    let index = SHADERS
-        .binary_search_by(|(known, _)| (*known).cmp(name))
-        .unwrap_or_else(|_| panic!("there is no shader glsl/{name}"));
-    let own = built(index);
+    let own = built(place(name));
     #[cfg(feature = "hot-reload")]
     if let Some(words) = REPLACED.read().unwrap_or_else(PoisonError::into_inner).get(own.0) {
         return (own.0, words);
@@ -82,9 +103,22 @@ pub(super) fn entry(name: &str) -> (&'static str, &'static [u32]) {
     own
 }
 
-fn built(index: usize) -> (&'static str, &'static [u32]) {
-    let (name, bytes) = SHADERS[index];
-    (name, bytemuck::cast_slice(&bytes.0))
+fn find(name: &str) -> Result<usize, usize> {
+    SHADERS.binary_search_by(|shader| shader.name.cmp(name))
+}
+
+fn place(name: &str) -> usize {
+    find(name).unwrap_or_else(|_| panic!("there is no shader glsl/{name}"))
+}
+
+fn built(place: usize) -> (&'static str, &'static [u32]) {
+    static WORDS: LazyLock<Vec<u32>> = LazyLock::new(|| {
+        let compressed = include_bytes!(concat!(env!("OUT_DIR"), "/shaders.zst"));
+        let bytes = zstd::decode_all(&compressed[..]).expect("the build compressed it");
+        bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect()
+    });
+    let shader = &SHADERS[place];
+    (shader.name, &WORDS[shader.words.clone()])
 }
 
 /// The layout of every named struct that the buffers and push blocks of shader `name` hold, as the compiler laid it

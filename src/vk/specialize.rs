@@ -1,7 +1,8 @@
-//! Sets a shader's specialization constants before the driver sees it, and cuts the branches that they decide. Drivers would copy
-//! every function into the places that call it first and find out afterwards that nothing gets there: on llvmpipe that is more than
-//! half of the time that a pipeline takes.
+//! Sets a shader's specialization constants before the driver sees it, cuts the branches that they decide, and numbers
+//! its bindings as the pipeline does. Drivers would copy every function into the places that call it first and find out
+//! afterwards that nothing gets there: on llvmpipe that is more than half of the time that a pipeline takes.
 
+use super::constants::Constant;
 use super::used::keep_used;
 use rspirv::binary::Assemble;
 use rspirv::dr::{Block, Function, Instruction, Module, Operand, load_words};
@@ -11,15 +12,27 @@ use std::collections::{HashMap, HashSet};
 /// Values of scalars that are integers of 32 bits or booleans (0, 1), by their ids.
 type Known = HashMap<Word, u32>;
 
-/// The module `words`, valid SPIR-V from the build, with `constants` (id and value) set and all others at their defaults. Where a
-/// device cannot say which samples are left after the depth test, `post_depth_coverage` is false, and shaders do not ask.
-pub(super) fn specialize(words: &[u32], constants: &[(u32, u32)], post_depth_coverage: bool) -> Vec<u32> {
+/// How a pipeline takes its shaders.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Choices<'a> {
+    /// Those that are not given keep their default values.
+    pub(super) constants: &'a [Constant],
+    /// Names, as the build wrote them, and numbers; a binding that is not given keeps its number.
+    pub(super) bindings: &'a [(String, u32)],
+    /// Whether the device can say which samples are left after the depth test; elsewhere shaders do not ask.
+    pub(super) post_depth_coverage: bool,
+}
+
+/// The module `words`, valid SPIR-V from the build, as a pipeline takes it.
+pub(super) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
     let mut module = load_words(words).expect("the build writes SPIR-V");
-    if !post_depth_coverage {
+    if !choices.post_depth_coverage {
         ask_before_depth(&mut module);
     }
+    let names = names(&module);
+    number_bindings(&mut module, &names, choices.bindings);
     let scalars = scalar_types(&module);
-    let known = set_constants(&mut module, &scalars, constants);
+    let known = set_constants(&mut module, &scalars, &names, choices.constants);
     let mut results = Known::new();
     for place in callees_first(&module.functions) {
         let function = &mut module.functions[place];
@@ -42,6 +55,29 @@ fn ask_before_depth(module: &mut Module) {
     module.extensions.retain(|i| i.operands != [Operand::LiteralString("SPV_KHR_post_depth_coverage".into())]);
 }
 
+/// Names of what stands outside of functions, by its id.
+type Names = HashMap<Word, String>;
+
+fn names(module: &Module) -> Names {
+    let name = |i: &Instruction| match &i.operands[..] {
+        [Operand::IdRef(id), Operand::LiteralString(name)] => Some((*id, name.clone())),
+        _ => None,
+    };
+    module.debug_names.iter().filter_map(name).collect()
+}
+
+/// Gives the bindings the pipeline's numbers.
+fn number_bindings(module: &mut Module, names: &Names, bindings: &[(String, u32)]) {
+    for i in &mut module.annotations {
+        if let [Operand::IdRef(id), Operand::Decoration(Decoration::Binding), Operand::LiteralBit32(number)] =
+            &mut i.operands[..]
+            && let Some(binding) = names.get(id).and_then(|name| bindings.iter().find(|(known, _)| known == name))
+        {
+            *number = binding.1;
+        }
+    }
+}
+
 fn scalar_types(module: &Module) -> HashSet<Word> {
     let is_scalar = |i: &&Instruction| {
         i.class.opcode == Op::TypeBool || i.class.opcode == Op::TypeInt && i.operands[0] == Operand::LiteralBit32(32)
@@ -50,18 +86,14 @@ fn scalar_types(module: &Module) -> HashSet<Word> {
 }
 
 /// Turns specialization constants into constants, with what is computed from them; all constants known.
-fn set_constants(module: &mut Module, scalars: &HashSet<Word>, constants: &[(u32, u32)]) -> Known {
-    let settings: HashMap<u32, u32> = constants.iter().copied().collect();
-    let spec_id = |i: &Instruction| match i.operands[..] {
-        [Operand::IdRef(target), Operand::Decoration(Decoration::SpecId), Operand::LiteralBit32(id)] => {
-            Some((target, id))
-        }
-        _ => None,
+fn set_constants(module: &mut Module, scalars: &HashSet<Word>, names: &Names, constants: &[Constant]) -> Known {
+    let is_number = |i: &Instruction| i.operands.get(1) == Some(&Operand::Decoration(Decoration::SpecId));
+    let value = |i: &Instruction| {
+        let (id, name) = (target(&i.operands[0]), names.get(&target(&i.operands[0]))?);
+        constants.iter().find(|(known, _)| known == name).map(|(_, value)| (id, value.bits()))
     };
-    let set: HashMap<Word, u32> = (module.annotations.iter().filter_map(spec_id))
-        .filter_map(|(target, id)| Some((target, *settings.get(&id)?)))
-        .collect();
-    module.annotations.retain(|i| spec_id(i).is_none());
+    let set: HashMap<Word, u32> = module.annotations.iter().filter(|i| is_number(i)).filter_map(value).collect();
+    module.annotations.retain(|i| !is_number(i));
 
     let bools: HashSet<Word> = (module.types_global_values.iter())
         .filter(|i| i.class.opcode == Op::TypeBool)
@@ -337,7 +369,10 @@ mod tests {
     use super::*;
     use crate::vk::shader;
 
-    const FEATURES: u32 = 2;
+    fn with_features(name: &str, features: u32, post_depth_coverage: bool) -> Vec<u32> {
+        let constants = [("FEATURES", features.into())];
+        specialize(shader::spirv(name), &Choices { constants: &constants, post_depth_coverage, ..Default::default() })
+    }
 
     /// Ids that something reads and nothing defines.
     fn undefined(module: &Module) -> Vec<Word> {
@@ -351,11 +386,12 @@ mod tests {
     fn every_shader_stays_whole_whatever_is_cut() {
         for name in shader::names() {
             for features in [0, 0x5555_5555] {
-                let words = specialize(shader::spirv(name), &[(FEATURES, features)], true);
+                let words = with_features(name, features, true);
                 let module = load_words(&words).unwrap();
                 assert_eq!(undefined(&module), [0; 0], "{name} with {features:#x}");
                 assert!(module.types_global_values.iter().all(|i| i.class.opcode != Op::SpecConstant), "{name}");
-                assert_eq!(specialize(&words, &[], true).len(), words.len(), "{name}: nothing is left to cut");
+                let again = specialize(&words, &Choices { post_depth_coverage: true, ..Default::default() });
+                assert_eq!(again.len(), words.len(), "{name}: nothing is left to cut");
             }
         }
     }
@@ -363,8 +399,7 @@ mod tests {
     #[test]
     fn a_device_without_post_depth_coverage_gets_shaders_that_do_not_ask() {
         let asks = |post_depth_coverage| {
-            let words = specialize(shader::spirv("ground/image/drawn.frag rays"), &[], post_depth_coverage);
-            let module = load_words(&words).unwrap();
+            let module = load_words(with_features("ground/image/drawn.frag rays", 0, post_depth_coverage)).unwrap();
             let early = Operand::ExecutionMode(ExecutionMode::EarlyFragmentTests);
             assert!(module.execution_modes.iter().any(|i| i.operands.contains(&early)));
             format!("{module:?}").contains("PostDepthCoverage")
@@ -375,10 +410,23 @@ mod tests {
     #[test]
     fn what_no_feature_asks_for_is_gone() {
         let functions = |features| {
-            let words = specialize(shader::spirv("ground/image/image.frag rays"), &[(FEATURES, features)], true);
-            load_words(&words).unwrap().functions.len()
+            load_words(with_features("ground/image/image.frag rays", features, true)).unwrap().functions.len()
         };
         assert!(functions(0) + 20 < functions(!0), "{} of {} functions are left", functions(0), functions(!0));
+    }
+
+    #[test]
+    fn bindings_get_the_numbers_of_the_pipeline() {
+        let bindings = [("target".to_owned(), 7), ("source".to_owned(), 3), ("elsewhere".to_owned(), 5)];
+        let words = specialize(shader::spirv("test/copy.comp"), &Choices { bindings: &bindings, ..Default::default() });
+        let module = load_words(words).unwrap();
+        let number = |i: &Instruction| match i.operands[..] {
+            [_, Operand::Decoration(Decoration::Binding), Operand::LiteralBit32(number)] => Some(number),
+            _ => None,
+        };
+        let mut numbers: Vec<u32> = module.annotations.iter().filter_map(number).collect();
+        numbers.sort();
+        assert_eq!(numbers, [3, 7]);
     }
 
     #[test]

@@ -31,14 +31,14 @@ pub fn keep_used(module: &mut Module) {
     let is_used = |id: u32| used.contains(&id);
     module.functions.retain(|f| f.def_id().is_some_and(is_used));
     module.types_global_values.retain(|i| i.result_id.is_none_or(is_used));
-    // What is left in functions keeps its names and decorations too.
-    let inner = module.functions.iter().flat_map(|f| f.all_inst_iter()).filter_map(|i| i.result_id);
-    let used: HashSet<u32> = inner.chain(used.iter().copied()).collect();
-    let of_used =
-        |i: &Instruction| i.operands.first().and_then(Operand::id_ref_any).is_none_or(|id| used.contains(&id));
-    module.debug_names.retain(of_used);
-    module.annotations.retain(of_used);
+    // Outside of functions names say what is bound; inside they say nothing that anyone reads.
+    let of = |i: &Instruction| i.operands.first().and_then(Operand::id_ref_any);
+    module.debug_names.retain(|i| of(i).is_none_or(is_used));
+    // What is left in functions keeps its decorations too.
+    let inner: HashSet<u32> =
+        module.functions.iter().flat_map(|f| f.all_inst_iter()).filter_map(|i| i.result_id).collect();
+    module.annotations.retain(|i| of(i).is_none_or(|id| is_used(id) || inner.contains(&id)));
     for entry in &mut module.entry_points {
-        entry.operands.retain(|operand| operand.id_ref_any().is_none_or(|id| used.contains(&id)));
+        entry.operands.retain(|operand| operand.id_ref_any().is_none_or(is_used));
     }
 }

@@ -123,7 +123,7 @@ impl Gpu {
     pub fn run(&self, function: Function, inputs: &[Arguments], settings: &Settings) -> (Vec<Arguments>, Counts) {
         let c = &self.context;
         let mut constants = with(constants(settings, Features::default()), &of_cones(&settings.of.cones));
-        constants.push((20, function as u32));
+        constants.push(("FUNCTION", (function as u32).into()));
         let desc = ComputeDesc { label: "functions", shader: "test/functions.comp", constants: &constants };
         let pipeline = Compute::new(c, &desc).expect("a pipeline");
         let frame = layout::Frame { scale: 4.0, sky: [0.25, 0.5, 1.0], ..Zeroable::zeroed() };

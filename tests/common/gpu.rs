@@ -27,6 +27,12 @@ pub fn context() -> Arc<Context> {
     SHARED.clone()
 }
 
+/// Fails on any error or warning of the validation layer so far.
+pub fn assert_clean(context: &Context) {
+    let messages = context.validation_messages();
+    assert!(messages.is_empty(), "the validation layer says:\n{}", messages.join("\n"));
+}
+
 /// The same for one test alone, which counts what is taken or made.
 pub fn own_context() -> Arc<Context> {
     Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device that twobounce can use")

@@ -8,7 +8,7 @@ use glam::{Vec3, Vec4};
 use half::f16;
 use twobounce::gi::photons::{PhotonVolume, constants};
 use twobounce::ground::cell_passes::CellVolume;
-use twobounce::ground::constants::{EDGE as GRID_EDGE, with};
+use twobounce::ground::constants::with;
 use twobounce::ground::layout;
 use twobounce::settings::Settings;
 use twobounce::vk::*;
@@ -96,7 +96,8 @@ impl Gpu {
 
     pub fn evaluate(&self, function: Function, inputs: &[Arguments], settings: &Settings) -> Vec<Arguments> {
         let c = &self.context;
-        let constants = with(constants::constants(&settings.of.photons), &[(GRID_EDGE, EDGE), (20, function as u32)]);
+        let own = [("EDGE", EDGE.into()), ("FUNCTION", (function as u32).into())];
+        let constants = with(constants::constants(&settings.of.photons), &own);
         let desc = ComputeDesc { label: "photons", shader: "test/photons.comp", constants: &constants };
         let pipeline = Compute::new(c, &desc).expect("a pipeline");
         let frame = layout::Frame { voxel_m: 1.0, scale: 1.0, ..Zeroable::zeroed() };

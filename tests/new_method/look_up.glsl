@@ -2,7 +2,7 @@
 
 const bool FINDS_LAMPS = false;
 
-layout(set = 0, binding = 40, scalar) readonly buffer ConstantLight { vec3 constant_light; };
+layout(scalar) readonly buffer ConstantLight { vec3 constant_light; };
 
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     return vec4(constant_light * frame.scale, 1.0);

@@ -1,4 +1,4 @@
-//! A method to be thrown away: the same light from everywhere. `tests/new_method.rs` adds it to a copy of the house.
+//! A method to be thrown away: the same light from everywhere. `tests/command/new_method.rs` adds it to a copy of the house.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::ground::Ground;
 use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{self, Key, Range, key};
-use crate::vk::{Bind, Buffer, BufferKind, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, BufferKind, Constant, Recorder, ZoneKind};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -56,7 +56,7 @@ impl Gi for Lighting {
         });
     }
 
-    fn constants(&self) -> &[(u32, u32)] {
+    fn constants(&self) -> &[Constant] {
         &[]
     }
 

@@ -50,7 +50,8 @@ float exit_distance(vec3 from, vec3 d) {
     return max(min(far.x, min(far.y, far.z)), 0.0);
 }
 
-// Voxels across the cone at distance s. D17: printed compares the aperture, a ratio, with an edge of the volume, a length.
+// Voxels across the cone at distance s. D17: printed compares the aperture, a ratio, with an edge of the volume, a
+// length.
 float cone_diameter(float aperture, float s) {
     return printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
 }
@@ -94,7 +95,8 @@ vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
 }
 
 // How much of a light `distance` away along unit d gets through, 0…1.
-float trace_shadow_cone(vec3 from, vec3 d, float distance, float aperture, float start, float step_over_diameter, float end_bias) {
+float trace_shadow_cone(
+    vec3 from, vec3 d, float distance, float aperture, float start, float step_over_diameter, float end_bias) {
     vec3 weights = direction_weights(d);
     float end = min(distance - end_bias, exit_distance(from, d));
     if (printed(10)) {
@@ -110,7 +112,8 @@ float trace_shadow_cone(vec3 from, vec3 d, float distance, float aperture, float
         COUNT(SHADOW_STEPS, 1u);
         COUNT(VOLUME_TEXELS, printed(15) ? trilinear_texels(level) : 0u);
         // D15: averaged over all sides, a wall's alpha halves with every level.
-        float a = printed(15) ? textureLod(volume_6, at / float(EDGE), level).a : sample_directional(at, d, weights, level).a;
+        float a =
+            printed(15) ? textureLod(volume_6, at / float(EDGE), level).a : sample_directional(at, d, weights, level).a;
         float advance = max(diameter, 1.0) * step_over_diameter;
         a = clamp(a, 0.0, 1.0);
         if (!printed(12)) {

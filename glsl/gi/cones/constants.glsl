@@ -3,14 +3,15 @@
 #include "ground/constants.glsl"
 #include "ground/faces/fill_kinds.glsl"
 
-layout(constant_id = 32) const uint CONE_SET = 1u; // 0: 1, 1: 5, 2: 6a, 3: 6b, 4: 16, 5: cosine-distributed
-layout(constant_id = 33) const uint CONE_COUNT = 5u; // of the set
-layout(constant_id = 34) const uint FILL = 0u;
-layout(constant_id = 35) const uint WEIGHTS = 0u;
-layout(constant_id = 36) const uint BLEND = 0u; // 0: over, 1: sum
-layout(constant_id = 37) const uint ROUGHNESS_FIT = 0u;
-layout(constant_id = 38) const uint PRINTED = 0u; // bit k: row Dk of the ledger as printed
-layout(constant_id = 39) const uint JITTER = 0u; // bit 0: the diffuse cones turn from place to place, bit 1: shadow cones start at places of their own
+layout(constant_id) const uint CONE_SET = 1u; // 0: 1, 1: 5, 2: 6a, 3: 6b, 4: 16, 5: cosine-distributed
+layout(constant_id) const uint CONE_COUNT = 5u; // of the set
+layout(constant_id) const uint FILL = 0u;
+layout(constant_id) const uint WEIGHTS = 0u;
+layout(constant_id) const uint BLEND = 0u; // 0: over, 1: sum
+layout(constant_id) const uint ROUGHNESS_FIT = 0u;
+layout(constant_id) const uint PRINTED = 0u; // bit k: row Dk of the ledger as printed
+// Bit 0: the diffuse cones turn from place to place, bit 1: shadow cones start at places of their own.
+layout(constant_id) const uint JITTER = 0u;
 
 const uint COSINE_SETS = 5u;
 
@@ -42,4 +43,4 @@ struct Cones {
     float exit_margin; // diameters that a sum goes on beyond the border
 };
 
-layout(set = 0, binding = 54, scalar) readonly buffer ConesBuffer { Cones cones; };
+layout(scalar) readonly buffer ConesBuffer { Cones cones; };

@@ -22,11 +22,14 @@ float method_shadow(Light light, LightSample to, vec3 position, vec3 normal) {
     vec3 d = far ? to.direction : light.position - from;
     float distance = far ? 1e30 : max(length(d), 1e-6);
     d = far ? d : d / distance;
-    float aperture = cones.shadow_aperture >= 0.0 ? cones.shadow_aperture : far ? light.radius : light.radius / distance;
+    float aperture = cones.shadow_aperture >= 0.0 ? cones.shadow_aperture
+        : far                                     ? light.radius
+                                                  : light.radius / distance;
     float start = cones.shadow_start_along;
     if ((JITTER & 2u) != 0u) {
         // A share of the step that a cone of one voxel takes, by place, side, light, time and pass over the image (D9).
-        uvec3 place = floatBitsToUint(position) ^ floatBitsToUint(normal) ^ floatBitsToUint(far ? light.direction : light.position);
+        uvec3 place = floatBitsToUint(position) ^ floatBitsToUint(normal)
+            ^ floatBitsToUint(far ? light.direction : light.position);
         start += cones.shadow_step * fract(jitter_hash(uvec4(place, frame.turn)) + pass_shift().x);
     }
     return trace_shadow_cone(from, d, distance, aperture, start, cones.shadow_step, cones.shadow_end);
@@ -47,9 +50,11 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
         Cone cone = cone_set(i, shift);
         vec3 d = basis * cone.direction;
         // The offset moves where the cone looks, and not how wide it is there.
-        vec4 seen = trace_cone(from + cones.diffuse_offset * d, d, cone.aperture * cones.aperture, cones.diffuse_start_along);
+        vec4 seen =
+            trace_cone(from + cones.diffuse_offset * d, d, cone.aperture * cones.aperture, cones.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);
-        float share = max(cone.aperture * cones.aperture, share_aperture(CONE_COUNT * INTERLEAVE * INTERLEAVE, cone.direction.z));
+        float share =
+            max(cone.aperture * cones.aperture, share_aperture(CONE_COUNT * INTERLEAVE * INTERLEAVE, cone.direction.z));
         // D21: printed drops alpha, and the sky with it.
         sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * sky_about(d, share, 0.0), open);
     }
@@ -63,16 +68,16 @@ vec3 gather_along(vec3 from, vec3 d, float aperture, float start, float bright) 
 }
 
 vec3 gather_specular(Surface s, vec3 direction, float bright) {
-    return gather_along(s.position + s.normal * cones.specular_start_normal, direction, roughness_to_aperture(s.roughness),
-        cones.specular_start_along, bright);
+    return gather_along(s.position + s.normal * cones.specular_start_normal, direction,
+        roughness_to_aperture(s.roughness), cones.specular_start_along, bright);
 }
 
 vec3 gather_refraction(Surface s, vec3 incident, bool back) {
     vec3 d = refraction_direction(incident, s.normal, s.ior, back, s.thickness_m <= 0.0);
     // D23: printed starts outside the surface that it enters. Total reflection stays on its own side.
     float side = printed(23) || dot(d, s.normal) > 0.0 ? 1.0 : -1.0;
-    return gather_along(s.position + side * s.normal * cones.refraction_start_normal, d, roughness_to_aperture(s.roughness),
-        cones.refraction_start_along, 1.0);
+    return gather_along(s.position + side * s.normal * cones.refraction_start_normal, d,
+        roughness_to_aperture(s.roughness), cones.refraction_start_along, 1.0);
 }
 
 vec4 look_up_diffuse(Surface s, uvec3 place) {

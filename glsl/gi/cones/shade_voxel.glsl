@@ -13,7 +13,8 @@ vec4[7] shade_voxel(uvec3 voxel) {
         ListItem entry = list_items[item - 1u];
         Triangle t = triangles[entry.triangle];
         vec3 n = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
-        fill_with(filling, light_item(item - 1u, entry.triangle, corners_of(t), voxel), n, (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
+        fill_with(filling, light_item(item - 1u, entry.triangle, corners_of(t), voxel), n,
+            (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u);
         item = entry.next;
     }
     return filled(filling);

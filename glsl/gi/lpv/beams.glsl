@@ -1,15 +1,21 @@
-// Light that travels through a cell as one beam: its flux, and the mean direction of travel. Two bands cannot hold light that
-// goes one way: sent on as cosine lobes, 95 % of a wall's light ends on that wall in a room 24 cells wide. A cell's light here
-// has Henyey and Greenstein's distribution, (1 − g²) / (1 + g² − 2 g cos θ)^1.5, whose mean cosine is g, so that the length of
-// the mean direction says how narrow the beam is (a moment closure, as in radiative transfer). What a cell sends onto the five
-// faces of each neighbour takes the directions to these faces along. CPU twin: tests/twins/propagation.rs.
+// Light that travels through a cell as one beam: its flux, and the mean direction of travel. Two bands cannot hold
+// light that goes one way: sent on as cosine lobes, 95 % of a wall's light ends on that wall in a room 24 cells wide. A
+// cell's light here has Henyey and Greenstein's distribution, (1 − g²) / (1 + g² − 2 g cos θ)^1.5, whose mean cosine is
+// g, so that the length of the mean direction says how narrow the beam is (a moment closure, as in radiative transfer).
+// What a cell sends onto the five faces of each neighbour takes the directions to these faces along. CPU twin:
+// tests/twins/propagation.rs.
+
+#include "ground/frame.glsl"
+#include "gi/lpv/constants.glsl"
+#include "gi/lpv/field.glsl"
 
 struct Beam {
     vec4 flux; // rgb: stored radiance × area of a cell's face; a: the same of a sky of radiance 1
     vec3 moment; // weight of the flux × mean direction of travel
 };
 
-// One direction serves all channels: that of their sum, the sky as bright as it is, or, where nothing else is, hardly at all.
+// One direction serves all channels: that of their sum, the sky as bright as it is, or, where nothing else is, hardly
+// at all.
 float beam_weight(vec4 flux) {
     vec3 sky = frame.sky * frame.scale;
     return flux.r + flux.g + flux.b + flux.a * (sky.r + sky.g + sky.b + 1e-7 * frame.scale);
@@ -23,8 +29,8 @@ float towards(float cosine_times_g, float one_and_g2) {
     return 1.0 / (x * sqrt(x));
 }
 
-// Along a way, in whose frame g is the mean direction and x is along: share, and share × direction, in that frame; both are still
-// to be divided by the whole.
+// Along a way, in whose frame g is the mean direction and x is along: share, and share × direction, in that frame; both
+// are still to be divided by the whole.
 vec4 share_along(vec3 g, float one_and_g2) {
     float ahead = OPPOSITE * towards(g.x, one_and_g2);
     float b0 = SIDE * towards(SIDE_ALONG * g.x + SIDE_ACROSS * g.y, one_and_g2);
@@ -57,8 +63,8 @@ Aim aim_of(Beam beam) {
     return Aim(g, float[6](px, py, pz, nx, ny, nz), ((px + py) + (pz + nx)) + (ny + nz));
 }
 
-// As a cell keeps it, in two texels, from which its neighbours work out what it sends to them: to write and read what each
-// of them gets costs more.
+// As a cell keeps it, in two texels, from which its neighbours work out what it sends to them: to write and read what
+// each of them gets costs more.
 struct KeptBeam {
     vec4 flux;
     vec4 direction; // mean one; 1 / whole

@@ -8,12 +8,14 @@ struct Blockers {
 };
 
 uvec4 pack_blockers(Blockers b) {
-    return uvec4(packUnorm2x16(b.up.xy), packUnorm2x16(vec2(b.up.z, b.down.x)), packUnorm2x16(b.down.yz), floatBitsToUint(b.even));
+    return uvec4(packUnorm2x16(b.up.xy), packUnorm2x16(vec2(b.up.z, b.down.x)), packUnorm2x16(b.down.yz),
+        floatBitsToUint(b.even));
 }
 
 Blockers unpack_blockers(uvec4 packed) {
     vec2 middle = unpackUnorm2x16(packed.y);
-    return Blockers(vec3(unpackUnorm2x16(packed.x), middle.x), vec3(middle.y, unpackUnorm2x16(packed.z)), uintBitsToFloat(packed.w));
+    return Blockers(vec3(unpackUnorm2x16(packed.x), middle.x), vec3(middle.y, unpackUnorm2x16(packed.z)),
+        uintBitsToFloat(packed.w));
 }
 
 // Shares that pass into a cell, travelling along +x +y +z and −x −y −z.

@@ -2,15 +2,15 @@
 
 #include "ground/constants.glsl"
 
-layout(constant_id = 32) const uint LPV_EDGE = 32u; // of each of its grids, cells
-layout(constant_id = 33) const uint CASCADES = 1u;
-layout(constant_id = 34) const uint LOBE = 1u; // how a cell's light is spread over directions
-layout(constant_id = 35) const uint OCCLUSION = 2u;
-layout(constant_id = 36) const uint SUM = 1u; // where the light of all steps is added up
-layout(constant_id = 37) const uint INJECTION = 1u; // where a surface's light starts
-layout(constant_id = 38) const uint APPLY = 1u; // how irradiance is read
-layout(constant_id = 49) const float SHARPNESS = 0.5; // mean cosine of the narrowest beam
-layout(constant_id = 39) const bool FIRST_STEP = false; // of propagation
+layout(constant_id) const uint LPV_EDGE = 32u; // of each of its grids, cells
+layout(constant_id) const uint CASCADES = 1u;
+layout(constant_id) const uint LOBE = 1u; // how a cell's light is spread over directions
+layout(constant_id) const uint OCCLUSION = 2u;
+layout(constant_id) const uint SUM = 1u; // where the light of all steps is added up
+layout(constant_id) const uint INJECTION = 1u; // where a surface's light starts
+layout(constant_id) const uint APPLY = 1u; // how irradiance is read
+layout(constant_id) const float SHARPNESS = 0.5; // mean cosine of the narrowest beam
+layout(constant_id) const bool FIRST_STEP = false; // of propagation
 
 const uint LOBE_COSINE = 0u; // 1 + 2 cos θ, the clamped cosine in two bands: negative behind, where it is cut off
 const uint LOBE_BEAM = 1u; // as narrow as the light in the cell

@@ -1,6 +1,8 @@
-// Light that travels through a cell, in two bands: towards unit ω it sends the intensity (flux + x ω.x + y ω.y + z ω.z) / 4π.
-// In the source's coefficients, flux = 2 √π c₀, and x = −√(12 π) c₃ (y and z alike). CPU twin: tests/twins/propagation.rs.
-// rgb: stored radiance × area of a cell's face; a: the same of a sky of radiance 1.
+// Light that travels through a cell, in two bands: towards unit ω it sends the intensity (flux + x ω.x + y ω.y + z ω.z)
+// / 4π. In the source's coefficients, flux = 2 √π c₀, and x = −√(12 π) c₃ (y and z alike). CPU twin:
+// tests/twins/propagation.rs. rgb: stored radiance × area of a cell's face; a: the same of a sky of radiance 1.
+
+#include "gi/lpv/constants.glsl"
 
 struct Field {
     vec4 flux;
@@ -31,8 +33,8 @@ vec4 moment_along(Field f, vec3 direction) {
     return f.x * direction.x + f.y * direction.y + f.z * direction.z;
 }
 
-// Shares of the sphere that the next cell's faces take, seen from this one's centre: the opposite one, and each at the side
-// (Doghramachi's listing 7.3: 22.95668 and 24.26083 of 720). The five of six cells make up the sphere.
+// Shares of the sphere that the next cell's faces take, seen from this one's centre: the opposite one, and each at the
+// side (Doghramachi's listing 7.3: 22.95668 and 24.26083 of 720). The five of six cells make up the sphere.
 const float OPPOSITE = 22.95668 / 720.0;
 const float SIDE = 24.26083 / 720.0;
 // The direction to the middle of a face at the side: its parts along and across the way.

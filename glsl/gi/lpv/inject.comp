@@ -3,8 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 //! with BEAMS
 // Virtual point lights: what the surfaces of a cell's list send becomes the light that starts there, or, with
-// INJECTION_FRONT, in the cell in front of them: a light in its surface's own cell would light, and be blocked by, that surface.
-// A thread per cell collects, so that the sums have no order. Also what blocks light in the cell.
+// INJECTION_FRONT, in the cell in front of them: a light in its surface's own cell would light, and be blocked by, that
+// surface. A thread per cell collects, so that the sums have no order. Also what blocks light in the cell.
 
 #include "gi/lpv/constants.glsl"
 #include "common/count.glsl"
@@ -19,14 +19,14 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 33, scalar) writeonly buffer BlockersBuffer { uvec4 blockers[]; };
-layout(set = 0, binding = 35, scalar) readonly buffer GridItems { ListItem grid_items[]; };
-layout(set = 0, binding = 36, scalar) readonly buffer GridHeads { uint grid_heads[]; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Materials { Material materials[]; };
+layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) writeonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(scalar) readonly buffer GridItems { ListItem grid_items[]; };
+layout(scalar) readonly buffer GridHeads { uint grid_heads[]; };
 #ifdef BEAMS
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
+#include "ground/frame.glsl"
 #include "gi/lpv/beams.glsl"
 #include "gi/lpv/new_beams.glsl"
 #else
@@ -58,8 +58,8 @@ void collect_list(inout Collected sum, ivec3 cell, ivec3 way) {
         COUNT(LIST_ITEMS, 1u);
         COUNT(WORDS, 8u);
         COUNT(CORNERS, 3u);
-        vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0],
-            triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]));
+        vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0], triangles[entry.triangle].corners[1],
+            triangles[entry.triangle].corners[2]));
         float along = dot(n, vec3(way));
         bool goes = way == ivec3(0) || abs(way[dominant_axis(n)]) == 1;
         float part = light.opacity * light.area;
@@ -82,8 +82,8 @@ Blockers blockers_of(ivec3 cell) {
         ItemLight light = item_lights[item - 1u];
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
-        vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0],
-            triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]));
+        vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0], triangles[entry.triangle].corners[1],
+            triangles[entry.triangle].corners[2]));
         bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
         float area = light.opacity * light.area;
         vec3 front = area * max(n, vec3(0.0));
@@ -104,7 +104,8 @@ void main() {
     if (INJECTION == INJECTION_CELL) {
         Collected sum = Collected(fixed_zero(), fixed_zero(), fixed_zero(), fixed_zero());
         collect_list(sum, cell, ivec3(0));
-        started = Field(fixed_signed_value(sum.flux), fixed_signed_value(sum.x), fixed_signed_value(sum.y), fixed_signed_value(sum.z));
+        started = Field(fixed_signed_value(sum.flux), fixed_signed_value(sum.x), fixed_signed_value(sum.y),
+            fixed_signed_value(sum.z));
     } else {
         vec3 open = 1.0 - across(here);
         for (int k = 0; k < 6; k++) {
@@ -113,7 +114,8 @@ void main() {
             if (in_volume(cell - way)) {
                 Collected sum = Collected(fixed_zero(), fixed_zero(), fixed_zero(), fixed_zero());
                 collect_list(sum, cell - way, way);
-                Field f = Field(fixed_signed_value(sum.flux), fixed_signed_value(sum.x), fixed_signed_value(sum.y), fixed_signed_value(sum.z));
+                Field f = Field(fixed_signed_value(sum.flux), fixed_signed_value(sum.x), fixed_signed_value(sum.y),
+                    fixed_signed_value(sum.z));
                 started = add(started, scaled(f, OCCLUSION == OCCLUSION_SHEETS ? open[k % 3] : 1.0));
             }
         }

@@ -15,9 +15,9 @@ const bool LIGHTS_FRONTS = false;
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 17, scalar) readonly buffer CellCounts { CellCount cell_counts[]; };
-layout(set = 0, binding = 22, scalar) writeonly buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 35, scalar) readonly buffer GridItems { ListItem grid_items[]; };
+layout(scalar) readonly buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) writeonly buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) readonly buffer GridItems { ListItem grid_items[]; };
 
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;

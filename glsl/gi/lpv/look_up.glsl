@@ -10,9 +10,9 @@
 
 const bool FINDS_LAMPS = false;
 
-layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
-layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; }; // cells = voxels · w + xyz
-layout(set = 0, binding = 48) uniform sampler3D sums[6]; // the grids one above the other
+layout(scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; }; // cells = voxels · w + xyz
+uniform sampler3D sums[6]; // the grids one above the other
 
 // With beams: what was sent along +x +y +z −x −y −z; else the four parts of a Field.
 struct Found {
@@ -43,8 +43,8 @@ Found found_in(uint cascade, ivec3 cell) {
     return f;
 }
 
-// Linear between the cells around `at`. With APPLY_FLUX those that a surface like this one fills are left out: behind it
-// there is other light. `n`: of the surface.
+// Linear between the cells around `at`. With APPLY_FLUX those that a surface like this one fills are left out: behind
+// it there is other light. `n`: of the surface.
 Found found_around(uint cascade, vec3 at, vec3 n) {
     ivec3 corner = ivec3(floor(at - 0.5));
     vec3 part = at - 0.5 - vec3(corner);
@@ -74,8 +74,8 @@ Found found_around(uint cascade, vec3 at, vec3 n) {
 // Cells that one of the grids keeps off its border, and over which the next coarser one takes over.
 const float BLENDED_CELLS = 2.0;
 
-// What travels in front of a surface: a cell off its facet, where its own cells are left out, or half a cell off along its shading
-// normal: a buffer of perturbed normals knows no facet.
+// What travels in front of a surface: a cell off its facet, where its own cells are left out, or half a cell off along
+// its shading normal: a buffer of perturbed normals knows no facet.
 Found found_before(vec3 position, vec3 facet, vec3 normal) {
     vec3 off = APPLY == APPLY_FLUX ? facet : 0.5 * normal;
     Found sum = nothing_found();
@@ -83,7 +83,8 @@ Found found_before(vec3 position, vec3 facet, vec3 normal) {
     for (uint k = 0u; k < CASCADES && left > 0.0; k++) {
         vec3 at = position * cascades[k].w + cascades[k].xyz + off;
         vec3 inside = min(at, float(LPV_EDGE) - at) - 1.0;
-        float taken = k + 1u == CASCADES ? 1.0 : clamp(min(inside.x, min(inside.y, inside.z)) / BLENDED_CELLS, 0.0, 1.0);
+        float taken =
+            k + 1u == CASCADES ? 1.0 : clamp(min(inside.x, min(inside.y, inside.z)) / BLENDED_CELLS, 0.0, 1.0);
         if (taken > 0.0) {
             add_found(sum, found_around(k, at, normal), left * taken);
         }
@@ -102,15 +103,16 @@ vec4 sent_against(Found f, vec3 d) {
         + d.z * d.z * (d.z > 0.0 ? f.parts[5] : f.parts[2]);
 }
 
-// Irradiance of a surface with that normal. Flux: what crosses a face that looks that way, which is right in light from all
-// sides and conserves what propagation conserves. SH: two bands against the clamped cosine, over a face: 1.5 times too much
-// in light from all sides, for a cube's mean projected area is 1.5 faces.
+// Irradiance of a surface with that normal. Flux: what crosses a face that looks that way, which is right in light from
+// all sides and conserves what propagation conserves. SH: two bands against the clamped cosine, over a face: 1.5 times
+// too much in light from all sides, for a cube's mean projected area is 1.5 faces.
 vec4 irradiance_of(Found f, vec3 normal) {
     if (LOBE == LOBE_BEAM) {
         return sent_against(f, normal);
     }
     Field field = as_field(f);
-    return max(APPLY == APPLY_FLUX ? crossing(field, -normal) : field.flux / 4.0 - moment_along(field, normal) / 6.0, vec4(0.0));
+    return max(APPLY == APPLY_FLUX ? crossing(field, -normal) : field.flux / 4.0 - moment_along(field, normal) / 6.0,
+        vec4(0.0));
 }
 
 // Radiance seen along unit d, with the same irradiance in light from all sides.
@@ -120,10 +122,12 @@ vec4 radiance_along(Found f, vec3 d) {
     }
     Field field = as_field(f);
     return max(APPLY == APPLY_FLUX ? (field.flux - 9.0 * CROSSING * moment_along(field, d)) / EVEN_FLUX
-                                   : (field.flux - moment_along(field, d)) / (4.0 * PI), vec4(0.0));
+                                   : (field.flux - moment_along(field, d)) / (4.0 * PI),
+        vec4(0.0));
 }
 
-// The share of the sky that was found is taken to come from about d, as wide as the lobe is. `bright`: as for sky_about.
+// The share of the sky that was found is taken to come from about d, as wide as the lobe is. `bright`: as for
+// sky_about.
 vec3 with_sky(vec4 found, Surface s, vec3 d, float bright) {
     return found.rgb + found.a * sky_about(d, ggx_aperture(s.roughness), bright);
 }
@@ -142,11 +146,14 @@ vec3 look_up_specular(Surface s) {
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     if (feature(FEATURE_SPECULAR) && any(greaterThan(v.lobes.specular, vec3(0.0)))) {
         vec3 d = mirrored(s, v.view);
-        sent.indirect += v.lobes.specular * with_sky(radiance_along(found_before(s.position, s.facet, s.normal), d), s, d, 1.0 - lamps_in_lobe(s.roughness));
+        sent.indirect += v.lobes.specular
+            * with_sky(
+                radiance_along(found_before(s.position, s.facet, s.normal), d), s, d, 1.0 - lamps_in_lobe(s.roughness));
     }
     if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
         vec3 d = refraction_direction(-v.view, s.normal, s.ior, v.back, s.thickness_m <= 0.0);
         float side = dot(d, s.facet) > 0.0 ? 1.0 : -1.0;
-        sent.indirect += s.transmitted * v.lobes.rest * with_sky(radiance_along(found_before(s.position, side * s.facet, side * s.normal), d), s, d, 1.0);
+        sent.indirect += s.transmitted * v.lobes.rest
+            * with_sky(radiance_along(found_before(s.position, side * s.facet, side * s.normal), d), s, d, 1.0);
     }
 }

@@ -1,6 +1,8 @@
 // The beams that travel on, to be written.
 
-layout(set = 0, binding = 44, rgba32f) writeonly uniform image3D new_light[2];
+#include "gi/lpv/beams.glsl"
+
+layout(rgba32f) writeonly uniform image3D new_light[2];
 
 void store_new(ivec3 cell, KeptBeam beam) {
     imageStore(new_light[0], cell, beam.flux);

@@ -1,6 +1,8 @@
 // The light that travels on, to be written.
 
-layout(set = 0, binding = 44, rgba32f) writeonly uniform image3D new_light[4];
+#include "gi/lpv/field.glsl"
+
+layout(rgba32f) writeonly uniform image3D new_light[4];
 
 void store_new(ivec3 cell, Field f) {
     imageStore(new_light[0], cell, f.flux);

@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// What passes into each cell from its six neighbours. A cell's light is in front of what stands in it: it is blocked where it
-// would leave through a surface's front, and where it would come into a cell through a surface, from either side.
+// What passes into each cell from its six neighbours. A cell's light is in front of what stands in it: it is blocked
+// where it would leave through a surface's front, and where it would come into a cell through a surface, from either
+// side.
 
 #include "gi/lpv/constants.glsl"
 #include "gi/lpv/field.glsl"
@@ -11,8 +12,8 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
-layout(set = 0, binding = 36, scalar) writeonly buffer Passages { uvec3 passages[]; };
+layout(scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(scalar) writeonly buffer Passages { uvec3 passages[]; };
 
 Blockers blockers_in(ivec3 cell) {
     if (!in_volume(cell)) {

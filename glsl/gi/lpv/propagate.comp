@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// One step of propagation in lobes: every cell gathers, from its six neighbours, what they send onto the five of its faces that they
-// see, and sends it on as lobes about these faces' directions (Doghramachi, GPU Pro 4, listing 7.3). CPU twin:
-// tests/twins/propagation.rs.
+// One step of propagation in lobes: every cell gathers, from its six neighbours, what they send onto the five of its
+// faces that they see, and sends it on as lobes about these faces' directions (Doghramachi, GPU Pro 4, listing 7.3).
+// CPU twin: tests/twins/propagation.rs.
 
 #include "gi/lpv/constants.glsl"
 #include "common/count.glsl"
@@ -13,15 +13,16 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(set = 0, binding = 33, scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
-layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
-layout(set = 0, binding = 36, scalar) readonly buffer Passages { uvec3 passages[]; };
-layout(set = 0, binding = 40) uniform sampler3D old_light[4];
+layout(scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
+layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
+layout(scalar) readonly buffer Passages { uvec3 passages[]; };
+uniform sampler3D old_light[4];
 #include "gi/lpv/new_light.glsl"
-layout(set = 0, binding = 48, rgba32f) uniform image3D sums[4]; // the grids one above the other
+layout(rgba32f) uniform image3D sums[4]; // the grids one above the other
 
 Field light_in(ivec3 cell) {
-    return Field(texelFetch(old_light[0], cell, 0), texelFetch(old_light[1], cell, 0), texelFetch(old_light[2], cell, 0), texelFetch(old_light[3], cell, 0));
+    return Field(texelFetch(old_light[0], cell, 0), texelFetch(old_light[1], cell, 0),
+        texelFetch(old_light[2], cell, 0), texelFetch(old_light[3], cell, 0));
 }
 
 Field sum_in(ivec3 at) {
@@ -43,9 +44,12 @@ Field light_outside(ivec3 cell) {
     return sum_in(in_sums(there, push.cascade + 1u));
 }
 
-// Share that the surfaces between two cells let pass towards a direction, in two bands: even part, then the parts along the axes.
+// Share that the surfaces between two cells let pass towards a direction, in two bands: even part, then the parts along
+// the axes.
 float passes(vec4 occluder, float x, float y, float z) {
-    return OCCLUSION == OCCLUSION_SH ? 1.0 - clamp(occluder.x + occluder.y * x + occluder.z * y + occluder.w * z, 0.0, 1.0) : 1.0;
+    return OCCLUSION == OCCLUSION_SH
+        ? 1.0 - clamp(occluder.x + occluder.y * x + occluder.z * y + occluder.w * z, 0.0, 1.0)
+        : 1.0;
 }
 
 vec4 at_least_none(vec4 intensity) {
@@ -65,11 +69,13 @@ Field spread(Field f, vec4 occluder) {
     vec4 down = SIDE * passes(occluder, SIDE_ALONG, -SIDE_ACROSS, 0.0) * at_least_none(ahead - y);
     vec4 left = SIDE * passes(occluder, SIDE_ALONG, 0.0, SIDE_ACROSS) * at_least_none(ahead + z);
     vec4 right = SIDE * passes(occluder, SIDE_ALONG, 0.0, -SIDE_ACROSS) * at_least_none(ahead - z);
-    return scaled(Field(opposite + (up + down) + (left + right), 2.0 * opposite, 2.0 * (up - down), 2.0 * (left - right)), SENT_ON);
+    return scaled(
+        Field(opposite + (up + down) + (left + right), 2.0 * opposite, 2.0 * (up - down), 2.0 * (left - right)),
+        SENT_ON);
 }
 
-// The neighbour's light. What comes in from beyond the border does so in the first step, which has a pipeline of its own: a
-// CPU device goes through both sides of every branch.
+// The neighbour's light. What comes in from beyond the border does so in the first step, which has a pipeline of its
+// own: a CPU device goes through both sides of every branch.
 Field neighbour(ivec3 cell) {
     Field f = light_in(clamp(cell, ivec3(0), ivec3(LPV_EDGE - 1u)));
     if (!in_volume(cell)) {
@@ -82,10 +88,12 @@ Field neighbour(ivec3 cell) {
 }
 
 Blockers blockers_in(ivec3 cell) {
-    return unpack_blockers(blockers[push.cascade * CELLS_PER_GRID + cell_index(clamp(cell, ivec3(0), ivec3(LPV_EDGE - 1u)))]);
+    return unpack_blockers(
+        blockers[push.cascade * CELLS_PER_GRID + cell_index(clamp(cell, ivec3(0), ivec3(LPV_EDGE - 1u)))]);
 }
 
-// In two bands: the mean of both cells' surfaces, half a cell off along the way. One-sided ones block what meets their front.
+// In two bands: the mean of both cells' surfaces, half a cell off along the way. One-sided ones block what meets their
+// front.
 vec4 occluder(Blockers here, ivec3 from) {
     if (OCCLUSION != OCCLUSION_SH || FIRST_STEP) {
         return vec4(0.0); // the first step is not blocked: with `cell` a light would be by its own surface
@@ -115,7 +123,8 @@ void main() {
     ivec3 cell = ivec3(gl_GlobalInvocationID);
     uint index = cell_index(cell);
     Blockers here = OCCLUSION == OCCLUSION_SH ? blockers_in(cell) : Blockers(vec3(0.0), vec3(0.0), 0.0);
-    Passage passage = OCCLUSION == OCCLUSION_SHEETS ? unpack_passage(passages[push.cascade * CELLS_PER_GRID + index]) : Passage(vec3(1.0), vec3(1.0));
+    Passage passage = OCCLUSION == OCCLUSION_SHEETS ? unpack_passage(passages[push.cascade * CELLS_PER_GRID + index])
+                                                    : Passage(vec3(1.0), vec3(1.0));
     Field sum = no_light();
     if (SUM == SUM_OWN) {
         sum = light_in(cell);

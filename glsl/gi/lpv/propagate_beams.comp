@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// One step of propagation, with a beam in each cell: every cell gathers what its six neighbours send to it, and shares it out
-// among them for the next step. What it sends each of them adds up. CPU twin: tests/twins/propagation.rs.
+// One step of propagation, with a beam in each cell: every cell gathers what its six neighbours send to it, and shares
+// it out among them for the next step. What it sends each of them adds up. CPU twin: tests/twins/propagation.rs.
 
 #include "gi/lpv/constants.glsl"
 #include "common/count.glsl"
@@ -14,11 +14,11 @@
 // Rows: a CPU device has their cells in one vector.
 layout(local_size_x = 16, local_size_y = 4) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 34, scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
-layout(set = 0, binding = 36, scalar) readonly buffer Passages { uvec3 passages[]; };
-layout(set = 0, binding = 40) uniform sampler3D old_light[2]; // a KeptBeam
-layout(set = 0, binding = 48, rgba32f) uniform image3D sums[6]; // along +x +y +z −x −y −z, the grids one above the other
+#include "ground/frame.glsl"
+layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
+layout(scalar) readonly buffer Passages { uvec3 passages[]; };
+uniform sampler3D old_light[2]; // a KeptBeam
+layout(rgba32f) uniform image3D sums[6]; // along +x +y +z −x −y −z, the grids one above the other
 
 #include "gi/lpv/beams.glsl"
 #include "gi/lpv/new_beams.glsl"
@@ -35,33 +35,36 @@ ivec3 in_coarser(ivec3 cell) {
     return in_sums(there, push.cascade + 1u);
 }
 
-// From the neighbour against `way`, whose mean direction is PARTS in the way's own frame, where it sends `s`; MOMENT is that in
-// the grid's. What comes in from beyond the border does so once, as it adds up over all steps: the next coarser grid's sum, or
-// the sky.
-#define GATHER(k, way, open, PARTS, MOMENT) { \
-    ivec3 from = cell - way; \
-    bool inside = in_volume(from); \
-    ivec3 near = clamp(from, ivec3(0), ivec3(LPV_EDGE - 1u)); \
-    vec4 old = texelFetch(old_light[1], near, 0); \
-    vec3 g = old.xyz; \
-    vec4 s = old.w * share_along(PARTS, 1.0 + dot(g, g)); \
-    vec4 flux = (inside ? open : 0.0) * texelFetch(old_light[0], near, 0); \
-    beam.flux += flux * s.x; \
-    beam.moment += beam_weight(flux) * MOMENT; \
-    if (FIRST_STEP && !inside) { \
-        flux = (open) * (push.cascade + 1u == CASCADES ? vec4(0.0, 0.0, 0.0, PI) : imageLoad(sums[k], in_coarser(from))); \
-        beam.flux += flux; \
-        beam.moment += beam_weight(flux) * DIFFUSE_COSINE * vec3(way); \
-    } \
-}
+// From the neighbour against `way`, whose mean direction is PARTS in the way's own frame, where it sends `s`; MOMENT is
+// that in the grid's. What comes in from beyond the border does so once, as it adds up over all steps: the next coarser
+// grid's sum, or the sky.
+#define GATHER(k, way, open, PARTS, MOMENT) \
+    { \
+        ivec3 from = cell - way; \
+        bool inside = in_volume(from); \
+        ivec3 near = clamp(from, ivec3(0), ivec3(LPV_EDGE - 1u)); \
+        vec4 old = texelFetch(old_light[1], near, 0); \
+        vec3 g = old.xyz; \
+        vec4 s = old.w * share_along(PARTS, 1.0 + dot(g, g)); \
+        vec4 flux = (inside ? open : 0.0) * texelFetch(old_light[0], near, 0); \
+        beam.flux += flux * s.x; \
+        beam.moment += beam_weight(flux) * MOMENT; \
+        if (FIRST_STEP && !inside) { \
+            flux = (open) \
+                * (push.cascade + 1u == CASCADES ? vec4(0.0, 0.0, 0.0, PI) : imageLoad(sums[k], in_coarser(from))); \
+            beam.flux += flux; \
+            beam.moment += beam_weight(flux) * DIFFUSE_COSINE * vec3(way); \
+        } \
+    }
 
-#define ADD_UP(k) { \
-    vec4 sent = kept.flux * (kept.direction.w * aim.to[k]); \
-    if (!FIRST_STEP) { \
-        sent += imageLoad(sums[k], at); \
-    } \
-    imageStore(sums[k], at, sent); \
-}
+#define ADD_UP(k) \
+    { \
+        vec4 sent = kept.flux * (kept.direction.w * aim.to[k]); \
+        if (!FIRST_STEP) { \
+            sent += imageLoad(sums[k], at); \
+        } \
+        imageStore(sums[k], at, sent); \
+    }
 
 void main() {
     ivec3 cell = ivec3(gl_GlobalInvocationID);

@@ -1,14 +1,16 @@
-// Cones through a volume: spheres that touch. Positions and lengths in voxels; light is stored radiance (× frame.scale).
-// Held by tests/functions_photons.rs.
+// Cones through a volume: spheres that touch. Positions and lengths in voxels; light is stored radiance (×
+// frame.scale). Held by tests/device/functions_photons.rs.
 
 #include "common/count.glsl"
+#include "ground/frame.glsl"
 #include "gi/photons/volume.glsl"
 
 const uint STEP_CAP = 1024u; // steps of half a voxel cross 256³ in 887
 const float SPENT_CONE = 0.005; // of what a cone sees; what is left is taken to be hidden
 
-// Half angle's tangent of a cone with that solid angle, sr: the share of the hemisphere that one of N directions with a density
-// of pdf stands for is min(1/(N·pdf), 2π); cos = 1 − Ω/2π. (Colbert and Křivánek, "GPU-Based Importance Sampling", 2007.)
+// Half angle's tangent of a cone with that solid angle, sr: the share of the hemisphere that one of N directions with a
+// density of pdf stands for is min(1/(N·pdf), 2π); cos = 1 − Ω/2π. (Colbert and Křivánek, "GPU-Based Importance
+// Sampling", 2007.)
 float cone_ratio(float solid_angle) {
     float cosine = 1.0 - min(solid_angle / (2.0 * PI), 1.0);
     return sqrt(1.0 - cosine * cosine) / max(cosine, 1e-6);
@@ -58,9 +60,9 @@ float exit_distance(vec3 from, vec3 d) {
     return max(min(far.x, min(far.y, far.z)), 0.0);
 }
 
-// Opacity over a stretch of `length` voxels, of which `edge` voxels have the opacity a. Beer's law for a homogeneous medium is
-// 1 − (1 − a)^(length/edge). Surfaces are no medium: the parts of one wall that neighbouring spheres find add up to one wall.
-// As printed the exponent is upside down.
+// Opacity over a stretch of `length` voxels, of which `edge` voxels have the opacity a. Beer's law for a homogeneous
+// medium is 1 − (1 − a)^(length/edge). Surfaces are no medium: the parts of one wall that neighbouring spheres find add
+// up to one wall. As printed the exponent is upside down.
 float opacity_over(float a, float length, float edge, float increment) {
     if (COMPOSITE == COMPOSITE_SUM) {
         return a * length / edge;

@@ -2,19 +2,19 @@
 
 #include "ground/constants.glsl"
 
-layout(constant_id = 32) const uint DIFFUSE_CONES = 16u; // per place
-layout(constant_id = 33) const uint GLOSSY_CONES = 4u; // of a rough lobe, at most
-layout(constant_id = 34) const uint PRINTED = 0u; // a bit per correction that is left out
-layout(constant_id = 35) const uint COMPOSITE = 1u;
-layout(constant_id = 36) const uint OPACITY_KIND = 1u;
-layout(constant_id = 37) const uint AO_MULTIPLIES = 0u;
-layout(constant_id = 39) const uint KEEPS_BACKS = 0u; // 1: dark backs stand in the way of what leaves their front
-layout(constant_id = 40) const uint TURNED = 0u; // 1: the set of cones turns from place to place
-layout(constant_id = 41) const float LEAST_STEP = 1.0; // extent of a sphere, at least
-layout(constant_id = 42) const float MOST_RATIO = 0.5; // radius of a sphere over its distance, at most
-layout(constant_id = 43) const float START_NORMAL = 0.5; // where cones start, along the normal,
-layout(constant_id = 44) const float START_ALONG = 0.0; // and along themselves
-layout(constant_id = 45) const float AO_RATE = 0.0; // per metre
+layout(constant_id) const uint DIFFUSE_CONES = 16u; // per place
+layout(constant_id) const uint GLOSSY_CONES = 4u; // of a rough lobe, at most
+layout(constant_id) const uint PRINTED = 0u; // a bit per correction that is left out
+layout(constant_id) const uint COMPOSITE = 1u;
+layout(constant_id) const uint OPACITY_KIND = 1u;
+layout(constant_id) const uint AO_MULTIPLIES = 0u;
+layout(constant_id) const uint KEEPS_BACKS = 0u; // 1: dark backs stand in the way of what leaves their front
+layout(constant_id) const uint TURNED = 0u; // 1: the set of cones turns from place to place
+layout(constant_id) const float LEAST_STEP = 1.0; // extent of a sphere, at least
+layout(constant_id) const float MOST_RATIO = 0.5; // radius of a sphere over its distance, at most
+layout(constant_id) const float START_NORMAL = 0.5; // where cones start, along the normal,
+layout(constant_id) const float START_ALONG = 0.0; // and along themselves
+layout(constant_id) const float AO_RATE = 0.0; // per metre
 
 const uint COMPOSITE_OVER = 0u;
 const uint COMPOSITE_SUM = 1u;

@@ -13,11 +13,11 @@ layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_axis;
 layout(location = 2) flat in vec3 in_normal;
 
-layout(set = 0, binding = 1, scalar) readonly buffer GlobalsBuffer { Globals globals; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 55, scalar) buffer ItemSamples { uint item_samples[]; };
+layout(scalar) readonly buffer GlobalsBuffer { Globals globals; };
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer Heads { uint heads[]; };
+layout(scalar) buffer ItemSamples { uint item_samples[]; };
 
 void count_samples(uvec3 voxel, uint count) {
     uint item = heads[head_index(ivec3(voxel))];

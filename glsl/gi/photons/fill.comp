@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with OPACITY
-// Fills the occupied voxels with what their photons send: a thread per voxel and direction. With OPACITY: how much they stand in
-// the way of travellers, a thread per voxel. Held by tests/passes_photons.rs.
+// Fills the occupied voxels with what their photons send: a thread per voxel and direction. With OPACITY: how much they
+// stand in the way of travellers, a thread per voxel. Held by tests/device/passes_photons.rs.
 
 #include "common/color.glsl"
 #include "common/count.glsl"
@@ -16,9 +16,9 @@
 #include "ground/bindings.glsl"
 #include "ground/cells.glsl"
 
-layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 55, scalar) readonly buffer ItemSamples { uint item_samples[]; };
+layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) readonly buffer ItemSamples { uint item_samples[]; };
 
 const float DARK_BACK = 1e-3; // of the front's light; below that it counts as none: rounding and leaks
 
@@ -41,8 +41,8 @@ Photon photon_of(uint item) {
     COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 9u);
     uint lit_by = LIT == LIT_ALIKE ? item_parts[item].lit_by : item;
     ItemLight light = item_lights[lit_by];
-    vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0],
-        triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]));
+    vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0], triangles[entry.triangle].corners[1],
+        triangles[entry.triangle].corners[2]));
     Photon photon;
     photon.front = light.front;
     photon.back = light.back;
@@ -58,7 +58,8 @@ Photon photon_of(uint item) {
         photon.back_lobe = unpack_lobe(item_lobes[2u * lit_by + 1u]);
     }
     photon.dark_back = KEEPS_BACKS == 0u
-        && brightest(light.back + photon.back_lobe.light) <= DARK_BACK * brightest(light.front + photon.front_lobe.light);
+        && brightest(light.back + photon.back_lobe.light)
+            <= DARK_BACK * brightest(light.front + photon.front_lobe.light);
     return photon;
 }
 
@@ -95,8 +96,11 @@ vec4 sent(Photon photon, uint texel) {
         // At the texel's middle alone: BRDF · E · opacity.
         vec3 d = texel_middle(texel);
         float cosine = dot(photon.normal, d);
-        vec3 front = photon.front + photon.front_lobe.light * lobe_towards(d, photon.normal, photon.front_lobe.toward, photon.front_lobe.alpha);
-        vec3 back = photon.back + photon.back_lobe.light * lobe_towards(d, -photon.normal, photon.back_lobe.toward, photon.back_lobe.alpha);
+        vec3 front = photon.front
+            + photon.front_lobe.light
+                * lobe_towards(d, photon.normal, photon.front_lobe.toward, photon.front_lobe.alpha);
+        vec3 back = photon.back
+            + photon.back_lobe.light * lobe_towards(d, -photon.normal, photon.back_lobe.toward, photon.back_lobe.alpha);
         return vec4(cosine > 0.0 ? front : cosine < 0.0 ? back : vec3(0.0), 1.0) * photon.share;
     }
     // The means' sum is made π for every normal: what leaves the voxel is what leaves its triangles.

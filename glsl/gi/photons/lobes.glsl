@@ -1,9 +1,10 @@
-// What a glossy surface in a voxel sends of the direct light: a GGX lobe about the mirrored light, not an even light. One lobe
-// stands for all lights: its way in is the mean of theirs, and it is as much wider as they are apart. Its light is spread over the
-// sixteen directions by means over their quarters, made whole: what it sends is what the surface's lobe sends.
-// Held by tests/functions_photons.rs.
+// What a glossy surface in a voxel sends of the direct light: a GGX lobe about the mirrored light, not an even light.
+// One lobe stands for all lights: its way in is the mean of theirs, and it is as much wider as they are apart. Its
+// light is spread over the sixteen directions by means over their quarters, made whole: what it sends is what the
+// surface's lobe sends. Held by tests/device/functions_photons.rs.
 
 #include "common/lobe.glsl"
+#include "ground/constants.glsl"
 #include "gi/photons/octahedron.glsl"
 
 struct LobeLight {
@@ -12,7 +13,7 @@ struct LobeLight {
     float alpha;
 };
 
-layout(set = 0, binding = 25, scalar) buffer ItemLobes { uvec4 item_lobes[]; }; // per list item and side
+layout(scalar) buffer ItemLobes { uvec4 item_lobes[]; }; // per list item and side
 
 uvec4 pack_lobe(LobeLight l) {
     return uvec4(packHalf2x16(l.light.rg), packHalf2x16(vec2(l.light.b, l.alpha)), packHalf2x16(l.toward.xy),
@@ -21,14 +22,15 @@ uvec4 pack_lobe(LobeLight l) {
 
 LobeLight unpack_lobe(uvec4 packed) {
     vec2 second = unpackHalf2x16(packed.y);
-    return LobeLight(vec3(unpackHalf2x16(packed.x), second.x), vec3(unpackHalf2x16(packed.z), unpackHalf2x16(packed.w).x), second.y);
+    return LobeLight(
+        vec3(unpackHalf2x16(packed.x), second.x), vec3(unpackHalf2x16(packed.z), unpackHalf2x16(packed.w).x), second.y);
 }
 
 // Half angles closer than that are all alike to quarters of texels.
 const float LEAST_LOBE_ALPHA = 0.2;
 
-// Variances of slopes add up: that of the surface, of the lights' half vectors, and of a quarter. `mean`: of the lights' unit
-// directions; its length says how far apart they are.
+// Variances of slopes add up: that of the surface, of the lights' half vectors, and of a quarter. `mean`: of the
+// lights' unit directions; its length says how far apart they are.
 float lobe_alpha(float roughness, vec3 mean) {
     float alpha = roughness * roughness;
     return min(sqrt(alpha * alpha + 0.5 * (1.0 - min(length(mean), 1.0)) + LEAST_LOBE_ALPHA * LEAST_LOBE_ALPHA), 1.0);
@@ -55,14 +57,17 @@ vec2 lobe_quarter(vec2 at, vec3 n, vec3 toward, float alpha) {
 // Its mean over a texel's solid angle.
 float lobe_mean(uint texel, vec3 n, vec3 toward, float alpha) {
     vec2 corner = texel_corner(texel);
-    vec2 sum = lobe_quarter(corner + vec2(0.125, 0.125), n, toward, alpha) + lobe_quarter(corner + vec2(0.375, 0.125), n, toward, alpha)
-        + lobe_quarter(corner + vec2(0.125, 0.375), n, toward, alpha) + lobe_quarter(corner + vec2(0.375, 0.375), n, toward, alpha);
+    vec2 sum = lobe_quarter(corner + vec2(0.125, 0.125), n, toward, alpha)
+        + lobe_quarter(corner + vec2(0.375, 0.125), n, toward, alpha)
+        + lobe_quarter(corner + vec2(0.125, 0.375), n, toward, alpha)
+        + lobe_quarter(corner + vec2(0.375, 0.375), n, toward, alpha);
     return sum.y / sum.x;
 }
 
 // Light towards a texel, times the cosine; at most what an f16 holds.
 vec3 lobe_sent(LobeLight l, uint texel, vec3 n) {
-    return l.light == vec3(0.0) ? vec3(0.0) : min(l.light * lobe_mean(texel, n, l.toward, l.alpha), vec3(LARGEST_STORED));
+    return l.light == vec3(0.0) ? vec3(0.0)
+                                : min(l.light * lobe_mean(texel, n, l.toward, l.alpha), vec3(LARGEST_STORED));
 }
 
 // `sent`: stored radiance, had it been sent evenly. `mean`: of the unit directions to the lights.

@@ -23,7 +23,8 @@ vec4 cone_from(Surface s, vec3 normal, vec3 d, float ratio, float bright) {
 
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     mat3 basis = tangent_frame(s.normal);
-    vec2 shift = INTERLEAVE > 1u ? interleaved_shift(place) : vec2(0.5, TURNED != 0u ? jitter_hash(uvec4(place, 0u)) : 0.0);
+    vec2 shift =
+        INTERLEAVE > 1u ? interleaved_shift(place) : vec2(0.5, TURNED != 0u ? jitter_hash(uvec4(place, 0u)) : 0.0);
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < DIFFUSE_CONES; i++) {
         // The density is cos/π. Pixels that share have their parts of all of the square's directions.
@@ -75,6 +76,7 @@ void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
         vec3 d = refraction_direction(-v.view, s.normal, s.ior, v.back, s.thickness_m <= 0.0);
         // Total reflection stays on its own side.
         float side = dot(d, s.normal) > 0.0 ? 1.0 : -1.0;
-        sent.indirect += s.transmitted * v.lobes.rest * cone_from(s, side * s.facet, d, ggx_aperture(s.roughness), 1.0).rgb;
+        sent.indirect +=
+            s.transmitted * v.lobes.rest * cone_from(s, side * s.facet, d, ggx_aperture(s.roughness), 1.0).rgb;
     }
 }

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with OPACITY
-// Mips of the parents of occupied cells: of the map, a thread per cell and direction; with OPACITY of what stands in the way, a
-// thread per cell. Held by tests/passes_photons.rs.
+// Mips of the parents of occupied cells: of the map, a thread per cell and direction; with OPACITY of what stands in
+// the way, a thread per cell. Held by tests/device/passes_photons.rs.
 //
 // The notes' Σ photons · v²/D², with each level's edge for D, is a quarter of the eight children's sum. A plane, of
 // which four children hold a part, keeps its opacity and its light. The printed form is this sum. The right form counts
@@ -16,9 +16,9 @@
 #include "ground/cells.glsl"
 
 // The level below.
-layout(set = 0, binding = 0) uniform sampler3D map_below;
-layout(set = 0, binding = 1) uniform sampler3D forth_below;
-layout(set = 0, binding = 2) uniform sampler3D back_below;
+uniform sampler3D map_below;
+uniform sampler3D forth_below;
+uniform sampler3D back_below;
 
 layout(push_constant) uniform Push {
     uint level;
@@ -85,7 +85,8 @@ vec4 in_row(Child first, Child second, uint axis) {
     return first.sent + (1.0 - first.hides[axis]) * second.sent;
 }
 
-// Photons behind others of the same cell are not seen: rows along each axis, by the share that the texel's direction has in it.
+// Photons behind others of the same cell are not seen: rows along each axis, by the share that the texel's direction
+// has in it.
 vec4 seen_children(ivec3 corner, uint texel, int edge) {
     vec3 d = texel_middle(texel);
     ivec3 first = ivec3(greaterThan(d, vec3(0.0))); // the child that a traveller against d meets first

@@ -54,7 +54,8 @@ float texel_solid_angle(uint texel) {
     return inner.x == inner.y ? POLE_TEXEL : EQUATOR_TEXEL;
 }
 
-// What p and its mirror images in the planes of two axes send towards ±n together, over |p|⁴: |p|³ of the solid angle, |p| of the cosine.
+// What p and its mirror images in the planes of two axes send towards ±n together, over |p|⁴: |p|³ of the solid angle,
+// |p| of the cosine.
 float mirrored(vec3 n, vec3 p) {
     vec3 q = n * p;
     vec4 sum = abs(vec4(q.x + q.y + q.z, q.x - q.y + q.z, q.x + q.y - q.z, q.x - q.y - q.z));
@@ -62,14 +63,15 @@ float mirrored(vec3 n, vec3 p) {
     return (sum.x + sum.y + sum.z + sum.w) / (squared * squared);
 }
 
-// Σ solid angle · texel_cosine over all texels, which would be π if the means were exact; they are off by 2.2 % at most.
-// The quarters' middles are mirror images of ten points, so that no loop is needed.
+// Σ solid angle · texel_cosine over all texels, which would be π if the means were exact; they are off by 2.2 % at
+// most. The quarters' middles are mirror images of ten points, so that no loop is needed.
 float texels_total(vec3 n) {
     float e = 0.125;
     float pole = mirrored(n, e * vec3(1, 1, 6)) + mirrored(n, e * vec3(1, 3, 4)) + mirrored(n, e * vec3(3, 1, 4))
         + mirrored(n, e * vec3(3, 3, 2));
     float equator = mirrored(n, e * vec3(1, 5, 2)) + mirrored(n, e * vec3(5, 1, 2))
-        + 0.5 * (mirrored(n, e * vec3(1, 7, 0)) + mirrored(n, e * vec3(7, 1, 0)) + mirrored(n, e * vec3(3, 5, 0))
-            + mirrored(n, e * vec3(5, 3, 0)));
+        + 0.5
+            * (mirrored(n, e * vec3(1, 7, 0)) + mirrored(n, e * vec3(7, 1, 0)) + mirrored(n, e * vec3(3, 5, 0))
+                + mirrored(n, e * vec3(5, 3, 0)));
     return POLE_SHARE * pole + EQUATOR_SHARE * equator;
 }

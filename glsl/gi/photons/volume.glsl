@@ -4,13 +4,14 @@
 #include "gi/photons/constants.glsl"
 #include "gi/photons/octahedron.glsl"
 
-layout(set = 0, binding = 40) uniform sampler3D photons;
-layout(set = 0, binding = 41) uniform sampler3D met_forth;
-layout(set = 0, binding = 42) uniform sampler3D met_back;
+uniform sampler3D photons;
+uniform sampler3D met_forth;
+uniform sampler3D met_back;
 
 // What planes across one axis hide. They are filtered along it, and go on beyond the grid's sides.
 float met_along(uint axis, vec3 at, vec3 d, float level) {
-    vec3 inside = clamp(at / float(EDGE), vec3(0.5 * exp2(level) / float(EDGE)), vec3(1.0 - 0.5 * exp2(level) / float(EDGE)));
+    vec3 inside =
+        clamp(at / float(EDGE), vec3(0.5 * exp2(level) / float(EDGE)), vec3(1.0 - 0.5 * exp2(level) / float(EDGE)));
     inside[axis] = at[axis] / float(EDGE);
     float met = (d[axis] < 0.0 ? textureLod(met_back, inside, level) : textureLod(met_forth, inside, level))[axis];
     return abs(d[axis]) * (printed(ROW_MIPS) ? min(met, 1.0) : met); // sums are no opacities

@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// New lists take over the light of the lists before them: a lit item that of the item which stood for the same triangle in the
-// same voxel, or in that of a box which stood there, a twin that of its twin. What was not there starts dark. A thread per lit item.
+// New lists take over the light of the lists before them: a lit item that of the item which stood for the same triangle
+// in the same voxel, or in that of a box which stood there, a twin that of its twin. What was not there starts dark. A
+// thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/clip.glsl"
@@ -11,28 +12,29 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
-layout(set = 0, binding = 29, scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
-layout(set = 0, binding = 59, scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
-layout(set = 0, binding = 36, scalar) readonly buffer LastHeads { uint last_heads[]; };
-layout(set = 0, binding = 37, scalar) readonly buffer LastItems { ListItem last_items[]; };
-layout(set = 0, binding = 38, scalar) readonly buffer LastParts { ItemPart last_parts[]; };
-layout(set = 0, binding = 39, scalar) readonly buffer LastLights { ItemLight last_lights[]; };
+#include "ground/frame.glsl"
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
+layout(scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
+layout(scalar) readonly buffer LastHeads { uint last_heads[]; };
+layout(scalar) readonly buffer LastItems { ListItem last_items[]; };
+layout(scalar) readonly buffer LastParts { ItemPart last_parts[]; };
+layout(scalar) readonly buffer LastLights { ItemLight last_lights[]; };
 
 #include "ground/boxes.glsl"
 
-// The voxel of the lists before which listed a triangle in `voxel` of these. Where a box moved away it is one of several: that of
-// the middle of the item's part.
+// The voxel of the lists before which listed a triangle in `voxel` of these. Where a box moved away it is one of
+// several: that of the middle of the item's part.
 uint last_voxel(uint voxel, uint triangle) {
     Box box = box_of(voxel);
     vec3 center = vec3(cell_in(box, voxel)) + 0.5;
     Box last = last_box_at(from_box(box, center));
     if (last.scale > box.scale) {
-        mat3 corners = in_box(box, mat3(triangles[triangle].corners[0], triangles[triangle].corners[1], triangles[triangle].corners[2]));
+        mat3 corners = in_box(
+            box, mat3(triangles[triangle].corners[0], triangles[triangle].corners[1], triangles[triangle].corners[2]));
         float area;
         clip_to_voxel(corners[0], corners[1], corners[2], vec3(center), area, center);
     }

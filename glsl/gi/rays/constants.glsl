@@ -2,6 +2,6 @@
 
 #include "ground/constants.glsl"
 
-layout(constant_id = 32) const uint DIFFUSE_RAYS = 8u; // per place
-layout(constant_id = 33) const uint LOBE_RAYS = 8u; // of a rough lobe, at most
-layout(constant_id = 34) const uint BOUNCES = 64u; // all: as many as rays take
+layout(constant_id) const uint DIFFUSE_RAYS = 8u; // per place
+layout(constant_id) const uint LOBE_RAYS = 8u; // of a rough lobe, at most
+layout(constant_id) const uint BOUNCES = 64u; // all: as many as rays take

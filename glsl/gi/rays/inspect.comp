@@ -2,8 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with RAYS
-// For those who look at how the method works. Per pixel: what the list item sends that stands for the surface seen there, and which
-// item that is. With RAYS, of one pixel: the rays that its diffuse light is gathered along, what each met and what it brought.
+// For those who look at how the method works. Per pixel: what the list item sends that stands for the surface seen
+// there, and which item that is. With RAYS, of one pixel: the rays that its diffuse light is gathered along, what each
+// met and what it brought.
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -27,11 +28,11 @@ struct InspectedRay {
     uint back; // 1 where it was met from behind
 };
 
-layout(set = 0, binding = 61, scalar) writeonly buffer InspectedRays { InspectedRay inspected[]; };
+layout(scalar) writeonly buffer InspectedRays { InspectedRay inspected[]; };
 #else
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 61, rgba32f) writeonly uniform image2D kept_light; // stored radiance; 1 + the item, 0 where there is none
+layout(rgba32f) writeonly uniform image2D kept_light; // stored radiance; 1 + the item, 0 where there is none
 #endif
 
 Met met_at(vec2 pixel) {
@@ -55,7 +56,8 @@ void main() {
     Met first = meet(trace_ray(s.position + s.facet * ray_start_at(s.position), ray.way, 0.0), ray.way);
     float length_shown = first.any ? first.distance : float(EDGE);
     inspected[i].from = s.position;
-    inspected[i].to = met.any ? s.position + ray.way * length_shown : s.position; // no surface is seen, so nothing gathers
+    // No surface is seen, so nothing gathers.
+    inspected[i].to = met.any ? s.position + ray.way * length_shown : s.position;
     inspected[i].light = met.any ? ray.light.rgb : vec3(0.0);
     inspected[i].source = met.any && first.any ? first.triangle.source + 1u : 0u;
     inspected[i].back = first.back ? 1u : 0u;

@@ -1,5 +1,5 @@
-// The lobe in which the surface of a lit item mirrors direct light. It is kept apart from what the item sends evenly: a rough floor or
-// column that is lit at a grazing angle sends most of it onwards, and a ray that meets it sees that.
+// The lobe in which the surface of a lit item mirrors direct light. It is kept apart from what the item sends evenly: a
+// rough floor or column that is lit at a grazing angle sends most of it onwards, and a ray that meets it sees that.
 
 #include "common/item_lobe.glsl"
 

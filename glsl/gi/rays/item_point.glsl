@@ -1,14 +1,18 @@
 // Where the items of `rays` are lit.
 
+#include "common/clip.glsl"
+#include "common/count.glsl"
 #include "ground/place_random.glsl"
 #include "ground/on_plane.glsl"
 #include "ground/boxes.glsl"
 #include "gi/rays/sees.glsl"
 
 const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of a face, or more
-const uint MASKED_TRIES = 2u * uint(PART_CORNERS); // more where a mask leaves little, on the way from the middle to each corner
+// More where a mask leaves little, on the way from the middle to each corner.
+const uint MASKED_TRIES = 2u * uint(PART_CORNERS);
 
-// Whether p and q of item `index`, in voxels of its box, whose plane has unit normal n, see each other on all sides that are lit.
+// Whether p and q of item `index`, in voxels of its box, whose plane has unit normal n, see each other on all sides
+// that are lit.
 bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
     ListItem entry = list_items[index];
     uint primary = item_parts[index].lit_by;
@@ -27,9 +31,9 @@ bool unmasked(uint index, vec3 a, vec3 b, vec3 c, vec3 p) {
     return is_present(list_items[index].triangle, barycentric(a, b, c, p));
 }
 
-// A point of the part of triangle abc inside the voxel about `center`, evenly distributed over what the item is lit for of it as
-// far as few tries find one: another in every pass, so that the mean over passes is the part's mean. The first pass takes the
-// part's middle; a split item its anchor; what a mask cuts away is passed by, since no ray meets it.
+// A point of the part of triangle abc inside the voxel about `center`, evenly distributed over what the item is lit for
+// of it as far as few tries find one: another in every pass, so that the mean over passes is the part's mean. The first
+// pass takes the part's middle; a split item its anchor; what a mask cuts away is passed by, since no ray meets it.
 vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     vec3 n = triangle_normal(a, b, c);
     uvec4 seed = uvec4(uvec3(center), 0u);
@@ -39,7 +43,8 @@ vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     bool split = part.twin != 0u;
     vec3 anchor = split ? anchor_point(a, n, center, part.anchor) : middle;
     vec3 found = anchor;
-    bool masked = feature(FEATURE_ALPHA) && (materials[triangles[list_items[index].triangle].material].flags & MATERIAL_MASK) != 0u;
+    bool masked = feature(FEATURE_ALPHA)
+        && (materials[triangles[list_items[index].triangle].material].flags & MATERIAL_MASK) != 0u;
     uint tries = frame.light_pass == 0u ? 0u : POINT_TRIES;
     bool any = masked && unmasked(index, a, b, c, anchor);
     for (uint i = 0u; i < tries; i++) {

@@ -8,7 +8,7 @@
 #include "ground/brdf.glsl"
 #include "gi/rays/item_lobes.glsl"
 
-layout(set = 0, binding = 57, scalar) writeonly buffer ItemLobes { uvec2 item_lobes[]; }; // per list item and side
+layout(scalar) writeonly buffer ItemLobes { uvec2 item_lobes[]; }; // per list item and side
 
 #define METHOD_POINTS
 #define METHOD_LOBES

@@ -10,8 +10,8 @@
 // Surfaces that let a part of the light pass, of those that one ray meets.
 const uint MOST_INTERFACES = 64u;
 
-// What the texture has where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about it: mirrors
-// and glass show patterns that the volume does not hold.
+// What the texture has where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about
+// it: mirrors and glass show patterns that the volume does not hold.
 vec3 texture_detail(Met met, Material m, vec3 at, float width) {
     if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {
         return vec3(1.0);
@@ -42,8 +42,8 @@ vec3 normal_against(vec3 normal, vec3 d) {
     return normalize(normal - d * max(dot(normal, d) + 1e-3, 0.0));
 }
 
-// How much of what a metal mirrors it mirrors sharply. Its items send that to all sides alike: a ray that shows it sharply goes on as it
-// is mirrored instead.
+// How much of what a metal mirrors it mirrors sharply. Its items send that to all sides alike: a ray that shows it
+// sharply goes on as it is mirrored instead.
 float mirror_share(Surface s) {
     float metal = 1.0 - s.diffuse_share - s.transmission;
     float rough = smoothstep(0.5 * LEAST_ITEM_ALPHA, LEAST_ITEM_ALPHA, s.roughness * s.roughness);
@@ -65,10 +65,10 @@ vec3 go_on_mirrored(Surface s, inout vec3 d) {
 }
 
 // Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
-// reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what is
-// seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about, and of mirrors the share
-// that it shows sharply. Nothing is seen unless it `sends`. `views`: the ray goes on as the view came, and to the view backs that have no
-// side are not there. `mirrors`: between the eye and there.
+// reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what
+// is seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about, and of
+// mirrors the share that it shows sharply. Nothing is seen unless it `sends`. `views`: the ray goes on as the view
+// came, and to the view backs that have no side are not there. `mirrors`: between the eye and there.
 Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
     vec3 origin = ray_start(position, facet, d);
@@ -87,7 +87,9 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float way = travelled + met.distance;
         float width = 2.0 * aperture * way;
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
-        vec3 sent = met.dark || !met.any ? vec3(0.0) : seen_radiance(met, d, mirrors) * texture_detail(met, m, at, max(width, pixel_width));
+        vec3 sent = met.dark || !met.any
+            ? vec3(0.0)
+            : seen_radiance(met, d, mirrors) * texture_detail(met, m, at, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_PASSING) && met.triangle.translucent != 0u;
         // A constant where nothing transmits: what only glass asks of the surface is not looked up then.
@@ -132,7 +134,8 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         travelled += turns ? met.distance : 0.0;
         least = turns ? 0.0 : met.distance;
         views = views && !turns;
-        going = met.any && (passes || absent || mirrored > 0.0) && mirrors <= BOUNCES + 1u && brightest(through) >= SPENT;
+        going =
+            met.any && (passes || absent || mirrored > 0.0) && mirrors <= BOUNCES + 1u && brightest(through) >= SPENT;
     }
     return seen;
 }
@@ -142,15 +145,16 @@ uint lobe_ray_count(float alpha, float weight) {
     return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
 }
 
-// The share of a lobe's light that the gathered light stands for. Where a lobe is weak, the few rays that it is worth would now and then
-// meet a bright spot; the gathered light has more directions in it, down to a roughness of about .2. Below that edges would be lost.
+// The share of a lobe's light that the gathered light stands for. Where a lobe is weak, the few rays that it is worth
+// would now and then meet a bright spot; the gathered light has more directions in it, down to a roughness of about .2.
+// Below that edges would be lost.
 float gathered_share(Surface s, Lobes lobes) {
     float weak = 1.0 - smoothstep(0.15, 0.3, brightest(lobes.specular));
     return any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.2, 0.4, s.roughness) : 0.0;
 }
 
-// `mirrored_lamps`: the share of lamps that rays are to find in what is mirrored. A smooth surface's ray goes the mirror's way,
-// a rough one's go by GGX's visible normals.
+// `mirrored_lamps`: the share of lamps that rays are to find in what is mirrored. A smooth surface's ray goes the
+// mirror's way, a rough one's go by GGX's visible normals.
 Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
     Outgoing sum = Outgoing(vec3(0.0), vec3(0.0));
     vec3 view = viewed.view;
@@ -204,7 +208,9 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         bool sends = side * dot(d, s.facet) > 0.0 && side * dot(d, normal) > 0.0;
         // A curved mirror spreads a pixel twice as far as its normal turns; glass may as well focus it.
         float spread = reflects ? 2.0 * viewed.bend : 0.0;
-        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))), reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends, !reflects && thin && smooth_lobe, reflects ? 1u : 0u);
+        Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))),
+            reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends, !reflects && thin && smooth_lobe,
+            reflects ? 1u : 0u);
         sum.indirect += weight * seen.light;
         if (LAMPS == LAMPS_SAMPLED) {
             vec3 lamps = weight * (reflects ? mirrored_lamps : 1.0) * seen.lamps;

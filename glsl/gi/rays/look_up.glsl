@@ -50,7 +50,9 @@ vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored) {
     for (uint i = 0u; i < DIFFUSE_RAYS; i++) {
         DiffuseRay ray = diffuse_ray(s, f, i);
         sum += (1.0 / float(DIFFUSE_RAYS)) * ray.light;
-        mirrored += feature(FEATURE_SPECULAR) ? (PI / float(DIFFUSE_RAYS)) * brdf(s, view, ray.way).specular * ray.light.rgb : vec3(0.0);
+        mirrored += feature(FEATURE_SPECULAR)
+            ? (PI / float(DIFFUSE_RAYS)) * brdf(s, view, ray.way).specular * ray.light.rgb
+            : vec3(0.0);
     }
     return sum;
 }

@@ -7,12 +7,12 @@
 #include "gi/rays/sees.glsl"
 #include "gi/rays/item_lobes.glsl"
 
-layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; }; // what list items sent one pass before
+layout(scalar) readonly buffer SeenLights { ItemLight seen_lights[]; }; // what list items sent one pass before
 
-layout(set = 0, binding = 59, scalar) readonly buffer SeenLobes { uvec2 seen_lobes[]; }; // and in lobes, per side
+layout(scalar) readonly buffer SeenLobes { uvec2 seen_lobes[]; }; // and in lobes, per side
 
 #ifndef LIGHTS_ITEMS
-layout(set = 0, binding = 21, scalar) readonly buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
+layout(scalar) readonly buffer DirectLight { vec3 direct_light[]; }; // per list item and side, stored radiance
 #endif
 
 const uint UNLIT = ~0u; // no item is lit for it
@@ -38,8 +38,8 @@ uint item_at(uint triangle, vec3 at) {
     return found;
 }
 
-// Which item is lit for what was met: of a split item and its twin the one that sees it. What neither sees is cut off from both:
-// it stays dark, since no light may pass there.
+// Which item is lit for what was met: of a split item and its twin the one that sees it. What neither sees is cut off
+// from both: it stays dark, since no light may pass there.
 uint lit_for(Met met) {
     mat3 corners = corners_of(met.triangle);
     vec3 hit = corners * met.weights;
@@ -56,7 +56,8 @@ uint lit_for(Met met) {
     COUNT(WORDS, 1u);
     Box box = box_of(entry.voxel);
     vec3 a = in_box(box, triangles[entry.triangle].corners[0]);
-    vec3 n = triangle_normal(a, in_box(box, triangles[entry.triangle].corners[1]), in_box(box, triangles[entry.triangle].corners[2]));
+    vec3 n = triangle_normal(
+        a, in_box(box, triangles[entry.triangle].corners[1]), in_box(box, triangles[entry.triangle].corners[2]));
     vec3 center = vec3(cell_in(box, entry.voxel)) + 0.5;
     float side = met.back ? -ray_start_in(box) : ray_start_in(box);
     hit += side * met.normal;
@@ -69,9 +70,9 @@ uint lit_for(Met met) {
     return sees(entry.voxel, item, hit, other) ? twin : UNLIT;
 }
 
-// Stored radiance of what was met along unit d, on the side that is seen: what the list item sends there that stands for it where it
-// was met. No other surface and no other side mixes into it, however thin a wall is. `mirrors`: between there and the eye, each a bounce.
-// Items hold the light of all bounces but one.
+// Stored radiance of what was met along unit d, on the side that is seen: what the list item sends there that stands
+// for it where it was met. No other surface and no other side mixes into it, however thin a wall is. `mirrors`: between
+// there and the eye, each a bounce. Items hold the light of all bounces but one.
 vec3 seen_radiance(Met met, vec3 d, uint mirrors) {
     uint item = met.any ? lit_for(met) : UNLIT;
     COUNT(WORDS, item != UNLIT ? 3u : 0u);
@@ -84,13 +85,14 @@ vec3 seen_radiance(Met met, vec3 d, uint mirrors) {
     if (feature(FEATURE_SPECULAR)) {
         uvec2 lobe = seen_lobes[2u * item + (met.back ? 1u : 0u)];
         COUNT(WORDS, 2u);
-        seen += lobe == uvec2(0u) ? vec3(0.0) : item_lobe_light(unpack_item_lobe(lobe), met.back ? -met.normal : met.normal, -d);
+        seen += lobe == uvec2(0u) ? vec3(0.0)
+                                  : item_lobe_light(unpack_item_lobe(lobe), met.back ? -met.normal : met.normal, -d);
     }
     return lit && mirrors <= BOUNCES ? seen : vec3(0.0);
 }
 
-// Leaves along unit d, which is above a surface with normal `facet`. Stored radiance of what it meets; `through`: what of the light behind
-// all of that gets there, per channel.
+// Leaves along unit d, which is above a surface with normal `facet`. Stored radiance of what it meets; `through`: what
+// of the light behind all of that gets there, per channel.
 vec3 trace_light(vec3 position, vec3 facet, vec3 d, out vec3 through) {
     vec3 origin = position + facet * ray_start_at(position);
     through = vec3(1.0);

@@ -1,9 +1,12 @@
 // Whether two points of what one item is lit for see each other.
 
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+#include "common/count.glsl"
+#include "ground/ray.glsl"
 
-// Whether nothing opaque that the list of `voxel` holds stands between two points. What `lit_by` is lit for does not count: it is
-// the surface itself.
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+
+// Whether nothing opaque that the list of `voxel` holds stands between two points. What `lit_by` is lit for does not
+// count: it is the surface itself.
 bool sees(uint voxel, uint lit_by, vec3 from, vec3 to) {
     bool free = true;
     uint item = heads[voxel];

@@ -2,17 +2,18 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with FEEDBACK
-// What others see of each lit item: the mean of what it and its neighbours on the same surface send, since each looks along
-// other directions. Directions differ within squares of four voxels (image.interleave); a square of five whose border counts half
-// has each of them once, so that no pattern is left where few directions meet something bright. Where a voxel lists anything else
-// beside, nothing is shared with it or across it: the surface may end there at a wall, and no light may pass that. A mean of many
-// passes looks along many directions itself, and sharing only blurs it: neighbours count by the square of what one pass is of the
-// mean (a corridor at 64³, `balanced`: energy 1.024 to 1.014; elsewhere up to 3 % more noise). Not where there are boxes of finer
-// voxels, although a corridor at 32³ has 1.08 for that and would have 1.05: each time that one moves with the camera a mean begins
-// anew, and what is blurred then would not be soon after. A thread per lit item.
-// With FEEDBACK, what the next pass reads is handed over to it. That is what items send themselves, once a mean of passes is made:
-// what was shared in every pass would go farther with each, and where light falls off along a surface, what arrives from the
-// brighter side is more than what is lost to the darker one. And the lobes, as they are.
+// What others see of each lit item: the mean of what it and its neighbours on the same surface send, since each looks
+// along other directions. Directions differ within squares of four voxels (image.interleave); a square of five whose
+// border counts half has each of them once, so that no pattern is left where few directions meet something bright.
+// Where a voxel lists anything else beside, nothing is shared with it or across it: the surface may end there at a
+// wall, and no light may pass that. A mean of many passes looks along many directions itself, and sharing only blurs
+// it: neighbours count by the square of what one pass is of the mean (a corridor at 64³, `balanced`: energy 1.024
+// to 1.014; elsewhere up to 3 % more noise). Not where there are boxes of finer voxels, although a corridor at 32³
+// has 1.08 for that and would have 1.05: each time that one moves with the camera a mean begins anew, and what is
+// blurred then would not be soon after. A thread per lit item. With FEEDBACK, what the next pass reads is handed over
+// to it. That is what items send themselves, once a mean of passes is made: what was shared in every pass would go
+// farther with each, and where light falls off along a surface, what arrives from the brighter side is more than what
+// is lost to the darker one. And the lobes, as they are.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"
@@ -24,19 +25,19 @@ const float SAME_PLANE = 0.5; // voxels between two surfaces that count as one
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer Heads { uint heads[]; };
-layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
-layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
-layout(set = 0, binding = 29, scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
+#include "ground/frame.glsl"
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer Heads { uint heads[]; };
+layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(scalar) writeonly buffer SeenLights { ItemLight seen_lights[]; };
 
 #ifdef FEEDBACK
-layout(set = 0, binding = 39, scalar) writeonly buffer OwnLights { ItemLight own_lights[]; };
-layout(set = 0, binding = 57, scalar) readonly buffer ItemLobes { uvec2 item_lobes[]; };
-layout(set = 0, binding = 59, scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
+layout(scalar) writeonly buffer OwnLights { ItemLight own_lights[]; };
+layout(scalar) readonly buffer ItemLobes { uvec2 item_lobes[]; };
+layout(scalar) writeonly buffer SeenLobes { uvec2 seen_lobes[]; };
 #endif
 
 #include "ground/boxes.glsl"
@@ -53,7 +54,8 @@ Plane plane_of(uint item) {
     uint triangle = list_items[item].triangle;
     Box box = box_of(list_items[item].voxel);
     vec3 a = in_box(box, triangles[triangle].corners[0]);
-    vec3 n = triangle_normal(a, in_box(box, triangles[triangle].corners[1]), in_box(box, triangles[triangle].corners[2]));
+    vec3 n =
+        triangle_normal(a, in_box(box, triangles[triangle].corners[1]), in_box(box, triangles[triangle].corners[2]));
     COUNT(LIST_ITEMS, 1u);
     COUNT(CORNERS, 3u);
     COUNT(WORDS, 1u);
@@ -69,14 +71,15 @@ bool undivided(Box box, ivec3 voxel) {
     return head == 0u ? !is_covered(box, voxel) : item_parts[item_parts[head - 1u].lit_by].alone != 0u;
 }
 
-// Whether that holds for every voxel on the way from one point to another, up to two voxels away along two axes: a slanting plane passes
-// through others between.
+// Whether that holds for every voxel on the way from one point to another, up to two voxels away along two axes: a
+// slanting plane passes through others between.
 bool undivided_between(Box box, vec3 from, vec3 to) {
     vec3 d = to - from;
     ivec3 voxel = ivec3(floor(from));
     ivec3 last = ivec3(floor(to));
     ivec3 way = ivec3(sign(d));
-    vec3 next = mix((vec3(voxel) + max(sign(d), 0.0) - from) / d, vec3(1e30), equal(d, vec3(0.0))); // where each axis crosses
+    // Where each axis crosses.
+    vec3 next = mix((vec3(voxel) + max(sign(d), 0.0) - from) / d, vec3(1e30), equal(d, vec3(0.0)));
     bool free = true;
     for (uint i = 0u; i < 8u && free && voxel != last; i++) {
         free = undivided(box, voxel);
@@ -123,7 +126,8 @@ void main() {
                 vec3 middle = vec3(voxel) + 0.5;
                 float apart = abs(dot(own.normal, middle) - own.offset - dot(other.normal, middle) + other.offset);
                 float height = floor(here[axis]);
-                bool level = height == floor(center[axis]) && height == float(voxel[axis]) && near; // nothing lies between
+                // Nothing lies between.
+                bool level = height == floor(center[axis]) && height == float(voxel[axis]) && near;
                 bool same = other.facing == own.facing && other.material == own.material && apart < SAME_PLANE;
                 if (same && (level || undivided_between(box, here, there))) {
                     COUNT(WORDS, 8u);

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// What the lit items send, summed up over blocks of each box in whole numbers, so that no order shows: feedback has settled once
-// these sums stay. A thread per lit item.
+// What the lit items send, summed up over blocks of each box in whole numbers, so that no order shows: feedback has
+// settled once these sums stay. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"
@@ -13,10 +13,10 @@ const float UNITS = 64.0; // per unit of stored radiance on a voxel's face
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 3, scalar) readonly buffer ListItems { ListItem list_items[]; };
-layout(set = 0, binding = 24, scalar) readonly buffer LitItems { uint lit_items[]; };
-layout(set = 0, binding = 29, scalar) readonly buffer SeenLights { ItemLight seen_lights[]; };
-layout(set = 0, binding = 36, scalar) buffer LightSums { uvec2 light_sums[]; }; // low word, high word
+layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+layout(scalar) readonly buffer LitItems { uint lit_items[]; };
+layout(scalar) readonly buffer SeenLights { ItemLight seen_lights[]; };
+layout(scalar) buffer LightSums { uvec2 light_sums[]; }; // low word, high word
 
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;
@@ -28,7 +28,8 @@ void main() {
         COUNT(WORDS, 9u);
         COUNT(LIST_ITEMS, 1u);
         float sent = dot(light.front + light.back, vec3(light.opacity * light.area));
-        uint units = uint(min(sent * UNITS / float(1u << 4u * number), 4.2e9)); // a smaller voxel's face counts as much less
+        // A smaller voxel's face counts as much less.
+        uint units = uint(min(sent * UNITS / float(1u << 4u * number), 4.2e9));
         uint place = block.x + BLOCKS * (block.y + BLOCKS * block.z);
         if (atomicAdd(light_sums[place].x, units) + units < units) {
             atomicAdd(light_sums[place].y, 1u);

@@ -1,5 +1,7 @@
-// A voxel from what its list's items send: premultiplied stored radiance and alpha for travellers along +x +y +z −x −y −z, and
-// on average. With `uniform` and `front` a triangle is shaded once, for its front; the others tell a triangle's sides apart. CPU twin: tests/twins/shade.rs.
+// A voxel from what its list's items send: premultiplied stored radiance and alpha for travellers along +x +y +z −x −y
+// −z, and on average. With `uniform` and `front` a triangle is shaded once, for its front; the others tell a triangle's
+// sides apart. CPU twin: tests/twins/shade.rs.
+//! given const uint FILL = 3u;
 
 #include "common/color.glsl"
 #include "common/fixed_sum.glsl"
@@ -51,7 +53,9 @@ vec4[7] filled(Filling f) {
     vec4 faces[7];
     for (int k = 0; k < 7; k++) {
         vec4 sum = fixed_value(f.sums[k]);
-        faces[k] = TAKES_MEANS ? sum / float(max(f.count, 1u)) : sum.a > 0.0 ? sum * (min(sum.a, 1.0) / sum.a) : vec4(0.0);
+        faces[k] = TAKES_MEANS ? sum / float(max(f.count, 1u))
+            : sum.a > 0.0      ? sum * (min(sum.a, 1.0) / sum.a)
+                               : vec4(0.0);
     }
     return faces;
 }

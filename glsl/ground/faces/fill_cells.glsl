@@ -1,4 +1,5 @@
 // Fills the occupied voxels, a thread each, with what light_items.glsl left of their lists.
+//! given const uint FILL = 3u;
 
 #include "common/triangle_box.glsl"
 #include "common/color.glsl"
@@ -8,8 +9,8 @@
 #include "ground/faces/store.glsl"
 #include "ground/faces/fill.glsl"
 
-layout(set = 0, binding = 22, scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
-layout(set = 0, binding = 23, scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
+layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
+layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 
 ItemLight light_of(uint item) {
     if (LIT != LIT_ALIKE) {

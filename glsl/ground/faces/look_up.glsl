@@ -1,15 +1,16 @@
-// The seven faces of a volume: what is seen along a ray that travels along +x +y +z −x −y −z, and the isotropic average.
+// The seven faces of a volume: what is seen along a ray that travels along +x +y +z −x −y −z, and the isotropic
+// average.
 
 #include "common/count.glsl"
 #include "ground/constants.glsl"
 
-layout(set = 0, binding = 40) uniform sampler3D volume_0;
-layout(set = 0, binding = 41) uniform sampler3D volume_1;
-layout(set = 0, binding = 42) uniform sampler3D volume_2;
-layout(set = 0, binding = 43) uniform sampler3D volume_3;
-layout(set = 0, binding = 44) uniform sampler3D volume_4;
-layout(set = 0, binding = 45) uniform sampler3D volume_5;
-layout(set = 0, binding = 46) uniform sampler3D volume_6;
+uniform sampler3D volume_0;
+uniform sampler3D volume_1;
+uniform sampler3D volume_2;
+uniform sampler3D volume_3;
+uniform sampler3D volume_4;
+uniform sampler3D volume_5;
+uniform sampler3D volume_6;
 
 // The three faces that are seen along some direction.
 struct Faces {

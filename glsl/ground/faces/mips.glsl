@@ -3,13 +3,13 @@
 #include "common/count.glsl"
 
 // The level below, one view per face.
-layout(set = 0, binding = 0) uniform sampler3D source_0;
-layout(set = 0, binding = 1) uniform sampler3D source_1;
-layout(set = 0, binding = 2) uniform sampler3D source_2;
-layout(set = 0, binding = 3) uniform sampler3D source_3;
-layout(set = 0, binding = 4) uniform sampler3D source_4;
-layout(set = 0, binding = 5) uniform sampler3D source_5;
-layout(set = 0, binding = 6) uniform sampler3D source_6;
+uniform sampler3D source_0;
+uniform sampler3D source_1;
+uniform sampler3D source_2;
+uniform sampler3D source_3;
+uniform sampler3D source_4;
+uniform sampler3D source_5;
+uniform sampler3D source_6;
 
 vec4 under(vec4 front, vec4 back) {
     return front + (1.0 - front.a) * back;

@@ -1,4 +1,5 @@
-// Mips, a thread per parent of an occupied cell. The includer defines `vec4[7] mip_faces(ivec3 corner)`.
+// Mips, a thread per parent of an occupied cell.
+//! given vec4[7] mip_faces(ivec3 corner) { vec4 faces[7]; return faces; }
 
 #include "ground/cells.glsl"
 #include "ground/faces/store.glsl"

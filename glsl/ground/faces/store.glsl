@@ -1,12 +1,12 @@
 // The seven images of one level, to be written.
 
-layout(set = 0, binding = 47, rgba16f) writeonly uniform image3D faces_0;
-layout(set = 0, binding = 48, rgba16f) writeonly uniform image3D faces_1;
-layout(set = 0, binding = 49, rgba16f) writeonly uniform image3D faces_2;
-layout(set = 0, binding = 50, rgba16f) writeonly uniform image3D faces_3;
-layout(set = 0, binding = 51, rgba16f) writeonly uniform image3D faces_4;
-layout(set = 0, binding = 52, rgba16f) writeonly uniform image3D faces_5;
-layout(set = 0, binding = 53, rgba16f) writeonly uniform image3D faces_6;
+layout(rgba16f) writeonly uniform image3D faces_0;
+layout(rgba16f) writeonly uniform image3D faces_1;
+layout(rgba16f) writeonly uniform image3D faces_2;
+layout(rgba16f) writeonly uniform image3D faces_3;
+layout(rgba16f) writeonly uniform image3D faces_4;
+layout(rgba16f) writeonly uniform image3D faces_5;
+layout(rgba16f) writeonly uniform image3D faces_6;
 
 void store_faces(uvec3 voxel, vec4 faces[7]) {
     imageStore(faces_0, ivec3(voxel), faces[0]);

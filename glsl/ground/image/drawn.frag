@@ -14,7 +14,8 @@ layout(push_constant) uniform Push {
 #include "ground/image/shade.glsl"
 
 layout(early_fragment_tests) in; // depth is there already
-layout(post_depth_coverage) in; // a sample that a nearer surface hides may lie beyond a wall; left out where a device lacks it
+// A sample that a nearer surface hides may lie beyond a wall; left out where a device lacks it.
+layout(post_depth_coverage) in;
 
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_back;

@@ -12,10 +12,10 @@
 layout(local_size_x = 64) in;
 
 #ifdef MULTISAMPLED
-layout(set = 0, binding = 66) uniform usampler2DMS seen;
+uniform usampler2DMS seen;
 const uint SAMPLES = 4u;
 #else
-layout(set = 0, binding = 66) uniform usampler2D seen;
+uniform usampler2D seen;
 const uint SAMPLES = 1u;
 #endif
 
@@ -30,7 +30,8 @@ void main() {
 #else
     uint width = uint(textureSize(seen, 0).x);
 #endif
-    for (uint place = push.first + gl_GlobalInvocationID.x; place < push.end; place += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
+    for (uint place = push.first + gl_GlobalInvocationID.x; place < push.end;
+         place += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         ivec2 at = ivec2(place % width, place / width);
         uint ids[SAMPLES];
         for (uint i = 0u; i < SAMPLES; i++) {

@@ -1,5 +1,6 @@
-// What is seen in a pixel, an entry per triangle: listed apart from where it lies in the image, so that one fragment is shaded beside
-// another however small triangles are. The pass that lists them defines LISTS_FRAGMENTS.
+// What is seen in a pixel, an entry per triangle: listed apart from where it lies in the image, so that one fragment is
+// shaded beside another however small triangles are. The pass that lists them defines LISTS_FRAGMENTS.
+//! with LISTS_FRAGMENTS
 
 struct Fragment {
     uint place; // of the pixel in its band, row by row; above, the samples that see the triangle
@@ -21,9 +22,9 @@ layout(push_constant) uniform Push {
 } push;
 #endif
 
-layout(set = 0, binding = 68, scalar) FRAGMENTS_ACCESS buffer Fragments {
+layout(scalar) FRAGMENTS_ACCESS buffer Fragments {
     uint fragment_count;
     Fragment fragments[];
 };
 // Per pixel of the band: where its fragments begin, and below that how many there are.
-layout(set = 0, binding = 69, scalar) FRAGMENTS_ACCESS buffer PixelFragments { uint pixel_fragments[]; };
+layout(scalar) FRAGMENTS_ACCESS buffer PixelFragments { uint pixel_fragments[]; };

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! per method except none
-// Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own. The
-// pass share takes the mean over neighbours, the pass image brings it up to its pixels.
+// Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own.
+// The pass share takes the mean over neighbours, the pass image brings it up to its pixels.
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -17,7 +17,7 @@ layout(push_constant) uniform Push {
     uint first_row; // of the gathered pixels, at the top of this band
 } push;
 
-layout(set = 0, binding = 66) uniform usampler2D seen; // visibility buffer of the band's gathered pixels
+uniform usampler2D seen; // visibility buffer of the band's gathered pixels
 
 layout(location = 0) out vec4 out_surface; // position, voxels; packed normal, −1 where nothing gathers
 layout(location = 1) out vec4 out_light; // E/π in stored radiance; open share of the hemisphere
@@ -45,7 +45,8 @@ void main() {
         vec2 size = gathered_pixel();
         vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
         PlaceOnTriangle middle = place_on_triangle((vec2(place.xy) + 0.5) * size, size, t, facet);
-        Surface s = evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
+        Surface s =
+            evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
         // Metals, glass and unlit surfaces gather nothing.
         for (uint k = 0u; k < (scatters(s) ? 1u : 0u); k++) {

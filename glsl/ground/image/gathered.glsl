@@ -1,4 +1,8 @@
 // What the passes gather and share found, brought up to the image. Needs: push.first_row.
+//! fragment
+//! with GATHERED
+//! with METHOD_GATHERS_LOBES
+//! given layout(push_constant) uniform Push { uint first_row; } push;
 
 #include "ground/image/likeness.glsl"
 #include "ground/lamp_light.glsl"
@@ -15,13 +19,13 @@ Gathered nothing_gathered() {
 }
 
 #ifdef GATHERED
-layout(set = 0, binding = 25) uniform sampler2D shared_light;
-layout(set = 0, binding = 27) uniform sampler2D shared_lamps; // stored radiance, diffuse and specular
-layout(set = 0, binding = 28) uniform sampler2D shared_lamps_specular;
+uniform sampler2D shared_light;
+uniform sampler2D shared_lamps; // stored radiance, diffuse and specular
+uniform sampler2D shared_lamps_specular;
 #ifdef METHOD_GATHERS_LOBES
-layout(set = 0, binding = 58) uniform sampler2D shared_mirrored;
+uniform sampler2D shared_mirrored;
 #endif
-layout(set = 0, binding = 26) uniform sampler2D surfaces; // position, packed normal
+uniform sampler2D surfaces; // position, packed normal
 
 const float LEAST_LIKENESS = 1e-3;
 // Gathered pixels beyond the four about a pixel that are looked at where none of these shows its surface.
@@ -29,8 +33,9 @@ const int WIDER = 2;
 // Rows that a band gathers above and below its own, so that no neighbour is missing.
 const uint GATHER_MARGIN = INTERLEAVE / 2u + 1u + uint(WIDER);
 
-// The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these show others, of
-// those about them. At edges and among small triangles that is less noise than a few rays of the pixel's own, and cheaper.
+// The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these
+// show others, of those about them. At edges and among small triangles that is less noise than a few rays of the
+// pixel's own, and cheaper.
 Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     uvec2 image = uvec2(frame.image_size);
     ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);

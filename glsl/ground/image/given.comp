@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! per method
-// Given: the light of surfaces that a host drew itself: Lambertian ones, each known by its depth, its normal and its albedo. They are
-// lit by the scene, and are not a part of it. Writes radiance; alpha is 1 where there is a surface.
+// Given: the light of surfaces that a host drew itself: Lambertian ones, each known by its depth, its normal and its
+// albedo. They are lit by the scene, and are not a part of it. Writes radiance; alpha is 1 where there is a surface.
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -13,11 +13,11 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 61) uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR where there is nothing
-layout(set = 0, binding = 62) uniform sampler2D given_normal;
-layout(set = 0, binding = 63) uniform sampler2D given_albedo;
-layout(set = 0, binding = 64, rgba32f) writeonly uniform image2D given_direct;
-layout(set = 0, binding = 65, rgba32f) writeonly uniform image2D given_indirect;
+uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR where there is nothing
+uniform sampler2D given_normal;
+uniform sampler2D given_albedo;
+layout(rgba32f) writeonly uniform image2D given_direct;
+layout(rgba32f) writeonly uniform image2D given_indirect;
 
 const float FAR = 1e30; // and above
 

@@ -4,7 +4,8 @@
 //! per method
 //! with GATHERED except none
 //! with AOVS
-// Image: shades the listed fragments of some rows, packed one beside the other; the pass spread puts them where they are seen.
+// Image: shades the listed fragments of some rows, packed one beside the other; the pass spread puts them where they
+// are seen.
 
 #include "ground/image/fragments.glsl"
 

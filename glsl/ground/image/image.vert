@@ -8,13 +8,11 @@
 #include "common/triangle_box.glsl"
 #include "common/count.glsl"
 
-layout(constant_id = 9) const uint BLENDED = 0u; // 1: draws the blended triangles, back to front
-
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer Materials { Material materials[]; };
-layout(set = 0, binding = 14, scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place in the buffer
-layout(set = 0, binding = 15, scalar) readonly buffer Order { uint order[]; }; // sources, back to front
+#include "ground/frame.glsl"
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar) readonly buffer Materials { Material materials[]; };
+layout(scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place in the buffer
+layout(scalar) readonly buffer Order { uint order[]; }; // sources, back to front
 
 layout(location = 0) flat out uint out_triangle;
 layout(location = 1) flat out uint out_back;
@@ -36,6 +34,6 @@ void main() {
     uint flags = materials[triangles[out_triangle].material].flags;
     bool hidden = place >= uint(triangles.length()) || (out_back != 0u && (flags & MATERIAL_DOUBLE_SIDED) == 0u)
         || ((flags & MATERIAL_BLEND) != 0u) != (BLENDED != 0u);
-    gl_Position = hidden ? vec4(0.0, 0.0, 0.0, 1.0)
-                         : frame.clip_from_voxel * vec4(triangles[out_triangle].corners[corner], 1.0);
+    gl_Position =
+        hidden ? vec4(0.0, 0.0, 0.0, 1.0) : frame.clip_from_voxel * vec4(triangles[out_triangle].corners[corner], 1.0);
 }

@@ -17,8 +17,8 @@ float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
     return facing * facing * near * max(1.0 - off_plane / SHARED_PLANE, 0.0);
 }
 
-// A unit vector in 24 bits, exact as a float: an octahedron's map (Cigolle et al., "A Survey of Efficient Representations
-// for Independent Unit Vectors", JCGT 2014).
+// A unit vector in 24 bits, exact as a float: an octahedron's map (Cigolle et al., "A Survey of Efficient
+// Representations for Independent Unit Vectors", JCGT 2014).
 float pack_normal(vec3 n) {
     vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
     vec2 folded = (1.0 - abs(p.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(p, vec2(0.0)));

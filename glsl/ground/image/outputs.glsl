@@ -1,4 +1,6 @@
 // Of the image and its further layers.
+//! fragment
+//! with AOVS
 
 layout(location = 0) out vec4 out_beauty;
 #ifdef AOVS

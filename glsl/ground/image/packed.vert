@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// A triangle whose lower edge ends the rows that listed fragments fill; it reaches far beyond the target's other three sides.
+// A triangle whose lower edge ends the rows that listed fragments fill; it reaches far beyond the target's other three
+// sides.
 
 #include "ground/image/fragments.glsl"
 

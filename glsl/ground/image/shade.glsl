@@ -1,5 +1,10 @@
-// Shades what a pixel sees of a triangle: direct light at every sample that sees it and, once, what the method looks up. With
-// GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row.
+// Shades what a pixel sees of a triangle: direct light at every sample that sees it and, once, what the method looks
+// up. With GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row.
+//! fragment
+//! per method
+//! with GATHERED except none
+//! with AOVS
+//! given layout(push_constant) uniform Push { uint first_row; } push;
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -22,8 +27,8 @@ struct Shown {
 #endif
 };
 
-// Light that arrives without a bounce, averaged over the covered samples or from the surface's point. `through_share`: what
-// Fresnel and layers leave of what is scattered to the far side.
+// Light that arrives without a bounce, averaged over the covered samples or from the surface's point. `through_share`:
+// what Fresnel and layers leave of what is scattered to the far side.
 vec3 lights_directly(Surface s, vec3 a, uvec2 pixel, uint covered, float through_share) {
     vec3 sum = vec3(0.0);
     covered = feature(FEATURE_DIRECT_PER_PIXEL) ? 1u : covered;
@@ -31,7 +36,8 @@ vec3 lights_directly(Surface s, vec3 a, uvec2 pixel, uint covered, float through
     uint part = 0u;
     for (uint left = covered; left != 0u; left &= left - 1u) {
         uint i = uint(findLSB(left));
-        vec3 position = feature(FEATURE_DIRECT_PER_PIXEL) ? s.position : seen_point(vec2(pixel) + sample_place(i), a, s.facet);
+        vec3 position =
+            feature(FEATURE_DIRECT_PER_PIXEL) ? s.position : seen_point(vec2(pixel) + sample_place(i), a, s.facet);
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - position);
         for (uint k = 0u; k < frame.light_count; k++) {
             LightSample to = sample_light(lights[k], position, frame.voxel_m);
@@ -56,8 +62,8 @@ float normal_bend(Attributes attributes, PlaceOnTriangle at) {
     return 0.5 * max(length(attributes.normals * at.across), length(attributes.normals * at.down));
 }
 
-// `pixel`: of the image. `covered`: its samples that see the triangle. All of them: its middle is shaded; else the middle of these, which
-// lies in the triangle as well.
+// `pixel`: of the image. `covered`: its samples that see the triangle. All of them: its middle is shaded; else the
+// middle of these, which lies in the triangle as well.
 Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     Triangle t = triangles[triangle];
     Attributes attributes = attributes_of(triangle);
@@ -93,9 +99,9 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
 #else
     Gathered gathered = nothing_gathered();
 #endif
-    // A surface of which no gathered pixel shows anything looks up for itself, and so does every far side: that is not gathered
-    // with neighbours, so it takes all directions that these would have. Loops, which a CPU device leaves early, name each
-    // look-up once: drivers copy it into every place that calls it.
+    // A surface of which no gathered pixel shows anything looks up for itself, and so does every far side: that is not
+    // gathered with neighbours, so it takes all directions that these would have. Loops, which a CPU device leaves
+    // early, name each look-up once: drivers copy it into every place that calls it.
     Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
     uint near = lit && !gathered.found ? 1u : 0u;
     uint far = lit && sends_through(s) ? 1u : 0u;
@@ -146,7 +152,8 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
             if (layer > 0u) {
                 glossy = coat_of(s);
                 seen = coat_viewed(viewed);
-                seen.gathered = seen.lobes.specular * gathered.light.rgb; // what is mirrored was gathered for what lies under it
+                // What is mirrored was gathered for what lies under it.
+                seen.gathered = seen.lobes.specular * gathered.light.rgb;
             }
             add_glossy(sent, glossy, seen);
         }

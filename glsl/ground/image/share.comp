@@ -8,22 +8,22 @@
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 
-layout(set = 0, binding = 9, scalar) readonly buffer FrameBuffer { Frame frame; };
+#include "ground/frame.glsl"
 
 #include "ground/image/likeness.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0) uniform sampler2D surfaces;
-layout(set = 0, binding = 1) uniform sampler2D light;
-layout(set = 0, binding = 2) uniform sampler2D lamps;
-layout(set = 0, binding = 3) uniform sampler2D lamps_specular;
-layout(set = 0, binding = 4, rgba16f) writeonly uniform image2D shared_light;
-layout(set = 0, binding = 5, rgba16f) writeonly uniform image2D shared_lamps;
-layout(set = 0, binding = 6, rgba16f) writeonly uniform image2D shared_lamps_specular;
+uniform sampler2D surfaces;
+uniform sampler2D light;
+uniform sampler2D lamps;
+uniform sampler2D lamps_specular;
+layout(rgba16f) writeonly uniform image2D shared_light;
+layout(rgba16f) writeonly uniform image2D shared_lamps;
+layout(rgba16f) writeonly uniform image2D shared_lamps_specular;
 #ifdef LOBES
-layout(set = 0, binding = 7) uniform sampler2D mirrored;
-layout(set = 0, binding = 8, rgba16f) writeonly uniform image2D shared_mirrored;
+uniform sampler2D mirrored;
+layout(rgba16f) writeonly uniform image2D shared_mirrored;
 #endif
 
 layout(push_constant) uniform Push {
@@ -50,7 +50,8 @@ void main() {
             vec4 there = texelFetch(surfaces, clamp(to, ivec2(0), size - 1), 0);
             bool counts = all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size)) && there.w >= 0.0;
             float border = (abs(x) == reach ? 0.5 : 1.0) * (abs(y) == reach ? 0.5 : 1.0);
-            float weight = counts ? border * likeness(here.xyz, normal, there.xyz, unpack_normal(max(there.w, 0.0))) : 0.0;
+            float weight =
+                counts ? border * likeness(here.xyz, normal, there.xyz, unpack_normal(max(there.w, 0.0))) : 0.0;
             to = clamp(to, ivec2(0), size - 1);
             sum += weight * texelFetch(light, to, 0);
             if (LAMPS == LAMPS_SAMPLED) {

@@ -2,15 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with AOVS
-// Sky: what shows where there is no surface, if it is not the same all around. The other layers as where a target is cleared.
-#include "ground/layout.glsl"
-#include "ground/constants.glsl"
-
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer {
-    Frame frame;
-    uint sky_words[];
-};
-#define SKY_MAPS
+// Sky: what shows where there is no surface, if it is not the same all around. The other layers as where a target is
+// cleared.
 
 #include "ground/sky.glsl"
 

@@ -4,7 +4,7 @@
 // Sky: one triangle over the whole image, as far away as can be.
 #include "ground/layout.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer FrameBuffer { Frame frame; };
+#include "ground/frame.glsl"
 
 layout(location = 0) out vec3 out_way;
 

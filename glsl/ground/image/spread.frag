@@ -10,9 +10,9 @@
 #include "ground/image/outputs.glsl"
 
 #ifdef AOVS
-layout(set = 0, binding = 67) uniform sampler2D shaded[6];
+uniform sampler2D shaded[6];
 #else
-layout(set = 0, binding = 67) uniform sampler2D shaded[1];
+uniform sampler2D shaded[1];
 #endif
 
 layout(location = 0) flat in uint in_instance; // which of the pixel's fragments

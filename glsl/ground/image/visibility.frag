@@ -3,13 +3,14 @@
 #extension GL_EXT_scalar_block_layout : require
 //! with MASKED
 //! with GATHERED
-// Which triangle every sample of the image, or with GATHERED every gathered pixel, sees: a visibility buffer (Burns and Hunt, JCGT
-// 2013). With MASKED, alpha masks leave holes.
+// Which triangle every sample of the image, or with GATHERED every gathered pixel, sees: a visibility buffer (Burns and
+// Hunt, JCGT 2013). With MASKED, alpha masks leave holes.
 
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_back;
 
-layout(location = 0) out uint out_seen; // 1 + 2 × the triangle's place among those recorded + whether it is seen from behind
+// 1 + 2 × the triangle's place among those recorded + whether it is seen from behind.
+layout(location = 0) out uint out_seen;
 
 #ifdef MASKED
 #include "ground/image/seen.glsl"
@@ -39,7 +40,8 @@ uint unmasked(Triangle t, Attributes attributes) {
     uint drawn = frame.samples == 1u ? 1u : uint(gl_SampleMaskIn[0]);
     uint kept = 0u;
     for (uint i = 0u; i < frame.samples; i++) {
-        bool passes = (drawn & (1u << i)) != 0u && passes_mask(pixel + sample_place(i), t, facet, attributes, footprint);
+        bool passes =
+            (drawn & (1u << i)) != 0u && passes_mask(pixel + sample_place(i), t, facet, attributes, footprint);
         kept |= passes ? 1u << i : 0u;
     }
     return kept;

@@ -3,6 +3,7 @@
 use super::Settings;
 use super::choices::{Blend, ConeSet, Fill, Form, RoughnessFit, Weights};
 use crate::ground::layout::shared;
+use crate::vk::Constant;
 
 shared! {
     /// The uniform block. Lengths in voxels.
@@ -45,9 +46,9 @@ impl Cones {
     }
 }
 
-/// (constant, value), beside the ground's.
-pub fn constants(settings: &Settings) -> [(u32, u32); 8] {
-    let (set, count) = match (settings.set.cosine_count(), settings.set) {
+/// All constants that the method declares.
+pub fn constants(settings: &Settings) -> [Constant; 8] {
+    let (set, count): (u32, u32) = match (settings.set.cosine_count(), settings.set) {
         (Some(count), _) => (5, count),
         (_, ConeSet::Five) => (1, 5),
         (_, ConeSet::SixA) => (2, 6),
@@ -55,33 +56,33 @@ pub fn constants(settings: &Settings) -> [(u32, u32); 8] {
         (_, ConeSet::Sixteen) => (4, 16),
         (_, _) => (0, 1),
     };
-    let fill = match settings.fill {
+    let fill: u32 = match settings.fill {
         Fill::Uniform => 0,
         Fill::Facing => 1,
         Fill::Coverage => 2,
         Fill::Sided => 3,
         Fill::Front => 4,
     };
-    let weights = match settings.weights {
+    let weights: u32 = match settings.weights {
         Weights::D2 => 0,
         Weights::Norm1 => 1,
         Weights::Abs => 2,
         Weights::Extinction => 3,
     };
-    let fit = match settings.roughness_fit {
+    let fit: u32 = match settings.roughness_fit {
         RoughnessFit::Polynomial => 0,
         RoughnessFit::Power => 1,
         RoughnessFit::Linear => 2,
         RoughnessFit::Ggx => 3,
     };
     [
-        (32, set),
-        (33, count),
-        (34, fill),
-        (35, weights),
-        (36, u32::from(settings.blend == Blend::Sum)),
-        (37, fit),
-        (38, settings.ledger.printed_bits()),
-        (39, u32::from(settings.jitter) + 2 * u32::from(settings.shadow_jitter)),
+        ("CONE_SET", set.into()),
+        ("CONE_COUNT", count.into()),
+        ("FILL", fill.into()),
+        ("WEIGHTS", weights.into()),
+        ("BLEND", u32::from(settings.blend == Blend::Sum).into()),
+        ("ROUGHNESS_FIT", fit.into()),
+        ("PRINTED", settings.ledger.printed_bits().into()),
+        ("JITTER", (u32::from(settings.jitter) + 2 * u32::from(settings.shadow_jitter)).into()),
     ]
 }

@@ -10,7 +10,7 @@ use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{CellVolume, MipCells};
 use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
-use crate::vk::{Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
+use crate::vk::{Constant, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub enum Mips {
     Layered(Raster),
@@ -18,7 +18,7 @@ pub enum Mips {
 }
 
 impl Mips {
-    pub fn new(context: &Arc<Context>, passes: Passes, constants: &[(u32, u32)]) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, passes: Passes, constants: &[Constant]) -> Result<Self> {
         Ok(match passes {
             Passes::Layered => {
                 let desc = RasterDesc {

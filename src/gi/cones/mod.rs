@@ -15,11 +15,11 @@ use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{CellVolume, EmptyCells, FillDesc};
-use crate::ground::constants::{LAMP_POINTS, SHADOWS, SHADOWS_NONE, with};
+use crate::ground::constants::{SHADOWS_NONE, with};
 use crate::ground::faces::{FACES, FaceVolume};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{LampLight, Settings as AllSettings, Shadows};
-use crate::vk::{self, Bind, Buffer, ColorTarget, Recorder, RenderTarget};
+use crate::vk::{self, Bind, Buffer, ColorTarget, Constant, Recorder, RenderTarget};
 use choices::{Form, Passes};
 use mips::Mips;
 use shade::Shade;
@@ -39,7 +39,7 @@ pub struct Lighting {
     volumes: Vec<FaceVolume>,
     /// The uniform block.
     block: Buffer,
-    constants: [(u32, u32); 8],
+    constants: [Constant; 8],
 }
 
 impl Gi for Lighting {
@@ -72,9 +72,9 @@ impl Gi for Lighting {
         let own = &settings.of.cones;
         let constants = constants::constants(own);
         let voxels = with(crate::ground::constants::constants(settings, features), &constants);
-        let voxels = with(voxels, &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
+        let voxels = with(voxels, &[("LAMP_POINTS", settings.lights.voxel_lamp_points.into())]);
         // The talk's first bounce has no volume that could shadow it.
-        let unshadowed = with(voxels.clone(), &[(SHADOWS, SHADOWS_NONE)]);
+        let unshadowed = with(voxels.clone(), &[("SHADOWS", SHADOWS_NONE.into())]);
         let plain = if own.first_bounce_shadows { &voxels } else { &unshadowed };
         let shade = |BounceDesc { bounce, gathers, direct }| {
             let (label, constants) = (["shade 1", "shade 2"][bounce], if gathers { &voxels } else { plain });
@@ -110,7 +110,7 @@ impl Gi for Lighting {
         });
     }
 
-    fn constants(&self) -> &[(u32, u32)] {
+    fn constants(&self) -> &[Constant] {
         &self.constants
     }
 

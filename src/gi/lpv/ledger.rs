@@ -10,8 +10,8 @@ The method `lpv` follows a page of Doghramachi, \"Rasterized Voxel-Based Dynamic
 listing 7.3, the propagation of virtual point lights, and the first paragraph of section 7.3.4, which applies them. The second column \
 says what this page shows. The third says what it does not show: what the book and its author's other publications have, what Kaplanyan \
 and Dachsbacher have (\"Cascaded Light Propagation Volumes for Real-Time Indirect Illumination\", 2010), or how we read what is open. The \
-preset `lpv-printed` is both columns together, with eight steps. `tests/passes_lpv.rs` holds the steps against the listing, their twin and \
-numbers worked out by hand; `tests/lpv.rs` holds the image against the page's inputs and textures.
+preset `lpv-printed` is both columns together, with eight steps. `tests/device/passes_lpv.rs` holds the steps against the listing, their twin and \
+numbers worked out by hand; `tests/device/lpv.rs` holds the image against the page's inputs and textures.
 ";
 
 /// Lobes that pass on all of their light.

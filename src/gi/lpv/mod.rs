@@ -15,21 +15,19 @@ use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::{Error, Result};
 use crate::ground::Ground;
 use crate::ground::cells::LIT_COUNTS;
-use crate::ground::constants::{DIRECT, LAMP_POINTS, with};
+use crate::ground::constants::with;
 use crate::ground::grid::GridPlace;
 use crate::ground::layout::{CellCount, shared};
 use crate::ground::lists::Lists;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::Settings as AllSettings;
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Image, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Image, Recorder, ZoneKind};
 use field::{Field, FieldDesc};
 
 pub use settings::{Apply, Injection, KEYS, Lobe, Occlusion, Settings, Sum};
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 
-/// Constant: whether a pipeline is of the first step.
-const FIRST_STEP: u32 = 39;
 /// Threads of a workgroup of the passes over all cells, and of a step of beams.
 const GROUP: [u32; 3] = [4; 3];
 const BEAMS_GROUP: [u32; 3] = [16, 4, 1];
@@ -64,7 +62,7 @@ pub struct Lighting {
     sums: Vec<Field>,
     settings: Settings,
     base_edge: u32,
-    constants: Vec<(u32, u32)>,
+    constants: Vec<Constant>,
 }
 
 /// The pass that lights list items.
@@ -108,13 +106,13 @@ impl Gi for Lighting {
                 "lpv.occlusion = sh blocks lobes, not beams: set lpv.lobe to cosine, or lpv.occlusion to sheets or none".into(),
             ));
         }
-        let constants = own_constants(own);
+        let constants = constants(own);
         let items = with(crate::ground::constants::constants(settings, features), &constants);
-        let items = with(items, &[(LAMP_POINTS, settings.lights.voxel_lamp_points)]);
+        let items = with(items, &[("LAMP_POINTS", settings.lights.voxel_lamp_points.into())]);
         let compute = |label, shader, constants: &[_]| Compute::new(context, &ComputeDesc { label, shader, constants });
         let light = |BounceDesc { bounce, gathers, direct }| {
             let shader = if gathers { "gi/lpv/light.comp LOOK_UP" } else { "gi/lpv/light.comp" };
-            let pipeline = compute("light", shader, &with(items.clone(), &[(DIRECT, direct)]))?;
+            let pipeline = compute("light", shader, &with(items.clone(), &[("DIRECT", direct.into())]))?;
             Ok(Light { pipeline, bounce })
         };
         let [inject, propagate] = match own.lobe {
@@ -131,7 +129,7 @@ impl Gi for Lighting {
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
             inject: compute("inject", inject, &constants)?,
             passages: compute("passages", "gi/lpv/passages.comp", &constants)?,
-            first_step: compute("propagate", propagate, &with(constants.clone(), &[(FIRST_STEP, 1)]))?,
+            first_step: compute("propagate", propagate, &with(constants.clone(), &[("FIRST_STEP", true.into())]))?,
             propagate: compute("propagate", propagate, &constants)?,
             travelling: [Field::new(context, &travelling(own))?, Field::new(context, &travelling(own))?],
             blockers: buffer("blockers")?,
@@ -159,7 +157,7 @@ impl Gi for Lighting {
         self.light.each(&self.sums, update.history, |light, from, to| self.bounce(r, ground, (light, steps), (from, to)));
     }
 
-    fn constants(&self) -> &[(u32, u32)] {
+    fn constants(&self) -> &[Constant] {
         &self.constants
     }
 
@@ -272,26 +270,27 @@ fn sum_of<'a>(own: &Settings, label: &'a str) -> FieldDesc<'a> {
     FieldDesc { label, parts, edge: own.edge, grids: own.cascades }
 }
 
-/// Beside `first step`, the constants of `glsl/gi/lpv/constants.glsl`.
-fn own_constants(own: &Settings) -> Vec<(u32, u32)> {
-    let lobe = match own.lobe {
+/// All constants that the method declares.
+pub fn constants(own: &Settings) -> Vec<Constant> {
+    let lobe: u32 = match own.lobe {
         Lobe::Cosine => 0,
         Lobe::Beam => 1,
         Lobe::CosinePi => 2,
     };
-    let occlusion = match own.occlusion {
+    let occlusion: u32 = match own.occlusion {
         Occlusion::None => 0,
         Occlusion::Sh => 1,
         Occlusion::Sheets => 2,
     };
     vec![
-        (32, own.edge),
-        (33, own.cascades),
-        (34, lobe),
-        (35, occlusion),
-        (36, u32::from(own.sum == Sum::Apart)),
-        (37, u32::from(own.injection == Injection::Front)),
-        (38, u32::from(own.apply == Apply::Flux)),
-        (49, own.sharpness.to_bits()),
+        ("LPV_EDGE", own.edge.into()),
+        ("CASCADES", own.cascades.into()),
+        ("LOBE", lobe.into()),
+        ("OCCLUSION", occlusion.into()),
+        ("SUM", u32::from(own.sum == Sum::Apart).into()),
+        ("INJECTION", u32::from(own.injection == Injection::Front).into()),
+        ("APPLY", u32::from(own.apply == Apply::Flux).into()),
+        ("SHARPNESS", own.sharpness.into()),
+        ("FIRST_STEP", false.into()),
     ]
 }

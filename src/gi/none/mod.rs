@@ -7,7 +7,7 @@ use crate::Result;
 use crate::ground::Ground;
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{self, Key};
-use crate::vk::{Bind, Recorder};
+use crate::vk::{Bind, Constant, Recorder};
 
 /// The table `[none]`: empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -34,7 +34,7 @@ impl Gi for Lighting {
 
     fn update(&self, _: &mut Recorder, _: &Ground, _: &Update) {}
 
-    fn constants(&self) -> &[(u32, u32)] {
+    fn constants(&self) -> &[Constant] {
         &[]
     }
 

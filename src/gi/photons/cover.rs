@@ -8,9 +8,8 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::{SAMPLES, with};
 use crate::ground::voxelise::pushes;
-use crate::vk::{Context, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
+use crate::vk::{Constant, Context, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
 
 pub struct Cover {
     pipeline: Raster,
@@ -18,16 +17,16 @@ pub struct Cover {
 }
 
 impl Cover {
-    /// `samples`: per pixel, as many as the device has.
+    /// `samples`: per pixel, as many as the device has; `constants` have them too.
     ///
     /// # Errors
     /// A lost device.
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], samples: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, constants: &[Constant], samples: u32) -> Result<Self> {
         let desc = RasterDesc {
             label: "cover",
             vertex: "ground/voxelise_samples.vert",
             fragment: Some("gi/photons/cover.frag"),
-            constants: &with(constants.to_vec(), &[(SAMPLES, samples)]),
+            constants,
             samples,
             ..Default::default()
         };

@@ -20,7 +20,7 @@ cones start.
 Below is where the program does as the notes print, what of them is wrong, and what they leave open. Every row that changes an \
 image is a setting, measured on top of the preset `photons`. The preset `photons-printed` has all of these as printed; where the notes \
 leave something open (P12, P14, P18), it is as `photons`. Tests show that the printed form fails and the right one passes: \
-`tests/functions_photons.rs` for formulas, `tests/passes_photons.rs` for passes.
+`tests/device/functions_photons.rs` for formulas, `tests/device/passes_photons.rs` for passes.
 ";
 
 /// Composited with \"over\", as the notes do.

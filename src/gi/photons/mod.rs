@@ -17,12 +17,11 @@ use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{CellVolume, EmptyCells, FillCells, FillDesc, MipCells};
-use crate::ground::constants::{LAMP_POINTS, LIT, SAMPLES, with};
+use crate::ground::constants::{LIT_ALIKE, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::voxelise::samples_per_pixel;
 use crate::settings::Settings as AllSettings;
-use crate::vk::{Bind, Image, Recorder};
-use constants::DIFFUSE_CONES;
+use crate::vk::{Bind, Constant, Image, Recorder};
 use cover::Cover;
 pub use super::ledger::Form;
 pub use settings::{AoMultiplies, Composite, KEYS, Ledger, Opacity, Settings, Voxels};
@@ -31,7 +30,7 @@ pub use volume::PhotonVolume;
 pub const PASS_UNITS: &[(&str, PassUnit)] =
     &[("cover", PassUnit::WalkedItems), ("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 
-/// Of fill and mips: the map of what is sent, and opacity. `tests/passes_photons.rs` holds both.
+/// Of fill and mips: the map of what is sent, and opacity. `tests/device/passes_photons.rs` holds both.
 const PARTS: &[&str] = &["", " OPACITY"];
 
 pub struct Lighting {
@@ -42,7 +41,7 @@ pub struct Lighting {
     mips: MipCells,
     /// One per bounce.
     volumes: Vec<PhotonVolume>,
-    constants: Vec<(u32, u32)>,
+    constants: Vec<Constant>,
 }
 
 impl Gi for Lighting {
@@ -74,10 +73,10 @@ impl Gi for Lighting {
         let constants = constants::constants(own);
         let voxels = with(crate::ground::constants::constants(settings, features), &constants);
         let of_items = [
-            (DIFFUSE_CONES, own.bounce),
-            (SAMPLES, samples),
-            (LAMP_POINTS, settings.lights.voxel_lamp_points),
-            (LIT, 1),
+            ("DIFFUSE_CONES", own.bounce.into()),
+            ("SAMPLES", samples.into()),
+            ("LAMP_POINTS", settings.lights.voxel_lamp_points.into()),
+            ("LIT", LIT_ALIKE.into()),
         ];
         let voxels = with(voxels, &of_items);
         let shade = |BounceDesc { bounce, gathers, direct }| {
@@ -114,7 +113,7 @@ impl Gi for Lighting {
         });
     }
 
-    fn constants(&self) -> &[(u32, u32)] {
+    fn constants(&self) -> &[Constant] {
         &self.constants
     }
 

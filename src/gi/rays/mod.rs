@@ -12,18 +12,14 @@ use super::bounces::{BounceDesc, PerBounce};
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::{BOXES, DIRECT, LAMP_POINTS, LIT, constants, with};
+use crate::ground::constants::{LIT_ALIKE, constants, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Recorder, ZoneKind};
 
 pub use settings::{KEYS, Settings};
 
-/// Constants of `glsl/gi/rays/constants.glsl`.
-const DIFFUSE_RAYS: u32 = 32;
-const LOBE_RAYS: u32 = 33;
-const BOUNCES: u32 = 34;
-/// Value of [`BOUNCES`] for all: more than a ray meets.
+/// Value of the constant `BOUNCES` for all: more than a ray meets.
 const ALL_BOUNCES: u32 = 64;
 
 /// Sums that tell whether feedback has settled: of 4³ blocks of the grid, 64 bits each (`glsl/gi/rays/sums.comp`).
@@ -35,7 +31,7 @@ pub struct Lighting {
     light: PerBounce<Light>,
     share: Compute,
     feedback: Option<Feedback>,
-    constants: [(u32, u32); 4],
+    constants: [Constant; 4],
 }
 
 /// The pass that lights the items.
@@ -79,15 +75,19 @@ impl Gi for Lighting {
 
     fn new(maker: &Maker) -> Result<Self> {
         let Maker { context, settings, features, counts } = *maker;
-        let boxes = (BOXES, counts.lists[0].boxes);
         let own = &settings.of.rays;
-        let items = [(DIFFUSE_RAYS, own.bounce), (LAMP_POINTS, settings.lights.voxel_lamp_points), (LIT, 1), boxes];
-        let items = with(constants(settings, features), &items);
+        let look_up = look_up_constants(settings, counts.lists[0].boxes);
+        let of_items = [
+            ("DIFFUSE_RAYS", own.bounce.into()),
+            ("LAMP_POINTS", settings.lights.voxel_lamp_points.into()),
+            ("LIT", LIT_ALIKE.into()),
+        ];
+        let items = with(with(constants(settings, features), &look_up), &of_items);
         let compute = |label, shader, constants: &[_]| Compute::new(context, &ComputeDesc { label, shader, constants });
         let light = |BounceDesc { bounce, gathers, direct }| {
             let label = ["shade 1", "shade 2"][bounce];
             let shader = if gathers { "gi/rays/light.comp LOOK_UP" } else { "gi/rays/light.comp" };
-            Ok(Light { pipeline: compute(label, shader, &with(items.clone(), &[(DIRECT, direct)]))?, label })
+            Ok(Light { pipeline: compute(label, shader, &with(items.clone(), &[("DIRECT", direct.into())]))?, label })
         };
         let all = settings.bounces == Bounces::All;
         let share = if all { "gi/rays/share_items.comp FEEDBACK" } else { "gi/rays/share_items.comp" };
@@ -102,12 +102,7 @@ impl Gi for Lighting {
             share: compute("share items", share, &items)?,
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
             feedback: all.then(feedback).transpose()?,
-            constants: [
-                (DIFFUSE_RAYS, own.diffuse),
-                (LOBE_RAYS, own.glossy),
-                (BOUNCES, if all { ALL_BOUNCES } else { settings.bounces.volumes() }),
-                boxes,
-            ],
+            constants: look_up,
         })
     }
 
@@ -132,7 +127,7 @@ impl Gi for Lighting {
         }
     }
 
-    fn constants(&self) -> &[(u32, u32)] {
+    fn constants(&self) -> &[Constant] {
         &self.constants
     }
 
@@ -221,6 +216,18 @@ impl Feedback {
             over_lit_items(r, ground, &self.sum, binds);
         });
     }
+}
+
+/// All constants that the method declares, and the ground's `BOXES`.
+pub fn look_up_constants(settings: &AllSettings, boxes: u32) -> [Constant; 4] {
+    let own = &settings.of.rays;
+    let bounces = if settings.bounces == Bounces::All { ALL_BOUNCES } else { settings.bounces.volumes() };
+    [
+        ("DIFFUSE_RAYS", own.diffuse.into()),
+        ("LOBE_RAYS", own.glossy.into()),
+        ("BOUNCES", bounces.into()),
+        ("BOXES", boxes.into()),
+    ]
 }
 
 /// A thread per lit item. `binds`: besides the lists of items and their light.

@@ -12,13 +12,14 @@ pub mod visibility;
 use std::sync::Arc;
 
 use super::Ground;
-use super::constants::{BLENDED, Features, with};
+use super::constants::{Features, with};
 use super::layout::BandPush;
 use crate::Result;
 use crate::scene::Scene;
 use crate::settings::ImageSettings;
 use crate::vk::{
-    Bind, Blend, CompareOp, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget, ZoneKind,
+    Bind, Blend, CompareOp, Constant, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget,
+    ZoneKind,
 };
 use fragments::{Fragments, Part};
 use gather::Gather;
@@ -55,7 +56,7 @@ pub struct ImagePassDesc<'a> {
     /// and what it finds for rough lobes beside it.
     pub lobes: bool,
     /// All constants of the shaders.
-    pub constants: &'a [(u32, u32)],
+    pub constants: &'a [Constant],
 }
 
 impl ImagePass {
@@ -85,7 +86,7 @@ impl ImagePass {
             Opaque::Drawn(Raster::new(context, &drawn)?)
         };
         let size = (target.width, target.shape().band_rows(), settings.samples);
-        let with_blending = with(constants.to_vec(), &[(BLENDED, 1)]);
+        let with_blending = with(constants.to_vec(), &[("BLENDED", 1u32.into())]);
         let blended = RasterDesc {
             label: "image blended",
             fragment: Some(&blended_fragment),

@@ -1,6 +1,6 @@
 //! Tree: boxes about the recorded triangles, for rays. Which triangles stand together is found once ([`groups`]); only the tree over
 //! the groups is made anew with every record. Boxes are put about the triangles as they were recorded, wherever those have moved.
-//! Reads: triangles, slots. Writes: tree links (of the tree over the groups), tree boxes. Held by `tests/passes_tree.rs`.
+//! Reads: triangles, slots. Writes: tree links (of the tree over the groups), tree boxes. Held by `tests/device/passes_tree.rs`.
 
 pub mod groups;
 pub mod links;
@@ -14,7 +14,7 @@ use super::Ground;
 use super::memory_plan::MemoryRow;
 use crate::Result;
 use crate::scene::Pose;
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorder, ZoneKind, upload_into};
+use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind, upload_into};
 use groups::{SceneTrees, TreeSize};
 use links::WORDS;
 
@@ -48,7 +48,7 @@ const MOST_GROUPS: usize = 65535;
 
 impl Tree {
     /// `trees`: none where nothing traces rays; the buffers then are there to be bound.
-    pub fn new(context: &Arc<Context>, constants: &[(u32, u32)], trees: Option<Arc<SceneTrees>>) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, constants: &[Constant], trees: Option<Arc<SceneTrees>>) -> Result<Self> {
         let size = trees.as_ref().map_or(TreeSize::default(), |trees| trees.size());
         let [(_, links), (_, boxes)] = size.plan()[..] else { unreachable!("two buffers") };
         let mut tree = Self {

@@ -2,9 +2,10 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with LOOK_UP
-// The work of shade.frag in a dispatch, a thread per voxel of the whole grid: `examples/layers.rs` holds layers against it.
+// The work of shade.frag in a dispatch, a thread per voxel of the whole grid: `examples/layers.rs` holds layers against
+// it.
 
-layout(local_size_x_id = 60, local_size_y_id = 61, local_size_z_id = 62) in;
+layout(local_size_x_id, local_size_y_id, local_size_z_id) in;
 
 #include "gi/cones/shade_voxel.glsl"
 #include "ground/faces/store.glsl"

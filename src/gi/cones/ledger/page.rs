@@ -71,7 +71,7 @@ pub struct Measurements {
 
 const HEAD: &str = "# The ledger of the printed listings
 
-Written by `twobounce ledger`; `tests/ledger_formulas.rs` holds, for each row with a formula, a test that the printed form
+Written by `twobounce ledger`; `tests/values/ledger_formulas.rs` holds, for each row with a formula, a test that the printed form
 fails and the right form passes. The preset `printed` has every row as printed that can run so: D9 and D14 need what the slides leave
 out, D24 has one form, and every cone ends after 2048 steps. `corrected` is `printed` with every row right but D20 and D29, which it
 keeps, and nothing else changed; `corrected-16` takes the printed set of sixteen diffuse cones instead of five. Each row that changes
@@ -100,7 +100,7 @@ Errors of the indirect light on diffuse surfaces against path-traced light of tw
 `lights.shadows=rays lights.lamps=sampled`, 64³ voxels, references with 2.5 % noise). The stairs were tuned on by nobody.
 
 The set of five is the limit, not the fill. Its cones are 90° wide, and with `uniform` every voxel of a wall is seen from all sides.
-Over a wall of an empty room at 128³, 81 to 89 % of what the five cones collect is that wall itself (`tests/ledger_formulas.rs`).
+Over a wall of an empty room at 128³, 81 to 89 % of what the five cones collect is that wall itself (`tests/values/ledger_formulas.rs`).
 Bright walls light themselves, dark walls darken themselves, and the sum of both may look right. The cones of the set of sixteen are
 35° wide: 37 to 48 % of what they collect is the wall that they leave.
 

@@ -1,5 +1,5 @@
 //! The decoders against streams of meshoptimizer's encoder and what its own decoder makes of them
-//! (`tests/gltf/compressed/make.mjs`), and against damaged ones.
+//! (`tests/values/gltf/compressed/make.mjs`), and against damaged ones.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -9,7 +9,7 @@ use super::Compressed;
 
 /// All streams: how each is compressed, its bytes, and what is known of its content.
 fn streams() -> Vec<(Compressed, Vec<u8>, Value)> {
-    let text = include_str!("../../../../tests/gltf/compressed/streams.json");
+    let text = include_str!("../../../../tests/values/gltf/compressed/streams.json");
     let list: Vec<Value> = serde_json::from_str(text).unwrap();
     let read = |mut stream: Value| {
         (stream["buffer"], stream["byteLength"]) = (json!(0), json!(0));

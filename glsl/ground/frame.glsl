@@ -1,0 +1,8 @@
+// What is the same for a whole frame, and behind it the map of the sky.
+
+#include "ground/layout.glsl"
+
+layout(scalar) readonly buffer FrameBuffer {
+    Frame frame;
+    uint sky_words[]; // texels of the sky's map and of its levels
+};

@@ -1,0 +1,23 @@
+//! The program as its users run it: flags, files, output, exit codes. Every test starts `twobounce` as a process.
+
+mod cli_common;
+
+mod arguments;
+mod bombs;
+mod chart;
+mod chart_rounds;
+mod demo;
+mod host_example;
+mod machines;
+mod new_method;
+mod outputs;
+mod plan;
+mod profile;
+mod reference_cli;
+mod render;
+mod shell;
+mod sky;
+mod stability;
+mod study;
+mod view;
+mod vk_missing;

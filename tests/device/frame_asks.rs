@@ -1,0 +1,154 @@
+//! A frame does no work that its scene does not ask for: no pass of nothing, no bytes that no pass uses, no pipeline that no pass
+//! runs, and no pass for what the scene does not have.
+
+use crate::gpu;
+use crate::kinds;
+
+use std::path::Path;
+
+use twobounce::profile::audit::{Audit, PLACEHOLDER};
+use twobounce::renderer::RenderOptions;
+use twobounce::scene::{LoadOptions, Scene, View};
+use twobounce::settings::{PRESETS, Settings};
+
+fn audit(scene: &Scene, settings: &Settings) -> Audit {
+    let context = gpu::context();
+    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+    let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
+    let options = RenderOptions::new((16, 16), bounds);
+    let audit = Audit::of(&context, (scene, &pose, &view), settings, options).unwrap();
+    gpu::assert_clean(&context);
+    audit
+}
+
+fn load(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(name);
+    Scene::load(&path, &LoadOptions::default()).unwrap()
+}
+
+fn settings(preset: &str, changes: &[&str]) -> Settings {
+    let mut settings = Settings::preset(preset).unwrap();
+    ["voxels=16"].iter().chain(changes).for_each(|change| settings.set(change).unwrap());
+    settings
+}
+
+#[test]
+fn nothing_runs_or_is_taken_that_nothing_asks_for() {
+    let scene = load("cornell-point.glb");
+    let presets = PRESETS.iter().map(|preset| (preset.name, vec![]));
+    let others =
+        [("fast", vec!["method=none"]), ("fast", vec!["bounces=1"]), ("fast", vec!["bounces=all", "rays.passes=0"])];
+    for (preset, changes) in presets.chain(others) {
+        let audit = audit(&scene, &settings(preset, &changes));
+        let superfluous = audit.superfluous();
+        assert!(superfluous.is_empty(), "{preset} {changes:?}: {superfluous:?}");
+    }
+}
+
+/// What is added to a scene adds what it needs to the frame, and nothing else: no passes, and bytes of its own kind.
+#[test]
+fn what_a_scene_has_adds_what_it_asks_for() {
+    const THING: [&str; 8] = [
+        "materials",
+        "scene indices",
+        "scene vertices",
+        "slots",
+        "tree boxes",
+        "tree links",
+        "triangles",
+        "triangles' attributes",
+    ];
+    let own = |name: &str| -> &[&str] {
+        match name {
+            "map of the sky" => &["frame"],
+            "map with a sun" => &["frame", "lights"],
+            "sun" => &["lights"],
+            "lamp" => &["lamps", "lamp nodes"],
+            "blending" => &["blend order"],
+            "metal" => &["item lobes", "gathered light"],
+            "glass" | "mask" | "no light" | "even sky alone" | "sky with a gradient" => &[],
+            other => panic!("{other} is not known here"),
+        }
+    };
+    let plain = load("cornell-point.glb");
+    let before = audit(&plain, &settings("fast", &[]));
+    for scene in kinds::kinds(&plain) {
+        let audit = audit(&scene, &settings("fast", &[]));
+        let superfluous = audit.superfluous();
+        assert!(superfluous.is_empty(), "{}: {superfluous:?}", scene.name);
+        let names = |audit: &Audit| audit.passes.iter().map(|pass| pass.name).collect::<Vec<_>>();
+        assert_eq!(names(&audit), names(&before), "{}", scene.name);
+        let thing = scene.meshes.len() > plain.meshes.len();
+        for resource in &audit.resources {
+            let bytes = before.resources.iter().find(|other| other.name == resource.name).unwrap().bytes;
+            let asked = own(&scene.name).contains(&resource.name) || (thing && THING.contains(&resource.name));
+            assert!(
+                asked || resource.bytes == bytes,
+                "{}: {} has {} bytes, was {bytes}",
+                scene.name,
+                resource.name,
+                resource.bytes
+            );
+        }
+        for name in own(&scene.name) {
+            let bytes = |audit: &Audit| audit.resources.iter().find(|other| other.name == *name).unwrap().bytes;
+            assert!(bytes(&audit) > bytes(&before), "{}: {name} is as before", scene.name);
+        }
+        // The pass over the image draws what is blended and a sky that is not even by pipelines of their own.
+        let drawn = ["sky with a gradient", "map of the sky", "map with a sun", "blending"].contains(&&*scene.name);
+        let pipelines = before.used.len() + usize::from(drawn);
+        assert_eq!(audit.used.len(), pipelines, "{}: {:?}", scene.name, audit.used.difference(&before.used));
+    }
+}
+
+/// Skins and morph targets: their pass, and nothing that no pass uses.
+#[test]
+fn a_scene_that_deforms_has_one_pass_more() {
+    let demo = load("demo.glb");
+    for preset in ["fast", "photons"] {
+        let audit = audit(&demo, &settings(preset, &[]));
+        let superfluous = audit.superfluous();
+        assert!(superfluous.is_empty(), "{preset}: {superfluous:?}");
+        assert_eq!(audit.passes.iter().filter(|pass| pass.name == "deform").count(), 1, "{preset}");
+    }
+    let still = audit(&load("cornell-point.glb"), &settings("fast", &[]));
+    assert!(still.passes.iter().all(|pass| pass.name != "deform"));
+}
+
+/// A scene without lamps, skins, blending and sky has nothing of theirs.
+#[test]
+fn a_plain_box_has_the_passes_of_a_plain_box() {
+    let plain = audit(&load("cornell-point.glb"), &settings("fast", &[]));
+    let names: Vec<&str> = plain.passes.iter().map(|pass| pass.name).collect();
+    let expected = [
+        "reset",
+        "record",
+        "tree",
+        "voxelise",
+        "cells",
+        "alike",
+        "split",
+        "shade 1",
+        "share items",
+        "shade 2",
+        "gather",
+        "image",
+    ];
+    assert_eq!(names, expected);
+    let bytes = |name: &str| plain.resources.iter().find(|resource| resource.name == name).unwrap().bytes;
+    for name in
+        ["lamps", "lamp nodes", "blend order", "item samples", "item lobes", "last list items", "last voxel cells"]
+    {
+        assert!(bytes(name) <= PLACEHOLDER, "{name}: {} bytes", bytes(name));
+    }
+    // Direct light alone needs the triangles, their tree and the image.
+    let direct = audit(&load("cornell-point.glb"), &settings("fast", &["method=none"]));
+    let names: Vec<&str> = direct.passes.iter().map(|pass| pass.name).collect();
+    assert_eq!(names, ["reset", "record", "tree", "image"]);
+    let dark = audit(
+        &load("cornell-point.glb"),
+        &settings("fast", &["method=none", "lights.shadows=none", "lights.lamps=gathered"]),
+    );
+    assert!(dark.passes.iter().all(|pass| pass.name != "tree"), "{:?}", dark.passes);
+    assert!(dark.bytes() < direct.bytes());
+}

@@ -1,0 +1,26 @@
+//! `examples/layers.rs`: a layered draw and a dispatch over the whole grid fill volumes with the same bits; its page is current.
+
+use crate::gpu;
+
+#[path = "../../examples/layers.rs"]
+#[allow(dead_code)]
+mod example;
+use crate::studio;
+
+use twobounce::settings::Settings;
+
+#[test]
+fn draws_and_dispatches_do_the_same_work() {
+    let context = gpu::context();
+    let settings = Settings { voxels: 16, ..Settings::printed() };
+    let passes = example::measure(&context, &studio::room(), &settings, 1).expect("the same bits");
+    assert_eq!(passes.len(), 3);
+    assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+}
+
+#[test]
+fn the_page_is_what_the_example_writes() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/layers.md")).expect("the page");
+    let sections = page.strip_prefix(example::OPENING).expect("the opening of `cargo run --release --example layers`");
+    assert!(sections.matches("\n## ").count() >= 2, "a section per driver");
+}

@@ -1,0 +1,79 @@
+//! Every struct shared with GLSL has the same names, offsets and sizes on both sides, read from the compiled shaders; and
+//! every number that both sides write down is the same, read from the source: compiled, it has no name.
+
+use std::collections::BTreeMap;
+
+use twobounce::gi::cones::constants::Cones;
+use twobounce::gi::lpv::LpvPush;
+use twobounce::ground::boxes;
+use twobounce::ground::cells;
+use twobounce::ground::layout::*;
+use twobounce::vk::shader;
+
+#[test]
+fn structs_agree_with_the_shaders() {
+    let mut found = BTreeMap::new();
+    for name in [
+        "ground/image/image.frag cones",
+        "gi/cones/shade.frag LOOK_UP",
+        "ground/record.geom",
+        "ground/voxelise.frag",
+        "gi/rays/light.comp",
+        "ground/alike.comp",
+    ] {
+        found.extend(shader::structs(name));
+    }
+    let check = |name: &str, fields: &[(&str, usize)], bytes: usize| {
+        let theirs = found.get(name).unwrap_or_else(|| panic!("no shader declares {name}"));
+        let names: Vec<_> = theirs.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+        assert_eq!(names, fields, "{name}: (name, offset) in GLSL and in Rust");
+        let end = theirs.members.iter().map(|m| m.offset + m.bytes).max().unwrap_or(0);
+        assert_eq!(end, bytes, "{name}: bytes in GLSL and in Rust");
+        if let Some(stride) = theirs.stride {
+            assert_eq!(stride, bytes, "{name}: stride in arrays");
+        }
+    };
+    check("Triangle", Triangle::FIELDS, size_of::<Triangle>());
+    check("Globals", Globals::FIELDS, size_of::<Globals>());
+    check("CellCount", CellCount::FIELDS, size_of::<CellCount>());
+    check("ItemLight", ItemLight::FIELDS, size_of::<ItemLight>());
+    check("ItemPart", ItemPart::FIELDS, size_of::<ItemPart>());
+    check("ListItem", ListItem::FIELDS, size_of::<ListItem>());
+    check("TextureSlot", TextureSlot::FIELDS, size_of::<TextureSlot>());
+    check("Material", Material::FIELDS, size_of::<Material>());
+    check("Light", Light::FIELDS, size_of::<Light>());
+    check("Lamp", Lamp::FIELDS, size_of::<Lamp>());
+    check("LampNode", LampNode::FIELDS, size_of::<LampNode>());
+    check("Cones", Cones::FIELDS, size_of::<Cones>());
+    check("TextureLevel", TextureLevel::FIELDS, size_of::<TextureLevel>());
+    check("Frame", Frame::FIELDS, size_of::<Frame>());
+    check("GridPush", GridPush::FIELDS, size_of::<GridPush>());
+    check("SharesPush", SharesPush::FIELDS, size_of::<SharesPush>());
+    check("Push", RecordPush::FIELDS, size_of::<RecordPush>());
+}
+
+/// Push blocks all have one name, so this method's stands apart.
+#[test]
+fn the_push_constants_of_lpv_agree() {
+    for shader in ["gi/lpv/light.comp", "gi/lpv/inject.comp", "gi/lpv/propagate.comp", "gi/lpv/propagate_beams.comp"] {
+        let push = &shader::structs(shader)["Push"];
+        let names: Vec<_> = push.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+        assert_eq!(names, LpvPush::FIELDS, "{shader}");
+    }
+}
+
+#[test]
+fn the_push_constants_of_deform_agree() {
+    let push = &shader::structs("ground/deform.comp")["Push"];
+    let names: Vec<_> = push.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+    assert_eq!(names, DeformPush::FIELDS);
+}
+
+#[test]
+fn numbers_agree_with_the_shaders() {
+    let glsl = include_str!("../../glsl/ground/constants.glsl");
+    let ours = cells::LIT_COUNTS;
+    assert!(glsl.contains(&format!("\nconst uint LIT_COUNTS = {ours}u;")), "GLSL has another than {ours}");
+    let (glsl, ours) = (include_str!("../../glsl/ground/layout.glsl"), boxes::MOST_BOXES);
+    assert!(glsl.contains(&format!("\nconst uint MOST_BOXES = {ours}u;")), "GLSL has another than {ours}");
+}

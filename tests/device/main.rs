@@ -1,0 +1,60 @@
+//! What runs on a device: passes against their twins and closed forms, the Vulkan layer, frames, hosts. All tests share one
+//! device under the validation layers.
+
+#[path = "../common/functions.rs"]
+mod functions;
+#[path = "../common/gloss.rs"]
+mod gloss;
+#[path = "../common/gpu.rs"]
+mod gpu;
+#[path = "../../examples/audit/kinds.rs"]
+mod kinds;
+#[path = "../common/photons.rs"]
+mod photons;
+#[path = "../common/scenes.rs"]
+mod scenes;
+#[path = "../common/studio.rs"]
+mod studio;
+#[path = "../common/traced.rs"]
+mod traced;
+mod vk_common;
+
+mod cone_sum;
+mod deform;
+mod frame_asks;
+mod frame_parts;
+mod functions_cones;
+mod functions_geometry;
+mod functions_photons;
+mod host;
+mod layers;
+mod layouts;
+mod lpv;
+mod passes_boxes;
+mod passes_cells;
+mod passes_direct;
+mod passes_frame;
+mod passes_gather;
+mod passes_gloss;
+mod passes_light;
+mod passes_lpv;
+mod passes_order;
+mod passes_photons;
+mod passes_reuse;
+mod passes_shade;
+mod passes_tree;
+mod passes_voxelise;
+mod photons_light;
+mod profile_counts;
+mod rays_bounces;
+mod rays_items;
+mod rays_oracle;
+mod shadow_edges;
+mod sky;
+mod sky_map;
+mod vk_compute;
+mod vk_flight;
+mod vk_heap;
+mod vk_host;
+mod vk_raster;
+mod vk_validation;

@@ -1,0 +1,231 @@
+//! The Vulkan layer: data in, a compute pass, data out; reflection; zones, log and errors.
+
+use crate::gpu;
+
+use bytemuck::{Pod, Zeroable};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use twobounce::vk::{
+    self, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc, Constant, Recorder,
+    RecorderOptions, Stage, ZoneKind,
+};
+
+/// Keeps a log.
+const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, log: true };
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Item {
+    position: [f32; 3],
+    count: u32,
+    weights: [[f32; 2]; 2],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Push {
+    count: u32,
+    add: u32,
+}
+
+fn copy_pass(constants: &[Constant]) -> Compute {
+    Compute::new(&gpu::context(), &ComputeDesc { label: "copy", shader: "test/copy.comp", constants }).unwrap()
+}
+
+/// The message with which a pass refuses these constants.
+fn refusal(constants: &[Constant]) -> String {
+    panic_of(|| drop(copy_pass(constants)))
+}
+
+#[test]
+fn constants_are_checked_by_their_names() {
+    let scale = ("SCALE", 3u32.into());
+    drop(copy_pass(&[scale]));
+    assert_eq!(refusal(&[]), "pass copy: glsl/test/copy.comp depends on the constant SCALE, which is not given");
+    let unknown = refusal(&[scale, ("SCALES", 3u32.into())]);
+    assert_eq!(unknown, "pass copy: no header declares the constant SCALES, nor does glsl/test/copy.comp");
+    let elsewhere = refusal(&[scale, ("HARDWARE", 1u32.into())]);
+    assert!(elsewhere.contains("HARDWARE"), "another shader's own constant: {elsewhere}");
+    let other_type = refusal(&[("SCALE", 3.0.into())]);
+    assert_eq!(other_type, "pass copy: glsl/test/copy.comp declares SCALE like Uint(1), but gets Float(3.0)");
+    assert_eq!(refusal(&[scale, scale]), "pass copy: the constant SCALE is given twice");
+    // A constant of a header may be given to a pass that does not include it, since passes share lists.
+    drop(copy_pass(&[scale, ("EDGE", 64u32.into())]));
+}
+
+fn items(count: u32) -> Vec<Item> {
+    (0..count).map(|i| Item { position: [9.0, 9.0, 1000.0], count: i, weights: [[9.0; 2], [9.0, 500.0]] }).collect()
+}
+
+#[test]
+fn data_survives_the_way_up_and_down() {
+    let data: Vec<u32> = (0..100_001).map(|i: u32| i.wrapping_mul(2_654_435_761)).collect();
+    let buffer = vk::upload(&gpu::context(), "round trip", &data).unwrap();
+    assert_eq!(vk::download::<u32>(&gpu::context(), &buffer).unwrap(), data);
+    let empty = vk::upload::<u32>(&gpu::context(), "empty", &[]).unwrap();
+    assert!(empty.bytes() >= 4, "empty data can still be bound");
+    gpu::assert_clean(&gpu::context());
+}
+
+#[test]
+fn a_compute_pass_reads_structs_push_block_and_constants() {
+    for per_pass in [false, true] {
+        let pass = copy_pass(&[("SCALE", 3u32.into())]);
+        let source = vk::upload(&gpu::context(), "source", &items(100)).unwrap();
+        let target = vk::upload(&gpu::context(), "target", &[u32::MAX; 128]).unwrap();
+        let mut recorder = Recorder::new(&gpu::context(), RecorderOptions { per_pass, log: false }).unwrap();
+        recorder.zone("copy", ZoneKind::Compute, 400, |r| {
+            let binds = [Bind::buffer("target", &target), Bind::buffer("source", &source)];
+            r.dispatch(&pass, &binds, &Push { count: 100, add: 7 }, [2, 1, 1]);
+        });
+        drop((source, pass)); // the recorder keeps what it recorded
+        let timings = recorder.finish().unwrap();
+        let result = vk::download::<u32>(&gpu::context(), &target).unwrap();
+        for (i, value) in result.into_iter().enumerate() {
+            let expected = if i < 100 { 3 * (i as u32 + 1500) + 7 } else { u32::MAX };
+            assert_eq!(value, expected, "element {i}");
+        }
+        assert_eq!(timings.zones.len(), 1);
+        let zone = &timings.zones[0];
+        assert_eq!((zone.name, zone.kind, zone.bytes), ("copy", ZoneKind::Compute, 400));
+        assert!(zone.gpu_ms > 0.0 && zone.gpu_ms <= timings.gpu_ms && timings.gpu_ms <= timings.wall_ms);
+        assert_eq!(zone.cpu_ms.is_some(), per_pass);
+        assert_eq!(zone.wall_ms.is_some(), per_pass);
+    }
+    gpu::assert_clean(&gpu::context());
+}
+
+#[test]
+fn reflection_gives_names_kinds_stages_and_layouts() {
+    let pass = copy_pass(&[("SCALE", 1u32.into())]);
+    let storage = |binding, name: &str, read_only| Binding {
+        binding,
+        name: name.to_owned(),
+        kind: BindingKind::Storage,
+        count: 1,
+        stages: vec![Stage::Compute],
+        read_only,
+    };
+    assert_eq!(pass.bindings(), [storage(0, "source", true), storage(1, "target", false)]);
+    assert_eq!(pass.push_bytes(), 8);
+    assert_eq!(pass.stages().len(), 1);
+    assert_eq!((pass.stages()[0].stage, pass.stages()[0].shader), (Stage::Compute, "test/copy.comp"));
+
+    let structs = vk::shader::structs("test/copy.comp");
+    let item = &structs["Item"];
+    let members: Vec<_> = item.members.iter().map(|m| (m.name.as_str(), m.offset, m.bytes)).collect();
+    assert_eq!(members, [("position", 0, 12), ("count", 12, 4), ("weights", 16, 16)]);
+    assert_eq!(item.stride, Some(size_of::<Item>()));
+    assert_eq!(structs["Push"].members.len(), 2);
+}
+
+#[test]
+fn fills_updates_and_copies_are_ordered_and_logged() {
+    let first = Buffer::new(&gpu::context(), "first", 64, BufferKind::Device).unwrap();
+    let second = Buffer::new(&gpu::context(), "second", 64, BufferKind::Device).unwrap();
+    let readback = Buffer::new(&gpu::context(), "readback", 64, BufferKind::Readback).unwrap();
+    let mut recorder = Recorder::new(&gpu::context(), LOGGED).unwrap();
+    recorder.zone("reset", ZoneKind::Transfer, 64, |r| {
+        r.fill(&first, 0, 64, 5);
+        r.full_barrier();
+        r.update(&first, 8, &[1_u8, 0, 0, 0]);
+    });
+    recorder.zone("copies", ZoneKind::Transfer, 128, |r| {
+        r.full_barrier();
+        r.copy(&first, &second);
+        r.full_barrier();
+        r.copy_range((&second, 8), (&readback, 0), 8);
+    });
+    recorder.zone("nothing", ZoneKind::Compute, 0, |_| {});
+    let log = recorder.frame_log().clone();
+    recorder.finish().unwrap();
+    assert_eq!(readback.read::<u32>()[..2], [1, 5]);
+
+    let names: Vec<_> = log.zones.iter().map(|zone| zone.name).collect();
+    assert_eq!(names, ["reset", "copies"], "a zone that records nothing is not in the log");
+    assert_eq!(log.zones[0].fills().collect::<Vec<_>>(), ["first"]);
+    let update = CommandLog::Update { buffer: "first".into(), offset: 8, bytes: 4 };
+    assert_eq!(log.zones[0].commands[1], update);
+    let copy = CommandLog::Copy { from: "second".into(), to: "readback".into(), bytes: Some(8) };
+    assert_eq!(log.zones[1].commands[1], copy);
+    gpu::assert_clean(&gpu::context());
+}
+
+#[test]
+fn an_indirect_dispatch_takes_its_groups_from_a_buffer() {
+    let pass = Compute::new(
+        &gpu::context(),
+        &ComputeDesc { label: "increment", shader: "test/increment.comp", constants: &[] },
+    )
+    .unwrap();
+    let values = vk::upload(&gpu::context(), "values", &[0_u32; 192]).unwrap();
+    let groups = vk::upload(&gpu::context(), "groups", &[0_u32, 2, 1, 1]).unwrap();
+    let mut recorder = Recorder::new(&gpu::context(), LOGGED).unwrap();
+    recorder.dispatch_indirect(&pass, &[Bind::buffer("values", &values)], &(), (&groups, 4));
+    let log = recorder.frame_log().clone();
+    recorder.finish().unwrap();
+    let result = vk::download::<u32>(&gpu::context(), &values).unwrap();
+    assert_eq!(result.iter().sum::<u32>(), 128);
+    assert_eq!(log.zones[0].name, "", "commands outside of zones come under the empty name");
+    let dispatch = log.zones[0].dispatches().next().unwrap();
+    assert_eq!(dispatch.indirect, Some(("groups".to_owned(), 4)));
+    assert_eq!(dispatch.resources, [("values".to_owned(), vec!["values".to_owned()])]);
+    gpu::assert_clean(&gpu::context());
+}
+
+/// What a panic in `f` said; fails when there was none.
+fn panic_of(f: impl FnOnce()) -> String {
+    let payload = catch_unwind(AssertUnwindSafe(f)).expect_err("this must panic");
+    payload.downcast_ref::<String>().cloned().unwrap_or_default()
+}
+
+#[test]
+fn a_wrong_binding_panics_naming_pass_and_binding() {
+    let pass = copy_pass(&[("SCALE", 1u32.into())]);
+    let buffer = vk::upload(&gpu::context(), "buffer", &[0_u32; 64]).unwrap();
+    let push = Push { count: 0, add: 0 };
+    let dispatch = |binds: &[Bind<'_>]| {
+        let mut recorder = Recorder::new(&gpu::context(), RecorderOptions::default()).unwrap();
+        panic_of(AssertUnwindSafe(|| recorder.dispatch(&pass, binds, &push, [1, 1, 1])).0)
+    };
+    let source = || Bind::buffer("source", &buffer);
+    let target = || Bind::buffer("target", &buffer);
+    let missing = dispatch(&[source()]);
+    assert!(missing.contains("copy") && missing.contains("\"target\""), "{missing}");
+    let unknown = dispatch(&[source(), target(), Bind::buffer("other", &buffer)]);
+    assert!(unknown.contains("copy") && unknown.contains("\"other\""), "{unknown}");
+    let twice = dispatch(&[source(), target(), target()]);
+    assert!(twice.contains("copy") && twice.contains("\"target\""), "{twice}");
+    let kind = dispatch(&[source(), Bind::storage_images("target", [])]);
+    assert!(kind.contains("copy") && kind.contains("\"target\"") && kind.contains("Storage"), "{kind}");
+
+    let mut recorder = Recorder::new(&gpu::context(), RecorderOptions::default()).unwrap();
+    let size = panic_of(AssertUnwindSafe(|| recorder.dispatch(&pass, &[source(), target()], &0_u32, [1, 1, 1])).0);
+    assert!(size.contains("copy") && size.contains("8 bytes, the struct 4"), "{size}");
+    gpu::assert_clean(&gpu::context());
+}
+
+#[test]
+fn the_account_of_memory_is_the_sum_of_the_resources() {
+    let context = gpu::own_context();
+    assert_eq!(context.allocated_bytes(), 0);
+    let large = Buffer::new(&context, "large", 10 << 20, BufferKind::Device).unwrap();
+    let small = Buffer::new(&context, "small", 100, BufferKind::Upload).unwrap();
+    assert_eq!(context.allocated_bytes(), large.allocated_bytes() + small.allocated_bytes());
+    // Alignment alone: a driver rounds a buffer up to at most 64 KiB.
+    assert!(context.allocated_bytes() - (10 << 20) - 100 <= 2 << 16);
+    drop(large);
+    assert_eq!(context.allocated_bytes(), small.allocated_bytes());
+    drop(small);
+    assert_eq!(context.allocated_bytes(), 0);
+    gpu::assert_clean(&context);
+}
+
+#[test]
+fn too_large_a_buffer_is_refused_in_one_sentence() {
+    let bytes = u64::from(gpu::context().limits.max_storage_buffer_range) + 4;
+    let Err(error) = Buffer::new(&gpu::context(), "triangles", bytes, BufferKind::Device) else { panic!("accepted") };
+    let message = error.to_string();
+    assert!(matches!(error, twobounce::Error::Memory(_)), "{message}");
+    assert!(message.contains("triangles") && message.contains("MiB") && !message.contains('\n'), "{message}");
+    gpu::assert_clean(&gpu::context());
+}

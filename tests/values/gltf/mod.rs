@@ -1,0 +1,10 @@
+//! The glTF loader: results for valid files, messages for damaged ones.
+
+mod compressed;
+mod damage;
+mod files;
+mod instanced;
+mod load;
+mod materials;
+mod textures;
+mod tolerance;

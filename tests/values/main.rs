@@ -1,0 +1,34 @@
+//! What needs no device of its own: scenes, settings, the path tracer, closed forms, and the pages of `docs/`.
+
+#[path = "../../examples/talk/page.rs"]
+mod page;
+#[path = "../../examples/talk/pictures.rs"]
+mod pictures;
+#[path = "../fuzz/random.rs"]
+mod random;
+#[path = "../common/traced.rs"]
+mod traced;
+#[path = "../twins/mod.rs"]
+mod twins;
+#[path = "../common/valid.rs"]
+mod valid;
+
+mod assets;
+mod ci_recipe;
+mod docs;
+mod faults_listed;
+mod gltf;
+mod ledger_formulas;
+mod ledger_pages;
+mod materials;
+mod metrics_faults;
+mod reference_analytic;
+mod reference_determinism;
+mod reference_materials;
+mod reference_truth;
+mod scene_values;
+mod settings;
+mod shaders;
+mod strengths;
+mod talk;
+mod twins_values;

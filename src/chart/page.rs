@@ -16,7 +16,7 @@ use crate::output::svg::{COLORS, escape};
 #[derive(Serialize)]
 struct Data<'a> {
     colors: &'static [&'static str],
-    /// Of the methods that rows are of.
+    /// Of the methods and other programs that rows are of.
     marks: Vec<Mark>,
     /// Machine, device and driver of rows.
     places: Vec<[&'a str; 3]>,
@@ -53,7 +53,7 @@ pub fn html(chart: &Chart, sketches: &[Sketch], stored: &[Stored], around: &Surr
     };
     let data = Data {
         colors: COLORS,
-        marks: marks(chart.rows.iter().map(|row| row.settings.method)),
+        marks: marks(&chart.rows),
         places: chart.places(),
         mix_machines: chart.mix_machines,
         reference_noise: chart.reference_noise,

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
+use super::import::Claim;
 use super::outline::{Outline, Sketch};
 use super::page;
-use super::import::Claim;
 use super::row::{Part, Reference, Row};
 use super::store::{Store, Stored};
 use super::subject::Source;
@@ -115,8 +115,8 @@ impl Chart {
         self.rows.iter().filter(|row| row.scene == scene).collect()
     }
 
-    /// Two panels of a scene: `rel` of [`Self::part`] against all light and against that of as many bounces. Where that part of an
-    /// image of another program is not judged, two further ones show the whole image.
+    /// Two panels of a scene: `rel` of [`Self::part`] against all light and against that of as many bounces. Where that
+    /// part of an image of another program is not judged, two further ones show the whole image.
     pub fn panels(&self, scene: &str) -> Vec<Panel<'_>> {
         let part = self.part(scene);
         let lacks = |row: &&Row| row.measured.is_some() && row.rel(Reference::Full, part).is_none();

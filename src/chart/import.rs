@@ -1,8 +1,10 @@
-//! Images of other programs: what is given with them, what is checked of them, and which of their errors can be measured.
+//! Images of other programs: what is given with them, what is checked of them, and which of their errors can be
+//! measured.
 //!
-//! An image is linear radiance in an OpenEXR file, of the chart's size and camera. Its time is what the user says it is. The error of the
-//! whole image is measured like that of any other row. The indirect light needs an image whose direct light is exact
-//! ([`crate::measure::terms`]): the header of this program's own images says whether it is, of others the user says so.
+//! An image is linear radiance in an OpenEXR file, of the chart's size and camera. Its time is what the user says it
+//! is. The error of the whole image is measured like that of any other row. The indirect light needs an image whose
+//! direct light is exact ([`crate::measure::terms`]): the header of this program's own images says whether it is, of
+//! others the user says so.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -222,7 +224,10 @@ impl Named {
                 let sets: Vec<String> = changes.split(' ').map(|change| format!("--set {change}")).collect();
                 return Err(Error::file(
                     path,
-                    format!("has direct light that is not exact, as its header says; render it with {}", sets.join(" ")),
+                    format!(
+                        "has direct light that is not exact, as its header says; render it with {}",
+                        sets.join(" ")
+                    ),
                 ));
             }
             Some(changes) if !changes.is_empty() => Direct::Approximate,
@@ -243,13 +248,15 @@ impl Named {
         };
         let (name, scene, bounces) = (self.name, self.scene, self.bounces);
         let (path, equal_path) = (self.image, self.equal_terms_image);
-        let import = Import { name, scene, claim, path, equal_path, bounces, direct, hash: String::new(), size, headers };
+        let import =
+            Import { name, scene, claim, path, equal_path, bounces, direct, hash: String::new(), size, headers };
         Ok(Import { hash: import.hash_of_files()?, ..import })
     }
 }
 
 impl Import {
-    /// Whether the image can show what a chart's scene is: a header that names the scene, the camera or the time must name these.
+    /// Whether the image can show what a chart's scene is: a header that names the scene, the camera or the time must
+    /// name these.
     ///
     /// # Errors
     /// [`Error::File`] with both.
@@ -262,7 +269,9 @@ impl Import {
                     let [own, charts] = [header, seen].map(|of| of.get(named).map_or("", String::as_str));
                     return Err(Error::file(
                         path,
-                        format!("shows another {words} ({own:?}) than the chart ({charts:?}); render it as the chart does"),
+                        format!(
+                            "shows another {words} ({own:?}) than the chart ({charts:?}); render it as the chart does"
+                        ),
                     ));
                 }
             }
@@ -350,7 +359,9 @@ fn image_of(path: &Path, size: (u32, u32)) -> Result<(Layers, Metadata)> {
         let of = if *aov == Aov::Beauty { String::new() } else { format!(" in its layer {aov}") };
         let NonFinite { nan, inf } = NonFinite::of(pixels);
         if nan + inf > 0 {
-            let text = format!("has {nan} NaN and {inf} infinite values{of}; a chart judges finite radiance, so render it again");
+            let text = format!(
+                "has {nan} NaN and {inf} infinite values{of}; a chart judges finite radiance, so render it again"
+            );
             return Err(Error::file(path, text));
         }
         let negative = pixels.iter().flatten().filter(|value| **value < 0.0);
@@ -373,7 +384,10 @@ mod tests {
     #[test]
     fn an_import_on_the_command_line_is_read_from_its_end() {
         let named = Named::parse("Other 1=a,b=c.exr,12.5").unwrap();
-        assert_eq!((named.name.as_str(), named.image.to_str(), named.milliseconds), ("Other 1", Some("a,b=c.exr"), 12.5));
+        assert_eq!(
+            (named.name.as_str(), named.image.to_str(), named.milliseconds),
+            ("Other 1", Some("a,b=c.exr"), 12.5)
+        );
         assert_eq!(named.direct, None);
         assert_eq!(Named::parse("o=c.exr,1e3,exact-direct").unwrap().direct, Some(Exact::Exact));
     }

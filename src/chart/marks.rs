@@ -1,5 +1,5 @@
-//! How points look in charts: a colour and a shape for each method, for the path tracer and for other programs, so that neither is
-//! needed to tell them apart.
+//! How points look in charts: a colour and a shape for each method, for the path tracer and for other programs, so that
+//! neither is needed to tell them apart.
 
 use serde::Serialize;
 

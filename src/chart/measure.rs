@@ -172,8 +172,8 @@ impl ChartScene {
         picture::uri(self.options.size, metrics::exposed(radiance, exposure))
     }
 
-    /// Times the setting and compares its images, which [`Self::judge`] takes, with the references; `None` once `go_on` says no, which is
-    /// asked between frames.
+    /// Times the setting and compares its images, which [`Self::judge`] takes, with the references; `None` once `go_on`
+    /// says no, which is asked between frames.
     ///
     /// # Errors
     /// Whatever keeps the setting from running: too little memory, a lost device, an image without a finite pixel.

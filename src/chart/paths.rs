@@ -1,4 +1,5 @@
-//! Rows of this program's own path tracer: the reference's image along few paths a pixel, as an offline renderer would give it.
+//! Rows of this program's own path tracer: the reference's image along few paths a pixel, as an offline renderer would
+//! give it.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -25,9 +26,10 @@ pub const MOST_PATHS: u32 = 1 << 16;
 pub const SEED: u64 = 1;
 
 impl ChartScene {
-    /// Path-traces the scene along so many paths a pixel and compares the image with the references; `None` once `go_on` says no, which
-    /// is asked between traces. The time is the wall time of a trace on all threads, with the tree of the scene's triangles, as the
-    /// time of a frame has its voxels. The median is of as many traces as take two seconds together, five at most.
+    /// Path-traces the scene along so many paths a pixel and compares the image with the references; `None` once
+    /// `go_on` says no, which is asked between traces. The time is the wall time of a trace on all threads, with the
+    /// tree of the scene's triangles, as the time of a frame has its voxels. The median is of as many traces as take
+    /// two seconds together, five at most.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] once `cancel` is set.

@@ -166,7 +166,8 @@ impl Row {
         self.measured.as_ref().is_some_and(|m| m.full.noise <= noise && m.same.noise <= noise)
     }
 
-    /// Whose times may be compared with this row's; `None` for a time that was given: it stands beside those of every place.
+    /// Whose times may be compared with this row's; `None` for a time that was given: it stands beside those of every
+    /// place.
     pub fn place(&self) -> Option<[&str; 3]> {
         self.origin.as_ref().map(Origin::place)
     }
@@ -200,8 +201,8 @@ impl Row {
         })
     }
 
-    /// Milliseconds of a frame, where there is an error to go with it: median device time, the path tracer's median wall time, or the
-    /// time that was given.
+    /// Milliseconds of a frame, where there is an error to go with it: median device time, the path tracer's median
+    /// wall time, or the time that was given.
     pub fn ms(&self) -> Option<f64> {
         let measured = self.measured.as_ref()?;
         match &self.source {

@@ -258,7 +258,8 @@ impl Keys {
         Self { common: [device, validation.to_string()], noise }
     }
 
-    /// Hash over the device and the address; of an image of another program, which needs no device, over the address alone.
+    /// Hash over the device and the address; of an image of another program, which needs no device, over the address
+    /// alone.
     pub fn key(&self, address: &str, subject: &Subject) -> String {
         match subject {
             Subject::Import(_) => short_hash(&serde_json::json!([address])),

@@ -260,7 +260,10 @@ mod tests {
             all_diffuse,
             command: String::new(),
         };
-        let row = |scene: &str| Row { measured: Some(measured.clone()), ..Row::new(scene.into(), scene, &Subject::Settings(lines[0].1.clone())) };
+        let row = |scene: &str| Row {
+            measured: Some(measured.clone()),
+            ..Row::new(scene.into(), scene, &Subject::Settings(lines[0].1.clone()))
+        };
         let rows = vec![row("box"), row("room")];
         let chart = Chart { scenes: vec![line("box", true), line("room", false)], rows, ..Chart::default() };
         let page = document(&chart, &lines[..2], &[], "");

@@ -12,8 +12,9 @@ use super::Seen;
 /// Images of other programs.
 #[derive(Args, Debug)]
 pub struct ImportArgs {
-    /// Judge an image of another program beside the settings: linear radiance of the chart's size and camera, with the time that it
-    /// took as you give it. Add ,exact-direct where its direct light is exact, and its indirect light is judged too. May be given several times
+    /// Judge an image of another program beside the settings: linear radiance of the chart's size and camera, with the
+    /// time that it took as you give it. Add ,exact-direct where its direct light is exact, and its indirect light is
+    /// judged too. May be given several times
     #[arg(long = "import", value_name = "NAME=IMAGE.exr,MS")]
     pub imports: Vec<String>,
     /// Judge the images that this TOML file lists, with notes on who gives them: docs/usage.md has its keys
@@ -33,14 +34,18 @@ impl ImportArgs {
         for named in typed.chain(listed.into_iter().flatten().map(Ok)) {
             let named = named?;
             let same = |import: &&Import| {
-                import.name == named.name && (import.scene == named.scene || import.scene.is_none() || named.scene.is_none())
+                import.name == named.name
+                    && (import.scene == named.scene || import.scene.is_none() || named.scene.is_none())
             };
             let name = &named.name;
             if imports.iter().find(same).is_some() {
-                return Err(Error::Usage(format!("--import: two images have the name {name:?}; name each of them apart")));
+                return Err(Error::Usage(format!(
+                    "--import: two images have the name {name:?}; name each of them apart"
+                )));
             }
             if others.iter().any(|other| other.name() == *name) {
-                let text = format!("--import: a row of the chart has the name {name:?} already; name the image otherwise");
+                let text =
+                    format!("--import: a row of the chart has the name {name:?} already; name the image otherwise");
                 return Err(Error::Usage(text));
             }
             imports.push(named.open(size)?);
@@ -51,7 +56,8 @@ impl ImportArgs {
 
 /// Whether every import is of one of the scenes, as the chart looks at it.
 pub(super) fn check(subjects: &[Subject], scenes: &[Seen]) -> Result<()> {
-    let imports = subjects.iter().filter_map(|subject| if let Subject::Import(import) = subject { Some(import) } else { None });
+    let imports =
+        subjects.iter().filter_map(|subject| if let Subject::Import(import) = subject { Some(import) } else { None });
     for import in imports {
         let names: Vec<&str> = scenes.iter().map(|seen| seen.scene.name.as_str()).collect();
         let (name, names_of_all) = (&import.name, names.join(", "));

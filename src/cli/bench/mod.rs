@@ -225,7 +225,9 @@ impl<'a> Filling<'a> {
         let keys = Keys::new(context, args.device.validation, args.reference_noise);
         let (mut all, mut rows) = (Vec::new(), Vec::new());
         for subject in &bench.subjects {
-            for (index, Seen { scene, .. }) in scenes.iter().enumerate().filter(|(_, seen)| subject.is_of(&seen.scene.name)) {
+            for (index, Seen { scene, .. }) in
+                scenes.iter().enumerate().filter(|(_, seen)| subject.is_of(&seen.scene.name))
+            {
                 let address = keys.address(scene, subject);
                 if args.rows.has(&address) {
                     let row = Row::new(keys.key(&address, subject), &scene.name, subject);

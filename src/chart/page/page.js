@@ -80,10 +80,10 @@ const sameSetting = (a, b) =>
   a.scene === b.scene && a.source.kind === b.source.kind && (isOther(a) ? a.name === b.name : a.settings.join() === b.settings.join());
 const quoted = (word) => (/^[\w\-.=/,:+%@]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
 
-/** The command that renders a row's picture; none of an image of another program. */
+/** The command that renders a row's picture; none of an image of another program and of one path, which `reference` does not write. */
 function commandOf(row) {
   const { command } = data.scenes.find((scene) => scene.name === row.scene);
-  if (isGiven(row)) return "";
+  if (isGiven(row) || row.source.paths === 1) return "";
   if (isOther(row)) {
     const trace = command.replace("twobounce render", "twobounce reference").replace("-o image.png", "-o image.exr");
     return `${trace} --spp ${row.source.paths} --seed ${data.paths_seed} --aov direct`;
@@ -166,7 +166,7 @@ function draw() {
   const selected = (points.find((p) => p.row.key === state.key) ?? points.find((p) => p.name === state.name))?.row;
   at("controls").querySelector("[name=metric][value=flip]").disabled = state.part !== "total";
   const mixed = data.mix_machines && places.length > 1;
-  const rule = places.length < 2 ? "no other setting" : mixed ? "no other setting on any machine" : "no other setting on the same machine";
+  const rule = places.length < 2 ? "no other row" : mixed ? "no other row on any machine" : "no other row on the same machine";
   const warning = mixed ? " Times of several machines are mixed in one line (--mix-machines)." : "";
   at("meaning").textContent = `${state.metric}: ${METRICS[state.metric]}. Lower and further left is better; the line joins what ${rule} beats.${warning}`;
   const yTitle = `${state.metric === "energy" ? "|energy − 1|" : state.metric}, ${CHOICES.part[state.part]}`;
@@ -175,7 +175,7 @@ function draw() {
   drawTable(cost, yTitle);
   const left = rows.filter((row) => row.measured).length - points.length;
   const scene = data.scenes.find((s) => s.name === state.scene);
-  const missing = left > 0 ? ` ${left} settings have no such number.` : "";
+  const missing = left > 0 ? ` Rows without such a number: ${left}.` : "";
   const bars = points.some((p) => p.least !== undefined) ? " Bars show how much of an error may be the reference's own noise." : "";
   const trails = points.some((p) => p.earlier.length > 0) ? " Broken lines come from earlier runs." : "";
   const traced = points.some((p) => p.row.source.kind === "path-tracer") ? " Stars are this program's path tracer on the processor, timed by the wall clock." : "";
@@ -189,7 +189,7 @@ function draw() {
 /** The columns of the table: a name, a title, and what a point shows and is sorted by. */
 function columns(cost, yTitle) {
   const all = [
-    { name: "name", title: "setting", of: (p) => p.name },
+    { name: "name", title: "name", of: (p) => p.name },
     { name: "method", title: "method", of: (p) => methodOf(p.row) },
     { name: "machine", title: "machine", of: (p) => machineOf(p.row) },
     { name: "x", title: cost.unit, of: (p) => p.x },
@@ -224,7 +224,7 @@ function drawTable(cost, yTitle) {
     if (p.row.key === state.key) line.setAttribute("aria-current", "true");
     return line;
   });
-  at("count").textContent = points.length === 1 ? "one setting" : `${points.length} settings`;
+  at("count").textContent = points.length === 1 ? "one row" : `${points.length} rows`;
   at("rows").replaceChildren(element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...lines));
 }
 
@@ -258,7 +258,7 @@ function showDetail(row) {
     ? `Judged by this program; ${noise}`
     : `Measured ${dateOf(row)} UTC on ${origin.machine}, twobounce ${origin.program}, build ${origin.build}${origin.label ? `, ${origin.label}` : ""}; ${noise}`;
   at("command").textContent = commandOf(row);
-  at("command").hidden = at("copy").hidden = isGiven(row);
+  at("command").hidden = at("copy").hidden = commandOf(row) === "";
   showGiven(row);
   at("copied").textContent = "";
   showPictures(row, scene, truth);

@@ -87,7 +87,9 @@ enum Direct {
 impl Direct {
     fn sentence(self) -> &'static str {
         match self {
-            Self::Layer => "The indirect light is the image less its own direct layer; in a scene with a sky, less the reference's.",
+            Self::Layer => {
+                "The indirect light is the image less its own direct layer; in a scene with a sky, less the reference's."
+            }
             Self::OfReference => {
                 "The indirect light is the image less the reference's direct light: the image's own is said to be exact."
             }

@@ -4,19 +4,22 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
+use super::import::Claim;
 use super::outline::{Outline, Sketch};
 use super::page;
 use super::row::{Part, Reference, Row};
 use super::store::{Store, Stored};
+use super::subject::Source;
 use super::svg::{self, Panel};
 use crate::Result;
 use crate::measure::metrics::Metrics;
 use crate::output::file;
+use crate::settings::Settings;
 
 /// The file `rows.json`; `docs/json.md` lists the keys.
 #[derive(Default, Serialize)]
 pub struct Chart {
-    /// [`super::VERSION`]
+    /// [`super::JSON_VERSION`]
     pub version: u32,
     /// The program's version.
     pub program: &'static str,
@@ -61,7 +64,7 @@ impl Chart {
     /// What there is of an outline's rows, in its order; `planned` may be fewer than its own, of a shard.
     pub fn new(outline: &Outline, planned: usize, mix_machines: bool, stored: &[Stored]) -> Self {
         Self {
-            version: outline.version,
+            version: super::JSON_VERSION,
             program: env!("CARGO_PKG_VERSION"),
             width: outline.width,
             height: outline.height,
@@ -87,8 +90,7 @@ impl Chart {
     pub fn history(&self, store: &Store) -> Vec<Row> {
         let stored: [Vec<Stored>; 2] = store.all();
         let is_earlier = |row: &Row| {
-            let is_same = |now: &Row| now.scene == row.scene && now.settings.means_same(&row.settings);
-            let now = self.rows.iter().find(|now| is_same(now));
+            let now = self.rows.iter().find(|now| now.is_same_as(row));
             row.measured.is_some() && now.is_some_and(|now| now.key != row.key || now.origin != row.origin)
         };
         let mut rows: Vec<Row> = stored.into_iter().flatten().map(|stored| stored.row).filter(is_earlier).collect();
@@ -113,15 +115,24 @@ impl Chart {
         self.rows.iter().filter(|row| row.scene == scene).collect()
     }
 
-    /// Two panels of a scene: `rel` of [`Self::part`] against all light and against that of as many bounces.
-    pub fn panels(&self, scene: &str) -> [Panel<'_>; 2] {
-        [(Reference::Full, "all light"), (Reference::Same, "as many bounces")].map(|(reference, words)| Panel {
-            title: format!("{scene}, against {words}"),
-            rows: self.rows_of(scene),
-            mix_machines: self.mix_machines,
-            reference,
-            part: self.part(scene),
-        })
+    /// Two panels of a scene: `rel` of [`Self::part`] against all light and against that of as many bounces. Where that
+    /// part of an image of another program is not judged, two further ones show the whole image.
+    pub fn panels(&self, scene: &str) -> Vec<Panel<'_>> {
+        let part = self.part(scene);
+        let lacks = |row: &&Row| row.measured.is_some() && row.rel(Reference::Full, part).is_none();
+        let has_other = self.rows_of(scene).iter().any(|row| matches!(row.source, Source::Import(_)) && lacks(row));
+        let further = (has_other && part != Part::Total).then_some(Part::Total);
+        let references = [(Reference::Full, "all light"), (Reference::Same, "as many bounces")];
+        let panels_of = |part: Part| {
+            references.map(|(reference, words)| Panel {
+                title: format!("{scene}, against {words}"),
+                rows: self.rows_of(scene),
+                mix_machines: self.mix_machines,
+                reference,
+                part,
+            })
+        };
+        std::iter::once(part).chain(further).flat_map(panels_of).collect()
     }
 
     /// The part of the light that is shown where there is room for one: the indirect light on diffuse surfaces, or the whole
@@ -150,6 +161,7 @@ impl Chart {
         let mut add = |name: &str, value: String| cells.push((name.to_owned(), value));
         add("scene", row.scene.clone());
         add("name", row.name.clone());
+        add("source", row.source.word().to_owned());
         add("preset", row.preset.clone());
         add("changes", row.changes.join(" "));
         add("failure", row.failure.clone().unwrap_or_default());
@@ -164,12 +176,13 @@ impl Chart {
         add("width_pixels", self.width.to_string());
         add("height_pixels", self.height.to_string());
         add("frames", number(m.map(|m| m.frames as f64)));
-        add("frame_gpu_ms", number(row.gpu_ms()));
-        add("frame_gpu_ms_min", number(m.map(|m| m.frame_gpu_ms.min)));
-        add("frame_gpu_ms_max", number(m.map(|m| m.frame_gpu_ms.max)));
+        let gpu_ms = m.and_then(|m| m.frame_gpu_ms);
+        add("frame_gpu_ms", number(gpu_ms.map(|spread| spread.median)));
+        add("frame_gpu_ms_min", number(gpu_ms.map(|spread| spread.min)));
+        add("frame_gpu_ms_max", number(gpu_ms.map(|spread| spread.max)));
         add("frame_cpu_ms", number(m.and_then(|m| Some(m.frame_cpu_ms?.median))));
-        add("frame_wall_ms", number(m.map(|m| m.frame_wall_ms.median)));
-        add("memory_bytes", number(m.map(|m| m.memory_bytes as f64)));
+        add("frame_wall_ms", number(m.and_then(|m| Some(m.frame_wall_ms?.median))));
+        add("memory_bytes", number(m.and_then(|m| Some(m.memory_bytes? as f64))));
         add("nonfinite", number(m.map(|m| m.nonfinite as f64)));
         add("equal_terms", m.map_or(String::new(), |m| m.equal_terms.join(" ")));
         for (reference, errors) in [("full", m.map(|m| m.full)), ("same", m.map(|m| m.same))] {
@@ -195,7 +208,22 @@ impl Chart {
             let pass = m.and_then(|m| m.passes.iter().find(|pass| pass.name == *name));
             add(&format!("pass {name} gpu_ms"), number(pass.map(|pass| pass.gpu_ms)));
         }
-        row.settings.entries().into_iter().for_each(|(key, value)| add(key.name, value));
+        add("paths", number(row.paths().map(f64::from)));
+        let given = |of: &dyn Fn(&Claim) -> Option<String>| match &row.source {
+            Source::Import(claim) => of(claim).unwrap_or_default(),
+            _ => String::new(),
+        };
+        add("given_ms", given(&|claim| Some(short(claim.milliseconds))));
+        add("given_by", given(&|claim| claim.by.clone()));
+        add("given_device", given(&|claim| claim.device.clone()));
+        add("given_note", given(&|claim| claim.note.clone()));
+        add("given_image", given(&|claim| Some(claim.image.clone())));
+        add("given_equal_terms_image", given(&|claim| claim.equal_terms_image.clone()));
+        add("given_indirect", given(&|claim| Some(claim.indirect.clone())));
+        let (settings, keys) = (row.settings.as_ref().map(Settings::entries), Settings::default().entries());
+        for (i, (key, _)) in keys.into_iter().enumerate() {
+            add(key.name, settings.as_ref().map_or(String::new(), |entries| entries[i].1.clone()));
+        }
         cells
     }
 }

@@ -1,6 +1,6 @@
 //! The frontier: the points that no other point beats.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Indices of the points (cost, error) that no other beats, the cheapest first. A point beats another that it equals on one
 /// axis and improves on in the other. Points that are not finite are left out; of equal points all are kept.
@@ -14,10 +14,16 @@ pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
     best
 }
 
-/// The same of each group of points by itself, groups in their order. `group`: of every point.
-pub fn frontiers<G: Ord>(points: &[(f64, f64)], group: &[G]) -> Vec<Vec<usize>> {
-    let mut members: BTreeMap<&G, Vec<usize>> = BTreeMap::new();
-    group.iter().enumerate().for_each(|(i, group)| members.entry(group).or_default().push(i));
+/// The same of each group of points by itself, groups in their order. `group`: of every point; one of none belongs to
+/// every group, and all points are one group where none has any.
+pub fn frontiers<G: Ord>(points: &[(f64, f64)], group: &[Option<G>]) -> Vec<Vec<usize>> {
+    let mut members: BTreeMap<Option<&G>, Vec<usize>> = BTreeMap::new();
+    let named: BTreeSet<&G> = group.iter().flatten().collect();
+    let groups: Vec<Option<&G>> = if named.is_empty() { vec![None] } else { named.into_iter().map(Some).collect() };
+    for (i, own) in group.iter().enumerate() {
+        let of = groups.iter().filter(|group| own.is_none() || own.as_ref() == **group);
+        of.for_each(|group| members.entry(*group).or_default().push(i));
+    }
     let of_group = |members: Vec<usize>| {
         let own: Vec<(f64, f64)> = members.iter().map(|&i| points[i]).collect();
         frontier(&own).into_iter().map(|i| members[i]).collect()
@@ -45,8 +51,11 @@ mod tests {
     #[test]
     fn groups_do_not_beat_each_other() {
         let points = [(1.0, 1.0), (2.0, 2.0), (3.0, 1.5), (4.0, 4.0)];
-        assert_eq!(frontiers(&points, &["a", "b", "b", "b"]), [vec![0], vec![1, 2]]);
-        assert_eq!(frontiers(&points, &[(); 4]), [vec![0]]);
+        assert_eq!(frontiers(&points, &["a", "b", "b", "b"].map(Some)), [vec![0], vec![1, 2]]);
+        assert_eq!(frontiers(&points, &[None::<()>; 4]), [vec![0]]);
+        // One of no group beats and is beaten in every group.
+        assert_eq!(frontiers(&points, &[Some("a"), Some("b"), None, Some("b")]), [vec![0], vec![1, 2]]);
+        assert_eq!(frontiers(&points, &[None, Some("a"), Some("b"), Some("b")]), [vec![0], vec![0]]);
     }
 
     proptest! {

@@ -1,7 +1,10 @@
-//! How a method's points look in charts: a colour and a shape, so that neither is needed to tell methods apart.
+//! How points look in charts: a colour and a shape for each method, for the path tracer and for other programs, so that
+//! neither is needed to tell them apart.
 
 use serde::Serialize;
 
+use super::row::Row;
+use super::subject::Source;
 use crate::gi::Method;
 use crate::output::svg::COLORS;
 
@@ -16,23 +19,51 @@ const SHAPES: &[&str] = &[
     "M-1-1.1H1L.2 0L1 1.1H-1L-.2 0Z",
 ];
 
+/// The path tracer's: a star with four points.
+const PATH_TRACER: Mark = Mark {
+    method: "path tracer",
+    color: "#8b5cf6",
+    shape: "M0-1.5L.35-.35L1.5 0L.35 .35L0 1.5L-.35 .35L-1.5 0L-.35-.35Z",
+};
+
+/// That of other programs: a ring, open in the middle.
+const IMPORT: Mark = Mark {
+    method: "other program",
+    color: "#e11d48",
+    shape: "M1.1 0A1.1 1.1 0 0 1-1.1 0A1.1 1.1 0 0 1 1.1 0ZM.55 0A.55 .55 0 0 0-.55 0A.55 .55 0 0 0 .55 0Z",
+};
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Mark {
+    /// The method's name, or in words what made the image.
     pub method: &'static str,
     pub color: &'static str,
     /// A path's `d`, to be scaled by the radius.
     pub shape: &'static str,
 }
 
-pub fn mark(method: Method) -> Mark {
+/// That of a row.
+pub fn mark(row: &Row) -> Mark {
+    match &row.source {
+        Source::Settings => of_method(row.settings.as_ref().map_or(Method::None, |settings| settings.method)),
+        Source::PathTracer { .. } => PATH_TRACER,
+        Source::Import(_) => IMPORT,
+    }
+}
+
+fn of_method(method: Method) -> Mark {
     let place = Method::ALL.iter().position(|known| *known == method).expect("the list has every method");
     Mark { method: method.name(), color: COLORS[place % COLORS.len()], shape: SHAPES[place % SHAPES.len()] }
 }
 
-/// The marks of some methods, each once, in the order of the list of methods.
-pub fn marks(methods: impl IntoIterator<Item = Method>) -> Vec<Mark> {
-    let used: Vec<Method> = methods.into_iter().collect();
-    Method::ALL.iter().filter(|method| used.contains(method)).map(|method| mark(*method)).collect()
+/// The marks of some rows, each once: methods in the order of their list, then the others.
+pub fn marks<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<Mark> {
+    let used: Vec<Mark> = rows.into_iter().map(mark).collect();
+    all().filter(|mark| used.contains(mark)).collect()
+}
+
+fn all() -> impl Iterator<Item = Mark> {
+    Method::ALL.iter().map(|method| of_method(*method)).chain([PATH_TRACER, IMPORT])
 }
 
 #[cfg(test)]
@@ -40,9 +71,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn methods_differ_by_colour_and_by_shape() {
-        let all = marks(Method::ALL.iter().copied());
-        assert_eq!(all.len(), Method::ALL.len());
+    fn points_differ_by_colour_and_by_shape() {
+        let all: Vec<Mark> = all().collect();
+        assert_eq!(all.len(), Method::ALL.len() + 2);
         for (i, a) in all.iter().enumerate() {
             for b in &all[i + 1..] {
                 assert!(a.color != b.color && a.shape != b.shape, "{a:?} and {b:?}");

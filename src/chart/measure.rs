@@ -10,9 +10,12 @@
 use std::sync::Arc;
 
 use super::export::SceneLine;
+use super::import::Import;
 use super::picture;
+use super::plan::Trial;
 use super::row::{Errors, Measured, Pass};
 use super::store::Pictures;
+use super::subject::Subject;
 use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NoiseInRel, NonFinite};
@@ -31,10 +34,10 @@ use crate::{Result, measure};
 /// Frames to time, after those that warm up: so many at least,
 const LEAST_FRAMES: usize = 2;
 /// and at most.
-const MOST_FRAMES: usize = 5;
+pub(super) const MOST_FRAMES: usize = 5;
 
 /// In between, no further frame is timed once those before took so long together: long frames vary little.
-const LONG_ENOUGH_MS: f64 = 2000.0;
+pub(super) const LONG_ENOUGH_MS: f64 = 2000.0;
 
 /// A scene of a chart: how it is looked at, and its references.
 pub struct ChartScene {
@@ -155,11 +158,6 @@ impl ChartScene {
         }
     }
 
-    /// The depths of the references that an image with these settings is compared with: all light, and as many bounces.
-    pub fn depths(&self, settings: &Settings) -> [Depth; 2] {
-        [Depth::Full, same_depth(&self.scene, settings)]
-    }
-
     /// Puts a reference in the place of that of the same depth.
     pub fn set_reference(&mut self, reference: ReferenceImage) {
         self.references.retain(|other| other.depth != reference.depth);
@@ -174,42 +172,30 @@ impl ChartScene {
         picture::uri(self.options.size, metrics::exposed(radiance, exposure))
     }
 
-    /// Times the setting and compares its image with the references; `None` once `go_on` says no, which is asked between
-    /// frames.
+    /// Times the setting and compares its images, which [`Self::judge`] takes, with the references; `None` once `go_on`
+    /// says no, which is asked between frames.
     ///
     /// # Errors
     /// Whatever keeps the setting from running: too little memory, a lost device, an image without a finite pixel.
-    pub fn measure(
+    pub fn measure_settings(
         &self,
         context: &Arc<Context>,
-        settings: &Settings,
-        go_on: &dyn Fn() -> bool,
-    ) -> Result<Option<(Measured, Pictures)>> {
-        Ok(self.measure_image(context, settings, go_on)?.map(|(measured, pictures, _)| (measured, pictures)))
-    }
-
-    /// As [`Self::measure`], with the images, which [`Self::judge`] takes.
-    ///
-    /// # Errors
-    /// As above.
-    pub fn measure_image(
-        &self,
-        context: &Arc<Context>,
-        settings: &Settings,
+        trial: &Trial,
         go_on: &dyn Fn() -> bool,
     ) -> Result<Option<(Measured, Pictures, Images)>> {
+        let settings = &trial.settings;
         let images = self.images(context, settings)?;
-        let ([full, same], pictures) = self.judge(settings, &images)?;
+        let ([full, same], pictures) = self.judge(&Subject::Settings(trial.clone()), &images)?;
         let Some((timings, cpu_ms, memory_bytes)) = self.times(context, settings, go_on)? else { return Ok(None) };
         measure::refuse_invalid(context)?;
         let pass = |pass: PassTiming| Pass { name: pass.name.to_owned(), gpu_ms: pass.gpu_ms.median };
         let measured = Measured {
             frames: timings.frames().len(),
-            frame_gpu_ms: timings.frame_gpu_ms(),
+            frame_gpu_ms: Some(timings.frame_gpu_ms()),
             frame_cpu_ms: cpu_ms,
-            frame_wall_ms: timings.frame_wall_ms(),
+            frame_wall_ms: Some(timings.frame_wall_ms()),
             passes: timings.passes().into_iter().map(pass).collect(),
-            memory_bytes,
+            memory_bytes: Some(memory_bytes),
             nonfinite: NonFinite::of(images.whole.beauty()).count(),
             equal_terms: terms::changes(settings),
             full,
@@ -218,13 +204,34 @@ impl ChartScene {
         Ok(Some((measured, pictures, images)))
     }
 
+    /// Compares an image of another program with the references. Nothing is timed.
+    ///
+    /// # Errors
+    /// [`crate::Error::File`]: the image is not what it was when the chart began.
+    pub fn measure_import(&self, import: &Import) -> Result<(Measured, Pictures)> {
+        let ([full, same], pictures) = self.judge(&Subject::Import(import.clone()), &import.images()?)?;
+        let measured = Measured {
+            frames: 0,
+            frame_gpu_ms: None,
+            frame_cpu_ms: None,
+            frame_wall_ms: None,
+            passes: Vec::new(),
+            memory_bytes: None,
+            nonfinite: 0,
+            equal_terms: Vec::new(),
+            full,
+            same,
+        };
+        Ok((measured, pictures))
+    }
+
     /// The errors of a row's images against the references of today: all light, and as many bounces; and its pictures.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] for an image without a finite pixel.
-    pub fn judge(&self, settings: &Settings, images: &Images) -> Result<([Errors; 2], Pictures)> {
-        let references = self.depths(settings).map(|depth| self.reference(depth));
-        let [full, same] = references.map(|reference| errors(images, Subtract::in_scene(&self.scene), reference));
+    pub fn judge(&self, subject: &Subject, images: &Images) -> Result<([Errors; 2], Pictures)> {
+        let references = subject.depths(self).map(|depth| self.reference(depth));
+        let [full, same] = references.map(|reference| errors(images, subject.subtract(self), reference));
         let image = &images.whole;
         let difference = |reference: &ReferenceImage| {
             picture::uri(self.options.size, signed_difference(image.beauty(), reference.layers.beauty()))
@@ -283,18 +290,20 @@ fn another(wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
     timed < LEAST_FRAMES || (timed < MOST_FRAMES && wall_ms.sum::<f64>() < LONG_ENOUGH_MS)
 }
 
-fn errors(images: &Images, subtract: Subtract, reference: &ReferenceImage) -> Result<Errors> {
-    let whole = metrics::compare(&images.whole, &reference.layers, subtract)?;
-    let equal = images.equal.as_ref().map(|equal| metrics::compare(equal, &reference.layers, subtract)).transpose()?;
-    let equal = equal.as_ref().unwrap_or(&whole);
+/// `subtract`: `None` where the indirect light is not judged.
+fn errors(images: &Images, subtract: Option<Subtract>, reference: &ReferenceImage) -> Result<Errors> {
+    let compare = |image| metrics::compare(image, &reference.layers, subtract.unwrap_or(Subtract::Own));
+    let whole = compare(&images.whole)?;
+    let equal = images.equal.as_ref().map(compare).transpose()?;
+    let equal = subtract.is_some().then_some(equal.as_ref().unwrap_or(&whole));
     Ok(Errors {
         bounces: reference.bounces(),
         noise: reference.noise,
         noise_in_rel: reference.noise_in_rel,
         total: whole.total,
         flip: whole.flip,
-        indirect: equal.indirect,
-        diffuse: equal.indirect_diffuse,
+        indirect: equal.and_then(|equal| equal.indirect),
+        diffuse: equal.and_then(|equal| equal.indirect_diffuse),
     })
 }
 

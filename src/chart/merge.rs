@@ -45,7 +45,7 @@ impl Mergeable for Row {
 
     fn lasting(&self) -> Value {
         let numbers = |m: &super::row::Measured| (m.memory_bytes, m.nonfinite, m.equal_terms.clone(), m.full, m.same);
-        serde_json::json!([self.settings, self.failure, self.measured.as_ref().map(numbers)])
+        serde_json::json!([self.settings, self.source, self.failure, self.measured.as_ref().map(numbers)])
     }
 }
 

@@ -1,22 +1,30 @@
 //! Time and error of many settings on the same scenes, each a row.
 //!
-//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, [`store`] keeps rows between calls, the other modules write
-//! files. [`study`] is the plan behind `docs/study/`.
+//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, [`store`] keeps rows between calls, the other
+//! modules write files. Beside settings stand rows of the path tracer ([`paths`]) and of other programs ([`import`]).
+//! [`study`] is the plan behind `docs/study/`.
 
 pub mod export;
 pub mod frontier;
+pub mod import;
 pub mod marks;
 pub mod measure;
 pub mod merge;
 pub mod outline;
 pub mod page;
+pub mod paths;
 pub mod picture;
 pub mod plan;
 pub mod row;
 pub mod store;
 pub mod study;
+pub mod subject;
 pub mod svg;
 
-/// Version of the rows, as files and as kept between calls; it increases when a key changes its name, unit or meaning, and when
-/// there is a new key, which older rows would lack.
+/// Version of the rows as kept between calls; it increases when a key changes its name, unit or meaning, and when there
+/// is a new key, which older rows would lack.
 pub const VERSION: u32 = 4;
+
+/// Version of `rows.json`; it increases when a key is new or changes its name, unit or meaning. Format 5 has rows
+/// without settings, of the path tracer and of other programs.
+pub const JSON_VERSION: u32 = 5;

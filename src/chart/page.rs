@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::export::{Chart, Surroundings};
 use super::marks::{Mark, marks};
 use super::outline::Sketch;
+use super::paths::SEED;
 use super::row::Row;
 use super::store::Stored;
 use crate::output::svg::{COLORS, escape};
@@ -16,8 +17,10 @@ use crate::output::svg::{COLORS, escape};
 #[derive(Serialize)]
 struct Data<'a> {
     colors: &'static [&'static str],
-    /// Of the methods that rows are of.
+    /// Of the methods and other programs that rows are of.
     marks: Vec<Mark>,
+    /// Of the path tracer's rows.
+    paths_seed: u64,
     /// Machine, device and driver of rows.
     places: Vec<[&'a str; 3]>,
     mix_machines: bool,
@@ -53,7 +56,8 @@ pub fn html(chart: &Chart, sketches: &[Sketch], stored: &[Stored], around: &Surr
     };
     let data = Data {
         colors: COLORS,
-        marks: marks(chart.rows.iter().map(|row| row.settings.method)),
+        marks: marks(&chart.rows),
+        paths_seed: SEED,
         places: chart.places(),
         mix_machines: chart.mix_machines,
         reference_noise: chart.reference_noise,

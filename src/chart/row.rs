@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::plan::Trial;
+use super::subject::{Source, Subject};
 use crate::measure::metrics::{Metrics, NoiseInRel};
 use crate::measure::timing::Spread;
 use crate::settings::Settings;
@@ -16,19 +16,24 @@ pub struct Row {
     pub address: String,
     /// The scene's name in this chart.
     pub scene: String,
-    /// The preset and what was swept, in one line.
+    /// The preset and what was swept, in one line; of other images how they are called.
     pub name: String,
+    /// What made the image.
+    #[serde(default)]
+    pub source: Source,
+    /// Empty without settings.
     pub preset: String,
     /// `key=value` of the sweep; empty for a preset by itself.
     pub swept: Vec<String>,
     /// `key=value` for every setting that differs from the preset.
     pub changes: Vec<String>,
-    pub settings: Settings,
+    /// Absent where the image is not the renderer's.
+    pub settings: Option<Settings>,
     /// Absent where the setting could not run.
     pub measured: Option<Measured>,
     /// Why it could not.
     pub failure: Option<String>,
-    /// Absent until it ran.
+    /// Absent until it ran, and where the image is another program's.
     pub origin: Option<Origin>,
 }
 
@@ -59,18 +64,18 @@ impl Origin {
 /// Times in milliseconds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// Frames that the times are taken over; one before them warmed up.
+    /// Frames that the times are taken over, after those that warmed up; 0 where no time was measured.
     pub frames: usize,
-    /// Device time from a frame's first timestamp to its last.
-    pub frame_gpu_ms: Spread,
+    /// Device time from a frame's first timestamp to its last; absent where no device made the image.
+    pub frame_gpu_ms: Option<Spread>,
     /// Processor time of the whole process over all threads, where the system tells it.
     pub frame_cpu_ms: Option<Spread>,
-    /// From the start of recording to the end of the wait.
-    pub frame_wall_ms: Spread,
+    /// From the start of recording to the end of the wait; of the path tracer, of a trace.
+    pub frame_wall_ms: Option<Spread>,
     /// In the order of the frame.
     pub passes: Vec<Pass>,
     /// Bytes of device memory, as planned and taken.
-    pub memory_bytes: u64,
+    pub memory_bytes: Option<u64>,
     /// Values of the image that are NaN or infinite.
     pub nonfinite: usize,
     /// The settings that were changed for the image on which the indirect light was measured, as `key=value`; empty where it is
@@ -127,13 +132,33 @@ pub enum Part {
 }
 
 impl Row {
-    /// A setting on a scene without a result yet.
-    pub fn new(key: String, scene: &str, trial: &Trial) -> Self {
-        let Trial { preset, swept, settings } = trial.clone();
-        let changes = trial.changes().into_iter().map(|(key, value)| format!("{}={value}", key.name)).collect();
-        let (scene, name, address) = (scene.to_owned(), trial.name(), String::new());
-        let (measured, failure, origin) = (None, None, None);
-        Self { key, address, scene, name, preset, swept, changes, settings, measured, failure, origin }
+    /// What becomes a row of a scene, without a result yet.
+    pub fn new(key: String, scene: &str, subject: &Subject) -> Self {
+        let (scene, name, address) = (scene.to_owned(), subject.name(), String::new());
+        let (preset, swept, settings, changes) = match subject {
+            Subject::Settings(trial) => {
+                let changes = trial.changes().into_iter().map(|(key, value)| format!("{}={value}", key.name)).collect();
+                (trial.preset.clone(), trial.swept.clone(), Some(trial.settings.clone()), changes)
+            }
+            Subject::Paths(_) | Subject::Import(_) => (String::new(), Vec::new(), None, Vec::new()),
+        };
+        let (source, measured, failure, origin) = (subject.source(), None, None, None);
+        Self { key, address, scene, name, source, preset, swept, changes, settings, measured, failure, origin }
+    }
+
+    /// Whether two rows are of the same thing, maybe at different times.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        let is_same = match (&self.settings, &other.settings) {
+            (Some(own), Some(others)) => own.means_same(others),
+            (None, None) => self.name == other.name && self.source.word() == other.source.word(),
+            _ => false,
+        };
+        is_same && self.scene == other.scene
+    }
+
+    /// Paths a pixel, where the path tracer made the image.
+    pub fn paths(&self) -> Option<u32> {
+        if let Source::PathTracer { paths } = &self.source { Some(*paths) } else { None }
     }
 
     /// Whether both references have at most this noise.
@@ -141,7 +166,8 @@ impl Row {
         self.measured.as_ref().is_some_and(|m| m.full.noise <= noise && m.same.noise <= noise)
     }
 
-    /// Whose times may be compared with this row's.
+    /// Whose times may be compared with this row's; `None` for a time that was given: it stands beside those of every
+    /// place.
     pub fn place(&self) -> Option<[&str; 3]> {
         self.origin.as_ref().map(Origin::place)
     }
@@ -175,8 +201,14 @@ impl Row {
         })
     }
 
-    /// Median device time of a frame in milliseconds, where it was measured.
-    pub fn gpu_ms(&self) -> Option<f64> {
-        self.measured.as_ref().map(|m| m.frame_gpu_ms.median)
+    /// Milliseconds of a frame, where there is an error to go with it: median device time, the path tracer's median
+    /// wall time, or the time that was given.
+    pub fn ms(&self) -> Option<f64> {
+        let measured = self.measured.as_ref()?;
+        match &self.source {
+            Source::Settings => Some(measured.frame_gpu_ms?.median),
+            Source::PathTracer { .. } => Some(measured.frame_wall_ms?.median),
+            Source::Import(claim) => Some(claim.milliseconds),
+        }
     }
 }

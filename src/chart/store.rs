@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 use super::VERSION;
 use super::measure::ChartScene;
 use super::row::Row;
+use super::subject::Subject;
 use crate::output::file::{self, FolderLock};
 use crate::reference::{Depth, Stop, cache};
-use crate::settings::Settings;
 use crate::vk::Context;
 use crate::{Error, Result};
 
@@ -258,17 +258,21 @@ impl Keys {
         Self { common: [device, validation.to_string()], noise }
     }
 
-    /// Hash over the device and the address.
-    pub fn key(&self, address: &str) -> String {
-        short_hash(&serde_json::json!([self.common, address]))
+    /// Hash over the device and the address; of an image of another program, which needs no device, over the address
+    /// alone.
+    pub fn key(&self, address: &str, subject: &Subject) -> String {
+        match subject {
+            Subject::Import(_) => short_hash(&serde_json::json!([address])),
+            Subject::Settings(_) | Subject::Paths(_) => short_hash(&serde_json::json!([self.common, address])),
+        }
     }
 
-    /// Hash over the scene as it is seen, the noise of references, and the settings.
-    pub fn address(&self, scene: &ChartScene, settings: &Settings) -> String {
+    /// Hash over the scene as it is seen, the noise of references, and the settings, or what else made the image.
+    pub fn address(&self, scene: &ChartScene, subject: &Subject) -> String {
         let seen = scene.reference_options(Depth::Full, Stop::Noise(self.noise));
         let seen = cache::key((&scene.scene, &scene.pose, &scene.view), &seen).to_string();
         let bounds = format!("{:?}", scene.options.bounds);
-        short_hash(&serde_json::json!([self.noise.to_string(), seen, bounds, settings.to_toml()]))
+        short_hash(&serde_json::json!([self.noise.to_string(), seen, bounds, subject.identity()]))
     }
 }
 

@@ -1,9 +1,12 @@
 //! The default study: every preset, and every axis by itself on top of a preset. `docs/study/README.md` is made from it.
 
+use std::collections::BTreeSet;
+
 use super::export::{Chart, SceneLine};
 use super::frontier::frontiers;
 use super::plan::{Trial, distinct, sweep, trials};
 use super::row::{Part, Reference, Row};
+use super::subject::{Source, Subject};
 use crate::Result;
 use crate::measure::terms;
 use crate::settings::{PRESETS, Settings};
@@ -66,6 +69,9 @@ pub const AXES: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
+/// The name of the path tracer's lines, which stand last.
+pub const PATHS_AXIS: &str = "path tracer";
+
 /// The name of the presets' lines.
 pub const PRESETS_AXIS: &str = "preset";
 
@@ -116,6 +122,11 @@ pub fn handwritten(page: &str) -> Option<&str> {
 /// The page. `sets`: as for [`lines`]; `handwritten`: the part to keep of an earlier page.
 pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], handwritten: &str) -> String {
     let (devices, noise) = (chart.devices(), 100.0 * chart.reference_noise);
+    let paths: BTreeSet<u32> = chart.rows.iter().filter_map(Row::paths).collect();
+    let traced = match paths.is_empty() {
+        true => "",
+        false => "; of the path tracer, which stands last, the wall time on the processor",
+    };
     let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
     let [title, flag, axes] = match lines.iter().any(|(axis, _)| *axis != PRESETS_AXIS) {
         true => ["setting", "", ", then every axis by itself, on\ntop of the preset that starts its line"],
@@ -125,7 +136,7 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
         "# Error and time of every {title}\n\n\
          Written by `twobounce study{flag}`; it is run again whenever a method changes. It measures every preset{axes}. `{base}`, \
          unless a line says otherwise. Measured at {}×{} pixels on\n\
-         {devices}. `ms` is the GPU time of a frame. The other columns are `rel`, mean |error| over mean reference: `same`\n\
+         {devices}. `ms` is the GPU time of a frame{traced}. The other columns are `rel`, mean |error| over mean reference: `same`\n\
          against light of as many bounces, `all` against all light; the references' own noise is {noise} %. *Whole* is `rel` of the whole\n\
          image, *diffuse* that of the indirect light on diffuse surfaces, on equal terms: direct light and lamps are the exact ones\n\
          (`docs/accuracy.md` defines both). Lines marked * were measured for that with what rows.csv names in its column\n\
@@ -150,7 +161,15 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
         let mark = if terms::changes(&trial.settings).is_empty() { "" } else { "*" };
         page += &format!("| {axis} | `{}`{mark} | {} |", trial.name(), trial.settings.method);
         last = name;
-        columns.iter().for_each(|scene| page += &scene.cells(trial));
+        let is_meant = |row: &Row| row.settings.as_ref().is_some_and(|own| own.means_same(&trial.settings));
+        columns.iter().for_each(|scene| page += &scene.cells(&is_meant));
+        page += "\n";
+    }
+    for (i, paths) in paths.iter().enumerate() {
+        let axis = if i == 0 { PATHS_AXIS } else { "" };
+        page += &format!("| {axis} | `{}` | path tracer |", Subject::Paths(*paths).name());
+        let is_meant = |row: &Row| row.source == Source::PathTracer { paths: *paths };
+        columns.iter().for_each(|scene| page += &scene.cells(&is_meant));
         page += "\n";
     }
     page
@@ -178,7 +197,7 @@ impl<'a> Columns<'a> {
         let mut errors = Vec::new();
         for (part, name) in [(Part::Total, "whole"), (Part::Diffuse, "diffuse")] {
             for (reference, light) in [(Reference::Same, "same"), (Reference::Full, "all")] {
-                let point = |row: &&Row| row.gpu_ms().zip(row.rel(reference, part)).unwrap_or((f64::NAN, f64::NAN));
+                let point = |row: &&Row| row.ms().zip(row.rel(reference, part)).unwrap_or((f64::NAN, f64::NAN));
                 let places: Vec<_> = rows.iter().map(|row| row.place().filter(|_| !chart.mix_machines)).collect();
                 let best = frontiers(&rows.iter().map(point).collect::<Vec<_>>(), &places);
                 let best = best.concat().into_iter().map(|i| rows[i].key.clone()).collect();
@@ -188,10 +207,10 @@ impl<'a> Columns<'a> {
         Self { scene: &scene.name, rows, errors }
     }
 
-    /// Time and errors of one setting.
-    fn cells(&self, trial: &Trial) -> String {
-        let row = self.rows.iter().find(|row| row.settings.means_same(&trial.settings));
-        let time = row.and_then(|row| Some(format!("{:.0}", row.gpu_ms()?)));
+    /// Time and errors of the row that is meant.
+    fn cells(&self, is_meant: &dyn Fn(&Row) -> bool) -> String {
+        let row = self.rows.iter().find(|row| is_meant(row));
+        let time = row.and_then(|row| Some(format!("{:.0}", row.ms()?)));
         let error = |Error { part, reference, best, .. }: &Error| {
             let row = row?;
             let bold = if best.contains(&row.key) { "**" } else { "" };
@@ -241,7 +260,10 @@ mod tests {
             all_diffuse,
             command: String::new(),
         };
-        let row = |scene: &str| Row { measured: Some(measured.clone()), ..Row::new(scene.into(), scene, &lines[0].1) };
+        let row = |scene: &str| Row {
+            measured: Some(measured.clone()),
+            ..Row::new(scene.into(), scene, &Subject::Settings(lines[0].1.clone()))
+        };
         let rows = vec![row("box"), row("room")];
         let chart = Chart { scenes: vec![line("box", true), line("room", false)], rows, ..Chart::default() };
         let page = document(&chart, &lines[..2], &[], "");

@@ -3,6 +3,7 @@
 use super::frontier::frontiers;
 use super::marks::{Mark, mark, marks};
 use super::row::{Part, Reference, Row};
+use super::subject::Source;
 use crate::output::svg::{LogAxis, escape};
 
 /// Pixels of a panel, and what its axes' labels take on the left, on top, on the right and below.
@@ -45,7 +46,7 @@ pub fn chart(panels: &[Panel], columns: usize) -> String {
          role=\"img\" aria-label=\"error against time\">\n<style>{STYLE}</style>\n"
     );
     let mut x = LEFT;
-    for mark in marks(panels.iter().flat_map(|panel| &panel.rows).map(|row| row.settings.method)) {
+    for mark in marks(panels.iter().flat_map(|panel| panel.rows.iter().copied())) {
         svg += &format!("{}/>\n", path(mark, "", (x, 14.0), 5.0));
         svg += &format!("<text x=\"{}\" y=\"18\">{}</text>\n", x + 10.0, escape(mark.method));
         x += 34.0 + 7.0 * mark.method.len() as f64;
@@ -65,7 +66,7 @@ fn path(mark: Mark, class: &str, (x, y): (f64, f64), radius: f64) -> String {
 
 fn draw(panel: &Panel) -> String {
     // A logarithm has no zero; an error of none is drawn as one that no reference can show.
-    let point = |row: &Row| Some((row.gpu_ms()?, row.rel(panel.reference, panel.part)?.max(1e-6)));
+    let point = |row: &Row| Some((row.ms()?, row.rel(panel.reference, panel.part)?.max(1e-6)));
     let rows: Vec<(&Row, (f64, f64))> = panel.rows.iter().filter_map(|row| Some((*row, point(row)?))).collect();
     let points: Vec<(f64, f64)> = rows.iter().map(|row| row.1).collect();
     let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
@@ -93,7 +94,7 @@ fn draw(panel: &Panel) -> String {
     let (width, height) = (right - LEFT, bottom - TOP);
     add(format!("<rect class=\"frame\" x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\"/>"));
     let (across, down) = ((LEFT + right) / 2.0, (TOP + bottom) / 2.0);
-    add(format!("<text x=\"{across}\" y=\"{}\" text-anchor=\"middle\">GPU ms a frame</text>", HEIGHT - 8.0));
+    add(format!("<text x=\"{across}\" y=\"{}\" text-anchor=\"middle\">{}</text>", HEIGHT - 8.0, times(&rows)));
     let title = match panel.part {
         Part::Total => "rel of the whole image",
         Part::Indirect => "rel of the indirect light",
@@ -121,11 +122,25 @@ fn draw(panel: &Panel) -> String {
     for (i, (row, (cost, error))) in rows.into_iter().enumerate() {
         let class = if best.contains(&i) { "" } else { " class=\"faint\"" };
         let radius = if row.swept.is_empty() { 6.0 } else { 4.0 };
-        let mark = mark(row.settings.method);
-        let title = format!("<title>{}, {}: {cost:.0} ms, {error:.3}</title>", escape(&row.name), mark.method);
+        let mark = mark(row);
+        let given = if matches!(row.source, Source::Import(_)) { " as given" } else { "" };
+        let title = format!("<title>{}, {}: {cost:.0} ms{given}, {error:.3}</title>", escape(&row.name), mark.method);
         add(format!("{}>{title}</path>", path(mark, class, place((cost, error)), radius)));
     }
     svg
+}
+
+/// What an axis's times are.
+fn times(rows: &[(&Row, (f64, f64))]) -> &'static str {
+    let has = |of: fn(&Source) -> bool| rows.iter().any(|(row, _)| of(&row.source));
+    let [traced, given] =
+        [has(|source| matches!(source, Source::PathTracer { .. })), has(|source| matches!(source, Source::Import(_)))];
+    match (traced, given) {
+        (false, false) => "GPU ms a frame",
+        (true, false) => "ms a frame: GPU; path tracer: wall clock",
+        (false, true) => "ms a frame: GPU; other programs: as given",
+        (true, true) => "ms a frame: GPU; path tracer: wall clock; others: as given",
+    }
 }
 
 /// A tick's label: short, so that many fit, and without the rounding of powers of ten.

@@ -6,10 +6,12 @@ use std::slice;
 
 use clap::Args;
 use twobounce::chart::plan::{Trial, sweep, trials};
+use twobounce::chart::subject::Subject;
 use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, SettingsArgs};
+use super::bench::imports::ImportArgs;
 use super::bench::{Bench, BenchArgs};
 
 /// Every preset runs by itself, then every value of every --sweep on top of every preset, one sweep at a time. Each row is
@@ -38,13 +40,19 @@ pub struct ChartArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
     #[command(flatten)]
+    pub imports: ImportArgs,
+    #[command(flatten)]
     pub bench: BenchArgs,
 }
 
 /// Measures what is missing and writes the chart again.
 pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
-    let bench = Bench { scene: &args.scene, paths, trials: args.trials()?, folder: &args.output, args: &args.bench };
+    let rendered = args.trials()?.into_iter().map(Subject::Settings);
+    let subjects = rendered.chain(args.bench.paths.subjects()).collect::<Vec<_>>();
+    let imports = args.imports.open(args.scene.size, &subjects)?;
+    let subjects = subjects.into_iter().chain(imports).collect();
+    let bench = Bench { scene: &args.scene, paths, subjects, folder: &args.output, args: &args.bench };
     match args.bench.list {
         Some(count) => Ok(bench.list(count, &["-o", "--output"])?),
         None => bench.run(|_| Ok(None)),

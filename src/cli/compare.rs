@@ -8,7 +8,7 @@ use glam::Vec3;
 use twobounce::layers::Layers;
 use twobounce::measure::metrics::{self, Comparison, Metrics};
 use twobounce::measure::picture::side_by_side;
-use twobounce::measure::terms::Subtract;
+use twobounce::measure::terms::{self, Subtract};
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::{Error, Result};
@@ -100,7 +100,7 @@ impl Compared {
         let has_sky = headers.iter().any(|header| header.get("sky").is_some_and(|sky| *sky != no_sky));
         let subtract = if has_sky { Subtract::OfReference } else { Subtract::Own };
         let mut comparison = metrics::compare(image, reference, subtract)?;
-        let needs = headers[0].get(EQUAL_TERMS).cloned().unwrap_or_default();
+        let needs = headers[0].get(terms::HEADER).cloned().unwrap_or_default();
         if !needs.is_empty() {
             (comparison.indirect, comparison.indirect_diffuse) = (None, None);
         }
@@ -172,9 +172,6 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     exceeded.iter().for_each(|sentence| say!("{sentence}"));
     Ok(ExitCode::from(u8::from(!exceeded.is_empty())))
 }
-
-/// The entry in an image's header that holds [`twobounce::measure::terms::changes`] of its settings.
-pub const EQUAL_TERMS: &str = "equalTerms";
 
 /// The layers that a part of the light needs.
 const NO_DIRECT: &str = "needs the direct layer in both files";

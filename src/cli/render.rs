@@ -23,7 +23,6 @@ use twobounce::{Error, Result};
 
 use super::args::{Frames, RenderArgs};
 use super::blank::{sky_shown, why_blank};
-use super::compare::EQUAL_TERMS;
 use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
 use super::report::{self, RenderReport};
@@ -52,7 +51,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),
         ("method", settings.method.name().to_owned()),
         ("settings", settings.to_toml()),
-        (EQUAL_TERMS, terms::changes(&settings).join(" ")),
+        (terms::HEADER, terms::changes(&settings).join(" ")),
         ("device", context.name.clone()),
         ("driver", context.driver.clone()),
     ]);

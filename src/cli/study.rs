@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 use twobounce::chart::export::Chart;
 use twobounce::chart::study::{PRESETS_AXIS, SCENES, document, handwritten, lines, settings};
+use twobounce::chart::subject::Subject;
 use twobounce::chart::svg;
 use twobounce::output::file;
 use twobounce::{Error, Result};
@@ -46,7 +47,8 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     handwritten_part(&args.output)?; // before anything is measured
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);
-    let bench = Bench { scene, paths, trials: settings(&lines), folder: &args.rows, args: &args.bench };
+    let subjects = settings(&lines).into_iter().map(Subject::Settings).chain(args.bench.paths.subjects()).collect();
+    let bench = Bench { scene, paths, subjects, folder: &args.rows, args: &args.bench };
     if let Some(count) = args.bench.list {
         return Ok(bench.list(count, &["--rows"])?);
     }

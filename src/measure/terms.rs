@@ -9,6 +9,9 @@ use glam::Vec3;
 use crate::scene::Scene;
 use crate::settings::{LampLight, Settings, Shadows};
 
+/// The entry in an image's header that holds [`changes`] of its settings.
+pub const HEADER: &str = "equalTerms";
+
 /// Whose direct light is subtracted from an image to leave its indirect light. The reference's own is subtracted from the
 /// reference either way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,6 +16,9 @@ impl Folder {
     fn charting(&self, args: &[&str]) -> Command {
         let mut command = self.command(&["chart"]);
         command.args(args).args(SMALL);
+        if !args.contains(&"--paths") {
+            command.args(["--paths", "none"]);
+        }
         command
     }
 
@@ -76,8 +79,12 @@ fn cells(line: &str) -> Vec<String> {
 fn rows_pages_and_failures() {
     let folder = Folder::with_box(SCENE);
     let args = [SCENE, "-o", "out", "--presets", "fast,printed", "--sweep", "voxels=16,64", "--validation"];
+    let others = ["--paths", "1", "--import", "Other=other.exr,5"];
+    let args = [&args[..], &others].concat();
+    let mut render = folder.command(&["render", SCENE, "-q", "-o", "other.exr", "--preset", "fast", "--aov", "direct"]);
+    assert!(render.args(&SMALL[..4]).status().unwrap().success());
     let said = folder.charted(&[&args[..], &["--memory-limit", "9MiB"]].concat());
-    assert!(said.contains("settings that could not run: 2 of 4"), "{said}");
+    assert!(said.contains("settings that could not run: 2 of 6"), "{said}");
     assert_eq!(
         names(&folder.path("out")),
         ["chart.svg", "chart.txt", "index.html", "outline.toml", "rows", "rows.csv", "rows.json"]
@@ -86,7 +93,7 @@ fn rows_pages_and_failures() {
     let chart = folder.json("out/rows.json");
     let rows = chart["rows"].as_array().unwrap();
     let row_names: Vec<_> = rows.iter().map(|row| row["name"].as_str().unwrap()).collect();
-    assert_eq!(row_names, ["fast", "printed", "fast voxels=64", "printed voxels=64"]);
+    assert_eq!(row_names, ["fast", "printed", "fast voxels=64", "printed voxels=64", "1 path a pixel", "Other"]);
     for row in &rows[..2] {
         let measured = &row["measured"];
         assert!(row["failure"].is_null() && measured["frame_gpu_ms"]["median"].as_f64().unwrap() > 0.0, "{row}");
@@ -105,7 +112,7 @@ fn rows_pages_and_failures() {
     // Rays are nearer to the truth than the talk's listings, even at 16³.
     let rel = |row: &Value| row["measured"]["same"]["indirect"]["rel"].as_f64().unwrap();
     assert!(rel(&rows[0]) < rel(&rows[1]), "{} and {}", rel(&rows[0]), rel(&rows[1]));
-    for row in &rows[2..] {
+    for row in &rows[2..4] {
         // One digit more where the need lies within the same MiB.
         let failure = row["failure"].as_str().unwrap();
         assert!(
@@ -116,7 +123,7 @@ fn rows_pages_and_failures() {
 
     let csv = fs::read_to_string(folder.path("out/rows.csv")).unwrap();
     let lines: Vec<_> = csv.lines().map(cells).collect();
-    assert!(lines.len() == 5 && lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
+    assert!(lines.len() == 7 && lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
     assert_eq!(lines[1][0], "box,1");
     let column = |name: &str| lines[0].iter().position(|cell| cell == name).unwrap();
     let in_csv: f64 = lines[1][column("same_indirect_rel")].parse().unwrap();
@@ -131,14 +138,14 @@ fn rows_pages_and_failures() {
 
     let page = fs::read_to_string(folder.path("out/index.html")).unwrap();
     // The image, two differences per row and two references.
-    assert_eq!(page.matches("data:image/jpeg;base64,").count(), 2 * 3 + 2);
+    assert_eq!(page.matches("data:image/jpeg;base64,").count(), 4 * 3 + 2);
     assert!(!page.contains("{{"), "a place in the page was not filled in");
     let svg = fs::read_to_string(folder.path("out/chart.svg")).unwrap();
     let marks: Vec<&str> = svg.lines().filter(|line| line.contains(" scale(")).collect();
-    assert!(marks.len() == 2 + 2 * 2 && svg.contains("polyline"), "{svg}");
+    assert!(marks.len() == 4 + 2 * 4 && svg.contains("polyline"), "{svg}");
     let shapes: BTreeSet<_> =
         marks.iter().filter_map(|line| line.split('"').find(|part| part.starts_with('M'))).collect();
-    assert_eq!(shapes.len(), 2, "a shape for each method: {svg}");
+    assert_eq!(shapes.len(), 4, "a shape for each method, for the path tracer and for other programs: {svg}");
 
     let mut written = BTreeSet::new();
     paths(&chart, "", &mut written);
@@ -152,7 +159,7 @@ fn rows_pages_and_failures() {
 
     // Once there is room the failures are tried again, and the rest is kept.
     let said = folder.charted(&args);
-    assert!(said.contains("rows kept from earlier calls: 2 of 4") && !said.contains("could not run"), "{said}");
+    assert!(said.contains("rows kept from earlier calls: 4 of 6") && !said.contains("could not run"), "{said}");
 }
 
 /// The chart and `compare` measure by one definition: every number of a row is that of the images, rendered one by one. The box is lit by

@@ -14,7 +14,7 @@ impl Folder {
         let mut command = self.command(&["chart"]);
         command.env("TWOBOUNCE_CACHE", self.path(cache)).arg(root().join("assets/cornell-point.glb"));
         command.args(["-o", output, "--size", "32x32", "--set", "voxels=16", "--presets", "fast,printed"]);
-        command.args(["--reference-noise", noise]);
+        command.args(["--reference-noise", noise, "--paths", "none"]);
         command
     }
 

@@ -5,6 +5,7 @@ mod cli_common;
 mod arguments;
 mod bombs;
 mod chart;
+mod chart_others;
 mod chart_rounds;
 mod demo;
 mod host_example;

@@ -5,11 +5,13 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::cli_common::{after_first_row, interrupted};
-use twobounce::chart::study::lines;
+use twobounce::chart::study::{PATHS_AXIS, lines};
 
-/// Axis and setting of every line of the page's table, an axis named once. A star marks lines with a second image.
+/// Axis and setting of every line of the page's table but those of the path tracer, which stand last; an axis is named
+/// once. A star marks lines with a second image.
 fn table(page: &str) -> Vec<String> {
     let rows = page.lines().filter(|line| line.starts_with("| ") && line.contains("| `"));
+    let rows = rows.take_while(|line| !line.starts_with(&format!("| {PATHS_AXIS} |")));
     rows.map(|line| {
         line.split('|').skip(1).take(2).map(|cell| cell.trim().trim_end_matches('*')).collect::<Vec<_>>().join(" ")
     })

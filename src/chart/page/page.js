@@ -2,15 +2,25 @@
 // The controls, the chart that they ask for, and what is known of the chosen setting.
 
 const data = JSON.parse(document.getElementById("data").textContent);
-data.rows = data.rows.map(({ row, pictures }) => ({ ...row, ...pictures, settings: leaves(row.settings) }));
-data.history = data.history.map((row) => ({ ...row, settings: leaves(row.settings) }));
+data.rows = data.rows.map(({ row, pictures }) => ({ ...row, ...pictures, settings: leaves(row.settings ?? {}) }));
+data.history = data.history.map((row) => ({ ...row, settings: leaves(row.settings ?? {}) }));
 const at = (id) => document.getElementById(id);
-const mib = (bytes) => bytes / 2 ** 20;
+const mib = (bytes) => (bytes === undefined || bytes === null ? undefined : bytes / 2 ** 20);
 
+// What made an image, where that is not the renderer with settings.
+const OTHERS = { "path-tracer": "path tracer", import: "other program" };
+const isOther = (row) => row.source.kind in OTHERS;
+const isGiven = (row) => row.source.kind === "import";
+const hasOthers = data.rows.some(isOther);
+/** Milliseconds of a frame: of the device, by the wall clock of the path tracer, or as given. */
+const msOf = ({ source, measured }) =>
+  source.kind === "import" ? source.milliseconds : (measured.frame_gpu_ms ?? measured.frame_wall_ms)?.median;
+
+// Each of a row that is measured.
 const COSTS = {
-  gpu: { label: "GPU time", unit: "GPU ms a frame", of: (m) => m.frame_gpu_ms.median },
-  cpu: { label: "processor time", unit: "CPU ms a frame, all threads", of: (m) => m.frame_cpu_ms?.median },
-  memory: { label: "memory", unit: "MiB of device memory", of: (m) => mib(m.memory_bytes) },
+  gpu: { label: hasOthers ? "time" : "GPU time", unit: hasOthers ? "ms a frame" : "GPU ms a frame", of: msOf },
+  cpu: { label: "processor time", unit: "CPU ms a frame, all threads", of: ({ measured }) => measured.frame_cpu_ms?.median },
+  memory: { label: "memory", unit: "MiB of device memory", of: ({ measured }) => mib(measured.memory_bytes) },
 };
 const METRICS = {
   rel: "mean |error| over the reference's mean",
@@ -56,7 +66,7 @@ function errorOf(row, { truth, part, metric } = state) {
   return metric === "energy" ? Math.abs(value - 1) : value;
 }
 
-const methodOf = (row) => row.settings.find(([key]) => key === "method")[1];
+const methodOf = (row) => OTHERS[row.source.kind] ?? row.settings.find(([key]) => key === "method")[1];
 /** How the points of a row's method look. */
 const markOf = (row) => data.marks.find(({ method }) => method === methodOf(row));
 
@@ -64,21 +74,27 @@ const shapeOf = (mark) => shape("svg", { viewBox: "-7 -7 14 14", width: 14, heig
 /** Where a row was measured, as one text. */
 const placeOf = (row) => (row.origin ? JSON.stringify([row.origin.machine, row.origin.device, row.origin.driver]) : "");
 const places = data.places.map((place) => JSON.stringify(place));
-const machineOf = (row) => row.origin?.machine ?? "unknown";
+const machineOf = (row) => row.origin?.machine ?? (isGiven(row) ? row.source.device : undefined) ?? "unknown";
 const dateOf = (row) => (row.origin ? new Date(1000 * row.origin.unix_s).toISOString().slice(0, 16).replace("T", " ") : "");
-const sameSetting = (a, b) => a.scene === b.scene && a.settings.join() === b.settings.join();
+const sameSetting = (a, b) =>
+  a.scene === b.scene && a.source.kind === b.source.kind && (isOther(a) ? a.name === b.name : a.settings.join() === b.settings.join());
 const quoted = (word) => (/^[\w\-.=/,:+%@]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
 
-/** The command that renders a row's picture. */
+/** The command that renders a row's picture; none of an image of another program and of one path, which `reference` does not write. */
 function commandOf(row) {
   const { command } = data.scenes.find((scene) => scene.name === row.scene);
+  if (isGiven(row) || row.source.paths === 1) return "";
+  if (isOther(row)) {
+    const trace = command.replace("twobounce render", "twobounce reference").replace("-o image.png", "-o image.exr");
+    return `${trace} --spp ${row.source.paths} --seed ${data.paths_seed} --aov direct`;
+  }
   return [command, "--preset", quoted(row.preset), ...row.changes.map((change) => `--set ${quoted(change)}`)].join(" ");
 }
 
 function buildControls() {
   const form = at("controls");
   form.scene.append(...data.scenes.map((scene) => new Option(scene.name, scene.name)));
-  const known = Object.entries(COSTS).filter(([, cost]) => data.rows.some((row) => row.measured && cost.of(row.measured)));
+  const known = Object.entries(COSTS).filter(([, cost]) => data.rows.some((row) => row.measured && cost.of(row)));
   form.cost.append(...known.map(([key, cost]) => new Option(cost.label, key)));
   for (const [name, choices] of Object.entries(CHOICES)) {
     const segments = form.querySelector(`[data-name=${name}]`);
@@ -120,24 +136,24 @@ function buildControls() {
 
 /** Whether the filters let a row through: every word must be in its name, its changes, its method or its machine. */
 function isShown(row) {
-  if (row.scene !== state.scene || state.hidden.includes(methodOf(row)) || (state.place && placeOf(row) !== state.place)) return false;
+  if (row.scene !== state.scene || state.hidden.includes(methodOf(row)) || (state.place && !isGiven(row) && placeOf(row) !== state.place)) return false;
   const text = [row.name, ...row.changes, methodOf(row), machineOf(row)].join(" ").toLowerCase();
   return state.find.toLowerCase().split(/\s+/).every((word) => text.includes(word));
 }
 
 /** A row as a point of the chart, as far as it has both numbers. */
 function pointOf(row) {
-  const cost = COSTS[state.cost], x = row.measured && cost.of(row.measured), y = errorOf(row);
+  const cost = COSTS[state.cost], x = row.measured && cost.of(row), y = errorOf(row);
   if (!x || y === undefined) return undefined;
   const noise = state.metric === "rel" ? row.measured[state.truth].noise_in_rel[state.part] : undefined;
-  const was = (old) => [old.measured && cost.of(old.measured), errorOf(old)];
+  const was = (old) => [old.measured && cost.of(old), errorOf(old)];
   const earlier = data.history.filter((old) => sameSetting(old, row)).map(was).filter(([px, py]) => px && py !== undefined);
   return {
     row, x, y: Math.max(y, LEAST), name: row.name, preset: row.swept.length === 0, mark: markOf(row),
     least: noise > 0 ? y - noise : undefined,
-    group: data.mix_machines ? "" : placeOf(row),
-    digit: places.length > 1 ? String(places.indexOf(placeOf(row)) + 1) : undefined,
-    told: (places.length > 1 ? `, machine ${machineOf(row)}` : "") + (noise > 0.02 * y ? `, of which noise of the reference up to ${digits(noise)}` : ""),
+    group: isGiven(row) ? undefined : data.mix_machines ? "" : placeOf(row),
+    digit: places.length > 1 && !isGiven(row) ? String(places.indexOf(placeOf(row)) + 1) : undefined,
+    told: (isGiven(row) ? ", time as given" : "") + (places.length > 1 ? `, machine ${machineOf(row)}` : "") + (noise > 0.02 * y ? `, of which noise of the reference up to ${digits(noise)}` : ""),
     earlier: earlier.map(([px, py]) => [px, Math.max(py, LEAST)]),
   };
 }
@@ -150,7 +166,7 @@ function draw() {
   const selected = (points.find((p) => p.row.key === state.key) ?? points.find((p) => p.name === state.name))?.row;
   at("controls").querySelector("[name=metric][value=flip]").disabled = state.part !== "total";
   const mixed = data.mix_machines && places.length > 1;
-  const rule = places.length < 2 ? "no other setting" : mixed ? "no other setting on any machine" : "no other setting on the same machine";
+  const rule = places.length < 2 ? "no other row" : mixed ? "no other row on any machine" : "no other row on the same machine";
   const warning = mixed ? " Times of several machines are mixed in one line (--mix-machines)." : "";
   at("meaning").textContent = `${state.metric}: ${METRICS[state.metric]}. Lower and further left is better; the line joins what ${rule} beats.${warning}`;
   const yTitle = `${state.metric === "energy" ? "|energy − 1|" : state.metric}, ${CHOICES.part[state.part]}`;
@@ -159,10 +175,12 @@ function draw() {
   drawTable(cost, yTitle);
   const left = rows.filter((row) => row.measured).length - points.length;
   const scene = data.scenes.find((s) => s.name === state.scene);
-  const missing = left > 0 ? ` ${left} settings have no such number.` : "";
+  const missing = left > 0 ? ` Rows without such a number: ${left}.` : "";
   const bars = points.some((p) => p.least !== undefined) ? " Bars show how much of an error may be the reference's own noise." : "";
   const trails = points.some((p) => p.earlier.length > 0) ? " Broken lines come from earlier runs." : "";
-  at("hint").textContent = `${scene.about}. Choose a point by mouse, touch, or Tab and the arrow keys.${bars}${trails}${missing}`;
+  const traced = points.some((p) => p.row.source.kind === "path-tracer") ? " Stars are this program's path tracer on the processor, timed by the wall clock." : "";
+  const given = points.some((p) => isGiven(p.row)) ? " Rings are images of other programs; their times are as given." : "";
+  at("hint").textContent = `${scene.about}. Choose a point by mouse, touch, or Tab and the arrow keys.${bars}${trails}${traced}${given}${missing}`;
   const failed = rows.filter((row) => row.failure);
   at("failures").hidden = failed.length === 0;
   at("failures").querySelector("ul").replaceChildren(...failed.map((row) => element("li", {}, element("b", {}, row.name), `: ${row.failure}`)));
@@ -171,7 +189,7 @@ function draw() {
 /** The columns of the table: a name, a title, and what a point shows and is sorted by. */
 function columns(cost, yTitle) {
   const all = [
-    { name: "name", title: "setting", of: (p) => p.name },
+    { name: "name", title: "name", of: (p) => p.name },
     { name: "method", title: "method", of: (p) => methodOf(p.row) },
     { name: "machine", title: "machine", of: (p) => machineOf(p.row) },
     { name: "x", title: cost.unit, of: (p) => p.x },
@@ -184,7 +202,7 @@ function columns(cost, yTitle) {
 
 function drawTable(cost, yTitle) {
   const cols = columns(cost, yTitle), by = cols.find(({ name }) => name === state.sort) ?? cols[0];
-  const order = (a, b) => (typeof by.of(a) === "string" ? by.of(a).localeCompare(by.of(b)) : by.of(a) - by.of(b));
+  const order = (a, b) => (typeof by.of(a) === "string" ? by.of(a).localeCompare(by.of(b)) : (by.of(a) ?? 0) - (by.of(b) ?? 0));
   const sorted = [...points].sort((a, b) => (state.falling ? -order(a, b) : order(a, b)));
   const best = new Set(frontiersOf(points).flat());
   const head = cols.map(({ name, title }) => {
@@ -199,13 +217,14 @@ function drawTable(cost, yTitle) {
     button.dataset.key = p.row.key;
     const cells = cols.slice(1).map(({ name, of }) => {
       const value = of(p);
-      return element("td", {}, ...(name === "method" ? [shapeOf(p.mark)] : []), typeof value === "string" ? value : digits(value));
+      const text = value === undefined ? "–" : typeof value === "string" ? value : digits(value);
+      return element("td", {}, ...(name === "method" ? [shapeOf(p.mark)] : []), name === "x" && isGiven(p.row) ? `${text} as given` : text);
     });
     const line = element("tr", {}, element("td", {}, button), ...cells);
     if (p.row.key === state.key) line.setAttribute("aria-current", "true");
     return line;
   });
-  at("count").textContent = points.length === 1 ? "one setting" : `${points.length} settings`;
+  at("count").textContent = points.length === 1 ? "one row" : `${points.length} rows`;
   at("rows").replaceChildren(element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...lines));
 }
 
@@ -227,21 +246,27 @@ function showDetail(row) {
   at("name").textContent = `${row.name} · ${methodOf(row)} · ${row.scene}`;
   const cpu = measured.frame_cpu_ms ? `, ${digits(measured.frame_cpu_ms.median)} ms of processor time` : "";
   const frames = measured.frames === 1 ? "one frame" : `the median of ${measured.frames} frames`;
-  const spread = `${digits(measured.frame_gpu_ms.min)} to ${digits(measured.frame_gpu_ms.max)}`;
-  at("numbers").textContent =
-    `${digits(measured.frame_gpu_ms.median)} GPU ms (${frames}, ${spread})${cpu}, ${digits(mib(measured.memory_bytes))} MiB` +
-    (measured.nonfinite > 0 ? `, ${measured.nonfinite} values are not finite` : "");
+  const time = measured.frame_gpu_ms ?? measured.frame_wall_ms;
+  const memory = measured.memory_bytes === null ? "" : `, ${digits(mib(measured.memory_bytes))} MiB`;
+  at("numbers").textContent = isGiven(row)
+    ? `${digits(row.source.milliseconds)} ms as given`
+    : `${digits(time.median)} ${isOther(row) ? "ms by the wall clock" : "GPU ms"} (${frames}, ${digits(time.min)} to ${digits(time.max)})${cpu}${memory}` +
+      (measured.nonfinite > 0 ? `, ${measured.nonfinite} values are not finite` : "");
   const { origin } = row;
-  at("origin").textContent = origin
-    ? `Measured ${dateOf(row)} UTC on ${origin.machine}, twobounce ${origin.program}, build ${origin.build}${origin.label ? `, ${origin.label}` : ""}; reference noise ${digits(100 * measured[state.truth].noise)} %.`
-    : "";
+  const noise = `reference noise ${digits(100 * measured[state.truth].noise)} %.`;
+  at("origin").textContent = !origin
+    ? `Judged by this program; ${noise}`
+    : `Measured ${dateOf(row)} UTC on ${origin.machine}, twobounce ${origin.program}, build ${origin.build}${origin.label ? `, ${origin.label}` : ""}; ${noise}`;
   at("command").textContent = commandOf(row);
+  at("command").hidden = at("copy").hidden = commandOf(row) === "";
+  showGiven(row);
   at("copied").textContent = "";
   showPictures(row, scene, truth);
   showBeside(row);
   showHistory(row);
   const changes = row.changes.length > 0 ? row.changes : [`nothing: ${row.preset} itself`];
   at("changes").replaceChildren(...changes.map((change) => element("li", {}, change)));
+  at("of-settings").hidden = at("all-settings").hidden = isOther(row);
   showPasses(measured.passes);
   showErrors(measured);
   const changed = new Set(row.changes.map((change) => change.split("=")[0]));
@@ -250,6 +275,22 @@ function showDetail(row) {
       element("dt", {}, key),
       element("dd", { className: changed.has(key) ? "changed" : "" }, value),
     ]),
+  );
+}
+
+/** What came with an image of another program. */
+function showGiven(row) {
+  at("given").hidden = !isGiven(row);
+  if (!isGiven(row)) return;
+  const { milliseconds, by, device, note, image, equal_terms_image: equal, indirect } = row.source;
+  const bounces = row.measured.same.bounces;
+  const told = [
+    ["by", by ?? "whoever wrote the command"], ["time", `${digits(milliseconds)} ms a frame`], ["device", device ?? "not told"], ["note", note],
+    ["image", image], ["image on equal terms", equal], ["indirect bounces", bounces === null ? "all" : String(bounces)],
+    ["indirect light", indirect],
+  ];
+  at("given-list").replaceChildren(
+    ...told.filter(([, text]) => text).flatMap(([key, text]) => [element("dt", {}, key), element("dd", {}, text)]),
   );
 }
 
@@ -277,10 +318,10 @@ function showBeside(row) {
     const value = (shown) => errorOf(shown, { ...state, metric });
     add(`${metric === "energy" ? "|energy − 1|" : metric}, ${CHOICES.part[state.part]}`, value(other), value(row));
   }
-  const alike = placeOf(other) === placeOf(row);
+  const alike = Boolean(row.origin) && placeOf(other) === placeOf(row);
   for (const { unit, of } of Object.values(COSTS)) {
     // Times of two machines say nothing about settings.
-    if (alike || unit.startsWith("MiB")) add(unit, of(other.measured), of(row.measured));
+    if (alike || unit.startsWith("MiB")) add(unit, of(other), of(row));
   }
   const titles = ["", other.name, row.name, "difference"].map((title) => element("th", { scope: "col" }, title));
   at("differences").replaceChildren(element("thead", {}, element("tr", {}, ...titles)), element("tbody", {}, ...lines));
@@ -296,12 +337,13 @@ function showHistory(row) {
   const number = (value) => (value === undefined || value === null ? "–" : digits(value));
   const lines = runs.map((run) => {
     const origin = run.origin ?? {};
-    const cells = [origin.label ?? `build ${origin.build?.slice(0, 7)}`, origin.program, origin.machine, number(cost.of(run.measured)), number(errorOf(run))];
+    const build = origin.build ? `build ${origin.build.slice(0, 7)}` : "–";
+    const cells = [origin.label ?? build, origin.program ?? "–", machineOf(run), number(cost.of(run)), number(errorOf(run))];
     return element("tr", {}, element("th", { scope: "row" }, dateOf(run)), ...cells.map((text) => element("td", {}, text)));
   });
   const titles = ["date, UTC", "of", "version", "machine", cost.unit, state.metric].map((title) => element("th", { scope: "col" }, title));
   at("history-rows").replaceChildren(element("thead", {}, element("tr", {}, ...titles)), element("tbody", {}, ...lines));
-  drawRuns(at("history-plot"), runs.map((run) => cost.of(run.measured)), cost.unit);
+  drawRuns(at("history-plot"), runs.map((run) => cost.of(run)), cost.unit);
   drawRuns(at("history-plot"), runs.map((run) => errorOf(run)), `${state.metric}, ${CHOICES.part[state.part]}`);
 }
 

@@ -27,9 +27,11 @@ function frontierOf(points) {
   return points.filter((p) => !points.some((q) => beats(q, p))).sort((a, b) => a.x - b.x);
 }
 
-// The same of each group of points by itself.
+// The same of each group of points by itself. One of none belongs to every group.
 function frontiersOf(points) {
-  return [...new Set(points.map((p) => p.group))].map((group) => frontierOf(points.filter((p) => p.group === group)));
+  const groups = [...new Set(points.map((p) => p.group).filter((group) => group !== undefined))];
+  if (groups.length === 0) return [frontierOf(points)];
+  return groups.map((group) => frontierOf(points.filter((p) => p.group === undefined || p.group === group)));
 }
 
 // A logarithmic axis over some values, from pixel `start` to pixel `end`.
@@ -59,7 +61,7 @@ function dot(mark, radius) {
   return shape("path", { class: "dot", d: mark.shape, fill: mark.color, transform: `scale(${radius})` });
 }
 
-// Draws into `host`. `points`: {row, x, y, mark, name, preset}; further {group}, whose frontier it may be on; {digit}, drawn in its
+// Draws into `host`. `points`: {row, x, y, mark, name, preset}; further {group}, whose frontier it may be on, of none every one's; {digit}, drawn in its
 // middle; {least}, where its error bar ends below; {earlier}, the same of earlier runs: [x, y] each; {told}, more about it.
 // `onSelect(row)` is called for every selection.
 function drawPlot(host, points, { xTitle, yTitle, selected, onSelect }) {

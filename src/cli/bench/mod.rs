@@ -1,9 +1,11 @@
 //! What `chart` and `study` share: they open scenes, measure and keep missing rows, refine references and errors in rounds, and
 //! write a folder.
 
+pub mod imports;
 mod references;
 mod rounds;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -13,9 +15,11 @@ use twobounce::chart::VERSION;
 use twobounce::chart::export::{Chart, Surroundings};
 use twobounce::chart::measure::ChartScene;
 use twobounce::chart::outline::{Outline, Planned, Sketch};
-use twobounce::chart::plan::Trial;
+use twobounce::chart::paths::MOST_PATHS;
 use twobounce::chart::row::{Origin, Row};
 use twobounce::chart::store::{CHART, Keys, Store, Stored};
+use twobounce::chart::subject::Subject;
+use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::reference::Depth;
 use twobounce::reference::cache::Cache;
@@ -46,6 +50,9 @@ pub struct BenchArgs {
     /// Print the N commands that share the work, a line each, and do nothing
     #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub list: Option<u32>,
+    /// Path-trace along these numbers of paths a pixel too, for comparison; none: no path tracer
+    #[arg(long, value_name = "N,…|none", default_value = "1,4,16,64", value_parser = paths)]
+    pub paths: Paths,
     /// Join the times of several machines in one frontier, and say so; without this each machine has its own
     #[arg(long)]
     pub mix_machines: bool,
@@ -67,9 +74,30 @@ pub struct Bench<'a> {
     /// How the scenes are looked at.
     pub scene: &'a SceneArgs,
     pub paths: Vec<PathBuf>,
-    pub trials: Vec<Trial>,
+    pub subjects: Vec<Subject>,
     pub folder: &'a Path,
     pub args: &'a BenchArgs,
+}
+
+/// Numbers of paths a pixel.
+#[derive(Clone, Debug)]
+pub struct Paths(Vec<u32>);
+
+impl Paths {
+    /// As rows of a chart.
+    pub fn subjects(&self) -> impl Iterator<Item = Subject> {
+        self.0.iter().map(|paths| Subject::Paths(*paths))
+    }
+}
+
+fn paths(text: &str) -> std::result::Result<Paths, String> {
+    if text == "none" {
+        return Ok(Paths(Vec::new()));
+    }
+    let one = |text: &str| text.trim().parse().ok().filter(|paths| (1..=MOST_PATHS).contains(paths));
+    let numbers: Option<BTreeSet<u32>> = text.split(',').map(one).collect();
+    let numbers = numbers.ok_or_else(|| format!("write numbers from 1 to {MOST_PATHS}, such as 1,4,16,64, or none"))?;
+    Ok(Paths(numbers.into_iter().collect()))
 }
 
 /// A page of one's own that is written from the chart as often as the others; says where.
@@ -91,17 +119,18 @@ struct Filling<'a> {
     written: Option<(Instant, Duration)>,
 }
 
-/// A scene, and the command that renders it.
+/// A scene, the command that renders it, and what an image of it says of itself.
 struct Seen {
     scene: ChartScene,
     command: String,
+    header: Metadata,
 }
 
 /// A row of the chart, to be made or already there.
 struct PlannedRow<'a> {
     /// Index of its scene.
     scene: usize,
-    trial: &'a Trial,
+    subject: &'a Subject,
     /// As it is called in this chart, without a result.
     row: Row,
     stored: Option<Stored>,
@@ -117,6 +146,7 @@ impl Bench<'_> {
         check_memory(self.scene.size)?;
         let store = Store::open(CHART, self.folder, self.args.rows.any_build)?;
         let scenes = self.open()?;
+        imports::check(&self.subjects, &scenes)?;
         let context = self.args.device.open(self.scene.size)?;
         let mut filling = Filling::new(self, (store, scenes), &context, &further);
         let planned = filling.rows.len();
@@ -174,10 +204,11 @@ impl Bench<'_> {
             let is_free = |name: &String| scenes.iter().all(|other| other.scene.name != *name);
             let name = names.find(is_free).expect("numbers do not end");
             let ((pose, view), options) = (opened.at_time(), opened.options(self.args.rows.memory_limit));
+            let header = opened.header([]);
             let (camera, scene) = (opened.camera, opened.scene);
             let command = words::render_command(&typed, path, self.scene.size);
             let scene = ChartScene { name, view, pose, options, camera, references: Vec::new(), scene };
-            scenes.push(Seen { scene, command });
+            scenes.push(Seen { scene, command, header });
         }
         Ok(scenes)
     }
@@ -193,12 +224,14 @@ impl<'a> Filling<'a> {
         let args = bench.args;
         let keys = Keys::new(context, args.device.validation, args.reference_noise);
         let (mut all, mut rows) = (Vec::new(), Vec::new());
-        for trial in &bench.trials {
-            for (index, Seen { scene, .. }) in scenes.iter().enumerate() {
-                let address = keys.address(scene, &trial.settings);
+        for subject in &bench.subjects {
+            for (index, Seen { scene, .. }) in
+                scenes.iter().enumerate().filter(|(_, seen)| subject.is_of(&seen.scene.name))
+            {
+                let address = keys.address(scene, subject);
                 if args.rows.has(&address) {
-                    let row = Row { address: address.clone(), ..Row::new(keys.key(&address), &scene.name, trial) };
-                    rows.push(PlannedRow::new(&store, (index, trial), row));
+                    let row = Row::new(keys.key(&address, subject), &scene.name, subject);
+                    rows.push(PlannedRow::new(&store, (index, subject), Row { address: address.clone(), ..row }));
                 }
                 all.push(Planned { scene: scene.name.clone(), address });
             }
@@ -262,14 +295,14 @@ impl<'a> Filling<'a> {
 }
 
 impl<'a> PlannedRow<'a> {
-    fn new(store: &Store, (scene, trial): (usize, &'a Trial), row: Row) -> Self {
+    fn new(store: &Store, (scene, subject): (usize, &'a Subject), row: Row) -> Self {
         // The same settings may have gone by another name.
         let renamed = |mut stored: Stored| {
             let Row { measured, failure, origin, .. } = stored.row;
             stored.row = Row { measured, failure, origin, ..row.clone() };
             stored
         };
-        Self { scene, trial, stored: store.load(&row.key).map(renamed), row }
+        Self { scene, subject, stored: store.load(&row.key).map(renamed), row }
     }
 
     /// A failure is tried again: memory may be free by now.

@@ -7,6 +7,7 @@ use twobounce::chart::measure::Images;
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::{Measured, Origin, Row};
 use twobounce::chart::store::Stored;
+use twobounce::chart::subject::Subject;
 use twobounce::layers::Layers;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::Depth;
@@ -50,7 +51,19 @@ impl Filling<'_> {
             };
             let go_on = || in_time(start) && interrupt::check().is_ok();
             let scene = &self.scenes[planned.scene].scene;
-            let result = scene.measure_image(&context, &planned.trial.settings, &go_on);
+            let result = match planned.subject {
+                Subject::Settings(trial) => scene.measure_settings(&context, trial, &go_on),
+                Subject::Paths(paths) => scene.measure_paths(*paths, &interrupt::PRESSED, &go_on),
+                Subject::Import(import) => {
+                    let (measured, pictures) = scene.measure_import(import)?;
+                    // Where and when it was judged says nothing about it, and its image stays in its own file.
+                    let row = Row { measured: Some(measured), ..planned.row.clone() };
+                    let stored = self.store.save(row, Some(pictures))?;
+                    device = Some(context);
+                    self.finish(index, stored, &mut progress)?;
+                    continue;
+                }
+            };
             let origin = Some(Origin { unix_s: share::unix_s(), ..self.origin.clone() });
             let row = Row { origin, ..planned.row.clone() };
             let stored = match result {
@@ -72,19 +85,23 @@ impl Filling<'_> {
             if let Some(context) = device.as_ref().filter(|_| !std::mem::replace(&mut told, true)) {
                 say_compiled(context);
             }
-            progress.finish(&result_of(&stored.row));
-            self.rows[index].stored = Some(stored);
-            self.write_now_and_then()?;
+            self.finish(index, stored, &mut progress)?;
         }
         drop(progress);
         let left = self.rows.iter().any(|row| row.stored.is_none());
         Ok(interrupt::check().is_ok() && !in_time(start) && left)
     }
 
+    fn finish(&mut self, index: usize, stored: Stored, progress: &mut RowProgress) -> Result<()> {
+        progress.finish(&result_of(&stored.row));
+        self.rows[index].stored = Some(stored);
+        self.write_now_and_then()
+    }
+
     /// The references that a row is compared with, as rough as they come.
     fn first_references(&mut self, index: usize) -> Result<()> {
-        let (scene, trial) = (self.rows[index].scene, self.rows[index].trial);
-        for depth in self.scenes[scene].scene.depths(&trial.settings) {
+        let (scene, subject) = (self.rows[index].scene, self.rows[index].subject);
+        for depth in subject.depths(&self.scenes[scene].scene) {
             if self.noise(scene, depth).is_none() {
                 self.next_reference(scene, depth)?;
             }
@@ -147,8 +164,8 @@ impl Filling<'_> {
     fn rough_references(&self) -> Vec<(usize, Depth)> {
         let mut rough: Vec<(f64, usize, Depth)> = Vec::new();
         for index in (0..self.rows.len()).filter(|index| self.is_unsettled(*index)) {
-            let (scene, trial) = (self.rows[index].scene, self.rows[index].trial);
-            for depth in self.scenes[scene].scene.depths(&trial.settings) {
+            let (scene, subject) = (self.rows[index].scene, self.rows[index].subject);
+            for depth in subject.depths(&self.scenes[scene].scene) {
                 let noise = self.noise(scene, depth).filter(|noise| *noise > self.bench.args.reference_noise);
                 let is_new = rough.iter().all(|(_, other, of)| (*other, *of) != (scene, depth));
                 rough.extend(noise.filter(|_| is_new).map(|noise| (noise, scene, depth)));
@@ -168,13 +185,18 @@ impl Filling<'_> {
         let planned = &mut self.rows[index];
         let Some(Stored { row, .. }) = &planned.stored else { return Ok(()) };
         let path = self.store.image_path(&row.key);
-        let Ok((stacked, _)) = Layers::read_exr(&path) else {
-            say!("{} {}: its image is gone; the same command measures it again", row.scene, row.name);
-            planned.stored = None;
-            return Ok(());
+        let images = match planned.subject {
+            Subject::Import(import) => import.images()?,
+            Subject::Settings(_) | Subject::Paths(_) => {
+                let Ok((stacked, _)) = Layers::read_exr(&path) else {
+                    say!("{} {}: its image is gone; the same command measures it again", row.scene, row.name);
+                    planned.stored = None;
+                    return Ok(());
+                };
+                Images::unstacked(stacked, self.bench.scene.size.1)
+            }
         };
-        let images = Images::unstacked(stacked, self.bench.scene.size.1);
-        let ([full, same], pictures) = self.scenes[planned.scene].scene.judge(&planned.trial.settings, &images)?;
+        let ([full, same], pictures) = self.scenes[planned.scene].scene.judge(planned.subject, &images)?;
         let measured = row.measured.clone().map(|measured| Measured { full, same, ..measured });
         let stored = self.store.save(Row { measured, ..row.clone() }, Some(pictures))?;
         if stored.row.is_within(last) {
@@ -191,7 +213,7 @@ impl Filling<'_> {
         let Some(measured) = planned.stored.as_ref().and_then(|stored| stored.row.measured.as_ref()) else {
             return false;
         };
-        let depths = self.scenes[planned.scene].scene.depths(&planned.trial.settings);
+        let depths = planned.subject.depths(&self.scenes[planned.scene].scene);
         let better = |depth, noise| self.noise(planned.scene, depth).is_some_and(|now| now < noise);
         better(depths[0], measured.full.noise) || better(depths[1], measured.same.noise)
     }
@@ -202,8 +224,9 @@ fn result_of(row: &Row) -> String {
     let result = match &row.measured {
         Some(measured) => {
             let (full, same) = (measured.full.total.rel, measured.same.total.rel);
-            let ms = measured.frame_gpu_ms.median;
-            format!("{ms:.0} ms, rel {full:.3} of all light, {same:.3} of as many bounces")
+            let (ms, given) = (row.ms().unwrap_or_default(), row.source.word() == "import");
+            let given = if given { " as given" } else { "" };
+            format!("{ms:.0} ms{given}, rel {full:.3} of all light, {same:.3} of as many bounces")
         }
         None => row.failure.clone().unwrap_or_default(),
     };

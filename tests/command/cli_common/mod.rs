@@ -68,6 +68,25 @@ impl Folder {
         command
     }
 
+    pub fn run(&self, args: &[&str]) -> Output {
+        self.command(args).output().unwrap()
+    }
+
+    /// Standard output of a command that must work.
+    pub fn done(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    }
+
+    /// The sentence of a command that must be refused.
+    pub fn refused(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        let said = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.trim_end().lines().count() == 1, "{args:?}: {said}");
+        said
+    }
+
     pub fn json(&self, name: &str) -> serde_json::Value {
         serde_json::from_str(&fs::read_to_string(self.path(name)).unwrap()).unwrap()
     }

@@ -1,0 +1,415 @@
+//! Images of other programs: what is given with them, what is checked of them, and which of their errors can be
+//! measured.
+//!
+//! An image is linear radiance in an OpenEXR file, of the chart's size and camera. Its time is what the user says it
+//! is. The error of the whole image is measured like that of any other row. The indirect light needs an image whose
+//! direct light is exact ([`crate::measure::terms`]): the header of this program's own images says whether it is, of
+//! others the user says so.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::measure::{ChartScene, Images, same_depth};
+use crate::layers::{Aov, Layers};
+use crate::measure::metrics::NonFinite;
+use crate::measure::terms::{self, Subtract};
+use crate::output::exr::Metadata;
+use crate::output::read;
+use crate::reference::Depth;
+use crate::settings::Settings;
+use crate::{Error, Result};
+
+/// An image as it is named, before it is read.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Named {
+    /// Its name in the chart.
+    pub name: String,
+    /// The file, from the folder of the file that names it.
+    pub image: PathBuf,
+    pub milliseconds: f64,
+    /// Who gives it.
+    pub by: Option<String>,
+    /// Where the time was measured.
+    pub device: Option<String>,
+    pub note: Option<String>,
+    /// The scene's name in the chart, where that has several.
+    pub scene: Option<String>,
+    /// Indirect bounces of its light; absent: all.
+    pub bounces: Option<u32>,
+    /// Whether its direct light is exact.
+    pub direct: Option<Exact>,
+    /// Another image of the same program, whose direct light is exact.
+    pub equal_terms_image: Option<PathBuf>,
+}
+
+/// The one word that can be said of direct light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Exact {
+    Exact,
+}
+
+/// The word that ends `--import` for [`Exact`].
+const EXACT_DIRECT: &str = "exact-direct";
+
+/// What stands in a row of an import: all of it is given, nothing was measured here.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// Of a frame, as given.
+    pub milliseconds: f64,
+    pub by: Option<String>,
+    pub device: Option<String>,
+    pub note: Option<String>,
+    /// The name of the image's file.
+    pub image: String,
+    /// The name of the file on which the indirect light was measured, where that is another one.
+    pub equal_terms_image: Option<String>,
+    /// How the indirect light was measured, or why it was not: a sentence.
+    pub indirect: String,
+}
+
+/// How the indirect light of an import is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Direct {
+    /// By the direct layer of the image on equal terms.
+    Layer,
+    /// By the reference's direct light, which the image's own is said to equal.
+    OfReference,
+    /// Nothing says that its direct light is exact.
+    Unknown,
+    /// Its header says that its direct light is not exact.
+    Approximate,
+}
+
+impl Direct {
+    fn sentence(self) -> &'static str {
+        match self {
+            Self::Layer => {
+                "The indirect light is the image less its own direct layer; in a scene with a sky, less the reference's."
+            }
+            Self::OfReference => {
+                "The indirect light is the image less the reference's direct light: the image's own is said to be exact."
+            }
+            Self::Unknown => "The indirect light is not judged: nothing says that the image's direct light is exact.",
+            Self::Approximate => {
+                "The indirect light is not judged: the image's header says that its direct light is not the exact one."
+            }
+        }
+    }
+}
+
+/// An image of another program that was read once and found fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Import {
+    pub name: String,
+    /// The scene's name in the chart, where it was given.
+    pub scene: Option<String>,
+    pub claim: Claim,
+    path: PathBuf,
+    equal_path: Option<PathBuf>,
+    bounces: Option<u32>,
+    direct: Direct,
+    /// Hash of the bytes of its files.
+    hash: String,
+    size: (u32, u32),
+    /// Of each file.
+    headers: Vec<(PathBuf, Metadata)>,
+}
+
+impl Named {
+    /// `NAME=IMAGE.exr,MILLISECONDS` or `NAME=IMAGE.exr,MILLISECONDS,exact-direct`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]: it is not of this form.
+    pub fn parse(text: &str) -> Result<Self> {
+        let form = || Error::Usage(format!("--import: {text:?} is not NAME=IMAGE.exr,MILLISECONDS; write it so"));
+        let (name, rest) = text.split_once('=').ok_or_else(form)?;
+        let (rest, direct) = match rest.rsplit_once(',') {
+            Some((rest, EXACT_DIRECT)) => (rest, Some(Exact::Exact)),
+            _ => (rest, None),
+        };
+        let (image, milliseconds) = rest.rsplit_once(',').filter(|(image, _)| !image.is_empty()).ok_or_else(form)?;
+        let milliseconds = milliseconds.trim().parse().map_err(|_| form())?;
+        let (name, image) = (name.to_owned(), PathBuf::from(image));
+        let named = Self {
+            name,
+            image,
+            milliseconds,
+            direct,
+            by: None,
+            device: None,
+            note: None,
+            scene: None,
+            bounces: None,
+            equal_terms_image: None,
+        };
+        named.checked("--import").map_err(Error::Usage)
+    }
+
+    /// The tables `[[import]]` of a TOML file; paths are from its folder.
+    ///
+    /// # Errors
+    /// [`Error::File`]: it cannot be read, is no such file, or an entry is wrong.
+    pub fn read(path: &Path) -> Result<Vec<Self>> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct File {
+            import: Vec<Named>,
+        }
+        let text = read::text(path, "list of imports")?;
+        let file: File = toml::from_str(&text).map_err(|e| {
+            let line = e.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
+            let said = e.message().replace('\n', " ");
+            Error::file(path, format!("line {line}: {said}; docs/usage.md shows a list of imports"))
+        })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let placed = |named: Self| {
+            let equal_terms_image = named.equal_terms_image.as_ref().map(|image| folder.join(image));
+            let placed = Self { image: folder.join(&named.image), equal_terms_image, ..named };
+            placed.checked("[[import]]").map_err(|problem| Error::file(path, problem))
+        };
+        file.import.into_iter().map(placed).collect()
+    }
+
+    /// Itself, if its time and texts are fit for a page and a table; else a sentence that begins with `place`.
+    fn checked(self, place: &str) -> std::result::Result<Self, String> {
+        let texts =
+            [("name", Some(&self.name)), ("by", self.by.as_ref()), ("device", self.device.as_ref())].into_iter();
+        for (key, text) in texts.chain([("note", self.note.as_ref()), ("scene", self.scene.as_ref())]) {
+            let Some(text) = text else { continue };
+            let most = if key == "note" { 400 } else { 64 };
+            if text.trim().is_empty() || text.chars().count() > most {
+                return Err(format!("{place}: the {key} {text:?} is empty or long; write 1 to {most} characters"));
+            }
+            if text.chars().any(is_control) {
+                return Err(format!("{place}: the {key} {text:?} has control characters; leave them out"));
+            }
+            // The scene's name is only looked up.
+            if key != "scene" && (text.starts_with(['=', '+', '-', '@']) || text.trim() != text) {
+                return Err(format!(
+                    "{place}: the {key} {text:?} begins with a space or one of = + - @, which tables take for a formula, or ends \
+                     with a space; begin and end it with something else"
+                ));
+            }
+        }
+        if !(self.milliseconds.is_finite() && self.milliseconds > 0.0) {
+            let (name, given) = (&self.name, self.milliseconds);
+            return Err(format!("{place}: {name} takes {given} ms; write milliseconds, finite and above 0"));
+        }
+        Ok(self)
+    }
+
+    /// Reads and checks the image.
+    ///
+    /// # Errors
+    /// [`Error::File`]: it is no linear image of this size with finite radiance of at least 0.
+    pub fn open(self, size: (u32, u32)) -> Result<Import> {
+        let files = [Some(&self.image), self.equal_terms_image.as_ref()];
+        let mut headers = Vec::new();
+        let mut has_layer = false;
+        for path in files.into_iter().flatten() {
+            let (image, header) = image_of(path, size)?;
+            // The last one is that on equal terms.
+            has_layer = image.get(Aov::Direct).is_some();
+            headers.push((path.clone(), header));
+        }
+        let is_other = self.equal_terms_image.is_some();
+        let (path, header) = headers.last().expect("every import has an image");
+        let changes = header.get(terms::HEADER);
+        let is_said = self.direct.is_some() || is_other;
+        let direct = match changes.map(String::as_str) {
+            Some("") if has_layer => Direct::Layer,
+            Some(changes) if !changes.is_empty() && is_said => {
+                let sets: Vec<String> = changes.split(' ').map(|change| format!("--set {change}")).collect();
+                return Err(Error::file(
+                    path,
+                    format!(
+                        "has direct light that is not exact, as its header says; render it with {}",
+                        sets.join(" ")
+                    ),
+                ));
+            }
+            Some(changes) if !changes.is_empty() => Direct::Approximate,
+            Some(_) => Direct::OfReference,
+            _ if is_said && has_layer => Direct::Layer,
+            _ if is_said => Direct::OfReference,
+            _ => Direct::Unknown,
+        };
+        let file_name = |path: &PathBuf| path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
+        let claim = Claim {
+            milliseconds: self.milliseconds,
+            by: self.by,
+            device: self.device,
+            note: self.note,
+            image: file_name(&self.image),
+            equal_terms_image: self.equal_terms_image.as_ref().map(file_name),
+            indirect: direct.sentence().to_owned(),
+        };
+        let (name, scene, bounces) = (self.name, self.scene, self.bounces);
+        let (path, equal_path) = (self.image, self.equal_terms_image);
+        let import =
+            Import { name, scene, claim, path, equal_path, bounces, direct, hash: String::new(), size, headers };
+        Ok(Import { hash: import.hash_of_files()?, ..import })
+    }
+}
+
+impl Import {
+    /// Whether the image can show what a chart's scene is: a header that names the scene, the camera or the time must
+    /// name these.
+    ///
+    /// # Errors
+    /// [`Error::File`] with both.
+    pub fn check_view(&self, seen: &Metadata) -> Result<()> {
+        for (path, header) in &self.headers {
+            for (key, words) in [("sceneHash", "scene"), ("camera", "camera"), ("time", "time"), ("sky", "sky")] {
+                let (Some(own), Some(charts)) = (header.get(key), seen.get(key)) else { continue };
+                if own != charts {
+                    let named = if key == "sceneHash" { "scene" } else { key };
+                    let [own, charts] = [header, seen].map(|of| of.get(named).map_or("", String::as_str));
+                    return Err(Error::file(
+                        path,
+                        format!(
+                            "shows another {words} ({own:?}) than the chart ({charts:?}); render it as the chart does"
+                        ),
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The depth of the reference that has as many bounces.
+    pub fn depth(&self, scene: &ChartScene) -> Depth {
+        let own = || {
+            let mut settings = Settings::default();
+            settings.merge_toml(self.headers[0].1.get("settings")?).ok()?;
+            Some(same_depth(&scene.scene, &settings))
+        };
+        self.bounces.map(Depth::Bounces).or_else(own).unwrap_or(Depth::Full)
+    }
+
+    /// Whose direct light is subtracted; `None` where the indirect light is not judged.
+    pub fn subtract(&self, scene: &ChartScene) -> Option<Subtract> {
+        match self.direct {
+            Direct::Layer => Some(Subtract::in_scene(&scene.scene)),
+            Direct::OfReference => Some(Subtract::OfReference),
+            Direct::Unknown | Direct::Approximate => None,
+        }
+    }
+
+    /// The images, read again.
+    ///
+    /// # Errors
+    /// [`Error::File`]: a file is not what it was when the chart began.
+    pub fn images(&self) -> Result<Images> {
+        let read = |path: &PathBuf| Ok(image_of(path, self.size)?.0);
+        let images = Images { whole: read(&self.path)?, equal: self.equal_path.as_ref().map(read).transpose()? };
+        if self.hash_of_files()? != self.hash {
+            return Err(Error::file(&self.path, "changed while the chart was made; start the same command again"));
+        }
+        Ok(images)
+    }
+
+    /// What determines its row beside the scene.
+    pub fn identity(&self) -> serde_json::Value {
+        serde_json::json!(["import", self.name, self.claim, self.hash, self.bounces])
+    }
+
+    fn hash_of_files(&self) -> Result<String> {
+        let mut hasher = blake3::Hasher::new();
+        for path in [Some(&self.path), self.equal_path.as_ref()].into_iter().flatten() {
+            hasher.update(&fs::read(path).map_err(|e| read::unreadable(path, &e))?);
+        }
+        Ok(hasher.finalize().to_string())
+    }
+}
+
+/// Control characters, and those that turn the direction of text.
+fn is_control(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{200e}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// The image of a file, if it is of this size and holds radiance.
+fn image_of(path: &Path, size: (u32, u32)) -> Result<(Layers, Metadata)> {
+    const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+    read::about(path, "an OpenEXR image")?;
+    let mut start = [0; 4];
+    let read = fs::File::open(path).and_then(|mut file| std::io::Read::read_exact(&mut file, &mut start));
+    if read.is_err() || start != MAGIC {
+        let text = "is no OpenEXR image; a chart judges linear radiance, so have the other program write an .exr";
+        return Err(Error::file(path, text));
+    }
+    let (mut image, header) = Layers::read_exr(path).map_err(|error| match error {
+        Error::File { path, problem } if problem.contains("no channels R, G and B") => {
+            Error::File { path, problem: format!("{problem}; write linear radiance into channels of these names") }
+        }
+        other => other,
+    })?;
+    image.layers.retain(|(aov, _)| matches!(aov, Aov::Beauty | Aov::Direct));
+    let (width, height) = size;
+    if (image.width, image.height) != size {
+        let (w, h) = (image.width, image.height);
+        let text = format!(
+            "is {w}x{h} pixels, the chart {width}x{height}; render it at the chart's size, or chart with --size {w}x{h}"
+        );
+        return Err(Error::file(path, text));
+    }
+    for (aov, pixels) in &image.layers {
+        let of = if *aov == Aov::Beauty { String::new() } else { format!(" in its layer {aov}") };
+        let NonFinite { nan, inf } = NonFinite::of(pixels);
+        if nan + inf > 0 {
+            let text = format!(
+                "has {nan} NaN and {inf} infinite values{of}; a chart judges finite radiance, so render it again"
+            );
+            return Err(Error::file(path, text));
+        }
+        let negative = pixels.iter().flatten().filter(|value| **value < 0.0);
+        let (count, least) = negative.fold((0, 0.0f32), |(count, least), value| (count + 1, least.min(*value)));
+        if count > 0 {
+            let text = format!(
+                "has {count} negative values{of}, down to {least}; radiance is at least 0, so render it with a pixel filter that has \
+                 no negative weights"
+            );
+            return Err(Error::file(path, text));
+        }
+    }
+    Ok((image, header))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_import_on_the_command_line_is_read_from_its_end() {
+        let named = Named::parse("Other 1=a,b=c.exr,12.5").unwrap();
+        assert_eq!(
+            (named.name.as_str(), named.image.to_str(), named.milliseconds),
+            ("Other 1", Some("a,b=c.exr"), 12.5)
+        );
+        assert_eq!(named.direct, None);
+        assert_eq!(Named::parse("o=c.exr,1e3,exact-direct").unwrap().direct, Some(Exact::Exact));
+    }
+
+    #[test]
+    fn names_and_times_that_are_unfit_are_sentences() {
+        let refused = |text: &str| Named::parse(text).expect_err(text).to_string();
+        for text in ["other", "o=c.exr", "o=,3", "o=c.exr,fast", "o=c.exr,3,exact"] {
+            assert!(refused(text).contains("is not NAME=IMAGE.exr,MILLISECONDS"), "{text}: {}", refused(text));
+        }
+        for text in ["o=c.exr,0", "o=c.exr,-3", "o=c.exr,inf", "o=c.exr,NaN"] {
+            assert!(refused(text).contains("finite and above 0"), "{text}: {}", refused(text));
+        }
+        assert!(refused("=c.exr,3").contains("write 1 to 64 characters"));
+        assert!(refused(&format!("{}=c.exr,3", "o".repeat(65))).contains("write 1 to 64 characters"));
+        for name in ["a\nb", "a\u{1b}[2J", "a\u{202e}b"] {
+            assert!(refused(&format!("{name}=c.exr,3")).contains("has control characters"), "{name:?}");
+        }
+        for name in ["+1", "-1", "@a", " a", "a "] {
+            assert!(refused(&format!("{name}=c.exr,3")).contains("take for a formula"), "{name:?}");
+        }
+    }
+}

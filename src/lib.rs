@@ -114,8 +114,6 @@ pub mod profile;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod reference;
 #[cfg_attr(not(internals), doc(hidden))]
-pub mod requirements;
-#[cfg_attr(not(internals), doc(hidden))]
 pub mod stability;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod vk;

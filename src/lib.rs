@@ -92,6 +92,8 @@ pub mod assets;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod chart;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod color;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod error;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod frame;

@@ -25,13 +25,13 @@ pub mod scene_on_gpu;
 pub mod tree;
 pub mod uniforms;
 pub mod voxelise;
+pub mod wants;
 
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use crate::Result;
-use crate::gi::Wants;
 use crate::scene::sky::SkyMap;
 use crate::scene::{Alpha, Pose, Scene};
 use crate::settings::Conservative;
@@ -50,6 +50,7 @@ use scene_on_gpu::SceneOnGpu;
 use tree::Tree;
 use tree::groups::TreeSize;
 use voxelise::Voxelise;
+use wants::Wants;
 
 /// How much of everything a scene brings, and how much the buffers that grow hold.
 #[derive(Clone, Debug, PartialEq, Eq)]

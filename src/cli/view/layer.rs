@@ -15,7 +15,7 @@ use twobounce::settings::Settings;
 use twobounce::vk::{Context, download, download_image};
 use twobounce::{Error, Result};
 
-use super::question::inspect;
+use super::question::{inspect, inspected};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layer {
@@ -170,7 +170,7 @@ impl Grid<'_> {
             *self.inspect = Some(inspect(self.context, self.renderer, self.settings)?);
         }
         let inspect = self.inspect.as_ref().expect("just made");
-        inspect.kept(self.context, self.renderer.frame(), size)
+        inspect.kept(self.context, inspected(self.renderer), size)
     }
 
     /// The texels of a volume's image, x fastest, and their level.

@@ -371,7 +371,7 @@ impl Maker {
             self.inspect = Some(question::inspect(context, &self.renderer, &self.made_for.0)?);
         }
         let inspect = self.inspect.as_ref().expect("just made");
-        Ok(question::rays(&inspect.rays(context, self.renderer.frame(), pixel)?, &self.renderer))
+        Ok(question::rays(&inspect.rays(context, question::inspected(&self.renderer), pixel)?, &self.renderer))
     }
 
     /// What was drawn last, the image itself and its exposure in stops.

@@ -6,7 +6,6 @@
 mod cascades;
 mod field;
 pub mod ledger;
-mod settings;
 
 use glam::Vec3;
 
@@ -24,7 +23,7 @@ use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Image, Recorder, ZoneKind};
 use field::{Field, FieldDesc};
 
-pub use settings::{Apply, Injection, KEYS, Lobe, Occlusion, Settings, Sum};
+pub use crate::settings::methods::lpv::{Apply, Injection, Lobe, Occlusion, Settings, Sum};
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 

@@ -366,8 +366,8 @@ fn keep_ways(function: &mut Function) {
 
 #[cfg(test)]
 mod tests {
-    use super::shader;
     use super::*;
+    use crate::vk::pipeline::shader;
 
     fn with_features(name: &str, features: u32, post_depth_coverage: bool) -> Vec<u32> {
         let constants = [("FEATURES", features.into())];

@@ -1,6 +1,6 @@
 //! The settings of the method that are one of a few words.
 
-pub use crate::gi::ledger::Form;
+pub use crate::settings::Form;
 use crate::settings::choices;
 
 choices! {

@@ -1,10 +1,11 @@
 //! The table `[cones]`: the talk's variants, and the rows of its ledger.
 
+pub mod choices;
+
 use serde::{Deserialize, Serialize};
 
-use super::choices::{Blend, ConeSet, Fill, Form, Passes, RoughnessFit, Weights, Wrap};
-use crate::gi::ledger::switches;
-use crate::settings::{Key, Range, auto, key, names, rare};
+use crate::settings::{Key, Range, auto, key, names, rare, switches};
+use choices::{Blend, ConeSet, Fill, Form, Passes, RoughnessFit, Weights, Wrap};
 use crate::vk::SamplerAddressMode;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::gi::ledger::{Form, switches};
-use crate::settings::{Key, Range, choices, key, names, rare};
+use crate::settings::{Form, Key, Range, choices, key, names, rare, switches};
 
 choices! {
     /// Which voxels a triangle fills.

@@ -1,5 +1,7 @@
-//! Modules import downwards: the rooms of `src/` and the folders of `src/vk/`, in the order that ARCHITECTURE.md states.
+//! Modules import downwards: the rooms of `src/` and the folders of `src/vk/`, in the order that ARCHITECTURE.md states, and the
+//! files of `src/cli/` in no circle.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -108,6 +110,56 @@ fn folders_of_vk_import_downwards() {
         others.retain(|name| !order.contains(name));
         assert_eq!(others, [""; 0], "{} does not say from which folder it imports", path.display());
     }
+}
+
+/// Of `rooms`, each with what it imports: the circles, and what imports these. Rooms that import none of the rest go one by one.
+fn circles(mut rooms: BTreeMap<String, BTreeSet<String>>) -> BTreeSet<String> {
+    loop {
+        let known: BTreeSet<String> = rooms.keys().cloned().collect();
+        rooms.retain(|_, imports| imports.iter().any(|name| known.contains(name)));
+        if rooms.len() == known.len() {
+            return known;
+        }
+    }
+}
+
+#[test]
+fn commands_import_in_no_circle() {
+    let cli = root().join("src/cli");
+    let mut rooms: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for path in sources(&cli) {
+        let own = room(&path, &cli);
+        if own == "mod" {
+            continue; // It lists the commands, and none of them imports it.
+        }
+        let is_file =
+            path.parent() == Some(&cli) || path.ends_with("mod.rs") && path.parent().unwrap().parent() == Some(&cli);
+        let prefixes = if is_file { ["super::", "crate::cli::"] } else { ["super::super::", "crate::cli::"] };
+        let text = code(&fs::read_to_string(&path).unwrap());
+        let mut names: BTreeSet<String> = prefixes.iter().flat_map(|prefix| names_after(&text, prefix)).collect();
+        if text.contains("say!(") {
+            names.insert("out".to_owned());
+        }
+        names.remove(&own);
+        rooms.entry(own).or_default().extend(names);
+    }
+    assert!(rooms["render"].contains("args"), "{rooms:?}");
+    assert_eq!(circles(rooms), BTreeSet::new());
+}
+
+#[test]
+fn a_circle_is_found() {
+    let rooms = |pairs: &[(&str, &str)]| {
+        let mut rooms: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for (from, to) in pairs {
+            rooms.entry((*from).to_owned()).or_default().insert((*to).to_owned());
+            rooms.entry((*to).to_owned()).or_default();
+        }
+        rooms
+    };
+    assert_eq!(circles(rooms(&[("a", "b"), ("b", "c"), ("a", "c")])), BTreeSet::new());
+    let found = circles(rooms(&[("a", "b"), ("b", "c"), ("c", "b"), ("c", "d")]));
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["a", "b", "c"]);
 }
 
 #[test]

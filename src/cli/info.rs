@@ -2,11 +2,17 @@
 
 use std::process::ExitCode;
 
+use clap::Args;
 use serde_json::{Value, json};
 use twobounce::measure::timing::short_bytes;
 use twobounce::vk::{self, DeviceReport};
 
-use super::args::InfoArgs;
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Print JSON; sizes in bytes
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Prints the list; fails when there is no loader or no device.
 pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {

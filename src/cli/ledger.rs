@@ -1,11 +1,14 @@
 //! `twobounce ledger`: measures every row of a method's ledger and writes its page.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use clap::Args;
 use glam::Vec3;
+use twobounce::gi::Method;
 use twobounce::gi::cones::ledger::page::{FillError, Furnace, Measurements, document, fill_column, furnace_row};
 use twobounce::gi::cones::ledger::{
     CHOICES, EDGE, FILL_EDGE, FILL_NOISE, FILL_SCENES, FILL_SETTINGS, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS,
@@ -23,10 +26,37 @@ use twobounce::settings::Settings;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::LedgerArgs;
+use super::args::{DeviceArgs, size};
 use super::progress::watch;
 use super::reference::{cache, traced};
 use super::{interrupt, out};
+
+#[derive(Args, Debug)]
+pub struct LedgerArgs {
+    /// The scene to measure on
+    #[arg(value_name = "SCENE", default_value = "assets/gallery.glb")]
+    pub scene: PathBuf,
+    /// The method whose source is measured: cones, lpv or photons
+    #[arg(long, value_name = "METHOD", default_value = "cones", value_parser = method)]
+    pub method: Method,
+    /// The page to write [default: docs/ledger.md, docs/lpv.md or docs/photons.md]
+    #[arg(short, long, value_name = "OUT.md")]
+    pub output: Option<PathBuf>,
+    /// Size of the images in pixels
+    #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
+    pub size: (u32, u32),
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+fn method(text: &str) -> std::result::Result<Method, String> {
+    let with_ledger =
+        |method: &&Method| SHEETS.iter().any(|sheet| sheet.method == **method) || **method == Method::Cones;
+    let methods: Vec<Method> = Method::ALL.iter().filter(with_ledger).copied().collect();
+    methods.iter().find(|method| method.name() == text).copied().ok_or_else(|| {
+        format!("a ledger have {}", methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "))
+    })
+}
 
 /// Pixels a side of a furnace's image: every pixel should be the same.
 const FURNACE_PIXELS: u32 = 48;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use glam::DQuat;
 use twobounce::chart::row::Part;
 use twobounce::gi::Method;
@@ -22,7 +22,7 @@ use twobounce::reference::film::Film;
 use twobounce::scene::{Projection, Scene};
 use twobounce::{Error, Result};
 
-use super::args::{Cli, DeviceArgs, SceneArgs, budget, memory_size, number};
+use super::args::{DeviceArgs, SceneArgs, budget, memory_size, number};
 use super::progress::Work;
 use super::reference::{cache, check_memory, traced};
 use super::scene::Opened;
@@ -251,8 +251,7 @@ impl PlanArgs {
 
     /// The `twobounce render` command of a view, for a shell.
     fn command(&self, typed: &[String], flags: &[String], answer: &Answer) -> String {
-        let cli = Cli::command();
-        let plan = cli.find_subcommand("plan").expect("it is running");
+        let plan = Self::augment_args(Command::new("plan"));
         let takes_value = |flag: &str| {
             let named = plan.get_arguments().find(|arg| {
                 let long = arg.get_long().is_some_and(|long| flag == format!("--{long}"));

@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use clap::Args;
 use twobounce::assets::DEMO_S;
 
-use super::args::{Frames, Loop, RenderArgs, RunArgs, SceneArgs, SettingsArgs, number, size};
-use super::render;
+use super::args::{Frames, Loop, RunArgs, SceneArgs, SettingsArgs, number, size};
+use super::render::{self, RenderArgs};
 use super::scene::DEMO;
 
 #[derive(Args, Debug)]

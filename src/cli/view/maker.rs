@@ -15,10 +15,10 @@ use twobounce::settings::Settings;
 use twobounce::vk::{Context, Watch, ZoneTiming, ZoneTimings};
 use twobounce::{Error, Result};
 
+use super::job::{Beside, Frame, Job, Refined, Stage, Wanted};
 use super::layer::{Grid, Layer};
 use super::question::{self, Cost, Found, Question};
 use super::screen::Picture;
-use super::worker::{Beside, Frame, Job, Refined, Stage, Wanted};
 use crate::cli::blank::sky_shown;
 use crate::cli::progress::course::IMAGE_PASSES;
 /// Milliseconds of the image while something moves: with encoding and showing it, an answer within 100.

@@ -9,6 +9,7 @@ mod beside;
 mod command;
 mod events;
 mod eye;
+mod job;
 mod layer;
 mod lost;
 mod maker;

@@ -41,7 +41,7 @@ use crate::ground::scene_on_gpu::ScenePacked;
 use crate::memory::Limit;
 use crate::renderer::{check_memory, memory_limit};
 use crate::scene::{Bounds, Pose, Scene};
-use crate::settings::{Bounces, Settings};
+use crate::settings::Settings;
 use crate::vk::{Image, Recorder, Slot, SlotOptions};
 use crate::{Error, Result};
 
@@ -90,8 +90,6 @@ pub struct Prepared {
     limit: Limit,
     triangles: u64,
     voxels: u32,
-    /// Each frame goes on from the light of the one before.
-    feeds: bool,
 }
 
 /// Buffers that a frame turned out to need larger: see [`Prepared::grow`].
@@ -167,7 +165,6 @@ impl Prepared {
             limit,
             triangles,
             voxels: settings.voxels,
-            feeds: settings.bounces == Bounces::All,
         })
     }
 
@@ -257,9 +254,6 @@ impl Prepared {
         // SAFETY: the caller's.
         let mut recorder = unsafe { Recorder::on(&self.context, commands, &mut self.slots[slot]) };
         self.frame.record(&mut recorder, slot, seen);
-        if self.feeds {
-            self.frame.keep_history();
-        }
         let layer = |output: &Output| (!output.given).then(|| self.frame.target.layer(output.layer)).flatten();
         // SAFETY: the caller's.
         unsafe { write(&mut recorder, outputs, |output| layer(output).expect("checked by `output`").0) };
@@ -289,9 +283,6 @@ impl Prepared {
         // SAFETY: `inputs` checked them; the rest is the caller's.
         unsafe { recorder.read_host_images(inputs.images.into_iter().zip(given.inputs())) };
         self.frame.record_given(&mut recorder, slot, seen, given);
-        if self.feeds {
-            self.frame.keep_history();
-        }
         // SAFETY: the caller's.
         unsafe {
             write(&mut recorder, outputs, |output| {
@@ -350,7 +341,7 @@ impl Prepared {
         self.frame.change(&self.context, &desc)?;
         self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         self.clear();
-        (self.voxels, self.feeds, self.prepare) = (settings.voxels, settings.bounces == Bounces::All, prepare);
+        (self.voxels, self.prepare) = (settings.voxels, prepare);
         Ok(())
     }
 
@@ -373,7 +364,7 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Resu
         return Err(Error::Usage(format!("a frame of {}x{} has no pixels: prepare at least one", size.0, size.1)));
     }
     let outputs = target::outputs(&prepare.layers);
-    Ok(FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1) })
+    Ok(FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1), waits: false })
 }
 
 /// Writes what was drawn to a host's images.

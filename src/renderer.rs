@@ -5,7 +5,7 @@ mod refine;
 
 use std::sync::{Arc, Mutex};
 
-use crate::frame::{Counters, Frame, FrameDesc, Seen, first_plan};
+use crate::frame::{Counters, Frame, FrameDesc, LightState, Seen, first_plan};
 use crate::ground::Ground;
 use crate::ground::attributes::CornerWords;
 use crate::ground::constants::Features;
@@ -19,10 +19,9 @@ use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::Settings;
 use crate::vk::{FrameLog, Pace, Recorder, RecorderOptions};
 use crate::{Error, Result};
-use refine::Feedback;
 
 #[cfg_attr(not(internals), doc(hidden))]
-pub use refine::SETTLED;
+pub use crate::frame::SETTLED;
 
 pub use crate::layers::{Aov, Layers};
 pub use crate::vk::{Context, ContextOptions, Step, Watch, ZoneTimings};
@@ -85,7 +84,6 @@ pub struct Renderer {
     readback: Readback,
     /// Of the last image's passes, where it had several.
     mean: Option<PassMean>,
-    feedback: Feedback,
     /// The scene on the device and the readback: what does not grow.
     fixed_plan: Vec<MemoryRow>,
     /// Bytes that may be taken, and what sets the limit.
@@ -131,7 +129,6 @@ impl Renderer {
             frame,
             readback,
             mean: None,
-            feedback: Feedback::default(),
             fixed_plan,
             memory_limit,
             log: None,
@@ -257,7 +254,6 @@ impl Renderer {
             recorder = recorder.paced(&self.pace);
         }
         let seen = Seen { scene: &self.scene, pose, view, image };
-        self.frame.measure_light(!lists_alone && self.feedback.settles());
         if lists_alone {
             self.frame.record_lists(&mut recorder, 0, &seen);
         } else {
@@ -271,7 +267,7 @@ impl Renderer {
             Ok(timings) => Ok((timings, log)),
             Err(error) => {
                 // What was asked to end over its image has made its light.
-                if matches!(error, Error::Interrupted) && self.frame.light_is_whole() && !lists_alone {
+                if matches!(error, Error::Interrupted) && self.frame.light().state() != LightState::Unlit {
                     self.light_made()?;
                 } else {
                     self.frame.start_over();
@@ -365,7 +361,7 @@ fn pace(context: &Context, options: &RenderOptions) -> Arc<Mutex<Pace>> {
 /// One frame in flight.
 fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -> FrameDesc<'a> {
     let outputs = target::outputs(&options.aovs);
-    FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1 }
+    FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1, waits: true }
 }
 
 /// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit or what the device binds at once.

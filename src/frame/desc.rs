@@ -27,6 +27,8 @@ pub struct FrameDesc<'a> {
     pub bounds: Bounds,
     /// Frames that may be in flight at once.
     pub slots: usize,
+    /// Whether passes are made until the first light is whole, as [`super::LightRules::waits`] says.
+    pub waits: bool,
 }
 
 /// What [`super::Frame::new`] allocates on a grid of edge `voxels`, before any buffer grows.

@@ -68,7 +68,7 @@ fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
     packed.plan();
     let trees = packed.trees.of(scene);
     trees.top(&pose.world_from_instance);
-    let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1 };
+    let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1, waits: false };
     first_plan(&desc, &packed.trees, 16);
     known_failures(scene, pose, bounds, settings);
     for_camera(settings, (scene, pose, view), bounds);

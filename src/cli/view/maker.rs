@@ -229,7 +229,8 @@ impl Making<'_> {
             let (picture, image, _) = maker.picture(job, Some(exposure_ev), stage)?;
             Ok(Beside { picture, image, gpu_ms: maker.report().timings.gpu_ms })
         });
-        let (light_passes, passes) = (self.own.light_passes, self.own.renderer.passes());
+        let renderer = &self.own.renderer;
+        let (light_passes, passes) = (renderer.frame().light().awaited_passes(), renderer.passes());
         Ok(Frame {
             picture,
             image,
@@ -265,8 +266,6 @@ struct Maker {
     made_for: (Settings, (u32, u32), Layer),
     /// Seconds after `--time` that its light is of; `None` while the scene moves: light of before is in it.
     lit_at: Option<f64>,
-    /// Over the light, since it was made anew.
-    light_passes: u32,
     /// Of one pass over the image, as it was last.
     ms_per_pixel: f64,
     report: Option<FrameReport>,
@@ -298,7 +297,6 @@ impl Maker {
                 renderer: Renderer::new(context, scene.as_ref().clone(), &pose, settings.clone(), options)?,
                 made_for: (settings.clone(), job.size, job.layer),
                 lit_at: None,
-                light_passes: 0,
                 ms_per_pixel: if context.is_cpu { 1.0 } else { 0.0 },
                 report: None,
                 light: vec![],
@@ -318,11 +316,11 @@ impl Maker {
         }
         self.made_for = (settings.clone(), size, job.layer);
         let now = Some(job.later_s);
-        if self.renderer.frame().has_history() && self.lit_at != now && !job.moving {
+        if self.renderer.frame().light().has_history() && self.lit_at != now && !job.moving {
             self.renderer.forget_light();
         }
-        if !self.renderer.frame().has_history() {
-            (self.lit_at, self.light_passes) = (now, 0);
+        if !self.renderer.frame().light().has_history() {
+            self.lit_at = now;
         } else if self.lit_at != now {
             self.lit_at = None;
         }
@@ -332,7 +330,6 @@ impl Maker {
     fn light_pass(&mut self, job: &Job, stage: &Stage) -> Result<()> {
         let pose = stage.shot.pose(self.renderer.scene(), job.later_s);
         if let Some(report) = self.renderer.light_pass(&pose, &job.view)? {
-            self.light_passes += 1;
             self.light = light_zones(&report.timings);
         }
         Ok(())
@@ -340,7 +337,6 @@ impl Maker {
 
     fn draw(&mut self, job: &Job, stage: &Stage) -> Result<()> {
         let pose = stage.shot.pose(self.renderer.scene(), job.later_s);
-        self.light_passes += u32::from(!self.renderer.light_is_whole());
         let report = self.renderer.render_now(&pose, &job.view)?;
         let zones = report.timings.zones.iter().filter(|zone| IMAGE_PASSES.contains(&zone.name));
         let (width, height) = self.made_for.1;

@@ -30,7 +30,7 @@ use crate::settings::{Bounces, Settings};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
 
 pub use desc::{FrameDesc, first_plan};
-use desc::{ground_desc, lamps, of_light, plan, with_image_pass};
+use desc::{Planned, ground_desc, lamps, of_light, plan, with_image_pass};
 pub use light::{LightProgress, LightRules, LightState, MOST_SETTLING, SETTLED};
 use order::back_to_front;
 
@@ -139,7 +139,7 @@ impl Frame {
     pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         let now = self.made_now(seen);
         self.place_grids(seen.view);
-        self.upload(r, seen, &now.lights, (true, 0));
+        self.upload(r, seen, &now.lights, true);
         self.ground.swap_lists();
         self.ground.record_lists(r, seen.pose);
         self.copy_counters(r, slot);
@@ -183,7 +183,7 @@ impl Frame {
             self.light.changed();
         }
         let mean_pass = self.light.mean_pass();
-        self.upload(r, seen, &now.lights, (lists || unlit, mean_pass));
+        self.upload(r, seen, &now.lights, lists || unlit);
         if lists {
             // What stands where: triangles, and the voxels that they touch.
             self.ground.swap_lists();
@@ -232,12 +232,13 @@ impl Frame {
         }
     }
 
-    /// What shaders read of this frame.
-    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], (lamps, mean_pass): (bool, u32)) {
+    /// What shaders read of this frame. `lamps`: whether these may have moved.
+    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lamps: bool) {
+        let mean_pass = self.light.mean_pass();
         r.full_barrier(); // the frame before read the same buffers
         if lamps {
             let placed =
-                self.lamps.place((seen.scene, seen.pose), &self.ground.desc.grid, self.settings.lights.lamp_points);
+                self.lamps.place(seen.scene, seen.pose, &self.ground.desc.grid, self.settings.lights.lamp_points);
             self.placed_lamps = (placed.pieces.len() as u32, !placed.nodes.is_empty());
             r.update(&self.ground.lamps, 0, &placed.pieces);
             r.update(&self.ground.lamp_nodes, 0, &placed.nodes);
@@ -381,22 +382,17 @@ impl Frame {
 
     /// What is allocated for buffers as large as `counts` and a grid of edge `voxels`.
     pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
-        plan(
-            (&self.settings, self.ground.desc.features),
-            (self.target.width, self.target.height),
-            self.target.outputs(),
-            (voxels, counts),
-        )
+        plan(&self.planned((self.target.width, self.target.height)), counts, voxels)
     }
 
     /// What would be allocated for images of another size.
     pub fn plan_at(&self, size: (u32, u32)) -> Vec<MemoryRow> {
-        plan(
-            (&self.settings, self.ground.desc.features),
-            size,
-            self.target.outputs(),
-            (self.settings.voxels, self.counts()),
-        )
+        plan(&self.planned(size), self.counts(), self.settings.voxels)
+    }
+
+    fn planned(&self, size: (u32, u32)) -> Planned<'_> {
+        let (features, outputs) = (self.ground.desc.features, self.target.outputs());
+        Planned { settings: &self.settings, features, size, outputs }
     }
 }
 
@@ -409,7 +405,7 @@ fn light_rules(desc: &FrameDesc, ground: &Ground, method: &dyn Gi) -> LightRules
 }
 
 fn shape(desc: &FrameDesc, ground: &Ground) -> ImageShape {
-    ImageShape::new(&desc.settings.image, (desc.size, desc.outputs), ground.desc.counts.triangles)
+    ImageShape::new(&desc.settings.image, desc.size, desc.outputs, ground.desc.counts.triangles)
 }
 
 fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Ground) -> Maker<'a> {

@@ -39,7 +39,7 @@ use crate::ground::image::target;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::ScenePacked;
 use crate::memory::Limit;
-use crate::renderer::{check_memory, memory_limit};
+use crate::renderer::{MemoryCheck, memory_limit};
 use crate::scene::{Bounds, Pose, Scene};
 use crate::settings::Settings;
 use crate::vk::{Image, Recorder, Slot, SlotOptions};
@@ -150,9 +150,8 @@ impl Prepared {
         let triangles = scene.triangle_count() as u64;
         let mut fixed = packed.plan();
         fixed.extend(given_plan(prepare));
-        check_memory((context, &limit), (triangles, settings.voxels), &fixed, &|voxels| {
-            first_plan(&desc, &packed.trees, voxels)
-        })?;
+        MemoryCheck { context, limit: &limit, triangles, voxels: settings.voxels, fixed: &fixed }
+            .check(&|voxels| first_plan(&desc, &packed.trees, voxels))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let options = SlotOptions { timestamps: prepare.timestamps, log: false };
         Ok(Self {
@@ -269,6 +268,7 @@ impl Prepared {
     ///
     /// # Safety
     /// As for [`Self::record`], and the images of `inputs` are as they say.
+    #[expect(clippy::too_many_arguments, reason = "as `record`, with the surfaces of the host")]
     pub unsafe fn record_given(
         &mut self,
         commands: vk::CommandBuffer,
@@ -318,7 +318,7 @@ impl Prepared {
     /// Too little memory.
     pub fn grow(&mut self, growth: Growth) -> Result<()> {
         let plan = |voxels| self.frame.plan(&growth.0, voxels);
-        check_memory((&self.context, &self.limit), (self.triangles, self.voxels), &given_plan(&self.prepare), &plan)?;
+        self.memory_check(&given_plan(&self.prepare)).check(&plan)?;
         self.clear();
         self.frame.grow(&self.context, growth.0)
     }
@@ -332,12 +332,8 @@ impl Prepared {
     pub fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
         let desc = desc(scene, settings, &prepare)?;
-        check_memory(
-            (&self.context, &self.limit),
-            (self.triangles, settings.voxels),
-            &given_plan(&prepare),
-            &|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels),
-        )?;
+        MemoryCheck { voxels: settings.voxels, ..self.memory_check(&given_plan(&prepare)) }
+            .check(&|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels))?;
         self.frame.change(&self.context, &desc)?;
         self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         self.clear();
@@ -348,6 +344,11 @@ impl Prepared {
     /// The next frame starts without the light of those before it: after a cut.
     pub fn forget_light(&mut self) {
         self.frame.forget_light();
+    }
+
+    fn memory_check<'a>(&'a self, fixed: &'a [MemoryRow]) -> MemoryCheck<'a> {
+        let Self { limit, triangles, voxels, .. } = self;
+        MemoryCheck { context: &self.context, limit, triangles: *triangles, voxels: *voxels, fixed }
     }
 
     /// Lets go of what the slots keep: the device is done with it.

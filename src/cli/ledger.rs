@@ -21,7 +21,7 @@ use twobounce::measure::terms::{self, Subtract};
 use twobounce::output::file;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LoadOptions, Scene, View, analytic};
+use twobounce::scene::{LoadOptions, Scene, Still, View, analytic};
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
@@ -177,7 +177,7 @@ fn fills(context: &Arc<Context>, path: &str, (width, height): (u32, u32)) -> Res
     let view = scene.view(&pose, 0);
     let stop = Stop::Noise(FILL_NOISE);
     let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
-    let (film, _) = traced(&cache(), (&scene, &pose, &view), &options)?;
+    let (film, _) = traced(&cache(), Still::new(&scene, &pose, &view), &options)?;
     let truth = film.layers(&[Aov::Direct, Aov::Diffuse]);
     let error = |assignments: &&[&str]| {
         let mut settings = terms::on_equal_terms(&Settings { voxels: FILL_EDGE, ..Settings::corrected() });

@@ -80,7 +80,7 @@ impl Work {
     /// Begins a frame of a run: how many come after it, and what those before it took in the mean. `bands`: see
     /// [`twobounce::renderer::Renderer::bands`].
     pub fn frame(&self, bands: (u32, u32), after: u32, mean: Option<Duration>) {
-        let frame = Frame { course: Course::new(Instant::now(), bands), after, mean };
+        let frame = Frame { course: Course::new(Instant::now(), bands.0, bands.1), after, mean };
         if let Some(work) = &mut line().work {
             work.frame = Some(frame);
         }
@@ -238,7 +238,7 @@ mod tests {
     fn frames_after_this_one_take_as_long() {
         let began = Instant::now();
         let at = |seconds| began + Duration::from_secs(seconds);
-        let course = |since| Some(Course::new(at(since), (4, 1)));
+        let course = |since| Some(Course::new(at(since), 4, 1));
         let text = "duck, frame 1 of 3".to_owned();
         let frame = course(0).map(|course| Frame { course, after: 2, mean: None });
         let mut work = Shown { began, written: began, text, left: None, pass: None, frame };

@@ -19,7 +19,7 @@ use twobounce::plan::store::Store;
 use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
-use twobounce::scene::{Projection, Scene};
+use twobounce::scene::{Projection, Scene, Still};
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, SceneArgs, budget, memory_size, number};
@@ -293,7 +293,7 @@ impl Host for OnCommandLine<'_> {
     fn trace(&self, of: &Seen, options: &Options) -> Result<Film> {
         // Tracing has a line of its own.
         self.work.take();
-        let film = traced(&self.cache, (self.scene, &of.pose, &of.view), options)?.0;
+        let film = traced(&self.cache, Still::new(self.scene, &of.pose, &of.view), options)?.0;
         self.work.replace(Some(Work::begin("plan")));
         Ok(film)
     }

@@ -17,7 +17,7 @@ use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;
 use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::View;
+use twobounce::scene::{Still, View};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::stability::warnings::known_failures;
 use twobounce::vk::Context;
@@ -273,7 +273,7 @@ impl Session<'_> {
         let scene = self.renderer.scene();
         if frame == self.args.frames.map_or(0, |frames| frames.first) {
             let exposed = exposure_ev.map(|ev| (ev, self.args.exposure.is_none()));
-            let why = why_blank(&image, (scene, &pose, &view), exposed);
+            let why = why_blank(&image, Still::new(scene, &pose, &view), exposed);
             why.iter().for_each(|why| out::warn(&format!("note: {}: {why}", scene.name)));
         }
         if !self.args.transparent {

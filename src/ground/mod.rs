@@ -71,10 +71,21 @@ pub struct Counts {
     pub lists: Vec<ListCapacity>,
 }
 
+/// What the lists of a first frame are expected to hold.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ExpectedLists {
+    /// Grids beside the base.
+    pub grids: usize,
+    /// Of the base grid and its boxes: [`expected_items`].
+    pub items: f64,
+    /// Boxes of finer voxels within the base grid.
+    pub boxes: u32,
+}
+
 impl Counts {
-    /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces. `grids`: beside
-    /// the base. `items`: as many as are [expected](expected_items), in the base grid and so many boxes within it.
-    pub fn of(scene: &Scene, lamps: u32, grids: usize, (items, boxes): (f64, u32), tree: TreeSize) -> Self {
+    /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces.
+    pub fn of(scene: &Scene, lamps: u32, expected: ExpectedLists, tree: TreeSize) -> Self {
+        let ExpectedLists { grids, items, boxes } = expected;
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;

@@ -44,6 +44,6 @@ pub use record::recorder::{Recorder, RecorderOptions};
 pub use record::slot::{HostRecorder, Slot, SlotOptions};
 pub use record::transfer::{download, download_image, upload, upload_at, upload_image, upload_into};
 pub use record::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
-pub use resource::buffer::{Buffer, BufferKind};
+pub use resource::buffer::{Buffer, BufferAt, BufferKind};
 pub use resource::image::{Image, ImageDesc, ImageDim, ImageRegion, ImageView};
 pub use resource::sampler::Sampler;

@@ -31,7 +31,7 @@ pub struct Left {
 }
 
 impl Course {
-    pub fn new(began: Instant, (bands, images): (u32, u32)) -> Self {
+    pub fn new(began: Instant, bands: u32, images: u32) -> Self {
         Self { began, bands, images, image: 0, at: began, band: 0, done: [(0.0, Duration::ZERO); 2] }
     }
 
@@ -80,7 +80,7 @@ mod tests {
         let left = |course: &Course, seconds| {
             course.left(at(seconds)).map(|left| (left.time.as_secs_f64().round() as u64, left.at_least))
         };
-        let mut course = Course::new(began, (4, 1));
+        let mut course = Course::new(began, 4, 1);
         course.step(step("shade 1", 0, 0.5), at(8));
         assert_eq!(left(&course, 8), None, "the light tells nothing of the image");
         // Gathering takes 10 seconds a band, the image 3.
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn images_of_a_mean_come_one_after_another() {
         let began = Instant::now();
-        let mut course = Course::new(began, (2, 3));
+        let mut course = Course::new(began, 2, 3);
         let looks = [(0, 0.5), (0, 1.0), (1, 1.0), (0, 1.0), (1, 1.0)];
         for (i, (turn, share)) in looks.into_iter().enumerate() {
             course.step(Step { pass: "image", turn, share }, began + Duration::from_secs(2 * i as u64 + 2));

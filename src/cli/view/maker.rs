@@ -33,14 +33,15 @@ const SHOW_SHARE: u32 = 3;
 /// Renderers of what is shown and of what is beside it.
 pub struct Makers {
     stage: Stage,
-    watch: Watch,
     own: Option<Maker>,
     beside: Option<Maker>,
 }
 
 impl Makers {
-    pub fn new(stage: Stage, watch: Watch) -> Self {
-        Self { stage, watch, own: None, beside: None }
+    /// Frames go on as long as `watch` says.
+    pub fn new(mut stage: Stage, watch: Watch) -> Self {
+        stage.options.watch = Some(watch);
+        Self { stage, own: None, beside: None }
     }
 
     /// The next job's renderers are made anew: their shaders are others.
@@ -67,10 +68,10 @@ impl Makers {
 
     /// Prepares for a job.
     fn making<'a>(&'a mut self, job: &'a Job, began: Instant) -> Result<Making<'a>> {
-        let Self { stage, watch, own, beside } = self;
-        let own = Maker::of(own, (stage, watch), &job.settings, job)?;
+        let Self { stage, own, beside } = self;
+        let own = Maker::of(own, stage, &job.settings, job)?;
         let mut beside = match &job.beside {
-            Some(settings) => Some(Maker::of(beside, (stage, watch), settings, job)?),
+            Some(settings) => Some(Maker::of(beside, stage, settings, job)?),
             None => {
                 *beside = None;
                 None
@@ -92,7 +93,7 @@ impl Makers {
             (Question::Rays(pixel), Some(own)) => own.rays(&self.stage.context, pixel).map(Found::Rays),
             (Question::Rays(_), None) => return,
             (Question::Cost(key, settings), _) => {
-                self.costs((key, &settings), job, wanted).map(|costs| Found::Cost(key, costs))
+                self.costs(key, &settings, job, wanted).map(|costs| Found::Cost(key, costs))
             }
         };
         match found {
@@ -102,7 +103,7 @@ impl Makers {
     }
 
     /// What a frame takes with other values of a key, each on a renderer of its own.
-    fn costs(&self, (name, settings): (&str, &Settings), job: &Job, wanted: &Wanted) -> Result<Vec<Cost>> {
+    fn costs(&self, name: &str, settings: &Settings, job: &Job, wanted: &Wanted) -> Result<Vec<Cost>> {
         let entries = settings.entries();
         let Some((key, now)) = entries.iter().find(|(key, _)| key.name == name) else { return Ok(vec![]) };
         let mut costs = vec![];
@@ -121,7 +122,7 @@ impl Makers {
         let mut settings = settings.clone();
         settings.set(assignment)?;
         let mut maker = None;
-        let maker = Maker::of(&mut maker, (&self.stage, &self.watch), &settings, job)?;
+        let maker = Maker::of(&mut maker, &self.stage, &settings, job)?;
         maker.prepare(job, &settings, 1)?;
         maker.draw(job, &self.stage)?; // warms up
         maker.renderer.make_anew();
@@ -277,21 +278,11 @@ struct Maker {
 
 impl Maker {
     /// What is there, or a new one.
-    fn of<'a>(
-        there: &'a mut Option<Self>,
-        (stage, watch): (&Stage, &Watch),
-        settings: &Settings,
-        job: &Job,
-    ) -> Result<&'a mut Self> {
+    fn of<'a>(there: &'a mut Option<Self>, stage: &Stage, settings: &Settings, job: &Job) -> Result<&'a mut Self> {
         if there.is_none() {
             let Stage { context, scene, shot, options } = stage;
-            let options = RenderOptions {
-                size: job.size,
-                aovs: job.layer.needs(),
-                watch: Some(watch.clone()),
-                responsive: true,
-                ..options.clone()
-            };
+            let options =
+                RenderOptions { size: job.size, aovs: job.layer.needs(), responsive: true, ..options.clone() };
             let pose = shot.pose(scene, job.later_s);
             *there = Some(Self {
                 renderer: Renderer::new(context, scene.as_ref().clone(), &pose, settings.clone(), options)?,
@@ -385,7 +376,7 @@ impl Maker {
             Layer::Image(layer) => encode(&image, layer, ev),
             Layer::Grid(layer) => {
                 let (renderer, inspect, settings) = (&self.renderer, &mut self.inspect, &self.made_for.0);
-                Grid { context, renderer, inspect, settings }.picture(layer, (&image, ev), &job.view)?
+                Grid { context, renderer, inspect, settings }.picture(layer, &image, ev, &job.view)?
             }
         };
         Ok((Picture { size: self.made_for.1, rgba }, image, ev))

@@ -94,7 +94,8 @@ impl Inspect {
         )?;
         let groups = [width.div_ceil(PIXELS), height.div_ceil(PIXELS), 1];
         let push = Push { pixel: [0; 2], scale: self.scale };
-        look(context, frame, &self.kept, (Bind::storage_image("kept_light", image.view()), push, groups))?;
+        let look = Look { pass: &self.kept, own: Bind::storage_image("kept_light", image.view()), push, groups };
+        look.run(context, frame)?;
         vk::download_image(context, &image, 0)
     }
 
@@ -107,22 +108,27 @@ impl Inspect {
         let buffer = Buffer::new(context, "rays of a pixel", bytes, BufferKind::Device)?;
         let groups = [self.diffuse.div_ceil(RAYS), 1, 1];
         let push = Push { pixel: [pixel.0, pixel.1], scale: self.scale };
-        look(context, frame, &self.rays, (Bind::buffer("inspected", &buffer), push, groups))?;
+        Look { pass: &self.rays, own: Bind::buffer("inspected", &buffer), push, groups }.run(context, frame)?;
         vk::download(context, &buffer)
     }
 }
 
-fn look(
-    context: &Arc<Context>,
-    frame: Inspected,
-    pass: &Compute,
-    (own, push, groups): (Bind<'_>, Push, [u32; 3]),
-) -> Result<()> {
-    let mut binds = frame.ground.image_binds();
-    binds.extend(frame.method.binds(frame.ground));
-    binds.push(own);
-    let mut r = Recorder::new(context, RecorderOptions::default())?;
-    r.full_barrier(); // the last frame wrote lists and light
-    r.dispatch(pass, &pass.select(&binds), &push, groups);
-    r.finish().map(drop)
+/// A pass that looks at a frame, with what it writes to.
+struct Look<'a> {
+    pass: &'a Compute,
+    own: Bind<'a>,
+    push: Push,
+    groups: [u32; 3],
+}
+
+impl Look<'_> {
+    fn run(&self, context: &Arc<Context>, frame: Inspected) -> Result<()> {
+        let mut binds = frame.ground.image_binds();
+        binds.extend(frame.method.binds(frame.ground));
+        binds.push(self.own.clone());
+        let mut r = Recorder::new(context, RecorderOptions::default())?;
+        r.full_barrier(); // the last frame wrote lists and light
+        r.dispatch(self.pass, &self.pass.select(&binds), &self.push, self.groups);
+        r.finish().map(drop)
+    }
 }

@@ -7,7 +7,7 @@ use super::recorder::Recorder;
 use crate::vk::device::submit::record_barrier;
 use crate::vk::pipeline::bind::{Bind, labels};
 use crate::vk::pipeline::desc::Compute;
-use crate::vk::resource::buffer::Buffer;
+use crate::vk::resource::buffer::{Buffer, BufferAt};
 use crate::vk::resource::image::{Image, ImageRegion};
 use ash::vk;
 use bytemuck::Pod;
@@ -61,11 +61,12 @@ impl Recorder {
 
     /// Copies the first bytes of `from` to the start of `to`, as many as both have.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) {
-        self.copy_range((from, 0), (to, 0), from.bytes().min(to.bytes()));
+        self.copy_range(from.at(0), to.at(0), from.bytes().min(to.bytes()));
     }
 
-    /// Copies `bytes` bytes, each buffer from its byte offset on.
-    pub fn copy_range(&mut self, (from, from_offset): (&Buffer, u64), (to, to_offset): (&Buffer, u64), bytes: u64) {
+    /// Copies `bytes` bytes, from these places of both buffers on.
+    pub fn copy_range(&mut self, from: BufferAt<'_>, to: BufferAt<'_>, bytes: u64) {
+        let (BufferAt { buffer: from, offset: from_offset }, BufferAt { buffer: to, offset: to_offset }) = (from, to);
         check_range(from, from_offset, bytes);
         check_range(to, to_offset, bytes);
         let region = [vk::BufferCopy { src_offset: from_offset, dst_offset: to_offset, size: bytes }];
@@ -152,14 +153,9 @@ impl Recorder {
         self.log(|| dispatch_log(pipeline, binds, Some(groups), None));
     }
 
-    /// Runs the workgroups that three words of a buffer, from a byte offset on, count.
-    pub fn dispatch_indirect(
-        &mut self,
-        pipeline: &Compute,
-        binds: &[Bind<'_>],
-        push: &impl Pod,
-        (buffer, offset): (&Buffer, u64),
-    ) {
+    /// Runs the workgroups that three words of a buffer, from `counts` on, count.
+    pub fn dispatch_indirect(&mut self, pipeline: &Compute, binds: &[Bind<'_>], push: &impl Pod, counts: BufferAt<'_>) {
+        let BufferAt { buffer, offset } = counts;
         check_range(buffer, offset, 12);
         bind_pipeline(self, &pipeline.raw, binds, push);
         // SAFETY: in range; a compute pipeline and all its bindings are set; the buffer is kept.

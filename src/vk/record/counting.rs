@@ -67,6 +67,6 @@ impl Recorder {
         let (counts, results, at) = (counting.counts.clone(), counting.results.clone(), counting.zones * BYTES);
         counting.zones += 1;
         self.full_barrier();
-        self.copy_range((&counts, 0), (&results, at), BYTES);
+        self.copy_range(counts.at(0), results.at(at), BYTES);
     }
 }

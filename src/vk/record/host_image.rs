@@ -73,7 +73,7 @@ impl HostImage {
         Ok(())
     }
 
-    fn barrier(&self, (from, to): (ImageUse, ImageUse)) -> vk::ImageMemoryBarrier2<'static> {
+    fn barrier(&self, from: ImageUse, to: ImageUse) -> vk::ImageMemoryBarrier2<'static> {
         let range = vk::ImageSubresourceRange::default()
             .aspect_mask(vk::ImageAspectFlags::COLOR)
             .base_mip_level(self.level)
@@ -135,7 +135,7 @@ impl Recorder {
             (vk::AccessFlags2::TRANSFER_WRITE, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
         };
         let used = ImageUse { stages: vk::PipelineStageFlags2::ALL_TRANSFER, access, layout };
-        self.image_barrier(host.barrier((host.before, used)));
+        self.image_barrier(host.barrier(host.before, used));
         let layers = |level, layer| {
             vk::ImageSubresourceLayers::default()
                 .aspect_mask(vk::ImageAspectFlags::COLOR)
@@ -174,7 +174,7 @@ impl Recorder {
             let (from, to) = if reads { (host, own) } else { (own, host) };
             CommandLog::Copy { from, to, bytes: None }
         });
-        self.image_barrier(host.barrier((used, host.after)));
+        self.image_barrier(host.barrier(used, host.after));
     }
 }
 

@@ -30,7 +30,7 @@ pub fn upload_at<T: Pod>(context: &Arc<Context>, target: &Buffer, first: u64, da
     let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload)?;
     staging.write(0, data);
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    recorder.copy_range((&staging, 0), (target, first), bytes);
+    recorder.copy_range(staging.at(0), target.at(first), bytes);
     recorder.finish()?;
     Ok(())
 }

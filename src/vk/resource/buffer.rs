@@ -42,7 +42,19 @@ pub struct Buffer {
     pub(in crate::vk) raw: Arc<RawBuffer>,
 }
 
+/// A byte of a buffer.
+#[derive(Clone, Copy)]
+pub struct BufferAt<'a> {
+    pub buffer: &'a Buffer,
+    pub offset: u64,
+}
+
 impl Buffer {
+    /// The byte `offset` of it.
+    pub fn at(&self, offset: u64) -> BufferAt<'_> {
+        BufferAt { buffer: self, offset }
+    }
+
     /// A buffer of `bytes` bytes (at least 16 are made, so that empty data can be bound), usable as storage, uniform,
     /// indirect, index, vertex and transfer buffer.
     ///

@@ -1,4 +1,4 @@
-//! Compiles every shader under `glsl/`, by `src/vk/compile.rs`, and writes the table that `vk::shader` includes.
+//! Compiles every shader under `glsl/`, by `src/vk/pipeline/compile.rs`, and writes the table that `vk::shader` includes.
 //! An error or a warning stops the build with `file:line: message`.
 
 use compile::{Compiled, Store, compile_all, find_files, numbered};
@@ -8,20 +8,23 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io, process};
 
-#[path = "src/vk/compile.rs"]
+#[path = "src/vk/pipeline/compile.rs"]
 mod compile;
-#[path = "src/vk/used.rs"]
+#[path = "src/vk/pipeline/used.rs"]
 mod used;
 
 const ROOT: &str = "glsl";
 /// What else a compiled shader depends on.
-const MADE_BY: &str =
-    concat!(include_str!("build.rs"), include_str!("src/vk/compile.rs"), include_str!("src/vk/used.rs"));
+const MADE_BY: &str = concat!(
+    include_str!("build.rs"),
+    include_str!("src/vk/pipeline/compile.rs"),
+    include_str!("src/vk/pipeline/used.rs")
+);
 
 fn main() {
     // A folder is watched with everything below it, so this covers includes and new files too.
     println!("cargo:rerun-if-changed={ROOT}");
-    for script in ["build.rs", "src/vk/compile.rs", "src/vk/used.rs"] {
+    for script in ["build.rs", "src/vk/pipeline/compile.rs", "src/vk/pipeline/used.rs"] {
         println!("cargo:rerun-if-changed={script}");
     }
     // With `RUSTDOCFLAGS="--cfg internals"` the documentation has what is not for hosts, too.

@@ -16,7 +16,7 @@ use twobounce::measure::refuse_invalid;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::{Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LoadOptions, Scene, View};
+use twobounce::scene::{LoadOptions, Scene, Still, View};
 use twobounce::settings::Settings;
 use twobounce::stability::motion::{excess, mean};
 use twobounce::vk::{Context, ContextOptions};
@@ -38,14 +38,14 @@ fn main() -> Result<()> {
     let scene = Scene::load(&flight.scene, &LoadOptions::default())?;
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let context = Context::new(&ContextOptions::default())?;
-    let settings = for_camera(&flight.settings, (&scene, &pose, &flight.view(0)), bounds);
+    let settings = for_camera(&flight.settings, Still::new(&scene, &pose, &flight.view(0)), bounds);
     let (cancel, cache) = (AtomicBool::new(false), Cache::of_user());
     let depth = same_depth(&scene, &settings);
     let truth = |view: &View, seed| {
         let (width, height) = flight.size;
         let stop = Stop::Samples(flight.samples);
         let options = Options { width, height, depth, stop, seed, occlusion: false };
-        Ok::<_, Error>(cache.render((&scene, &pose, view), &options, &|_| {}, &cancel)?.layers(&[]))
+        Ok::<_, Error>(cache.render(Still::new(&scene, &pose, view), &options, &|_| {}, &cancel)?.layers(&[]))
     };
     let mut renderer =
         Renderer::new(&context, scene.clone(), &pose, settings, RenderOptions::new(flight.size, bounds))?;

@@ -18,7 +18,7 @@ use twobounce::reference::film::Film;
 use twobounce::reference::{self, Control, Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::finish::{Anisotropy, Clearcoat, DiffuseTransmission, Finish, Iridescence, Sheen};
-use twobounce::scene::{Material, Mesh, Scene, View};
+use twobounce::scene::{Material, Mesh, Scene, Still, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
@@ -87,7 +87,7 @@ pub fn traced(scene: &Scene, size: u32, samples: u32) -> Result<Layers> {
     let options = Options { width: size, height: size, depth: Depth::Full, stop, seed: 0, occlusion: false };
     let (mut film, never) = (Film::new(size, size), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    reference::render((scene, &scene.pose(None, 0.0), &view()), &options, &mut film, control)?;
+    reference::render(Still::new(scene, &scene.pose(None, 0.0), &view()), &options, &mut film, control)?;
     Ok(film.layers(&[Aov::Albedo]))
 }
 

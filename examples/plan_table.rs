@@ -24,7 +24,7 @@ use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
 use twobounce::renderer::{Context, ContextOptions, RenderOptions};
-use twobounce::scene::{LoadOptions, Scene};
+use twobounce::scene::{LoadOptions, Scene, Still};
 use twobounce::settings::Settings;
 
 /// Pixels of all images.
@@ -52,7 +52,7 @@ struct Tracer<'a>(&'a Scene, &'a Cache);
 
 impl Host for Tracer<'_> {
     fn trace(&self, of: &Seen, options: &Options) -> twobounce::Result<Film> {
-        self.1.render((self.0, &of.pose, &of.view), options, &|_| (), &AtomicBool::new(false))
+        self.1.render(Still::new(self.0, &of.pose, &of.view), options, &|_| (), &AtomicBool::new(false))
     }
 
     fn is_at(&self, _: String) {}

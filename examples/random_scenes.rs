@@ -12,7 +12,7 @@ use twobounce::measure::refuse_invalid;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
 use twobounce::reference::{self, Control, Options, Stop};
-use twobounce::scene::Alpha;
+use twobounce::scene::{Alpha, Still};
 use twobounce::stability::case::Place;
 use twobounce::stability::cell::{Cell, Effort, settings};
 use twobounce::stability::stage::{Stage, Studio};
@@ -77,7 +77,7 @@ fn truth(stage: &Stage, cell: &Cell) -> Result<(f64, f64, f32)> {
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: false };
     let mut film = Film::new(SIZE, SIZE);
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: cell.cancel };
-    reference::render((&stage.scene, &stage.pose(), &stage.view), &options, &mut film, control)?;
+    reference::render(Still::new(&stage.scene, &stage.pose(), &stage.view), &options, &mut film, control)?;
     let layers = film.layers(&[]);
     let bound = random::bound(layers.beauty());
     let error = |e: &[f32; 3]| e.iter().map(|v| f64::from(v.clamp(-bound, bound))).sum::<f64>() / 3.0;

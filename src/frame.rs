@@ -5,6 +5,7 @@
 //! [`Frame::poll`] once the commands are done. Several frames may be in flight, each in a slot of its own.
 
 mod desc;
+mod light;
 mod order;
 
 use std::sync::Arc;
@@ -29,11 +30,9 @@ use crate::settings::{Bounces, Settings};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
 
 pub use desc::{FrameDesc, first_plan};
-use desc::{ground_desc, lamps, of_light, plan, with_image_pass};
+use desc::{Planned, ground_desc, lamps, of_light, plan, with_image_pass};
+pub use light::{LightProgress, LightRules, LightState, MOST_SETTLING, SETTLED};
 use order::back_to_front;
-
-/// With `bounces = all`: frames after which light counts as settled. A closed room that loses nothing never settles.
-pub const MOST_SETTLING: u32 = 64;
 
 pub struct Frame {
     pub ground: Ground,
@@ -48,20 +47,12 @@ pub struct Frame {
     pub scale: f32,
     /// Counters as the device left them, per slot and grid.
     counters: Vec<Vec<Buffer>>,
-    /// Passes that the method's light has had since something changed that shows in it.
-    light_passes: u32,
-    /// Whether the method holds the light of the frame before, to go on from.
-    history: bool,
+    /// How far the method's light has come.
+    light: LightProgress,
     /// What lists and light on the device were made of; `None` where they cannot be gone on from.
     made_of: Option<MadeOf>,
     /// The next frame remakes lists and light, though nothing moved.
     stale: bool,
-    /// The method holds no light yet.
-    unlit: bool,
-    /// The last frame recorded lists and light whole, if not its image.
-    light_whole: bool,
-    /// The method's light is going to be asked for, coarsely.
-    measures: bool,
 }
 
 /// Everything that changes from frame to frame and shows in lists or light: no camera does.
@@ -127,13 +118,9 @@ impl Frame {
             scale: radiance_scale(desc.scene, ground.desc.grid.finest_m(), settings.bounces),
             settings: settings.clone(),
             placed_lamps: (0, false),
-            light_passes: 0,
-            history: false,
+            light: LightProgress::new(light_rules(desc, &ground, &*method)),
             made_of: None,
             stale: false,
-            unlit: true,
-            light_whole: false,
-            measures: false,
             ground,
             method,
             target,
@@ -152,17 +139,17 @@ impl Frame {
     pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         let now = self.made_now(seen);
         self.place_grids(seen.view);
-        self.upload(r, seen, &now.lights, (true, 0));
+        self.upload(r, seen, &now.lights, true);
         self.ground.swap_lists();
         self.ground.record_lists(r, seen.pose);
         self.copy_counters(r, slot);
-        (self.made_of, self.stale, self.unlit) = (Some(now), false, true);
+        (self.made_of, self.stale) = (Some(now), false);
+        self.light.forget();
     }
 
     /// Records a frame. `slot`: one of those in flight that is free again.
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         self.record_light(r, seen);
-        self.light_whole = r.goes_on();
         if seen.image.is_some() {
             // The recorded triangles become the image, with what the method looks up.
             let (ground, target) = (&self.ground, &self.target);
@@ -183,7 +170,7 @@ impl Frame {
     fn record_light(&mut self, r: &mut Recorder, seen: &Seen) {
         let now = self.made_now(seen);
         let before = self.made_of.take();
-        let unlit = std::mem::take(&mut self.unlit);
+        let unlit = self.light.state() == LightState::Unlit;
         let moved = self.place_grids(seen.view);
         let stale = std::mem::take(&mut self.stale) || moved;
         let stood = |b: &MadeOf| b.instances == now.instances && b.deforms == now.deforms;
@@ -193,31 +180,32 @@ impl Frame {
             bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky && before.time_s == now.time_s
         };
         if lists || unlit || !before.as_ref().is_some_and(same) {
-            self.light_passes = 0; // something changed that shows in the light
+            self.light.changed();
         }
-        let light = self.light_passes == 0 || self.unsteady();
-        // Directions stay as they are until feedback has settled: a mean of light that still grows would be too dark.
-        let mean_pass = self.light_passes.saturating_sub(MOST_SETTLING);
-        self.upload(r, seen, &now.lights, (lists || unlit, mean_pass));
+        let mean_pass = self.light.mean_pass();
+        self.upload(r, seen, &now.lights, lists || unlit);
         if lists {
             // What stands where: triangles, and the voxels that they touch.
             self.ground.swap_lists();
             self.ground.record_lists(r, seen.pose);
         }
-        if light {
+        if self.light.needs_pass() {
             // The light that the method makes of it.
             let update = Update {
                 lists: lists || unlit,
-                history: self.history,
+                history: self.light.has_history(),
                 known: !unlit,
                 averages: mean_pass > 0,
-                measured: self.measures,
+                measured: self.light.is_measured(),
                 sky: seen.scene.sky != Vec3::ZERO,
             };
             self.method.update(r, &self.ground, &update);
-            self.light_passes += 1;
+            self.light.passed();
         }
         self.made_of = Some(now);
+        if !r.goes_on() {
+            self.start_over(); // the recording ended before its lists and light were whole
+        }
     }
 
     fn made_now(&self, seen: &Seen) -> MadeOf {
@@ -244,12 +232,13 @@ impl Frame {
         }
     }
 
-    /// What shaders read of this frame.
-    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], (lamps, mean_pass): (bool, u32)) {
+    /// What shaders read of this frame. `lamps`: whether these may have moved.
+    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lamps: bool) {
+        let mean_pass = self.light.mean_pass();
         r.full_barrier(); // the frame before read the same buffers
         if lamps {
             let placed =
-                self.lamps.place((seen.scene, seen.pose), &self.ground.desc.grid, self.settings.lights.lamp_points);
+                self.lamps.place(seen.scene, seen.pose, &self.ground.desc.grid, self.settings.lights.lamp_points);
             self.placed_lamps = (placed.pieces.len() as u32, !placed.nodes.is_empty());
             r.update(&self.ground.lamps, 0, &placed.pieces);
             r.update(&self.ground.lamp_nodes, 0, &placed.nodes);
@@ -295,11 +284,6 @@ impl Frame {
         (counters, (grown != *self.counts()).then_some(grown))
     }
 
-    /// A frame that ended early had its lists and light by then: the next one goes on from them.
-    pub fn light_is_whole(&self) -> bool {
-        self.light_whole
-    }
-
     /// Replaces the buffers that are too small for `counts`; no frame may be in flight. The next frame starts from nothing.
     ///
     /// # Errors
@@ -313,7 +297,8 @@ impl Frame {
 
     /// The next frame starts from nothing: the last one was not finished, or what it made is gone.
     pub fn start_over(&mut self) {
-        (self.made_of, self.history, self.unlit) = (None, false, true);
+        self.made_of = None;
+        self.light.forget();
     }
 
     /// A pass that lights what a host drew, for this frame as it is. `desc`: what the frame was made for, or changed to last.
@@ -358,7 +343,7 @@ impl Frame {
         if let (Some(method), Some(lamps)) = (method, lamps) {
             (self.method, self.lamps) = (method, lamps);
             self.scale = radiance_scale(desc.scene, ground.grid.finest_m(), new.bounces);
-            self.forget_light();
+            self.light = LightProgress::new(light_rules(desc, &self.ground, &*self.method));
         }
         self.settings = new.clone();
         Ok(())
@@ -378,39 +363,17 @@ impl Frame {
 
     /// The next frame starts without the light of those before it.
     pub fn forget_light(&mut self) {
-        (self.history, self.unlit) = (false, true);
+        self.light.forget();
     }
 
-    /// Whether [`Gi::coarse_light`] is going to be asked after the next frames.
-    pub fn measure_light(&mut self, whether: bool) {
-        self.measures = whether;
+    /// How far the light has come.
+    pub fn light(&self) -> &LightProgress {
+        &self.light
     }
 
-    /// Whether the next frame's light differs from this one's though nothing changes: feedback goes on.
-    pub fn unsteady(&self) -> bool {
-        let wants = &self.ground.desc.wants;
-        let feeds = self.settings.bounces == Bounces::All;
-        let goes_on = wants.mean_passes.is_none_or(|passes| self.light_passes <= MOST_SETTLING + passes);
-        feeds && goes_on
-    }
-
-    /// Whether a mean over passes is still being made.
-    pub fn averages(&self) -> bool {
-        self.ground.desc.wants.mean_passes.is_some() && self.unsteady()
-    }
-
-    /// Feedback has settled: where the method's light is a mean over passes, that begins with the next one.
-    pub fn settled(&mut self) {
-        self.light_passes = self.light_passes.max(MOST_SETTLING + 1);
-    }
-
-    /// The next frame's method continues from the light of this one.
-    pub fn keep_history(&mut self) {
-        self.history = true;
-    }
-
-    pub fn has_history(&self) -> bool {
-        self.history
+    /// `light`: of [`Gi::coarse_light`] after a pass of which [`LightProgress::is_measured`] asks for it.
+    pub fn light_measured(&mut self, light: Vec<f64>) {
+        self.light.measured(light);
     }
 
     pub fn counts(&self) -> &Counts {
@@ -419,27 +382,30 @@ impl Frame {
 
     /// What is allocated for buffers as large as `counts` and a grid of edge `voxels`.
     pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
-        plan(
-            (&self.settings, self.ground.desc.features),
-            (self.target.width, self.target.height),
-            self.target.outputs(),
-            (voxels, counts),
-        )
+        plan(&self.planned((self.target.width, self.target.height)), counts, voxels)
     }
 
     /// What would be allocated for images of another size.
     pub fn plan_at(&self, size: (u32, u32)) -> Vec<MemoryRow> {
-        plan(
-            (&self.settings, self.ground.desc.features),
-            size,
-            self.target.outputs(),
-            (self.settings.voxels, self.counts()),
-        )
+        plan(&self.planned(size), self.counts(), self.settings.voxels)
+    }
+
+    fn planned(&self, size: (u32, u32)) -> Planned<'_> {
+        let (features, outputs) = (self.ground.desc.features, self.target.outputs());
+        Planned { settings: &self.settings, features, size, outputs }
+    }
+}
+
+fn light_rules(desc: &FrameDesc, ground: &Ground, method: &dyn Gi) -> LightRules {
+    LightRules {
+        feeds: desc.settings.bounces == Bounces::All && method.coarse_light().is_some(),
+        mean_passes: ground.desc.wants.mean_passes,
+        waits: desc.waits,
     }
 }
 
 fn shape(desc: &FrameDesc, ground: &Ground) -> ImageShape {
-    ImageShape::new(&desc.settings.image, (desc.size, desc.outputs), ground.desc.counts.triangles)
+    ImageShape::new(&desc.settings.image, desc.size, desc.outputs, ground.desc.counts.triangles)
 }
 
 fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Ground) -> Maker<'a> {

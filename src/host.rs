@@ -39,9 +39,9 @@ use crate::ground::image::target;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::ScenePacked;
 use crate::memory::Limit;
-use crate::renderer::{check_memory, memory_limit};
+use crate::renderer::{MemoryCheck, memory_limit};
 use crate::scene::{Bounds, Pose, Scene};
-use crate::settings::{Bounces, Settings};
+use crate::settings::Settings;
 use crate::vk::{Image, Recorder, Slot, SlotOptions};
 use crate::{Error, Result};
 
@@ -90,8 +90,6 @@ pub struct Prepared {
     limit: Limit,
     triangles: u64,
     voxels: u32,
-    /// Each frame goes on from the light of the one before.
-    feeds: bool,
 }
 
 /// Buffers that a frame turned out to need larger: see [`Prepared::grow`].
@@ -152,9 +150,8 @@ impl Prepared {
         let triangles = scene.triangle_count() as u64;
         let mut fixed = packed.plan();
         fixed.extend(given_plan(prepare));
-        check_memory((context, &limit), (triangles, settings.voxels), &fixed, &|voxels| {
-            first_plan(&desc, &packed.trees, voxels)
-        })?;
+        MemoryCheck { context, limit: &limit, triangles, voxels: settings.voxels, fixed: &fixed }
+            .check(&|voxels| first_plan(&desc, &packed.trees, voxels))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let options = SlotOptions { timestamps: prepare.timestamps, log: false };
         Ok(Self {
@@ -167,7 +164,6 @@ impl Prepared {
             limit,
             triangles,
             voxels: settings.voxels,
-            feeds: settings.bounces == Bounces::All,
         })
     }
 
@@ -257,9 +253,6 @@ impl Prepared {
         // SAFETY: the caller's.
         let mut recorder = unsafe { Recorder::on(&self.context, commands, &mut self.slots[slot]) };
         self.frame.record(&mut recorder, slot, seen);
-        if self.feeds {
-            self.frame.keep_history();
-        }
         let layer = |output: &Output| (!output.given).then(|| self.frame.target.layer(output.layer)).flatten();
         // SAFETY: the caller's.
         unsafe { write(&mut recorder, outputs, |output| layer(output).expect("checked by `output`").0) };
@@ -275,6 +268,7 @@ impl Prepared {
     ///
     /// # Safety
     /// As for [`Self::record`], and the images of `inputs` are as they say.
+    #[expect(clippy::too_many_arguments, reason = "as `record`, with the surfaces of the host")]
     pub unsafe fn record_given(
         &mut self,
         commands: vk::CommandBuffer,
@@ -289,9 +283,6 @@ impl Prepared {
         // SAFETY: `inputs` checked them; the rest is the caller's.
         unsafe { recorder.read_host_images(inputs.images.into_iter().zip(given.inputs())) };
         self.frame.record_given(&mut recorder, slot, seen, given);
-        if self.feeds {
-            self.frame.keep_history();
-        }
         // SAFETY: the caller's.
         unsafe {
             write(&mut recorder, outputs, |output| {
@@ -327,7 +318,7 @@ impl Prepared {
     /// Too little memory.
     pub fn grow(&mut self, growth: Growth) -> Result<()> {
         let plan = |voxels| self.frame.plan(&growth.0, voxels);
-        check_memory((&self.context, &self.limit), (self.triangles, self.voxels), &given_plan(&self.prepare), &plan)?;
+        self.memory_check(&given_plan(&self.prepare)).check(&plan)?;
         self.clear();
         self.frame.grow(&self.context, growth.0)
     }
@@ -341,22 +332,23 @@ impl Prepared {
     pub fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
         let desc = desc(scene, settings, &prepare)?;
-        check_memory(
-            (&self.context, &self.limit),
-            (self.triangles, settings.voxels),
-            &given_plan(&prepare),
-            &|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels),
-        )?;
+        MemoryCheck { voxels: settings.voxels, ..self.memory_check(&given_plan(&prepare)) }
+            .check(&|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels))?;
         self.frame.change(&self.context, &desc)?;
         self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         self.clear();
-        (self.voxels, self.feeds, self.prepare) = (settings.voxels, settings.bounces == Bounces::All, prepare);
+        (self.voxels, self.prepare) = (settings.voxels, prepare);
         Ok(())
     }
 
     /// The next frame starts without the light of those before it: after a cut.
     pub fn forget_light(&mut self) {
         self.frame.forget_light();
+    }
+
+    fn memory_check<'a>(&'a self, fixed: &'a [MemoryRow]) -> MemoryCheck<'a> {
+        let Self { limit, triangles, voxels, .. } = self;
+        MemoryCheck { context: &self.context, limit, triangles: *triangles, voxels: *voxels, fixed }
     }
 
     /// Lets go of what the slots keep: the device is done with it.
@@ -373,7 +365,7 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Resu
         return Err(Error::Usage(format!("a frame of {}x{} has no pixels: prepare at least one", size.0, size.1)));
     }
     let outputs = target::outputs(&prepare.layers);
-    Ok(FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1) })
+    Ok(FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1), waits: false })
 }
 
 /// Writes what was drawn to a host's images.

@@ -92,6 +92,8 @@ pub mod assets;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod chart;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod color;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod error;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod frame;
@@ -113,8 +115,6 @@ pub mod plan;
 pub mod profile;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod reference;
-#[cfg_attr(not(internals), doc(hidden))]
-pub mod requirements;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod stability;
 #[cfg_attr(not(internals), doc(hidden))]

@@ -5,7 +5,7 @@ mod refine;
 
 use std::sync::{Arc, Mutex};
 
-use crate::frame::{Counters, Frame, FrameDesc, Seen, first_plan};
+use crate::frame::{Counters, Frame, FrameDesc, LightState, Seen, first_plan};
 use crate::ground::Ground;
 use crate::ground::attributes::CornerWords;
 use crate::ground::constants::Features;
@@ -19,10 +19,9 @@ use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::Settings;
 use crate::vk::{FrameLog, Pace, Recorder, RecorderOptions};
 use crate::{Error, Result};
-use refine::Feedback;
 
 #[cfg_attr(not(internals), doc(hidden))]
-pub use refine::SETTLED;
+pub use crate::frame::SETTLED;
 
 pub use crate::layers::{Aov, Layers};
 pub use crate::vk::{Context, ContextOptions, Step, Watch, ZoneTimings};
@@ -85,7 +84,6 @@ pub struct Renderer {
     readback: Readback,
     /// Of the last image's passes, where it had several.
     mean: Option<PassMean>,
-    feedback: Feedback,
     /// The scene on the device and the readback: what does not grow.
     fixed_plan: Vec<MemoryRow>,
     /// Bytes that may be taken, and what sets the limit.
@@ -114,12 +112,9 @@ impl Renderer {
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
         let memory_limit = memory_limit(context, options.memory_limit);
         // Before anything is uploaded: what is too large is refused at once.
-        check_memory(
-            (context, &memory_limit),
-            (scene.triangle_count() as u64, settings.voxels),
-            &fixed_plan,
-            &|voxels| first_plan(&desc, &packed.trees, voxels),
-        )?;
+        let (limit, triangles) = (&memory_limit, scene.triangle_count() as u64);
+        MemoryCheck { context, limit, triangles, voxels: settings.voxels, fixed: &fixed_plan }
+            .check(&|voxels| first_plan(&desc, &packed.trees, voxels))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let (pace, context) = (pace(context, &options), context.clone());
@@ -131,7 +126,6 @@ impl Renderer {
             frame,
             readback,
             mean: None,
-            feedback: Feedback::default(),
             fixed_plan,
             memory_limit,
             log: None,
@@ -157,12 +151,8 @@ impl Renderer {
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
-        check_memory(
-            (&self.context, &self.memory_limit),
-            (self.scene.triangle_count() as u64, settings.voxels),
-            &fixed_plan,
-            &|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels),
-        )?;
+        MemoryCheck { voxels: settings.voxels, fixed: &fixed_plan, ..self.memory_check() }
+            .check(&|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels))?;
         self.frame.change(&self.context, &desc)?;
         self.pace = pace(&self.context, &options);
         if size != self.options.size || desc.outputs != target::outputs(&self.options.aovs) {
@@ -215,16 +205,11 @@ impl Renderer {
         let (mut repeats, mut listed) = (0, None);
         loop {
             let alone = self.frame.starts_from_nothing();
-            let (timings, log) = self.submit(pose, view, (alone, image))?;
+            let (timings, log) = self.submit(pose, view, image, alone)?;
             let (counters, grown) = self.frame.poll(0);
             if let Some(counts) = grown {
                 let plan = |voxels| self.frame.plan(&counts, voxels);
-                check_memory(
-                    (&self.context, &self.memory_limit),
-                    (self.scene.triangle_count() as u64, self.settings.voxels),
-                    &self.fixed_plan,
-                    &plan,
-                )?;
+                self.memory_check().check(&plan)?;
                 self.frame.grow(&self.context, counts)?;
                 repeats += u32::from(!alone);
             } else if alone {
@@ -243,12 +228,23 @@ impl Renderer {
         }
     }
 
+    fn memory_check(&self) -> MemoryCheck<'_> {
+        MemoryCheck {
+            context: &self.context,
+            limit: &self.memory_limit,
+            triangles: self.scene.triangle_count() as u64,
+            voxels: self.settings.voxels,
+            fixed: &self.fixed_plan,
+        }
+    }
+
     /// Records the next frame, or its lists alone, and waits for it.
     fn submit(
         &mut self,
         pose: &Pose,
         view: &View,
-        (lists_alone, image): (bool, Option<u32>),
+        image: Option<u32>,
+        lists_alone: bool,
     ) -> Result<(ZoneTimings, FrameLog)> {
         let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
         let mut recorder = Recorder::new(&self.context, options)?;
@@ -257,7 +253,6 @@ impl Renderer {
             recorder = recorder.paced(&self.pace);
         }
         let seen = Seen { scene: &self.scene, pose, view, image };
-        self.frame.measure_light(!lists_alone && self.feedback.settles());
         if lists_alone {
             self.frame.record_lists(&mut recorder, 0, &seen);
         } else {
@@ -271,7 +266,7 @@ impl Renderer {
             Ok(timings) => Ok((timings, log)),
             Err(error) => {
                 // What was asked to end over its image has made its light.
-                if matches!(error, Error::Interrupted) && self.frame.light_is_whole() && !lists_alone {
+                if matches!(error, Error::Interrupted) && self.frame.light().state() != LightState::Unlit {
                     self.light_made()?;
                 } else {
                     self.frame.start_over();
@@ -365,19 +360,26 @@ fn pace(context: &Context, options: &RenderOptions) -> Arc<Mutex<Pace>> {
 /// One frame in flight.
 fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -> FrameDesc<'a> {
     let outputs = target::outputs(&options.aovs);
-    FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1 }
+    FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1, waits: true }
 }
 
-/// Refuses a grid whose resources, those of `plan` and what does not grow, exceed the limit or what the device binds at once.
-pub(crate) fn check_memory(
-    (context, limit): (&Context, &Limit),
-    (triangles, voxels): (u64, u32),
-    fixed: &[MemoryRow],
-    plan: &dyn Fn(u32) -> Vec<MemoryRow>,
-) -> Result<()> {
-    let rows_at = |edge: u32| fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
-    memory_plan::check(voxels, limit, rows_at)?;
-    let words = format!("the largest buffer that {} binds", context.name);
-    let largest = Limit { bytes: context.limits.max_storage_buffer_range.into(), words };
-    memory_plan::check_buffers(&rows_at(voxels), triangles, &largest)
+/// What decides whether the resources of a frame fit.
+pub(crate) struct MemoryCheck<'a> {
+    pub context: &'a Context,
+    pub limit: &'a Limit,
+    pub triangles: u64,
+    pub voxels: u32,
+    /// What does not depend on the grid.
+    pub fixed: &'a [MemoryRow],
+}
+
+impl MemoryCheck<'_> {
+    /// Refuses a grid whose resources exceed the limit or what the device binds at once. `plan`: what a grid of that edge takes.
+    pub fn check(&self, plan: &dyn Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
+        let rows_at = |edge: u32| self.fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
+        memory_plan::check(self.voxels, self.limit, rows_at)?;
+        let words = format!("the largest buffer that {} binds", self.context.name);
+        let largest = Limit { bytes: self.context.limits.max_storage_buffer_range.into(), words };
+        memory_plan::check_buffers(&rows_at(self.voxels), self.triangles, &largest)
+    }
 }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use twobounce::Result;
 use twobounce::profile::audit::Audit;
 use twobounce::renderer::{Context, ContextOptions, RenderOptions};
-use twobounce::scene::{LoadOptions, Scene, View};
+use twobounce::scene::{LoadOptions, Scene, Still, View};
 use twobounce::settings::Settings;
 
 const SCENES: [&str; 3] = ["assets/cornell-point.glb", "assets/gallery.glb", "assets/demo.glb"];
@@ -71,5 +71,5 @@ fn audit(scene: &Scene, preset: &str) -> Result<Audit> {
     }
     // A device of its own, so that every pipeline is counted.
     let context = Context::new(&ContextOptions::default())?;
-    Audit::of(&context, (scene, &pose, &view), &settings, RenderOptions::new((64, 64), bounds))
+    Audit::of(&context, Still::new(scene, &pose, &view), &settings, RenderOptions::new((64, 64), bounds))
 }

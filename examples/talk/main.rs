@@ -14,6 +14,7 @@ use twobounce::output::file;
 use twobounce::reference::film::Film;
 use twobounce::reference::{self, Control, Depth, Options, Stop};
 use twobounce::renderer::{Context, ContextOptions, RenderOptions, Renderer};
+use twobounce::scene::Still;
 use twobounce::{Error, Result};
 
 /// Samples per pixel of the path-traced image.
@@ -45,7 +46,7 @@ fn traced(ev: f32) -> Result<pictures::Named> {
     let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
     let mut film = Film::new(width, height);
     let control = Control { progress: &|_| (), save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) };
-    reference::render((&scene, &pose, &scene.view(&pose, 0)), &options, &mut film, control)?;
+    reference::render(Still::new(&scene, &pose, &scene.view(&pose, 0)), &options, &mut film, control)?;
     let layers = film.layers(&[]);
     let pixel = |x: u32, y: u32| pictures::exposed(Vec3::from(layers.beauty()[(y * width + x) as usize]), ev);
     Ok(("path-traced.png", pictures::sheet(&[pictures::square(width, pixel)], 1)))

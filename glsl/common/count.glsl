@@ -2,7 +2,7 @@
 // profile`). Elsewhere nothing of this file is left in the shader that the driver gets. Twin: src/profile/counts.rs. To
 // be included before main.
 
-layout(constant_id) const bool COUNTING = false; // given by src/vk/pipeline.rs
+layout(constant_id) const bool COUNTING = false; // given by src/vk/pipeline/desc.rs
 
 const uint CONE_STEPS = 0u; // diffuse, specular and refraction cones
 const uint SHADOW_STEPS = 1u; // shadow cones

@@ -26,7 +26,7 @@ use crate::profile::WARM_UP;
 use crate::reference::film::Film;
 use crate::reference::{Depth, Options, Stop};
 use crate::renderer::{RenderOptions, Renderer};
-use crate::scene::{Pose, Scene, View};
+use crate::scene::{Pose, Scene, Still, View};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Result, measure};
@@ -279,7 +279,7 @@ impl ChartScene {
 
     fn renderer(&self, context: &Arc<Context>, settings: &Settings, aovs: Vec<Aov>) -> Result<Renderer> {
         let options = RenderOptions { aovs, ..self.options.clone() };
-        let settings = for_camera(settings, (&self.scene, &self.pose, &self.view), options.bounds);
+        let settings = for_camera(settings, Still::new(&self.scene, &self.pose, &self.view), options.bounds);
         Renderer::new(context, self.scene.clone(), &self.pose, settings, options)
     }
 }

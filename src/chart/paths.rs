@@ -14,6 +14,7 @@ use crate::measure::metrics::NonFinite;
 use crate::measure::timing::Spread;
 use crate::reference::film::Film;
 use crate::reference::{self, Control, Depth, Options, Stop};
+use crate::scene::Still;
 use crate::vk::process_cpu_ms;
 
 /// Paths a pixel of a chart's rows.
@@ -48,7 +49,7 @@ impl ChartScene {
             let mut film = Film::new(options.width, options.height);
             let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel };
             let (begin, before) = (Instant::now(), process_cpu_ms());
-            reference::render((&self.scene, &self.pose, &self.view), &options, &mut film, control)?;
+            reference::render(Still::new(&self.scene, &self.pose, &self.view), &options, &mut film, control)?;
             wall_ms.push(begin.elapsed().as_secs_f64() * 1e3);
             cpu_ms.push(process_cpu_ms().zip(before).map(|(after, before)| after - before));
             if wall_ms.len() >= MOST_FRAMES || wall_ms.iter().sum::<f64>() >= LONG_ENOUGH_MS {

@@ -13,6 +13,7 @@ use super::row::Row;
 use super::subject::Subject;
 use crate::output::file::{self, FolderLock};
 use crate::reference::{Depth, Stop, cache};
+use crate::scene::Still;
 use crate::vk::Context;
 use crate::{Error, Result};
 
@@ -270,7 +271,7 @@ impl Keys {
     /// Hash over the scene as it is seen, the noise of references, and the settings, or what else made the image.
     pub fn address(&self, scene: &ChartScene, subject: &Subject) -> String {
         let seen = scene.reference_options(Depth::Full, Stop::Noise(self.noise));
-        let seen = cache::key((&scene.scene, &scene.pose, &scene.view), &seen).to_string();
+        let seen = cache::key(Still::new(&scene.scene, &scene.pose, &scene.view), &seen).to_string();
         let bounds = format!("{:?}", scene.options.bounds);
         short_hash(&serde_json::json!([self.noise.to_string(), seen, bounds, subject.identity()]))
     }

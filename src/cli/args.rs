@@ -1,74 +1,15 @@
-//! The command line as types, each value within its range.
+//! Arguments that several commands share, each value within its range. A command's own arguments stand in its file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use glam::DVec3;
+use clap::{Args, ValueEnum};
+use glam::{DVec3, Vec3};
 use twobounce::gi::Method;
-use twobounce::gi::ledger::SHEETS;
 use twobounce::layers::Aov;
 use twobounce::renderer::Submit;
 use twobounce::settings::PRESETS;
-
-use super::sky::SkyArgs;
-
-/// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
-#[derive(Debug, Parser)]
-#[command(version, subcommand_required = true, arg_required_else_help = true, after_help = OWN_DOCS)]
-pub struct Cli {
-    #[command(subcommand)]
-    pub command: Command,
-}
-
-/// The commands that the list hides.
-const OWN_DOCS: &str = "For this project's own pages and scenes:
-  study        Run the default study and write docs/study again
-  ledger       Measure what each error in the talk's listings changes, and write docs/ledger.md again
-  make-assets  Write the scenes in assets/ again";
-
-#[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Render a scene to an image
-    Render(RenderArgs),
-    /// Look at a scene in a window
-    #[cfg(feature = "window")]
-    View(Box<super::view::ViewArgs>),
-    /// Play a sequence with everything that moves: in a window, to images, or as a benchmark
-    Demo(Box<super::demo::DemoArgs>),
-    /// Path-trace a reference image on the CPU
-    Reference(super::reference::ReferenceArgs),
-    /// Compare an image with its reference
-    Compare(super::compare::CompareArgs),
-    /// Find the cheapest settings that hold limits on error, time or memory, by measuring
-    Plan(Box<super::plan::PlanArgs>),
-    /// Chart error against time over many settings: a page, an SVG and rows
-    Chart(super::chart::ChartArgs),
-    /// Measure where methods fail: leaks, flicker, lost light and more, each a number with an ideal
-    Stability(super::stability::StabilityArgs),
-    /// Put together what several machines made: charts, rows of stability, films of references
-    Merge(super::merge::MergeArgs),
-    /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
-    Profile(super::profile::ProfileArgs),
-    /// List every setting, or print the settings that flags add up to
-    Settings(SettingsCommandArgs),
-    /// List the Vulkan devices, what twobounce needs of them, and what they lack
-    Info(InfoArgs),
-    /// Print what a shell completes: bash, zsh, fish, elvish, powershell
-    Completions(super::completions::CompletionsArgs),
-    /// Print the manual page, or write a page per command
-    Man(super::man::ManArgs),
-    /// Run the default study and write docs/study again
-    #[command(hide = true)]
-    Study(super::study::StudyArgs),
-    /// Measure what each error in the talk's listings changes, and write docs/ledger.md again
-    #[command(hide = true)]
-    Ledger(LedgerArgs),
-    /// Write the scenes in assets/ again
-    #[command(hide = true)]
-    MakeAssets(MakeAssetsArgs),
-}
 
 /// A scene and how to look at it.
 #[derive(Args, Clone, Debug)]
@@ -119,6 +60,29 @@ pub struct SceneArgs {
     /// Add a sky and a directional light: `auto` where the scene has no light and no sky and does not light itself
     #[arg(long, value_name = "WHEN", value_enum, default_value_t = DefaultLight::Auto)]
     pub default_light: DefaultLight,
+}
+
+/// The sky, which is visible and lights the scene.
+#[derive(Args, Clone, Debug)]
+pub struct SkyArgs {
+    /// The sky: its radiance, the same all around, or an equirectangular map, an .hdr or an .exr
+    #[arg(long, value_name = "R,G,B|FILE", default_value = "0,0,0", value_parser = sky_of, allow_hyphen_values = true)]
+    pub sky: Sky,
+    /// Multiply the sky's radiance with this
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| (0.0..=1e30).contains(&n), "write a factor, finite and at least 0"))]
+    pub sky_intensity: f64,
+    /// Turn the sky's map by this, in degrees: counter-clockwise, seen from above. Its middle is towards +X before
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|_| true, "write degrees, a finite number"))]
+    pub sky_rotation: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sky {
+    /// Radiance.
+    Even(Vec3),
+    Map(PathBuf),
 }
 
 /// What comes after an animation's end.
@@ -177,113 +141,6 @@ pub struct DeviceArgs {
     pub validation: bool,
 }
 
-#[derive(Args, Debug)]
-pub struct RenderArgs {
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    /// The image to write: .png (exposed, tone-mapped) or .exr (linear radiance); - is standard output, a .png or, with --aov,
-    /// an .exr
-    #[arg(short, long, value_name = "OUT.png|OUT.exr")]
-    pub output: PathBuf,
-    #[command(flatten)]
-    pub settings: SettingsArgs,
-    /// Further layers of an .exr, separated by commas
-    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
-    pub aov: Vec<Aov>,
-    /// Make pixels transparent that no surface covers; the sky lights all the same
-    #[arg(long)]
-    pub transparent: bool,
-    /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
-    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
-    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
-    pub exposure: Option<f64>,
-    /// Warm up, then render the same image N times from scratch, time each, and write the last
-    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
-    pub repeat: u32,
-    /// With --repeat, reuse what did not change since the last frame, as an animation does
-    #[arg(long)]
-    pub still: bool,
-    /// Render N frames of the animation, or those with these numbers, from 0 on, every STEP-th; the output is a pattern such as
-    /// out_%04d.png
-    #[arg(long, value_name = "N|A-B[:STEP]", value_parser = frames)]
-    pub frames: Option<Frames>,
-    /// Print the N commands that share the frames, a line each, and do nothing
-    #[arg(long, value_name = "N", requires = "frames", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub list: Option<u32>,
-    /// Frames per second for --frames
-    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, allow_negative_numbers = true)]
-    #[arg(value_parser = number(|n| n > 0.0, "write frames per second, finite and above 0"))]
-    pub fps: f64,
-    /// How fast --frames plays the animation; backward below 0
-    #[arg(long, value_name = "FACTOR", requires = "frames", default_value_t = 1.0, allow_negative_numbers = true)]
-    #[arg(value_parser = number(|n| n != 0.0, "write a factor, finite and not 0"))]
-    pub speed: f64,
-    /// Print what each pass took, and what memory is taken
-    #[arg(long)]
-    pub timings: bool,
-    /// Print what memory is taken
-    #[arg(short, long)]
-    pub verbose: bool,
-    /// Print nothing but notes and errors
-    #[arg(short, long, conflicts_with_all = ["verbose", "timings"])]
-    pub quiet: bool,
-    /// Write timings, counters and memory as JSON; - is standard output
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-    /// Write a Chrome trace (Perfetto opens it)
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
-    #[command(flatten)]
-    pub run: RunArgs,
-}
-
-#[derive(Args, Debug)]
-pub struct MakeAssetsArgs {
-    /// The folder to write into; made where it is missing
-    #[arg(value_name = "DIR", default_value = "assets")]
-    pub dir: PathBuf,
-}
-
-#[derive(Args, Debug)]
-pub struct LedgerArgs {
-    /// The scene to measure on
-    #[arg(value_name = "SCENE", default_value = "assets/gallery.glb")]
-    pub scene: PathBuf,
-    /// The method whose source is measured: cones, lpv or photons
-    #[arg(long, value_name = "METHOD", default_value = "cones", value_parser = method)]
-    pub method: Method,
-    /// The page to write [default: docs/ledger.md, docs/lpv.md or docs/photons.md]
-    #[arg(short, long, value_name = "OUT.md")]
-    pub output: Option<PathBuf>,
-    /// Size of the images in pixels
-    #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
-    pub size: (u32, u32),
-    #[command(flatten)]
-    pub device: DeviceArgs,
-}
-
-#[derive(Args, Debug)]
-pub struct SettingsCommandArgs {
-    #[command(flatten)]
-    pub settings: SettingsArgs,
-    /// Show every setting, also the ledger and the talk's variants
-    #[arg(long)]
-    pub all: bool,
-    /// Print the list as a Markdown page
-    #[arg(long, conflicts_with = "toml")]
-    pub markdown: bool,
-    /// Print the effective settings as a file for --config
-    #[arg(long)]
-    pub toml: bool,
-}
-
-#[derive(Args, Debug)]
-pub struct InfoArgs {
-    /// Print JSON; sizes in bytes
-    #[arg(long)]
-    pub json: bool,
-}
-
 /// Frames of an animation by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frames {
@@ -309,7 +166,7 @@ impl std::fmt::Display for Frames {
     }
 }
 
-fn frames(text: &str) -> Result<Frames, &'static str> {
+pub fn frames(text: &str) -> Result<Frames, &'static str> {
     let read = || {
         let Some((first, rest)) = text.split_once('-') else {
             let count = text.parse::<u32>().ok()?;
@@ -332,13 +189,15 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
         .ok_or_else(|| format!("write WIDTHxHEIGHT, each from 1 to {MAX_SIDE}, such as 1280x720"))
 }
 
-fn method(text: &str) -> Result<Method, String> {
-    let with_ledger =
-        |method: &&Method| SHEETS.iter().any(|sheet| sheet.method == **method) || **method == Method::Cones;
-    let methods: Vec<Method> = Method::ALL.iter().filter(with_ledger).copied().collect();
-    methods.iter().find(|method| method.name() == text).copied().ok_or_else(|| {
-        format!("a ledger have {}", methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "))
-    })
+fn sky_of(text: &str) -> Result<Sky, &'static str> {
+    let path = Path::new(text);
+    if path.extension().is_some_and(|ending| ["hdr", "exr"].iter().any(|known| ending.eq_ignore_ascii_case(known))) {
+        return Ok(Sky::Map(path.to_owned()));
+    }
+    let color = point(text).ok().map(|color| color.as_vec3()).filter(|c| c.is_finite() && c.min_element() >= 0.0);
+    color.map(Sky::Even).ok_or(
+        "write red,green,blue, each finite and at least 0, such as 0.2,0.3,0.5, or the name of a map that ends in .hdr or .exr",
+    )
 }
 
 pub fn point(text: &str) -> Result<DVec3, &'static str> {

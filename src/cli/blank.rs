@@ -3,7 +3,7 @@
 use glam::DVec3;
 use twobounce::layers::{Aov, Layers};
 use twobounce::output::png::{of_surfaces, srgb_code, tone_curve};
-use twobounce::scene::{Pose, Projection, Scene, View};
+use twobounce::scene::{Pose, Projection, Scene, Still, View};
 
 /// Of the pixels that show a surface: so many must be black, or white, to be worth a word.
 const MOST: f64 = 0.99;
@@ -15,7 +15,7 @@ const WHITE: u8 = 253;
 /// with, and whether that was chosen automatically.
 pub fn why_blank(
     image: &Layers,
-    (scene, pose, view): (&Scene, &Pose, &View),
+    Still { scene, pose, view }: Still,
     exposure_ev: Option<(f32, bool)>,
 ) -> Option<String> {
     let surfaces: Vec<&[f32; 3]> = of_surfaces(image.beauty(), sky_shown(image, scene, view)).collect();

@@ -2,11 +2,17 @@
 
 use std::process::ExitCode;
 
+use clap::Args;
 use serde_json::{Value, json};
 use twobounce::measure::timing::short_bytes;
 use twobounce::vk::{self, DeviceReport};
 
-use super::args::InfoArgs;
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Print JSON; sizes in bytes
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Prints the list; fails when there is no loader or no device.
 pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
@@ -17,10 +23,10 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn text(devices: &[DeviceReport]) -> String {
-    devices.iter().enumerate().map(device_text).collect::<Vec<_>>().join("\n")
+    devices.iter().enumerate().map(|(index, device)| device_text(index, device)).collect::<Vec<_>>().join("\n")
 }
 
-fn device_text((index, device): (usize, &DeviceReport)) -> String {
+fn device_text(index: usize, device: &DeviceReport) -> String {
     let (major, minor, patch) = device.api_version;
     let mut text = format!(
         "{index}: {}\n   {}, Vulkan {major}.{minor}.{patch}, driver {}\n",
@@ -75,11 +81,11 @@ fn limits(device: &DeviceReport) -> [(&'static str, &'static str, Value); 11] {
 }
 
 fn json(devices: &[DeviceReport]) -> String {
-    let list: Vec<_> = devices.iter().enumerate().map(device_json).collect();
+    let list: Vec<_> = devices.iter().enumerate().map(|(index, device)| device_json(index, device)).collect();
     format!("{:#}\n", json!({ "version": 1, "devices": list }))
 }
 
-fn device_json((index, device): (usize, &DeviceReport)) -> Value {
+fn device_json(index: usize, device: &DeviceReport) -> Value {
     let (major, minor, patch) = device.api_version;
     let limits: serde_json::Map<_, _> =
         limits(device).into_iter().map(|(key, _, value)| (key.to_owned(), value)).collect();

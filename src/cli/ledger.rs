@@ -1,11 +1,14 @@
 //! `twobounce ledger`: measures every row of a method's ledger and writes its page.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use clap::Args;
 use glam::Vec3;
+use twobounce::gi::Method;
 use twobounce::gi::cones::ledger::page::{FillError, Furnace, Measurements, document, fill_column, furnace_row};
 use twobounce::gi::cones::ledger::{
     CHOICES, EDGE, FILL_EDGE, FILL_NOISE, FILL_SCENES, FILL_SETTINGS, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS,
@@ -18,15 +21,42 @@ use twobounce::measure::terms::{self, Subtract};
 use twobounce::output::file;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LoadOptions, Scene, View, analytic};
+use twobounce::scene::{LoadOptions, Scene, Still, View, analytic};
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::LedgerArgs;
+use super::args::{DeviceArgs, size};
 use super::progress::watch;
 use super::reference::{cache, traced};
 use super::{interrupt, out};
+
+#[derive(Args, Debug)]
+pub struct LedgerArgs {
+    /// The scene to measure on
+    #[arg(value_name = "SCENE", default_value = "assets/gallery.glb")]
+    pub scene: PathBuf,
+    /// The method whose source is measured: cones, lpv or photons
+    #[arg(long, value_name = "METHOD", default_value = "cones", value_parser = method)]
+    pub method: Method,
+    /// The page to write [default: docs/ledger.md, docs/lpv.md or docs/photons.md]
+    #[arg(short, long, value_name = "OUT.md")]
+    pub output: Option<PathBuf>,
+    /// Size of the images in pixels
+    #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
+    pub size: (u32, u32),
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+fn method(text: &str) -> std::result::Result<Method, String> {
+    let with_ledger =
+        |method: &&Method| SHEETS.iter().any(|sheet| sheet.method == **method) || **method == Method::Cones;
+    let methods: Vec<Method> = Method::ALL.iter().filter(with_ledger).copied().collect();
+    methods.iter().find(|method| method.name() == text).copied().ok_or_else(|| {
+        format!("a ledger have {}", methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "))
+    })
+}
 
 /// Pixels a side of a furnace's image: every pixel should be the same.
 const FURNACE_PIXELS: u32 = 48;
@@ -147,7 +177,7 @@ fn fills(context: &Arc<Context>, path: &str, (width, height): (u32, u32)) -> Res
     let view = scene.view(&pose, 0);
     let stop = Stop::Noise(FILL_NOISE);
     let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
-    let (film, _) = traced(&cache(), (&scene, &pose, &view), &options)?;
+    let (film, _) = traced(&cache(), Still::new(&scene, &pose, &view), &options)?;
     let truth = film.layers(&[Aov::Direct, Aov::Diffuse]);
     let error = |assignments: &&[&str]| {
         let mut settings = terms::on_equal_terms(&Settings { voxels: FILL_EDGE, ..Settings::corrected() });

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Command, CommandFactory};
+use clap::{Args, Command};
 use clap_mangen::Man;
 use twobounce::output::file;
 
-use super::args::Cli;
 use super::{completions, out, outputs};
 use crate::say;
 
@@ -18,9 +17,9 @@ pub struct ManArgs {
     pub dir: Option<PathBuf>,
 }
 
-/// Prints the page, or writes all.
-pub fn run(args: &ManArgs) -> anyhow::Result<ExitCode> {
-    let mut command = Cli::command().disable_help_subcommand(true);
+/// Prints the page, or writes all. `command`: the whole program's.
+pub fn run(args: &ManArgs, command: Command) -> anyhow::Result<ExitCode> {
+    let mut command = command.disable_help_subcommand(true);
     command.build(); // gives every command its whole name
     let Some(folder) = &args.dir else {
         out::write(&page(&command)?);

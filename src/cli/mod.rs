@@ -1,4 +1,4 @@
-//! The command line: [`args`] is what was typed, [`scene`] opens it, [`outputs`] checks where files go, then one file per
+//! The command line: the commands are listed here, [`args`] has the arguments that they share, [`scene`] opens a scene, [`outputs`] checks where files go, then one file per
 //! subcommand.
 //!
 //! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 128 and the signal's number interrupted.
@@ -13,6 +13,7 @@ mod demo;
 mod info;
 mod interrupt;
 mod ledger;
+mod line;
 mod make_assets;
 mod man;
 mod merge;
@@ -37,10 +38,64 @@ mod words;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Parser;
 use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, Subcommand};
 
-use args::{Cli, Command};
+/// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
+#[derive(Debug, Parser)]
+#[command(version, subcommand_required = true, arg_required_else_help = true, after_help = OWN_DOCS)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// The commands that the list hides.
+const OWN_DOCS: &str = "For this project's own pages and scenes:
+  study        Run the default study and write docs/study again
+  ledger       Measure what each error in the talk's listings changes, and write docs/ledger.md again
+  make-assets  Write the scenes in assets/ again";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene to an image
+    Render(render::RenderArgs),
+    /// Look at a scene in a window
+    #[cfg(feature = "window")]
+    View(Box<view::ViewArgs>),
+    /// Play a sequence with everything that moves: in a window, to images, or as a benchmark
+    Demo(Box<demo::DemoArgs>),
+    /// Path-trace a reference image on the CPU
+    Reference(reference::ReferenceArgs),
+    /// Compare an image with its reference
+    Compare(compare::CompareArgs),
+    /// Find the cheapest settings that hold limits on error, time or memory, by measuring
+    Plan(Box<plan::PlanArgs>),
+    /// Chart error against time over many settings: a page, an SVG and rows
+    Chart(chart::ChartArgs),
+    /// Measure where methods fail: leaks, flicker, lost light and more, each a number with an ideal
+    Stability(stability::StabilityArgs),
+    /// Put together what several machines made: charts, rows of stability, films of references
+    Merge(merge::MergeArgs),
+    /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
+    Profile(profile::ProfileArgs),
+    /// List every setting, or print the settings that flags add up to
+    Settings(settings::SettingsCommandArgs),
+    /// List the Vulkan devices, what twobounce needs of them, and what they lack
+    Info(info::InfoArgs),
+    /// Print what a shell completes: bash, zsh, fish, elvish, powershell
+    Completions(completions::CompletionsArgs),
+    /// Print the manual page, or write a page per command
+    Man(man::ManArgs),
+    /// Run the default study and write docs/study again
+    #[command(hide = true)]
+    Study(study::StudyArgs),
+    /// Measure what each error in the talk's listings changes, and write docs/ledger.md again
+    #[command(hide = true)]
+    Ledger(ledger::LedgerArgs),
+    /// Write the scenes in assets/ again
+    #[command(hide = true)]
+    MakeAssets(make_assets::MakeAssetsArgs),
+}
 
 /// Parses and runs the command line, reports an error, and says how it ended.
 pub fn main() -> ExitCode {
@@ -100,7 +155,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Stability(args) => stability::run(args),
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
-        Command::Completions(args) => completions::run(args),
-        Command::Man(args) => man::run(args),
+        Command::Completions(args) => completions::run(args, Cli::command()),
+        Command::Man(args) => man::run(args, Cli::command()),
     }
 }

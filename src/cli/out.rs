@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tracing_subscriber::EnvFilter;
 use twobounce::output::file;
 
-use super::progress;
+use super::line;
 
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
@@ -19,7 +19,7 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 /// From now on, what is said goes nowhere, or again to standard output. Notes and errors are written all the same.
 pub fn be_quiet(quiet: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
-    progress::be_quiet(quiet);
+    line::be_quiet(quiet);
 }
 
 /// Whether a file goes to standard output, so that what is said goes to standard error.
@@ -46,7 +46,7 @@ pub fn write(text: &str) {
     if QUIET.load(Ordering::Relaxed) {
         return;
     }
-    progress::clear();
+    line::clear();
     if GIVEN_AWAY.load(Ordering::Relaxed) {
         let _ = std::io::stderr().write_all(text.as_bytes());
         return;
@@ -68,7 +68,7 @@ pub fn init_log() {
 
 /// Prints a line on standard error, unless it is closed.
 pub fn warn(line: &str) {
-    progress::clear();
+    line::clear();
     let _ = writeln!(std::io::stderr(), "twobounce: {line}");
 }
 

@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 use twobounce::output::file;
 use twobounce::{Error, Result};
 
-use super::args::RenderArgs;
-
 /// Where the images of a render go.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageFiles {
@@ -43,26 +41,13 @@ pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Resul
 }
 
 impl ImageFiles {
-    /// Checks the flags that depend on the kind of image.
-    pub fn of(args: &RenderArgs) -> Result<Self> {
-        let standard = file::is_standard(&args.output) && args.frames.is_none();
-        let files = if standard {
-            Self { exr: !args.aov.is_empty(), path: args.output.clone(), number: None }
-        } else {
-            Self::named(&args.output, args.frames.is_some())?
-        };
-        let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
-        if !files.exr && !args.aov.is_empty() {
-            return usage("--aov adds layers to an .exr; name one with -o");
-        }
-        if files.exr && args.exposure.is_some() {
-            return usage("--exposure is for a .png; an .exr holds the radiance itself");
-        }
-        Ok(files)
+    /// Standard output.
+    pub fn standard(exr: bool) -> Self {
+        Self { exr, path: "-".into(), number: None }
     }
 
     /// Reads the extension and, for a sequence, the place of the frame's number.
-    fn named(path: &Path, sequence: bool) -> Result<Self> {
+    pub fn named(path: &Path, sequence: bool) -> Result<Self> {
         let exr = match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => false,
             Some("exr") => true,

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use glam::DQuat;
 use twobounce::chart::row::Part;
 use twobounce::gi::Method;
@@ -19,10 +19,10 @@ use twobounce::plan::store::Store;
 use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
-use twobounce::scene::{Projection, Scene};
+use twobounce::scene::{Projection, Scene, Still};
 use twobounce::{Error, Result};
 
-use super::args::{Cli, DeviceArgs, SceneArgs, budget, memory_size, number};
+use super::args::{DeviceArgs, SceneArgs, budget, memory_size, number};
 use super::progress::Work;
 use super::reference::{cache, check_memory, traced};
 use super::scene::Opened;
@@ -251,8 +251,7 @@ impl PlanArgs {
 
     /// The `twobounce render` command of a view, for a shell.
     fn command(&self, typed: &[String], flags: &[String], answer: &Answer) -> String {
-        let cli = Cli::command();
-        let plan = cli.find_subcommand("plan").expect("it is running");
+        let plan = Self::augment_args(Command::new("plan"));
         let takes_value = |flag: &str| {
             let named = plan.get_arguments().find(|arg| {
                 let long = arg.get_long().is_some_and(|long| flag == format!("--{long}"));
@@ -294,7 +293,7 @@ impl Host for OnCommandLine<'_> {
     fn trace(&self, of: &Seen, options: &Options) -> Result<Film> {
         // Tracing has a line of its own.
         self.work.take();
-        let film = traced(&self.cache, (self.scene, &of.pose, &of.view), options)?.0;
+        let film = traced(&self.cache, Still::new(self.scene, &of.pose, &of.view), options)?.0;
         self.work.replace(Some(Work::begin("plan")));
         Ok(film)
     }

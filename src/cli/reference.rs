@@ -14,7 +14,7 @@ use twobounce::reference::cache::{self, Cache};
 use twobounce::reference::film::Film;
 use twobounce::reference::part::{About, Part};
 use twobounce::reference::{Depth, Options, Progress, Stop, VERSION};
-use twobounce::scene::{Pose, Scene, View};
+use twobounce::scene::Still;
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
@@ -130,7 +130,7 @@ fn trace(args: &ReferenceArgs, stop: Stop) -> anyhow::Result<(Film, Traced, Abou
     let options = Options { width, height, depth: args.depth, stop, seed: args.seed, occlusion };
     let (pose, view) = opened.at_time();
     let cache = cache();
-    let of = (&opened.scene, &pose, &view);
+    let of = Still::new(&opened.scene, &pose, &view);
     let (film, traced) = traced(&cache, of, &options).inspect_err(|error| {
         if matches!(error, Error::Interrupted) && cache.problem().is_none() {
             out::warn("finished samples are kept; the same command continues from there");
@@ -200,8 +200,8 @@ impl Traced {
 }
 
 /// The film of a scene as a camera sees it, traced as far as the cache lacks it, with a line about how far it is.
-pub fn traced(cache: &Cache, of: (&Scene, &Pose, &View), options: &Options) -> Result<(Film, Traced)> {
-    let name = &of.0.name;
+pub fn traced(cache: &Cache, of: Still, options: &Options) -> Result<(Film, Traced)> {
+    let name = &of.scene.name;
     let work = Work::begin(&format!("{name}: reference"));
     // When the first path began, and the latest count of paths since.
     let seen: Mutex<Option<(Instant, u64)>> = Mutex::new(None);

@@ -1,8 +1,10 @@
 //! `twobounce render`: from a checked command line to images and reports.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use clap::Args;
 use twobounce::ground::finish::approximated;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::refuse_invalid;
@@ -15,13 +17,13 @@ use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;
 use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::View;
+use twobounce::scene::{Still, View};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::stability::warnings::known_failures;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::{Frames, RenderArgs};
+use super::args::{Frames, RunArgs, SceneArgs, SettingsArgs, aov, frames, number};
 use super::blank::{sky_shown, why_blank};
 use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
@@ -30,12 +32,72 @@ use super::scene::Shot;
 use super::{interrupt, out, share};
 use crate::say;
 
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The image to write: .png (exposed, tone-mapped) or .exr (linear radiance); - is standard output, a .png or, with --aov,
+    /// an .exr
+    #[arg(short, long, value_name = "OUT.png|OUT.exr")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// Further layers of an .exr, separated by commas
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
+    pub aov: Vec<Aov>,
+    /// Make pixels transparent that no surface covers; the sky lights all the same
+    #[arg(long)]
+    pub transparent: bool,
+    /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
+    pub exposure: Option<f64>,
+    /// Warm up, then render the same image N times from scratch, time each, and write the last
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeat: u32,
+    /// With --repeat, reuse what did not change since the last frame, as an animation does
+    #[arg(long)]
+    pub still: bool,
+    /// Render N frames of the animation, or those with these numbers, from 0 on, every STEP-th; the output is a pattern such as
+    /// out_%04d.png
+    #[arg(long, value_name = "N|A-B[:STEP]", value_parser = frames)]
+    pub frames: Option<Frames>,
+    /// Print the N commands that share the frames, a line each, and do nothing
+    #[arg(long, value_name = "N", requires = "frames", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub list: Option<u32>,
+    /// Frames per second for --frames
+    #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n > 0.0, "write frames per second, finite and above 0"))]
+    pub fps: f64,
+    /// How fast --frames plays the animation; backward below 0
+    #[arg(long, value_name = "FACTOR", requires = "frames", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(value_parser = number(|n| n != 0.0, "write a factor, finite and not 0"))]
+    pub speed: f64,
+    /// Print what each pass took, and what memory is taken
+    #[arg(long)]
+    pub timings: bool,
+    /// Print what memory is taken
+    #[arg(short, long)]
+    pub verbose: bool,
+    /// Print nothing but notes and errors
+    #[arg(short, long, conflicts_with_all = ["verbose", "timings"])]
+    pub quiet: bool,
+    /// Write timings, counters and memory as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write a Chrome trace (Perfetto opens it)
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
     let settings = args.settings.effective()?;
     args.scene.check()?;
-    let files = ImageFiles::of(args)?;
+    let files = image_files(args)?;
     refuse_dependent_frames(args, &settings)?;
     if let (Some(frames), Some(count)) = (args.frames, args.list) {
         return list(frames, count);
@@ -100,6 +162,24 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     }
     session.finish()?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Where the images go; checks the flags that depend on the kind of image.
+fn image_files(args: &RenderArgs) -> Result<ImageFiles> {
+    let standard = file::is_standard(&args.output) && args.frames.is_none();
+    let files = if standard {
+        ImageFiles::standard(!args.aov.is_empty())
+    } else {
+        ImageFiles::named(&args.output, args.frames.is_some())?
+    };
+    let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
+    if !files.exr && !args.aov.is_empty() {
+        return usage("--aov adds layers to an .exr; name one with -o");
+    }
+    if files.exr && args.exposure.is_some() {
+        return usage("--exposure is for a .png; an .exr holds the radiance itself");
+    }
+    Ok(files)
 }
 
 /// Refuses some frames of a sequence where each depends on those before it, so that it would have other bits.
@@ -192,7 +272,7 @@ impl Session<'_> {
         let scene = self.renderer.scene();
         if frame == self.args.frames.map_or(0, |frames| frames.first) {
             let exposed = exposure_ev.map(|ev| (ev, self.args.exposure.is_none()));
-            let why = why_blank(&image, (scene, &pose, &view), exposed);
+            let why = why_blank(&image, Still::new(scene, &pose, &view), exposed);
             why.iter().for_each(|why| out::warn(&format!("note: {}: {why}", scene.name)));
         }
         if !self.args.transparent {

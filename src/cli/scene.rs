@@ -10,7 +10,7 @@ use twobounce::ground::clearance::fitted_to_camera;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
 use twobounce::renderer::{RenderOptions, memory_limit, most_triangles};
-use twobounce::scene::{DEFAULT_FOV_DEGREES, LoadOptions, Playback, Pose, Projection, Scene, View};
+use twobounce::scene::{DEFAULT_FOV_DEGREES, LoadOptions, Playback, Pose, Projection, Scene, Still, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
@@ -222,7 +222,7 @@ impl Opened {
     pub fn fitted(&self, settings: Settings) -> Settings {
         let (pose, view) = self.at_time();
         let bounds = self.scene.bounds_of(&self.shot.playback);
-        match fitted_to_camera(&settings, (&self.scene, &pose, &view), bounds) {
+        match fitted_to_camera(&settings, Still::new(&self.scene, &pose, &view), bounds) {
             Some((fitted, words)) => {
                 out::warn(&format!("note: {}: {words}", self.scene.name));
                 fitted

@@ -2,12 +2,28 @@
 
 use std::process::ExitCode;
 
+use clap::Args;
 use twobounce::output::read;
 use twobounce::settings::{PRESETS, Settings, markdown};
 use twobounce::{Error, Result};
 
-use super::args::{SettingsArgs, SettingsCommandArgs};
+use super::args::SettingsArgs;
 use crate::say;
+
+#[derive(Args, Debug)]
+pub struct SettingsCommandArgs {
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// Show every setting, also the ledger and the talk's variants
+    #[arg(long)]
+    pub all: bool,
+    /// Print the list as a Markdown page
+    #[arg(long, conflicts_with = "toml")]
+    pub markdown: bool,
+    /// Print the effective settings as a file for --config
+    #[arg(long)]
+    pub toml: bool,
+}
 
 impl SettingsArgs {
     /// The preset, then the file, then the method, then single keys.

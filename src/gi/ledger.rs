@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::{Method, lpv, photons};
-use crate::settings::choices;
 
 /// One row. The wording is Markdown.
 pub struct Row {
@@ -41,49 +40,6 @@ impl Row {
         format!("| {} | {} | {} | {with} | {cells} |\n", self.id, self.printed, self.right)
     }
 }
-
-choices! {
-    /// One row of a ledger: as its source prints it, or as it should be.
-    Form { Printed = "printed", Right = "right" }
-}
-
-/// Declares a `Ledger` of settings, the rows that are switched one by one: fields, keys and bits of one list.
-macro_rules! switches {
-    ($(#[$doc:meta])+ $cost:literal; $($row:ident $bit:literal $name:literal $meaning:literal),+ $(,)?) => {
-        $(#[$doc])+
-        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(default, deny_unknown_fields)]
-        pub struct Ledger { $(#[doc = $meaning] pub $row: $crate::gi::ledger::Form),+ }
-
-        impl Ledger {
-            /// Every row in one form.
-            pub fn all(form: $crate::gi::ledger::Form) -> Self {
-                Self { $($row: form),+ }
-            }
-
-            /// The rows that are as printed, one bit per number.
-            pub fn printed_bits(&self) -> u32 {
-                let rows = [$(($bit, self.$row)),+];
-                rows.iter().filter(|(_, form)| *form == $crate::gi::ledger::Form::Printed).map(|(bit, _)| 1 << bit).sum()
-            }
-        }
-
-        impl Default for Ledger {
-            fn default() -> Self {
-                Self::all($crate::gi::ledger::Form::Right)
-            }
-        }
-
-        const LEDGER_KEYS: &[$crate::settings::Key] = &[$($crate::settings::rare($crate::settings::key(
-            $name,
-            "form",
-            $crate::settings::Range::Choice(|| $crate::gi::ledger::Form::ALL.iter().map(|form| form.name()).collect()),
-            $meaning,
-            $cost,
-        ))),+];
-    };
-}
-pub(crate) use switches;
 
 /// What one comparison gave.
 #[derive(Clone, Debug, PartialEq)]

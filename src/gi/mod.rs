@@ -1,4 +1,4 @@
-//! Global illumination: the closed list of methods, and what a method is to the rest of the house.
+//! Global illumination: the methods of the list in `src/settings/methods/mod.rs`, and what a method is to the rest of the house.
 
 mod bounces;
 pub mod ledger;
@@ -12,29 +12,16 @@ use crate::ground::constants::Features;
 use crate::ground::faces::FaceVolume;
 use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
+pub use crate::ground::wants::{CoarseLight, Wants};
 use crate::ground::{Counts, Ground};
+pub use crate::settings::Method;
 use crate::settings::Settings;
-use crate::vk::{Bind, Buffer, Constant, Context, Image, Recorder};
+use crate::vk::{Bind, Constant, Context, Image, Recorder};
 
-/// The list of methods: a variant, its name, which is the name of its folders too, and what it is.
-macro_rules! methods {
+/// Makes the modules of the list of methods, and what a [`Method`] does by itself.
+macro_rules! dispatch {
     ($($(#[$doc:meta])* $variant:ident = $name:literal in $module:ident),+ $(,)?) => {
         $(pub mod $module;)+
-
-        crate::settings::choices! {
-            /// How light from elsewhere is found.
-            Method { $($(#[$doc])* $variant = $name),+ }
-        }
-
-        /// The settings of every method, each a table under the method's name.
-        #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(default)]
-        pub struct Tables { $(pub $module: $module::Settings),+ }
-
-        /// The keys of all tables.
-        pub(crate) fn tables_keys() -> impl Iterator<Item = &'static crate::settings::Key> {
-            [$($module::KEYS),+].into_iter().flatten().flat_map(|keys| keys.iter())
-        }
 
         impl Method {
             /// What the method asks of the ground.
@@ -62,19 +49,7 @@ macro_rules! methods {
         }
     };
 }
-
-methods! {
-    /// Direct light alone.
-    None = "none" in none,
-    /// Voxel cone tracing, as in the talk.
-    Cones = "cones" in cones,
-    /// Exact rays that find what the voxels shade, shared among neighbours.
-    Rays = "rays" in rays,
-    /// Light propagation volumes: light that travels from cell to cell of a coarse grid.
-    Lpv = "lpv" in lpv,
-    /// Voxel cone tracing derived from photon mapping: a voxel sends its photons' light in sixteen directions.
-    Photons = "photons" in photons,
-}
+crate::settings::methods!(dispatch);
 
 /// A way to light surfaces by other surfaces. It fills what it likes from the ground, and answers in GLSL
 /// (`glsl/gi/<name>/look_up.glsl`) what light reaches a surface from elsewhere:
@@ -133,67 +108,6 @@ pub trait Gi: Send {
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
         self.volumes().last().map(FaceVolume::coarse)
     }
-}
-
-/// Numbers that show, coarsely, all light that a method holds.
-pub enum CoarseLight<'a> {
-    /// Red, green and blue of a level of an RGBA16F image.
-    Image(&'a Image, u32),
-    /// The same of an RGBA32F image.
-    Full(&'a Image),
-    /// Whole numbers of 64 bits.
-    Sums(&'a Buffer),
-}
-
-/// What a method asks of the ground. The ground makes nothing that is not asked for.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Wants {
-    /// The lists of the base grid,
-    pub lists: bool,
-    /// of what the dilated triangles touch: more than the triangles do;
-    pub dilated: bool,
-    /// or of the voxels into which samples of a multisampled raster fall, so many a pixel: fewer. With
-    /// [`Wants::item_samples`], which the ground then counts.
-    pub sampled: Option<u32>,
-    /// Exact rays, through a tree of boxes about the triangles.
-    pub rays: bool,
-    /// Lists of its occupied cells, level by level,
-    pub cells: bool,
-    /// and those of the lists before: what was filled there is emptied.
-    pub last_cells: bool,
-    /// Boxes of finer voxels within the base grid, where it would not hold the scene.
-    pub nested: bool,
-    /// List items lit, one by one,
-    pub lit_items: bool,
-    /// one for all that are alike,
-    pub alike: bool,
-    /// and two where another surface cuts the part of an item that is lit.
-    pub split: bool,
-    /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them,
-    /// unless the lists are made of them.
-    pub item_samples: bool,
-    /// Words of 32 bits for the specular lobe in which each side of a list item sends direct light.
-    pub lobe_words: u32,
-    /// Whether direct light is kept from one pass of a frame to the next,
-    pub kept_direct_light: bool,
-    /// beside each lit item the light that others see of it,
-    pub seen_lights: bool,
-    /// which new lists take over from those before them.
-    pub carried_light: bool,
-    /// Lists of further grids,
-    pub grids: Vec<GridPlace>,
-    /// and of their occupied cells, with items that are lit and direct light that is kept.
-    pub lit_grids: bool,
-    /// Whether its diffuse look-up is worth gathering apart from the image,
-    pub diffuse: bool,
-    /// and what it finds for rough lobes on the way beside it.
-    pub gathers_lobes: bool,
-    /// Whether it has shadows of its own.
-    pub shadows: bool,
-    /// Whether its random numbers turn with the time of the animation, so that its light does too.
-    pub turns: bool,
-    /// With feedback: once it has settled, the mean of so many further passes is its light, which then stays.
-    pub mean_passes: Option<u32>,
 }
 
 /// What a method is made from.

@@ -31,7 +31,7 @@ impl Alike {
         };
         recorder.zone("alike", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the voxels are listed and counted, nothing is lit yet
-            lists.cells.dispatch(r, &self.choose, binds(), (0, lists.place.edge));
+            lists.cells.dispatch(r, &self.choose, binds(), 0);
         });
         if let Some(split) = &self.split {
             recorder.zone("split", ZoneKind::Compute, 0, |r| {

@@ -58,7 +58,7 @@ impl EmptyCells {
                 return;
             }
             for level in 0..volume.levels() {
-                let (list, push) = lists.last_cells.level(level, volume.edge());
+                let (list, push) = lists.last_cells.level(level);
                 let mut binds = vec![
                     list,
                     Bind::buffer("cell_counts", &lists.last_cells.counts),
@@ -120,7 +120,7 @@ impl FillCells {
             r.full_barrier(); // the items are lit
             binds.extend(target.targets(0));
             for fill in &self.fills {
-                lists.cells.dispatch(r, fill, binds.clone(), (0, target.edge()));
+                lists.cells.dispatch(r, fill, binds.clone(), 0);
             }
         });
     }
@@ -148,7 +148,7 @@ impl MipCells {
                 let mut binds = volume.sources(level);
                 binds.extend(volume.targets(level));
                 for mips in &self.mips {
-                    ground.base().cells.dispatch(r, mips, binds.clone(), (level, volume.edge()));
+                    ground.base().cells.dispatch(r, mips, binds.clone(), level);
                 }
             }
         });

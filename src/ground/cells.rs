@@ -24,6 +24,8 @@ pub struct CellLists {
     pub parents: Buffer,
     /// A [`CellCount`] per level, and one of the lists' items that are lit.
     pub counts: Buffer,
+    /// Cells along the edge of the finest level.
+    edge: u32,
 }
 
 impl CellLists {
@@ -33,61 +35,56 @@ impl CellLists {
             cells,
             parents: buffer("parent cells", parents_bytes(edge))?,
             counts: buffer("cell counts", counts_bytes())?,
+            edge,
         })
     }
 
     /// The list of `level`, to be bound as `cells`, and what its shaders are told.
-    pub fn level(&self, level: u32, edge: u32) -> (Bind<'_>, LevelPush) {
+    pub fn level(&self, level: u32) -> (Bind<'_>, LevelPush) {
         let list = if level == 0 { &self.cells } else { &self.parents };
-        (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, edge) })
+        (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, self.edge) })
     }
 
     /// A thread per item that is lit. `binds`: besides the lists.
     pub fn dispatch_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
-        self.dispatch_counted(recorder, pipeline, binds, LIT_COUNTS, self.level(0, 1));
+        self.dispatch_counted(recorder, pipeline, binds, LIT_COUNTS);
     }
 
     /// The same in parts, for pipelines that light items (`glsl/ground/light_items.glsl`).
     pub fn light_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
-        binds.extend([self.level(0, 1).0, Bind::buffer("cell_counts", &self.counts)]);
+        binds.extend([self.level(0).0, Bind::buffer("cell_counts", &self.counts)]);
         let binds = pipeline.select(&binds);
         recorder.in_parts(ITEM_SHARES, 1, |r, shares| {
             let push = SharesPush { first: shares.start, end: shares.end };
-            r.dispatch_indirect(pipeline, &binds, &push, (&self.counts, count_offset(LIT_COUNTS)));
+            r.dispatch_indirect(pipeline, &binds, &push, self.counts.at(count_offset(LIT_COUNTS)));
         });
     }
 
     /// The same while the list of such items grows by what `pipeline` adds.
     pub fn dispatch_chosen<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
-        let place = |entry: u32| (&self.counts, count_offset(entry));
+        let place = |entry: u32| self.counts.at(count_offset(entry));
         recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), size_of::<CellCount>() as u64);
         recorder.full_barrier(); // the count stands still
-        self.dispatch_counted(recorder, pipeline, binds, CHOSEN_COUNTS, self.level(0, 1));
+        self.dispatch_counted(recorder, pipeline, binds, CHOSEN_COUNTS);
     }
 
     /// A thread per occupied cell of `level`. `binds`: besides the lists.
-    pub fn dispatch<'a>(
-        &'a self,
-        recorder: &mut Recorder,
-        pipeline: &Compute,
-        binds: Vec<Bind<'a>>,
-        (level, edge): (u32, u32),
-    ) {
-        self.dispatch_counted(recorder, pipeline, binds, level, self.level(level, edge));
+    pub fn dispatch<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>, level: u32) {
+        self.dispatch_counted(recorder, pipeline, binds, level);
     }
 
-    /// As many threads as the `entry` of the counts says.
+    /// As many threads as the `entry` of the counts says: a level's, or one of items, which stand in the finest level's cells.
     fn dispatch_counted<'a>(
         &'a self,
         recorder: &mut Recorder,
         pipeline: &Compute,
         mut binds: Vec<Bind<'a>>,
         entry: u32,
-        (list, push): (Bind<'a>, LevelPush),
     ) {
+        let (list, push) = self.level(if entry < CHOSEN_COUNTS { entry } else { 0 });
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
         let binds = pipeline.select(&binds);
-        recorder.dispatch_indirect(pipeline, &binds, &push, (&self.counts, count_offset(entry)));
+        recorder.dispatch_indirect(pipeline, &binds, &push, self.counts.at(count_offset(entry)));
     }
 }
 
@@ -140,7 +137,7 @@ impl Cells {
             r.dispatch(&self.count, &self.count.select(&counted), &(), [1; 3]);
             r.full_barrier(); // the bits are reset, the voxels counted
             let binds = vec![Bind::buffer("parents", &cells.parents), Bind::buffer("listed", &lists.listed)];
-            cells.dispatch(r, &self.parents, binds, (0, lists.place.edge));
+            cells.dispatch(r, &self.parents, binds, 0);
         });
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::boxes::{FACTOR, MOST_BOXES};
 use super::grid::Grid;
-use crate::scene::{Bounds, Pose, Projection, Scene, View};
+use crate::scene::{Bounds, Pose, Projection, Scene, Still};
 use crate::settings::{Center, Settings};
 
 /// Of the way to what is about the camera, voxels take at most this share. A room in a landscape of a kilometre, `balanced`, all
@@ -20,7 +20,7 @@ const SMALLEST_BINDING: u64 = 1 << 27;
 /// `bounds`: of the scene over the whole animation.
 pub fn fitted_to_camera(
     settings: &Settings,
-    (scene, pose, view): (&Scene, &Pose, &View),
+    Still { scene, pose, view }: Still,
     bounds: Bounds,
 ) -> Option<(Settings, String)> {
     let free = settings.grid.side.is_none() && !matches!(settings.grid.center, Center::Point(_));
@@ -49,7 +49,7 @@ pub fn fitted_to_camera(
 }
 
 /// The same settings where nothing is to be changed.
-pub fn for_camera(settings: &Settings, seen: (&Scene, &Pose, &View), bounds: Bounds) -> Settings {
+pub fn for_camera(settings: &Settings, seen: Still, bounds: Bounds) -> Settings {
     fitted_to_camera(settings, seen, bounds).map_or_else(|| settings.clone(), |(fitted, _)| fitted)
 }
 
@@ -141,7 +141,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::scene::{Material, Mesh};
+    use crate::scene::{Material, Mesh, View};
 
     fn room(half: f32) -> Scene {
         let mut scene = Scene::empty("room");
@@ -184,7 +184,7 @@ mod tests {
         let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
         let view = View::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 1.0);
         let settings = Settings { voxels: 64, ..Settings::default() };
-        let (fitted, words) = fitted_to_camera(&settings, (&scene, &pose, &view), bounds).unwrap();
+        let (fitted, words) = fitted_to_camera(&settings, Still::new(&scene, &pose, &view), bounds).unwrap();
         // 17 m, 4.2, 1.06 and then 0.27 m.
         assert_eq!(fitted.grid.center, Center::Camera);
         assert_eq!(fitted.grid.side, Some(17.0), "{words}");
@@ -192,12 +192,15 @@ mod tests {
         assert_eq!(grid.boxes, 3);
         // A camera high above sees far things alone; a room without a landscape has small voxels anyway.
         let above = View { eye: DVec3::Y * 300.0, ..view };
-        assert!(fitted_to_camera(&settings, (&scene, &pose, &above), bounds).is_none());
+        assert!(fitted_to_camera(&settings, Still::new(&scene, &pose, &above), bounds).is_none());
         let alone = room(2.0);
-        assert!(fitted_to_camera(&settings, (&alone, &alone.pose(None, 0.0), &view), alone.bounds(None)).is_none());
+        assert!(
+            fitted_to_camera(&settings, Still::new(&alone, &alone.pose(None, 0.0), &view), alone.bounds(None))
+                .is_none()
+        );
         // Nor is there anything to be done with a method of one grid, or against what was asked for.
-        assert!(fitted_to_camera(&Settings::cones(), (&scene, &pose, &view), bounds).is_none());
-        assert!(fitted_to_camera(&fitted, (&scene, &pose, &view), bounds).is_none());
+        assert!(fitted_to_camera(&Settings::cones(), Still::new(&scene, &pose, &view), bounds).is_none());
+        assert!(fitted_to_camera(&fitted, Still::new(&scene, &pose, &view), bounds).is_none());
     }
 
     #[test]

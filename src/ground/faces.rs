@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::cell_passes::CellVolume;
 use super::memory_plan::MemoryRow;
+use super::wants::CoarseLight;
 use crate::Result;
-use crate::gi::CoarseLight;
 use crate::settings::Settings;
 use crate::vk::{
     Bind, ColorTarget, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Load, Sampler,

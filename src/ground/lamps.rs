@@ -72,7 +72,7 @@ impl Lamps {
 
     /// What the GPU samples. Fewer lamps than samples are cut until every sample has a piece of its own; more are chosen
     /// through a tree, in an order in which neighbours lie side by side.
-    pub fn place(&self, (scene, pose): (&Scene, &Pose), grid: &Grid, samples: u32) -> PlacedLamps {
+    pub fn place(&self, scene: &Scene, pose: &Pose, grid: &Grid, samples: u32) -> PlacedLamps {
         let voxel_from_world = grid.voxel_from_world();
         let frames: Vec<DAffine3> = pose.world_from_instance.iter().map(|w| voxel_from_world * *w).collect();
         let mut posed: HashMap<usize, Cow<[Vec3]>> = HashMap::new();

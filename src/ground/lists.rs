@@ -7,8 +7,8 @@ use super::cells::{self, CellLists};
 use super::grid::GridPlace;
 use super::layout;
 use super::memory_plan::MemoryRow;
+use super::wants::Wants;
 use crate::Result;
-use crate::gi::Wants;
 use crate::vk::{Buffer, BufferKind, Context};
 
 /// How many list items and occupied voxels the buffers of a grid hold.

@@ -25,13 +25,13 @@ pub mod scene_on_gpu;
 pub mod tree;
 pub mod uniforms;
 pub mod voxelise;
+pub mod wants;
 
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use crate::Result;
-use crate::gi::Wants;
 use crate::scene::sky::SkyMap;
 use crate::scene::{Alpha, Pose, Scene};
 use crate::settings::Conservative;
@@ -50,6 +50,7 @@ use scene_on_gpu::SceneOnGpu;
 use tree::Tree;
 use tree::groups::TreeSize;
 use voxelise::Voxelise;
+use wants::Wants;
 
 /// How much of everything a scene brings, and how much the buffers that grow hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,10 +71,21 @@ pub struct Counts {
     pub lists: Vec<ListCapacity>,
 }
 
+/// What the lists of a first frame are expected to hold.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ExpectedLists {
+    /// Grids beside the base.
+    pub grids: usize,
+    /// Of the base grid and its boxes: [`expected_items`].
+    pub items: f64,
+    /// Boxes of finer voxels within the base grid.
+    pub boxes: u32,
+}
+
 impl Counts {
-    /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces. `grids`: beside
-    /// the base. `items`: as many as are [expected](expected_items), in the base grid and so many boxes within it.
-    pub fn of(scene: &Scene, lamps: u32, grids: usize, (items, boxes): (f64, u32), tree: TreeSize) -> Self {
+    /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces.
+    pub fn of(scene: &Scene, lamps: u32, expected: ExpectedLists, tree: TreeSize) -> Self {
+        let ExpectedLists { grids, items, boxes } = expected;
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;

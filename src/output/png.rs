@@ -14,8 +14,8 @@ use std::path::Path;
 use image::{DynamicImage, ImageFormat, RgbImage, RgbaImage};
 use rayon::prelude::*;
 
+use crate::color::srgb_from_linear;
 use crate::layers::{Aov, Layers};
-use crate::scene::texture::srgb_from_linear;
 use crate::{Error, Result};
 
 /// Rec. 709 luminance of linear radiance.

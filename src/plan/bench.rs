@@ -21,7 +21,7 @@ use crate::measure::terms::{self, Subtract};
 use crate::reference::film::Film;
 use crate::reference::{self, Control, Depth, Options, Stop};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
-use crate::scene::{Pose, Scene, View};
+use crate::scene::{Pose, Scene, Still, View};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Error, Result, measure};
@@ -134,7 +134,7 @@ impl<'a> Bench<'a> {
     fn measure(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
         let before = process_cpu_ms();
         let (pose, view) = (&seen.pose, &seen.view);
-        let settings = &for_camera(settings, (self.scene, pose, view), self.options.bounds);
+        let settings = &for_camera(settings, Still::new(self.scene, pose, view), self.options.bounds);
         let (size, full) = (self.size, self.options.size);
         let aovs = if self.part == Part::Total { vec![] } else { vec![Aov::Direct] };
         // Feedback would go on from the light of the settings before.
@@ -246,7 +246,12 @@ impl<'a> Bench<'a> {
             began.get_or_init(Instant::now); // first called when the paths begin
         };
         let control = Control { progress: &progress, save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) };
-        reference::render((self.scene, &seen.pose, &seen.view), &options, &mut Film::new(width, height), control)?;
+        reference::render(
+            Still::new(self.scene, &seen.pose, &seen.view),
+            &options,
+            &mut Film::new(width, height),
+            control,
+        )?;
         Ok(began.get().map_or(0.0, |began| began.elapsed().as_secs_f64()) / f64::from(SAMPLES))
     }
 
@@ -269,7 +274,7 @@ impl<'a> Bench<'a> {
                 self.context,
                 self.scene.clone(),
                 &views[0].pose,
-                for_camera(settings, (self.scene, &views[0].pose, &views[0].view), self.options.bounds),
+                for_camera(settings, Still::new(self.scene, &views[0].pose, &views[0].view), self.options.bounds),
                 self.options.clone(),
             )?;
             // The first frame compiles.

@@ -205,6 +205,7 @@ impl<'a> Search<'a> {
 
     /// Every place that differs from a point in few ladders by few rungs.
     fn about(&self, from: &Point, visit: &mut dyn FnMut(&Place)) {
+        #[expect(clippy::too_many_arguments, reason = "a recursion within one function")]
         fn go(
             search: &Search,
             from: &Point,

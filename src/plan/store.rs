@@ -9,7 +9,7 @@ use super::VERSION;
 use super::bench::Seen;
 use crate::output::file;
 use crate::reference::{Depth, Options, Stop, cache};
-use crate::scene::Scene;
+use crate::scene::{Scene, Still};
 use crate::vk::Context;
 use crate::{Error, Result};
 
@@ -68,7 +68,7 @@ impl Store {
 /// A scene as it is seen, as words to make a key of.
 pub fn seen_key(scene: &Scene, seen: &Seen, (width, height): (u32, u32)) -> String {
     let options = Options { width, height, depth: Depth::Full, stop: Stop::Samples(1), seed: 0, occlusion: false };
-    cache::key((scene, &seen.pose, &seen.view), &options).to_string()
+    cache::key(Still::new(scene, &seen.pose, &seen.view), &options).to_string()
 }
 
 /// Removes the files that were written first until those in `folder` have at most so many bytes.

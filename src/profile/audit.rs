@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::renderer::{RenderOptions, Renderer};
-use crate::scene::{Pose, Scene, View};
+use crate::scene::Still;
 use crate::settings::Settings;
 use crate::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog, ZoneLog};
 
@@ -60,7 +60,7 @@ impl Audit {
     /// Those of the renderer.
     pub fn of(
         context: &Arc<Context>,
-        (scene, pose, view): (&Scene, &Pose, &View),
+        Still { scene, pose, view }: Still,
         settings: &Settings,
         options: RenderOptions,
     ) -> Result<Self> {

@@ -253,7 +253,7 @@ impl Bsdf {
     #[inline]
     pub fn eval(&self, wi: Vec3) -> (Vec3, f32) {
         let base = self.eval_base(wi);
-        self.layers.as_ref().map_or(base, |layers| layers.eval(wi, base))
+        self.layers.as_ref().map_or(base, |layers| layers.eval(wi, base.0, base.1))
     }
 
     #[inline]

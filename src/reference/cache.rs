@@ -11,7 +11,7 @@ use super::film::{Film, Pixel};
 use super::{Control, Depth, Options, Progress, VERSION, render, tile};
 use crate::Result;
 use crate::output::file;
-use crate::scene::{Pose, Scene, View};
+use crate::scene::{Pose, Still};
 
 /// The first bytes of a film's file; the last one is the version of the format.
 const MAGIC: [u8; 8] = *b"2bfilm\0\x03";
@@ -62,7 +62,7 @@ impl Cache {
     /// finished part is saved and the result is [`crate::Error::Interrupted`]. What cannot be saved only costs time in the next run.
     pub fn render(
         &self,
-        of: (&Scene, &Pose, &View),
+        of: Still,
         options: &Options,
         progress: &(dyn Fn(Progress) + Sync),
         cancel: &AtomicBool,
@@ -124,7 +124,7 @@ fn make_room(newest: &Path, most_bytes: u64) {
 }
 
 /// A hash of everything that determines the samples. [`Options::stop`] is left out: it does not change a sample.
-pub fn key((scene, pose, view): (&Scene, &Pose, &View), options: &Options) -> blake3::Hash {
+pub fn key(Still { scene, pose, view }: Still, options: &Options) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     let mut add = |bytes: &[u8]| {
         hasher.update(&(bytes.len() as u64).to_le_bytes());

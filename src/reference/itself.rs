@@ -9,7 +9,7 @@ use super::{Control, Depth, Options, Stop, render};
 use crate::Result;
 use crate::layers::{Aov, Layers};
 use crate::output::png::luminance;
-use crate::scene::{Pose, Scene, View};
+use crate::scene::{Pose, Scene, Still, View};
 
 /// An image of so few pixels and samples tells a lamp from a label that glows.
 const SIZE: (u32, u32) = (48, 27);
@@ -54,6 +54,6 @@ fn image(scene: &Scene, pose: &Pose, view: &View) -> Result<Layers> {
     let options = Options { width, height, depth, stop, seed: 0, occlusion: false };
     let (mut film, never) = (Film::new(width, height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render((scene, pose, view), &options, &mut film, control)?;
+    render(Still::new(scene, pose, view), &options, &mut film, control)?;
     Ok(film.layers(&[Aov::Normal]))
 }

@@ -109,7 +109,7 @@ impl Layers {
 
     /// f · |cos| and the density of the whole, from those of the base.
     #[cold]
-    pub fn eval(&self, wi: Vec3, (base, base_density): (Vec3, f32)) -> (Vec3, f32) {
+    pub fn eval(&self, wi: Vec3, base: Vec3, base_density: f32) -> (Vec3, f32) {
         let [coat, sheen] = self.choose;
         let cos = self.base_frame.z_axis.dot(wi);
         let mut f = base * self.leave(cos.abs().min(1.0));

@@ -33,7 +33,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use crate::scene::{Pose, Scene, View};
+use crate::scene::Still;
 use crate::{Error, Result};
 use camera::Camera;
 use film::{Film, Row, next_check};
@@ -151,12 +151,7 @@ impl Stop {
 }
 
 /// Adds samples to `film` until `options.stop`, on all threads. [`Error::Interrupted`] if `control.cancel` is set before.
-pub fn render(
-    (scene, pose, view): (&Scene, &Pose, &View),
-    options: &Options,
-    film: &mut Film,
-    control: Control,
-) -> Result<()> {
+pub fn render(Still { scene, pose, view }: Still, options: &Options, film: &mut Film, control: Control) -> Result<()> {
     let Control { progress, save, cancel } = control;
     let integrator = Integrator::new(scene, pose, options);
     let camera = Camera::new(view, &integrator.geometry().units, options.width, options.height);

@@ -3,42 +3,15 @@
 
 use super::{FrameReport, Renderer};
 use crate::Result;
-use crate::frame::MOST_SETTLING;
 use crate::gi::CoarseLight;
 use crate::layers::PassMean;
 use crate::scene::{Pose, View};
-use crate::settings::Bounces;
 use crate::vk;
-
-/// With `bounces = all`: the share of all light by which one frame may still differ from the one before it.
-pub const SETTLED: f64 = 1e-3;
-
-/// With `bounces = all`: how far the light of what stands still has come.
-#[derive(Default)]
-pub(super) enum Feedback {
-    #[default]
-    Unlit,
-    Settles {
-        passes: u32,
-        /// The light of the pass before, coarsely.
-        before: Vec<f64>,
-    },
-    /// It has settled; further passes make its mean.
-    Averages,
-    Whole,
-}
-
-impl Feedback {
-    /// Whether the next pass is compared with the one before.
-    pub(super) fn settles(&self) -> bool {
-        matches!(self, Self::Unlit | Self::Settles { .. })
-    }
-}
 
 impl Renderer {
     /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated. With
-    /// `bounces = all` the first frame is repeated until it settles: until the light changes by less than [`SETTLED`] from one
-    /// to the next, [`MOST_SETTLING`] times at most, and as often again as the method takes a mean of.
+    /// `bounces = all` the first frame is repeated until it settles: until the light changes by less than [`super::SETTLED`] from one
+    /// to the next, [`MOST_SETTLING`](crate::frame::MOST_SETTLING) times at most, and as often again as the method takes a mean of.
     ///
     /// # Errors
     /// A buffer cannot grow as far as the scene needs, the device is lost, or what watches says so.
@@ -66,14 +39,8 @@ impl Renderer {
     }
 
     /// Whether what stands still is lit by as many passes as [`Self::render`] makes: with `bounces = all` that takes some.
-    pub fn light_is_whole(&mut self) -> bool {
-        if self.settings.bounces != Bounces::All || self.frame.method.coarse_light().is_none() {
-            return true;
-        }
-        if !self.frame.has_history() {
-            self.feedback = Feedback::Unlit;
-        }
-        matches!(self.feedback, Feedback::Whole)
+    pub fn light_is_whole(&self) -> bool {
+        !self.frame.light().is_awaited()
     }
 
     /// An image of one pass, with the light as far as it has come, and brings that further by one pass where it is not whole.
@@ -111,33 +78,13 @@ impl Renderer {
         self.mean.as_ref().map_or(1, PassMean::passes)
     }
 
-    /// A pass over the light was made: how far it is now.
+    /// A pass over the light was made: measures it, as long as it is waited for to settle.
     pub(super) fn light_made(&mut self) -> Result<()> {
-        if self.light_is_whole() {
-            return Ok(());
+        if self.frame.light().is_measured() {
+            let light = self.coarse_light()?;
+            self.frame.light_measured(light);
         }
-        let now = if self.feedback.settles() { self.coarse_light()? } else { vec![] };
-        self.feedback = match std::mem::take(&mut self.feedback) {
-            Feedback::Unlit => {
-                self.frame.keep_history();
-                Feedback::Settles { passes: 1, before: now }
-            }
-            Feedback::Settles { passes, before } => {
-                let change: f64 = now.iter().zip(&before).map(|(a, b)| (a - b).abs()).sum();
-                if change > SETTLED * now.iter().sum::<f64>() && passes + 1 < MOST_SETTLING {
-                    Feedback::Settles { passes: passes + 1, before: now }
-                } else {
-                    self.frame.settled();
-                    self.averaging()
-                }
-            }
-            Feedback::Averages | Feedback::Whole => self.averaging(),
-        };
         Ok(())
-    }
-
-    fn averaging(&self) -> Feedback {
-        if self.frame.averages() { Feedback::Averages } else { Feedback::Whole }
     }
 
     /// What the method holds, coarsely.

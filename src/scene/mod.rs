@@ -366,6 +366,20 @@ pub struct PosedLight {
     pub direction: DVec3,
 }
 
+/// A scene at one moment through one camera.
+#[derive(Clone, Copy)]
+pub struct Still<'a> {
+    pub scene: &'a Scene,
+    pub pose: &'a Pose,
+    pub view: &'a View,
+}
+
+impl<'a> Still<'a> {
+    pub fn new(scene: &'a Scene, pose: &'a Pose, view: &'a View) -> Self {
+        Self { scene, pose, view }
+    }
+}
+
 /// A camera in world space. The axes are unit and orthogonal.
 #[derive(Clone, Copy, Debug)]
 pub struct View {

@@ -9,6 +9,8 @@ use std::sync::LazyLock;
 use glam::{Vec2, Vec4};
 use rayon::prelude::*;
 
+pub use crate::color::{linear_from_srgb, srgb_from_linear};
+
 use super::surface::SurfacePoint;
 use super::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
 
@@ -18,16 +20,6 @@ pub enum ColorSpace {
     /// Red, green and blue are sRGB-encoded; alpha is linear.
     Srgb,
     Linear,
-}
-
-/// sRGB to linear, both in [0, 1] (IEC 61966-2-1).
-pub fn linear_from_srgb(encoded: f32) -> f32 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Linear to sRGB, both in [0, 1] (IEC 61966-2-1).
-pub fn srgb_from_linear(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 static SRGB_BYTES: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|b| linear_from_srgb(b as f32 / 255.0)));

@@ -1,7 +1,6 @@
 //! The list of settings as a page.
 
-use super::{Key, PRESETS, Settings, keys};
-use crate::gi::Method;
+use super::{Key, Method, PRESETS, Settings, keys};
 
 /// `docs/settings.md`: every key with its value in each preset, unit, range and cost.
 pub fn markdown() -> String {

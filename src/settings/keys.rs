@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
+use super::methods::{Method, tables_keys};
 use super::{Bounces, GridSettings, ImageSettings, LightSettings};
-use crate::gi::{self, Method};
 
 /// What `twobounce settings` says about one setting.
 #[derive(Clone, Copy, Debug)]
@@ -153,7 +153,7 @@ const TOP: &[Key] = &[
 
 static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     let shared = [TOP, GridSettings::KEYS, LightSettings::KEYS, ImageSettings::KEYS].into_iter().flatten();
-    shared.chain(gi::tables_keys()).copied().collect()
+    shared.chain(tables_keys()).copied().collect()
 });
 
 /// Every setting, in the order of the tree: what all methods share, then one table per method.

@@ -1,6 +1,6 @@
 //! The settings: meaning, unit, range and cost of every key, and the presets.
 //!
-//! Shared settings are here; each method has its own table (`src/gi/<method>/settings.rs`). Lengths inside
+//! Shared settings are in `src/settings/tables.rs`; each method has its own table (`src/settings/methods/`). Lengths inside
 //! the grid are counted in voxels, so that a scene scaled or moved gives the same image.
 
 mod center;
@@ -8,8 +8,11 @@ mod choices;
 mod docs;
 mod edit;
 mod keys;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod methods;
 mod presets;
 mod renamed;
+mod switches;
 mod tables;
 
 pub use center::Center;
@@ -20,13 +23,16 @@ pub use docs::markdown;
 #[cfg_attr(not(internals), doc(hidden))]
 pub use keys::{Key, Range, keys};
 pub(crate) use keys::{key, names, rare};
+pub use methods::Method;
+use methods::Tables;
+pub(crate) use methods::methods;
 pub use presets::{PRESETS, Preset};
+#[cfg_attr(not(internals), doc(hidden))]
+pub use switches::Form;
+pub(crate) use switches::switches;
 pub use tables::{GridSettings, ImageSettings, LightSettings};
 
 use serde::{Deserialize, Serialize};
-
-pub use crate::gi::Method;
-use crate::gi::Tables;
 
 /// Every setting. `twobounce settings` prints this tree; `--set key=value` writes into it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,8 +1,8 @@
 //! Presets: settings with a name, each written as what it changes of another.
 
-use super::{GatherResolution, LampLight, Settings, Shading, Shadows};
-use crate::gi::cones::choices::ConeSet;
-use crate::gi::{Method, cones, lpv, photons, rays};
+use super::methods::cones::choices::ConeSet;
+use super::methods::{cones, lpv, photons, rays};
+use super::{GatherResolution, LampLight, Method, Settings, Shading, Shadows};
 
 /// Settings with a name.
 #[derive(Clone, Copy, Debug)]

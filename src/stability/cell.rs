@@ -15,7 +15,7 @@ use crate::reference::cache::Cache;
 use crate::reference::film::Film;
 use crate::reference::{Depth, Options, Stop};
 use crate::renderer::FrameReport;
-use crate::scene::{Pose, View};
+use crate::scene::{Pose, Still, View};
 use crate::settings::Settings;
 use crate::vk::Context;
 use crate::{Error, Result};
@@ -125,6 +125,6 @@ impl<'a> Cell<'a> {
     pub fn film(&self, stage: &Stage, (pose, view): (&Pose, &View), depth: Depth, seed: u64) -> Result<Film> {
         let stop = Stop::Samples(self.effort.samples);
         let options = Options { width: SIZE, height: SIZE, depth, stop, seed, occlusion: false };
-        self.cache.render((&stage.scene, pose, view), &options, &|_| {}, self.cancel)
+        self.cache.render(Still::new(&stage.scene, pose, view), &options, &|_| {}, self.cancel)
     }
 }

@@ -9,7 +9,7 @@ use crate::Result;
 use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
-use crate::scene::{Bounds, Pose, Scene, View};
+use crate::scene::{Bounds, Pose, Scene, Still, View};
 use crate::settings::{Center, Settings};
 
 /// A scene, and the cube about the origin that it stays in wherever it is put.
@@ -83,7 +83,7 @@ impl<'a> Studio<'a> {
             RenderOptions { aovs, memory_limit: cell.memory_limit, ..RenderOptions::new((SIZE, SIZE), bounds) };
         let (pose, world) = (stage.pose(), DAffine3::from_translation(center));
         let (pose, view) = (moved(&pose, &world), seen(stage.view, &world));
-        let settings = for_camera(&settings, (&stage.scene, &pose, &view), options.bounds);
+        let settings = for_camera(&settings, Still::new(&stage.scene, &pose, &view), options.bounds);
         let renderer = Renderer::new(cell.context, stage.scene.clone(), &pose, settings, options)?;
         Ok(Self { cell, stage, renderer, voxel_m })
     }

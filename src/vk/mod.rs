@@ -9,48 +9,13 @@
 //! and named as in GLSL, and so is every specialisation constant; a mistake in a pass (a missing binding, an unknown
 //! constant, a push block of the wrong size) panics and names both.
 
-mod bind;
-mod buffer;
-mod choose;
-mod commands;
-#[cfg(feature = "hot-reload")]
-mod compile;
-mod constants;
-mod context;
-mod counting;
-mod features;
-mod frame_log;
-mod functions;
-mod host;
-mod host_image;
-mod image;
-mod instance;
-mod label;
-mod make_pipeline;
-mod memory;
-mod modules;
-mod needs;
-mod pace;
-mod pending;
+mod device;
 mod pipeline;
-mod pipeline_cache;
-mod pipelines;
-mod raster_pass;
-mod raw_pipeline;
-mod recorded;
-mod recorder;
-mod reflect;
-#[cfg(feature = "hot-reload")]
-mod reload;
-mod sampler;
-pub mod shader;
-mod slot;
-mod specialize;
-mod submit;
-mod transfer;
-mod used;
-mod views;
-mod zone;
+mod record;
+mod resource;
+
+#[cfg_attr(not(internals), doc(hidden))]
+pub use pipeline::shader;
 
 /// The crates whose types a host hands over.
 pub use {ash, gpu_allocator};
@@ -59,26 +24,26 @@ pub use ash::vk::{
     BorderColor, BufferUsageFlags, CompareOp, Filter, Format, ImageUsageFlags, SampleCountFlags, SamplerAddressMode,
     SamplerMipmapMode,
 };
-pub use bind::Bind;
-pub use buffer::{Buffer, BufferKind};
-pub use constants::{Constant, Value};
-pub use context::{Context, ContextOptions};
-pub use features::{FeatureStructs, Features, Requirements, required_extensions, required_features};
-pub use frame_log::{AttachmentLog, CallLog, CommandLog, DispatchLog, DrawLog, FrameLog, ZoneLog};
-pub use host::{HostDevice, missing};
-pub use host_image::{HostImage, ImageUse};
-pub use image::{Image, ImageDesc, ImageDim, ImageRegion, ImageView};
-pub use instance::{DeviceKind, DeviceReport, devices};
-pub use needs::Need;
-pub use pace::{Pace, Step, Watch};
-pub use pending::Pending;
-pub use pipeline::{Blend, Compute, ComputeDesc, DepthDesc, Raster, RasterDesc, VertexInput};
-pub use raster_pass::{ColorTarget, DepthTarget, DrawCall, Load, RasterPass, Rect, RenderTarget};
-pub use recorder::{Recorder, RecorderOptions};
-pub use reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
+pub use device::context::{Context, ContextOptions};
+pub use device::features::{FeatureStructs, Features, Requirements, required_extensions, required_features};
+pub use device::host::{HostDevice, missing};
+pub use device::instance::{DeviceKind, DeviceReport, devices};
+pub use device::needs::Need;
+pub use pipeline::bind::Bind;
+pub use pipeline::constants::{Constant, Value};
+pub use pipeline::desc::{Blend, Compute, ComputeDesc, DepthDesc, Raster, RasterDesc, VertexInput};
+pub use pipeline::reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
 #[cfg(feature = "hot-reload")]
-pub use reload::Reload;
-pub use sampler::Sampler;
-pub use slot::{HostRecorder, Slot, SlotOptions};
-pub use transfer::{download, download_image, upload, upload_at, upload_image, upload_into};
-pub use zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
+pub use pipeline::reload::Reload;
+pub use record::frame_log::{AttachmentLog, CallLog, CommandLog, DispatchLog, DrawLog, FrameLog, ZoneLog};
+pub use record::host_image::{HostImage, ImageUse};
+pub use record::pace::{Pace, Step, Watch};
+pub use record::pending::Pending;
+pub use record::raster_pass::{ColorTarget, DepthTarget, DrawCall, Load, RasterPass, Rect, RenderTarget};
+pub use record::recorder::{Recorder, RecorderOptions};
+pub use record::slot::{HostRecorder, Slot, SlotOptions};
+pub use record::transfer::{download, download_image, upload, upload_at, upload_image, upload_into};
+pub use record::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
+pub use resource::buffer::{Buffer, BufferAt, BufferKind};
+pub use resource::image::{Image, ImageDesc, ImageDim, ImageRegion, ImageView};
+pub use resource::sampler::Sampler;

@@ -2,7 +2,6 @@
 //! the program's own path tracer.
 
 use std::fs;
-use std::process::Output;
 
 use crate::cli_common::{Folder, names, text};
 use serde_json::Value;

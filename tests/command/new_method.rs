@@ -1,5 +1,5 @@
-//! A fourth method takes four places: a folder in `src/gi`, one in `glsl/gi`, a line of the list of methods, a settings struct
-//! (which stands in the folder). The test adds one to a copy of the house, builds it, and finds it everywhere: in the image,
+//! A fourth method takes four places: a folder in `src/gi`, one in `glsl/gi`, a table of settings in `src/settings/methods`, a line
+//! of the list there. The test adds one to a copy of the house, builds it, and finds it everywhere: in the image,
 //! the layers, the memory plan, the timings, the settings, a chart's rows and a profile.
 
 use std::fs;
@@ -34,12 +34,13 @@ fn house_with_one_more() -> PathBuf {
         copy(&root().join(name), &house.join(name));
     }
     copy(&root().join("tests/new_method/mod.rs"), &house.join("src/gi/constant/mod.rs"));
+    copy(&root().join("tests/new_method/settings.rs"), &house.join("src/settings/methods/constant.rs"));
     copy(&root().join("tests/new_method/look_up.glsl"), &house.join("glsl/gi/constant/look_up.glsl"));
-    let methods = fs::read_to_string(root().join("src/gi/mod.rs")).unwrap();
-    let last = "    Rays = \"rays\" in rays,\n";
+    let methods = fs::read_to_string(root().join("src/settings/methods/mod.rs")).unwrap();
+    let last = "            Rays = \"rays\" in rays,\n";
     assert_eq!(methods.matches(last).count(), 1);
-    let line = format!("{last}    /// To be thrown away.\n    Constant = \"constant\" in constant,\n");
-    write_anew(&house.join("src/gi/mod.rs"), &methods.replace(last, &line));
+    let line = format!("{last}            /// To be thrown away.\n            Constant = \"constant\" in constant,\n");
+    write_anew(&house.join("src/settings/methods/mod.rs"), &methods.replace(last, &line));
     // Another name, so that it takes the place of no other program; unoptimised, since that builds sooner.
     let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let name = "name = \"twobounce\"";

@@ -4,13 +4,13 @@ use std::sync::atomic::AtomicBool;
 
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Options, render};
-use twobounce::scene::{Scene, View};
+use twobounce::scene::{Scene, Still, View};
 
 /// What `view` shows of `scene` where it stands at first. A sample that is not finite fails.
 pub fn film(scene: &Scene, view: &View, options: &Options) -> Film {
     let (mut film, never) = (Film::new(options.width, options.height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render((scene, &scene.pose(None, 0.0), view), options, &mut film, control).expect("nothing interrupts");
+    render(Still::new(scene, &scene.pose(None, 0.0), view), options, &mut film, control).expect("nothing interrupts");
     assert_eq!(film.rejected(), 0, "samples that are not finite");
     film
 }

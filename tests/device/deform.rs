@@ -17,7 +17,7 @@ use twobounce::renderer::{RenderOptions, Renderer, SETTLED};
 use twobounce::scene::deform::{Deform, Deformer, Joint, Target};
 use twobounce::scene::{
     Animation, Channel, Instance, Interpolation, LightKind, LoadOptions, Material, Mesh, Node, Playback, Pose,
-    Property, Scene, Transform, View, WeightChannel,
+    Property, Scene, Still, Transform, View, WeightChannel,
 };
 use twobounce::settings::Settings;
 use twobounce::vk::download;
@@ -271,7 +271,7 @@ fn traced(scene: &Scene, pose: &Pose, size: u32) -> Layers {
     let options = Options { width: size, height: size, depth, stop, seed: 1, occlusion: false };
     let (mut film, never) = (Film::new(size, size), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render((scene, pose, &view()), &options, &mut film, control).expect("nothing interrupts");
+    render(Still::new(scene, pose, &view()), &options, &mut film, control).expect("nothing interrupts");
     film.layers(&[])
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use twobounce::profile::audit::{Audit, PLACEHOLDER};
 use twobounce::renderer::RenderOptions;
-use twobounce::scene::{LoadOptions, Scene, View};
+use twobounce::scene::{LoadOptions, Scene, Still, View};
 use twobounce::settings::{PRESETS, Settings};
 
 fn audit(scene: &Scene, settings: &Settings) -> Audit {
@@ -16,7 +16,7 @@ fn audit(scene: &Scene, settings: &Settings) -> Audit {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
     let options = RenderOptions::new((16, 16), bounds);
-    let audit = Audit::of(&context, (scene, &pose, &view), settings, options).unwrap();
+    let audit = Audit::of(&context, Still::new(scene, &pose, &view), settings, options).unwrap();
     gpu::assert_clean(&context);
     audit
 }

@@ -78,6 +78,7 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
             outputs: 1,
             bounds: scene.bounds(None),
             slots: 2,
+            waits: false,
         };
         let packed = Arc::new(ScenePacked::new(&scene, &pose).upload(&context).expect("an upload"));
         let mut frame = Frame::new(&context, &desc, &packed).expect("it fits");

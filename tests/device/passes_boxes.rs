@@ -14,7 +14,7 @@ use twobounce::ground::clearance::fitted_to_camera;
 use twobounce::layers::Aov;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
+use twobounce::scene::{LightKind, Material, Mesh, Scene, Still, View};
 use twobounce::settings::Settings;
 use twobounce::stability::scenes::{ROOM, room, view};
 
@@ -145,7 +145,7 @@ fn a_room_in_a_landscape_is_lit_right_by_default() {
     let truth = traced::film(&scene, &view, &options).layers(&[Aov::Indirect]);
     let settings = gpu::with(Settings::default(), &["voxels=32", "bounces=all", "image.gather_resolution=full"]);
     let (fitted, words) =
-        fitted_to_camera(&settings, (&scene, &pose, &view), bounds).expect("voxels of 33 m are too large");
+        fitted_to_camera(&settings, Still::new(&scene, &pose, &view), bounds).expect("voxels of 33 m are too large");
     assert!(words.contains("grid.center=camera"), "{words}");
     let context = gpu::context();
     let [found, coarse] = [fitted, settings].map(|settings| {

@@ -15,7 +15,7 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
 use twobounce::reference::cache::Cache;
 use twobounce::reference::{Depth, Options, Stop};
-use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
+use twobounce::scene::{LightKind, Material, Mesh, Scene, Still, View};
 use twobounce::settings::Settings;
 
 const SIZE: u32 = 64;
@@ -40,7 +40,8 @@ fn truth(scene: &Scene, depth: Depth) -> Layers {
     let (view, stop) = (view(scene), Stop::Samples(SAMPLES));
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: true };
     let film = if std::env::var_os("TWOBOUNCE_CACHE").is_some() {
-        let of = (scene, &scene.pose(None, 0.0), &view);
+        let pose = scene.pose(None, 0.0);
+        let of = Still::new(scene, &pose, &view);
         Cache::of_user().render(of, &options, &|_| {}, &AtomicBool::new(false)).expect("a reference")
     } else {
         film(scene, &view, &options)

@@ -133,7 +133,7 @@ fn fills_updates_and_copies_are_ordered_and_logged() {
         r.full_barrier();
         r.copy(&first, &second);
         r.full_barrier();
-        r.copy_range((&second, 8), (&readback, 0), 8);
+        r.copy_range(second.at(8), readback.at(0), 8);
     });
     recorder.zone("nothing", ZoneKind::Compute, 0, |_| {});
     let log = recorder.frame_log().clone();
@@ -160,7 +160,7 @@ fn an_indirect_dispatch_takes_its_groups_from_a_buffer() {
     let values = vk::upload(&gpu::context(), "values", &[0_u32; 192]).unwrap();
     let groups = vk::upload(&gpu::context(), "groups", &[0_u32, 2, 1, 1]).unwrap();
     let mut recorder = Recorder::new(&gpu::context(), LOGGED).unwrap();
-    recorder.dispatch_indirect(&pass, &[Bind::buffer("values", &values)], &(), (&groups, 4));
+    recorder.dispatch_indirect(&pass, &[Bind::buffer("values", &values)], &(), groups.at(4));
     let log = recorder.frame_log().clone();
     recorder.finish().unwrap();
     let result = vk::download::<u32>(&gpu::context(), &values).unwrap();

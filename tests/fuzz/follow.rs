@@ -14,7 +14,7 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::output::exr;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, cache, lights_itself, render};
-use twobounce::scene::{Material, Mesh, Pose, Scene, View};
+use twobounce::scene::{Material, Mesh, Pose, Scene, Still, View};
 use twobounce::settings::{PRESETS, Settings};
 use twobounce::stability::warnings::known_failures;
 
@@ -49,7 +49,7 @@ pub fn scene(mut scene: Scene, choice: u64) {
         pose = scene.pose(animation, 0.0);
     }
     let settings = (PRESETS[(choice >> 24) as usize % PRESETS.len()].settings)();
-    device((&scene, &pose, &view), &settings);
+    device(Still::new(&scene, &pose, &view), &settings);
     trace(&scene, &pose, &view);
 }
 
@@ -58,23 +58,23 @@ pub fn settings(settings: &Settings) {
     let mut scene = Scene::empty("quad");
     let lamp = scene.add_material(Material::lamp("lamp", Vec3::ONE));
     scene.add_mesh(Mesh::quad("quad", lamp, Vec3::ZERO, Vec3::X, Vec3::Y), DAffine3::IDENTITY);
-    device((&scene, &scene.pose(None, 0.0), &View::framing(scene.bounds(None))), settings);
+    device(Still::new(&scene, &scene.pose(None, 0.0), &View::framing(scene.bounds(None))), settings);
 }
 
 /// What a device would be given, and what that would take of it.
-fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
+fn device(Still { scene, pose, view }: Still, settings: &Settings) {
     let bounds = scene.bounds(None);
     let packed = ScenePacked::new(scene, pose);
     packed.plan();
     let trees = packed.trees.of(scene);
     trees.top(&pose.world_from_instance);
-    let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1 };
+    let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1, waits: false };
     first_plan(&desc, &packed.trees, 16);
     known_failures(scene, pose, bounds, settings);
-    for_camera(settings, (scene, pose, view), bounds);
+    for_camera(settings, Still::new(scene, pose, view), bounds);
     let Ok(grid) = Grid::place(bounds, settings) else { return };
     expected_items(scene, &pose.world_from_instance, &grid);
-    Lamps::new(scene).place((scene, pose), &grid, settings.lights.lamp_points);
+    Lamps::new(scene).place(scene, pose, &grid, settings.lights.lamp_points);
     uniforms::lights(scene, pose, &grid);
     let scale = radiance_scale(scene, grid.voxel_m, settings.bounces);
     let (size, lamps) = ((4, 4), (0, false));
@@ -99,10 +99,10 @@ fn device((scene, pose, view): (&Scene, &Pose, &View), settings: &Settings) {
 pub fn trace(scene: &Scene, pose: &Pose, view: &View) {
     let (width, height) = (4, 4);
     let options = Options { width, height, depth: Depth::Full, stop: Stop::Samples(1), seed: 1, occlusion: true };
-    cache::key((scene, pose, view), &options);
+    cache::key(Still::new(scene, pose, view), &options);
     let (mut film, never) = (Film::new(width, height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render((scene, pose, view), &options, &mut film, control).expect("nothing interrupts");
+    render(Still::new(scene, pose, view), &options, &mut film, control).expect("nothing interrupts");
     layers(&film.layers(Aov::ALL));
 }
 

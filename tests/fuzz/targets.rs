@@ -15,7 +15,7 @@ use twobounce::memory::Limit;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::{Depth, Options, Progress, Stop};
-use twobounce::scene::{LoadOptions, Scene, View, sky};
+use twobounce::scene::{LoadOptions, Scene, Still, View, sky};
 use twobounce::settings::Settings;
 use twobounce::stability::markdown;
 
@@ -188,14 +188,14 @@ fn film(input: &Input) -> Outcome {
         options.stop = Stop::Noise(0.01);
     }
     let (pose, view) = (scene.pose(None, 0.0), View::framing(scene.bounds(None)));
-    let key = twobounce::reference::cache::key((&scene, &pose, &view), &options);
+    let key = twobounce::reference::cache::key(Still::new(&scene, &pose, &view), &options);
     let folder = input.folder.join("films");
     std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
     std::fs::write(folder.join(format!("{}.film", key.to_hex())), input.bytes).map_err(|e| e.to_string())?;
     // A film with little noise may ask for any number of samples: that it goes on is enough.
     let enough = AtomicBool::new(false);
     let progress = |now: Progress| enough.store(now.paths > now.before + 1000, Ordering::Relaxed);
-    let film = match Cache::at(&folder).render((&scene, &pose, &view), &options, &progress, &enough) {
+    let film = match Cache::at(&folder).render(Still::new(&scene, &pose, &view), &options, &progress, &enough) {
         Err(Error::Interrupted) => return Ok("goes on".into()),
         film => film.map_err(|e| e.to_string())?,
     };

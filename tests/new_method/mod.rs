@@ -1,29 +1,13 @@
 //! A method to be thrown away: the same light from everywhere. `tests/command/new_method.rs` adds it to a copy of the house.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
-use crate::settings::{self, Key, Range, key};
+use crate::settings::Settings;
 use crate::vk::{Bind, Buffer, BufferKind, Constant, Recorder, ZoneKind};
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    pub radiance: f32,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { radiance: 0.5 }
-    }
-}
-
-pub const KEYS: &[&[Key]] =
-    &[&[key("constant.radiance", "radiance", Range::Number(0.0, 10.0), "what comes from everywhere", "nothing")]];
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[("constant", PassUnit::Voxels)];
 
 /// A pass of its own writes the light into a buffer of its own.
@@ -33,13 +17,13 @@ pub struct Lighting {
 }
 
 impl Gi for Lighting {
-    fn wants(settings: &settings::Settings) -> Wants {
+    fn wants(settings: &Settings) -> Wants {
         // Coarser lists of its own, over the same cube.
         let voxel = settings.voxels as f32 / 8.0;
         Wants { grids: vec![GridPlace { edge: 8, corner: [0.0; 3], voxel }], diffuse: true, ..Wants::default() }
     }
 
-    fn plan(_: &settings::Settings) -> Vec<MemoryRow> {
+    fn plan(_: &Settings) -> Vec<MemoryRow> {
         vec![("constant light", 16)]
     }
 

@@ -6,7 +6,7 @@ use twobounce::Error;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, render};
-use twobounce::scene::{LoadOptions, Pose, Scene, View};
+use twobounce::scene::{LoadOptions, Pose, Scene, Still, View};
 
 const SIZE: u32 = 24;
 
@@ -27,7 +27,7 @@ fn uninterrupted(stop: Stop) -> Film {
     let mut film = Film::new(SIZE, SIZE);
     let never = AtomicBool::new(false);
     render(
-        (&scene, &pose, &view),
+        Still::new(&scene, &pose, &view),
         &options(stop),
         &mut film,
         Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
@@ -54,7 +54,7 @@ fn seeds_matter() {
         let never = AtomicBool::new(false);
         let options = Options { seed, ..options(stop) };
         render(
-            (&scene, &pose, &view),
+            Still::new(&scene, &pose, &view),
             &options,
             &mut film,
             Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never },
@@ -80,7 +80,7 @@ fn a_resumed_image_is_the_uninterrupted_one() {
                     cancel.store(true, Ordering::Relaxed);
                 }
             };
-            match cache.render((&scene, &pose, &view), &options(stop), &progress, &cancel) {
+            match cache.render(Still::new(&scene, &pose, &view), &options(stop), &progress, &cancel) {
                 Ok(film) => break film,
                 Err(Error::Interrupted) => interruptions += 1,
                 Err(error) => panic!("{error}"),
@@ -102,7 +102,9 @@ fn a_finished_image_comes_from_the_cache() {
             calls.fetch_add(1, Ordering::Relaxed);
         };
         let options = options(Stop::Samples(samples));
-        let film = cache.render((scene, &pose, &view), &options, &count, &AtomicBool::new(false)).expect("it renders");
+        let film = cache
+            .render(Still::new(scene, &pose, &view), &options, &count, &AtomicBool::new(false))
+            .expect("it renders");
         (calls.into_inner() > 0, film)
     };
     let (worked, first) = traced(&scene, 16);

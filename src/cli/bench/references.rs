@@ -2,6 +2,7 @@
 
 use twobounce::chart::measure::ReferenceImage;
 use twobounce::reference::{Depth, Options, Stop};
+use twobounce::scene::Still;
 use twobounce::{Error, Result};
 
 use super::Filling;
@@ -35,7 +36,7 @@ impl Filling<'_> {
             Depth::Bounces(n) => format!("light of {n} indirect bounces"),
         };
         let options: Options = of_round(Stop::Rough { noise, last });
-        let (film, traced) = traced(&self.cache, (&seen.scene, &seen.pose, &seen.view), &options)?;
+        let (film, traced) = traced(&self.cache, Still::new(&seen.scene, &seen.pose, &seen.view), &options)?;
         let noise = film.noise();
         let how = if traced.paths == 0 { "from the cache".into() } else { format!("{:.1} s", traced.seconds) };
         say!("{name}: reference of {light}, noise {:.2} %, {how}", 100.0 * noise);

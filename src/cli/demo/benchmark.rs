@@ -10,6 +10,7 @@ use twobounce::output::file;
 use twobounce::profile::WARM_UP;
 use twobounce::renderer::Renderer;
 use twobounce::settings::Settings;
+use twobounce::vk::Context;
 use twobounce::vk::ZoneKind;
 
 use super::DemoArgs;
@@ -71,7 +72,7 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     }
     drop(progress);
     refuse_invalid(&context)?;
-    let report = Report::of(args, settings, (&context.name, &context.driver), &timings);
+    let report = Report::of(args, settings, &context, &timings);
     out::write(&report.table(&args.settings.preset));
     if let Some(path) = &args.json {
         file::write_json(path, &report)?;
@@ -80,7 +81,7 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
 }
 
 impl Report {
-    fn of(args: &DemoArgs, settings: Settings, (device, driver): (&str, &str), timings: &Timings) -> Self {
+    fn of(args: &DemoArgs, settings: Settings, context: &Context, timings: &Timings) -> Self {
         let pass = |pass: &PassFrames| {
             let gpu_ms = pass.gpu_ms();
             Pass { name: pass.name, kind: pass.kind, frames: gpu_ms.len(), gpu_ms: Percentiles::of(gpu_ms) }
@@ -88,8 +89,8 @@ impl Report {
         Self {
             version: VERSION,
             program: format!("twobounce {}", env!("CARGO_PKG_VERSION")),
-            device: device.to_owned(),
-            driver: driver.to_owned(),
+            device: context.name.clone(),
+            driver: context.driver.clone(),
             width: args.size.0,
             height: args.size.1,
             fps: args.fps,

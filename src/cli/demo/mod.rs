@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use clap::Args;
 use twobounce::assets::DEMO_S;
 
-use super::args::{Frames, Loop, RenderArgs, RunArgs, SceneArgs, SettingsArgs, number, size};
-use super::render;
+use super::args::{Frames, Loop, RunArgs, SceneArgs, SettingsArgs, number, size};
+use super::render::{self, RenderArgs};
 use super::scene::DEMO;
 
 #[derive(Args, Debug)]
@@ -52,12 +52,12 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
     let frames = (DEMO_S * args.fps).round().max(1.0) as u32;
     match &args.output {
         _ if args.benchmark => benchmark::run(args, &scene, frames),
-        Some(output) => render::run(&images(args, scene, (output, frames))),
+        Some(output) => render::run(&images(args, scene, output, frames)),
         None => window(args, scene),
     }
 }
 
-fn images(args: &DemoArgs, scene: SceneArgs, (output, frames): (&Path, u32)) -> RenderArgs {
+fn images(args: &DemoArgs, scene: SceneArgs, output: &Path, frames: u32) -> RenderArgs {
     let exr = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"));
     RenderArgs {
         scene,

@@ -69,8 +69,19 @@ impl Mix {
         [(Self::Split, "split"), (Self::Flicker, "flicker"), (Self::Difference, "difference")];
 }
 
-/// What is shown of both; `split` from 0 to 1, `other` by turns.
-pub fn picture(frame: &Frame, layer: Layer, mix: Mix, (split, other): (f32, bool)) -> Option<Picture> {
+/// How a picture and what is beside it are shown in one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mixing {
+    pub mix: Mix,
+    /// Where the picture ends, from 0 to 1.
+    pub split: f32,
+    /// Whether it is the turn of what is beside.
+    pub other: bool,
+}
+
+/// What is shown of both.
+pub fn picture(frame: &Frame, layer: Layer, mixing: Mixing) -> Option<Picture> {
+    let Mixing { mix, split, other } = mixing;
     let beside = frame.beside.as_ref()?;
     let size = frame.picture.size;
     let rgba = match (mix, layer) {

@@ -15,7 +15,7 @@ use twobounce::settings::Settings;
 use twobounce::vk::{Context, download, download_image};
 use twobounce::{Error, Result};
 
-use super::question::inspect;
+use super::question::{inspect, inspected};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layer {
@@ -118,7 +118,7 @@ pub struct Grid<'a> {
 
 impl Grid<'_> {
     /// The last frame's picture, RGBA.
-    pub fn picture(&mut self, layer: GridLayer, (image, ev): (&Layers, f32), view: &View) -> Result<Vec<u8>> {
+    pub fn picture(&mut self, layer: GridLayer, image: &Layers, ev: f32, view: &View) -> Result<Vec<u8>> {
         const OUTSIDE: [u8; 4] = [128, 128, 128, 255];
         let shown = |radiance: [f32; 3]| {
             let [r, g, b] = tone_curve(radiance.map(|c| c * ev.exp2())).map(srgb_code);
@@ -156,7 +156,7 @@ impl Grid<'_> {
         let voxel_from_world = grid.voxel_from_world();
         let depths = image.get(Aov::Depth).unwrap_or_default();
         let color = |(pixel, depth): (usize, &[f32; 3])| {
-            let Some(point) = point(view, (pixel, size), f64::from(depth[0])) else { return [0, 0, 0, 255] };
+            let Some(point) = point(view, pixel, size, f64::from(depth[0])) else { return [0, 0, 0, 255] };
             let at = voxel_from_world.transform_point3(point);
             let outside = at.min_element() < 0.0 || at.max_element() >= edge as f64;
             if outside { OUTSIDE } else { of_voxel(at) }
@@ -170,7 +170,7 @@ impl Grid<'_> {
             *self.inspect = Some(inspect(self.context, self.renderer, self.settings)?);
         }
         let inspect = self.inspect.as_ref().expect("just made");
-        inspect.kept(self.context, self.renderer.frame(), size)
+        inspect.kept(self.context, inspected(self.renderer), size)
     }
 
     /// The texels of a volume's image, x fastest, and their level.
@@ -188,7 +188,7 @@ impl Grid<'_> {
 }
 
 /// Where a pixel's centre meets a surface that is `depth` metres ahead; `None` on the sky.
-fn point(view: &View, (pixel, size): (usize, (u32, u32)), depth: f64) -> Option<DVec3> {
+fn point(view: &View, pixel: usize, size: (u32, u32), depth: f64) -> Option<DVec3> {
     let (from, direction) = view.ray(pixel, size);
     depth.is_finite().then(|| from + direction * (depth / direction.dot(view.forward)))
 }

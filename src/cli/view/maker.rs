@@ -15,10 +15,10 @@ use twobounce::settings::Settings;
 use twobounce::vk::{Context, Watch, ZoneTiming, ZoneTimings};
 use twobounce::{Error, Result};
 
+use super::job::{Beside, Frame, Job, Refined, Stage, Wanted};
 use super::layer::{Grid, Layer};
 use super::question::{self, Cost, Found, Question};
 use super::screen::Picture;
-use super::worker::{Beside, Frame, Job, Refined, Stage, Wanted};
 use crate::cli::blank::sky_shown;
 use crate::cli::progress::course::IMAGE_PASSES;
 /// Milliseconds of the image while something moves: with encoding and showing it, an answer within 100.
@@ -33,14 +33,15 @@ const SHOW_SHARE: u32 = 3;
 /// Renderers of what is shown and of what is beside it.
 pub struct Makers {
     stage: Stage,
-    watch: Watch,
     own: Option<Maker>,
     beside: Option<Maker>,
 }
 
 impl Makers {
-    pub fn new(stage: Stage, watch: Watch) -> Self {
-        Self { stage, watch, own: None, beside: None }
+    /// Frames go on as long as `watch` says.
+    pub fn new(mut stage: Stage, watch: Watch) -> Self {
+        stage.options.watch = Some(watch);
+        Self { stage, own: None, beside: None }
     }
 
     /// The next job's renderers are made anew: their shaders are others.
@@ -67,10 +68,10 @@ impl Makers {
 
     /// Prepares for a job.
     fn making<'a>(&'a mut self, job: &'a Job, began: Instant) -> Result<Making<'a>> {
-        let Self { stage, watch, own, beside } = self;
-        let own = Maker::of(own, (stage, watch), &job.settings, job)?;
+        let Self { stage, own, beside } = self;
+        let own = Maker::of(own, stage, &job.settings, job)?;
         let mut beside = match &job.beside {
-            Some(settings) => Some(Maker::of(beside, (stage, watch), settings, job)?),
+            Some(settings) => Some(Maker::of(beside, stage, settings, job)?),
             None => {
                 *beside = None;
                 None
@@ -92,7 +93,7 @@ impl Makers {
             (Question::Rays(pixel), Some(own)) => own.rays(&self.stage.context, pixel).map(Found::Rays),
             (Question::Rays(_), None) => return,
             (Question::Cost(key, settings), _) => {
-                self.costs((key, &settings), job, wanted).map(|costs| Found::Cost(key, costs))
+                self.costs(key, &settings, job, wanted).map(|costs| Found::Cost(key, costs))
             }
         };
         match found {
@@ -102,7 +103,7 @@ impl Makers {
     }
 
     /// What a frame takes with other values of a key, each on a renderer of its own.
-    fn costs(&self, (name, settings): (&str, &Settings), job: &Job, wanted: &Wanted) -> Result<Vec<Cost>> {
+    fn costs(&self, name: &str, settings: &Settings, job: &Job, wanted: &Wanted) -> Result<Vec<Cost>> {
         let entries = settings.entries();
         let Some((key, now)) = entries.iter().find(|(key, _)| key.name == name) else { return Ok(vec![]) };
         let mut costs = vec![];
@@ -121,7 +122,7 @@ impl Makers {
         let mut settings = settings.clone();
         settings.set(assignment)?;
         let mut maker = None;
-        let maker = Maker::of(&mut maker, (&self.stage, &self.watch), &settings, job)?;
+        let maker = Maker::of(&mut maker, &self.stage, &settings, job)?;
         maker.prepare(job, &settings, 1)?;
         maker.draw(job, &self.stage)?; // warms up
         maker.renderer.make_anew();
@@ -229,7 +230,8 @@ impl Making<'_> {
             let (picture, image, _) = maker.picture(job, Some(exposure_ev), stage)?;
             Ok(Beside { picture, image, gpu_ms: maker.report().timings.gpu_ms })
         });
-        let (light_passes, passes) = (self.own.light_passes, self.own.renderer.passes());
+        let renderer = &self.own.renderer;
+        let (light_passes, passes) = (renderer.frame().light().awaited_passes(), renderer.passes());
         Ok(Frame {
             picture,
             image,
@@ -265,8 +267,6 @@ struct Maker {
     made_for: (Settings, (u32, u32), Layer),
     /// Seconds after `--time` that its light is of; `None` while the scene moves: light of before is in it.
     lit_at: Option<f64>,
-    /// Over the light, since it was made anew.
-    light_passes: u32,
     /// Of one pass over the image, as it was last.
     ms_per_pixel: f64,
     report: Option<FrameReport>,
@@ -278,27 +278,16 @@ struct Maker {
 
 impl Maker {
     /// What is there, or a new one.
-    fn of<'a>(
-        there: &'a mut Option<Self>,
-        (stage, watch): (&Stage, &Watch),
-        settings: &Settings,
-        job: &Job,
-    ) -> Result<&'a mut Self> {
+    fn of<'a>(there: &'a mut Option<Self>, stage: &Stage, settings: &Settings, job: &Job) -> Result<&'a mut Self> {
         if there.is_none() {
             let Stage { context, scene, shot, options } = stage;
-            let options = RenderOptions {
-                size: job.size,
-                aovs: job.layer.needs(),
-                watch: Some(watch.clone()),
-                responsive: true,
-                ..options.clone()
-            };
+            let options =
+                RenderOptions { size: job.size, aovs: job.layer.needs(), responsive: true, ..options.clone() };
             let pose = shot.pose(scene, job.later_s);
             *there = Some(Self {
                 renderer: Renderer::new(context, scene.as_ref().clone(), &pose, settings.clone(), options)?,
                 made_for: (settings.clone(), job.size, job.layer),
                 lit_at: None,
-                light_passes: 0,
                 ms_per_pixel: if context.is_cpu { 1.0 } else { 0.0 },
                 report: None,
                 light: vec![],
@@ -318,11 +307,11 @@ impl Maker {
         }
         self.made_for = (settings.clone(), size, job.layer);
         let now = Some(job.later_s);
-        if self.renderer.frame().has_history() && self.lit_at != now && !job.moving {
+        if self.renderer.frame().light().has_history() && self.lit_at != now && !job.moving {
             self.renderer.forget_light();
         }
-        if !self.renderer.frame().has_history() {
-            (self.lit_at, self.light_passes) = (now, 0);
+        if !self.renderer.frame().light().has_history() {
+            self.lit_at = now;
         } else if self.lit_at != now {
             self.lit_at = None;
         }
@@ -332,7 +321,6 @@ impl Maker {
     fn light_pass(&mut self, job: &Job, stage: &Stage) -> Result<()> {
         let pose = stage.shot.pose(self.renderer.scene(), job.later_s);
         if let Some(report) = self.renderer.light_pass(&pose, &job.view)? {
-            self.light_passes += 1;
             self.light = light_zones(&report.timings);
         }
         Ok(())
@@ -340,7 +328,6 @@ impl Maker {
 
     fn draw(&mut self, job: &Job, stage: &Stage) -> Result<()> {
         let pose = stage.shot.pose(self.renderer.scene(), job.later_s);
-        self.light_passes += u32::from(!self.renderer.light_is_whole());
         let report = self.renderer.render_now(&pose, &job.view)?;
         let zones = report.timings.zones.iter().filter(|zone| IMAGE_PASSES.contains(&zone.name));
         let (width, height) = self.made_for.1;
@@ -371,7 +358,7 @@ impl Maker {
             self.inspect = Some(question::inspect(context, &self.renderer, &self.made_for.0)?);
         }
         let inspect = self.inspect.as_ref().expect("just made");
-        Ok(question::rays(&inspect.rays(context, self.renderer.frame(), pixel)?, &self.renderer))
+        Ok(question::rays(&inspect.rays(context, question::inspected(&self.renderer), pixel)?, &self.renderer))
     }
 
     /// What was drawn last, the image itself and its exposure in stops.
@@ -389,7 +376,7 @@ impl Maker {
             Layer::Image(layer) => encode(&image, layer, ev),
             Layer::Grid(layer) => {
                 let (renderer, inspect, settings) = (&self.renderer, &mut self.inspect, &self.made_for.0);
-                Grid { context, renderer, inspect, settings }.picture(layer, (&image, ev), &job.view)?
+                Grid { context, renderer, inspect, settings }.picture(layer, &image, ev, &job.view)?
             }
         };
         Ok((Picture { size: self.made_for.1, rgba }, image, ev))

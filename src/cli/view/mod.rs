@@ -9,6 +9,7 @@ mod beside;
 mod command;
 mod events;
 mod eye;
+mod job;
 mod layer;
 mod lost;
 mod maker;
@@ -122,10 +123,10 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let event_loop = EventLoop::new().map_err(NoWindow::because)?;
     let (opened, context) = args.scene.open_on(&args.run)?;
     let settings = opened.fitted(settings);
-    let subject = Subject::new((args.scene.clone(), typed), opened, &args.run);
+    let subject = Subject::new(args.scene.clone(), typed, opened, &args.run);
     #[cfg(feature = "hot-reload")]
     let reloading = reload::Reloading::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
-    let mut app = App::new(args, (subject, context), settings, script, event_loop.create_proxy());
+    let mut app = App::new(args, settings, Stand { subject, context, script, proxy: event_loop.create_proxy() });
     #[cfg(feature = "hot-reload")]
     (app.reloading = reloading);
     event_loop.run_app(&mut app).map_err(NoWindow::because)?;
@@ -191,14 +192,17 @@ struct App {
     failed: Option<anyhow::Error>,
 }
 
+/// What an [`App`] stands on.
+struct Stand {
+    subject: Subject,
+    context: Arc<Context>,
+    script: Script,
+    proxy: EventLoopProxy<()>,
+}
+
 impl App {
-    fn new(
-        args: &ViewArgs,
-        (subject, context): (Subject, Arc<Context>),
-        settings: Settings,
-        script: Script,
-        proxy: EventLoopProxy<()>,
-    ) -> Self {
+    fn new(args: &ViewArgs, settings: Settings, stand: Stand) -> Self {
+        let Stand { subject, context, script, proxy } = stand;
         Self {
             run: args.run.clone(),
             context,
@@ -208,7 +212,7 @@ impl App {
             proxy,
             worker: None,
             shown: None,
-            panel: Panel::new(&args.settings.preset, settings, (args.exposure.map(|ev| ev as f32), args.refine)),
+            panel: Panel::new(&args.settings.preset, settings, args.exposure.map(|ev| ev as f32), args.refine),
             script,
             eye: None,
             speed: SPEED,
@@ -286,7 +290,7 @@ impl App {
         }
         let settings = std::mem::replace(&mut self.panel.settings, opened.fitted(settings));
         let again = args.path == self.subject.args.path;
-        let before = std::mem::replace(&mut self.subject, Subject::new((args, typed), opened, &self.run));
+        let before = std::mem::replace(&mut self.subject, Subject::new(args, typed, opened, &self.run));
         self.before.get_or_insert((before, settings, self.eye, self.later_s));
         if !again {
             (self.eye, self.later_s) = (None, 0.0);

@@ -52,7 +52,7 @@ pub struct Panel {
 }
 
 impl Panel {
-    pub fn new(preset: &str, settings: Settings, (exposure, refine): (Option<f32>, u32)) -> Self {
+    pub fn new(preset: &str, settings: Settings, exposure: Option<f32>, refine: u32) -> Self {
         Self {
             open: true,
             preset: preset.to_owned(),
@@ -110,7 +110,8 @@ impl Panel {
     pub fn show(
         &mut self,
         context: &egui::Context,
-        (frame, compared): (Option<&Frame>, Option<&Compared>),
+        frame: Option<&Frame>,
+        compared: Option<&Compared>,
         step: Option<Step>,
     ) -> bool {
         if let Some(words) = &self.shader_error {

@@ -6,12 +6,12 @@ use std::time::Instant;
 use anyhow::Context as _;
 use twobounce::output::file;
 
-use super::beside::{self, Mix};
+use super::beside::{self, Mix, Mixing};
 use super::layer::Layer;
 use super::overlay::Lines;
 use super::screen::Overlay;
 use super::subject::Subject;
-use super::truth::Truth;
+use super::truth::{Truth, TruthOf};
 use super::worker::Worker;
 use super::{App, FLICKER_S};
 
@@ -22,7 +22,7 @@ pub enum Mixed {
     /// How far it is faded, and the reference's samples.
     Truth(f32, u32),
     /// How, where the line is, and whether it is the other's turn.
-    Beside(Mix, f32, bool),
+    Beside(Mixing),
 }
 
 impl App {
@@ -37,8 +37,9 @@ impl App {
         if wanted && self.truth.is_none() {
             let job = self.asked.as_ref().context("a picture that nobody asked for")?;
             let Subject { scene, shot, .. } = &self.subject;
-            let of = (scene.clone(), shot.pose(scene, job.later_s), job.view);
-            self.truth = Some(Truth::begin(*revision, of, frame.image.clone(), self.proxy.clone()));
+            let (pose, image) = (shot.pose(scene, job.later_s), frame.image.clone());
+            let of = TruthOf { revision: *revision, scene: scene.clone(), pose, view: job.view, image };
+            self.truth = Some(Truth::begin(of, self.proxy.clone()));
         }
         if let Some(compared) = self.truth.as_ref().and_then(Truth::take) {
             self.compared = Some(compared);
@@ -46,7 +47,10 @@ impl App {
         let panel = &self.panel;
         let mixed = match (&self.compared, &frame.beside) {
             (Some(compared), _) => Mixed::Truth(panel.fade, compared.samples),
-            (None, Some(_)) => Mixed::Beside(panel.mix, panel.split, panel.mix == Mix::Flicker && self.flickers()),
+            (None, Some(_)) => {
+                let other = panel.mix == Mix::Flicker && self.flickers();
+                Mixed::Beside(Mixing { mix: panel.mix, split: panel.split, other })
+            }
             (None, None) => Mixed::Plain,
         };
         if self.mixed == Some(mixed) {
@@ -54,7 +58,7 @@ impl App {
         }
         let picture = match (mixed, &self.compared) {
             (Mixed::Truth(fade, _), Some(compared)) => Some(compared.picture(frame, fade)),
-            (Mixed::Beside(mix, split, other), _) => beside::picture(frame, panel.layer, mix, (split, other)),
+            (Mixed::Beside(mixing), _) => beside::picture(frame, panel.layer, mixing),
             _ => None,
         };
         if let Some(shown) = &mut self.shown {
@@ -91,7 +95,7 @@ impl App {
                 }
                 lines.rays(&panel.rays, frame.exposure_ev);
             }
-            changed |= panel.show(ui.ctx(), (frame, compared), step);
+            changed |= panel.show(ui.ctx(), frame, compared, step);
         });
         if let (Some(worker), Some(question)) = (&self.worker, panel.question.take()) {
             worker.put(question);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use twobounce::gi::Method;
-use twobounce::gi::rays::inspect::{Inspect, InspectedRay};
+use twobounce::gi::rays::inspect::{Inspect, Inspected, InspectedRay};
 use twobounce::memory::mib;
 use twobounce::renderer::Renderer;
 use twobounce::scene::Scene;
@@ -64,7 +64,13 @@ pub fn inspect(context: &Arc<Context>, renderer: &Renderer, settings: &Settings)
             format!("only the method rays keeps light on surfaces, not {}: choose such a preset", settings.method);
         return Err(Error::Usage(words));
     }
-    Inspect::new(context, settings, renderer.frame())
+    Inspect::new(context, settings, inspected(renderer))
+}
+
+/// The last frame, to be looked at.
+pub fn inspected(renderer: &Renderer) -> Inspected<'_> {
+    let frame = renderer.frame();
+    Inspected { ground: &frame.ground, method: &*frame.method }
 }
 
 /// The rays in the world.

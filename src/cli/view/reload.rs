@@ -35,7 +35,7 @@ impl Reloading {
         say!("watches {}", folder.unwrap_or(Path::new(OWN)).display());
         let (ends, said) = (Arc::<AtomicBool>::default(), Said::default());
         let own = Self { ends: ends.clone(), said: said.clone() };
-        std::thread::spawn(move || look(watched, (&ends, &said), &wake));
+        std::thread::spawn(move || look(watched, &ends, &said, &wake));
         Ok(Some(own))
     }
 
@@ -51,7 +51,7 @@ impl Drop for Reloading {
     }
 }
 
-fn look(mut watched: Reload, (ends, said): (&AtomicBool, &Said), wake: &EventLoopProxy<()>) {
+fn look(mut watched: Reload, ends: &AtomicBool, said: &Said, wake: &EventLoopProxy<()>) {
     while !ends.load(Ordering::Relaxed) {
         if let Some(result) = watched.look() {
             let result = result.map_err(|error| error.to_string());

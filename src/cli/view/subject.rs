@@ -25,7 +25,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    pub fn new((args, typed): (SceneArgs, Vec<String>), opened: Opened, run: &RunArgs) -> Self {
+    pub fn new(args: SceneArgs, typed: Vec<String>, opened: Opened, run: &RunArgs) -> Self {
         let options = opened.run_options(run);
         let Opened { scene, shot, .. } = opened;
         let framing = Eye::of(&View::framing(options.bounds), 1.0);

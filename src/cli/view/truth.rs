@@ -8,7 +8,7 @@ use twobounce::measure::metrics::{Comparison, compare};
 use twobounce::measure::terms::Subtract;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, render};
-use twobounce::scene::{Pose, Scene, View};
+use twobounce::scene::{Pose, Scene, Still, View};
 use winit::event_loop::EventLoopProxy;
 
 use super::maker::encode;
@@ -27,6 +27,15 @@ pub struct Compared {
     reference: Layers,
 }
 
+/// A frame that is compared with the truth.
+pub struct TruthOf {
+    pub revision: u64,
+    pub scene: Arc<Scene>,
+    pub pose: Pose,
+    pub view: View,
+    pub image: Layers,
+}
+
 /// A path tracer under way for one frame; it ends when this is dropped.
 pub struct Truth {
     /// The frame's.
@@ -37,12 +46,8 @@ pub struct Truth {
 
 impl Truth {
     /// Starts it; `wake` is told of each round.
-    pub fn begin(
-        revision: u64,
-        (scene, pose, view): (Arc<Scene>, Pose, View),
-        image: Layers,
-        wake: EventLoopProxy<()>,
-    ) -> Self {
+    pub fn begin(of: TruthOf, wake: EventLoopProxy<()>) -> Self {
+        let TruthOf { revision, scene, pose, view, image } = of;
         let (cancel, found) = (Arc::<AtomicBool>::default(), Arc::<Mutex<Option<Compared>>>::default());
         let truth = Self { revision, cancel: cancel.clone(), found: found.clone() };
         std::thread::spawn(move || {
@@ -52,7 +57,7 @@ impl Truth {
                 let stop = Stop::Samples(samples);
                 let options = Options { width, height, depth: Depth::Full, stop, seed: 1, occlusion: false };
                 let control = Control { progress: &|_| (), save: &mut |_| Ok(()), cancel: &cancel };
-                if render((&scene, &pose, &view), &options, &mut film, control).is_err() {
+                if render(Still::new(&scene, &pose, &view), &options, &mut film, control).is_err() {
                     return; // no longer wanted
                 }
                 let reference = film.layers(&[Aov::Direct, Aov::Diffuse]);

@@ -3,11 +3,9 @@
 //! The talk: BeRo and urs, "How to use Voxel Cone Tracing with two bounces for everything instead of just Global
 //! Illumination" (listings CC0).
 
-pub mod choices;
 pub mod constants;
 pub mod ledger;
 mod mips;
-mod settings;
 mod shade;
 
 use super::bounces::{BounceDesc, PerBounce};
@@ -24,7 +22,7 @@ use choices::{Form, Passes};
 use mips::Mips;
 use shade::Shade;
 
-pub use settings::{KEYS, Ledger, Settings, Start};
+pub use crate::settings::methods::cones::{Ledger, Settings, Start, choices};
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 

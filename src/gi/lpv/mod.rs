@@ -6,7 +6,6 @@
 mod cascades;
 mod field;
 pub mod ledger;
-mod settings;
 
 use glam::Vec3;
 
@@ -24,7 +23,7 @@ use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Image, Recorder, ZoneKind};
 use field::{Field, FieldDesc};
 
-pub use settings::{Apply, Injection, KEYS, Lobe, Occlusion, Settings, Sum};
+pub use crate::settings::methods::lpv::{Apply, Injection, Lobe, Occlusion, Settings, Sum};
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 
@@ -154,7 +153,7 @@ impl Gi for Lighting {
         }
         // Every item is lit; what it sends starts to travel.
         let steps = self.settings.steps(update.sky);
-        self.light.each(&self.sums, update.history, |light, from, to| self.bounce(r, ground, (light, steps), (from, to)));
+        self.light.each(&self.sums, update.history, |light, from, to| self.bounce(r, ground, &LightPass { light, steps, from, to }));
     }
 
     fn constants(&self) -> &[Constant] {
@@ -174,9 +173,32 @@ impl Gi for Lighting {
     }
 }
 
+/// A bounce of light.
+#[derive(Clone, Copy)]
+struct LightPass<'a> {
+    light: &'a Light,
+    /// Of propagation.
+    steps: u32,
+    /// The sum that items gather from, where they do.
+    from: Option<&'a Field>,
+    /// The sum that the light is added up in.
+    to: &'a Field,
+}
+
+/// A grid whose light travels.
+#[derive(Clone, Copy)]
+struct Cascade<'a> {
+    /// Its number, the finest first.
+    index: usize,
+    lists: &'a Lists,
+    /// Of propagation.
+    steps: u32,
+}
+
 impl Lighting {
-    /// One bounce: items are lit, with what is in `from`, and their light travels and adds up in `to`.
-    fn bounce(&self, r: &mut Recorder, ground: &Ground, (light, steps): (&Light, u32), (from, to): (Option<&Field>, &Field)) {
+    /// Items are lit, and their light travels and adds up.
+    fn bounce(&self, r: &mut Recorder, ground: &Ground, pass: &LightPass) {
+        let LightPass { light, steps, from, to } = *pass;
         r.zone(["light 1", "light 2"][light.bounce], ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists, and the sum that is gathered from, were written
             for (cascade, lists) in further(ground).enumerate() {
@@ -191,19 +213,20 @@ impl Lighting {
                 let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
                 let push = push_of(lists, cascade);
                 let binds = light.pipeline.select(&binds);
-                r.dispatch_indirect(&light.pipeline, &binds, &push, (&lists.cells.counts, offset));
+                r.dispatch_indirect(&light.pipeline, &binds, &push, lists.cells.counts.at(offset));
             }
         });
         // The coarsest first: its sum is what comes into the finer ones.
         r.zone(["propagate 1", "propagate 2"][light.bounce], ZoneKind::Compute, 0, |r| {
             for (cascade, lists) in further(ground).enumerate().collect::<Vec<_>>().into_iter().rev() {
-                self.travel(r, ground, (cascade, lists, steps), to);
+                self.travel(r, ground, &Cascade { index: cascade, lists, steps }, to);
             }
         });
     }
 
     /// What a grid's items send is injected, travels, and adds up in `sum`.
-    fn travel(&self, r: &mut Recorder, ground: &Ground, (cascade, lists, steps): (usize, &Lists, u32), sum: &Field) {
+    fn travel(&self, r: &mut Recorder, ground: &Ground, cascade: &Cascade, sum: &Field) {
+        let Cascade { index, lists, steps } = *cascade;
         let groups = |group: [u32; 3]| group.map(|threads| self.settings.edge / threads);
         r.full_barrier(); // the items are lit
         let mut binds = vec![
@@ -215,7 +238,7 @@ impl Lighting {
             Bind::buffer("blockers", &self.blockers),
         ];
         binds.extend([self.travelling[0].stored("new_light"), Bind::buffer("frame", &ground.frame)]);
-        let push = push_of(lists, cascade);
+        let push = push_of(lists, index);
         r.dispatch(&self.inject, &self.inject.select(&binds), &push, groups(GROUP));
         if self.settings.occlusion == Occlusion::Sheets {
             r.full_barrier(); // the blockers are known

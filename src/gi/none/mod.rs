@@ -1,30 +1,22 @@
 //! Direct light alone: the smallest method, and where to start from for another.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::memory_plan::MemoryRow;
-use crate::settings::{self, Key};
+use crate::settings::Settings;
 use crate::vk::{Bind, Constant, Recorder};
 
-/// The table `[none]`: empty.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {}
-
-pub const KEYS: &[&[Key]] = &[];
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 
 pub struct Lighting;
 
 impl Gi for Lighting {
-    fn wants(_: &settings::Settings) -> Wants {
+    fn wants(_: &Settings) -> Wants {
         Wants::default()
     }
 
-    fn plan(_: &settings::Settings) -> Vec<MemoryRow> {
+    fn plan(_: &Settings) -> Vec<MemoryRow> {
         Vec::new()
     }
 

@@ -1,6 +1,6 @@
 //! Specialisation constants of the method: `glsl/gi/photons/constants.glsl` is their twin.
 
-use super::settings::{AoMultiplies, Composite, Opacity, Settings};
+use super::{AoMultiplies, Composite, Opacity, Settings};
 use crate::vk::Constant;
 
 /// All constants that the method declares.

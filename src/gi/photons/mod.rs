@@ -9,7 +9,6 @@
 pub mod constants;
 pub mod cover;
 pub mod ledger;
-mod settings;
 mod volume;
 
 use super::bounces::{BounceDesc, PerBounce};
@@ -23,8 +22,8 @@ use crate::ground::voxelise::samples_per_pixel;
 use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Constant, Image, Recorder};
 use cover::Cover;
-pub use super::ledger::Form;
-pub use settings::{AoMultiplies, Composite, KEYS, Ledger, Opacity, Settings, Voxels};
+pub use crate::settings::Form;
+pub use crate::settings::methods::photons::{AoMultiplies, Composite, Ledger, Opacity, Settings, Voxels};
 pub use volume::PhotonVolume;
 
 pub const PASS_UNITS: &[(&str, PassUnit)] =

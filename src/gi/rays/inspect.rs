@@ -5,7 +5,8 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
-use crate::frame::Frame;
+use crate::gi::Gi;
+use crate::ground::Ground;
 use crate::ground::constants::{constants, with};
 use crate::settings::Settings;
 use crate::vk::{
@@ -17,6 +18,13 @@ use crate::vk::{
 const PIXELS: u32 = 8;
 const RAYS: u32 = 64;
 
+/// A frame of this method, as far as it is looked at.
+#[derive(Clone, Copy)]
+pub struct Inspected<'a> {
+    pub ground: &'a Ground,
+    pub method: &'a dyn Gi,
+}
+
 /// Of a frame of this method.
 pub struct Inspect {
     kept: Compute,
@@ -26,7 +34,7 @@ pub struct Inspect {
     scale: u32,
 }
 
-/// A ray along which diffuse light was gathered. Positions in voxels of the base grid, radiance as stored: [`Frame::scale`] times it.
+/// A ray along which diffuse light was gathered. Positions in voxels of the base grid, radiance as stored: `Frame::scale` times it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct InspectedRay {
@@ -53,7 +61,7 @@ impl Inspect {
     ///
     /// # Errors
     /// A lost device.
-    pub fn new(context: &Arc<Context>, settings: &Settings, frame: &Frame) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, settings: &Settings, frame: Inspected) -> Result<Self> {
         let constants = with(constants(settings, frame.ground.desc.features), frame.method.constants());
         let compute = |label, shader| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
         let made = Self {
@@ -71,7 +79,7 @@ impl Inspect {
     ///
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn kept(&self, context: &Arc<Context>, frame: &Frame, (width, height): (u32, u32)) -> Result<Vec<[f32; 4]>> {
+    pub fn kept(&self, context: &Arc<Context>, frame: Inspected, (width, height): (u32, u32)) -> Result<Vec<[f32; 4]>> {
         let image = Image::new(
             context,
             &ImageDesc {
@@ -86,7 +94,8 @@ impl Inspect {
         )?;
         let groups = [width.div_ceil(PIXELS), height.div_ceil(PIXELS), 1];
         let push = Push { pixel: [0; 2], scale: self.scale };
-        look(context, frame, &self.kept, (Bind::storage_image("kept_light", image.view()), push, groups))?;
+        let look = Look { pass: &self.kept, own: Bind::storage_image("kept_light", image.view()), push, groups };
+        look.run(context, frame)?;
         vk::download_image(context, &image, 0)
     }
 
@@ -94,27 +103,32 @@ impl Inspect {
     ///
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn rays(&self, context: &Arc<Context>, frame: &Frame, pixel: (u32, u32)) -> Result<Vec<InspectedRay>> {
+    pub fn rays(&self, context: &Arc<Context>, frame: Inspected, pixel: (u32, u32)) -> Result<Vec<InspectedRay>> {
         let bytes = u64::from(self.diffuse) * size_of::<InspectedRay>() as u64;
         let buffer = Buffer::new(context, "rays of a pixel", bytes, BufferKind::Device)?;
         let groups = [self.diffuse.div_ceil(RAYS), 1, 1];
         let push = Push { pixel: [pixel.0, pixel.1], scale: self.scale };
-        look(context, frame, &self.rays, (Bind::buffer("inspected", &buffer), push, groups))?;
+        Look { pass: &self.rays, own: Bind::buffer("inspected", &buffer), push, groups }.run(context, frame)?;
         vk::download(context, &buffer)
     }
 }
 
-fn look(
-    context: &Arc<Context>,
-    frame: &Frame,
-    pass: &Compute,
-    (own, push, groups): (Bind<'_>, Push, [u32; 3]),
-) -> Result<()> {
-    let mut binds = frame.ground.image_binds();
-    binds.extend(frame.method.binds(&frame.ground));
-    binds.push(own);
-    let mut r = Recorder::new(context, RecorderOptions::default())?;
-    r.full_barrier(); // the last frame wrote lists and light
-    r.dispatch(pass, &pass.select(&binds), &push, groups);
-    r.finish().map(drop)
+/// A pass that looks at a frame, with what it writes to.
+struct Look<'a> {
+    pass: &'a Compute,
+    own: Bind<'a>,
+    push: Push,
+    groups: [u32; 3],
+}
+
+impl Look<'_> {
+    fn run(&self, context: &Arc<Context>, frame: Inspected) -> Result<()> {
+        let mut binds = frame.ground.image_binds();
+        binds.extend(frame.method.binds(frame.ground));
+        binds.push(self.own.clone());
+        let mut r = Recorder::new(context, RecorderOptions::default())?;
+        r.full_barrier(); // the last frame wrote lists and light
+        r.dispatch(self.pass, &self.pass.select(&binds), &self.push, self.groups);
+        r.finish().map(drop)
+    }
 }

@@ -6,7 +6,6 @@
 //! other ways in every pass, items are lit at other points, and the mean of the passes is the light.
 
 pub mod inspect;
-mod settings;
 
 use super::bounces::{BounceDesc, PerBounce};
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
@@ -17,7 +16,7 @@ use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Recorder, ZoneKind};
 
-pub use settings::{KEYS, Settings};
+pub use crate::settings::methods::rays::Settings;
 
 /// Value of the constant `BOUNCES` for all: more than a ray meets.
 const ALL_BOUNCES: u32 = 64;

@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use super::ImagePassDesc;
 use super::target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageShape, ImageTarget};
-use super::visibility::Visibility;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::layout::{FragmentsPush, PixelsPush};
@@ -52,6 +51,15 @@ pub struct Part<'a> {
     pub band: &'a Band,
     pub first_row: u32,
     pub rows: u32,
+}
+
+/// What fragments are shaded of.
+pub struct FragmentsFrame<'a> {
+    pub target: &'a ImageTarget,
+    /// [`Visibility::bind`](super::visibility::Visibility::bind).
+    pub seen: Bind<'a>,
+    /// What shading binds.
+    pub binds: &'a [Bind<'a>],
 }
 
 impl Fragments {
@@ -102,19 +110,14 @@ impl Fragments {
     }
 
     /// Shades what is seen in some rows of a band.
-    pub fn shade<'a>(
-        &'a self,
-        r: &mut Recorder,
-        (ground, visibility, binds): (&Ground, &Visibility, &[Bind<'_>]),
-        target: &ImageTarget,
-        part: &Part,
-    ) {
+    pub fn shade<'a>(&'a self, r: &mut Recorder, frame: &FragmentsFrame<'_>, part: &Part) {
+        let FragmentsFrame { target, seen, binds } = frame;
         let width = target.width;
         let pixels = PixelsPush { first: part.first_row * width, end: (part.first_row + part.rows) * width };
         r.fill(&self.list, 0, COUNT_BYTES, 0);
         r.full_barrier();
         let mut lists = self.binds().to_vec();
-        lists.push(visibility.bind(ground));
+        lists.push(seen.clone());
         let groups = (pixels.end - pixels.first).div_ceil(GROUP).min(MOST_GROUPS);
         r.dispatch(&self.lister, &lists, &pixels, [groups, 1, 1]);
         r.full_barrier();

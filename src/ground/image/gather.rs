@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::ImagePassDesc;
 use super::target::{Band, DEPTH_FORMAT, ImageTarget};
-use super::visibility::{SEEN_BYTES, Visibility};
+use super::visibility::{SEEN_BYTES, Visibility, VisibilityDesc};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::layout::{BandPush, SharePush};
@@ -143,7 +143,7 @@ impl Gather {
         let (width, height) = (images.extent.width, images.extent.most_rows(target.shape().band_rows()));
         Ok(Self {
             images,
-            visibility: Visibility::new(context, desc, ("gathered visibility", " GATHERED"), (width, height, 1))?,
+            visibility: Visibility::new(context, desc, &VisibilityDesc { gathered: true, width, height, samples: 1 })?,
             gather: Raster::new(context, &gather)?,
             share: Compute::new(
                 context,

@@ -21,10 +21,10 @@ use crate::vk::{
     Bind, Blend, CompareOp, Constant, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget,
     ZoneKind,
 };
-use fragments::{Fragments, Part};
+use fragments::{Fragments, FragmentsFrame, Part};
 use gather::Gather;
 use target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
-use visibility::Visibility;
+use visibility::{Visibility, VisibilityDesc};
 
 /// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
 const MOST_TIMED_BANDS: usize = 100;
@@ -85,7 +85,8 @@ impl ImagePass {
         } else {
             Opaque::Drawn(Raster::new(context, &drawn)?)
         };
-        let size = (target.width, target.shape().band_rows(), settings.samples);
+        let (width, height) = (target.width, target.shape().band_rows());
+        let seen = VisibilityDesc { gathered: false, width, height, samples: settings.samples };
         let with_blending = with(constants.to_vec(), &[("BLENDED", 1u32.into())]);
         let blended = RasterDesc {
             label: "image blended",
@@ -106,7 +107,7 @@ impl ImagePass {
             sky: (features.has(Features::SKY_GRADIENT) || features.has(Features::SKY_MAP))
                 .then(|| Raster::new(context, &sky))
                 .transpose()?,
-            visibility: Visibility::new(context, desc, ("visibility", ""), size)?,
+            visibility: Visibility::new(context, desc, &seen)?,
             opaque,
             blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
             gather: apart.then(|| Gather::new(context, desc, target)).transpose()?,
@@ -152,7 +153,8 @@ impl ImagePass {
         r.in_parts(band.rows, PART_ROWS, |r, rows| {
             let part = Part { band, first_row: rows.start, rows: rows.len() as u32 };
             if let Opaque::Packed(fragments) = &self.opaque {
-                fragments.shade(r, (ground, &self.visibility, &binds), target, &part);
+                let frame = FragmentsFrame { target, seen: self.visibility.bind(ground), binds: &binds };
+                fragments.shade(r, &frame, &part);
             }
             let area = Rect { x: 0, y: part.first_row as i32, width: target.width, height: part.rows };
             let colors = target.colors(sky);

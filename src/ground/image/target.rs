@@ -84,7 +84,7 @@ pub struct ImageShape {
 
 impl ImageShape {
     /// `triangles`: of the scene.
-    pub fn new(settings: &ImageSettings, (size, outputs): ((u32, u32), usize), triangles: u32) -> Self {
+    pub fn new(settings: &ImageSettings, size: (u32, u32), outputs: usize, triangles: u32) -> Self {
         let (width, height) = size;
         Self { width, height, samples: settings.samples, outputs, packed: settings.shading.packs(size, triangles) }
     }

@@ -24,17 +24,22 @@ pub struct Visibility {
     pass: Raster,
 }
 
+/// What to make a [`Visibility`] of.
+pub struct VisibilityDesc {
+    /// Of the pixels that light is gathered at, and not of the image.
+    pub gathered: bool,
+    pub width: u32,
+    pub height: u32,
+    /// Per pixel.
+    pub samples: u32,
+}
+
 impl Visibility {
-    /// `form`: of the shader, behind its name.
-    ///
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(
-        context: &Arc<Context>,
-        desc: &ImagePassDesc,
-        (label, form): (&str, &str),
-        (width, height, samples): (u32, u32, u32),
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, of: &VisibilityDesc) -> Result<Self> {
+        let VisibilityDesc { gathered, width, height, samples } = *of;
+        let (label, form) = if gathered { ("gathered visibility", " GATHERED") } else { ("visibility", "") };
         let masked = if desc.features.has(Features::MASK) { " MASKED" } else { "" };
         let pass = RasterDesc {
             label,

@@ -15,7 +15,7 @@ pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> 
     for (index, source) in data.document.animations.iter().enumerate() {
         let mut animation = Animation { name: source.name.clone(), ..Animation::default() };
         for channel in &source.channels {
-            match load_channel(data, tree, scene, (index, channel))? {
+            match load_channel(data, tree, scene, ChannelOf { animation: index, source: channel })? {
                 Some(Loaded::Transform(channel)) => {
                     animation.duration = animation.duration.max(channel.times.last().copied().unwrap_or(0.0));
                     make_animatable(&mut scene.nodes[channel.node].local);
@@ -47,12 +47,19 @@ enum Loaded {
     Weights(WeightChannel),
 }
 
-/// One channel of animation number `animation`; `None` if it is left out.
+/// A channel as the file has it, and the number of its animation.
+#[derive(Clone, Copy)]
+struct ChannelOf<'a> {
+    animation: usize,
+    source: &'a document::Channel,
+}
+
+/// One channel; `None` if it is left out.
 fn load_channel(
     data: &Data,
     tree: &Tree,
     scene: &Scene,
-    (animation, source): (usize, &document::Channel),
+    ChannelOf { animation, source }: ChannelOf,
 ) -> Result<Option<Loaded>, Problem> {
     let samplers = &data.document.animations[animation].samplers;
     let sampler = samplers.get(source.sampler).ok_or_else(|| missing("animation sampler", source.sampler))?;

@@ -50,7 +50,7 @@ pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
         })
     })?;
     let file = File::open(path).map_err(failed)?;
-    parts(path, (Box::new(file), length), need)
+    parts(path, Part { file: Box::new(file), bytes: length }, need)
 }
 
 /// Standard input, whose length is not known before its end: no more than fits into memory is read.
@@ -74,10 +74,11 @@ fn standard_input(path: &Path, need: &mut Need) -> Result<Container, Error> {
 pub fn held(path: &Path, bytes: Vec<u8>, need: &mut Need) -> Result<Container, Error> {
     let length = bytes.len() as u64;
     need.add(Kind::Bytes, length, 1);
-    parts(path, (Box::new(Cursor::new(bytes)), length), need)
+    parts(path, Part { file: Box::new(Cursor::new(bytes)), bytes: length }, need)
 }
 
-fn parts(path: &Path, (mut file, length): (Box<dyn Content>, u64), need: &mut Need) -> Result<Container, Error> {
+fn parts(path: &Path, whole: Part, need: &mut Need) -> Result<Container, Error> {
+    let Part { mut file, bytes: length } = whole;
     let problem = |problem| Error::file(path, problem);
     let failed = |e: std::io::Error| problem(unreadable(&e));
     let mut start = Vec::new();

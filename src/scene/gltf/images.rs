@@ -299,11 +299,13 @@ impl Images<'_> {
         let halvings: Vec<u32> =
             self.opened.iter().map(|opened| opened.as_ref().map_or(0, |image| self.halvings(image.size))).collect();
         let halved = halvings.iter().filter(|times| **times > 0).count();
-        let plan = |index| {
+        let space = |index| {
             let color = of_colors.contains(&(index, ColorSpace::Srgb));
-            (halvings[index], if color { ColorSpace::Srgb } else { ColorSpace::Linear })
+            if color { ColorSpace::Srgb } else { ColorSpace::Linear }
         };
-        let decode = |(index, opened): (usize, Result<Opened, Problem>)| opened.and_then(|o| o.decode(plan(index)));
+        let decode = |(index, opened): (usize, Result<Opened, Problem>)| {
+            opened.and_then(|image| image.decode(halvings[index], space(index)))
+        };
         let decoded: Vec<_> = self.opened.into_par_iter().enumerate().map(decode).collect();
         if let Some(most) = self.most.filter(|_| halved > 0) {
             document.warn(format!(
@@ -358,7 +360,7 @@ fn slots_mut(m: &mut Material) -> impl Iterator<Item = &mut Option<TextureRef>> 
 
 impl Opened<'_> {
     /// The image, so often halved in that colour space, the hash of its bytes, and whether it has 16 bits per channel.
-    fn decode(self, (halvings, space): (u32, ColorSpace)) -> Result<(Image, blake3::Hash, bool), Problem> {
+    fn decode(self, halvings: u32, space: ColorSpace) -> Result<(Image, blake3::Hash, bool), Problem> {
         let (mut image, deep) = self.texels()?;
         if halvings > 0 {
             let level = MipChain::new(&image, space).levels.swap_remove(halvings as usize);

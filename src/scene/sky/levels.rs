@@ -63,7 +63,7 @@ impl Rows {
         let fine = texels.height >= height && texels.width >= width;
         let texel = |x: usize, y: usize| {
             if fine {
-                return texels.block_mean((x, width), (y, height), most).as_dvec3();
+                return texels.block_mean([x, y], [width, height], most).as_dvec3();
             }
             texels.at([(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32], most).as_dvec3()
         };

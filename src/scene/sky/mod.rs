@@ -199,10 +199,11 @@ impl Texels<'_> {
         (0..self.height).map(|y| row(y) * self.solid_angle(y)).sum::<DVec3>() / (2.0 * TAU)
     }
 
-    /// Mean of the texels in one of so many columns and one of so many rows, dimmed to `most`.
-    fn block_mean(&self, (x, columns): (usize, usize), (y, rows): (usize, usize), most: f32) -> Vec3 {
-        let part = |index: usize, parts: usize, size: usize| index * size / parts..(index + 1) * size / parts;
-        let (across, down) = (part(x, columns, self.width), part(y, rows, self.height));
+    /// Mean of the texels of a block, the `place` (x, y) of so many `blocks` across and down, dimmed to `most`.
+    fn block_mean(&self, place: [usize; 2], blocks: [usize; 2], most: f32) -> Vec3 {
+        let part =
+            |axis: usize, size: usize| place[axis] * size / blocks[axis]..(place[axis] + 1) * size / blocks[axis];
+        let (across, down) = (part(0, self.width), part(1, self.height));
         let count = across.len() * down.len();
         let texels = down.flat_map(|y| across.clone().map(move |x| self.dimmed(x, y, most)));
         texels.sum::<Vec3>() / count as f32

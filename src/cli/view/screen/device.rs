@@ -50,7 +50,8 @@ pub fn instance(
 /// The device that makes the frames, where it presents too, else the first one that presents.
 pub fn choose(
     instance: &ash::Instance,
-    (functions, surface): (&khr::surface::Instance, vk::SurfaceKHR),
+    functions: &khr::surface::Instance,
+    surface: vk::SurfaceKHR,
     name: &str,
 ) -> anyhow::Result<(vk::PhysicalDevice, u32)> {
     // SAFETY: the instance is alive, as is the surface.

@@ -83,7 +83,7 @@ impl Screen {
         // SAFETY: the window outlives the screen.
         let surface =
             unsafe { ash_window::create_surface(&entry, &instance, display, window.window_handle()?.as_raw(), None) }?;
-        let (physical, family) = device::choose(&instance, (&surface_functions, surface), device_name)?;
+        let (physical, family) = device::choose(&instance, &surface_functions, surface, device_name)?;
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
         let mut vulkan_13 =
             vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
@@ -241,7 +241,7 @@ impl Screen {
             self.device.queue_submit(self.queue, &[submit], self.fence)?;
             self.device.wait_for_fences(&[self.fence], true, u64::MAX)?;
             self.device.reset_fences(&[self.fence])?;
-            let grabbed = staging.map(|staging| self.read_grab(staging)).transpose()?;
+            let grabbed = staging.map(|(buffer, memory)| self.read_grab(buffer, memory)).transpose()?;
             let (swapchains, indices) = ([handle], [index]);
             let present =
                 vk::PresentInfoKHR::default().wait_semaphores(&signals).swapchains(&swapchains).image_indices(&indices);

@@ -108,7 +108,7 @@ impl Screen {
         Ok((buffer, memory))
     }
 
-    pub(super) fn read_grab(&self, (buffer, memory): (vk::Buffer, Allocation)) -> anyhow::Result<Picture> {
+    pub(super) fn read_grab(&self, buffer: vk::Buffer, memory: Allocation) -> anyhow::Result<Picture> {
         let vk::Extent2D { width, height } = self.swapchain.extent;
         let bytes = width as usize * height as usize * 4;
         let mut rgba = memory.mapped_slice().context("memory that is not mapped")?[..bytes].to_vec();

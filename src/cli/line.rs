@@ -1,0 +1,257 @@
+//! What long work is at, on standard error: on a terminal one line that is rewritten, otherwise a line every ten seconds.
+
+pub mod course;
+
+use std::io::{IsTerminal, Write};
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
+use std::time::{Duration, Instant};
+
+use twobounce::vk::Step;
+
+use course::{Course, Left};
+
+/// How often the line is written again where there is no terminal, and on one.
+const EVERY: Duration = Duration::from_secs(10);
+const EVERY_ON_TERMINAL: Duration = Duration::from_millis(200);
+/// Work that takes less shows nothing on a terminal.
+const SHORT: Duration = Duration::from_millis(500);
+/// Characters: a longer line would wrap, and could not be rewritten.
+const WIDTH: usize = 79;
+
+static LINE: Mutex<Line> = Mutex::new(Line { quiet: false, work: None, on_terminal: false });
+
+struct Line {
+    quiet: bool,
+    work: Option<Shown>,
+    /// Whether a terminal shows it now.
+    on_terminal: bool,
+}
+
+/// The work under way.
+struct Shown {
+    began: Instant,
+    written: Instant,
+    text: String,
+    /// How long the work still takes, as far as that is known, and since when.
+    left: Option<(Instant, Duration)>,
+    pass: Option<Pass>,
+    frame: Option<Frame>,
+}
+
+/// A frame of a run.
+struct Frame {
+    course: Course,
+    /// Frames that come after it.
+    after: u32,
+    /// What those before it took in the mean.
+    mean: Option<Duration>,
+}
+
+struct Pass {
+    name: &'static str,
+    share: f64,
+    began: Instant,
+    /// When its share was this.
+    at: Instant,
+}
+
+/// Work under way; the line goes when this is dropped.
+pub struct Work(());
+
+impl Work {
+    pub fn begin(text: &str) -> Self {
+        static WRITER: Once = Once::new();
+        WRITER.call_once(|| drop(std::thread::spawn(write_now_and_then)));
+        let (began, text) = (Instant::now(), text.to_owned());
+        line().work = Some(Shown { began, written: began, text, left: None, pass: None, frame: None });
+        Self(())
+    }
+
+    /// What it is at, and how long it still takes.
+    pub fn is_at(&self, text: String, left: Option<Duration>) {
+        let (mut line, now) = (line(), Instant::now());
+        // Other work in between took the line along when it ended.
+        let shown = Shown { began: now, written: now, text: String::new(), left: None, pass: None, frame: None };
+        let work = line.work.get_or_insert(shown);
+        (work.text, work.pass, work.frame) = (text, None, None);
+        work.left = left.map(|left| (now, left));
+    }
+
+    /// Begins a frame of a run: how many come after it, and what those before it took in the mean. `bands`: see
+    /// [`twobounce::renderer::Renderer::bands`].
+    pub fn frame(&self, bands: (u32, u32), after: u32, mean: Option<Duration>) {
+        let frame = Frame { course: Course::new(Instant::now(), bands.0, bands.1), after, mean };
+        if let Some(work) = &mut line().work {
+            work.frame = Some(frame);
+        }
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        clear();
+        line().work = None;
+    }
+}
+
+/// Says nothing from now on.
+pub fn be_quiet(quiet: bool) {
+    line().quiet = quiet;
+}
+
+/// Takes the line off the terminal, before something else is written there.
+pub fn clear() {
+    let mut line = line();
+    if std::mem::take(&mut line.on_terminal) {
+        let _ = write!(std::io::stderr(), "\r\x1b[K");
+    }
+}
+
+/// Shows how far a frame's passes are.
+pub fn step(step: Step) {
+    if let Some(work) = &mut line().work {
+        work.step(step, Instant::now());
+    }
+}
+
+fn line() -> MutexGuard<'static, Line> {
+    LINE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn write_now_and_then() {
+    let terminal = std::io::stderr().is_terminal();
+    loop {
+        std::thread::sleep(EVERY_ON_TERMINAL);
+        let mut line = line();
+        let quiet = line.quiet;
+        let Some(work) = line.work.as_mut().filter(|_| !quiet) else { continue };
+        if let Some(text) = work.due(Instant::now(), terminal) {
+            let _ = std::io::stderr().write_all(text.as_bytes());
+            line.on_terminal = terminal;
+        }
+    }
+}
+
+impl Shown {
+    fn step(&mut self, step: Step, now: Instant) {
+        if let Some(frame) = &mut self.frame {
+            frame.course.step(step, now);
+        }
+        let began = self.pass.as_ref().filter(|pass| pass.name == step.pass && step.share > 0.0);
+        let began = began.map_or(now, |pass| pass.began);
+        self.pass = Some(Pass { name: step.pass, share: step.share, began, at: now });
+    }
+
+    /// What is to be written now, if anything.
+    fn due(&mut self, now: Instant, terminal: bool) -> Option<String> {
+        let due = if terminal { now - self.began >= SHORT } else { now - self.written >= EVERY };
+        due.then(|| {
+            self.written = now;
+            let text: String = self.words(now).chars().take(WIDTH).collect();
+            if terminal { format!("\r\x1b[K{text}") } else { format!("twobounce: {text}\n") }
+        })
+    }
+
+    fn words(&self, now: Instant) -> String {
+        let mut words = self.text.clone();
+        if let Some(pass) = &self.pass {
+            let band = self.frame.as_ref().and_then(|frame| frame.course.band(pass.name));
+            let band = band.map_or(String::new(), |band| band + ",");
+            words += &format!(": {}{band} {:.0} %", pass.name, 100.0 * pass.share);
+        }
+        let own = self.left.map(|(since, left)| Left { time: left.saturating_sub(now - since), at_least: false });
+        if let Some(left) = own.or_else(|| self.frame.as_ref()?.left(now)) {
+            words + &format!(", {}{} left", if left.at_least { "at least " } else { "" }, duration(left.time))
+        } else {
+            let left = self.pass.as_ref().and_then(|pass| pass.left(now));
+            words + &left.map_or(String::new(), |left| format!(", {} left of this pass", duration(left)))
+        }
+    }
+}
+
+impl Frame {
+    /// Of it and of those after it.
+    fn left(&self, now: Instant) -> Option<Left> {
+        let spent = self.course.spent(now);
+        let of_mean = || Some(Left { time: self.mean?.saturating_sub(spent), at_least: false });
+        // What frames took before is known better than what an image takes beyond its first pass.
+        let whole = self.course.left(now).filter(|left| !left.at_least || self.mean.is_none());
+        let left = whole.or_else(of_mean)?;
+        let each = self.mean.unwrap_or(spent + left.time);
+        Some(Left { time: left.time + self.after * each, ..left })
+    }
+}
+
+impl Pass {
+    /// How long it still takes if the rest takes as long as what is done; unknown at its beginning and of too little.
+    fn left(&self, now: Instant) -> Option<Duration> {
+        let spent = self.at - self.began;
+        let known = (0.01..1.0).contains(&self.share) && !spent.is_zero();
+        known.then(|| spent.mul_f64((1.0 - self.share) / self.share).saturating_sub(now - self.at))
+    }
+}
+
+/// Such as `40 s`, `3 min 20 s` or `2 h 5 min`.
+pub fn duration(time: Duration) -> String {
+    match time.as_secs_f64().round() as u64 {
+        seconds @ 0..60 => format!("{seconds} s"),
+        seconds @ 60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
+        seconds => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+/// How long the rest takes if it takes as long as all before, which `spent` went into. The latest alone would say less: rows
+/// alternate between scenes, and one takes ten times as long as another.
+pub fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
+    (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_takes_as_long_as_rows_took_in_the_mean() {
+        let spent = Duration::from_secs(60);
+        assert_eq!([0, 3, 12].map(|done| left(spent, done, 12)), [None, Some(3 * spent), None]);
+    }
+
+    #[test]
+    fn a_line_says_what_is_done_and_what_is_left() {
+        let began = Instant::now();
+        let at = |seconds| began + Duration::from_secs(seconds);
+        let mut work = Shown { began, written: began, text: "duck".into(), left: None, pass: None, frame: None };
+        assert_eq!(work.due(at(0), true), None, "nothing at once");
+        assert_eq!(work.due(at(9), false), None, "nothing before ten seconds without a terminal");
+        work.step(Step { pass: "gather", turn: 0, share: 0.0 }, at(2));
+        work.step(Step { pass: "gather", turn: 0, share: 0.25 }, at(4));
+        assert_eq!(work.due(at(5), true).as_deref(), Some("\r\x1b[Kduck: gather 25 %, 5 s left of this pass"));
+        assert_eq!(work.due(at(5), false), None, "the last line is younger than ten seconds");
+        work.left = Some((at(4), Duration::from_secs(125)));
+        assert_eq!(work.due(at(15), false).as_deref(), Some("twobounce: duck: gather 25 %, 1 min 54 s left\n"));
+        work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(16));
+        work.left = None;
+        assert_eq!(work.words(at(16)), "duck: image 50 %", "one look tells no speed");
+    }
+
+    #[test]
+    fn frames_after_this_one_take_as_long() {
+        let began = Instant::now();
+        let at = |seconds| began + Duration::from_secs(seconds);
+        let course = |since| Some(Course::new(at(since), 4, 1));
+        let text = "duck, frame 1 of 3".to_owned();
+        let frame = course(0).map(|course| Frame { course, after: 2, mean: None });
+        let mut work = Shown { began, written: began, text, left: None, pass: None, frame };
+        work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(1));
+        assert_eq!(work.words(at(1)), "duck, frame 1 of 3: image 1 of 4, 50 %, 23 s left");
+        work.frame = course(10).map(|course| Frame { course, after: 1, mean: Some(Duration::from_secs(10)) });
+        work.pass = None;
+        assert_eq!(work.words(at(12)), "duck, frame 1 of 3, 18 s left", "before the image the mean tells");
+    }
+
+    #[test]
+    fn durations_are_read_at_a_glance() {
+        let words = [0.2, 59.4, 60.0, 3599.0, 7500.0].map(|s| duration(Duration::from_secs_f64(s)));
+        assert_eq!(words, ["0 s", "59 s", "1 min 0 s", "59 min 59 s", "2 h 5 min"]);
+    }
+}

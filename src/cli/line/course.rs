@@ -1,0 +1,116 @@
+//! How long a frame still takes. What comes after the light is known: the passes over the image, band after band of rows.
+
+use std::time::{Duration, Instant};
+
+use twobounce::vk::Step;
+
+/// The passes over the image, in their order: what comes after the light. A method may have the second one alone.
+pub const IMAGE_PASSES: [&str; 2] = ["gather", "image"];
+
+/// A frame on its way.
+pub struct Course {
+    began: Instant,
+    /// Bands of an image, and images that its mean is of.
+    bands: u32,
+    images: u32,
+    /// The image under way, from 0.
+    image: u32,
+    /// The last look: when, and at which band.
+    at: Instant,
+    band: u32,
+    /// Of each pass: bands that are done, in all images, and the time that they took.
+    done: [(f64, Duration); 2],
+}
+
+/// What is left of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Left {
+    pub time: Duration,
+    /// Whether something comes besides that is not known yet.
+    pub at_least: bool,
+}
+
+impl Course {
+    pub fn new(began: Instant, bands: u32, images: u32) -> Self {
+        Self { began, bands, images, image: 0, at: began, band: 0, done: [(0.0, Duration::ZERO); 2] }
+    }
+
+    /// A submission ended.
+    pub fn step(&mut self, step: Step, now: Instant) {
+        let spent = now - self.at;
+        self.at = now;
+        let Some(pass) = IMAGE_PASSES.iter().position(|name| *name == step.pass) else { return };
+        // Another image begins with its first band again.
+        self.image = (self.image + u32::from(step.turn < self.band)).min(self.images - 1);
+        self.band = step.turn;
+        let (done, took) = &mut self.done[pass];
+        (*done, *took) = (f64::from(self.image * self.bands + step.turn) + step.share, *took + spent);
+    }
+
+    /// The band of the pass under way, where there are several.
+    pub fn band(&self, pass: &str) -> Option<String> {
+        let all = self.bands * self.images;
+        let shown = all > 1 && IMAGE_PASSES.contains(&pass);
+        shown.then(|| format!(" {} of {all}", (self.image * self.bands + self.band + 1).min(all)))
+    }
+
+    /// How long the frame takes altogether if bands take as long as those before; unknown before the image.
+    pub fn left(&self, now: Instant) -> Option<Left> {
+        let all = f64::from(self.bands * self.images);
+        let known = self.done.map(|(done, took)| (done > 0.01 && !took.is_zero()).then_some((done, took)));
+        let rest = known.iter().flatten().map(|(done, took)| took.mul_f64((all / done - 1.0).max(0.0)));
+        let rest = rest.sum::<Duration>().saturating_sub(now - self.at);
+        known.iter().any(Option::is_some).then_some(Left { time: rest, at_least: known[1].is_none() })
+    }
+
+    pub fn spent(&self, now: Instant) -> Duration {
+        now - self.began
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_tell_what_is_left_of_a_frame() {
+        let began = Instant::now();
+        let at = |seconds| began + Duration::from_secs(seconds);
+        let step = |pass, turn, share| Step { pass, turn, share };
+        let left = |course: &Course, seconds| {
+            course.left(at(seconds)).map(|left| (left.time.as_secs_f64().round() as u64, left.at_least))
+        };
+        let mut course = Course::new(began, 4, 1);
+        course.step(step("shade 1", 0, 0.5), at(8));
+        assert_eq!(left(&course, 8), None, "the light tells nothing of the image");
+        // Gathering takes 10 seconds a band, the image 3.
+        course.step(step("gather", 0, 0.0), at(10));
+        course.step(step("gather", 0, 0.5), at(15));
+        // Two seconds of light are taken for gathering's: as far as the first look at it tells.
+        assert_eq!(left(&course, 15), Some((49, true)));
+        assert_eq!(left(&course, 18), Some((46, true)), "time passes between looks");
+        course.step(step("gather", 0, 1.0), at(20));
+        course.step(step("image", 0, 1.0), at(23));
+        assert_eq!(left(&course, 23), Some((3 * 12 + 3 * 3, false)));
+        assert_eq!(course.band("image").as_deref(), Some(" 1 of 4"));
+        // A submission may end two bands later.
+        course.step(step("gather", 3, 0.0), at(46));
+        assert_eq!(course.band("gather").as_deref(), Some(" 4 of 4"));
+        course.step(step("gather", 3, 1.0), at(56));
+        course.step(step("image", 3, 1.0), at(59));
+        assert_eq!(left(&course, 59), Some((0, false)));
+    }
+
+    #[test]
+    fn images_of_a_mean_come_one_after_another() {
+        let began = Instant::now();
+        let mut course = Course::new(began, 2, 3);
+        let looks = [(0, 0.5), (0, 1.0), (1, 1.0), (0, 1.0), (1, 1.0)];
+        for (i, (turn, share)) in looks.into_iter().enumerate() {
+            course.step(Step { pass: "image", turn, share }, began + Duration::from_secs(2 * i as u64 + 2));
+        }
+        let now = began + Duration::from_secs(10);
+        assert_eq!(course.left(now), Some(Left { time: Duration::from_secs(5), at_least: false }));
+        assert_eq!(course.band("image").as_deref(), Some(" 4 of 6"));
+    }
+}

@@ -1,0 +1,278 @@
+//! How far a frame's light has come: one state machine for the frame, the renderer, the host and the window. It is told of changes,
+//! passes and measurements, and says what the next pass does. A table in `ARCHITECTURE.md` names its states.
+
+/// With `bounces = all`: passes after which light counts as settled. A closed room that loses nothing never settles.
+pub const MOST_SETTLING: u32 = 64;
+
+/// With `bounces = all`: the share of all light by which one pass may still differ from the one before it.
+pub const SETTLED: f64 = 1e-3;
+
+/// How far the light has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightState {
+    /// The method holds no light: the next pass starts without the light of passes before it.
+    Unlit,
+    /// The next pass lights what changed, or feedback still adds bounces. `passes` were made since something last changed.
+    Settling { passes: u32 },
+    /// Feedback has settled: each further pass enters a mean, which has `passes` by now.
+    Averaging { passes: u32 },
+    /// Further passes would change nothing until something changes in the scene.
+    Whole,
+}
+
+/// What decides the way through the states.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LightRules {
+    /// Each pass goes on from the light of the one before: `bounces = all` with a method that feeds back.
+    pub feeds: bool,
+    /// Passes of the mean, after which the light stays; absent, every pass after settling enters the mean.
+    pub mean_passes: Option<u32>,
+    /// The caller makes passes until the first light is whole, and measures it after each: a renderer does, a host does not.
+    pub waits: bool,
+}
+
+/// The state, and the wait for the first light that is whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightProgress {
+    rules: LightRules,
+    state: LightState,
+    /// Whether the first light is still waited for.
+    awaited: bool,
+    /// Passes made during that wait.
+    awaited_passes: u32,
+    /// Measurements since the light was made first, and the last one.
+    measurements: u32,
+    last: Vec<f64>,
+}
+
+impl LightProgress {
+    pub fn new(rules: LightRules) -> Self {
+        let awaited = rules.feeds && rules.waits;
+        Self { rules, state: LightState::Unlit, awaited, awaited_passes: 0, measurements: 0, last: Vec::new() }
+    }
+
+    pub fn state(&self) -> LightState {
+        self.state
+    }
+
+    /// The light is gone, or shall not be gone on from: the next pass starts without it.
+    pub fn forget(&mut self) {
+        *self = Self::new(self.rules);
+    }
+
+    /// Something changed that shows in the light. Light that was waited for is still waited for; light that was whole is brought
+    /// along by one pass a frame.
+    pub fn changed(&mut self) {
+        if self.state != LightState::Unlit {
+            self.state = LightState::Settling { passes: 0 };
+        }
+    }
+
+    /// Whether the next frame makes a pass over the light.
+    pub fn needs_pass(&self) -> bool {
+        self.state != LightState::Whole
+    }
+
+    /// Whether the next pass goes on from the light of the one before.
+    pub fn has_history(&self) -> bool {
+        self.rules.feeds && self.state != LightState::Unlit
+    }
+
+    /// The number of the next pass in the mean, from 1 on; 0 before feedback has settled. Random directions stay as they are until
+    /// then: a mean of light that still grows would be too dark.
+    pub fn mean_pass(&self) -> u32 {
+        if let LightState::Averaging { passes } = self.state { passes + 1 } else { 0 }
+    }
+
+    /// A pass over the light was recorded.
+    pub fn passed(&mut self) {
+        self.awaited_passes += u32::from(self.awaited);
+        self.state = match self.state {
+            _ if !self.rules.feeds => LightState::Whole,
+            LightState::Unlit => LightState::Settling { passes: 1 },
+            LightState::Settling { passes } if passes < MOST_SETTLING => LightState::Settling { passes: passes + 1 },
+            LightState::Settling { .. } => LightState::Averaging { passes: 0 },
+            LightState::Averaging { passes } => LightState::Averaging { passes: passes.saturating_add(1) },
+            LightState::Whole => LightState::Whole,
+        };
+        self.end();
+    }
+
+    /// Whether [`Self::measured`] is to be called after the next pass, or after the one that was just made.
+    pub fn is_measured(&self) -> bool {
+        self.awaited && matches!(self.state, LightState::Unlit | LightState::Settling { .. })
+    }
+
+    /// `light`: all light after the last pass, coarsely. It has settled when it differs little from that of the pass before, or after
+    /// [`MOST_SETTLING`] passes.
+    pub fn measured(&mut self, light: Vec<f64>) {
+        self.measurements += 1;
+        let before = std::mem::replace(&mut self.last, light);
+        if self.measurements == 1 {
+            return;
+        }
+        let change: f64 = self.last.iter().zip(&before).map(|(a, b)| (a - b).abs()).sum();
+        let is_settled = change <= SETTLED * self.last.iter().sum::<f64>() || self.measurements >= MOST_SETTLING;
+        if is_settled && let LightState::Settling { .. } = self.state {
+            self.state = LightState::Averaging { passes: 0 };
+            self.end();
+        }
+    }
+
+    /// Ends the mean once it has all its passes, and the wait once no pass is missing.
+    fn end(&mut self) {
+        if let (LightState::Averaging { passes }, Some(all)) = (self.state, self.rules.mean_passes)
+            && passes >= all
+        {
+            self.state = LightState::Whole;
+        }
+        let goes_on_forever = matches!(self.state, LightState::Averaging { .. }) && self.rules.mean_passes.is_none();
+        if goes_on_forever || self.state == LightState::Whole {
+            self.awaited = false;
+        }
+    }
+
+    /// Whether passes are still to be made before an image shows the light as the settings ask for it.
+    pub fn is_awaited(&self) -> bool {
+        self.awaited
+    }
+
+    /// Passes made while the light was waited for.
+    pub fn awaited_passes(&self) -> u32 {
+        self.awaited_passes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LightState::{Averaging, Settling, Unlit, Whole};
+    use super::*;
+
+    fn progress(feeds: bool, mean_passes: Option<u32>, waits: bool) -> LightProgress {
+        LightProgress::new(LightRules { feeds, mean_passes, waits })
+    }
+
+    #[test]
+    fn light_without_feedback_is_whole_after_one_pass() {
+        let mut light = progress(false, Some(8), true);
+        assert!(light.needs_pass() && !light.is_awaited() && !light.is_measured());
+        light.passed();
+        assert_eq!((light.state(), light.has_history(), light.awaited_passes()), (Whole, false, 0));
+        light.changed();
+        assert_eq!((light.state(), light.needs_pass()), (Settling { passes: 0 }, true));
+        light.passed();
+        assert_eq!((light.state(), light.needs_pass()), (Whole, false));
+    }
+
+    #[test]
+    fn a_host_averages_after_the_most_passes() {
+        let mut light = progress(true, Some(3), false);
+        let mut numbers = Vec::new();
+        while light.needs_pass() {
+            assert!(!light.is_awaited() && !light.is_measured());
+            numbers.push((light.has_history(), light.mean_pass()));
+            light.passed();
+        }
+        // One pass without light before it, those that settle, those of the mean.
+        let settling = MOST_SETTLING as usize + 1;
+        assert_eq!(numbers.len(), settling + 3);
+        assert_eq!(numbers[..2], [(false, 0), (true, 0)]);
+        assert!(numbers[1..settling].iter().all(|pass| *pass == (true, 0)));
+        assert_eq!(numbers[settling..], [(true, 1), (true, 2), (true, 3)]);
+        assert_eq!(light.state(), Whole);
+    }
+
+    #[test]
+    fn measured_light_settles_when_it_changes_little() {
+        let mut light = progress(true, Some(2), true);
+        for sum in [1.0, 1.5, 1.6] {
+            assert!(light.is_measured() && light.is_awaited());
+            light.passed();
+            assert!(light.is_measured());
+            light.measured(vec![sum, sum]);
+        }
+        assert_eq!(light.state(), Settling { passes: 3 });
+        light.passed();
+        light.measured(vec![1.6, 1.6 + 3.3 * SETTLED]);
+        assert_eq!((light.state(), light.mean_pass()), (Settling { passes: 4 }, 0), "a little more than the share");
+        light.passed();
+        light.measured(vec![1.6, 1.6]);
+        assert_eq!((light.state(), light.is_awaited(), light.mean_pass()), (Settling { passes: 5 }, true, 0));
+        light.passed();
+        light.measured(vec![1.6, 1.6]);
+        assert_eq!((light.state(), light.is_awaited(), light.mean_pass()), (Averaging { passes: 0 }, true, 1));
+        assert!(!light.is_measured());
+        light.passed();
+        assert_eq!((light.state(), light.is_awaited()), (Averaging { passes: 1 }, true));
+        light.passed();
+        assert_eq!((light.state(), light.is_awaited(), light.needs_pass()), (Whole, false, false));
+        assert_eq!(light.awaited_passes(), 8);
+    }
+
+    #[test]
+    fn light_that_never_settles_is_waited_for_so_long() {
+        let mut light = progress(true, Some(0), true);
+        let mut sum = 1.0;
+        while light.is_awaited() {
+            light.passed();
+            light.measured(vec![sum]);
+            sum *= 2.0;
+        }
+        assert_eq!((light.state(), light.awaited_passes()), (Whole, MOST_SETTLING));
+    }
+
+    #[test]
+    fn without_a_number_of_passes_the_mean_goes_on_and_nobody_waits() {
+        let mut light = progress(true, None, true);
+        for _ in 0..2 {
+            light.passed();
+            light.measured(vec![1.0]);
+        }
+        assert_eq!((light.state(), light.is_awaited(), light.needs_pass()), (Averaging { passes: 0 }, false, true));
+        light.passed();
+        assert_eq!((light.state(), light.mean_pass(), light.awaited_passes()), (Averaging { passes: 1 }, 2, 2));
+    }
+
+    #[test]
+    fn whole_light_is_brought_along_and_forgotten_light_is_waited_for() {
+        let mut light = progress(true, Some(1), true);
+        while light.is_awaited() {
+            light.passed();
+            if light.is_measured() {
+                light.measured(vec![1.0]);
+            }
+        }
+        let passes = light.awaited_passes();
+        light.changed();
+        assert_eq!((light.state(), light.has_history(), light.is_awaited()), (Settling { passes: 0 }, true, false));
+        light.passed();
+        assert_eq!((light.state(), light.awaited_passes()), (Settling { passes: 1 }, passes));
+        light.forget();
+        assert_eq!((light.state(), light.has_history(), light.is_awaited()), (Unlit, false, true));
+        light.changed();
+        assert_eq!(light.state(), Unlit, "there is nothing to go on from");
+        light.passed();
+        light.measured(vec![5.0]);
+        assert_eq!((light.state(), light.awaited_passes()), (Settling { passes: 1 }, 1), "nothing to compare with");
+    }
+
+    #[test]
+    fn a_change_while_light_is_waited_for_settles_again() {
+        let mut light = progress(true, Some(9), true);
+        for _ in 0..3 {
+            light.passed();
+            if light.is_measured() {
+                light.measured(vec![1.0]);
+            }
+        }
+        assert_eq!(light.state(), Averaging { passes: 1 });
+        light.changed();
+        assert!(light.is_awaited() && light.is_measured());
+        light.passed();
+        light.measured(vec![2.0]);
+        assert_eq!(light.state(), Settling { passes: 1 });
+        light.passed();
+        light.measured(vec![2.0]);
+        assert_eq!((light.state(), light.is_awaited()), (Averaging { passes: 0 }, true));
+    }
+}

@@ -1,0 +1,65 @@
+//! What a method asks of the ground, and what it shows of its light.
+
+use super::grid::GridPlace;
+use crate::vk::{Buffer, Image};
+
+/// Numbers that show, coarsely, all light that a method holds.
+pub enum CoarseLight<'a> {
+    /// Red, green and blue of a level of an RGBA16F image.
+    Image(&'a Image, u32),
+    /// The same of an RGBA32F image.
+    Full(&'a Image),
+    /// Whole numbers of 64 bits.
+    Sums(&'a Buffer),
+}
+
+/// What a method asks of the ground. The ground makes nothing that is not asked for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wants {
+    /// The lists of the base grid,
+    pub lists: bool,
+    /// of what the dilated triangles touch: more than the triangles do;
+    pub dilated: bool,
+    /// or of the voxels into which samples of a multisampled raster fall, so many a pixel: fewer. With
+    /// [`Wants::item_samples`], which the ground then counts.
+    pub sampled: Option<u32>,
+    /// Exact rays, through a tree of boxes about the triangles.
+    pub rays: bool,
+    /// Lists of its occupied cells, level by level,
+    pub cells: bool,
+    /// and those of the lists before: what was filled there is emptied.
+    pub last_cells: bool,
+    /// Boxes of finer voxels within the base grid, where it would not hold the scene.
+    pub nested: bool,
+    /// List items lit, one by one,
+    pub lit_items: bool,
+    /// one for all that are alike,
+    pub alike: bool,
+    /// and two where another surface cuts the part of an item that is lit.
+    pub split: bool,
+    /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them,
+    /// unless the lists are made of them.
+    pub item_samples: bool,
+    /// Words of 32 bits for the specular lobe in which each side of a list item sends direct light.
+    pub lobe_words: u32,
+    /// Whether direct light is kept from one pass of a frame to the next,
+    pub kept_direct_light: bool,
+    /// beside each lit item the light that others see of it,
+    pub seen_lights: bool,
+    /// which new lists take over from those before them.
+    pub carried_light: bool,
+    /// Lists of further grids,
+    pub grids: Vec<GridPlace>,
+    /// and of their occupied cells, with items that are lit and direct light that is kept.
+    pub lit_grids: bool,
+    /// Whether its diffuse look-up is worth gathering apart from the image,
+    pub diffuse: bool,
+    /// and what it finds for rough lobes on the way beside it.
+    pub gathers_lobes: bool,
+    /// Whether it has shadows of its own.
+    pub shadows: bool,
+    /// Whether its random numbers turn with the time of the animation, so that its light does too.
+    pub turns: bool,
+    /// With feedback: once it has settled, the mean of so many further passes is its light, which then stays.
+    pub mean_passes: Option<u32>,
+}

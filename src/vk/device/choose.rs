@@ -1,0 +1,84 @@
+//! Which device is used, and how it is opened.
+
+use super::features::required_features;
+use super::instance::{DeviceKind, Instance, VERSION};
+use super::needs::Capabilities;
+use super::requirements::REQUIREMENTS;
+use crate::{Error, Result};
+use ash::vk;
+
+/// The device that was asked for, or the best one; `Error::Device` when it lacks something.
+pub(in crate::vk) fn choose(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, Capabilities)> {
+    let variable = std::env::var("TWOBOUNCE_DEVICE").ok().filter(|value| !value.is_empty());
+    let wanted = wanted.or(variable.as_deref());
+    let mut found: Vec<_> = instance
+        .physical_devices()?
+        .into_iter()
+        .map(|physical| (physical, Capabilities::query(&instance.raw, VERSION, physical)))
+        .collect();
+    let names: Vec<_> = found.iter().map(|(_, capabilities)| capabilities.name()).collect();
+    let index = match wanted {
+        Some(wanted) => pick(wanted, &names)?,
+        None => {
+            let rank = |&i: &usize| {
+                let (_, capabilities) = &found[i];
+                (!capabilities.missing(&REQUIREMENTS).is_empty(), DeviceKind::of(capabilities.properties.device_type))
+            };
+            (0..found.len()).min_by_key(rank).expect("the list is not empty")
+        }
+    };
+    let missing = found[index].1.missing(&REQUIREMENTS);
+    if missing.is_empty() {
+        return Ok(found.swap_remove(index));
+    }
+    Err(Error::Device(format!(
+        "{} lacks {}: choose another device with --device (twobounce info lists them) or update its driver",
+        names[index],
+        missing.join(", ")
+    )))
+}
+
+/// Index of the device that `wanted` names: an index, or a part of a name, in any case of letters.
+fn pick(wanted: &str, names: &[String]) -> Result<usize> {
+    if let Ok(index) = wanted.parse::<usize>()
+        && index < names.len()
+    {
+        return Ok(index);
+    }
+    let lower = wanted.to_lowercase();
+    names.iter().position(|name| name.to_lowercase().contains(&lower)).ok_or_else(|| {
+        let list: Vec<_> = names.iter().enumerate().map(|(i, name)| format!("{i}: {name}")).collect();
+        Error::Device(format!("no Vulkan device is called {wanted:?}; there is {}", list.join(", ")))
+    })
+}
+
+/// Makes the device with exactly what is needed.
+pub(in crate::vk) fn open(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    capabilities: &Capabilities,
+    queue_family: u32,
+) -> std::result::Result<ash::Device, vk::Result> {
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
+    let extensions: Vec<_> = capabilities.enabled_extensions().iter().map(|name| name.as_ptr()).collect();
+    let mut features = required_features().structs();
+    let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
+    let info = features.chain(info);
+    // SAFETY: the needs were checked, so every extension and feature exists.
+    unsafe { instance.create_device(physical, &info, None) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_is_picked_by_index_or_part_of_its_name() {
+        let names = ["NVIDIA H200".to_owned(), "llvmpipe (LLVM 15.0.6, 256 bits)".to_owned()];
+        assert_eq!(pick("1", &names).unwrap(), 1);
+        assert_eq!(pick("LLVMpipe", &names).unwrap(), 1);
+        assert_eq!(pick("200", &names).unwrap(), 0, "a number that is no index is a part of a name");
+        let message = pick("radeon", &names).unwrap_err().to_string();
+        assert!(message.contains("radeon") && message.contains("0: NVIDIA H200"), "{message}");
+    }
+}

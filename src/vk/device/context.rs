@@ -1,0 +1,335 @@
+//! The device that everything runs on.
+
+use super::choose::{choose, open};
+use super::functions::Functions;
+use super::instance::{DeviceKind, Instance, heap_budgets};
+use super::label::Labels;
+use super::needs::Capabilities;
+use super::pipeline_cache::PipelineCache;
+use super::pipelines::Pipelines;
+use super::submit::{self, CommandSet};
+use crate::{Error, Result};
+use ash::vk;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::any::Any;
+use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+/// How to make a [`Context`].
+#[derive(Clone, Debug, Default)]
+pub struct ContextOptions {
+    /// Part of a device's name, or its index in `twobounce info`. `None`: the variable `TWOBOUNCE_DEVICE`, then the
+    /// best device that has what is needed (discrete, integrated, virtual, CPU).
+    pub device: Option<String>,
+    /// Run under the validation layer, with synchronisation validation.
+    pub validation: bool,
+}
+
+/// An image that is still to be brought into its layout.
+pub(in crate::vk) trait FirstTransition: Any + Send + Sync {
+    fn record_first_transition(&self, commands: vk::CommandBuffer);
+}
+
+/// A logical device with one queue, its limits, its pipeline cache and the account of its memory.
+pub struct Context {
+    pub name: String,
+    /// The driver's name and its own description of its version.
+    pub driver: String,
+    /// (major, minor, patch)
+    pub api_version: (u32, u32, u32),
+    pub is_cpu: bool,
+    /// Pipelines count what they read; see [`Context::counting`].
+    pub(in crate::vk) counting: bool,
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub limits: vk::PhysicalDeviceLimits,
+    /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked for.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub conservative_rasterization: bool,
+    /// `VK_EXT_post_depth_coverage` is enabled. Without it direct light on blended surfaces is, where a nearer one hides part of
+    /// a pixel, a mean that takes in hidden samples.
+    pub(in crate::vk) post_depth_coverage: bool,
+    pub(in crate::vk) max_push_descriptors: u32,
+    pub(in crate::vk) max_allocation_bytes: u64,
+    pub(in crate::vk) allocated: AtomicU64,
+    /// Dropped before the device.
+    pub(in crate::vk) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
+    /// Set when a wait timed out: the device may still be at work, so nothing of it may be destroyed.
+    pub(in crate::vk) stuck: AtomicBool,
+    lost: AtomicBool,
+    /// For tests: the next submission finds the device lost.
+    loses: AtomicBool,
+    queue: Option<Arc<Mutex<vk::Queue>>>,
+    pub(in crate::vk) queue_family: u32,
+    pub(in crate::vk) commands: Mutex<Vec<CommandSet>>,
+    /// Without a queue: images that the next recording brings into their layout.
+    untransitioned: Mutex<Vec<Weak<dyn FirstTransition>>>,
+    pub(in crate::vk) pipeline_cache: PipelineCache,
+    pub(in crate::vk) pipelines: Pipelines,
+    pub(in crate::vk) functions: Functions,
+    pub(in crate::vk) labels: Labels,
+    capabilities: Capabilities,
+    pub(in crate::vk) physical: vk::PhysicalDevice,
+    device: ash::Device,
+    pub(in crate::vk) instance: ash::Instance,
+    /// The instance, where it and the device were made here: they are destroyed with the context, a host's are not.
+    own: Option<Instance>,
+}
+
+/// What a context is made of: made here, or handed over by a host.
+pub(in crate::vk) struct Parts {
+    pub(in crate::vk) own: Option<Instance>,
+    pub(in crate::vk) instance: ash::Instance,
+    pub(in crate::vk) debug_utils: bool,
+    pub(in crate::vk) physical: vk::PhysicalDevice,
+    pub(in crate::vk) device: ash::Device,
+    pub(in crate::vk) capabilities: Capabilities,
+    pub(in crate::vk) conservative_rasterization: bool,
+    pub(in crate::vk) post_depth_coverage: bool,
+    pub(in crate::vk) queue: Option<Arc<Mutex<vk::Queue>>>,
+    pub(in crate::vk) queue_family: u32,
+    /// `None`: one is made.
+    pub(in crate::vk) allocator: Option<Arc<Mutex<Allocator>>>,
+    pub(in crate::vk) pipeline_cache: PipelineCache,
+    pub(in crate::vk) counting: bool,
+}
+
+impl Context {
+    /// Finds the device and opens it. `Error::Device` says in one sentence what is missing and how to get it.
+    pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
+        Self::with(options, false)
+    }
+
+    /// A device on which every shader that can (`glsl/common/count.glsl`) counts what it reads, zone by zone: slower, and
+    /// the same images. The counts come with the zones' times.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn counting(options: &ContextOptions) -> Result<Arc<Self>> {
+        Self::with(options, true)
+    }
+
+    fn with(options: &ContextOptions, counting: bool) -> Result<Arc<Self>> {
+        let instance = Instance::new(options.validation)?;
+        let (physical, capabilities) = choose(&instance, options.device.as_deref())?;
+        let name = capabilities.name();
+        let queue_family = capabilities.queue_family.expect("checked among the needs");
+        let device = open(&instance.raw, physical, &capabilities, queue_family)
+            .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
+        // SAFETY: the family has at least one queue, which `open` asked for.
+        let queue = unsafe { device.get_device_queue(queue_family, 0) };
+        Self::assemble(Parts {
+            debug_utils: instance.debug_utils,
+            instance: instance.raw.clone(),
+            own: Some(instance),
+            physical,
+            queue: Some(Arc::new(Mutex::new(queue))),
+            queue_family,
+            allocator: None,
+            pipeline_cache: PipelineCache::open(&device, &capabilities),
+            device,
+            conservative_rasterization: capabilities.has_extension(ash::ext::conservative_rasterization::NAME),
+            post_depth_coverage: capabilities.has_extension(ash::ext::post_depth_coverage::NAME),
+            capabilities,
+            counting,
+        })
+    }
+
+    /// How many pipelines were compiled so far.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn compiled_pipelines(&self) -> u64 {
+        self.pipelines.compiled()
+    }
+
+    /// The same, where no earlier run had left any: it takes long, and only once.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn compiled_anew(&self) -> Option<u64> {
+        Some(self.compiled_pipelines()).filter(|_| self.pipeline_cache.is_cold())
+    }
+
+    /// The context over a device that has everything that is needed.
+    pub(in crate::vk) fn assemble(parts: Parts) -> Result<Arc<Self>> {
+        let Parts { own, instance, debug_utils, physical, device, capabilities, counting, .. } = parts;
+        let name = capabilities.name();
+        let allocator = match parts.allocator {
+            Some(shared) => shared,
+            None => Arc::new(Mutex::new(allocator(&name, &instance, physical, &device)?)),
+        };
+        let version = capabilities.properties.api_version;
+        Ok(Arc::new(Self {
+            driver: capabilities.driver.clone(),
+            api_version: (
+                vk::api_version_major(version),
+                vk::api_version_minor(version),
+                vk::api_version_patch(version),
+            ),
+            counting,
+            is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
+            limits: capabilities.properties.limits,
+            conservative_rasterization: parts.conservative_rasterization,
+            post_depth_coverage: parts.post_depth_coverage,
+            max_push_descriptors: capabilities.max_push_descriptors,
+            max_allocation_bytes: capabilities.max_allocation_bytes,
+            allocated: AtomicU64::new(0),
+            allocator: ManuallyDrop::new(allocator),
+            stuck: AtomicBool::new(false),
+            lost: AtomicBool::new(false),
+            loses: AtomicBool::new(false),
+            queue: parts.queue,
+            untransitioned: Mutex::default(),
+            queue_family: parts.queue_family,
+            commands: Mutex::default(),
+            pipeline_cache: parts.pipeline_cache,
+            pipelines: Pipelines::default(),
+            functions: Functions::load(&instance, &device, capabilities.is_1_3(), debug_utils),
+            labels: Labels::default(),
+            name,
+            capabilities,
+            physical,
+            device,
+            instance,
+            own,
+        }))
+    }
+
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn device(&self) -> &ash::Device {
+        &self.device
+    }
+
+    /// Every error and warning of the validation layer so far, advice on performance left out. Empty on a host's device:
+    /// the host's own messenger gets them.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.own.as_ref().map_or_else(Vec::new, Instance::messages)
+    }
+
+    /// As [`Self::validation_messages`], and forgets them.
+    pub fn take_validation_messages(&self) -> Vec<String> {
+        self.own.as_ref().map_or_else(Vec::new, Instance::take_messages)
+    }
+
+    /// Bytes of device memory taken from the driver now.
+    pub fn allocated_bytes(&self) -> u64 {
+        self.allocated.load(Ordering::Relaxed)
+    }
+
+    /// Bytes that may still be taken from the largest heap of the device's own memory: by the driver's account where it
+    /// keeps one, else the heap's size less what this context took.
+    pub fn memory_budget(&self) -> u64 {
+        let heaps = self.capabilities.memory.memory_heaps_as_slice();
+        let local = |&i: &usize| heaps[i].flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
+        let Some(largest) = (0..heaps.len()).filter(local).max_by_key(|&i| heaps[i].size) else { return 0 };
+        match heap_budgets(&self.instance, self.physical, &self.capabilities) {
+            Some(left) => left[largest],
+            None => heaps[largest].size.saturating_sub(self.allocated_bytes()),
+        }
+    }
+
+    /// The queue, to be locked for a submission.
+    pub(in crate::vk) fn queue(&self) -> Result<&Mutex<vk::Queue>> {
+        self.queue.as_deref().ok_or_else(|| {
+            Error::Device(format!(
+                "{} was handed over without a queue, so nothing can be uploaded, read back or submitted here: give \
+                 HostDevice a queue, or record into a command buffer of your own",
+                self.name
+            ))
+        })
+    }
+
+    /// Brings a new image into its layout: now where there is a queue, else in the next recording.
+    pub(in crate::vk) fn transition_first(self: &Arc<Self>, image: Arc<dyn FirstTransition>) -> Result<()> {
+        if self.queue.is_some() {
+            return submit::immediate(self, |commands| image.record_first_transition(commands));
+        }
+        self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::downgrade(&image));
+        Ok(())
+    }
+
+    /// The images that are still to be brought into their layout, and are then no longer.
+    pub(in crate::vk) fn take_untransitioned(&self) -> Vec<Weak<dyn FirstTransition>> {
+        std::mem::take(&mut *self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The device to destroy things with; `None` after a wait that timed out, when they are left to the process's end.
+    pub(in crate::vk) fn device_to_destroy_with(&self) -> Option<&ash::Device> {
+        (!self.stuck.load(Ordering::Relaxed)).then_some(&self.device)
+    }
+
+    /// Whether the driver gave up the device: another context may open it anew.
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// The next submission finds the device lost, as far as the program can tell: for tests.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn lose(&self) {
+        self.loses.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether this submission is the one of [`Self::lose`].
+    pub(in crate::vk) fn loses(&self) -> bool {
+        self.loses.swap(false, Ordering::Relaxed)
+    }
+
+    /// The error to report when `result` came back while `doing` something.
+    pub(in crate::vk) fn error(&self, doing: &str, result: vk::Result) -> Error {
+        match result {
+            vk::Result::ERROR_DEVICE_LOST => {
+                self.lost.store(true, Ordering::Relaxed);
+                Error::Device(format!(
+                    "{} was lost while {doing}: its driver gave up; ask for less at once, such as a smaller image, or \
+                     choose another device",
+                    self.name
+                ))
+            }
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => Error::Memory(format!(
+                "{} ran out of memory while {doing}: ask for less, such as a smaller image",
+                self.name
+            )),
+            other => Error::Device(format!("{} failed while {doing} ({other})", self.name)),
+        }
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        if self.stuck.load(Ordering::Relaxed) {
+            if let Some(own) = &mut self.own {
+                own.abandon();
+            }
+            return;
+        }
+        let commands = std::mem::take(&mut *self.commands.lock().unwrap_or_else(PoisonError::into_inner));
+        // SAFETY: everything else made here holds this context, so all of it is gone.
+        unsafe {
+            if self.own.is_some() {
+                // An error here is a lost device, and destroying is then still the right thing.
+                let _ = self.device.device_wait_idle();
+            }
+            for set in commands {
+                set.destroy(&self.device);
+            }
+            self.pipelines.close(&self.device);
+            self.pipeline_cache.close(&self.device);
+            ManuallyDrop::drop(&mut self.allocator);
+            if self.own.is_some() {
+                self.device.destroy_device(None);
+            }
+        }
+    }
+}
+
+fn allocator(
+    name: &str,
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    device: &ash::Device,
+) -> Result<Allocator> {
+    Allocator::new(&AllocatorCreateDesc {
+        instance: instance.clone(),
+        device: device.clone(),
+        physical_device: physical,
+        debug_settings: Default::default(),
+        buffer_device_address: false,
+        allocation_sizes: Default::default(),
+    })
+    .map_err(|error| Error::Device(format!("{name} gives no memory: {error}")))
+}

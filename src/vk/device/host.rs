@@ -1,0 +1,120 @@
+//! A device that a host made.
+
+use super::context::{Context, Parts};
+use super::features::{Features, required_extensions, required_features};
+use super::needs::{Capabilities, serves};
+use super::pipeline_cache::PipelineCache;
+use super::requirements::REQUIREMENTS;
+use crate::{Error, Result};
+use ash::vk;
+use gpu_allocator::vulkan::Allocator;
+use std::ffi::CStr;
+use std::sync::{Arc, Mutex};
+
+/// A device that a host made, with what the host enabled. Nothing of it is ever destroyed here.
+pub struct HostDevice<'a> {
+    pub instance: ash::Instance,
+    /// The `apiVersion` that the instance was made with.
+    pub api_version: u32,
+    pub physical_device: vk::PhysicalDevice,
+    pub device: ash::Device,
+    /// Of the command buffers to record into, and of `queue`: graphics, compute and timestamps.
+    pub queue_family: u32,
+    /// Only what submits by itself uses it: [`crate::vk::upload`], [`crate::vk::download`] and their like, and a
+    /// [`crate::vk::Recorder`] of its own. The mutex is locked during each submission, and a host locks it for its own use
+    /// of this queue. Without a queue a host records copies into its own command buffers instead.
+    pub queue: Option<Arc<Mutex<vk::Queue>>>,
+    /// Where memory comes from; without it an allocator is made. It is locked while a resource is made or dropped.
+    pub allocator: Option<Arc<Mutex<Allocator>>>,
+    /// For every pipeline made here; it must not be externally synchronised. Without it none is used.
+    pub pipeline_cache: Option<vk::PipelineCache>,
+    /// Those enabled. With `VK_EXT_debug_utils` among them, objects and passes have names in messages and captures.
+    pub instance_extensions: &'a [&'a CStr],
+    /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs `VK_EXT_conservative_rasterization`.
+    /// With `VK_EXT_post_depth_coverage` direct light at edges leaves out samples that a nearer surface hides.
+    pub device_extensions: &'a [&'a CStr],
+    /// Those enabled: at least [`required_features`].
+    pub features: Features,
+}
+
+impl Context {
+    /// A context over a host's device.
+    ///
+    /// # Errors
+    /// `Error::Device` names in one sentence what the device lacks, or what the host did not enable.
+    ///
+    /// # Safety
+    /// - The handles are valid and belong together, and the extensions and features are enabled as stated.
+    /// - They outlive the context, which lives as long as anything made with it. So does the loaded Vulkan library.
+    /// - The host uses `queue` only while it holds the mutex, and makes no call to this library while it holds that
+    ///   mutex or the allocator's.
+    pub unsafe fn adopt(host: HostDevice<'_>) -> Result<Arc<Self>> {
+        let capabilities = Capabilities::query(&host.instance, host.api_version, host.physical_device);
+        check(&host, &capabilities)?;
+        Self::assemble(Parts {
+            own: None,
+            debug_utils: host.instance_extensions.contains(&ash::ext::debug_utils::NAME),
+            instance: host.instance,
+            physical: host.physical_device,
+            device: host.device,
+            conservative_rasterization: host.device_extensions.contains(&ash::ext::conservative_rasterization::NAME),
+            post_depth_coverage: host.device_extensions.contains(&ash::ext::post_depth_coverage::NAME),
+            capabilities,
+            queue: host.queue,
+            queue_family: host.queue_family,
+            allocator: host.allocator,
+            pipeline_cache: PipelineCache::of_host(host.pipeline_cache.unwrap_or_default()),
+            counting: false,
+        })
+    }
+}
+
+/// What `physical_device` lacks of what is needed, by the specification's names; empty where it will do. For a host that
+/// chooses among devices, before it makes one. `api_version`: what the instance was made with.
+///
+/// # Safety
+/// The handle comes from `instance`.
+pub unsafe fn missing(instance: &ash::Instance, api_version: u32, physical_device: vk::PhysicalDevice) -> Vec<String> {
+    Capabilities::query(instance, api_version, physical_device).missing(&REQUIREMENTS)
+}
+
+fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
+    let name = capabilities.name();
+    let version = capabilities.version();
+    if version < vk::API_VERSION_1_2 {
+        let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
+        return Err(Error::Device(format!(
+            "{name} is used with Vulkan {major}.{minor}, but 1.2 is needed: make the instance with that apiVersion, or \
+             hand over a newer device"
+        )));
+    }
+    let missing = capabilities.missing(&REQUIREMENTS);
+    if !missing.is_empty() {
+        return Err(Error::Device(format!("{name} lacks {}: hand over another device", missing.join(", "))));
+    }
+    // SAFETY: the handle comes from this instance.
+    let families = unsafe { host.instance.get_physical_device_queue_family_properties(host.physical_device) };
+    let family = host.queue_family;
+    if !families.get(family as usize).is_some_and(serves) {
+        return Err(Error::Device(format!(
+            "queue family {family} of {name} lacks graphics, compute or timestamps: hand over one that has all of them"
+        )));
+    }
+    let disabled = not_enabled(host, version);
+    if !disabled.is_empty() {
+        return Err(Error::Device(format!(
+            "the device handed over for {name} was made without {}: enable all that required_extensions and \
+             required_features list",
+            disabled.join(", ")
+        )));
+    }
+    Ok(())
+}
+
+/// The names of needed extensions and features that the host does not say it enabled.
+fn not_enabled(host: &HostDevice<'_>, version: u32) -> Vec<String> {
+    let wanted = required_features();
+    let features = host.features.hold(&wanted).filter(|(_, enabled)| !enabled).map(|(name, _)| name.to_owned());
+    let extensions = required_extensions(version).into_iter().filter(|name| !host.device_extensions.contains(name));
+    extensions.map(|name| name.to_string_lossy().into_owned()).chain(features).collect()
+}

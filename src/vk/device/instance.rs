@@ -1,0 +1,300 @@
+//! The loader, the instance, the validation layer's messages, and the list of devices.
+
+use super::needs::{Capabilities, Need};
+use super::requirements::REQUIREMENTS;
+use crate::{Error, Result};
+use ash::vk;
+use std::ffi::{CStr, c_void};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// What the instance is made with.
+pub(in crate::vk) const VERSION: u32 = vk::API_VERSION_1_3;
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// What the validation layer said, in order.
+#[derive(Default)]
+struct Messages(Mutex<Vec<String>>);
+
+impl Messages {
+    fn lock(&self) -> MutexGuard<'_, Vec<String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The loader and an instance, with debug utilities where the system has them.
+pub(in crate::vk) struct Instance {
+    // Declared before the library that its functions come from, as is everything made through it.
+    pub(in crate::vk) raw: ash::Instance,
+    pub(in crate::vk) debug_utils: bool,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    /// Boxed: the messenger holds its address.
+    messages: Box<Messages>,
+    entry: ash::Entry,
+    abandoned: bool,
+}
+
+impl Instance {
+    /// Loads the Vulkan library and makes an instance; with `validation`, under the validation layer with
+    /// synchronisation validation. `Error::Device` names the package that is missing.
+    pub(in crate::vk) fn new(validation: bool) -> Result<Self> {
+        // SAFETY: loading the system's Vulkan library runs only its own initialisers.
+        let entry = unsafe { ash::Entry::load() }.map_err(|error| {
+            Error::Device(format!(
+                "the Vulkan loader is missing ({error}): install it (package libvulkan1 on Debian and Ubuntu)"
+            ))
+        })?;
+        let failed = |result: vk::Result| {
+            Error::Device(match result {
+                vk::Result::ERROR_INCOMPATIBLE_DRIVER => NO_DRIVER.to_owned(),
+                other => format!("Vulkan does not start ({other}): check the graphics driver with vulkaninfo"),
+            })
+        };
+        // SAFETY: no arguments.
+        let version = unsafe { entry.try_enumerate_instance_version() }.map_err(failed)?;
+        if version.is_none_or(|version| version < vk::API_VERSION_1_2) {
+            return Err(Error::Device("the Vulkan loader is older than 1.2: update it (package libvulkan1)".into()));
+        }
+        let mut layers = Vec::new();
+        if validation {
+            require_validation_layer(&entry)?;
+            layers.push(VALIDATION_LAYER.as_ptr());
+        }
+        // SAFETY: no layer name, or the name of one that exists.
+        let available = unsafe { entry.enumerate_instance_extension_properties(None) }.map_err(failed)?;
+        let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        // The validation layer brings debug utilities itself; without it they serve labels in a capture.
+        let debug_utils = validation || has(ash::ext::debug_utils::NAME);
+        let mut extensions = Vec::new();
+        if debug_utils {
+            extensions.push(ash::ext::debug_utils::NAME.as_ptr());
+        }
+        if validation {
+            extensions.push(ash::ext::validation_features::NAME.as_ptr());
+        }
+        let application = vk::ApplicationInfo::default().application_name(c"twobounce").api_version(VERSION);
+        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions);
+        if validation {
+            info = info.push_next(&mut features);
+        }
+        // SAFETY: the info and all that it points to live through the call.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(failed)?;
+        let mut this = Self { raw, debug_utils, messenger: None, messages: Box::default(), entry, abandoned: false };
+        if validation {
+            this.listen().map_err(failed)?;
+        }
+        Ok(this)
+    }
+
+    /// Leaves everything, the loaded driver too, to the end of the process: its threads may still be at work.
+    pub(in crate::vk) fn abandon(&mut self) {
+        self.abandoned = true;
+        std::mem::forget(self.entry.clone());
+        std::mem::forget(std::mem::take(&mut self.messages));
+    }
+
+    fn listen(&mut self) -> std::result::Result<(), vk::Result> {
+        use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type};
+        let debug = ash::ext::debug_utils::Instance::new(&self.entry, &self.raw);
+        let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(Severity::WARNING | Severity::ERROR)
+            .message_type(Type::GENERAL | Type::VALIDATION | Type::PERFORMANCE)
+            .pfn_user_callback(Some(on_message))
+            .user_data(std::ptr::from_ref::<Messages>(&self.messages).cast_mut().cast());
+        // SAFETY: the user data outlives the messenger, which `drop` destroys first.
+        let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }?;
+        self.messenger = Some((debug, messenger));
+        Ok(())
+    }
+
+    /// Every error and warning of the validation layer so far, except advice on performance.
+    pub(in crate::vk) fn messages(&self) -> Vec<String> {
+        self.messages.lock().clone()
+    }
+
+    /// As `messages`, and forgets them.
+    pub(in crate::vk) fn take_messages(&self) -> Vec<String> {
+        std::mem::take(&mut *self.messages.lock())
+    }
+
+    /// All physical devices in the loader's order; never empty.
+    pub(in crate::vk) fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
+        // SAFETY: the instance is alive.
+        let devices = unsafe { self.raw.enumerate_physical_devices() }
+            .map_err(|result| Error::Device(format!("listing the Vulkan devices failed ({result})")))?;
+        if devices.is_empty() { Err(Error::Device(NO_DRIVER.to_owned())) } else { Ok(devices) }
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        if self.abandoned {
+            return;
+        }
+        // SAFETY: the context destroys its device before this, and nothing else was made from the instance.
+        unsafe {
+            if let Some((debug, messenger)) = self.messenger.take() {
+                debug.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}
+
+const NO_DRIVER: &str = "there is no Vulkan device: install a driver \
+     (package mesa-vulkan-drivers on Debian and Ubuntu brings one that runs on the CPU)";
+
+fn require_validation_layer(entry: &ash::Entry) -> Result<()> {
+    // SAFETY: no arguments.
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
+    if layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
+        return Ok(());
+    }
+    Err(Error::Device(
+        "the Vulkan validation layer is missing: install it (package vulkan-validationlayers on Debian and Ubuntu)"
+            .into(),
+    ))
+}
+
+/// Called by the layer, on whichever thread made the faulty call.
+unsafe extern "system" fn on_message(
+    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer passes valid data, and `user` is the `Messages` given at creation.
+    let (text, messages) = unsafe {
+        let text = (*data).message_as_c_str().map(|c| c.to_string_lossy().into_owned()).unwrap_or_default();
+        (text, &*user.cast::<Messages>())
+    };
+    if kind.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION) {
+        tracing::error!("validation: {text}");
+        messages.lock().push(text);
+    } else if severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR) {
+        tracing::warn!("vulkan: {text}");
+    } else {
+        tracing::debug!("vulkan: {text}");
+    }
+    vk::FALSE
+}
+
+/// What kind of processor a device is, best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    Discrete,
+    Integrated,
+    Virtual,
+    Cpu,
+    Other,
+}
+
+impl DeviceKind {
+    pub(in crate::vk) fn of(kind: vk::PhysicalDeviceType) -> Self {
+        match kind {
+            vk::PhysicalDeviceType::DISCRETE_GPU => Self::Discrete,
+            vk::PhysicalDeviceType::INTEGRATED_GPU => Self::Integrated,
+            vk::PhysicalDeviceType::VIRTUAL_GPU => Self::Virtual,
+            vk::PhysicalDeviceType::CPU => Self::Cpu,
+            _ => Self::Other,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Discrete => "discrete GPU",
+            Self::Integrated => "integrated GPU",
+            Self::Virtual => "virtual GPU",
+            Self::Cpu => "CPU",
+            Self::Other => "other",
+        }
+    }
+}
+
+/// What `info` prints about one device.
+#[derive(Clone, Debug)]
+pub struct DeviceReport {
+    pub name: String,
+    pub kind: DeviceKind,
+    /// (major, minor, patch)
+    pub api_version: (u32, u32, u32),
+    /// The driver's name and its own description of its version.
+    pub driver: String,
+    /// Everything that the passes need, present or not.
+    pub needs: Vec<Need>,
+    pub limits: vk::PhysicalDeviceLimits,
+    /// Largest single allocation in bytes.
+    pub max_allocation_bytes: u64,
+    pub max_push_descriptors: u32,
+    /// Size in bytes of each memory heap, and whether it is the device's own.
+    pub heaps: Vec<(u64, bool)>,
+    /// Bytes that the driver says may still be taken from each heap, where it says so.
+    pub budgets: Option<Vec<u64>>,
+    /// Sample counts (1, 2, 4, …) of an RGBA32F colour attachment and of a D32F depth attachment.
+    pub color_samples: Vec<u32>,
+    pub depth_samples: Vec<u32>,
+}
+
+/// All Vulkan devices of this machine, in the order that an index chooses by.
+pub fn devices() -> Result<Vec<DeviceReport>> {
+    let instance = Instance::new(false)?;
+    Ok(instance.physical_devices()?.into_iter().map(|physical| report(&instance.raw, physical)).collect())
+}
+
+fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceReport {
+    let found = Capabilities::query(instance, VERSION, physical);
+    let version = found.properties.api_version;
+    let heaps = found.memory.memory_heaps_as_slice().iter();
+    let samples = |format, usage| {
+        // SAFETY: the handle comes from this instance.
+        let flags = unsafe {
+            instance.get_physical_device_image_format_properties(
+                physical,
+                format,
+                vk::ImageType::TYPE_2D,
+                vk::ImageTiling::OPTIMAL,
+                usage,
+                vk::ImageCreateFlags::empty(),
+            )
+        }
+        .map(|properties| properties.sample_counts)
+        .unwrap_or_default();
+        [1, 2, 4, 8, 16].into_iter().filter(|&n| flags.contains(vk::SampleCountFlags::from_raw(n))).collect()
+    };
+    DeviceReport {
+        name: found.name(),
+        kind: DeviceKind::of(found.properties.device_type),
+        api_version: (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version)),
+        needs: found.needs(&REQUIREMENTS),
+        limits: found.properties.limits,
+        max_allocation_bytes: found.max_allocation_bytes,
+        max_push_descriptors: found.max_push_descriptors,
+        heaps: heaps.map(|h| (h.size, h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))).collect(),
+        budgets: heap_budgets(instance, physical, &found),
+        color_samples: samples(vk::Format::R32G32B32A32_SFLOAT, vk::ImageUsageFlags::COLOR_ATTACHMENT),
+        depth_samples: samples(vk::Format::D32_SFLOAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT),
+        driver: found.driver,
+    }
+}
+
+/// Bytes left per heap by `VK_EXT_memory_budget`, `None` where the device lacks it.
+pub(in crate::vk) fn heap_budgets(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    found: &Capabilities,
+) -> Option<Vec<u64>> {
+    if !found.has_extension(ash::ext::memory_budget::NAME) {
+        return None;
+    }
+    let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
+    let mut properties = vk::PhysicalDeviceMemoryProperties2::default().push_next(&mut budget);
+    // SAFETY: the device has the extension that the chained structure belongs to.
+    unsafe { instance.get_physical_device_memory_properties2(physical, &mut properties) };
+    let count = found.memory.memory_heap_count as usize;
+    let left = budget.heap_budget.iter().zip(&budget.heap_usage).map(|(all, used)| all.saturating_sub(*used));
+    Some(left.take(count).collect())
+}

@@ -1,0 +1,14 @@
+//! The device: chosen and opened here or lent by a host, its limits, queue, command buffers and names.
+
+pub(in crate::vk) mod choose;
+pub(in crate::vk) mod context;
+pub(in crate::vk) mod features;
+pub(in crate::vk) mod functions;
+pub(in crate::vk) mod host;
+pub(in crate::vk) mod instance;
+pub(in crate::vk) mod label;
+pub(in crate::vk) mod needs;
+pub(in crate::vk) mod pipeline_cache;
+pub(in crate::vk) mod pipelines;
+pub(in crate::vk) mod requirements;
+pub(in crate::vk) mod submit;

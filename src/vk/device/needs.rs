@@ -1,0 +1,172 @@
+//! What a device has of what is needed. One list serves the choice of a device, the error that refuses one, and `info`.
+
+use super::features::{Features, Requirements, required_extensions};
+use ash::vk;
+use std::collections::BTreeSet;
+use std::ffi::CStr;
+
+/// One thing that is needed, and what the device has of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Need {
+    /// The name that the Vulkan specification uses, with the least value where there is one.
+    pub name: String,
+    pub present: bool,
+}
+
+/// Extensions and features of one physical device, queried once.
+pub(in crate::vk) struct Capabilities {
+    pub(in crate::vk) properties: vk::PhysicalDeviceProperties,
+    pub(in crate::vk) driver: String,
+    pub(in crate::vk) pipeline_cache_uuid: [u8; 16],
+    pub(in crate::vk) max_push_descriptors: u32,
+    pub(in crate::vk) max_allocation_bytes: u64,
+    /// Samples of images that hold whole numbers, are drawn into and then read.
+    integer_samples: vk::SampleCountFlags,
+    pub(in crate::vk) memory: vk::PhysicalDeviceMemoryProperties,
+    /// Family with graphics, compute and timestamps.
+    pub(in crate::vk) queue_family: Option<u32>,
+    pub(in crate::vk) extensions: BTreeSet<String>,
+    features: Features,
+    /// The lower one of the device's version and of what the instance was made with.
+    version: u32,
+}
+
+impl Capabilities {
+    /// Asks `physical` for everything; `instance_version` is what the instance was made with. A device older than
+    /// Vulkan 1.2 has only its properties filled in.
+    pub(in crate::vk) fn query(instance: &ash::Instance, instance_version: u32, physical: vk::PhysicalDevice) -> Self {
+        // SAFETY: the handle comes from this instance.
+        let (properties, memory, queues, found) = unsafe {
+            (
+                instance.get_physical_device_properties(physical),
+                instance.get_physical_device_memory_properties(physical),
+                instance.get_physical_device_queue_family_properties(physical),
+                instance.enumerate_device_extension_properties(physical).unwrap_or_default(),
+            )
+        };
+        let extensions =
+            found.iter().filter_map(|e| e.extension_name_as_c_str().ok()?.to_str().ok()).map(str::to_owned).collect();
+        let queue_family = queues.iter().position(serves).map(|index| index as u32);
+        let mut this = Self {
+            properties,
+            driver: String::from("unknown"),
+            pipeline_cache_uuid: properties.pipeline_cache_uuid,
+            max_push_descriptors: 0,
+            max_allocation_bytes: u64::MAX,
+            integer_samples: vk::SampleCountFlags::empty(),
+            memory,
+            queue_family,
+            extensions,
+            features: Features::default(),
+            version: properties.api_version.min(instance_version),
+        };
+        if this.version >= vk::API_VERSION_1_2 {
+            this.query_1_2(instance, physical);
+        }
+        this
+    }
+
+    fn query_1_2(&mut self, instance: &ash::Instance, physical: vk::PhysicalDevice) {
+        let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
+        let mut maintenance = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut properties =
+            vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut maintenance);
+        if self.has_extension(ash::khr::push_descriptor::NAME) {
+            properties = properties.push_next(&mut push);
+        }
+        // SAFETY: every structure in the chain belongs to Vulkan 1.2 or to an extension that the device has.
+        unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
+
+        let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default();
+        let mut sync2 = vk::PhysicalDeviceSynchronization2Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12);
+        if self.is_1_3() || self.has_extension(ash::khr::dynamic_rendering::NAME) {
+            features = features.push_next(&mut rendering);
+        }
+        if self.is_1_3() || self.has_extension(ash::khr::synchronization2::NAME) {
+            features = features.push_next(&mut sync2);
+        }
+        // SAFETY: as above.
+        unsafe { instance.get_physical_device_features2(physical, &mut features) };
+        let core = features.features;
+        self.features = Features {
+            dynamic_rendering: rendering.dynamic_rendering == vk::TRUE,
+            synchronization2: sync2.synchronization2 == vk::TRUE,
+            ..Features::of(&core, &vulkan12, &vk::PhysicalDeviceVulkan13Features::default())
+        };
+        self.max_push_descriptors = push.max_push_descriptors;
+        self.max_allocation_bytes = maintenance.max_memory_allocation_size;
+        let (seen, usage) =
+            (vk::Format::R32_UINT, vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED);
+        let (dim, tiling, flags) = (vk::ImageType::TYPE_2D, vk::ImageTiling::OPTIMAL, vk::ImageCreateFlags::empty());
+        // SAFETY: as above.
+        let images =
+            unsafe { instance.get_physical_device_image_format_properties(physical, seen, dim, tiling, usage, flags) };
+        self.integer_samples = images.map(|images| images.sample_counts).unwrap_or_default();
+        let text = |chars: Option<&CStr>| chars.map(|c| c.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = text(driver.driver_name_as_c_str().ok());
+        self.driver = format!("{name} {}", text(driver.driver_info_as_c_str().ok())).trim().to_owned();
+    }
+
+    pub(in crate::vk) fn is_1_3(&self) -> bool {
+        self.version >= vk::API_VERSION_1_3
+    }
+
+    pub(in crate::vk) fn version(&self) -> u32 {
+        self.version
+    }
+
+    pub(in crate::vk) fn has_extension(&self, name: &CStr) -> bool {
+        name.to_str().is_ok_and(|name| self.extensions.contains(name))
+    }
+
+    pub(in crate::vk) fn name(&self) -> String {
+        self.properties.device_name_as_c_str().unwrap_or(c"unnamed device").to_string_lossy().into_owned()
+    }
+
+    /// Everything that is needed, present or not.
+    pub(in crate::vk) fn needs(&self, wanted: &Requirements) -> Vec<Need> {
+        let limits = &self.properties.limits;
+        let need = |name: &str, present: bool| Need { name: name.to_owned(), present };
+        let least = |name: &str, least: u32, has: u32| need(&format!("{name} {least}"), has >= least);
+        let mut needs = vec![
+            need("Vulkan 1.2", self.version >= vk::API_VERSION_1_2),
+            need("a queue with graphics, compute and timestamps", self.queue_family.is_some()),
+        ];
+        needs.extend(self.features.hold(&wanted.all_features()).map(|(name, present)| need(name, present)));
+        needs.extend([
+            need("VK_KHR_push_descriptor", self.has_extension(ash::khr::push_descriptor::NAME)),
+            least("maxColorAttachments", wanted.color_attachments, limits.max_color_attachments),
+            least("maxFramebufferLayers", wanted.framebuffer_layers, limits.max_framebuffer_layers),
+            need(
+                "R32_UINT images of 4 samples that are drawn into and sampled",
+                self.integer_samples.contains(vk::SampleCountFlags::TYPE_4),
+            ),
+        ]);
+        needs
+    }
+
+    /// The names of what is missing, for a message; empty when the device will do.
+    pub(in crate::vk) fn missing(&self, wanted: &Requirements) -> Vec<String> {
+        self.needs(wanted).into_iter().filter(|need| !need.present).map(|need| need.name).collect()
+    }
+
+    /// Device extensions to enable: what is needed and not core, and what is used where it is there.
+    pub(in crate::vk) fn enabled_extensions(&self) -> Vec<&'static CStr> {
+        let optional = [
+            ash::ext::memory_budget::NAME,
+            ash::ext::conservative_rasterization::NAME,
+            ash::ext::post_depth_coverage::NAME,
+        ];
+        let present = optional.into_iter().filter(|name| self.has_extension(name));
+        required_extensions(self.version).into_iter().chain(present).collect()
+    }
+}
+
+/// Whether a queue family can do all that is recorded.
+pub(in crate::vk) fn serves(family: &vk::QueueFamilyProperties) -> bool {
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    family.queue_flags.contains(wanted) && family.timestamp_valid_bits > 0
+}

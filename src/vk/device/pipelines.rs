@@ -1,0 +1,109 @@
+//! The pipelines of a context. A changed setting compiles only what depends on it, and what was set before compiles nothing.
+
+use super::context::Context;
+use crate::Result;
+use ash::vk;
+use std::any::Any;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// So many that nothing uses are kept: those of three frames. They take a few MiB each on llvmpipe.
+const IDLE: usize = 64;
+
+/// A pipeline as its context sees it.
+pub(in crate::vk) trait Pipeline: Any + Send + Sync {
+    fn label(&self) -> &str;
+
+    /// The pipeline, waited for.
+    fn made(&self) -> std::result::Result<vk::Pipeline, vk::Result>;
+
+    /// Whether the driver is known to have failed to make it.
+    fn has_failed(&self) -> bool;
+
+    /// Destroys what was made. Nothing in flight may refer to it.
+    unsafe fn destroy(&self, device: &ash::Device);
+}
+
+/// What a pipeline was made of, and the pipeline.
+type Kept = (String, Arc<dyn Pipeline>);
+
+#[derive(Default)]
+pub(in crate::vk) struct Pipelines {
+    /// The last used stand last.
+    kept: Mutex<Vec<Kept>>,
+    compiled: AtomicU64,
+}
+
+impl Pipelines {
+    /// How many were made so far.
+    pub(in crate::vk) fn compiled(&self) -> u64 {
+        self.compiled.load(Ordering::Relaxed)
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Vec<Kept>> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The pipeline that was made of the same, or what `make` starts to make.
+    pub(in crate::vk) fn find_or_make<P: Pipeline>(
+        &self,
+        made_of: String,
+        make: impl FnOnce() -> Result<P>,
+    ) -> Result<Arc<P>> {
+        let mut kept = self.kept();
+        // What failed may go well now: there may be more memory.
+        let serves = |(of, pipeline): &Kept| *of == made_of && !pipeline.has_failed();
+        let found = kept.iter().position(serves).map(|place| kept.remove(place));
+        let pipeline = match found {
+            Some((_, pipeline)) => {
+                (pipeline as Arc<dyn Any + Send + Sync>).downcast().expect("a context keeps one type")
+            }
+            None => {
+                self.compiled.fetch_add(1, Ordering::Relaxed);
+                Arc::new(make()?)
+            }
+        };
+        kept.push((made_of, pipeline.clone()));
+        Ok(pipeline)
+    }
+
+    /// Takes out those that nothing uses, the longest unused first, until [`IDLE`] are left.
+    fn take_surplus(&self) -> Vec<Kept> {
+        let mut kept = self.kept();
+        let unused = |(_, pipeline): &Kept| Arc::strong_count(pipeline) == 1;
+        let mut surplus = kept.iter().filter(|kept| unused(kept)).count().saturating_sub(IDLE);
+        let taken = kept.extract_if(.., |kept| {
+            let take = surplus > 0 && unused(kept);
+            surplus -= usize::from(take);
+            take
+        });
+        taken.collect()
+    }
+
+    /// Destroys all. Nothing may be in flight.
+    pub(in crate::vk) unsafe fn close(&self, device: &ash::Device) {
+        for (_, pipeline) in self.kept().drain(..) {
+            // SAFETY: the caller's.
+            unsafe { pipeline.destroy(device) };
+        }
+    }
+}
+
+impl Context {
+    /// Waits for all pipelines that are being compiled.
+    ///
+    /// # Errors
+    /// The driver could not compile one.
+    pub fn wait_for_pipelines(&self) -> Result<()> {
+        let kept: Vec<_> = self.pipelines.kept().iter().map(|(_, pipeline)| pipeline.clone()).collect();
+        for pipeline in kept {
+            let error = |result| self.error(&format!("compiling the pass {}", pipeline.label()), result);
+            pipeline.made().map_err(error)?;
+        }
+        for (_, pipeline) in self.pipelines.take_surplus() {
+            // SAFETY: nothing uses it: what is in flight holds what it uses.
+            unsafe { pipeline.destroy(self.device()) };
+        }
+        Ok(())
+    }
+}

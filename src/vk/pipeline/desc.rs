@@ -1,0 +1,175 @@
+//! Raster and compute pipelines. Their layouts come from reflection: one push-descriptor set and one push block.
+
+use super::bind::Bind;
+use super::constants::{Constant, checked};
+use super::make_pipeline::{Making, RasterState};
+use super::raw_pipeline::RawPipeline;
+use super::reflect::{Binding, StageInfo};
+use super::shader::generation;
+use crate::Result;
+use crate::vk::device::context::Context;
+use ash::vk;
+use std::sync::Arc;
+
+/// How a fragment's colour joins what is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    /// `source + (1 - source alpha) * destination`, for colours that were multiplied by their alpha.
+    PremultipliedOver,
+}
+
+/// Depth test of a raster pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DepthDesc {
+    pub format: vk::Format,
+    pub compare: vk::CompareOp,
+    pub write: bool,
+}
+
+/// One interleaved vertex buffer.
+#[derive(Clone, Copy, Debug)]
+pub struct VertexInput<'a> {
+    /// Bytes per vertex.
+    pub stride: u32,
+    /// (location, format, offset in bytes)
+    pub attributes: &'a [(u32, vk::Format, u32)],
+}
+
+/// What to make a [`Raster`] of. Triangle lists, no culling; viewport and scissor come with the draw.
+#[derive(Clone, Copy, Debug)]
+pub struct RasterDesc<'a> {
+    pub label: &'a str,
+    /// Shaders by their path below `glsl/`.
+    pub vertex: &'a str,
+    pub geometry: Option<&'a str>,
+    pub fragment: Option<&'a str>,
+    /// Specialisation constants, all that the stages depend on; more may be given, of the headers or of these stages.
+    pub constants: &'a [Constant],
+    pub vertex_input: Option<VertexInput<'a>>,
+    pub color_formats: &'a [vk::Format],
+    pub depth: Option<DepthDesc>,
+    /// Samples per pixel: 1, 2, 4, …
+    pub samples: u32,
+    pub blend: Option<Blend>,
+    /// `false` masks every colour write.
+    pub color_write: bool,
+    /// The hardware makes a fragment of every pixel that a triangle touches; only on a context that can.
+    pub conservative: bool,
+}
+
+impl Default for RasterDesc<'_> {
+    fn default() -> Self {
+        Self {
+            label: "",
+            vertex: "",
+            geometry: None,
+            fragment: None,
+            constants: &[],
+            vertex_input: None,
+            color_formats: &[],
+            depth: None,
+            samples: 1,
+            blend: None,
+            color_write: true,
+            conservative: false,
+        }
+    }
+}
+
+/// What to make a [`Compute`] of.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ComputeDesc<'a> {
+    pub label: &'a str,
+    /// Shader by its path below `glsl/`.
+    pub shader: &'a str,
+    /// Specialisation constants, all that the shader depends on; more may be given, of the headers or of this shader.
+    pub constants: &'a [Constant],
+}
+
+/// A graphics pipeline.
+pub struct Raster {
+    pub(in crate::vk) raw: Arc<RawPipeline>,
+    /// Destroys the pipeline when it goes.
+    _context: Arc<Context>,
+}
+
+/// A compute pipeline.
+pub struct Compute {
+    pub(in crate::vk) raw: Arc<RawPipeline>,
+    /// Destroys the pipeline when it goes.
+    _context: Arc<Context>,
+}
+
+macro_rules! reflection {
+    ($pipeline:ty) => {
+        impl $pipeline {
+            pub fn label(&self) -> &str {
+                &self.raw.label
+            }
+
+            /// The bindings of set 0, merged over the stages, in the order of their names and numbers.
+            pub fn bindings(&self) -> &[Binding] {
+                &self.raw.bindings
+            }
+
+            /// Those of `binds` that the pipeline uses: passes that share resources list them once.
+            pub fn select<'a>(&self, binds: &[Bind<'a>]) -> Vec<Bind<'a>> {
+                let used = |bind: &&Bind<'a>| self.raw.bindings.iter().any(|binding| binding.name == bind.name);
+                binds.iter().filter(used).cloned().collect()
+            }
+
+            /// The stages in pipeline order, as their SPIR-V states them.
+            pub fn stages(&self) -> &[StageInfo] {
+                &self.raw.stages
+            }
+
+            /// Bytes of the push block, 0 without one.
+            pub fn push_bytes(&self) -> u32 {
+                self.raw.push_bytes
+            }
+        }
+    };
+}
+reflection!(Raster);
+reflection!(Compute);
+
+impl Compute {
+    /// Starts to compile the pipeline, or takes the one that the context has already. Panics when the shader uses what
+    /// pipelines here do not offer, or when the constants are not those that it declares and depends on. Its first use
+    /// waits for it, as does [`Context::wait_for_pipelines`].
+    pub fn new(context: &Arc<Context>, desc: &ComputeDesc<'_>) -> Result<Self> {
+        let constants = checked(desc.label, &[desc.shader], desc.constants, context.counting);
+        let desc = ComputeDesc { constants: &constants, ..*desc };
+        let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
+            let mut raw = RawPipeline::new(context, desc.label, &[desc.shader])?;
+            raw.start(Making::new(context, &raw, &constants, None));
+            Ok(raw)
+        })?;
+        Ok(Self { raw, _context: context.clone() })
+    }
+}
+
+impl Raster {
+    /// Starts to compile the pipeline, or takes the one that the context has already. Panics when the shaders disagree
+    /// or use what pipelines here do not offer, or when the constants are not those that they declare and depend on.
+    /// Its first use waits for it, as does [`Context::wait_for_pipelines`].
+    pub fn new(context: &Arc<Context>, desc: &RasterDesc<'_>) -> Result<Self> {
+        let shaders = [Some(desc.vertex), desc.geometry, desc.fragment].into_iter().flatten();
+        let shaders: Vec<_> = shaders.collect();
+        let constants = checked(desc.label, &shaders, desc.constants, context.counting);
+        let desc = RasterDesc { constants: &constants, ..*desc };
+        if desc.conservative {
+            assert!(context.conservative_rasterization, "{}: conservative rasterisation is not enabled", desc.label);
+        }
+        let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
+            let mut raw = RawPipeline::new(context, desc.label, &shaders)?;
+            raw.color_formats = desc.color_formats.to_vec();
+            raw.depth = desc.depth;
+            raw.samples = desc.samples;
+            raw.color_write = desc.color_write;
+            raw.start(Making::new(context, &raw, &constants, Some(RasterState::new(&desc))));
+            Ok(raw)
+        })?;
+        Ok(Self { raw, _context: context.clone() })
+    }
+}

@@ -1,0 +1,170 @@
+//! The driver's part of making a pipeline, with all that it needs owned, so that a thread can do it.
+
+use super::constants::Constant;
+use super::desc::{Blend, DepthDesc, RasterDesc};
+use super::modules::Modules;
+use super::raw_pipeline::RawPipeline;
+use super::shader;
+use super::specialize::{Choices, specialize};
+use crate::vk::device::context::Context;
+use crate::vk::device::label::set_name;
+use ash::vk;
+
+/// The pipeline, or why there is none.
+pub(in crate::vk) type Made = Result<vk::Pipeline, vk::Result>;
+
+/// What a pipeline is made of.
+pub(in crate::vk) struct Making {
+    device: ash::Device,
+    debug_utils: Option<ash::ext::debug_utils::Device>,
+    cache: vk::PipelineCache,
+    layout: vk::PipelineLayout,
+    label: String,
+    /// In pipeline order, with their words.
+    stages: Vec<(vk::ShaderStageFlags, &'static [u32])>,
+    constants: Vec<Constant>,
+    /// Names and numbers.
+    bindings: Vec<(String, u32)>,
+    post_depth_coverage: bool,
+    /// Of a raster pipeline.
+    raster: Option<RasterState>,
+}
+
+/// The fixed functions of a [`RasterDesc`].
+pub(in crate::vk) struct RasterState {
+    vertex_bindings: Vec<vk::VertexInputBindingDescription>,
+    vertex_attributes: Vec<vk::VertexInputAttributeDescription>,
+    color_formats: Vec<vk::Format>,
+    color_attachments: Vec<vk::PipelineColorBlendAttachmentState>,
+    depth: Option<DepthDesc>,
+    samples: u32,
+    conservative: bool,
+}
+
+impl RasterState {
+    pub(in crate::vk) fn new(desc: &RasterDesc<'_>) -> Self {
+        let input = desc.vertex_input;
+        let binding = |stride| vk::VertexInputBindingDescription::default().stride(stride);
+        let attribute = |&(location, format, offset): &_| {
+            vk::VertexInputAttributeDescription::default().location(location).format(format).offset(offset)
+        };
+        Self {
+            vertex_bindings: input.iter().map(|input| binding(input.stride)).collect(),
+            vertex_attributes: input.iter().flat_map(|input| input.attributes).map(attribute).collect(),
+            color_formats: desc.color_formats.to_vec(),
+            color_attachments: vec![blend_state(desc); desc.color_formats.len()],
+            depth: desc.depth,
+            samples: desc.samples,
+            conservative: desc.conservative,
+        }
+    }
+}
+
+fn blend_state(desc: &RasterDesc<'_>) -> vk::PipelineColorBlendAttachmentState {
+    let mask = if desc.color_write { vk::ColorComponentFlags::RGBA } else { vk::ColorComponentFlags::empty() };
+    let state = vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask);
+    match desc.blend {
+        None => state,
+        Some(Blend::PremultipliedOver) => state
+            .blend_enable(true)
+            .src_color_blend_factor(vk::BlendFactor::ONE)
+            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+            .color_blend_op(vk::BlendOp::ADD)
+            .src_alpha_blend_factor(vk::BlendFactor::ONE)
+            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+            .alpha_blend_op(vk::BlendOp::ADD),
+    }
+}
+
+impl Making {
+    /// For `raw`, whose layout is there. `constants`: all that its shaders depend on.
+    pub(in crate::vk) fn new(
+        context: &Context,
+        raw: &RawPipeline,
+        constants: &[Constant],
+        raster: Option<RasterState>,
+    ) -> Self {
+        Self {
+            device: context.device().clone(),
+            debug_utils: context.functions.debug_utils.clone(),
+            cache: context.pipeline_cache.handle,
+            layout: raw.layout,
+            label: raw.label.clone(),
+            stages: raw.stages.iter().map(|info| (info.stage.flag(), shader::spirv(info.shader))).collect(),
+            constants: constants.to_vec(),
+            bindings: raw.bindings.iter().map(|binding| (binding.name.clone(), binding.binding)).collect(),
+            post_depth_coverage: context.post_depth_coverage,
+            raster,
+        }
+    }
+
+    /// Compiles it: this is what takes long.
+    pub(in crate::vk) fn make(&self) -> Made {
+        let choices = Choices {
+            constants: &self.constants,
+            bindings: &self.bindings,
+            post_depth_coverage: self.post_depth_coverage,
+        };
+        let words = self.stages.iter().map(|(_, words)| specialize(words, &choices));
+        let modules = Modules::new(&self.device, words)?;
+        let flags = self.stages.iter().map(|(flag, _)| *flag).enumerate();
+        let stages: Vec<_> = flags.map(|(index, flag)| modules.stage(index, flag)).collect();
+        let made = match &self.raster {
+            Some(state) => self.make_raster(state, &stages),
+            None => {
+                let info = [vk::ComputePipelineCreateInfo::default().stage(stages[0]).layout(self.layout)];
+                // SAFETY: the info is complete and refers to live objects.
+                unsafe { self.device.create_compute_pipelines(self.cache, &info, None) }
+            }
+        };
+        let handle = made.map_err(|(_, result)| result)?[0];
+        set_name(self.debug_utils.as_ref(), handle, &self.label);
+        Ok(handle)
+    }
+
+    fn make_raster(
+        &self,
+        state: &RasterState,
+        stages: &[vk::PipelineShaderStageCreateInfo<'_>],
+    ) -> Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)> {
+        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(&state.vertex_bindings)
+            .vertex_attribute_descriptions(&state.vertex_attributes);
+        let assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        // Grown by no more than the device cannot help: an exact test follows.
+        let mut conservative = vk::PipelineRasterizationConservativeStateCreateInfoEXT::default()
+            .conservative_rasterization_mode(vk::ConservativeRasterizationModeEXT::OVERESTIMATE);
+        let mut raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+        if state.conservative {
+            raster = raster.push_next(&mut conservative);
+        }
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::from_raw(state.samples));
+        let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
+        if let Some(DepthDesc { compare, write, .. }) = state.depth {
+            depth = depth.depth_test_enable(true).depth_compare_op(compare).depth_write_enable(write);
+        }
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&state.color_attachments);
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+            .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+        let mut rendering = vk::PipelineRenderingCreateInfo::default()
+            .color_attachment_formats(&state.color_formats)
+            .depth_attachment_format(state.depth.map_or(vk::Format::UNDEFINED, |depth| depth.format));
+        let info = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(self.layout)
+            .push_next(&mut rendering)];
+        // SAFETY: the info is complete and refers to live objects.
+        unsafe { self.device.create_graphics_pipelines(self.cache, &info, None) }
+    }
+}

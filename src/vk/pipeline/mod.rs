@@ -1,0 +1,16 @@
+//! Shaders, specialised and reflected, the pipelines that are made of them, and the resources that these take by name.
+
+pub(in crate::vk) mod bind;
+#[cfg(feature = "hot-reload")]
+pub(in crate::vk) mod compile;
+pub(in crate::vk) mod constants;
+pub(in crate::vk) mod desc;
+pub(in crate::vk) mod make_pipeline;
+pub(in crate::vk) mod modules;
+pub(in crate::vk) mod raw_pipeline;
+pub(in crate::vk) mod reflect;
+#[cfg(feature = "hot-reload")]
+pub(in crate::vk) mod reload;
+pub mod shader;
+pub(in crate::vk) mod specialize;
+pub(in crate::vk) mod used;

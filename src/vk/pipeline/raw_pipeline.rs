@@ -1,0 +1,168 @@
+//! A pipeline as the context holds it: its layouts, what its shaders say, and its handle once a thread has compiled it.
+
+use super::bind::COUNTS;
+use super::desc::DepthDesc;
+use super::make_pipeline::{Made, Making};
+use super::reflect::{self, Binding, BindingKind, Stage, StageInfo};
+use super::shader;
+use crate::vk::device::context::Context;
+use crate::vk::device::pipelines::Pipeline;
+use crate::{Error, Result};
+use ash::vk;
+use std::panic::resume_unwind;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::thread::{self, JoinHandle};
+
+/// What every Vulkan device offers for push constants.
+const MAX_PUSH_BYTES: u32 = 128;
+
+/// As large as a main thread's usually is: drivers compile by recursion.
+const STACK_BYTES: usize = 8 << 20;
+
+/// A pipeline with what its shaders say of it.
+pub(in crate::vk) struct RawPipeline {
+    pub(in crate::vk) layout: vk::PipelineLayout,
+    set_layout: vk::DescriptorSetLayout,
+    pub(in crate::vk) label: String,
+    pub(in crate::vk) stages: Vec<StageInfo>,
+    pub(in crate::vk) bindings: Vec<Binding>,
+    pub(in crate::vk) push_bytes: u32,
+    pub(in crate::vk) push_stages: vk::ShaderStageFlags,
+    /// For raster pipelines: to be held against the target at a draw.
+    pub(in crate::vk) color_formats: Vec<vk::Format>,
+    pub(in crate::vk) depth: Option<DepthDesc>,
+    pub(in crate::vk) samples: u32,
+    pub(in crate::vk) color_write: bool,
+    making: Mutex<Option<JoinHandle<Made>>>,
+    made: OnceLock<Made>,
+}
+
+impl Pipeline for RawPipeline {
+    fn label(&self) -> &str {
+        &self.label
+    }
+
+    fn made(&self) -> std::result::Result<vk::Pipeline, vk::Result> {
+        *self.made.get_or_init(|| {
+            let thread = self.making.lock().unwrap_or_else(PoisonError::into_inner).take();
+            thread.expect("started once").join().unwrap_or_else(|panic| resume_unwind(panic))
+        })
+    }
+
+    fn has_failed(&self) -> bool {
+        self.made.get().is_some_and(|made| made.is_err())
+    }
+
+    unsafe fn destroy(&self, device: &ash::Device) {
+        // SAFETY: the caller's.
+        unsafe {
+            device.destroy_pipeline(self.made().unwrap_or_default(), None);
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
+
+impl RawPipeline {
+    /// Everything but the pipeline itself: reflection and layouts.
+    pub(in crate::vk) fn new(context: &Context, label: &str, shaders: &[&str]) -> Result<Self> {
+        let mut modules: Vec<_> = shaders.iter().map(|name| reflect::module(shader::entry(name))).collect();
+        if !context.counting {
+            // Nothing reads it once the constant is set: `specialize` takes it out of the shaders too.
+            modules.iter_mut().for_each(|module| module.bindings.retain(|binding| binding.name != COUNTS));
+        }
+        let push_bytes = modules.iter().map(|module| module.push_bytes).max().unwrap_or(0);
+        assert!(push_bytes <= MAX_PUSH_BYTES, "{label}: a push block of {push_bytes} bytes, {MAX_PUSH_BYTES} at most");
+        let with_push = modules.iter().filter(|module| module.push_bytes > 0);
+        let push_stages =
+            with_push.fold(vk::ShaderStageFlags::empty(), |flags, module| flags | module.info.stage.flag());
+        let mut this = Self {
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            label: label.to_owned(),
+            bindings: reflect::merge(label, &modules),
+            stages: modules.into_iter().map(|module| module.info).collect(),
+            push_bytes,
+            push_stages,
+            color_formats: Vec::new(),
+            depth: None,
+            samples: 1,
+            color_write: true,
+            making: Mutex::default(),
+            made: OnceLock::new(),
+        };
+        let descriptors: u32 = this.bindings.iter().map(|binding| binding.count).sum();
+        if descriptors > context.max_push_descriptors {
+            return Err(Error::Device(format!(
+                "{} pushes at most {} descriptors, but the pass {label} needs {descriptors}: choose another device",
+                context.name, context.max_push_descriptors
+            )));
+        }
+        let storage_images =
+            this.bindings.iter().filter(|b| b.kind == BindingKind::StorageImage).map(|b| b.count).sum::<u32>();
+        let most = context.limits.max_per_stage_descriptor_storage_images;
+        if storage_images > most {
+            return Err(Error::Device(format!(
+                "{} stores to at most {most} images at once, but the pass {label} to {storage_images}: choose another form of \
+                 the pass or another device",
+                context.name
+            )));
+        }
+        this.create_layouts(context.device())
+            .map_err(|result| context.error(&format!("creating the pass {label}"), result))?;
+        Ok(this)
+    }
+
+    /// Compiles the pipeline on a thread of its own: a frame has about twenty, and drivers compile each on the caller's.
+    pub(in crate::vk) fn start(&mut self, making: Making) {
+        let making = Arc::new(making);
+        let on_thread = making.clone();
+        let thread = thread::Builder::new().name("pipeline".into()).stack_size(STACK_BYTES);
+        match thread.spawn(move || on_thread.make()) {
+            Ok(thread) => self.making = Mutex::new(Some(thread)),
+            // No thread is to be had: here, then.
+            Err(_) => self.made = OnceLock::from(making.make()),
+        }
+    }
+
+    /// The same as [`Pipeline::made`] for a pass that needs it now. Panics where the driver did not make it and nobody asked
+    /// [`Context::wait_for_pipelines`].
+    pub(in crate::vk) fn handle(&self) -> vk::Pipeline {
+        self.made().unwrap_or_else(|result| panic!("compiling the pass {} failed ({result})", self.label))
+    }
+
+    pub(in crate::vk) fn bind_point(&self) -> vk::PipelineBindPoint {
+        let is_compute = self.stages[0].stage == Stage::Compute;
+        if is_compute { vk::PipelineBindPoint::COMPUTE } else { vk::PipelineBindPoint::GRAPHICS }
+    }
+
+    fn create_layouts(&mut self, device: &ash::Device) -> std::result::Result<(), vk::Result> {
+        let bindings: Vec<_> = self
+            .bindings
+            .iter()
+            .map(|binding| {
+                let stages = binding.stages.iter().fold(vk::ShaderStageFlags::empty(), |all, s| all | s.flag());
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(binding.binding)
+                    .descriptor_type(binding.kind.descriptor_type())
+                    .descriptor_count(binding.count)
+                    .stage_flags(stages)
+            })
+            .collect();
+        let set = vk::DescriptorSetLayoutCreateInfo::default()
+            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
+            .bindings(&bindings);
+        // SAFETY: the infos are complete.
+        unsafe {
+            self.set_layout = device.create_descriptor_set_layout(&set, None)?;
+            let sets = [self.set_layout];
+            let push = [vk::PushConstantRange::default().stage_flags(self.push_stages).size(self.push_bytes)];
+            let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+            if self.push_bytes > 0 {
+                info = info.push_constant_ranges(&push);
+            }
+            self.layout = device.create_pipeline_layout(&info, None)?;
+        }
+        Ok(())
+    }
+}

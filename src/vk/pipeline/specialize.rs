@@ -1,0 +1,450 @@
+//! Sets a shader's specialization constants before the driver sees it, cuts the branches that they decide, and numbers
+//! its bindings as the pipeline does. Drivers would copy every function into the places that call it first and find out
+//! afterwards that nothing gets there: on llvmpipe that is more than half of the time that a pipeline takes.
+
+use super::constants::Constant;
+use super::used::keep_used;
+use rspirv::binary::Assemble;
+use rspirv::dr::{Block, Function, Instruction, Module, Operand, load_words};
+use rspirv::spirv::{Capability, Decoration, ExecutionMode, Op, Word};
+use std::collections::{HashMap, HashSet};
+
+/// Values of scalars that are integers of 32 bits or booleans (0, 1), by their ids.
+type Known = HashMap<Word, u32>;
+
+/// How a pipeline takes its shaders.
+#[derive(Clone, Copy, Default)]
+pub(in crate::vk) struct Choices<'a> {
+    /// Those that are not given keep their default values.
+    pub(in crate::vk) constants: &'a [Constant],
+    /// Names, as the build wrote them, and numbers; a binding that is not given keeps its number.
+    pub(in crate::vk) bindings: &'a [(String, u32)],
+    /// Whether the device can say which samples are left after the depth test; elsewhere shaders do not ask.
+    pub(in crate::vk) post_depth_coverage: bool,
+}
+
+/// The module `words`, valid SPIR-V from the build, as a pipeline takes it.
+pub(in crate::vk) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
+    let mut module = load_words(words).expect("the build writes SPIR-V");
+    if !choices.post_depth_coverage {
+        ask_before_depth(&mut module);
+    }
+    let names = names(&module);
+    number_bindings(&mut module, &names, choices.bindings);
+    let scalars = scalar_types(&module);
+    let known = set_constants(&mut module, &scalars, &names, choices.constants);
+    let mut results = Known::new();
+    for place in callees_first(&module.functions) {
+        let function = &mut module.functions[place];
+        let walk = Walk::new(function, &scalars, &known, &results);
+        if let (Some(result), Some(id)) = (walk.result(function), function.def_id()) {
+            results.insert(id, result);
+        }
+        walk.cut(function);
+    }
+    keep_used(&mut module);
+    module.assemble()
+}
+
+/// Takes `PostDepthCoverage` out of a module; early tests, which it implies, are named by themselves.
+fn ask_before_depth(module: &mut Module) {
+    let capability = Operand::Capability(Capability::SampleMaskPostDepthCoverage);
+    let mode = Operand::ExecutionMode(ExecutionMode::PostDepthCoverage);
+    module.capabilities.retain(|i| !i.operands.contains(&capability));
+    module.execution_modes.retain(|i| !i.operands.contains(&mode));
+    module.extensions.retain(|i| i.operands != [Operand::LiteralString("SPV_KHR_post_depth_coverage".into())]);
+}
+
+/// Names of what stands outside of functions, by its id.
+type Names = HashMap<Word, String>;
+
+fn names(module: &Module) -> Names {
+    let name = |i: &Instruction| match &i.operands[..] {
+        [Operand::IdRef(id), Operand::LiteralString(name)] => Some((*id, name.clone())),
+        _ => None,
+    };
+    module.debug_names.iter().filter_map(name).collect()
+}
+
+/// Gives the bindings the pipeline's numbers.
+fn number_bindings(module: &mut Module, names: &Names, bindings: &[(String, u32)]) {
+    for i in &mut module.annotations {
+        if let [Operand::IdRef(id), Operand::Decoration(Decoration::Binding), Operand::LiteralBit32(number)] =
+            &mut i.operands[..]
+            && let Some(binding) = names.get(id).and_then(|name| bindings.iter().find(|(known, _)| known == name))
+        {
+            *number = binding.1;
+        }
+    }
+}
+
+fn scalar_types(module: &Module) -> HashSet<Word> {
+    let is_scalar = |i: &&Instruction| {
+        i.class.opcode == Op::TypeBool || i.class.opcode == Op::TypeInt && i.operands[0] == Operand::LiteralBit32(32)
+    };
+    module.types_global_values.iter().filter(is_scalar).filter_map(|i| i.result_id).collect()
+}
+
+/// Turns specialization constants into constants, with what is computed from them; all constants known.
+fn set_constants(module: &mut Module, scalars: &HashSet<Word>, names: &Names, constants: &[Constant]) -> Known {
+    let is_number = |i: &Instruction| i.operands.get(1) == Some(&Operand::Decoration(Decoration::SpecId));
+    let value = |i: &Instruction| {
+        let (id, name) = (target(&i.operands[0]), names.get(&target(&i.operands[0]))?);
+        constants.iter().find(|(known, _)| known == name).map(|(_, value)| (id, value.bits()))
+    };
+    let set: HashMap<Word, u32> = module.annotations.iter().filter(|i| is_number(i)).filter_map(value).collect();
+    module.annotations.retain(|i| !is_number(i));
+
+    let bools: HashSet<Word> = (module.types_global_values.iter())
+        .filter(|i| i.class.opcode == Op::TypeBool)
+        .filter_map(|i| i.result_id)
+        .collect();
+    let mut known = Known::new();
+    for i in &mut module.types_global_values {
+        let (Some(id), Some(kind)) = (i.result_id, i.result_type) else { continue };
+        let literal = match i.operands[..] {
+            [Operand::LiteralBit32(value)] => Some(value),
+            _ => None,
+        };
+        let value = match i.class.opcode {
+            Op::Constant => literal,
+            Op::SpecConstant => set.get(&id).copied().or(literal),
+            Op::ConstantTrue => Some(1),
+            Op::ConstantFalse => Some(0),
+            Op::SpecConstantTrue => Some(set.get(&id).copied().unwrap_or(1)),
+            Op::SpecConstantFalse => Some(set.get(&id).copied().unwrap_or(0)),
+            Op::SpecConstantOp if scalars.contains(&kind) => match &i.operands[..] {
+                [Operand::LiteralSpecConstantOpInteger(op), of @ ..] => value_of(*op, of, &known),
+                _ => None,
+            },
+            _ => None,
+        };
+        let Some(value) = value else { continue };
+        *i = if bools.contains(&kind) {
+            let op = if value == 0 { Op::ConstantFalse } else { Op::ConstantTrue };
+            Instruction::new(op, Some(kind), Some(id), vec![])
+        } else {
+            Instruction::new(Op::Constant, Some(kind), Some(id), vec![Operand::LiteralBit32(value)])
+        };
+        if scalars.contains(&kind) {
+            known.insert(id, value);
+        }
+    }
+    known
+}
+
+/// The value of an operation on scalars, where what is known decides it.
+fn value_of(op: Op, operands: &[Operand], known: &Known) -> Option<u32> {
+    let at = |place: usize| known.get(&operands.get(place)?.id_ref_any()?).copied();
+    let truth = |value: bool| Some(u32::from(value));
+    let (a, b) = (at(0), at(1));
+    match (op, a, b) {
+        (Op::LogicalAnd | Op::BitwiseAnd, Some(0), _) | (Op::LogicalAnd | Op::BitwiseAnd, _, Some(0)) => {
+            return Some(0);
+        }
+        (Op::LogicalOr, Some(1), _) | (Op::LogicalOr, _, Some(1)) => return Some(1),
+        (Op::ULessThan, _, Some(0)) => return Some(0), // so a loop of no rounds is known to be one
+        (Op::Select, Some(condition), _) => return at(if condition != 0 { 1 } else { 2 }),
+        _ => {}
+    }
+    let a = a?;
+    match op {
+        Op::LogicalNot => return truth(a == 0),
+        Op::Not => return Some(!a),
+        _ => {}
+    }
+    let b = b?;
+    match op {
+        Op::LogicalAnd | Op::BitwiseAnd => Some(a & b),
+        Op::LogicalOr | Op::BitwiseOr => Some(a | b),
+        Op::BitwiseXor => Some(a ^ b),
+        Op::IAdd => Some(a.wrapping_add(b)),
+        Op::ISub => Some(a.wrapping_sub(b)),
+        Op::IMul => Some(a.wrapping_mul(b)),
+        Op::UDiv => a.checked_div(b),
+        Op::UMod => a.checked_rem(b),
+        Op::ShiftLeftLogical => a.checked_shl(b),
+        Op::ShiftRightLogical => a.checked_shr(b),
+        Op::LogicalEqual | Op::IEqual => truth(a == b),
+        Op::LogicalNotEqual | Op::INotEqual => truth(a != b),
+        Op::ULessThan => truth(a < b),
+        Op::ULessThanEqual => truth(a <= b),
+        Op::UGreaterThan => truth(a > b),
+        Op::UGreaterThanEqual => truth(a >= b),
+        Op::SLessThan => truth((a as i32) < b as i32),
+        Op::SLessThanEqual => truth(a as i32 <= b as i32),
+        Op::SGreaterThan => truth(a as i32 > b as i32),
+        Op::SGreaterThanEqual => truth(a as i32 >= b as i32),
+        _ => None,
+    }
+}
+
+/// Places of functions, each after those it calls.
+fn callees_first(functions: &[Function]) -> Vec<usize> {
+    let places: HashMap<Word, usize> =
+        functions.iter().enumerate().filter_map(|(k, f)| Some((f.def_id()?, k))).collect();
+    fn visit(
+        place: usize,
+        functions: &[Function],
+        places: &HashMap<Word, usize>,
+        seen: &mut [bool],
+        order: &mut Vec<usize>,
+    ) {
+        if std::mem::replace(&mut seen[place], true) {
+            return;
+        }
+        for call in functions[place].all_inst_iter().filter(|i| i.class.opcode == Op::FunctionCall) {
+            visit(places[&call.operands[0].unwrap_id_ref()], functions, places, seen, order);
+        }
+        order.push(place);
+    }
+    let mut order = Vec::new();
+    let mut seen = vec![false; functions.len()];
+    for place in 0..functions.len() {
+        visit(place, functions, &places, &mut seen, &mut order);
+    }
+    order
+}
+
+fn label(block: &Block) -> Word {
+    block.label_id().expect("a loaded block has a label")
+}
+
+fn target(operand: &Operand) -> Word {
+    operand.unwrap_id_ref()
+}
+
+/// What a function gets to.
+struct Walk {
+    reached: HashSet<Word>,
+    /// Constants, and what is computed of them inside.
+    known: Known,
+}
+
+impl Walk {
+    fn new(function: &Function, scalars: &HashSet<Word>, constants: &Known, results: &Known) -> Self {
+        let mut walk = Self { reached: function.blocks.first().map(label).into_iter().collect(), known: Known::new() };
+        // Once more whenever something was reached, so that a block may stand before one that leads to it.
+        loop {
+            let before = walk.reached.len();
+            let mut passed = HashSet::new();
+            walk.known.clone_from(constants);
+            for block in &function.blocks {
+                if walk.reached.contains(&label(block)) {
+                    walk.through(block, scalars, results, &passed);
+                }
+                passed.insert(label(block));
+            }
+            if walk.reached.len() == before {
+                return walk;
+            }
+        }
+    }
+
+    fn through(&mut self, block: &Block, scalars: &HashSet<Word>, results: &Known, passed: &HashSet<Word>) {
+        for i in &block.instructions {
+            let value = match i.class.opcode {
+                Op::Phi => self.phi(i, passed),
+                Op::FunctionCall => results.get(&target(&i.operands[0])).copied(),
+                op => value_of(op, &i.operands, &self.known),
+            };
+            if let (Some(value), Some(id), Some(kind)) = (value, i.result_id, i.result_type)
+                && scalars.contains(&kind)
+            {
+                self.known.insert(id, value);
+            }
+        }
+        let Some(last) = block.instructions.last() else { return };
+        let next: Vec<Word> = match self.decided(last) {
+            Some(next) => vec![next],
+            None => last.operands.iter().filter_map(Operand::id_ref_any).collect(),
+        };
+        let leads_on = matches!(last.class.opcode, Op::Branch | Op::BranchConditional | Op::Switch);
+        self.reached.extend(next.into_iter().filter(|_| leads_on));
+    }
+
+    /// One value from wherever it comes. A way back is not known yet.
+    fn phi(&self, phi: &Instruction, passed: &HashSet<Word>) -> Option<u32> {
+        let mut values = Vec::new();
+        for pair in phi.operands.chunks(2) {
+            let from = target(&pair[1]);
+            if !passed.contains(&from) {
+                return None;
+            }
+            if self.reached.contains(&from) {
+                values.push(self.known.get(&target(&pair[0])).copied()?);
+            }
+        }
+        values.dedup();
+        match values[..] {
+            [value] => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Where a conditional branch always leads.
+    fn decided(&self, last: &Instruction) -> Option<Word> {
+        if last.class.opcode != Op::BranchConditional {
+            return None;
+        }
+        let condition = *self.known.get(&target(&last.operands[0]))?;
+        Some(target(&last.operands[if condition != 0 { 1 } else { 2 }]))
+    }
+
+    /// What the function returns, where that is always the same.
+    fn result(&self, function: &Function) -> Option<u32> {
+        let lasts = function.blocks.iter().filter(|block| self.reached.contains(&label(block)));
+        let returned =
+            lasts.filter_map(|block| block.instructions.last()).filter(|i| i.class.opcode == Op::ReturnValue);
+        let mut values: Vec<Option<u32>> = returned.map(|i| self.known.get(&target(&i.operands[0])).copied()).collect();
+        values.dedup();
+        match values[..] {
+            [value] => value,
+            _ => None,
+        }
+    }
+
+    /// Takes out the blocks that are not reached.
+    fn cut(&self, function: &mut Function) {
+        function.blocks.iter_mut().for_each(|block| self.lead_on(block));
+        // A block that merges or continues stays, empty, for what names it.
+        let (mut merges, mut continues) = (HashSet::new(), HashMap::new());
+        for block in function.blocks.iter().filter(|block| self.reached.contains(&label(block))) {
+            for i in &block.instructions {
+                match i.class.opcode {
+                    Op::SelectionMerge => {
+                        merges.insert(target(&i.operands[0]));
+                    }
+                    Op::LoopMerge => {
+                        merges.insert(target(&i.operands[0]));
+                        continues.insert(target(&i.operands[1]), label(block));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        function.blocks.retain_mut(|block| {
+            let name = label(block);
+            if self.reached.contains(&name) {
+                return true;
+            }
+            let end = match continues.get(&name) {
+                Some(head) => Instruction::new(Op::Branch, None, None, vec![Operand::IdRef(*head)]),
+                None => Instruction::new(Op::Unreachable, None, None, vec![]),
+            };
+            block.instructions = vec![end];
+            continues.contains_key(&name) || merges.contains(&name)
+        });
+        keep_ways(function);
+    }
+
+    /// Replaces a branch whose way is decided.
+    fn lead_on(&self, block: &mut Block) {
+        let Some(next) = block.instructions.last().and_then(|last| self.decided(last)) else { return };
+        block.instructions.pop();
+        block.instructions.pop_if(|i| i.class.opcode == Op::SelectionMerge);
+        block.instructions.push(Instruction::new(Op::Branch, None, None, vec![Operand::IdRef(next)]));
+    }
+}
+
+/// Takes the ways that are gone out of what chooses by them.
+fn keep_ways(function: &mut Function) {
+    let mut ways: HashSet<(Word, Word)> = HashSet::new();
+    for block in &function.blocks {
+        for operand in block.instructions.last().into_iter().flat_map(|last| &last.operands) {
+            ways.extend(operand.id_ref_any().map(|to| (label(block), to)));
+        }
+    }
+    for block in &mut function.blocks {
+        let here = label(block);
+        for phi in block.instructions.iter_mut().filter(|i| i.class.opcode == Op::Phi) {
+            let pairs = phi.operands.chunks(2).filter(|pair| ways.contains(&(target(&pair[1]), here)));
+            phi.operands = pairs.flatten().cloned().collect();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vk::pipeline::shader;
+
+    fn with_features(name: &str, features: u32, post_depth_coverage: bool) -> Vec<u32> {
+        let constants = [("FEATURES", features.into())];
+        specialize(shader::spirv(name), &Choices { constants: &constants, post_depth_coverage, ..Default::default() })
+    }
+
+    /// Ids that something reads and nothing defines.
+    fn undefined(module: &Module) -> Vec<Word> {
+        let defined: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
+        let read =
+            module.all_inst_iter().flat_map(|i| i.operands.iter().filter_map(Operand::id_ref_any).chain(i.result_type));
+        read.filter(|id| !defined.contains(id)).collect()
+    }
+
+    #[test]
+    fn every_shader_stays_whole_whatever_is_cut() {
+        for name in shader::names() {
+            for features in [0, 0x5555_5555] {
+                let words = with_features(name, features, true);
+                let module = load_words(&words).unwrap();
+                assert_eq!(undefined(&module), [0; 0], "{name} with {features:#x}");
+                assert!(module.types_global_values.iter().all(|i| i.class.opcode != Op::SpecConstant), "{name}");
+                let again = specialize(&words, &Choices { post_depth_coverage: true, ..Default::default() });
+                assert_eq!(again.len(), words.len(), "{name}: nothing is left to cut");
+            }
+        }
+    }
+
+    #[test]
+    fn a_device_without_post_depth_coverage_gets_shaders_that_do_not_ask() {
+        let asks = |post_depth_coverage| {
+            let module = load_words(with_features("ground/image/drawn.frag rays", 0, post_depth_coverage)).unwrap();
+            let early = Operand::ExecutionMode(ExecutionMode::EarlyFragmentTests);
+            assert!(module.execution_modes.iter().any(|i| i.operands.contains(&early)));
+            format!("{module:?}").contains("PostDepthCoverage")
+        };
+        assert!(asks(true) && !asks(false));
+    }
+
+    #[test]
+    fn what_no_feature_asks_for_is_gone() {
+        let functions = |features| {
+            load_words(with_features("ground/image/image.frag rays", features, true)).unwrap().functions.len()
+        };
+        assert!(functions(0) + 20 < functions(!0), "{} of {} functions are left", functions(0), functions(!0));
+    }
+
+    #[test]
+    fn bindings_get_the_numbers_of_the_pipeline() {
+        let bindings = [("target".to_owned(), 7), ("source".to_owned(), 3), ("elsewhere".to_owned(), 5)];
+        let words = specialize(shader::spirv("test/copy.comp"), &Choices { bindings: &bindings, ..Default::default() });
+        let module = load_words(words).unwrap();
+        let number = |i: &Instruction| match i.operands[..] {
+            [_, Operand::Decoration(Decoration::Binding), Operand::LiteralBit32(number)] => Some(number),
+            _ => None,
+        };
+        let mut numbers: Vec<u32> = module.annotations.iter().filter_map(number).collect();
+        numbers.sort();
+        assert_eq!(numbers, [3, 7]);
+    }
+
+    #[test]
+    fn operations_have_the_values_that_the_specification_gives() {
+        let known = Known::from([(1, 0), (2, 1), (3, 7), (4, !0)]);
+        let value =
+            |op, ids: &[u32]| value_of(op, &ids.iter().map(|id| Operand::IdRef(*id)).collect::<Vec<_>>(), &known);
+        const UNKNOWN: u32 = 9;
+        assert_eq!(value(Op::LogicalAnd, &[1, UNKNOWN]), Some(0));
+        assert_eq!(value(Op::LogicalAnd, &[2, UNKNOWN]), None);
+        assert_eq!(value(Op::LogicalOr, &[UNKNOWN, 2]), Some(1));
+        assert_eq!(value(Op::Select, &[2, 3, UNKNOWN]), Some(7));
+        assert_eq!(value(Op::Select, &[UNKNOWN, 3, 3]), None);
+        assert_eq!(value(Op::ULessThan, &[UNKNOWN, 1]), Some(0));
+        assert_eq!(value(Op::SLessThan, &[4, 1]), Some(1));
+        assert_eq!(value(Op::UGreaterThan, &[4, 1]), Some(1));
+        assert_eq!(value(Op::ISub, &[1, 2]), Some(!0));
+        assert_eq!(value(Op::UDiv, &[3, 1]), None);
+        assert_eq!(value(Op::ShiftLeftLogical, &[2, 4]), None);
+    }
+}

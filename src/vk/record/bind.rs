@@ -1,0 +1,132 @@
+//! Binds a pipeline with its resources and its push block while a frame is recorded.
+
+use super::recorder::Recorder;
+use crate::vk::pipeline::bind::{Bind, COUNTS, Resource, check_names, find};
+use crate::vk::pipeline::raw_pipeline::RawPipeline;
+use crate::vk::pipeline::reflect::BindingKind;
+use crate::vk::resource::image::ImageView;
+use ash::vk;
+use bytemuck::Pod;
+use std::sync::Arc;
+
+/// What descriptors point at while they are written; its capacity serves the next command.
+#[derive(Default)]
+pub(in crate::vk) struct Infos {
+    buffers: Vec<vk::DescriptorBufferInfo>,
+    images: Vec<vk::DescriptorImageInfo>,
+}
+
+impl Infos {
+    fn clear(&mut self) {
+        self.buffers.clear();
+        self.images.clear();
+    }
+
+    fn push(&mut self, bind: &Bind<'_>) {
+        let (views, sampler) = match &bind.resource {
+            Resource::Buffer(buffer) => {
+                let whole = vk::DescriptorBufferInfo { buffer: buffer.raw.handle, offset: 0, range: vk::WHOLE_SIZE };
+                return self.buffers.push(whole);
+            }
+            Resource::Sampled(views, sampler) => (views, sampler.raw.handle),
+            Resource::Storage(views) => (views, vk::Sampler::null()),
+        };
+        let info = |view: &ImageView<'_>| vk::DescriptorImageInfo {
+            sampler,
+            image_view: view.handle,
+            image_layout: vk::ImageLayout::GENERAL,
+        };
+        self.images.extend(views.as_slice().iter().map(info));
+    }
+}
+
+/// Binds a pipeline with all its resources and its push block.
+///
+/// Panics when a binding is missing, unknown or of another kind, or when the push block's size differs, unless it has none.
+pub(in crate::vk) fn bind_pipeline<T: Pod>(
+    recorder: &mut Recorder,
+    pipeline: &Arc<RawPipeline>,
+    binds: &[Bind<'_>],
+    push: &T,
+) {
+    let counts = recorder.counts_of(pipeline);
+    let with_counts: Vec<Bind<'_>>;
+    let binds = match &counts {
+        Some(counts) => {
+            with_counts = binds.iter().cloned().chain([Bind::buffer(COUNTS, counts)]).collect();
+            &with_counts
+        }
+        None => binds,
+    };
+    check_names(pipeline, binds);
+    let push = bytemuck::bytes_of(push);
+    let (pass, wanted) = (&pipeline.label, pipeline.push_bytes as usize);
+    // A form of a shader that reads nothing of its push block has none.
+    let push = if wanted == 0 { &[] } else { push };
+    assert_eq!(push.len(), wanted, "pass {pass}: the push block has {wanted} bytes, the struct {}", push.len());
+
+    let mut infos = std::mem::take(&mut recorder.recorded.infos);
+    infos.clear();
+    for binding in &pipeline.bindings {
+        infos.push(find(pipeline, binding, binds));
+    }
+    let device = recorder.context().device();
+    // SAFETY: the pipeline is kept below.
+    unsafe { device.cmd_bind_pipeline(recorder.handle(), pipeline.bind_point(), pipeline.handle()) };
+    push_descriptors(recorder, pipeline, &infos);
+    if !push.is_empty() {
+        // SAFETY: the block has the size that the layout states.
+        unsafe { device.cmd_push_constants(recorder.handle(), pipeline.layout, pipeline.push_stages, 0, push) };
+    }
+    recorder.recorded.infos = infos;
+    recorder.keep(pipeline.clone());
+    binds.iter().for_each(|bind| recorder.keep_resources_of(bind));
+}
+
+/// Writes all bindings of the pipeline, in the order of `infos`, a few at a time: so no list of writes is allocated.
+fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) {
+    const AT_ONCE: usize = 16;
+    let context = recorder.context();
+    let mut writes = [vk::WriteDescriptorSet::default(); AT_ONCE];
+    let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
+    for bindings in pipeline.bindings.chunks(AT_ONCE) {
+        for (write, binding) in writes.iter_mut().zip(bindings) {
+            let to = vk::WriteDescriptorSet::default()
+                .dst_binding(binding.binding)
+                .descriptor_type(binding.kind.descriptor_type());
+            *write = match binding.kind {
+                BindingKind::Storage | BindingKind::Uniform => to.buffer_info(take(&mut buffers, 1)),
+                BindingKind::Sampled | BindingKind::StorageImage => {
+                    to.image_info(take(&mut images, binding.count as usize))
+                }
+            };
+        }
+        let (commands, point, writes) = (recorder.handle(), pipeline.bind_point(), &writes[..bindings.len()]);
+        // SAFETY: what is bound is kept, and of the kind that the layout states.
+        unsafe {
+            context.functions.push_descriptor.cmd_push_descriptor_set(commands, point, pipeline.layout, 0, writes)
+        };
+    }
+}
+
+/// The first `count` elements, which `from` then no longer has.
+fn take<'a, T>(from: &mut &'a [T], count: usize) -> &'a [T] {
+    let (taken, rest) = from.split_at(count);
+    *from = rest;
+    taken
+}
+
+impl Recorder {
+    /// Keeps what `bind` refers to alive until the recording is over.
+    fn keep_resources_of(&mut self, bind: &Bind<'_>) {
+        let views = match &bind.resource {
+            Resource::Buffer(buffer) => return self.keep(buffer.raw.clone()),
+            Resource::Sampled(views, sampler) => {
+                self.keep(sampler.raw.clone());
+                views
+            }
+            Resource::Storage(views) => views,
+        };
+        views.as_slice().iter().for_each(|view| self.keep(view.raw.clone()));
+    }
+}

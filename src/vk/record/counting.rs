@@ -1,0 +1,72 @@
+//! What counting shaders (`glsl/common/count.glsl`) add up, zone by zone.
+
+use super::recorder::Recorder;
+use crate::Result;
+use crate::vk::device::context::Context;
+use crate::vk::device::submit::MAX_TIMESTAMPS;
+use crate::vk::pipeline::bind::COUNTS;
+use crate::vk::pipeline::raw_pipeline::RawPipeline;
+use crate::vk::resource::buffer::{Buffer, BufferKind};
+use std::sync::Arc;
+
+/// Kinds of things that are counted, at most.
+const KINDS: usize = 16;
+/// A low and a high word per kind.
+const BYTES: u64 = KINDS as u64 * 8;
+
+/// The buffer that shaders add to, and what it held at the end of each zone.
+pub(in crate::vk) struct Counting {
+    counts: Arc<Buffer>,
+    results: Arc<Buffer>,
+    zones: u64,
+}
+
+impl Counting {
+    pub(in crate::vk) fn new(context: &Arc<Context>) -> Result<Self> {
+        let buffer = |label: &str, zones: u64, kind| {
+            Ok::<_, crate::Error>(Arc::new(Buffer::new(context, label, BYTES * zones, kind)?))
+        };
+        let zones = u64::from(MAX_TIMESTAMPS / 2);
+        Ok(Self {
+            counts: buffer("counts", 1, BufferKind::Device)?,
+            results: buffer("counts of all zones", zones, BufferKind::Readback)?,
+            zones: 0,
+        })
+    }
+
+    /// Begins with the first zone again.
+    pub(in crate::vk) fn restart(&mut self) {
+        self.zones = 0;
+    }
+
+    /// The counts of zone `zone`, once the work was waited for.
+    pub(in crate::vk) fn read(&self, zone: usize) -> Vec<u64> {
+        self.results.read_some(zone as u64 * BYTES, KINDS)
+    }
+}
+
+impl Recorder {
+    /// What is to be bound as [`COUNTS`], where the pipeline counts.
+    pub(in crate::vk) fn counts_of(&self, pipeline: &RawPipeline) -> Option<Arc<Buffer>> {
+        let counting = self.recorded.counting.as_ref()?;
+        pipeline.bindings.iter().any(|binding| binding.name == COUNTS).then(|| counting.counts.clone())
+    }
+
+    /// Sets the counts to 0 for the zone that is to come.
+    pub(in crate::vk) fn start_counts(&mut self) {
+        let Some(counting) = &self.recorded.counting else { return };
+        let counts = counting.counts.clone();
+        self.full_barrier();
+        self.fill(&counts, 0, BYTES, 0);
+        self.full_barrier();
+    }
+
+    /// Keeps the counts of the zone that is over.
+    pub(in crate::vk) fn keep_counts(&mut self) {
+        let Some(counting) = &mut self.recorded.counting else { return };
+        let (counts, results, at) = (counting.counts.clone(), counting.results.clone(), counting.zones * BYTES);
+        counting.zones += 1;
+        self.full_barrier();
+        self.copy_range(counts.at(0), results.at(at), BYTES);
+    }
+}

@@ -1,0 +1,15 @@
+//! Recording: resources bound to pipelines, draws, dispatches, copies, timed zones, and the submission of all of it.
+
+pub(in crate::vk) mod bind;
+pub(in crate::vk) mod commands;
+pub(in crate::vk) mod counting;
+pub(in crate::vk) mod frame_log;
+pub(in crate::vk) mod host_image;
+pub(in crate::vk) mod pace;
+pub(in crate::vk) mod pending;
+pub(in crate::vk) mod raster_pass;
+pub(in crate::vk) mod recorded;
+pub(in crate::vk) mod recorder;
+pub(in crate::vk) mod slot;
+pub(in crate::vk) mod transfer;
+pub(in crate::vk) mod zone;

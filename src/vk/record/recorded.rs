@@ -1,0 +1,126 @@
+//! What one recording leaves behind. Its capacity serves the next one.
+
+use super::bind::Infos;
+use super::counting::Counting;
+use super::frame_log::FrameLog;
+use super::zone::{ZoneKind, ZoneTiming, ZoneTimings};
+use crate::Result;
+use crate::vk::device::context::Context;
+use ash::vk;
+use std::any::Any;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+/// A zone that is over.
+pub(in crate::vk) struct Zone {
+    pub(in crate::vk) name: &'static str,
+    pub(in crate::vk) kind: ZoneKind,
+    pub(in crate::vk) bytes: u64,
+    /// Pairs of the beginning and the end of each submission that it is in.
+    pub(in crate::vk) timestamps: RangeInclusive<u32>,
+    pub(in crate::vk) cpu_ms: Option<f64>,
+    pub(in crate::vk) wall_ms: Option<f64>,
+}
+
+#[derive(Default)]
+pub(in crate::vk) struct Recorded {
+    /// What the commands use, kept alive until they are over.
+    pub(in crate::vk) keep: Vec<Arc<dyn Any + Send + Sync>>,
+    pub(in crate::vk) zones: Vec<Zone>,
+    /// How many were written since the last submission.
+    pub(in crate::vk) timestamps: u32,
+    /// Of earlier submissions, and where each of them ends.
+    pub(in crate::vk) ticks: Vec<u64>,
+    pub(in crate::vk) ends: Vec<usize>,
+    /// Empty unless it was asked for.
+    pub(in crate::vk) log: FrameLog,
+    /// On a context that counts.
+    pub(in crate::vk) counting: Option<Counting>,
+    pub(in crate::vk) infos: Infos,
+}
+
+impl Recorded {
+    /// Forgets everything but the capacity.
+    pub(in crate::vk) fn clear(&mut self) {
+        self.keep.clear();
+        self.zones.clear();
+        self.timestamps = 0;
+        self.ticks.clear();
+        self.ends.clear();
+        self.log.zones.clear();
+        if let Some(counting) = &mut self.counting {
+            counting.restart();
+        }
+    }
+
+    /// The number of the next submission's first timestamp, over all submissions.
+    pub(in crate::vk) fn first_timestamp(&self) -> u32 {
+        self.ticks.len() as u32
+    }
+
+    /// Reads the timestamps of a submission that is over.
+    pub(in crate::vk) fn take_ticks(&mut self, context: &Context, pool: vk::QueryPool) -> Result<()> {
+        if let Some(ticks) = self.read(context, pool, vk::QueryResultFlags::WAIT)? {
+            self.ticks.extend(ticks);
+            self.ends.push(self.ticks.len());
+        }
+        self.timestamps = 0;
+        Ok(())
+    }
+
+    /// The zones' times. `None` where the device has not written all timestamps yet and `flags` do not wait.
+    pub(in crate::vk) fn timings(
+        &self,
+        context: &Context,
+        pool: vk::QueryPool,
+        flags: vk::QueryResultFlags,
+        wall_ms: f64,
+    ) -> Result<Option<ZoneTimings>> {
+        let last = self.read(context, pool, flags)?;
+        Ok(last.map(|last| self.timings_of(context, &[&self.ticks[..], &last].concat(), wall_ms)))
+    }
+
+    /// The timestamps since the last submission.
+    fn read(&self, context: &Context, pool: vk::QueryPool, flags: vk::QueryResultFlags) -> Result<Option<Vec<u64>>> {
+        let mut ticks = vec![0_u64; self.timestamps as usize];
+        let flags = flags | vk::QueryResultFlags::TYPE_64;
+        // SAFETY: the pool is alive and has that many queries.
+        match unsafe { context.device().get_query_pool_results(pool, 0, &mut ticks, flags) } {
+            Ok(()) => Ok(Some(ticks)),
+            Err(vk::Result::NOT_READY) => Ok(None),
+            Err(result) => Err(context.error("reading the timestamps", result)),
+        }
+    }
+
+    fn timings_of(&self, context: &Context, ticks: &[u64], wall_ms: f64) -> ZoneTimings {
+        let ms = |ticks: u64| ticks as f64 * f64::from(context.limits.timestamp_period) * 1e-6;
+        let between = |from: usize, to: usize| ms(ticks[to].saturating_sub(ticks[from]));
+        // Milliseconds of device time before a timestamp: what passes between submissions is not the device's.
+        let before = |timestamp: usize| {
+            let mut start = 0;
+            let mut sum = 0.0;
+            for &end in self.ends.iter().take_while(|end| **end <= timestamp) {
+                sum += between(start, end - 1);
+                start = end;
+            }
+            sum + between(start, timestamp)
+        };
+        let inside = |zone: &Zone| {
+            let (first, last) = (*zone.timestamps.start() as usize, *zone.timestamps.end() as usize);
+            (first..=last).step_by(2).map(|first| between(first, first + 1)).sum()
+        };
+        let counts = |index| self.counting.as_ref().map_or_else(Vec::new, |counting| counting.read(index));
+        let timing = |(index, zone): (usize, &Zone)| ZoneTiming {
+            name: zone.name,
+            kind: zone.kind,
+            start_ms: before(*zone.timestamps.start() as usize),
+            gpu_ms: inside(zone),
+            cpu_ms: zone.cpu_ms,
+            wall_ms: zone.wall_ms,
+            bytes: zone.bytes,
+            counts: counts(index),
+        };
+        let zones = self.zones.iter().enumerate().map(timing).collect();
+        ZoneTimings { zones, gpu_ms: before(ticks.len().saturating_sub(1)), wall_ms }
+    }
+}

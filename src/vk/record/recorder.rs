@@ -1,0 +1,252 @@
+//! Recording one frame: zones with timestamps and labels. Its commands are in `commands.rs`.
+
+use super::counting::Counting;
+use super::frame_log::{CommandLog, FrameLog};
+use super::pace::Pacing;
+use super::pending::Pending;
+use super::recorded::{Recorded, Zone};
+use super::zone::{ZoneKind, ZoneTimings, process_cpu_ms};
+use crate::vk::device::context::Context;
+use crate::vk::device::submit::{Commands, MAX_TIMESTAMPS};
+use crate::{Error, Result};
+use ash::vk;
+use std::any::Any;
+use std::sync::{Arc, PoisonError};
+use std::time::Instant;
+
+/// How to submit what is recorded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RecorderOptions {
+    /// One submission per zone, each waited for: this also gives CPU and wall times per zone.
+    pub per_pass: bool,
+    /// Keep a [`FrameLog`] of every command, for tests: it costs text and lists for each.
+    pub log: bool,
+}
+
+/// Where commands go.
+pub(in crate::vk) enum Target {
+    Own(Commands),
+    /// A host's command buffer; timestamps are written where the query pool is not null.
+    Host(vk::CommandBuffer, vk::QueryPool),
+}
+
+/// Records commands, into a command buffer of its own that it then submits, or into a host's ([`Recorder::on`]).
+/// Recording cannot fail: errors come from [`Recorder::submit`], [`Recorder::finish`] and the wait.
+pub struct Recorder {
+    context: Arc<Context>,
+    // Declared before what its commands use.
+    target: Target,
+    options: RecorderOptions,
+    zone: Option<(&'static str, ZoneKind)>,
+    pub(in crate::vk) recorded: Recorded,
+    pub(in crate::vk) pacing: Option<Pacing>,
+    error: Option<Error>,
+    started: Instant,
+}
+
+impl Recorder {
+    /// Starts to record. What earlier submissions wrote is visible to everything recorded.
+    pub fn new(context: &Arc<Context>, options: RecorderOptions) -> Result<Self> {
+        let commands = Commands::begin(context)?;
+        let counting = context.counting.then(|| Counting::new(context)).transpose()?;
+        Ok(Self::start(context, Target::Own(commands), options, Recorded { counting, ..Recorded::default() }))
+    }
+
+    /// Starts to record to `target`.
+    pub(in crate::vk) fn start(
+        context: &Arc<Context>,
+        target: Target,
+        options: RecorderOptions,
+        recorded: Recorded,
+    ) -> Self {
+        let (context, started) = (context.clone(), Instant::now());
+        let mut this = Self { context, target, options, zone: None, recorded, pacing: None, error: None, started };
+        this.reset_timestamps();
+        for image in this.context.take_untransitioned() {
+            if let Some(image) = image.upgrade() {
+                image.record_first_transition(this.handle());
+                this.keep(image);
+            }
+        }
+        this.timestamp();
+        this
+    }
+
+    pub fn context(&self) -> &Arc<Context> {
+        &self.context
+    }
+
+    /// What was recorded so far; empty without [`RecorderOptions::log`].
+    pub fn frame_log(&self) -> &FrameLog {
+        &self.recorded.log
+    }
+
+    pub(in crate::vk) fn handle(&self) -> vk::CommandBuffer {
+        match &self.target {
+            Target::Own(commands) => commands.set().commands,
+            Target::Host(commands, _) => *commands,
+        }
+    }
+
+    /// Null where there are no timestamps.
+    fn pool(&self) -> vk::QueryPool {
+        match &self.target {
+            Target::Own(commands) => commands.set().timestamps,
+            Target::Host(_, timestamps) => *timestamps,
+        }
+    }
+
+    pub(in crate::vk) fn keep(&mut self, used: Arc<dyn Any + Send + Sync>) {
+        self.recorded.keep.push(used);
+    }
+
+    /// Logs what `command` makes, where a log is kept; else it is not called.
+    pub(in crate::vk) fn log(&mut self, command: impl FnOnce() -> CommandLog) {
+        if self.options.log {
+            self.recorded.log.push(self.zone, command());
+        }
+    }
+
+    pub(in crate::vk) fn logs(&self) -> bool {
+        self.options.log
+    }
+
+    /// Records `record` as one pass called `name`, timed and labelled. `bytes_written` is the pass's own estimate.
+    /// Zones do not nest.
+    pub fn zone(&mut self, name: &'static str, kind: ZoneKind, bytes_written: u64, record: impl FnOnce(&mut Self)) {
+        assert!(self.zone.is_none(), "zone {name} inside of zone {:?}", self.zone);
+        if !self.goes_on() {
+            return;
+        }
+        if self.options.per_pass {
+            self.flush();
+        }
+        self.pace_pass(name);
+        self.recorded.log.close();
+        self.start_counts();
+        let (cpu, wall) = if self.options.per_pass { (process_cpu_ms(), Some(Instant::now())) } else { (None, None) };
+        self.zone = Some((name, kind));
+        let first_timestamp = self.timestamp();
+        self.context.begin_label(self.handle(), name);
+        record(self);
+        self.context.end_label(self.handle());
+        let last_timestamp = self.timestamp();
+        self.zone = None;
+        self.recorded.log.close();
+        self.keep_counts();
+        if self.options.per_pass {
+            self.flush();
+        }
+        self.recorded.zones.push(Zone {
+            name,
+            kind,
+            bytes: bytes_written,
+            timestamps: first_timestamp..=last_timestamp,
+            cpu_ms: cpu.and_then(|before| Some(process_cpu_ms()? - before)),
+            wall_ms: wall.map(|before| before.elapsed().as_secs_f64() * 1e3),
+        });
+        self.pace_pass_end(name);
+    }
+
+    /// The open pass.
+    pub(in crate::vk) fn zone_name(&self) -> Option<&'static str> {
+        self.zone.map(|(name, _)| name)
+    }
+
+    /// Whether nothing has failed so far: what is recorded afterwards is never submitted.
+    pub(crate) fn goes_on(&self) -> bool {
+        self.error.is_none()
+    }
+
+    /// The first error is kept for [`Self::submit`].
+    pub(in crate::vk) fn fail(&mut self, error: Error) {
+        self.error.get_or_insert(error);
+    }
+
+    /// Submits and does not wait. What was submitted before is done before this starts.
+    ///
+    /// # Errors
+    /// The device is lost or out of memory.
+    pub fn submit(mut self) -> Result<Pending> {
+        self.timestamp();
+        let Target::Own(mut commands) = self.target else { unreachable!("a host submits its own command buffer") };
+        match self.error {
+            Some(error) => return Err(error),
+            None => commands.submit("rendering")?,
+        }
+        Ok(Pending::new(self.context, commands, self.recorded, self.started))
+    }
+
+    /// Submits, waits and reads the times.
+    ///
+    /// # Errors
+    /// As [`Self::submit`], or the device took longer than ten minutes.
+    pub fn finish(self) -> Result<ZoneTimings> {
+        let (pace, submitted) = (self.pacing.as_ref().map(|pacing| pacing.pace.clone()), Instant::now());
+        let timings = self.submit()?.wait()?;
+        if let Some(pace) = pace {
+            let ms = submitted.elapsed().as_secs_f64() * 1e3;
+            pace.lock().unwrap_or_else(PoisonError::into_inner).measured(ms);
+        }
+        Ok(timings)
+    }
+
+    /// What is left after the last command, and the milliseconds that recording took.
+    pub(in crate::vk) fn into_recorded(self) -> (Recorded, f64) {
+        (self.recorded, self.started.elapsed().as_secs_f64() * 1e3)
+    }
+
+    /// Writes the next timestamp, once everything before is done; returns its index.
+    pub(in crate::vk) fn timestamp(&mut self) -> u32 {
+        let (index, pool) = (self.recorded.timestamps, self.pool());
+        self.recorded.timestamps += 1;
+        if pool != vk::QueryPool::null() {
+            assert!(index < MAX_TIMESTAMPS, "more than {} zones in one submission", MAX_TIMESTAMPS / 2 - 1);
+            let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
+            // SAFETY: the query was reset and not written since.
+            unsafe { self.context.device().cmd_write_timestamp(self.handle(), stage, pool, index) };
+        }
+        self.recorded.first_timestamp() + index
+    }
+
+    fn reset_timestamps(&self) {
+        if self.pool() != vk::QueryPool::null() {
+            let device = self.context.device();
+            // SAFETY: the buffer is recording; the pool is not in use.
+            unsafe { device.cmd_reset_query_pool(self.handle(), self.pool(), 0, MAX_TIMESTAMPS) };
+        }
+    }
+
+    /// Submits what was recorded, waits, and goes on recording. Returns the milliseconds that this took; `None` where there is
+    /// nothing to submit or an error, the first of which is kept for `submit`.
+    pub(in crate::vk) fn flush(&mut self) -> Option<f64> {
+        if matches!(self.target, Target::Host(..)) || self.error.is_some() {
+            return None;
+        }
+        if self.zone.is_some() {
+            self.context.end_label(self.handle());
+        }
+        self.timestamp();
+        let submitted = Instant::now();
+        let flushed = self.submit_and_begin_again();
+        let ms = submitted.elapsed().as_secs_f64() * 1e3;
+        if let Err(error) = flushed {
+            self.error = Some(error);
+            return None;
+        }
+        self.reset_timestamps();
+        self.timestamp();
+        if let Some((name, _)) = self.zone {
+            self.context.begin_label(self.handle(), name);
+        }
+        Some(ms)
+    }
+
+    fn submit_and_begin_again(&mut self) -> Result<()> {
+        let pool = self.pool();
+        let Target::Own(commands) = &mut self.target else { return Ok(()) };
+        commands.submit_and_wait("rendering")?;
+        self.recorded.take_ticks(&self.context, pool)?;
+        commands.begin_again()
+    }
+}

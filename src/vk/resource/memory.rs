@@ -1,0 +1,110 @@
+//! Device memory, by gpu-allocator with one allocation per resource. There are few resources and most are large, so blocks
+//! shared between them would only blur the account; this way the bytes taken from the driver are the sum of what the
+//! resources need.
+
+use crate::vk::device::context::Context;
+use crate::{Error, Result};
+use ash::vk;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use gpu_allocator::{AllocationError, MemoryLocation};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
+
+/// What memory is for.
+pub(in crate::vk) enum Owner {
+    Buffer(vk::Buffer, MemoryLocation),
+    Image(vk::Image),
+}
+
+pub(in crate::vk) struct Memory {
+    context: Arc<Context>,
+    /// Taken when it is given back.
+    allocation: Option<Allocation>,
+    bytes: u64,
+}
+
+impl Memory {
+    /// Allocates what `owner` needs and binds it. `Error::Memory` names `label` when there is too little.
+    pub(in crate::vk) fn bind(context: &Arc<Context>, label: &str, owner: &Owner) -> Result<Self> {
+        let device = context.device();
+        // SAFETY: the owner's handle is alive, it belongs to this device, and nothing was bound to it yet.
+        let requirements = unsafe {
+            match owner {
+                Owner::Buffer(buffer, _) => device.get_buffer_memory_requirements(*buffer),
+                Owner::Image(image) => device.get_image_memory_requirements(*image),
+            }
+        };
+        let allocation = allocate(context, label, requirements, owner)?;
+        // SAFETY: as above; the allocation has the size and type that the owner asked for.
+        let bound = unsafe {
+            let (memory, offset) = (allocation.memory(), allocation.offset());
+            match owner {
+                Owner::Buffer(buffer, _) => device.bind_buffer_memory(*buffer, memory, offset),
+                Owner::Image(image) => device.bind_image_memory(*image, memory, offset),
+            }
+        };
+        context.allocated.fetch_add(requirements.size, Ordering::Relaxed);
+        let this = Self { context: context.clone(), allocation: Some(allocation), bytes: requirements.size };
+        bound.map_err(|result| context.error(&format!("binding memory to {label}"), result))?;
+        Ok(this)
+    }
+
+    pub(in crate::vk) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// The mapped bytes; panics for device memory.
+    pub(in crate::vk) fn mapped(&self) -> *mut u8 {
+        let mapped = self.allocation.as_ref().and_then(Allocation::mapped_ptr);
+        mapped.expect("only upload and readback memory is mapped").as_ptr().cast()
+    }
+}
+
+impl Drop for Memory {
+    fn drop(&mut self) {
+        self.context.allocated.fetch_sub(self.bytes, Ordering::Relaxed);
+        let Some(allocation) = self.allocation.take() else { return };
+        if self.context.stuck.load(Ordering::Relaxed) {
+            // The device may still be at work in it: it is left to the process's end.
+            std::mem::forget(allocation);
+        } else if let Err(error) = self.context.allocator().free(allocation) {
+            // Nothing can be done about it here, and the memory goes with the device.
+            tracing::warn!("giving memory back: {error}");
+        }
+    }
+}
+
+impl Context {
+    /// The one allocator; a panic elsewhere leaves it as usable as it was.
+    fn allocator(&self) -> std::sync::MutexGuard<'_, gpu_allocator::vulkan::Allocator> {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn allocate(context: &Context, label: &str, requirements: vk::MemoryRequirements, owner: &Owner) -> Result<Allocation> {
+    let too_much = || {
+        Error::Memory(format!(
+            "{label} needs {}, but {} has no more than {} left: ask for less, such as a smaller image",
+            mebibytes(requirements.size),
+            context.name,
+            mebibytes(context.memory_budget())
+        ))
+    };
+    if requirements.size > context.max_allocation_bytes.min(context.memory_budget()) {
+        return Err(too_much());
+    }
+    let (location, linear, allocation_scheme) = match *owner {
+        Owner::Buffer(buffer, location) => (location, true, AllocationScheme::DedicatedBuffer(buffer)),
+        Owner::Image(image) => (MemoryLocation::GpuOnly, false, AllocationScheme::DedicatedImage(image)),
+    };
+    let desc = AllocationCreateDesc { name: label, requirements, location, linear, allocation_scheme };
+    context.allocator().allocate(&desc).map_err(|error| match error {
+        AllocationError::OutOfMemory => too_much(),
+        other => Error::Device(format!("{} has no memory for {label}: {other}", context.name)),
+    })
+}
+
+/// `1.5 MiB`, for messages.
+pub(in crate::vk) fn mebibytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / (1024.0 * 1024.0))
+}

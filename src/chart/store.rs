@@ -146,7 +146,10 @@ impl Store {
 
     /// As [`Self::all`], of a folder that is only read. Keys and builds become names of files, so that a row of which one of them could
     /// lead to another folder is left out, as a damaged one is.
-    pub fn read_all<R: Keyed + DeserializeOwned, P: DeserializeOwned>(kind: Kind, folder: &Path) -> [Vec<Stored<R, P>>; 2] {
+    pub fn read_all<R: Keyed + DeserializeOwned, P: DeserializeOwned>(
+        kind: Kind,
+        folder: &Path,
+    ) -> [Vec<Stored<R, P>>; 2] {
         [ROWS, HISTORY].map(|name| {
             let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();
             let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();

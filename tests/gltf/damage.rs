@@ -182,11 +182,15 @@ fn paths_outside_the_folder_of_the_scene_are_refused() {
             }
             std::fs::write(&path, file.json.to_string()).unwrap();
             let load = |assets: Option<&Path>| {
-                let options = LoadOptions { assets: assets.map(Path::to_owned), strict: true, ..LoadOptions::default() };
+                let options =
+                    LoadOptions { assets: assets.map(Path::to_owned), strict: true, ..LoadOptions::default() };
                 Scene::load(&path, &options).map(|scene| scene.triangle_count()).map_err(|e| e.to_string())
             };
             let sentence = load(None).expect_err(uri);
-            assert!(sentence.contains("outside the folder of the scene") && sentence.contains("--assets DIR"), "{sentence}");
+            assert!(
+                sentence.contains("outside the folder of the scene") && sentence.contains("--assets DIR"),
+                "{sentence}"
+            );
             // A folder that the user names may be read; the secret is no image, so that images still fail, but otherwise.
             match load(Some(folder.path())) {
                 Ok(triangles) => assert!(!of_image && triangles == 1),

@@ -294,7 +294,9 @@ pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> 
     }
     match length_of(&path) {
         Ok(bytes) => Ok(Source::File { path, name, bytes }),
-        Err(Refusal::Missing) if name.starts_with('/') => Err(format!("{what}: \"{name}\" does not exist; put it there")),
+        Err(Refusal::Missing) if name.starts_with('/') => {
+            Err(format!("{what}: \"{name}\" does not exist; put it there"))
+        }
         Err(Refusal::Missing) => {
             Err(format!("{what}: \"{name}\" does not exist in the folder of the scene; put it there"))
         }

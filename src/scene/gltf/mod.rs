@@ -28,8 +28,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use self::accessor::{Data, Problem, missing};
-use self::container::{Container, Folders};
 pub(super) use self::container::list;
+use self::container::{Container, Folders};
 use self::document::Document;
 use self::need::{Kind, Need};
 use super::deform::Deformer;

@@ -141,19 +141,26 @@ impl Store {
     }
 
     /// Every row that is kept, of other builds and of former charts too; and those that newer ones took the place of.
-    pub fn all<R: DeserializeOwned, P: DeserializeOwned>(&self) -> [Vec<Stored<R, P>>; 2] {
+    pub fn all<R: Keyed + DeserializeOwned, P: DeserializeOwned>(&self) -> [Vec<Stored<R, P>>; 2] {
         Self::read_all(self.kind, &self.folder)
     }
 
-    /// The same of a folder that is only read.
-    pub fn read_all<R: DeserializeOwned, P: DeserializeOwned>(kind: Kind, folder: &Path) -> [Vec<Stored<R, P>>; 2] {
+    /// As [`Self::all`], of a folder that is only read. Keys and builds become names of files, so that a row of which one of them could
+    /// lead to another folder is left out, as a damaged one is.
+    pub fn read_all<R: Keyed + DeserializeOwned, P: DeserializeOwned>(
+        kind: Kind,
+        folder: &Path,
+    ) -> [Vec<Stored<R, P>>; 2] {
         [ROWS, HISTORY].map(|name| {
             let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();
             let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
             paths.retain(|path| path.extension().is_some_and(|ending| ending == "toml"));
             paths.sort();
             let read = |path: &PathBuf| toml::from_str(&fs::read_to_string(path).ok()?).ok();
-            let is_known = |stored: &Stored<R, P>| stored.version == kind.version;
+            let is_name = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_alphanumeric());
+            let is_known = |stored: &Stored<R, P>| {
+                stored.version == kind.version && is_name(stored.row.key()) && is_name(&stored.program)
+            };
             paths.iter().filter_map(read).filter(is_known).collect()
         })
     }

@@ -39,6 +39,9 @@ pub struct SceneArgs {
     /// The file's scene to load; by default the one that the file names
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,
+    /// Let the scene read buffers and textures of this folder too; else it reads files of its own folder alone
+    #[arg(long, value_name = "DIR")]
+    pub assets: Option<PathBuf>,
     /// The animation to play, or all at once; by default the first
     #[arg(long, value_name = "NAME|INDEX|all")]
     pub animation: Option<String>,

@@ -2,13 +2,12 @@
 
 use glam::DVec3;
 use twobounce::layers::{Aov, Layers};
-use twobounce::output::png::{of_surfaces, srgb_code, tone_curve};
+use twobounce::output::png::{MOST_BLACK, black_share, of_surfaces, srgb_code, tone_curve};
 use twobounce::scene::{Pose, Projection, Scene, Still, View};
 
-/// Of the pixels that show a surface: so many must be black, or white, to be worth a word.
-const MOST: f64 = 0.99;
-/// 8-bit codes that count as black and as white.
-const BLACK: u8 = 3;
+/// An image is reported as white if a larger share of the pixels that show a surface is.
+const MOST_WHITE: f64 = 0.99;
+/// 8-bit codes from here on count as white.
 const WHITE: u8 = 253;
 
 /// A sentence about an image on which nothing, or hardly anything, is to be seen. `exposure_ev`: of a .png, what it is exposed
@@ -24,23 +23,25 @@ pub fn why_blank(
     }
     let (ev, automatic) = exposure_ev?;
     let gain = ev.exp2();
-    let shown = |p: &[f32; 3]| tone_curve(p.map(|c| c * gain)).map(srgb_code);
-    let share = |kind: &dyn Fn(u8) -> bool| {
-        let count = surfaces.iter().filter(|p| shown(p).into_iter().all(kind)).count();
-        count as f64 / surfaces.len() as f64
-    };
-    let what = match (share(&|code| code <= BLACK) > MOST, share(&|code| code >= WHITE) > MOST) {
-        (true, _) => "black",
-        (_, true) => "white",
+    let is_white =
+        |p: &&&[f32; 3]| tone_curve(p.map(|c| c * gain)).into_iter().all(|channel| srgb_code(channel) >= WHITE);
+    let white = surfaces.iter().filter(is_white).count() as f64 / surfaces.len() as f64;
+    let black = black_share(&surfaces, ev);
+    let (share, what) = match (black > MOST_BLACK, white > MOST_WHITE) {
+        (true, _) => (black, "black"),
+        (_, true) => (white, "white"),
         _ => return None,
     };
+    let percent = (100.0 * share).floor();
     Some(if automatic {
         format!(
-            "nearly all that is seen is {what} beside what is brightest; try another --exposure than {ev}, or other lights"
+            "{percent} % of the pixels that show a surface are {what} beside the brightest ones; try another --exposure than \
+             {ev}, or light from a sky (--sky) or the default light (--default-light on)"
         )
     } else {
         format!(
-            "nearly all that is seen is {what} with --exposure {ev}; without it the exposure is chosen automatically"
+            "{percent} % of the pixels that show a surface are {what} with --exposure {ev}; without it the exposure is chosen \
+             automatically"
         )
     })
 }

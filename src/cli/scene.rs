@@ -89,6 +89,7 @@ impl SceneArgs {
         self.check()?;
         let options = LoadOptions {
             scene: self.scene.clone(),
+            assets: self.assets.clone(),
             strict: self.strict,
             max_texture: self.max_texture,
             memory: None,

@@ -75,6 +75,16 @@ pub fn srgb_code(linear: f32) -> u8 {
     (srgb_from_linear(linear.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
+/// An image of which a larger share looks black hardly shows its scene.
+pub const MOST_BLACK: f64 = 0.75;
+
+/// The share of `pixels` that look black with this exposure: no channel of their 8-bit code reaches 10.
+pub fn black_share(pixels: &[&[f32; 3]], exposure_ev: f32) -> f64 {
+    let gain = exposure_ev.exp2();
+    let is_black = |p: &&&[f32; 3]| tone_curve(p.map(|c| c * gain)).into_iter().all(|c| srgb_code(c) < 10);
+    pixels.iter().filter(is_black).count() as f64 / pixels.len().max(1) as f64
+}
+
 /// The bytes of a PNG file of an exposed image; with alpha where it has such a layer.
 pub fn encode(image: &Layers, exposure_ev: f32) -> Result<Vec<u8>> {
     let gain = exposure_ev.exp2();

@@ -8,7 +8,7 @@ use super::film::Film;
 use super::{Control, Depth, Options, Stop, render};
 use crate::Result;
 use crate::layers::{Aov, Layers};
-use crate::output::png::luminance;
+use crate::output::png::{MOST_BLACK, automatic_exposure, black_share, luminance};
 use crate::scene::{Pose, Scene, Still, View};
 
 /// An image of so few pixels and samples tells a lamp from a label that glows.
@@ -20,7 +20,7 @@ const LEAST: f32 = 1.0 / 512.0;
 /// Of the pixels that show a surface: what automatic exposure makes bright.
 const PERCENTILE: f64 = 0.95;
 
-/// Whether the scene's own emission lights what `view` sees of it, so that one exposure can show both.
+/// Whether the scene's own emission lights the surfaces that `view` sees, so that one exposure can show both.
 ///
 /// # Errors
 /// As for [`render`].
@@ -35,13 +35,18 @@ pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
         material.specular_color = Vec3::ZERO;
     }
     let [lit, emitted] = [image(scene, pose, view)?, image(&black, pose, view)?];
-    let surfaces = lit.get(Aov::Normal).unwrap_or_default().iter().map(|normal| *normal != [0.0; 3]);
-    let reflected =
-        lit.beauty().iter().zip(emitted.beauty()).map(|(lit, emitted)| luminance(*lit) - luminance(*emitted));
-    let mut reflected: Vec<f32> = reflected.zip(surfaces).filter(|(_, surface)| *surface).map(|(l, _)| l).collect();
-    if reflected.is_empty() {
+    let is_surface = |pixel: &usize| lit.get(Aov::Normal).is_some_and(|normals| normals[*pixel] != [0.0; 3]);
+    let surfaces: Vec<usize> = (0..lit.beauty().len()).filter(is_surface).collect();
+    if surfaces.is_empty() {
         return Ok(true); // nothing to light
     }
+    let seen: Vec<&[f32; 3]> = surfaces.iter().map(|&pixel| &lit.beauty()[pixel]).collect();
+    // Neither the sky nor any other light is there, so that all other pixels are black and do not count.
+    if black_share(&seen, automatic_exposure(lit.beauty(), |_| [f32::NAN; 3])) > MOST_BLACK {
+        return Ok(false);
+    }
+    let reflected = |&pixel: &usize| luminance(lit.beauty()[pixel]) - luminance(emitted.beauty()[pixel]);
+    let mut reflected: Vec<f32> = surfaces.iter().map(reflected).collect();
     let rank = ((reflected.len() - 1) as f64 * PERCENTILE).round() as usize;
     let (_, bright, _) = reflected.select_nth_unstable_by(rank, f32::total_cmp);
     Ok(*bright >= LEAST * brightest)
@@ -56,4 +61,34 @@ fn image(scene: &Scene, pose: &Pose, view: &View) -> Result<Layers> {
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
     render(Still::new(scene, pose, view), &options, &mut film, control)?;
     Ok(film.layers(&[Aov::Normal]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Mesh};
+    use glam::{DAffine3, DVec3};
+
+    /// A wall 2 m wide, seen from 2 m before it, and a lamp of 6 cm at `corner` with its edges `u` and `v`.
+    fn wall_with_lamp(corner: Vec3, u: Vec3, v: Vec3) -> bool {
+        let mut scene = Scene::empty("wall");
+        let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
+        let lamp = scene.add_material(Material::lamp("lamp", Vec3::splat(100.0)));
+        let wall = Mesh::quad("wall", grey, Vec3::new(-1.0, -1.0, 0.0), 2.0 * Vec3::X, 2.0 * Vec3::Y);
+        scene.add_mesh(wall, DAffine3::IDENTITY);
+        scene.add_mesh(Mesh::quad("lamp", lamp, corner, 0.06 * u, 0.06 * v), DAffine3::IDENTITY);
+        let view = View::look_at(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, DVec3::Y, 1.0);
+        lights_itself(&scene, &scene.pose(None, 0.0), &view).expect("an image")
+    }
+
+    #[test]
+    fn a_lamp_lights_a_scene_if_little_of_it_stays_black() {
+        assert!(wall_with_lamp(Vec3::new(0.0, 0.0, 0.5), Vec3::Y, Vec3::X), "a lamp before the wall, which faces it");
+        assert!(!wall_with_lamp(Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y), "a lamp that faces the camera");
+        // Its light reaches a fifth of the wall, more than the 95th percentile needs.
+        assert!(
+            !wall_with_lamp(Vec3::new(-0.6, 0.0, 0.01), Vec3::Z, Vec3::Y),
+            "a lamp across the wall, which faces left"
+        );
+    }
 }

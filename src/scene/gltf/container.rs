@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{Cursor, ErrorKind, Read, Seek};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use super::accessor::Problem;
 use super::need::{Kind, Need};
@@ -241,12 +241,58 @@ impl Source {
     }
 }
 
+/// The folders of which a scene may read files: its own, and one that the user named.
+#[derive(Clone, Copy, Debug)]
+pub struct Folders<'a> {
+    /// Relative paths begin here.
+    pub scene: &'a Path,
+    pub assets: Option<&'a Path>,
+}
+
+impl Folders<'_> {
+    /// Whether `path` lies in one of the folders, by its text alone: nothing outside of them is even looked at.
+    fn hold_text(&self, path: &Path) -> bool {
+        let Some(path) = without_dots(path) else { return false };
+        self.each().any(|folder| without_dots(folder).is_some_and(|folder| path.starts_with(folder)))
+    }
+
+    /// Whether the file `path`, of which every link is resolved, lies in one of the folders.
+    fn hold_file(&self, path: &Path) -> bool {
+        self.each().any(|folder| folder.canonicalize().is_ok_and(|folder| path.starts_with(folder)))
+    }
+
+    fn each(&self) -> impl Iterator<Item = &Path> {
+        let scene = if self.scene.as_os_str().is_empty() { Path::new(".") } else { self.scene };
+        std::iter::once(scene).chain(self.assets)
+    }
+}
+
+/// An absolute path whose `.` and `..` are taken out by text; `None` where that is not possible.
+fn without_dots(path: &Path) -> Option<PathBuf> {
+    let mut whole = PathBuf::new();
+    for part in std::path::absolute(path).ok()?.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                whole.pop();
+            }
+            other => whole.push(other),
+        }
+    }
+    Some(whole)
+}
+
 /// Finds what `uri` names. `what` ("buffer 3") is for messages.
-pub fn find(folder: &Path, what: &str, uri: &str) -> Result<Source, Problem> {
-    let (path, name) = match locate(folder, what, uri)? {
+pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> {
+    let (path, name) = match locate(folders, what, uri)? {
         Place::Inline(bytes) => return Ok(Source::Inline(bytes)),
         Place::File(path, name) => (path, name),
     };
+    // The file is opened by the path that was checked.
+    let path = path.canonicalize().unwrap_or(path);
+    if path.exists() && !folders.hold_file(&path) {
+        return Err(format!("{what}: \"{name}\" is a link that leads {OUTSIDE}"));
+    }
     match length_of(&path) {
         Ok(bytes) => Ok(Source::File { path, name, bytes }),
         Err(Refusal::Missing) if name.starts_with('/') => {
@@ -267,8 +313,12 @@ enum Place {
     Inline(Vec<u8>),
 }
 
-/// Where the bytes are that `uri` names: in the URI itself, or in a file relative to `folder`.
-fn locate(folder: &Path, what: &str, uri: &str) -> Result<Place, Problem> {
+const OUTSIDE: &str =
+    "outside the folder of the scene; copy the file there, or name a folder that the scene may read with --assets DIR";
+
+/// Where the bytes are that `uri` names: in the URI itself, or in a file of one of the folders.
+fn locate(folders: Folders, what: &str, uri: &str) -> Result<Place, Problem> {
+    let folder = folders.scene;
     let refuse = |problem: String| Err(format!("{what}: {problem}"));
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((head, body)) = data.split_once(',') else {
@@ -299,10 +349,14 @@ fn locate(folder: &Path, what: &str, uri: &str) -> Result<Place, Problem> {
     if relative.contains('\0') {
         return refuse("its path contains a zero byte; export the file again".into());
     }
-    // Some exporters do not percent-encode: if only a file with the raw name exists, that file is meant.
-    let verbatim = Some(folder.join(uri)).filter(|file| file.exists() && !folder.join(&relative).exists());
     let name = shorten(&relative);
-    Ok(Place::File(verbatim.unwrap_or(folder.join(&relative)), name))
+    let [raw, decoded] = [uri, &relative].map(|name| folder.join(name));
+    if !folders.hold_text(&raw) || !folders.hold_text(&decoded) {
+        return refuse(format!("\"{name}\" lies {OUTSIDE}"));
+    }
+    // Some exporters do not percent-encode: if only a file with the raw name exists, that file is meant.
+    let path = if raw.exists() && !decoded.exists() { raw } else { decoded };
+    Ok(Place::File(path, name))
 }
 
 /// Names that messages list: who has more knows where to look.

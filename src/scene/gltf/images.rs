@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
-use std::path::Path;
 
 use gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked::{self, Valid};
@@ -11,7 +10,7 @@ use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Lim
 use rayon::prelude::*;
 
 use super::accessor::{Data, Problem, missing};
-use super::container::{Source, find, shorten};
+use super::container::{Folders, Source, find, shorten};
 use super::document::{Document, image_of};
 use super::hash_part;
 use super::ktx2;
@@ -124,8 +123,8 @@ struct Opened<'a> {
 }
 
 /// Reads all used images as far as their headers; `need` gets the bytes of their files.
-pub fn open<'a>(data: &Data<'a>, folder: &Path, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
-    let found: Vec<_> = used.images.iter().map(|&index| Found::new(data, folder, index)).collect();
+pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
+    let found: Vec<_> = used.images.iter().map(|&index| Found::new(data, folders, index)).collect();
     for found in found.iter().flatten() {
         need.add(Kind::Bytes, found.bytes(), 1);
     }
@@ -150,7 +149,7 @@ enum Encoded<'a> {
 }
 
 impl<'a> Found<'a> {
-    fn new(data: &Data<'a>, folder: &Path, index: usize) -> Result<Self, Problem> {
+    fn new(data: &Data<'a>, folders: Folders, index: usize) -> Result<Self, Problem> {
         let source = &data.document.images[index];
         let mut name = source.name.clone().unwrap_or_default();
         if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && !uri.starts_with("data:")) {
@@ -158,7 +157,7 @@ impl<'a> Found<'a> {
         }
         let what = format!("image {index}");
         let encoded = match (&source.uri, source.buffer_view) {
-            (Some(uri), _) => Encoded::Uri(find(folder, &what, uri)?),
+            (Some(uri), _) => Encoded::Uri(find(folders, &what, uri)?),
             (None, Some(view)) => {
                 Encoded::View(data.view(view.value()).map_err(|problem| format!("{what}: {problem}"))?)
             }

@@ -25,11 +25,11 @@ mod tangents;
 mod webp;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use self::accessor::{Data, Problem, missing};
-use self::container::Container;
 pub(super) use self::container::list;
+use self::container::{Container, Folders};
 use self::document::Document;
 use self::need::{Kind, Need};
 use super::deform::Deformer;
@@ -43,6 +43,8 @@ use crate::output::file::is_standard;
 pub struct LoadOptions {
     /// The name or index of a scene; `None` is the file's default scene.
     pub scene: Option<String>,
+    /// A folder outside the scene's own of which the scene may read files: buffers and textures that scenes share.
+    pub assets: Option<PathBuf>,
     /// Whether to refuse a file of which a texture or a required extension would be left out.
     pub strict: bool,
     /// What loading and rendering may take of the machine's memory; `None` is half of what is free.
@@ -117,13 +119,14 @@ impl Scene {
         hash_part(&mut hash, &document.source);
         let load = || -> Result<Self, Problem> {
             check_extensions(&document, options.strict)?;
-            let folder = path.parent().unwrap_or(Path::new(""));
-            let buffers = load_buffers(&document, folder, file.binary, &mut need)?;
+            let scene = path.parent().unwrap_or(Path::new(""));
+            let folders = Folders { scene, assets: options.assets.as_deref() };
+            let buffers = load_buffers(&document, folders, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let decoded = meshopt::decode(&document, &buffers, &mut need)?;
             let data = Data { document: &document, buffers: &buffers, decoded: &decoded, unpacked: None };
             check::document(&data)?;
-            let mut source = Loading { data: &data, folder, options, need, hash: &mut hash };
+            let mut source = Loading { data: &data, folders, options, need, hash: &mut hash };
             source.assemble()
         };
         let scene = load().map_err(|problem| Error::file(path, problem))?;
@@ -210,7 +213,7 @@ fn changes_looks_alone(name: &str) -> bool {
 /// `None` for a buffer that only stands in for readers of less, and for one without a URI: it may belong to an ignored extension.
 fn load_buffers(
     document: &Document,
-    folder: &Path,
+    folders: Folders,
     mut binary: Option<container::Part>,
     need: &mut Need,
 ) -> Result<Vec<Option<Vec<u8>>>, Problem> {
@@ -219,7 +222,7 @@ fn load_buffers(
     for (index, buffer) in document.buffers.iter().enumerate() {
         let source = match &buffer.uri {
             _ if meshopt::is_fallback(buffer) => None,
-            Some(uri) => Some(container::find(folder, &what(index), uri)?),
+            Some(uri) => Some(container::find(folders, &what(index), uri)?),
             None if index == 0 => binary.take().map(container::Source::Chunk),
             None => None,
         };
@@ -241,7 +244,7 @@ fn load_buffers(
 /// A file whose buffers are read and checked.
 struct Loading<'a> {
     data: &'a Data<'a>,
-    folder: &'a Path,
+    folders: Folders<'a>,
     options: &'a LoadOptions,
     need: Need,
     hash: &'a mut blake3::Hasher,
@@ -264,7 +267,7 @@ impl Loading<'_> {
         if let Some((most, words)) = &self.options.triangles {
             self.need.check_triangles(*most, words)?;
         }
-        let images = images::open(data, self.folder, used, &mut self.need)?;
+        let images = images::open(data, self.folders, used, &mut self.need)?;
         images.check(&scene.materials, &mut self.need)?;
         if let Some(limit) = &self.options.texture_memory {
             images.check_device(materials::drawn(document, &shown).map(|index| &scene.materials[index]), limit)?;

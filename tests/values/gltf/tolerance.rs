@@ -153,9 +153,12 @@ fn file_uris_name_files_on_this_machine() {
     let mut file = File::triangle();
     std::fs::write(elsewhere.path().join("a b.bin"), &file.binary).unwrap();
     let folder = elsewhere.path().to_str().unwrap();
+    // The user lets the scene read that folder: `paths_outside_the_folder_of_the_scene_are_refused` shows what happens otherwise.
+    let options = LoadOptions { assets: Some(elsewhere.path().to_owned()), ..LoadOptions::default() };
     let mut load = |uri: String| {
         file.json["buffers"][0]["uri"] = json!(uri);
-        load_bytes("scene.gltf", file.json.to_string().as_bytes()).map(|scene| scene.triangle_count())
+        let (_folder, path) = write("scene.gltf", file.json.to_string().as_bytes());
+        Scene::load(&path, &options).map(|scene| scene.triangle_count()).map_err(|e| e.to_string())
     };
     for uri in [format!("file://{folder}/a%20b.bin"), format!("file://localhost{folder}/a%20b.bin")] {
         assert_eq!(load(uri), Ok(1));

@@ -39,12 +39,12 @@ Slices slices_of(vec3 a, vec3 b, vec3 c, uint axis, vec3 normal) {
         slices[i] = int(floor(clamp(depth, least, most)));
         first = covered(i) ? min(first, slices[i]) : first;
     }
-    uvec3 counts = uvec3(0u);
+    uvec3 found = uvec3(0u);
     for (uint i = 0u; i < SAMPLES; i++) {
         int above = slices[i] - first;
-        counts += covered(i) ? uvec3(above == 0, above == 1, above >= 2) : uvec3(0u);
+        found += covered(i) ? uvec3(above == 0, above == 1, above >= 2) : uvec3(0u);
     }
-    return Slices(first, counts);
+    return Slices(first, found);
 }
 
 // Whether samples lie in slice k, which the grid has, and in which voxel that is.

@@ -93,10 +93,9 @@ fn headers_declare_what_the_program_gives() {
     let of_ground = sorted(constants(&Settings::default(), Features::default()));
     assert_eq!(of_ground, declared("glsl/ground/constants.glsl"));
     for settings in all_settings().iter().filter(|settings| settings.method != Method::None) {
-        assert_eq!(
-            sorted(of_method(settings)),
-            declared(&format!("glsl/gi/{}/constants.glsl", settings.method.name()))
-        );
+        // A method may replace constants of the ground.
+        let own = of_method(settings).into_iter().filter(|(name, _)| !of_ground.contains(name)).collect();
+        assert_eq!(sorted(own), declared(&format!("glsl/gi/{}/constants.glsl", settings.method.name())));
     }
 }
 

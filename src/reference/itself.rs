@@ -69,14 +69,14 @@ mod tests {
     use crate::scene::{Material, Mesh};
     use glam::{DAffine3, DVec3};
 
-    /// A wall 2 m wide, seen from 2 m before it, and a lamp of 6 cm at `corner` with its edges `u` and `v`.
+    /// A wall 2 m wide, seen from 2 m before it, and a lamp of 12 cm at `corner` with its edges `u` and `v`.
     fn wall_with_lamp(corner: Vec3, u: Vec3, v: Vec3) -> bool {
         let mut scene = Scene::empty("wall");
         let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
         let lamp = scene.add_material(Material::lamp("lamp", Vec3::splat(100.0)));
         let wall = Mesh::quad("wall", grey, Vec3::new(-1.0, -1.0, 0.0), 2.0 * Vec3::X, 2.0 * Vec3::Y);
         scene.add_mesh(wall, DAffine3::IDENTITY);
-        scene.add_mesh(Mesh::quad("lamp", lamp, corner, 0.06 * u, 0.06 * v), DAffine3::IDENTITY);
+        scene.add_mesh(Mesh::quad("lamp", lamp, corner, 0.12 * u, 0.12 * v), DAffine3::IDENTITY);
         let view = View::look_at(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, DVec3::Y, 1.0);
         lights_itself(&scene, &scene.pose(None, 0.0), &view).expect("an image")
     }

@@ -22,7 +22,7 @@ const uint WORDS = 14u; // whatever has no kind of its own
 const uint RAYS_CUT = 15u; // by the driver, before they were over
 const uint KINDS = 16u;
 
-buffer Counts { uint counts[]; }; // per kind: low word, high word
+buffer Counts { uint counted[]; }; // per kind: low word, high word
 
 uint tally[KINDS];
 
@@ -40,9 +40,9 @@ uint trilinear_texels(float level) {
 void add_counts() {
     for (uint kind = 0u; kind < KINDS; kind++) {
         if (tally[kind] != 0u) {
-            uint before = atomicAdd(counts[2u * kind], tally[kind]);
+            uint before = atomicAdd(counted[2u * kind], tally[kind]);
             if (before + tally[kind] < before) {
-                atomicAdd(counts[2u * kind + 1u], 1u);
+                atomicAdd(counted[2u * kind + 1u], 1u);
             }
         }
     }

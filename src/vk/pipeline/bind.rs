@@ -9,7 +9,7 @@ use crate::vk::resource::sampler::Sampler;
 use crate::vk::resource::views::Views;
 
 /// Where counting shaders add up; bound by itself.
-pub(in crate::vk) const COUNTS: &str = "counts";
+pub(in crate::vk) const COUNTS: &str = "counted";
 
 #[derive(Clone)]
 pub(in crate::vk) enum Resource<'a> {

@@ -149,7 +149,7 @@ fn paths_outside_the_folder_of_the_scene_are_refused() {
     // A file that is there, outside of the folder: buffers and images, by dots, by an absolute address, by a link.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("inner/scene.gltf");
-    std::fs::create_dir(path.parent().unwrap()).unwrap();
+    std::fs::create_dir_all(path.with_file_name("x")).unwrap();
     let secret = folder.path().join("secret.bin");
     std::fs::write(&secret, File::triangle().binary).unwrap();
     let absolute = secret.to_str().unwrap();

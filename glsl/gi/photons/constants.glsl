@@ -25,7 +25,7 @@ const uint OPACITY_SIDED = 1u; // the area that faces a traveller
 const uint AO_NOTHING = 0u;
 const uint AO_LIGHT = 1u;
 
-// Bits of PRINTED: src/gi/photons/settings.rs names them.
+// Bits of PRINTED: src/settings/methods/photons.rs names them.
 const uint ROW_BEER = 0u;
 const uint ROW_STEPS = 1u;
 const uint ROW_STILL = 2u;

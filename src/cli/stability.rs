@@ -138,7 +138,9 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
 /// An earlier table.
 fn table(path: &Path) -> Result<Rows> {
     let text = read::text(path, "table of `twobounce stability`")?;
-    read_csv(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
+    read_csv(&text)
+        .map(|(rows, _)| rows)
+        .map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
 }
 
 /// Says what changed since the table `before`, and whether something got worse.
@@ -173,7 +175,7 @@ impl StabilityArgs {
                 None => cases::all().filter(|case| !name.is_empty() && case.name.starts_with(name.as_str())).collect(),
             };
             if found.is_empty() {
-                let names: Vec<&str> = cases::all().map(|case| case.name).collect();
+                let names: Vec<&str> = cases::all().map(|case| case.name.as_str()).collect();
                 return Err(Error::Usage(format!("--case: there is no {name:?}; there are {}", names.join(", "))));
             }
             Ok(found)

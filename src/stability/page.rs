@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::export::{CaseLine, Table};
+use super::case::Case;
+use super::export::Table;
 use super::row::{Pictures, Row};
 use crate::chart::page::Now;
 use crate::chart::store::Stored;
@@ -13,7 +14,7 @@ use crate::output::svg::escape;
 /// What the page's program reads.
 #[derive(Serialize)]
 struct Data<'a> {
-    cases: &'a [CaseLine],
+    cases: &'a [&'static Case],
     rows: &'a [Stored<Row, Pictures>],
     #[serde(flatten)]
     now: Now,

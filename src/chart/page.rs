@@ -10,7 +10,7 @@ use super::marks::{Mark, marks};
 use super::outline::Sketch;
 use super::paths::SEED;
 use super::row::Row;
-use super::store::Stored;
+use crate::lab::store::Stored;
 use crate::output::svg::{COLORS, escape};
 
 /// What the page's program reads. `colors`: of the bar of passes.
@@ -27,7 +27,7 @@ struct Data<'a> {
     /// As a share.
     reference_noise: f64,
     scenes: Vec<Value>,
-    rows: &'a [Stored],
+    rows: &'a [Stored<Row>],
     history: &'a [Row],
     #[serde(flatten)]
     now: Now,
@@ -48,7 +48,7 @@ impl Now {
 }
 
 /// The bytes of `index.html`. `stored`: the chart's rows with their pictures, in the chart's order.
-pub fn html(chart: &Chart, sketches: &[Sketch], stored: &[Stored], around: &Surroundings) -> String {
+pub fn html(chart: &Chart, sketches: &[Sketch], stored: &[Stored<Row>], around: &Surroundings) -> String {
     let size = [chart.width, chart.height];
     let about = |Sketch { line, truths }: &Sketch| {
         let about = format!("{} triangles, camera {}", line.triangles, line.camera);

@@ -10,12 +10,13 @@ use clap::{Args, Command};
 use glam::DQuat;
 use twobounce::chart::row::Part;
 use twobounce::gi::Method;
+use twobounce::lab::store::Results;
 use twobounce::output::file;
+use twobounce::plan::VERSION;
 use twobounce::plan::answer::Answer;
 use twobounce::plan::ask::{self, Question};
 use twobounce::plan::bench::{Host, Seen};
 use twobounce::plan::limits::Limits;
-use twobounce::plan::store::Store;
 use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
@@ -131,7 +132,7 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let held_out = args.held_out(&opened, &views)?;
     let context = args.device.open(args.scene.size)?;
     let cache = cache();
-    let store = Store::new(cache.folder(), &context, args.device.validation, args.anew)?;
+    let store = Results::new("plan", VERSION, cache.folder(), (&context, args.device.validation), args.anew)?;
     let question = Question {
         context: &context,
         scene: &opened.scene,

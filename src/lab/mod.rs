@@ -2,4 +2,6 @@
 //! `chart`, `study`, `stability`, `plan`, `profile --growth` and `ledger` are experiments. `src/cli/lab.rs` runs them.
 
 pub mod ledger;
+pub mod merge;
+pub mod store;
 pub mod table;

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::case::Case;
 use super::cases;
-use super::row::{Pictures, Row};
-use crate::chart::store::{Store, Stored};
+use super::row::Row;
+use crate::lab::store::{Store, Stored};
 use crate::lab::table::{from_csv, to_csv};
 use crate::output::file;
 use crate::{Error, Result};
@@ -35,7 +35,7 @@ pub struct Outline {
 }
 
 impl Outline {
-    pub fn save(&self, store: &Store) -> Result<()> {
+    pub fn save(&self, store: &Store<Row>) -> Result<()> {
         file::write_kept(&store.path("outline.toml"), self)
     }
 
@@ -55,7 +55,7 @@ impl Outline {
 }
 
 /// Writes all three files of a folder; see [`super::page::html`].
-pub fn write(store: &Store, stored: &[Stored<Row, Pictures>], planned: usize, around: (&str, bool)) -> Result<()> {
+pub fn write(store: &Store<Row>, stored: &[Stored<Row>], planned: usize, around: (&str, bool)) -> Result<()> {
     let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
     let (version, program) = (super::VERSION, env!("CARGO_PKG_VERSION"));
     let table = Table { version, program, planned, cases: cases(&rows), rows };

@@ -1,35 +1,31 @@
 //! The page: one file with its style, its program, its data and its pictures inside.
 
-use std::collections::BTreeSet;
-
 use serde::Serialize;
 
 use super::case::Case;
 use super::export::Table;
-use super::row::{Pictures, Row};
+use super::row::Row;
 use crate::chart::page::Now;
-use crate::chart::store::Stored;
+use crate::lab::store::{Origin, Stored};
 use crate::output::svg::escape;
 
 /// What the page's program reads.
 #[derive(Serialize)]
 struct Data<'a> {
     cases: &'a [&'static Case],
-    rows: &'a [Stored<Row, Pictures>],
+    rows: &'a [Stored<Row>],
     #[serde(flatten)]
     now: Now,
 }
 
 /// The bytes of `index.html`. `stored`: the table's rows with their pictures. `part`: such as "part 1 of 4", empty for a whole
 /// table; `running`: whether the program still fills it.
-pub fn html(table: &Table, stored: &[Stored<Row, Pictures>], (part, running): (&str, bool)) -> String {
+pub fn html(table: &Table, stored: &[Stored<Row>], (part, running): (&str, bool)) -> String {
     let data = serde_json::to_string(&Data { cases: &table.cases, rows: stored, now: Now::new(running) })
         .expect("rows are plain data, which JSON can hold")
         // Inside a script nothing may look like the script's end.
         .replace('<', "\\u003c");
-    let device = |row: &Row| Some(format!("{} ({})", row.origin.as_ref()?.device, row.origin.as_ref()?.driver));
-    let devices: BTreeSet<String> = table.rows.iter().filter_map(device).collect();
-    let devices = devices.into_iter().collect::<Vec<_>>().join("; ");
+    let devices = Origin::devices(table.rows.iter().filter_map(|row| row.origin.as_ref()));
     let device = format!("{devices}, images of {0}×{0} pixels", super::SIZE);
     let missing = match table.planned.saturating_sub(table.rows.len()) {
         0 => String::new(),

@@ -44,8 +44,8 @@ pub trait Experiment {
     /// What ends the whole run.
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()>;
 
-    /// The finished row in a line.
-    fn line(&self, row: usize) -> String;
+    /// The finished row in a line; `None` where pages alone show it.
+    fn line(&self, row: usize) -> Option<String>;
 
     /// Writes the pages with the rows that there are. `running`: whether others follow.
     ///
@@ -119,7 +119,7 @@ impl Runner<'_> {
                 }
             }
             left -= 1;
-            progress.finish(&experiment.line(row));
+            progress.finish(experiment.line(row).as_deref());
             pages.write_now_and_then(experiment)?;
         }
         Ok(interrupt::check().is_ok() && !in_time(start) && left > 0)

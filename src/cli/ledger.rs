@@ -130,9 +130,9 @@ impl Experiment for Rows {
         Err(Error::Usage(format!("{}: {error}", self.lines[row].name)))
     }
 
-    fn line(&self, row: usize) -> String {
+    fn line(&self, row: usize) -> Option<String> {
         let line = &self.lines[row];
-        format!("{}: {}", line.name, self.results.get(&line.at).map_or(String::new(), |results| results.join(", ")))
+        Some(format!("{}: {}", line.name, self.results.get(&line.at)?.join(", ")))
     }
 
     fn write(&mut self, running: bool) -> Result<()> {

@@ -288,10 +288,9 @@ impl Experiment for Table<'_> {
         Ok(())
     }
 
-    fn line(&self, row: usize) -> String {
+    fn line(&self, row: usize) -> Option<String> {
         let PlannedRow { case, stored, .. } = &self.rows[row];
-        let result = stored.as_ref().map_or(String::new(), |stored| result_of(case, &stored.row));
-        format!("{}: {result}", self.name(row))
+        Some(format!("{}: {}", self.name(row), result_of(case, &stored.as_ref()?.row)))
     }
 
     fn write(&mut self, running: bool) -> Result<()> {

@@ -3,5 +3,6 @@
 
 pub mod ledger;
 pub mod merge;
+pub mod page;
 pub mod store;
 pub mod table;

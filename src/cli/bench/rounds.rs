@@ -72,8 +72,8 @@ impl Experiment for Filling<'_> {
         Ok(())
     }
 
-    fn line(&self, row: usize) -> String {
-        self.rows[row].stored.as_ref().map_or(String::new(), |stored| result_of(&stored.row))
+    fn line(&self, row: usize) -> Option<String> {
+        self.rows[row].stored.as_ref().map(|stored| result_of(&stored.row))
     }
 
     fn write(&mut self, running: bool) -> Result<()> {

@@ -160,7 +160,7 @@ fn row(
     let seen = Seen { words: "the view".into(), pose, view };
     let context = Context::new(&ContextOptions::default())?;
     let cache = Cache::at(folder.join("films"));
-    let (host, store) = (Tracer(&scene, &cache), Results::new("plan", 0, None, (&context, false), true)?);
+    let (host, store) = (Tracer(&scene, &cache), Results::new(None, "", true)?);
     let mut bench =
         Bench::new((&context, &host, &store), &scene, RenderOptions::new(SIZE, bounds), (SIZE, Part::Total));
     let reference = bench.reference(&seen, LEVEL, 0)?;

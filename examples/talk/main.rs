@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
 use twobounce::Result;
+use twobounce::Result;
 use twobounce::lab::table;
 use twobounce::measure::timing::Timings;
 use twobounce::output::file;
@@ -16,7 +17,6 @@ use twobounce::reference::film::Film;
 use twobounce::reference::{self, Control, Depth, Options, Stop};
 use twobounce::renderer::{Context, ContextOptions, RenderOptions, Renderer};
 use twobounce::scene::Still;
-use twobounce::Result;
 
 /// Samples per pixel of the path-traced image.
 const SAMPLES: u32 = 96;

@@ -118,7 +118,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
             if args.quick && args.presets.is_empty() && args.grids.is_empty() && !is_quick() {
                 continue;
             }
-            table.plan(&context, case, (preset, grid))?;
+            table.plan(&context, case, preset, grid)?;
         }
     }
     let planned = table.rows.len();
@@ -226,7 +226,7 @@ impl StabilityArgs {
 
 impl Table<'_> {
     /// Adds a row to those that are to be there.
-    fn plan(&mut self, context: &Context, case: &'static Case, (preset, grid): (&str, u32)) -> Result<()> {
+    fn plan(&mut self, context: &Context, case: &'static Case, preset: &str, grid: u32) -> Result<()> {
         let args = self.args;
         let settings = settings(preset, grid)?;
         let address = short_hash(&serde_json::json!([case.name, settings.to_toml(), args.effort()]));

@@ -288,7 +288,7 @@ pub fn short_hash(about: &serde_json::Value) -> String {
 /// Results in the user's cache folder, or nowhere to keep any.
 pub struct Results {
     folder: Option<PathBuf>,
-    /// Program, device and validation: what every key has in common.
+    /// What every key has in common.
     common: String,
     /// Whether what is kept counts.
     reads: bool,
@@ -298,19 +298,12 @@ pub struct Results {
 const MOST_BYTES: u64 = 256 << 20;
 
 impl Results {
-    /// Of the command `name` in `folder`, where films are kept. `anew`: what was kept before does not count.
+    /// `about`: what all of them depend on besides the program, such as the device. `anew`: what was kept before does not count.
     ///
     /// # Errors
     /// The program's own file cannot be read.
-    pub fn new(
-        name: &str,
-        version: u32,
-        folder: Option<&Path>,
-        (context, validation): (&Context, bool),
-        anew: bool,
-    ) -> Result<Self> {
-        let common = format!("{version} {} {} {validation}", program()?, device_words(context));
-        Ok(Self { folder: folder.map(|folder| folder.join(name)), common, reads: !anew })
+    pub fn new(folder: Option<PathBuf>, about: &str, anew: bool) -> Result<Self> {
+        Ok(Self { folder, common: format!("{about} {}", program()?), reads: !anew })
     }
 
     /// Whether anything can be kept.

@@ -1,8 +1,7 @@
-//! Layered draws against dispatches that do the same work, per pass: writes the section of this driver into `docs/layers.md`.
+//! Layered draws against dispatches that do the same work, per pass: fills the section of this driver in `docs/layers.md`.
 //!
 //! `cargo run --release --example layers`
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -10,7 +9,7 @@ use twobounce::ground::Ground;
 use twobounce::ground::cell_passes::CellVolume;
 use twobounce::ground::constants::{Features, SHADOWS_NONE, constants, with};
 use twobounce::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
-use twobounce::output::file;
+use twobounce::lab::table::{fill_file, markdown};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LoadOptions, Scene, View};
 use twobounce::settings::Settings;
@@ -27,57 +26,44 @@ const SHAPES: [[u32; 3]; 2] = [[8, 8, 1], [4, 4, 4]];
 /// The constants that say so (`glsl/gi/cones/measured/`).
 const SHAPE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
-pub const OPENING: &str = "# Layers against dispatches
-
-Written by `cargo run --release --example layers`, a section per driver; `tests/device/layers.rs` holds that both forms give the same bits.
-
-The slides say that a pass over a volume, drawn layer by layer, often balances its load better than a compute shader. Here both do the
-same work: a fragment, or a thread, for every voxel of the whole grid, with the same function (`glsl/gi/cones/shade_voxel.glsl`, `glsl/gi/cones/talk_mips.glsl`)
-and the same seven results. `cones.passes = cells` is no such comparison: it leaves the empty voxels out ([costs](costs.md)).
-
-The preset `printed`. Each round runs the draw and both dispatches, one after the other; numbers are medians over nine rounds of one
-process, ratios medians of each round's ratio: below 1 the draw is cheaper. *8×8×1* threads to a workgroup are tiles of a slice, as the draw has
-them, *4×4×4* cubes. *CPU* is processor time over all threads, *busy* that over time: how many of the two threads were at work in the mean, which is
-what balance means on a CPU device. On a machine with other work *busy* is lower; processor time stays.
-
-What it shows on these two drivers: the draw needs less processor time, 0.4 to 1.1 of the dispatches'. Its balance depends on the size of a layer. The
-driver hands out tiles of 64×64 pixels, with all layers in them: a pass over 64³ voxels is one tile, so one thread draws while the other waits, and the
-dispatch is mostly done sooner; over 128³ voxels there are four tiles, both threads work, and the draw is done sooner. Mips draw one tile or less in both. The
-workgroup's shape matters as much as the form.
-
-What it cannot show: anything about a GPU, where the slides' claim is about how hardware hands out fragments and workgroups to thousands of threads, and
-where attachments and image stores go different ways. There the claim is untested until this command runs on one.
-";
-
 fn main() -> Result<()> {
     let context = Context::new(&ContextOptions::default())?;
-    let mut section = format!(
-        "\n## {} ({})\n\
-         | scene | pass | CPU ms: draw | 8×8×1 | 4×4×4 | CPU: draw / 8×8×1 | draw / 4×4×4 | time: draw / 8×8×1 | draw / 4×4×4 | busy: \
-         draw, 8×8×1, 4×4×4 |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---|\n",
-        context.name, context.driver
-    );
+    let head = [
+        "scene",
+        "pass",
+        "CPU ms: draw",
+        "8×8×1",
+        "4×4×4",
+        "CPU: draw / 8×8×1",
+        "draw / 4×4×4",
+        "time: draw / 8×8×1",
+        "draw / 4×4×4",
+        "busy: draw, 8×8×1, 4×4×4",
+    ];
+    let mut rows = Vec::new();
     for (name, voxels) in [("cornell-point", 64), ("cornell-point", 128), ("gallery", 64)] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/{name}.glb"));
         let scene = Scene::load(&path, &LoadOptions::default())?;
         for pass in measure(&context, &scene, &Settings { voxels, ..Settings::printed() }, ROUNDS)? {
-            section += &pass.row(&format!("{name}, {voxels}³"));
+            rows.push(pass.row(&format!("{name}, {voxels}³")));
         }
     }
+    let section = format!("## {} ({})\n\n{}", context.name, context.driver, markdown(head, "--:::::::-", rows));
     print!("{section}");
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/layers.md");
-    let before = fs::read_to_string(&page).unwrap_or_default();
-    file::write(&page, with_section(&before, &section).as_bytes())
+    fill_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/layers.md"), |_, old| Ok(with_section(old, &section)))?;
+    Ok(())
 }
 
-/// The page `before` with one driver's section anew.
+/// The sections of all drivers, with that of one of them anew.
 fn with_section(before: &str, section: &str) -> String {
-    let heading = section.trim_start().lines().next();
-    let mut sections: Vec<String> = before.split("\n## ").skip(1).map(|rest| format!("\n## {rest}")).collect();
-    sections.retain(|other| other.trim_start().lines().next() != heading);
-    sections.push(section.to_owned());
+    let heading = section.lines().next();
+    let mut sections: Vec<&str> = before.split("\n\n## ").map(|section| section.trim_start_matches("## ")).collect();
+    sections.retain(|other| {
+        !other.is_empty() && heading != Some(&format!("## {}", other.lines().next().unwrap_or_default()))
+    });
+    sections.push(section.trim_start_matches("## "));
     sections.sort();
-    OPENING.to_owned() + &sections.concat()
+    sections.iter().map(|section| format!("## {}\n\n", section.trim())).collect()
 }
 
 /// A pass in all of its forms, round by round: the draw, then a dispatch per shape.
@@ -89,7 +75,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    fn row(&self, scene: &str) -> String {
+    fn row(&self, scene: &str) -> [String; 10] {
         let median = |number: &dyn Fn(&[ZoneTiming]) -> f64| {
             let mut all: Vec<f64> = self.rounds.iter().map(|round| number(round)).collect();
             all.sort_by(f64::total_cmp);
@@ -100,12 +86,10 @@ impl Measured {
         let ratio = |form: usize| format!("{:.2}", median(&|r| r[0].gpu_ms / r[form].gpu_ms));
         let cpu_ratio = |form: usize| format!("{:.2}", median(&|r| cpu(&r[0]) / cpu(&r[form])));
         let busy = |form: usize| format!("{:.2}", median(&|r| cpu(&r[form]) / r[form].wall_ms.unwrap_or(f64::NAN)));
-        let cells = [
-            [ms(0), ms(1), ms(2)].join(" | "),
-            [cpu_ratio(1), cpu_ratio(2), ratio(1), ratio(2)].join(" | "),
-            [busy(0), busy(1), busy(2)].join(", "),
-        ];
-        format!("| {scene} | {} | {} |\n", self.pass, cells.join(" | "))
+        let [cpu, times] = [[cpu_ratio(1), cpu_ratio(2)], [ratio(1), ratio(2)]];
+        let ([by_tiles, by_cubes], [tiles, cubes]) = (cpu, times);
+        let all_busy = [busy(0), busy(1), busy(2)].join(", ");
+        [scene.to_owned(), self.pass.to_owned(), ms(0), ms(1), ms(2), by_tiles, by_cubes, tiles, cubes, all_busy]
     }
 }
 

@@ -14,12 +14,12 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use twobounce::chart::row::Part;
+use twobounce::lab::store::Results;
 use twobounce::layers::Layers;
 use twobounce::plan::answer::Answer;
 use twobounce::plan::bench::{Bench, Host, OF_PIXELS, Seen};
 use twobounce::plan::needs::Needs;
 use twobounce::plan::space::{Place, Space, spaces};
-use twobounce::plan::store::Store;
 use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
@@ -160,7 +160,7 @@ fn row(
     let seen = Seen { words: "the view".into(), pose, view };
     let context = Context::new(&ContextOptions::default())?;
     let cache = Cache::at(folder.join("films"));
-    let (host, store) = (Tracer(&scene, &cache), Store::new(None, &context, false, true)?);
+    let (host, store) = (Tracer(&scene, &cache), Results::new(None, "", true)?);
     let mut bench =
         Bench::new((&context, &host, &store), &scene, RenderOptions::new(SIZE, bounds), (SIZE, Part::Total));
     let reference = bench.reference(&seen, LEVEL, 0)?;

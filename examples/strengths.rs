@@ -1,121 +1,63 @@
-//! Writes `docs/study/strengths.md`, a comparison of the methods in numbers, and the tables of README.md and
-//! docs/accuracy.md.
+//! Fills the tables of README.md, `docs/accuracy.md` and `docs/study/strengths.md`, a comparison of the methods in numbers.
 //!
-//! `cargo run --release --example strengths [PRESET,…]` measures leaks and noise of these presets again, by default of
-//! all that the page shows, and keeps the other lines of the page. With `none` it measures nothing. Errors, times and
-//! memory are taken from the rows of the study.
+//! `cargo run --release --example strengths [PRESET,…]` measures leaks and noise of these presets again, by default of all that
+//! the page shows, and keeps the other lines of its last table. With `none` it measures nothing. Errors, times and memory are taken
+//! from the rows of the study.
 
 pub mod tables;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
+use twobounce::lab::table::{fill_file, markdown};
 use twobounce::layers::{Aov, Layers};
-use twobounce::output::file;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, LoadOptions, Material, Mesh, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
-use tables::Row;
+use tables::CHOSEN;
 
-/// The presets that are measured, one for each way to use a method.
-pub const PRESETS: &[&str] = &["fast", "balanced", "accurate", "cones", "lpv", "photons"];
-/// The rows that the page quotes, and the scenes of each.
-pub const ROWS: &[(&str, &[&str])] =
-    &[("rows.csv", &["cornell-area", "cornell-point", "gallery"]), ("rooms/rows.csv", &["thick-walls", "atrium"])];
 const VOXELS: u32 = 64;
 const SIZE: u32 = 96;
 /// Frames of a light that moves, and how far it moves in each.
 const FRAMES: usize = 7;
 const STEP_M: f64 = 0.02;
 
-pub const OPENING: &str = "# Strengths of the methods in numbers
-
-Written by `cargo run --release --example strengths`, for readers who choose a method. `tests/values/strengths.rs` compares all
-tables but the last with the rows of the study. `lpv` and `photons` are the presets with the errors of their sources
-mended. Errors, GPU times and memory are from [rows.csv](rows.csv) and [rooms/rows.csv](rooms/rows.csv): 128×128 pixels,
-llvmpipe on two CPU cores, two bounces. The boxes and the gallery have 64³ voxels, the thick-walled room and the atrium
-128³. [The definition](../accuracy.md#definition) says what error and energy are. Cells of errors hold error and energy:
-smaller errors are better, and 1 is the best energy.
-
-- *Leak*: two closed rooms share a double-sided wall, and one of them has a light. The number is the mean of the dark
-  room's image over the mean of the lit room's. The wall is as thick as one voxel of 64³, or half as thick.
-- *Noise*: how far a pixel's indirect light is from the value that its neighbours on the same surface let one expect
-  (second differences over √6, over the mean), on cornell-point.
-- *Moving light*: the same distance from frame to frame, over seven frames in which the lamp moves by 2 cm each. The
-  truth has nearly none. *All* is with `bounces = all`.
-";
-
 fn main() -> Result<()> {
-    tables::fill(Path::new(env!("CARGO_MANIFEST_DIR")))?;
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study");
-    let page = folder.join("strengths.md");
-    let before = fs::read_to_string(&page).unwrap_or_default();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let rows = tables::rows(root)?;
     let chosen = std::env::args().nth(1);
-    let chosen: Vec<&str> = chosen.as_deref().map_or_else(|| PRESETS.to_vec(), |names| names.split(',').collect());
+    let chosen: Vec<&str> = chosen.as_deref().map_or_else(|| CHOSEN.to_vec(), |names| names.split(',').collect());
     let context = Context::new(&ContextOptions::default())?;
-    let mut lines = Vec::new();
-    for preset in PRESETS {
-        let kept = before.lines().find(|line| is_measured(line, preset));
-        lines.push(match kept {
-            Some(line) if !chosen.contains(preset) => line.to_owned(),
-            _ => measured(&context, preset)?,
-        });
-        println!("{}", lines[lines.len() - 1]);
-    }
-    let text = format!(
-        "{OPENING}{}\n## Leak, noise, moving lights\n\n\
-         | preset | leak, 1 voxel | leak, ½ voxel | noise | moving light | moving light, all |\n|---|---:|---:|---:|---:|---:|\n{}\n",
-        quoted(&folder)?,
-        lines.join("\n")
-    );
-    file::write(&page, text.as_bytes())
-}
-
-/// A line of the last table, which has a cell for each of five numbers.
-fn is_measured(line: &str, preset: &str) -> bool {
-    line.starts_with(&format!("| `{preset}` |")) && line.matches(" |").count() == 6 && line.contains('%')
-}
-
-/// The tables of errors, and of times and memory, from the rows of the study.
-pub fn quoted(folder: &Path) -> Result<String> {
-    let mut scenes = Vec::new();
-    for (name, wanted) in ROWS {
-        let table = tables::read(&folder.join(name))?;
-        scenes.extend(wanted.iter().map(|scene| (*scene, table.clone())));
-    }
-    let titles = scenes.iter().map(|(scene, _)| format!(" {scene} |")).collect::<String>();
-    let head = |title: &str| format!("\n## {title}\n\n| preset |{titles}\n|---|{}\n", "---:|".repeat(scenes.len()));
-    let table = |title: &str, cell: &dyn Fn(&Row) -> Option<String>| {
-        let line = |preset: &&str| {
-            let cells = scenes.iter().map(|(scene, rows)| {
-                let row = rows.iter().find(|row| row.shows(scene, preset));
-                format!(" {} |", row.and_then(cell).unwrap_or_else(|| tables::MISSING.to_owned()))
-            });
-            format!("| `{preset}` |{}\n", cells.collect::<String>())
+    for page in tables::PAGES {
+        let table = |name: &str, old: &str| match name {
+            "measured" => measured_again(&context, &chosen, old),
+            _ => tables::table(name, &rows, old),
         };
-        head(title) + &PRESETS.iter().map(line).collect::<String>()
-    };
-    let error = |part: &'static str| {
-        move |row: &Row| {
-            let number = |metric: &str| row.number(&format!("same_{part}_{metric}"));
-            Some(format!("{:.3}, {:.2}", number("rel")?, number("energy")?))
+        if fill_file(&root.join(page), table)? {
+            println!("filled the tables of {page}");
         }
-    };
-    let cost = |row: &Row| {
-        let mib = row.number("memory_bytes")? / 1048576.0;
-        Some(format!("{:.0} ms, {mib:.0} MiB", row.number("frame_gpu_ms")?))
-    };
-    Ok([
-        table("Error and energy of the whole image", &error("total")),
-        table("Error and energy of the indirect light on diffuse surfaces", &error("diffuse")),
-        table("Time and memory", &cost),
-    ]
-    .concat())
+    }
+    Ok(())
+}
+
+/// The last table with the lines of these presets measured again.
+fn measured_again(context: &Arc<Context>, chosen: &[&str], old: &str) -> Result<String> {
+    let head = ["preset", "leak, 1 voxel", "leak, ½ voxel", "noise", "moving light", "moving light, all"];
+    let mut table = markdown(head, "-:", [[""; 0]; 0]);
+    for preset in CHOSEN {
+        let kept = old.lines().find(|line| line.starts_with(&format!("| `{preset}` |")));
+        let line = match kept {
+            Some(line) if !chosen.contains(preset) => line.to_owned(),
+            _ => measured(context, preset)?,
+        };
+        println!("{line}");
+        table += &(line + "\n");
+    }
+    Ok(table)
 }
 
 /// A preset's line of the last table.

@@ -102,6 +102,8 @@ pub mod gi;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod ground;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod lab;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod layers;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod measure;

@@ -1,21 +1,22 @@
-//! Writes `docs/talk.md`, the talk's slides one by one, with its pictures and the times of its stages.
+//! Makes the pictures of `docs/talk.md`, the talk's slides one by one, and fills its table of times.
 //!
 //! `cargo run --release --example talk`; `-- --keep-times` leaves the table of times as it is on the page.
 
-mod page;
 mod pictures;
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
+use twobounce::Result;
+use twobounce::Result;
+use twobounce::lab::table;
 use twobounce::measure::timing::Timings;
 use twobounce::output::file;
 use twobounce::reference::film::Film;
 use twobounce::reference::{self, Control, Depth, Options, Stop};
 use twobounce::renderer::{Context, ContextOptions, RenderOptions, Renderer};
 use twobounce::scene::Still;
-use twobounce::{Error, Result};
 
 /// Samples per pixel of the path-traced image.
 const SAMPLES: u32 = 96;
@@ -30,11 +31,11 @@ fn main() -> Result<()> {
         file::write(&docs.join("talk").join(name), &bytes)?;
         println!("docs/talk/{name}: {} bytes", bytes.len());
     }
-    let path = docs.join("talk.md");
-    let before = std::fs::read_to_string(&path).map_err(|e| Error::file(&path, format!("cannot be read: {e}")))?;
-    let kept = page::times_of(&before).filter(|_| std::env::args().any(|arg| arg == "--keep-times"));
-    let times = kept.map_or_else(times, |times| Ok(times.to_owned()))?;
-    file::write(&path, page::document(&times).as_bytes())
+    if !std::env::args().any(|arg| arg == "--keep-times") {
+        let times = times()?;
+        table::fill_file(&docs.join("talk.md"), |_, _| Ok(times.clone()))?;
+    }
+    Ok(())
 }
 
 /// The path-traced picture at an exposure of `ev`.
@@ -58,26 +59,34 @@ fn times() -> Result<String> {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = scene.view(&pose, 0);
     let context = Context::new(&ContextOptions::default())?;
-    let mut rows: Vec<(&str, Vec<(usize, f64)>)> = Vec::new();
-    for (column, (_, settings)) in pictures::presets().into_iter().enumerate() {
+    let presets = pictures::presets();
+    let mut rows: Vec<(&str, [Option<f64>; 3])> = Vec::new();
+    for (column, (_, settings)) in presets.iter().enumerate() {
         let options = RenderOptions::new((pictures::IMAGE_SIZE, pictures::IMAGE_SIZE), bounds);
-        let mut renderer = Renderer::new(&context, scene.clone(), &pose, settings, options)?;
+        let mut renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options)?;
         let mut timings = Timings::new(1);
         for _ in 0..=FRAMES {
             renderer.make_anew();
             timings.push(renderer.render(&pose, &view)?);
         }
         for pass in timings.passes() {
-            let cell = (column, pass.gpu_ms.median);
-            match rows.iter_mut().find(|row| row.0 == pass.name) {
-                Some(row) => row.1.push(cell),
-                None => rows.push((pass.name, vec![cell])),
+            let row = rows.iter().position(|row| row.0 == pass.name).unwrap_or(rows.len());
+            if row == rows.len() {
+                rows.push((pass.name, [None; 3]));
             }
+            rows[row].1[column] = Some(pass.gpu_ms.median);
         }
     }
-    Ok(page::times(
-        &format!("{} ({})", context.name, context.driver),
-        &pictures::presets().map(|preset| preset.0),
-        &rows,
+    let sums = [0, 1, 2].map(|column| format!("{:.0}", rows.iter().filter_map(|row| row.1[column]).sum::<f64>()));
+    let cell = |ms: Option<f64>| ms.map_or(table::MISSING.to_owned(), |ms| format!("{ms:.1}"));
+    let lines = rows.iter().map(|(name, ms)| (*name, ms.map(cell))).chain([("all", sums)]);
+    let lines = lines.map(|(name, cells)| std::iter::once(name.to_owned()).chain(cells));
+    let head = std::iter::once("pass").chain(presets.iter().map(|preset| preset.0));
+    Ok(format!(
+        "Milliseconds of device time on {} ({}): the gallery at 512×512 pixels and 128³ voxels, every frame from scratch, median of \
+         three.\n\n{}",
+        context.name,
+        context.driver,
+        table::markdown(head, "-:", lines)
     ))
 }

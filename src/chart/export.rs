@@ -8,10 +8,11 @@ use super::import::Claim;
 use super::outline::{Outline, Sketch};
 use super::page;
 use super::row::{Part, Reference, Row};
-use super::store::{Store, Stored};
 use super::subject::Source;
 use super::svg::{self, Panel};
 use crate::Result;
+use crate::lab::store::{Origin, Store, Stored};
+use crate::lab::table::to_csv;
 use crate::measure::metrics::Metrics;
 use crate::output::file;
 use crate::settings::Settings;
@@ -62,7 +63,7 @@ pub struct SceneLine {
 
 impl Chart {
     /// What there is of an outline's rows, in its order; `planned` may be fewer than its own, of a shard.
-    pub fn new(outline: &Outline, planned: usize, mix_machines: bool, stored: &[Stored]) -> Self {
+    pub fn new(outline: &Outline, planned: usize, mix_machines: bool, stored: &[Stored<Row>]) -> Self {
         Self {
             version: super::JSON_VERSION,
             program: env!("CARGO_PKG_VERSION"),
@@ -77,7 +78,13 @@ impl Chart {
     }
 
     /// Writes all four files. `stored`: the chart's rows with their pictures, in the chart's order.
-    pub fn write(&self, store: &Store, sketches: &[Sketch], stored: &[Stored], around: &Surroundings) -> Result<()> {
+    pub fn write(
+        &self,
+        store: &Store<Row>,
+        sketches: &[Sketch],
+        stored: &[Stored<Row>],
+        around: &Surroundings,
+    ) -> Result<()> {
         file::write_json(&store.path("rows.json"), self)?;
         file::write(&store.path("rows.csv"), self.csv().as_bytes())?;
         let panels: Vec<Panel> = self.scenes.iter().flat_map(|scene| self.panels(&scene.name)).collect();
@@ -87,8 +94,8 @@ impl Chart {
 
     /// Earlier rows of this chart's settings that a folder keeps, the oldest first: of other builds, and of former states of the
     /// scene or of the noise.
-    pub fn history(&self, store: &Store) -> Vec<Row> {
-        let stored: [Vec<Stored>; 2] = store.all();
+    pub fn history(&self, store: &Store<Row>) -> Vec<Row> {
+        let stored: [Vec<Stored<Row>>; 2] = store.all();
         let is_earlier = |row: &Row| {
             let now = self.rows.iter().find(|now| now.is_same_as(row));
             row.measured.is_some() && now.is_some_and(|now| now.key != row.key || now.origin != row.origin)
@@ -100,9 +107,7 @@ impl Chart {
 
     /// The devices and drivers that rows are of, in words.
     pub fn devices(&self) -> String {
-        let device = |row: &Row| Some(format!("{} ({})", row.origin.as_ref()?.device, row.origin.as_ref()?.driver));
-        let devices: BTreeSet<String> = self.rows.iter().filter_map(device).collect();
-        devices.into_iter().collect::<Vec<_>>().join("; ")
+        Origin::devices(self.rows.iter().filter_map(|row| row.origin.as_ref()))
     }
 
     /// Where rows were measured: machine, device, driver; in the order of names.
@@ -147,10 +152,9 @@ impl Chart {
     pub fn csv(&self) -> String {
         let passes = pass_names(&self.rows);
         let rows: Vec<_> = self.rows.iter().map(|row| self.cells(row, &passes)).collect();
-        let header = rows.first().map(|cells| cells.iter().map(|(name, _)| name.as_str()).collect());
-        let lines = rows.iter().map(|cells| cells.iter().map(|(_, value)| value.as_str()).collect());
-        let line = |cells: Vec<&str>| cells.into_iter().map(escape).collect::<Vec<_>>().join(",") + "\n";
-        header.into_iter().chain(lines).map(line).collect()
+        let header = rows.first().map(|cells| cells.iter().map(|(name, _)| name).collect::<Vec<_>>());
+        let lines = rows.iter().map(|cells| cells.iter().map(|(_, value)| value).collect());
+        to_csv(header.into_iter().chain(lines))
     }
 
     /// A row's cells, each with the name of its column.
@@ -165,7 +169,7 @@ impl Chart {
         add("preset", row.preset.clone());
         add("changes", row.changes.join(" "));
         add("failure", row.failure.clone().unwrap_or_default());
-        let origin = |of: &dyn Fn(&super::row::Origin) -> String| row.origin.as_ref().map(of).unwrap_or_default();
+        let origin = |of: &dyn Fn(&Origin) -> String| row.origin.as_ref().map(of).unwrap_or_default();
         add("machine", origin(&|o| o.machine.clone()));
         add("device", origin(&|o| o.device.clone()));
         add("driver", origin(&|o| o.driver.clone()));
@@ -242,20 +246,9 @@ fn short(value: f64) -> String {
     if rounded.contains('.') { rounded.trim_end_matches('0').trim_end_matches('.').to_owned() } else { rounded }
 }
 
-fn escape(cell: &str) -> String {
-    if cell.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn cells_are_quoted_where_they_must_be() {
-        assert_eq!(escape("a b"), "a b");
-        assert_eq!(escape("a,b"), "\"a,b\"");
-        assert_eq!(escape("say \"a\"\n"), "\"say \"\"a\"\"\n\"");
-    }
 
     #[test]
     fn numbers_keep_six_digits() {

@@ -1,7 +1,7 @@
 //! Time and error of many settings on the same scenes, each a row.
 //!
-//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, [`store`] keeps rows between calls, the other
-//! modules write files. Beside settings stand rows of the path tracer ([`paths`]) and of other programs ([`import`]).
+//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, [`crate::lab::store`]
+//! keeps rows between calls, the other modules write files. Beside settings stand rows of the path tracer ([`paths`]) and of other programs ([`import`]).
 //! [`study`] is the plan behind `docs/study/`.
 
 pub mod export;
@@ -9,14 +9,12 @@ pub mod frontier;
 pub mod import;
 pub mod marks;
 pub mod measure;
-pub mod merge;
 pub mod outline;
 pub mod page;
 pub mod paths;
 pub mod picture;
 pub mod plan;
 pub mod row;
-pub mod store;
 pub mod study;
 pub mod subject;
 pub mod svg;

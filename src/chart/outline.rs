@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::VERSION;
 use super::export::SceneLine;
 use super::measure::ChartScene;
-use super::store::Store;
+use super::row::Row;
+use crate::lab::store::Store;
 use crate::output::file;
 use crate::{Error, Result};
 
@@ -68,7 +69,7 @@ impl Sketch {
 const FILE: &str = "outline.toml";
 
 impl Outline {
-    pub fn save(&self, store: &Store) -> Result<()> {
+    pub fn save(&self, store: &Store<Row>) -> Result<()> {
         file::write_kept(&store.path(FILE), self)
     }
 
@@ -88,7 +89,7 @@ impl Outline {
     }
 
     /// Takes what an earlier call left of these scenes, so that references are not needed where every row is there already.
-    pub fn take_truths<'a>(&mut self, store: &Store, scenes: impl Iterator<Item = (SceneLine, &'a str)>) {
+    pub fn take_truths<'a>(&mut self, store: &Store<Row>, scenes: impl Iterator<Item = (SceneLine, &'a str)>) {
         let Ok(before) = Self::load(&store.path("")) else { return };
         if (before.width, before.height, before.reference_noise) != (self.width, self.height, self.reference_noise) {
             return;

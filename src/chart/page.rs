@@ -1,6 +1,4 @@
-//! The page: one file with its style, its program, its data and its pictures inside.
-
-use std::time::{SystemTime, UNIX_EPOCH};
+//! The page of a chart.
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -10,8 +8,9 @@ use super::marks::{Mark, marks};
 use super::outline::Sketch;
 use super::paths::SEED;
 use super::row::Row;
-use super::store::Stored;
-use crate::output::svg::{COLORS, escape};
+use crate::lab::page::Page;
+use crate::lab::store::Stored;
+use crate::output::svg::COLORS;
 
 /// What the page's program reads. `colors`: of the bar of passes.
 #[derive(Serialize)]
@@ -27,28 +26,12 @@ struct Data<'a> {
     /// As a share.
     reference_noise: f64,
     scenes: Vec<Value>,
-    rows: &'a [Stored],
+    rows: &'a [Stored<Row>],
     history: &'a [Row],
-    #[serde(flatten)]
-    now: Now,
-}
-
-/// When a page was written, and whether another one will be.
-#[derive(Serialize)]
-pub struct Now {
-    running: bool,
-    written_unix_s: u64,
-}
-
-impl Now {
-    pub fn new(running: bool) -> Self {
-        let now = SystemTime::now().duration_since(UNIX_EPOCH);
-        Self { running, written_unix_s: now.map_or(0, |since| since.as_secs()) }
-    }
 }
 
 /// The bytes of `index.html`. `stored`: the chart's rows with their pictures, in the chart's order.
-pub fn html(chart: &Chart, sketches: &[Sketch], stored: &[Stored], around: &Surroundings) -> String {
+pub fn html(chart: &Chart, sketches: &[Sketch], stored: &[Stored<Row>], around: &Surroundings) -> String {
     let size = [chart.width, chart.height];
     let about = |Sketch { line, truths }: &Sketch| {
         let about = format!("{} triangles, camera {}", line.triangles, line.camera);
@@ -64,21 +47,17 @@ pub fn html(chart: &Chart, sketches: &[Sketch], stored: &[Stored], around: &Surr
         scenes: sketches.iter().map(about).collect(),
         rows: stored,
         history: &around.history,
-        now: Now::new(around.running),
     };
-    let data = serde_json::to_string(&data)
-        .expect("rows are plain data, which JSON can hold")
-        // Inside a script nothing may look like the script's end.
-        .replace('<', "\\u003c");
-    let page = include_str!("page/index.html")
-        .replace("{{style}}", include_str!("page/style.css"))
-        .replace("{{about}}", &escape(&format!("{}, {}×{} pixels", chart.devices(), chart.width, chart.height)))
-        .replace("{{missing}}", &escape(&missing(chart, around)))
-        .replace("{{follow}}", include_str!("page/follow.js"))
-        .replace("{{plot}}", include_str!("page/plot.js"))
-        .replace("{{program}}", include_str!("page/page.js"));
-    // Last, so that no text in it is taken for a place to fill in.
-    page.replace("{{data}}", &data)
+    let page = Page {
+        title: "Error against time",
+        about: &format!("{}, {}×{} pixels", chart.devices(), chart.width, chart.height),
+        missing: &missing(chart, around),
+        running: around.running,
+        style: "",
+        body: include_str!("page/body.html"),
+        program: include_str!("page/page.js"),
+    };
+    page.html(&data)
 }
 
 /// What the chart does not have yet, in sentences.

@@ -5,8 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::measure::{ChartScene, Images, LONG_ENOUGH_MS, MOST_FRAMES};
-use super::row::Measured;
-use super::store::Pictures;
+use super::row::{Measured, Pictures};
 use super::subject::Subject;
 use crate::Result;
 use crate::layers::Aov;

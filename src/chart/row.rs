@@ -2,10 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::measure::ChartScene;
 use super::subject::{Source, Subject};
+use crate::lab::store::{self as lab, Kind, Origin, device_words, short_hash};
 use crate::measure::metrics::{Metrics, NoiseInRel};
 use crate::measure::timing::Spread;
+use crate::reference::{Depth, Stop, cache};
+use crate::scene::Still;
 use crate::settings::Settings;
+use crate::vk::Context;
 
 /// One setting on one scene. `docs/json.md` lists the keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,30 +40,6 @@ pub struct Row {
     pub failure: Option<String>,
     /// Absent until it ran, and where the image is another program's.
     pub origin: Option<Origin>,
-}
-
-/// Where and when a row was measured.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Origin {
-    /// `--machine`, or the host's name.
-    pub machine: String,
-    pub device: String,
-    pub driver: String,
-    /// The program's version.
-    pub program: String,
-    /// The first digits of the hash of the program's file.
-    pub build: String,
-    /// `--label`.
-    pub label: Option<String>,
-    /// Seconds since 1970, UTC.
-    pub unix_s: u64,
-}
-
-impl Origin {
-    /// Whose times may be compared: those of one device in one machine.
-    pub fn place(&self) -> [&str; 3] {
-        [&self.machine, &self.device, &self.driver]
-    }
 }
 
 /// Times in milliseconds.
@@ -129,6 +110,41 @@ pub enum Part {
     Indirect,
     /// Indirect, of pixels that show diffuse surfaces alone.
     Diffuse,
+}
+
+impl lab::Row for Row {
+    type Pictures = Pictures;
+
+    const KIND: Kind = Kind { command: "chart", words: "a chart", version: super::VERSION };
+
+    fn key(&self) -> &str {
+        &self.key
+    }
+
+    fn address(&self) -> &str {
+        &self.address
+    }
+
+    fn origin(&self) -> Option<&Origin> {
+        self.origin.as_ref()
+    }
+
+    fn is_measured(&self) -> bool {
+        self.measured.is_some()
+    }
+
+    fn title(&self) -> String {
+        format!("{} {}", self.scene, self.name)
+    }
+
+    fn lasting(&self) -> serde_json::Value {
+        let numbers = |m: &Measured| (m.memory_bytes, m.nonfinite, m.equal_terms.clone(), m.full, m.same);
+        serde_json::json!([self.settings, self.source, self.failure, self.measured.as_ref().map(numbers)])
+    }
+
+    fn noise(&self) -> f64 {
+        self.measured.as_ref().map_or(f64::INFINITY, |m| m.full.noise.max(m.same.noise))
+    }
 }
 
 impl Row {
@@ -210,5 +226,44 @@ impl Row {
             Source::PathTracer { .. } => Some(measured.frame_wall_ms?.median),
             Source::Import(claim) => Some(claim.milliseconds),
         }
+    }
+}
+
+/// A setting's pictures as URIs that hold them, small enough for a page.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pictures {
+    pub image: String,
+    /// Signed difference from the full light, and from that of as many bounces; red is too bright, blue too dark.
+    pub full: String,
+    pub same: String,
+}
+
+/// Names rows after everything that determines them except the program.
+pub struct Keys {
+    /// The device, validation.
+    common: [String; 2],
+    noise: f64,
+}
+
+impl Keys {
+    /// `noise`: a share, not a percentage.
+    pub fn new(context: &Context, validation: bool, noise: f64) -> Self {
+        Self { common: [device_words(context), validation.to_string()], noise }
+    }
+
+    /// Hash over the device and the address; of an image of another program, which needs no device, over the address alone.
+    pub fn key(&self, address: &str, subject: &Subject) -> String {
+        match subject {
+            Subject::Import(_) => short_hash(&serde_json::json!([address])),
+            Subject::Settings(_) | Subject::Paths(_) => short_hash(&serde_json::json!([self.common, address])),
+        }
+    }
+
+    /// Hash over the scene as it is seen, the noise of references, and the settings, or what else made the image.
+    pub fn address(&self, scene: &ChartScene, subject: &Subject) -> String {
+        let seen = scene.reference_options(Depth::Full, Stop::Noise(self.noise));
+        let seen = cache::key(Still::new(&scene.scene, &scene.pose, &scene.view), &seen).to_string();
+        let bounds = format!("{:?}", scene.options.bounds);
+        short_hash(&serde_json::json!([self.noise.to_string(), seen, bounds, subject.identity()]))
     }
 }

@@ -1,4 +1,4 @@
-//! The default study: every preset, and every axis by itself on top of a preset. `docs/study/README.md` is made from it.
+//! The default study: every preset, and every axis by itself on top of a preset. It fills the tables of `docs/study/README.md`.
 
 use std::collections::BTreeSet;
 
@@ -8,6 +8,7 @@ use super::plan::{Trial, distinct, sweep, trials};
 use super::row::{Part, Reference, Row};
 use super::subject::{Source, Subject};
 use crate::Result;
+use crate::lab::table;
 use crate::measure::terms;
 use crate::settings::{PRESETS, Settings};
 
@@ -75,9 +76,6 @@ pub const PATHS_AXIS: &str = "path tracer";
 /// The name of the presets' lines.
 pub const PRESETS_AXIS: &str = "preset";
 
-/// The marks around the handwritten part of the page, which is kept when the page is written again.
-const HANDWRITTEN: [&str; 2] = ["<!-- by hand, and kept: from here -->\n", "<!-- to here -->\n"];
-
 /// The axis's name and the setting of every line of the page's table. `sets`: applied after [`BASE`].
 ///
 /// # Errors
@@ -113,66 +111,69 @@ pub fn settings(lines: &[(&'static str, Trial)]) -> Vec<Trial> {
     distinct(lines.iter().map(|(_, trial)| trial.clone()))
 }
 
-/// The part between the marks of an earlier page; `None` for a text that is no such page.
-pub fn handwritten(page: &str) -> Option<&str> {
-    let (_, rest) = page.split_once(HANDWRITTEN[0])?;
-    Some(rest.split_once(HANDWRITTEN[1])?.0)
+/// A new page, without its tables.
+pub const EMPTY: &str = include_str!("study.md");
+
+/// Whether a text is such a page.
+pub fn is_page(page: &str) -> bool {
+    table::tables(page).is_ok_and(|tables| tables.iter().any(|(name, _)| name == "settings"))
 }
 
-/// The page. `sets`: as for [`lines`]; `handwritten`: the part to keep of an earlier page.
-pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], handwritten: &str) -> String {
-    let (devices, noise) = (chart.devices(), 100.0 * chart.reference_noise);
-    let paths: BTreeSet<u32> = chart.rows.iter().filter_map(Row::paths).collect();
-    let traced = match paths.is_empty() {
-        true => "",
-        false => "; of the path tracer, which stands last, the wall time on the processor",
-    };
+/// The page with its tables filled. `sets`: as for [`lines`].
+///
+/// # Errors
+/// A mark of a table in the page without an end.
+pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], page: &str) -> Result<String> {
+    table::fill(page, |name, old| {
+        Ok(match name {
+            "conditions" => conditions(chart, lines, sets),
+            "settings" => settings_table(chart, lines),
+            _ => old.to_owned(),
+        })
+    })
+}
+
+fn conditions(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String]) -> String {
     let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
-    let [title, flag, axes] = match lines.iter().any(|(axis, _)| *axis != PRESETS_AXIS) {
-        true => ["setting", "", ", then every axis by itself, on\ntop of the preset that starts its line"],
-        false => ["preset", " --presets-only", ""],
+    let axes = match lines.iter().any(|(axis, _)| *axis != PRESETS_AXIS) {
+        true => ", then every axis by itself, on top of the preset that starts its line",
+        false => "",
     };
-    let mut page = format!(
-        "# Error and time of every {title}\n\n\
-         Written by `twobounce study{flag}`; it is run again whenever a method changes. It measures every preset{axes}. `{base}`, \
-         unless a line says otherwise. Measured at {}×{} pixels on\n\
-         {devices}. `ms` is the GPU time of a frame{traced}. The other columns are `rel`, mean |error| over mean reference: `same`\n\
-         against light of as many bounces, `all` against all light; the references' own noise is {noise} %. *Whole* is `rel` of the whole\n\
-         image, *diffuse* that of the indirect light on diffuse surfaces, on equal terms: direct light and lamps are the exact ones\n\
-         (`docs/accuracy.md` defines both). Lines marked * were measured for that with what rows.csv names in its column\n\
-         `equal_terms`. **Bold**: no other setting is both faster and more accurate. [rows.csv](rows.csv)\n\
-         has every number.\n\n## Surprises\n\n{}{handwritten}{}\n",
-        chart.width, chart.height, HANDWRITTEN[0], HANDWRITTEN[1]
-    );
-    for scene in &chart.scenes {
-        page += &format!("![{0}: error against time]({0}.svg)\n\n", scene.name);
-    }
-    page += "| axis | setting | method |";
+    format!(
+        "Measured is every preset{axes}; `{base}`, unless a line says otherwise.\n{}×{} pixels on {};\nthe references' own noise is {} %.",
+        chart.width,
+        chart.height,
+        chart.devices(),
+        100.0 * chart.reference_noise
+    )
+}
+
+/// The pictures, and a line for every setting.
+fn settings_table(chart: &Chart, lines: &[(&'static str, Trial)]) -> String {
     let columns: Vec<Columns> = chart.scenes.iter().map(|scene| Columns::new(chart, scene)).collect();
-    for Columns { scene, errors, .. } in &columns {
-        page += &format!(" {scene} ms |");
-        errors.iter().for_each(|error| page += &format!(" {} |", error.title));
-    }
-    let numbers: usize = columns.iter().map(|scene| 1 + scene.errors.len()).sum();
-    page += &format!("\n|---|---|---|{}\n", "---:|".repeat(numbers));
+    let head = columns.iter().flat_map(|Columns { scene, errors, .. }| {
+        std::iter::once(format!("{scene} ms")).chain(errors.iter().map(|error| error.title.clone()))
+    });
+    let head = ["axis", "setting", "method"].into_iter().map(str::to_owned).chain(head);
     let mut last = "";
-    for (name, trial) in lines {
-        let axis = if *name == last { "" } else { name };
+    let mut line = |axis: &'static str, setting: String, method: &str, is_meant: &dyn Fn(&Row) -> bool| {
+        let shown = if axis == last { "" } else { axis };
+        last = axis;
+        let cells = columns.iter().flat_map(|scene| scene.cells(is_meant)).collect::<Vec<_>>();
+        [shown.to_owned(), setting, method.to_owned()].into_iter().chain(cells).collect::<Vec<_>>()
+    };
+    let mut rows = Vec::new();
+    for (axis, trial) in lines {
         let mark = if terms::changes(&trial.settings).is_empty() { "" } else { "*" };
-        page += &format!("| {axis} | `{}`{mark} | {} |", trial.name(), trial.settings.method);
-        last = name;
         let is_meant = |row: &Row| row.settings.as_ref().is_some_and(|own| own.means_same(&trial.settings));
-        columns.iter().for_each(|scene| page += &scene.cells(&is_meant));
-        page += "\n";
+        rows.push(line(*axis, format!("`{}`{mark}", trial.name()), trial.settings.method.name(), &is_meant));
     }
-    for (i, paths) in paths.iter().enumerate() {
-        let axis = if i == 0 { PATHS_AXIS } else { "" };
-        page += &format!("| {axis} | `{}` | path tracer |", Subject::Paths(*paths).name());
-        let is_meant = |row: &Row| row.source == Source::PathTracer { paths: *paths };
-        columns.iter().for_each(|scene| page += &scene.cells(&is_meant));
-        page += "\n";
+    for paths in chart.rows.iter().filter_map(Row::paths).collect::<BTreeSet<u32>>() {
+        let is_meant = |row: &Row| row.source == Source::PathTracer { paths };
+        rows.push(line(PATHS_AXIS, format!("`{}`", Subject::Paths(paths).name()), "path tracer", &is_meant));
     }
-    page
+    let picture = |scene: &SceneLine| format!("![{0}: error against time]({0}.svg)\n\n", scene.name);
+    chart.scenes.iter().map(picture).collect::<String>() + &table::markdown(head, "---:", rows)
 }
 
 /// The table's columns for a scene: the time, then errors.
@@ -208,7 +209,7 @@ impl<'a> Columns<'a> {
     }
 
     /// Time and errors of the row that is meant.
-    fn cells(&self, is_meant: &dyn Fn(&Row) -> bool) -> String {
+    fn cells(&self, is_meant: &dyn Fn(&Row) -> bool) -> Vec<String> {
         let row = self.rows.iter().find(|row| is_meant(row));
         let time = row.and_then(|row| Some(format!("{:.0}", row.ms()?)));
         let error = |Error { part, reference, best, .. }: &Error| {
@@ -217,7 +218,7 @@ impl<'a> Columns<'a> {
             Some(format!("{bold}{:.3}{bold}", row.rel(*reference, *part)?))
         };
         let cells = std::iter::once(time).chain(self.errors.iter().map(error));
-        cells.map(|cell| format!(" {} |", cell.unwrap_or("–".to_owned()))).collect()
+        cells.map(|cell| cell.unwrap_or(table::MISSING.to_owned())).collect()
     }
 }
 
@@ -266,7 +267,7 @@ mod tests {
         };
         let rows = vec![row("box"), row("room")];
         let chart = Chart { scenes: vec![line("box", true), line("room", false)], rows, ..Chart::default() };
-        let page = document(&chart, &lines[..2], &[], "");
+        let page = document(&chart, &lines[..2], &[], EMPTY).unwrap();
         let table: Vec<_> = page.lines().filter(|line| line.starts_with('|')).collect();
         let four = "whole, same | whole, all | diffuse, same | diffuse, all |";
         assert_eq!(table[0], format!("| axis | setting | method | box ms | {four} room ms | {four}"));
@@ -277,11 +278,12 @@ mod tests {
     }
 
     #[test]
-    fn the_handwritten_part_is_kept() {
+    fn what_people_write_is_kept() {
         let chart = Chart::default();
-        let page = document(&chart, &[], &[], "Nothing did.\n");
-        assert_eq!(handwritten(&page), Some("Nothing did.\n"));
-        assert_eq!(document(&chart, &[], &[], handwritten(&page).unwrap()), page);
-        assert_eq!(handwritten("# My own page"), None);
+        let page = EMPTY.replace("Nothing is written here yet.", "Nothing did.");
+        let filled = document(&chart, &[], &[], &page).unwrap();
+        assert!(filled.contains("Nothing did.") && filled.contains("| axis | setting | method |"), "{filled}");
+        assert_eq!(document(&chart, &[], &[], &filled).unwrap(), filled);
+        assert!(is_page(&filled) && !is_page("# My own page"));
     }
 }

@@ -1,4 +1,4 @@
-//! `twobounce ledger`: measures every row of a method's ledger and writes its page.
+//! `twobounce ledger`: measures the rows of a method's ledger and fills their last cells in its page.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -9,12 +9,8 @@ use std::sync::Arc;
 use clap::Args;
 use glam::Vec3;
 use twobounce::gi::Method;
-use twobounce::gi::cones::ledger::page::{FillError, Furnace, Measurements, document, fill_column, furnace_row};
-use twobounce::gi::cones::ledger::{
-    CHOICES, EDGE, FILL_EDGE, FILL_NOISE, FILL_SCENES, FILL_SETTINGS, FURNACE_EDGES, FURNACE_FILLS, FURNACE_ROOMS,
-    OPEN, ROWS,
-};
-use twobounce::gi::ledger::{Change, Effect, Measured, SHEETS};
+use twobounce::lab::ledger::{Job, LEDGERS, Line, lines, with_results};
+use twobounce::lab::table;
 use twobounce::layers::Aov;
 use twobounce::measure::metrics::{Metrics, compare};
 use twobounce::measure::terms::{self, Subtract};
@@ -27,9 +23,10 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, size};
+use super::interrupt;
+use super::lab::{Experiment, Pages, Runner};
 use super::progress::watch;
 use super::reference::{cache, traced};
-use super::{interrupt, out};
 
 #[derive(Args, Debug)]
 pub struct LedgerArgs {
@@ -50,92 +47,126 @@ pub struct LedgerArgs {
 }
 
 fn method(text: &str) -> std::result::Result<Method, String> {
-    let with_ledger =
-        |method: &&Method| SHEETS.iter().any(|sheet| sheet.method == **method) || **method == Method::Cones;
-    let methods: Vec<Method> = Method::ALL.iter().filter(with_ledger).copied().collect();
-    methods.iter().find(|method| method.name() == text).copied().ok_or_else(|| {
-        format!("a ledger have {}", methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "))
-    })
+    let methods: Vec<&str> = LEDGERS.iter().map(|ledger| ledger.method.name()).collect();
+    let found = LEDGERS.iter().find(|ledger| ledger.method.name() == text).map(|ledger| ledger.method);
+    found.ok_or_else(|| format!("a ledger have {}", methods.join(", ")))
 }
 
+/// Edge of the grid that changes are measured on: D19's numbers are for it.
+const EDGE: u32 = 32;
+/// Edge of the grid of the table `fills`, and the noise of its references, as a share.
+const FILL_EDGE: u32 = 64;
+const FILL_NOISE: f64 = 0.025;
 /// Pixels a side of a furnace's image: every pixel should be the same.
 const FURNACE_PIXELS: u32 = 48;
 
 pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     interrupt::install()?;
-    let sheet = SHEETS.iter().find(|sheet| sheet.method == args.method);
-    let (preset, page) = sheet.map_or(("corrected", "docs/ledger.md"), |sheet| (sheet.preset, sheet.page));
-    let output = args.output.clone().unwrap_or_else(|| page.into());
+    let ledger = LEDGERS.iter().find(|ledger| ledger.method == args.method).expect("the flag takes no other method");
+    let output = args.output.clone().unwrap_or_else(|| ledger.page.into());
     file::check_writable(&output)?;
-    let base = Settings { voxels: EDGE, ..Settings::preset(preset)? };
+    // A page that people have changed since the program was built keeps what they wrote.
+    let page = std::fs::read_to_string(&output).unwrap_or_else(|_| ledger.text.to_owned());
+    let lines = lines(&page).map_err(|error| Error::file(&output, error.to_string()))?;
+    let base = Settings { voxels: EDGE, ..Settings::preset(ledger.preset)? };
     let context = args.device.open(args.size)?;
     let scene = Scene::load(&args.scene, &LoadOptions::default())?;
     let about = format!(
         "Measured on `{}` at {}×{}, {}³ voxels, on {} ({}).",
         scene.name, args.size.0, args.size.1, EDGE, context.name, context.driver
     );
-    let mut renders = Renders { context: &context, scene, base, size: args.size, made: BTreeMap::new() };
-    if let Some(sheet) = sheet {
-        let mut measured = Measured { about, ..Measured::default() };
-        for row in sheet.rows {
-            if let Effect::Measured { right, printed } = row.effect {
-                out::warn(row.id);
-                measured.changes.insert(row.id.into(), renders.change(right, printed)?);
-            }
-        }
-        file::write(&output, sheet.document(&measured).as_bytes())?;
-        return Ok(ExitCode::SUCCESS);
-    }
-    let mut measured = Measurements { about, ..Measurements::default() };
-    for row in ROWS.iter().chain(OPEN) {
-        if let Effect::Measured { right, printed } = row.effect {
-            out::warn(row.id);
-            measured.changes.insert(row.id.into(), renders.change(right, printed)?);
-        }
-    }
-    for choice in CHOICES {
-        out::warn(choice);
-        measured.changes.insert((*choice).into(), renders.change(&[], &[choice])?);
-    }
-    for path in FILL_SCENES {
-        out::warn(path);
-        measured.fills.insert(fill_column(path).into(), fills(&context, path, args.size)?);
-    }
-    for (fill, settings) in FURNACE_FILLS {
-        for &room in FURNACE_ROOMS {
-            let row = furnace_row(fill, room.0, room.1);
-            out::warn(&row);
-            let at = |edge: &u32| furnace(&context, settings, room, *edge);
-            measured.furnaces.insert(row, FURNACE_EDGES.iter().map(at).collect::<Result<_>>()?);
-        }
-    }
-    file::write(&output, document(&measured).as_bytes())?;
+    let page = table::fill(&page, |name, text| Ok(if name == "device" { about.clone() } else { text.to_owned() }))?;
+    let renders = Renders { scene, base, size: args.size, made: BTreeMap::new() };
+    let mut rows = Rows { renders, lines, results: BTreeMap::new(), page, output };
+    let runner = Runner { device: &args.device, size: args.size, budget: None };
+    runner.run(&mut rows, context, &mut Pages::default())?;
+    interrupt::check()?;
+    rows.write(false)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The rows of a page.
+struct Rows {
+    renders: Renders,
+    lines: Vec<Line>,
+    /// By the places of lines in the page.
+    results: BTreeMap<usize, Vec<String>>,
+    page: String,
+    output: PathBuf,
+}
+
+impl Experiment for Rows {
+    fn len(&self) -> usize {
+        self.lines.len()
+    }
+
+    fn is_measured(&self, row: usize) -> bool {
+        self.results.contains_key(&self.lines[row].at)
+    }
+
+    fn name(&self, row: usize) -> String {
+        self.lines[row].name.clone()
+    }
+
+    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> bool) -> Result<bool> {
+        let line = &self.lines[row];
+        let results = match &line.job {
+            Job::Change { printed, right } => self.renders.change(context, right, printed)?,
+            Job::Fill { settings, scenes } => {
+                let of_scene =
+                    |scene: &String| fill(context, &format!("assets/{scene}.glb"), settings, self.renders.size);
+                scenes.iter().map(of_scene).collect::<Result<_>>()?
+            }
+            Job::Furnace { settings, albedo, block, edges } => {
+                let of_edge = |edge: &u32| furnace(context, settings, (*albedo, *block), *edge);
+                edges.iter().map(of_edge).collect::<Result<_>>()?
+            }
+        };
+        self.results.insert(line.at, results);
+        Ok(true)
+    }
+
+    fn keep_failure(&mut self, row: usize, error: Error) -> Result<()> {
+        Err(Error::Usage(format!("{}: {error}", self.lines[row].name)))
+    }
+
+    fn line(&self, row: usize) -> Option<String> {
+        let line = &self.lines[row];
+        Some(format!("{}: {}", line.name, self.results.get(&line.at)?.join(", ")))
+    }
+
+    fn write(&mut self, running: bool) -> Result<()> {
+        if running {
+            return Ok(()); // The page names one device, so it is written whole.
+        }
+        let page = with_results(&self.page, |at| self.results.get(&at).map(Vec::as_slice));
+        file::write(&self.output, page.as_bytes())
+    }
 }
 
 type Pixels = Vec<[f32; 3]>;
 
 /// One scene under many settings; each is rendered once.
-struct Renders<'a> {
-    context: &'a Arc<Context>,
+struct Renders {
     scene: Scene,
     base: Settings,
     size: (u32, u32),
     made: BTreeMap<String, Rc<Pixels>>,
 }
 
-impl Renders<'_> {
-    /// What `printed` changes on top of `right`.
-    fn change(&mut self, right: &[&str], printed: &[&str]) -> Result<Change> {
-        let before = self.image(&[right, printed].concat())?;
-        let after = self.image(right)?;
+impl Renders {
+    /// How far `printed` changes the image with `right`, and how much brighter it makes it.
+    fn change(&mut self, context: &Arc<Context>, right: &[String], printed: &[String]) -> Result<Vec<String>> {
+        let before = self.image(context, &[right, printed].concat())?;
+        let after = self.image(context, right)?;
         let sum = |image: &Pixels| image.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
         let pairs = before.iter().flatten().zip(after.iter().flatten());
         let difference: f64 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum();
-        Ok(Change { rel_percent: 100.0 * difference / sum(&after), energy: sum(&before) / sum(&after) })
+        let (rel_percent, energy) = (100.0 * difference / sum(&after), sum(&before) / sum(&after));
+        Ok(vec![format!("{rel_percent:.2} %"), format!("{energy:.3}")])
     }
 
-    fn image(&mut self, assignments: &[&str]) -> Result<Rc<Pixels>> {
+    fn image(&mut self, context: &Arc<Context>, assignments: &[String]) -> Result<Rc<Pixels>> {
         let key = assignments.join(" ");
         if let Some(image) = self.made.get(&key) {
             return Ok(image.clone());
@@ -149,7 +180,7 @@ impl Renders<'_> {
                 None => settings.set(assignment)?,
             }
         }
-        let image = Rc::new(render(self.context, scene, settings, self.size)?);
+        let image = Rc::new(render(context, scene, settings, self.size)?);
         self.made.insert(key, image.clone());
         Ok(image)
     }
@@ -158,43 +189,36 @@ impl Renders<'_> {
 fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32)) -> Result<Pixels> {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
-    let mut renderer = Renderer::new(
-        context,
-        scene,
-        &pose,
-        settings,
-        RenderOptions { watch: Some(watch()), ..RenderOptions::new(size, bounds) },
-    )?;
+    let options = RenderOptions { watch: Some(watch()), ..RenderOptions::new(size, bounds) };
+    let mut renderer = Renderer::new(context, scene, &pose, settings, options)?;
     interrupt::check()?;
     renderer.render(&pose, &view)?;
     Ok(renderer.read().beauty().to_vec())
 }
 
-/// Errors of [`FILL_SETTINGS`] on a scene, on equal terms.
-fn fills(context: &Arc<Context>, path: &str, (width, height): (u32, u32)) -> Result<Vec<FillError>> {
+/// Error and energy of the indirect light on a scene's diffuse surfaces, on equal terms.
+fn fill(context: &Arc<Context>, path: &str, assignments: &[String], (width, height): (u32, u32)) -> Result<String> {
     let scene = Scene::load(path.as_ref(), &LoadOptions::default())?;
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = scene.view(&pose, 0);
     let stop = Stop::Noise(FILL_NOISE);
     let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
     let (film, _) = traced(&cache(), Still::new(&scene, &pose, &view), &options)?;
+    let mut settings = terms::on_equal_terms(&Settings { voxels: FILL_EDGE, ..Settings::corrected() });
+    assignments.iter().try_for_each(|assignment| settings.set(assignment))?;
+    let options = RenderOptions { aovs: vec![Aov::Direct], ..RenderOptions::new((width, height), bounds) };
+    let mut renderer = Renderer::new(context, scene.clone(), &pose, settings, options)?;
+    interrupt::check()?;
+    renderer.render(&pose, &view)?;
     let truth = film.layers(&[Aov::Direct, Aov::Diffuse]);
-    let error = |assignments: &&[&str]| {
-        let mut settings = terms::on_equal_terms(&Settings { voxels: FILL_EDGE, ..Settings::corrected() });
-        assignments.iter().try_for_each(|assignment| settings.set(assignment))?;
-        let options = RenderOptions { aovs: vec![Aov::Direct], ..RenderOptions::new((width, height), bounds) };
-        let mut renderer = Renderer::new(context, scene.clone(), &pose, settings, options)?;
-        interrupt::check()?;
-        renderer.render(&pose, &view)?;
-        let metrics = compare(&renderer.read(), &truth, Subtract::in_scene(&scene))?.indirect_diffuse;
-        let Metrics { rel, energy, .. } =
-            metrics.ok_or_else(|| Error::Usage(format!("{path}: no diffuse surface is lit")))?;
-        Ok(FillError { rel, energy })
-    };
-    FILL_SETTINGS.iter().map(error).collect()
+    let metrics = compare(&renderer.read(), &truth, Subtract::in_scene(&scene))?.indirect_diffuse;
+    let none = || Error::Usage(format!("{path}: no diffuse surface is lit"));
+    let Metrics { rel, energy, .. } = metrics.ok_or_else(none)?;
+    Ok(format!("{rel:.3}, {energy:.3}"))
 }
 
-fn furnace(context: &Arc<Context>, fill: &[&str], (albedo, block): (f32, bool), edge: u32) -> Result<Furnace> {
+/// The mean over a furnace's pixels, the darkest and the brightest one, all over what is right.
+fn furnace(context: &Arc<Context>, fill: &[String], (albedo, block): (f32, bool), edge: u32) -> Result<String> {
     let mut settings = Settings { voxels: edge, ..Settings::corrected() };
     fill.iter().try_for_each(|assignment| settings.set(assignment))?;
     let size = (FURNACE_PIXELS, FURNACE_PIXELS);
@@ -202,8 +226,6 @@ fn furnace(context: &Arc<Context>, fill: &[&str], (albedo, block): (f32, bool), 
     // Every bounce adds the albedo of what came before.
     let expected: f64 = (0..=2).map(|bounce| f64::from(albedo).powi(bounce)).sum();
     let ratios: Vec<f64> = shot.iter().map(|p| f64::from(p[1]) / expected).collect();
-    Ok(Furnace {
-        mean: ratios.iter().sum::<f64>() / ratios.len() as f64,
-        range: [ratios.iter().copied().fold(f64::INFINITY, f64::min), ratios.iter().copied().fold(0.0, f64::max)],
-    })
+    let (least, most) = ratios.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
+    Ok(format!("{:.3} ({least:.3} … {most:.3})", ratios.iter().sum::<f64>() / ratios.len() as f64))
 }

@@ -5,12 +5,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::export::{Chart, Surroundings};
-use twobounce::chart::merge::{Merged, merge};
 use twobounce::chart::outline::Outline;
-use twobounce::chart::row::Row;
-use twobounce::chart::store::{CHART, Kind, Pictures, Store};
+use twobounce::chart::row::Row as ChartRow;
+use twobounce::lab::merge::{Merged, merge};
+use twobounce::lab::store::{Kind, Row, Store};
 use twobounce::output::file;
 use twobounce::reference::part::Part;
+use twobounce::stability::row::Row as StabilityRow;
 use twobounce::stability::{self, export};
 use twobounce::{Error, Result};
 
@@ -35,18 +36,19 @@ pub struct MergeArgs {
     pub history: bool,
 }
 
+/// The folders that can be merged.
+const KINDS: [Kind; 2] = [ChartRow::KIND, StabilityRow::KIND];
+
 pub fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
-    let is_of = |kind: Kind| args.parts.iter().all(|part| Store::is_marked_as(kind, part));
+    let is_of = |kind: Kind| args.parts.iter().all(|part| kind.marks(part));
     if args.parts.iter().all(|part| part.is_file()) {
         merge_films(args)?;
-    } else if is_of(CHART) {
+    } else if is_of(ChartRow::KIND) {
         merge_charts(args)?;
-    } else if is_of(stability::FOLDER) {
+    } else if is_of(StabilityRow::KIND) {
         merge_stability(args)?;
     } else {
-        let is_known = |part: &&PathBuf| {
-            part.is_file() || [CHART, stability::FOLDER].iter().any(|kind| Store::is_marked_as(*kind, part))
-        };
+        let is_known = |part: &&PathBuf| part.is_file() || KINDS.iter().any(|kind| kind.marks(part));
         return Err(match args.parts.iter().find(|part| !is_known(part)) {
             Some(other) if !other.exists() => Error::file(other, "is not there; name folders or films that are"),
             Some(other) => Error::file(other, "holds no chart and no rows of stability; name folders that do"),
@@ -88,8 +90,27 @@ fn merge_films(args: &MergeArgs) -> Result<()> {
     Ok(())
 }
 
-/// Says what came together; `missing`: rows that no folder has.
-fn report<R, P>(merged: &Merged<R, P>, store: &Store, missing: usize) {
+/// The output as one of the parts, if it has rows already, then the others.
+fn folders<R: Row>(args: &MergeArgs) -> Vec<&Path> {
+    let own = Some(args.output.as_path()).filter(|output| R::KIND.marks(output));
+    let others = args.parts.iter().map(PathBuf::as_path).filter(|part| !file::is_same(part, &args.output));
+    own.into_iter().chain(others).collect()
+}
+
+/// Puts rows into one folder, lets `write` make its pages, which has the number of rows that should be there, and says what came
+/// together. `order`: the addresses of all rows.
+fn merge_rows<R: Row>(
+    args: &MergeArgs,
+    folders: &[&Path],
+    order: &[&str],
+    write: impl FnOnce(&Store<R>, &Merged<R>, usize) -> Result<()>,
+) -> Result<()> {
+    let merged = merge::<R>(folders, order)?;
+    let store = Store::open(&args.output, true)?;
+    merged.save(&store)?;
+    let missing = merged.missing(order);
+    let _writing = file::writing();
+    write(&store, &merged, merged.rows.len() + missing)?;
     say!("rows: {}, of {} folders", merged.rows.len(), merged.folders);
     if merged.twice > 0 {
         say!(
@@ -101,17 +122,11 @@ fn report<R, P>(merged: &Merged<R, P>, store: &Store, missing: usize) {
         say!("rows that are in none of the folders: {missing}");
     }
     say!("wrote {}", store.path("index.html").display());
-}
-
-/// The output as one of the parts, if it has rows already, then the others.
-fn folders(args: &MergeArgs, kind: Kind) -> Vec<&Path> {
-    let own = Some(args.output.as_path()).filter(|output| Store::is_marked_as(kind, output));
-    let others = args.parts.iter().map(PathBuf::as_path).filter(|part| !file::is_same(part, &args.output));
-    own.into_iter().chain(others).collect()
+    Ok(())
 }
 
 fn merge_charts(args: &MergeArgs) -> Result<()> {
-    let folders = folders(args, CHART);
+    let folders = folders::<ChartRow>(args);
     let mut outline: Option<Outline> = None;
     for folder in &folders {
         let other = Outline::load(folder)?;
@@ -122,23 +137,17 @@ fn merge_charts(args: &MergeArgs) -> Result<()> {
     }
     let outline = outline.ok_or_else(|| Error::Usage("there is no folder to merge".into()))?;
     let order: Vec<&str> = outline.rows.iter().map(|row| row.address.as_str()).collect();
-    let merged = merge::<Row, Pictures>(CHART, &folders, &order)?;
-    let store = Store::open(CHART, &args.output, true)?;
-    merged.save(&store)?;
-    let shown = &merged.rows;
-    let missing = merged.missing(&order);
-    let chart = Chart::new(&outline, shown.len() + missing, args.mix_machines, shown);
-    let history = if args.history { chart.history(&store) } else { Vec::new() };
-    let around = Surroundings { running: false, part: String::new(), history };
-    let _writing = file::writing();
-    chart.write(&store, &outline.scenes, shown, &around)?;
-    outline.save(&store)?;
-    report(&merged, &store, missing);
-    Ok(())
+    merge_rows::<ChartRow>(args, &folders, &order, |store, merged, planned| {
+        let chart = Chart::new(&outline, planned, args.mix_machines, &merged.rows);
+        let history = if args.history { chart.history(store) } else { Vec::new() };
+        let around = Surroundings { running: false, part: String::new(), history };
+        chart.write(store, &outline.scenes, &merged.rows, &around)?;
+        outline.save(store)
+    })
 }
 
 fn merge_stability(args: &MergeArgs) -> Result<()> {
-    let folders = folders(args, stability::FOLDER);
+    let folders = folders::<StabilityRow>(args);
     let mut outline = export::Outline { version: stability::VERSION, rows: Vec::new() };
     for folder in &folders {
         let other = export::Outline::load(folder)?;
@@ -146,13 +155,8 @@ fn merge_stability(args: &MergeArgs) -> Result<()> {
         outline.rows.extend(new);
     }
     let order: Vec<&str> = outline.rows.iter().map(String::as_str).collect();
-    let merged = merge(stability::FOLDER, &folders, &order)?;
-    let store = Store::open(stability::FOLDER, &args.output, true)?;
-    merged.save(&store)?;
-    let missing = merged.missing(&order);
-    let _writing = file::writing();
-    export::write(&store, &merged.rows, merged.rows.len() + missing, ("", false))?;
-    outline.save(&store)?;
-    report(&merged, &store, missing);
-    Ok(())
+    merge_rows::<StabilityRow>(args, &folders, &order, |store, merged, planned| {
+        export::write(store, &merged.rows, planned, ("", false))?;
+        outline.save(store)
+    })
 }

@@ -12,6 +12,7 @@ mod completions;
 mod demo;
 mod info;
 mod interrupt;
+mod lab;
 mod ledger;
 mod line;
 mod make_assets;

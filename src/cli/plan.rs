@@ -10,12 +10,13 @@ use clap::{Args, Command};
 use glam::DQuat;
 use twobounce::chart::row::Part;
 use twobounce::gi::Method;
+use twobounce::lab::store::{Results, device_words};
 use twobounce::output::file;
+use twobounce::plan::VERSION;
 use twobounce::plan::answer::Answer;
 use twobounce::plan::ask::{self, Question};
 use twobounce::plan::bench::{Host, Seen};
 use twobounce::plan::limits::Limits;
-use twobounce::plan::store::Store;
 use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
 use twobounce::reference::film::Film;
@@ -131,7 +132,8 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let held_out = args.held_out(&opened, &views)?;
     let context = args.device.open(args.scene.size)?;
     let cache = cache();
-    let store = Store::new(cache.folder(), &context, args.device.validation, args.anew)?;
+    let about = format!("{VERSION} {} {}", device_words(&context), args.device.validation);
+    let store = Results::new(cache.folder().map(|folder| folder.join("plan")), &about, args.anew)?;
     let question = Question {
         context: &context,
         scene: &opened.scene,

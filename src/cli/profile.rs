@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::Args;
 use serde::Serialize;
@@ -9,10 +10,13 @@ use twobounce::measure::refuse_invalid;
 use twobounce::output::file;
 use twobounce::profile::copy::{self, CopyRates};
 use twobounce::profile::costs::{self, PassCost, Work};
-use twobounce::profile::growth::{self, Growth};
+use twobounce::profile::growth::{self, Along, Found, Growth};
 use twobounce::profile::{Subject, plot};
+use twobounce::vk::Context;
+use twobounce::{Error, Result};
 
 use super::args::{RunArgs, SceneArgs, SettingsArgs};
+use super::lab::{Experiment, Pages, Runner};
 use super::progress;
 use super::report::{self, RenderReport};
 use super::{interrupt, out, outputs};
@@ -91,9 +95,13 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     let work = Work { method: settings.method, frame: &counters, pixels, copy: &copy };
     let costs = costs::costs(&timings.passes(), &counted, &work);
     out::write(&format!("\n{}", costs::table(&costs, &copy)));
-    let growth =
-        if args.growth { growth::measure(&context, &subject, args.frames.min(GROWTH_FRAMES))? } else { vec![] };
     drop(line);
+    let runs = if args.growth { growth::runs(&subject) } else { Vec::new() };
+    let mut growing = Growing { subject, frames: args.frames.min(GROWTH_FRAMES), runs, found: Vec::new() };
+    let runner = Runner { device: &args.run.device, size, budget: None };
+    runner.run(&mut growing, context.clone(), &mut Pages::default())?;
+    interrupt::check()?;
+    let growth = if args.growth { growth::growth(&growing.runs, &growing.found) } else { Vec::new() };
     growth.iter().for_each(|axis| out::write(&format!("\n{}", growth::table(axis))));
     refuse_invalid(&context)?;
     if let Some(path) = &args.plot {
@@ -107,6 +115,50 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
         say!("wrote {}", out::name(path));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Runs along the axes of growth.
+struct Growing<'a> {
+    subject: Subject<'a>,
+    frames: u32,
+    runs: Vec<Along>,
+    /// In the order of the runs.
+    found: Vec<Found>,
+}
+
+impl Experiment for Growing<'_> {
+    fn len(&self) -> usize {
+        self.runs.len()
+    }
+
+    fn is_measured(&self, row: usize) -> bool {
+        row < self.found.len()
+    }
+
+    fn name(&self, row: usize) -> String {
+        self.runs[row].what.clone()
+    }
+
+    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> bool) -> Result<bool> {
+        self.found.push(Ok(self.runs[row].run(context, &self.subject, self.frames)?));
+        Ok(true)
+    }
+
+    fn keep_failure(&mut self, _: usize, error: Error) -> Result<()> {
+        match error {
+            Error::Memory(why) => self.found.push(Err(why)),
+            other => return Err(other),
+        }
+        Ok(())
+    }
+
+    fn line(&self, _: usize) -> Option<String> {
+        None
+    }
+
+    fn write(&mut self, _: bool) -> Result<()> {
+        Ok(())
+    }
 }
 
 #[cfg(test)]

@@ -68,9 +68,10 @@ impl RowProgress {
         self.work.is_at(text, left(self.began.elapsed(), self.done, self.all));
     }
 
-    /// `result`: the finished row in a line.
-    pub fn finish(&mut self, result: &str) {
+    /// `result`: the finished row in a line, if it is told.
+    pub fn finish(&mut self, result: Option<&str>) {
         self.done += 1;
+        let Some(result) = result else { return };
         let left = left(self.began.elapsed(), self.done, self.all);
         let left = left.map_or(String::new(), |left| format!(", {} left", duration(left)));
         say!("{result} ({} of {} rows{left})", self.done, self.all);

@@ -3,13 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::Instant;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use twobounce::chart::row::Origin;
-use twobounce::chart::store::{Store, Stored, short_hash};
 use twobounce::gi::Method;
+use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words, short_hash};
 use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
@@ -18,14 +16,13 @@ use twobounce::stability::case::Case;
 use twobounce::stability::cell::{Cell, Effort, settings};
 use twobounce::stability::export::{Outline, Rows, read_csv, write};
 use twobounce::stability::markdown::page;
-use twobounce::stability::row::{Pictures, Row};
-use twobounce::stability::{FOLDER, GRIDS, SIZE, VERSION, cases};
+use twobounce::stability::row::Row;
+use twobounce::stability::{GRIDS, SIZE, VERSION, cases};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::DeviceArgs;
-use super::bench::PAGES_EVERY;
-use super::progress::RowProgress;
+use super::lab::{Experiment, Pages, Runner};
 use super::share::{self, RowArgs};
 use super::{interrupt, out};
 use crate::say;
@@ -70,14 +67,24 @@ pub struct StabilityArgs {
 /// What `--quick` runs. Cones take too long on finer grids.
 const QUICK: [(&str, &[u32]); 4] = [("balanced", &[32, 64]), ("cones", &[32]), ("lpv", &[32, 64]), ("photons", &[32])];
 
-type StoredRow = Stored<Row, Pictures>;
+/// The table under way.
+struct Table<'a> {
+    args: &'a StabilityArgs,
+    store: Store<Row>,
+    cache: Cache,
+    /// Of rows that are made now, but for the time.
+    origin: Origin,
+    rows: Vec<PlannedRow>,
+    /// The addresses of all rows, those of other shards too.
+    all: Vec<String>,
+}
 
 /// A row of the table, to be made or already there.
 struct PlannedRow {
     case: &'static Case,
     settings: Settings,
     row: Row,
-    stored: Option<StoredRow>,
+    stored: Option<Stored<Row>>,
 }
 
 pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
@@ -98,30 +105,29 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         share::list(&parts, "--shard", &["-o", "--output"], Some((folder, "")))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let before = args.against.as_deref().map(table).transpose()?;
-    let store = Store::open(FOLDER, folder, args.rows.any_build)?;
+    let before = args.against.as_deref().map(earlier).transpose()?;
+    let store = Store::open(folder, args.rows.any_build)?;
     let context = args.device.open((SIZE, SIZE))?;
     interrupt::install()?;
-    let (mut rows, mut all) = (Vec::new(), Vec::new());
+    let origin = Origin::new(&context, args.rows.machine(), store.build(), None);
+    let (rows, all) = (Vec::new(), Vec::new());
+    let mut table = Table { args, store, cache: Cache::of_user(), origin, rows, all };
     for case in cases {
         for (preset, grid) in presets.iter().flat_map(|preset| grids.iter().map(move |grid| (preset, *grid))) {
             let is_quick = || QUICK.iter().any(|(name, grids)| name == preset && grids.contains(&grid));
             if args.quick && args.presets.is_empty() && args.grids.is_empty() && !is_quick() {
                 continue;
             }
-            let planned = args.planned(&store, &context, case, (preset, grid))?;
-            all.push(planned.row.address.clone());
-            if args.rows.has(&planned.row.address) {
-                rows.push(planned);
-            }
+            table.plan(&context, case, preset, grid)?;
         }
     }
-    let planned = rows.len();
-    args.measure((&store, &all), &mut rows, context)?;
-    let there = rows.iter().filter(|row| row.stored.is_some()).count();
+    let planned = table.rows.len();
+    let runner = Runner { device: &args.device, size: (SIZE, SIZE), budget: None };
+    runner.run(&mut table, context, &mut Pages::default())?;
+    let there = table.rows.iter().filter(|row| row.stored.is_some()).count();
     if there > 0 {
-        args.write((&store, &all), &rows, false)?;
-        say!("wrote {}", store.path("index.html").display());
+        table.write(false)?;
+        say!("wrote {}", table.store.path("index.html").display());
     }
     if planned == 0 {
         say!("no row is in {}", args.rows.words());
@@ -130,20 +136,22 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
     })?;
     match (before, &args.against) {
-        (Some(before), Some(path)) => held_against(&before, path, &store),
+        (Some(before), Some(path)) => held_against(&before, path, &table.store),
         _ => Ok(ExitCode::SUCCESS),
     }
 }
 
 /// An earlier table.
-fn table(path: &Path) -> Result<Rows> {
+fn earlier(path: &Path) -> Result<Rows> {
     let text = read::text(path, "table of `twobounce stability`")?;
-    read_csv(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
+    read_csv(&text)
+        .map(|(rows, _)| rows)
+        .map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
 }
 
 /// Says what changed since the table `before`, and whether something got worse.
-fn held_against(before: &Rows, path: &Path, store: &Store) -> anyhow::Result<ExitCode> {
-    let found = changes(before, &table(&store.path("rows.csv"))?);
+fn held_against(before: &Rows, path: &Path, store: &Store<Row>) -> anyhow::Result<ExitCode> {
+    let found = changes(before, &earlier(&store.path("rows.csv"))?);
     let shown = path.display();
     if found.compared == 0 {
         let remedy = "name the rows.csv of a table with the same cases, presets and grids";
@@ -173,7 +181,7 @@ impl StabilityArgs {
                 None => cases::all().filter(|case| !name.is_empty() && case.name.starts_with(name.as_str())).collect(),
             };
             if found.is_empty() {
-                let names: Vec<&str> = cases::all().map(|case| case.name).collect();
+                let names: Vec<&str> = cases::all().map(|case| case.name.as_str()).collect();
                 return Err(Error::Usage(format!("--case: there is no {name:?}; there are {}", names.join(", "))));
             }
             Ok(found)
@@ -214,98 +222,82 @@ impl StabilityArgs {
     fn effort(&self) -> Effort {
         if self.quick { Effort::QUICK } else { Effort::FULL }
     }
+}
 
-    fn planned(
-        &self,
-        store: &Store,
-        context: &Context,
-        case: &'static Case,
-        (preset, grid): (&str, u32),
-    ) -> Result<PlannedRow> {
+impl Table<'_> {
+    /// Adds a row to those that are to be there.
+    fn plan(&mut self, context: &Context, case: &'static Case, preset: &str, grid: u32) -> Result<()> {
+        let args = self.args;
         let settings = settings(preset, grid)?;
-        let device = format!("{} / {} / {:?}", context.name, context.driver, context.api_version);
-        let address = short_hash(&serde_json::json!([case.name, settings.to_toml(), self.effort()]));
-        let key = short_hash(&serde_json::json!([device, self.device.validation, address]));
-        let origin = Origin {
-            machine: self.rows.machine(),
-            device: context.name.clone(),
-            driver: context.driver.clone(),
-            program: env!("CARGO_PKG_VERSION").to_owned(),
-            build: store.build().to_owned(),
-            label: None,
-            unix_s: 0,
-        };
-        let quick = if self.quick { " --quick" } else { "" };
+        let address = short_hash(&serde_json::json!([case.name, settings.to_toml(), args.effort()]));
+        let key = short_hash(&serde_json::json!([device_words(context), args.device.validation, address]));
+        let quick = if args.quick { " --quick" } else { "" };
+        self.all.push(address.clone());
+        if !args.rows.has(&address) {
+            return Ok(());
+        }
         let row = Row {
-            case: case.name.to_owned(),
+            case: case.name.clone(),
             preset: preset.to_owned(),
             method: settings.method.name().to_owned(),
             grid,
             command: format!("twobounce stability --case {} --preset {preset} --grid {grid}{quick} -o cell", case.name),
             measured: None,
             failure: None,
-            origin: Some(origin),
+            origin: Some(self.origin.clone()),
             key,
             address,
         };
         // A failure is tried again: memory may be free by now.
-        let stored = store.load(&row.key).filter(|stored: &StoredRow| stored.row.measured.is_some());
-        Ok(PlannedRow { case, settings, row, stored })
-    }
-
-    /// Writes the folder's files with the rows that there are.
-    fn write(&self, (store, all): (&Store, &[String]), rows: &[PlannedRow], running: bool) -> Result<()> {
-        let _writing = file::writing();
-        let stored: Vec<StoredRow> = rows.iter().filter_map(|row| row.stored.clone()).collect();
-        write(store, &stored, rows.len(), (&self.rows.words(), running))?;
-        Outline { version: VERSION, rows: all.to_vec() }.save(store)
-    }
-
-    /// Makes the rows that are not measured yet, and writes pages of what there is now and then.
-    fn measure(&self, (store, all): (&Store, &[String]), rows: &mut [PlannedRow], context: Arc<Context>) -> Result<()> {
-        let missing = rows.iter().filter(|row| row.stored.is_none()).count();
-        let mut progress = RowProgress::new(missing, rows.len());
-        let cache = Cache::of_user();
-        let mut device = Some(context);
-        let mut written: Option<Instant> = None;
-        for index in 0..rows.len() {
-            let planned = &mut rows[index];
-            if planned.stored.is_some() {
-                continue;
-            }
-            if interrupt::check().is_err() {
-                break;
-            }
-            let Row { case, preset, grid, .. } = &planned.row;
-            let name = format!("{case} {preset} {grid}³");
-            progress.begin(&name);
-            let context = match device.take() {
-                Some(context) => context,
-                None => self.device.open((SIZE, SIZE))?,
-            };
-            let limits = (self.effort(), self.rows.memory_limit);
-            let cell = Cell::new(&context, &cache, planned.settings.clone(), limits, &interrupt::PRESSED);
-            let result = cell.run(planned.case, &planned.row);
-            if let Some(origin) = &mut planned.row.origin {
-                origin.unix_s = share::unix_s();
-            }
-            let origin = planned.row.origin.clone();
-            // A device that failed may be lost; the next row opens it again.
-            device = (!matches!(result, Err(Error::Device(_)))).then_some(context);
-            let stored = match result {
-                Err(Error::Interrupted) => break,
-                Ok((row, pictures)) => store.save(Row { origin, ..row }, Some(pictures))?,
-                Err(error) => store.save(Row { failure: Some(error.to_string()), ..planned.row.clone() }, None)?,
-            };
-            progress.finish(&format!("{name}: {}", result_of(planned.case, &stored.row)));
-            planned.stored = Some(stored);
-            if written.is_none_or(|at| at.elapsed() > PAGES_EVERY) {
-                self.write((store, all), rows, true)?;
-                written = Some(Instant::now());
-            }
-        }
-        drop(progress);
+        let stored = self.store.load(&row.key).filter(|stored| stored.row.is_measured());
+        self.rows.push(PlannedRow { case, settings, row, stored });
         Ok(())
+    }
+
+    fn now(&self) -> Option<Origin> {
+        Some(Origin { unix_s: share::unix_s(), ..self.origin.clone() })
+    }
+}
+
+impl Experiment for Table<'_> {
+    fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn is_measured(&self, row: usize) -> bool {
+        self.rows[row].stored.is_some()
+    }
+
+    fn name(&self, row: usize) -> String {
+        self.rows[row].row.title()
+    }
+
+    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> bool) -> Result<bool> {
+        let planned = &self.rows[row];
+        let limits = (self.args.effort(), self.args.rows.memory_limit);
+        let cell = Cell::new(context, &self.cache, planned.settings.clone(), limits, &interrupt::PRESSED);
+        let (kept, pictures) = cell.run(planned.case, &planned.row)?;
+        let kept = Row { origin: self.now(), ..kept };
+        self.rows[row].stored = Some(self.store.save(kept, Some(pictures))?);
+        Ok(true)
+    }
+
+    fn keep_failure(&mut self, row: usize, error: Error) -> Result<()> {
+        let kept = Row { failure: Some(error.to_string()), origin: self.now(), ..self.rows[row].row.clone() };
+        self.rows[row].stored = Some(self.store.save(kept, None)?);
+        Ok(())
+    }
+
+    fn line(&self, row: usize) -> Option<String> {
+        let PlannedRow { case, stored, .. } = &self.rows[row];
+        Some(format!("{}: {}", self.name(row), result_of(case, &stored.as_ref()?.row)))
+    }
+
+    fn write(&mut self, running: bool) -> Result<()> {
+        let _writing = file::writing();
+        let stored: Vec<Stored<Row>> = self.rows.iter().filter_map(|row| row.stored.clone()).collect();
+        write(&self.store, &stored, self.rows.len(), (&self.args.rows.words(), running))?;
+        Outline { version: VERSION, rows: self.all.clone() }.save(&self.store)
     }
 }
 

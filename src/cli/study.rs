@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::export::Chart;
-use twobounce::chart::study::{PRESETS_AXIS, SCENES, document, handwritten, lines, settings};
+use twobounce::chart::study::{EMPTY, PRESETS_AXIS, SCENES, document, is_page, lines, settings};
 use twobounce::chart::subject::Subject;
 use twobounce::chart::svg;
 use twobounce::output::file;
@@ -44,7 +44,7 @@ pub struct StudyArgs {
 pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let mut lines = lines(&args.sets)?;
     lines.retain(|(axis, _)| !args.presets_only || *axis == PRESETS_AXIS);
-    handwritten_part(&args.output)?; // before anything is measured
+    page(&args.output)?; // before anything is measured
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);
     let subjects = settings(&lines).into_iter().map(Subject::Settings).chain(args.bench.paths.subjects()).collect();
@@ -57,22 +57,24 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
         if args.bench.rows.shard.is_some() {
             return Ok(None);
         }
-        write(&args.output, chart, &document(chart, &lines, &args.sets, &handwritten_part(&args.output)?))?;
+        write(&args.output, chart, &document(chart, &lines, &args.sets, &page(&args.output)?)?)?;
         Ok(Some(args.output.join("README.md")))
     })
 }
 
-/// The handwritten part of the page that is there; a folder that holds something else is refused.
-fn handwritten_part(folder: &Path) -> Result<String> {
+/// The page that is there, or a new one; a folder that holds something else is refused.
+fn page(folder: &Path) -> Result<String> {
     let page = folder.join("README.md");
     match fs::read_to_string(&page) {
-        Ok(text) => handwritten(&text).map(str::to_owned).ok_or_else(|| {
-            Error::file(&page, "was not written by `twobounce study`, or lost its marks; name another folder with -o")
-        }),
+        Ok(text) if is_page(&text) => Ok(text),
+        Ok(_) => {
+            let why = "was not written by `twobounce study`, or lost its marks; name another folder with -o";
+            Err(Error::file(&page, why))
+        }
         Err(_) if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) || folder.is_file() => {
             Err(Error::file(folder, "holds something else than a study; name an empty or a new folder with -o"))
         }
-        Err(_) => Ok("Nothing is written here yet.\n".to_owned()),
+        Err(_) => Ok(EMPTY.to_owned()),
     }
 }
 

@@ -1,7 +1,6 @@
 //! Global illumination: the methods of the list in `src/settings/methods/mod.rs`, and what a method is to the rest of the house.
 
 mod bounces;
-pub mod ledger;
 
 use std::sync::Arc;
 

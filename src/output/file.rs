@@ -169,6 +169,28 @@ mod imp {
     }
 }
 
+/// Removes the files with the ending of `newest` that were written or used longest ago, until those in its folder have at most so
+/// many bytes or it is the only one.
+pub fn make_room(newest: &Path, most_bytes: u64) {
+    let entries = newest.parent().and_then(|folder| folder.read_dir().ok()).into_iter().flatten().flatten();
+    let alike = |entry: fs::DirEntry| {
+        let (path, about) = (entry.path(), entry.metadata().ok()?);
+        let is_alike = path.extension() == newest.extension() && about.is_file();
+        is_alike.then_some((path == newest, about.modified().ok()?, about.len(), path))
+    };
+    let mut files: Vec<_> = entries.filter_map(alike).collect();
+    files.sort(); // the oldest use first, the newest file last
+    let mut bytes: u64 = files.iter().map(|file| file.2).sum();
+    for (_, _, own, path) in files.iter().filter(|file| !file.0) {
+        if bytes <= most_bytes {
+            break;
+        }
+        // Another process may have removed it.
+        let _ = fs::remove_file(path);
+        bytes -= own;
+    }
+}
+
 /// Whether two paths name the same file, also by another spelling or a link.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     a == b || canonical(a).is_some_and(|a| canonical(b).is_some_and(|b| a == b))
@@ -261,5 +283,26 @@ mod tests {
         let read: Kept = toml::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
         let bits = |numbers: &[f64]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&read.numbers), bits(&numbers));
+    }
+
+    #[test]
+    fn the_films_that_were_not_used_for_longest_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let (now, minute) = (std::time::SystemTime::now(), std::time::Duration::from_secs(60));
+        // "c" was written last and used first.
+        for (age, name) in [(3, "a.film"), (1, "b.film"), (4, "c.film"), (9, "pipelines.bin")] {
+            fs::write(path(name), [0; 100]).unwrap();
+            File::options().write(true).open(path(name)).unwrap().set_modified(now - age * minute).unwrap();
+        }
+        make_room(&path("c.film"), 300);
+        assert!(path("a.film").exists(), "there is room for three");
+        make_room(&path("c.film"), 299);
+        assert_eq!(
+            ["a.film", "b.film", "c.film", "pipelines.bin"].map(|n| path(n).exists()),
+            [false, true, true, true]
+        );
+        make_room(&path("c.film"), 1);
+        assert_eq!(["b.film", "c.film", "pipelines.bin"].map(|n| path(n).exists()), [false, true, true]);
     }
 }

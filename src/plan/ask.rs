@@ -7,14 +7,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::answer::{Answer, Choice};
-use super::bench::{Bench, Host, Seen, Timed, samples};
+use super::bench::{Bench, Host, Seen, Timed, samples, seen_key};
 use super::limits::Limits;
 use super::needs::Needs;
 use super::search::{Measure, Point, Reading, Search};
 use super::space::{Place, Space, as_preset, spaces};
-use super::store::{Store, seen_key};
 use crate::chart::row::Part;
 use crate::gi::Method;
+use crate::lab::store::Results;
 use crate::measure::timing::Spread;
 use crate::renderer::RenderOptions;
 use crate::scene::Scene;
@@ -73,7 +73,7 @@ pub fn error_size((width, height): (u32, u32)) -> (u32, u32) {
 }
 
 /// The key under which the answer to a question is kept.
-pub fn key(question: &Question, store: &Store) -> String {
+pub fn key(question: &Question, store: &Results) -> String {
     let Question { scene, options, views, held_out, limits, part, methods, fixed, budget, .. } = question;
     let seen: Vec<String> = views.iter().chain(held_out).map(|seen| seen_key(scene, seen, options.size)).collect();
     let (bounds, limit) = (options.bounds, options.memory_limit);
@@ -85,7 +85,7 @@ pub fn key(question: &Question, store: &Store) -> String {
 /// # Errors
 /// A limit on the error that no reference within the budget can tell, with what it would take; settings that make no sense;
 /// whatever ends a frame.
-pub fn ask(question: &Question, host: &dyn Host, store: &Store) -> Result<Answer> {
+pub fn ask(question: &Question, host: &dyn Host, store: &Results) -> Result<Answer> {
     let size = error_size(question.options.size);
     let bench =
         Bench::new((question.context, host, store), question.scene, question.options.clone(), (size, question.part));

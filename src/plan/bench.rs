@@ -12,14 +12,14 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use serde::{Deserialize, Serialize};
 
 use super::search::Reading;
-use super::store::{Store, seen_key};
 use crate::chart::row::Part;
 use crate::ground::clearance::for_camera;
+use crate::lab::store::Results;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics;
 use crate::measure::terms::{self, Subtract};
 use crate::reference::film::Film;
-use crate::reference::{self, Control, Depth, Options, Stop};
+use crate::reference::{self, Control, Depth, Options, Stop, cache};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
 use crate::scene::{Pose, Scene, Still, View};
 use crate::settings::{Bounces, Settings};
@@ -83,7 +83,7 @@ pub struct Bench<'a> {
     /// Pixels of the images that are measured.
     pub size: (u32, u32),
     pub part: Part,
-    pub store: &'a Store,
+    pub store: &'a Results,
     pub host: &'a dyn Host,
     renderer: Option<Renderer>,
     /// Under the keys that they are kept under.
@@ -93,7 +93,7 @@ pub struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     pub fn new(
-        (context, host, store): (&'a Arc<Context>, &'a dyn Host, &'a Store),
+        (context, host, store): (&'a Arc<Context>, &'a dyn Host, &'a Results),
         scene: &'a Scene,
         options: RenderOptions,
         (size, part): ((u32, u32), Part),
@@ -336,6 +336,12 @@ impl Timed {
         self.cpu_ms.extend(cpu_ms);
         self.passes.push(passes(&report));
     }
+}
+
+/// A scene as it is seen, as words to make a key of.
+pub fn seen_key(scene: &Scene, seen: &Seen, (width, height): (u32, u32)) -> String {
+    let options = Options { width, height, depth: Depth::Full, stop: Stop::Samples(1), seed: 0, occlusion: false };
+    cache::key(Still::new(scene, &seen.pose, &seen.view), &options).to_string()
 }
 
 /// Samples per pixel of references of a level.

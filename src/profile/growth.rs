@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::{Run, Subject};
+use super::Subject;
+use crate::Result;
+use crate::measure::timing::Timings;
 use crate::renderer::RenderOptions;
-use crate::scene::Mesh;
+use crate::scene::{Mesh, Scene};
 use crate::settings::Settings;
 use crate::vk::Context;
-use crate::{Error, Result};
 
 /// Grid edges that are tried.
 const VOXELS: [u32; 4] = [16, 32, 64, 128];
@@ -44,50 +45,85 @@ pub struct PassGrowth {
     pub exponent: Option<f64>,
 }
 
-/// Runs all three axes, `frames` frames a point.
-///
-/// # Errors
-/// A lost device or an interruption. Runs that do not fit into device memory are left out and listed.
-pub fn measure(context: &Arc<Context>, subject: &Subject, frames: u32) -> Result<Vec<Growth>> {
-    let run = |subject: &Subject| subject.run(context, frames);
-    let grids = VOXELS.iter().map(|&voxels| {
-        let settings = Settings { voxels, ..subject.settings.clone() };
-        (format!("{voxels} voxels"), Some(f64::from(voxels)), run(&Subject { settings, ..subject.clone() }))
-    });
-    let grids = growth("voxels", grids)?;
+/// A run: the same frame but for one number.
+pub struct Along {
+    axis: &'static str,
+    /// In words, such as "32 voxels".
+    pub what: String,
+    /// Absent: the triangles that it records.
+    value: Option<f64>,
+    scene: Option<Scene>,
+    settings: Settings,
+    options: RenderOptions,
+}
+
+/// What a run gave; of one that did not fit into device memory, why.
+pub type Found = std::result::Result<Timings, String>;
+
+/// The runs along all three axes.
+pub fn runs(subject: &Subject) -> Vec<Along> {
+    let (settings, options) = (&subject.settings, &subject.options);
+    let along = |axis, what: String, value| Along {
+        axis,
+        what,
+        value,
+        scene: None,
+        settings: settings.clone(),
+        options: options.clone(),
+    };
+    let mut runs = Vec::new();
+    for voxels in VOXELS {
+        let settings = Settings { voxels, ..settings.clone() };
+        runs.push(Along { settings, ..along("voxels", format!("{voxels} voxels"), Some(f64::from(voxels))) });
+    }
     let mut scene = subject.scene.clone();
-    let triangles = (0..=SUBDIVISIONS).map(|cuts| {
+    for cuts in 0..=SUBDIVISIONS {
         if cuts > 0 {
             scene.meshes.iter_mut().for_each(|mesh| *mesh = subdivided(mesh));
         }
-        (format!("{} triangles", scene.triangle_count()), None, run(&Subject { scene: &scene, ..subject.clone() }))
-    });
-    let triangles = growth("triangles", triangles)?;
-    let images = SHRINKS.iter().map(|shrink| {
-        let (full_width, full_height) = subject.options.size;
-        let (width, height) = ((full_width / shrink).max(1), (full_height / shrink).max(1));
-        let options = RenderOptions { size: (width, height), ..subject.options.clone() };
-        let pixels = f64::from(width) * f64::from(height);
-        (format!("{width}x{height} pixels"), Some(pixels), run(&Subject { options, ..subject.clone() }))
-    });
-    Ok(vec![grids, triangles, growth("pixels", images)?])
+        let what = format!("{} triangles", scene.triangle_count());
+        runs.push(Along { scene: Some(scene.clone()), ..along("triangles", what, None) });
+    }
+    for shrink in SHRINKS {
+        let (width, height) = ((options.size.0 / shrink).max(1), (options.size.1 / shrink).max(1));
+        let pixels = Some(f64::from(width) * f64::from(height));
+        let options = RenderOptions { size: (width, height), ..options.clone() };
+        runs.push(Along { options, ..along("pixels", format!("{width}x{height} pixels"), pixels) });
+    }
+    runs
 }
 
-/// One axis from its runs: each with its name, its value (absent: its recorded triangles) and its result.
-fn growth(axis: &'static str, runs: impl Iterator<Item = (String, Option<f64>, Result<Run>)>) -> Result<Growth> {
+impl Along {
+    /// Renders `frames` frames that count.
+    ///
+    /// # Errors
+    /// A lost device, an interruption, or too little device memory.
+    pub fn run(&self, context: &Arc<Context>, subject: &Subject, frames: u32) -> Result<Timings> {
+        let scene = self.scene.as_ref().unwrap_or(subject.scene);
+        let (settings, options) = (self.settings.clone(), self.options.clone());
+        Ok(Subject { scene, settings, options, ..subject.clone() }.run(context, frames)?.timings)
+    }
+}
+
+/// The axes, from their runs and what these gave.
+pub fn growth(runs: &[Along], found: &[Found]) -> Vec<Growth> {
+    let all = || runs.iter().zip(found);
+    ["voxels", "triangles", "pixels"].map(|axis| of_axis(axis, all().filter(|(run, _)| run.axis == axis))).to_vec()
+}
+
+fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a Found)>) -> Growth {
     let (mut values, mut occupied_voxels, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
     let mut passes: Vec<PassGrowth> = Vec::new();
-    for (what, value, run) in runs {
-        let timings = match run {
-            Ok(run) => run.timings,
-            Err(Error::Memory(why)) => {
-                left_out.push(format!("{what}: {why}"));
+    for (run, found) in runs {
+        let timings = match found {
+            Ok(timings) => timings,
+            Err(why) => {
+                left_out.push(format!("{}: {why}", run.what));
                 continue;
             }
-            Err(error) => return Err(error),
         };
         let counters = timings.all().last().expect("at least one frame").counters;
-        let value = value.unwrap_or(counters.triangles.into());
+        let value = run.value.unwrap_or(counters.triangles.into());
         // An image of a few pixels cannot be made smaller: the same value again says nothing.
         if values.last().is_some_and(|last| *last >= value) {
             continue;
@@ -106,7 +142,7 @@ fn growth(axis: &'static str, runs: impl Iterator<Item = (String, Option<f64>, R
         occupied_voxels.push(counters.occupied_voxels);
     }
     passes.iter_mut().for_each(|pass| pass.exponent = exponent(&values, &pass.gpu_ms));
-    Ok(Growth { axis, passes, occupied_voxels, values, left_out })
+    Growth { axis, passes, occupied_voxels, values, left_out }
 }
 
 /// One axis as a table.

@@ -87,7 +87,7 @@ impl Cache {
             let Some(to) = path.as_ref().filter(|_| due && film.paths() > saved_paths) else { return Ok(()) };
             let _writing = file::writing();
             match file::write(to, &encode(film, &key)) {
-                Ok(()) => make_room(to, MOST_BYTES),
+                Ok(()) => file::make_room(to, MOST_BYTES),
                 Err(error) => {
                     tracing::warn!("the reference is not kept: {error}");
                     path = None;
@@ -98,28 +98,6 @@ impl Cache {
         };
         render(of, options, &mut film, Control { progress, save: &mut save, cancel })?;
         Ok(film)
-    }
-}
-
-/// Removes the films that were not used for longest, until those in the folder of `newest` have at most so many bytes or it is
-/// the only one.
-fn make_room(newest: &Path, most_bytes: u64) {
-    let entries = newest.parent().and_then(|folder| folder.read_dir().ok()).into_iter().flatten().flatten();
-    let film = |entry: std::fs::DirEntry| {
-        let (path, about) = (entry.path(), entry.metadata().ok()?);
-        let is_film = path.extension().is_some_and(|e| e == "film") && about.is_file();
-        is_film.then_some((path == newest, about.modified().ok()?, about.len(), path))
-    };
-    let mut films: Vec<_> = entries.filter_map(film).collect();
-    films.sort(); // the oldest use first, the newest film last
-    let mut bytes: u64 = films.iter().map(|film| film.2).sum();
-    for (_, _, own, path) in films.iter().filter(|film| !film.0) {
-        if bytes <= most_bytes {
-            break;
-        }
-        // Another process may have removed it.
-        let _ = std::fs::remove_file(path);
-        bytes -= own;
     }
 }
 
@@ -244,30 +222,4 @@ fn take<T: AnyBitPattern>(rest: &mut &[u8]) -> Option<T> {
     let (here, after) = rest.split_at_checked(size_of::<T>())?;
     *rest = after;
     Some(pod_read_unaligned(here))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_films_that_were_not_used_for_longest_go() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = |name: &str| folder.path().join(name);
-        let (now, minute) = (SystemTime::now(), Duration::from_secs(60));
-        // "c" was written last and used first.
-        for (age, name) in [(3, "a.film"), (1, "b.film"), (4, "c.film"), (9, "pipelines.bin")] {
-            std::fs::write(path(name), [0; 100]).unwrap();
-            File::options().write(true).open(path(name)).unwrap().set_modified(now - age * minute).unwrap();
-        }
-        make_room(&path("c.film"), 300);
-        assert!(path("a.film").exists(), "there is room for three");
-        make_room(&path("c.film"), 299);
-        assert_eq!(
-            ["a.film", "b.film", "c.film", "pipelines.bin"].map(|n| path(n).exists()),
-            [false, true, true, true]
-        );
-        make_room(&path("c.film"), 1);
-        assert_eq!(["b.film", "c.film", "pipelines.bin"].map(|n| path(n).exists()), [false, true, true]);
-    }
 }

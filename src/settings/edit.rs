@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use toml::{Table, Value};
 
-use super::{Key, PRESETS, Range, Settings, keys, renamed};
+use super::{Key, PRESETS, Range, Settings, keys};
 use crate::error::said;
 use crate::{Error, Result};
 
@@ -116,9 +116,6 @@ fn leaves(prefix: &str, table: &Table) -> Vec<(String, Value)> {
 /// The key called `name`, or the nearest ones.
 fn known(name: &str) -> Result<&'static Key> {
     Key::named(name).ok_or_else(|| {
-        if let Some(sentence) = renamed::sentence(name) {
-            return usage(sentence);
-        }
         if let Some(inner) = first_of_group(name) {
             return usage(format!("{name:?} is a group of settings; name one of its keys, such as {:?}", inner.name));
         }

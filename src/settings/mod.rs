@@ -11,7 +11,6 @@ mod keys;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod methods;
 mod presets;
-mod renamed;
 mod switches;
 mod tables;
 

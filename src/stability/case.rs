@@ -1,26 +1,39 @@
 //! What a case is: a scene, a number with an ideal, and how far from it the number may lie.
 
 use glam::{DAffine3, DVec3};
+use serde::{Deserialize, Serialize};
 
 use super::cell::Cell;
 use super::row::NOT_FINITE;
 use crate::Result;
 
-/// A scene that is rendered at several places, and a number of each.
+/// A scene that is rendered at several places, and a number of each: an entry of `src/stability/cases.toml`. `rows.json` has the
+/// same keys but `quick`.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Case {
-    pub name: &'static str,
+    pub name: String,
     /// What stands there and what is measured, in a sentence.
-    pub meaning: &'static str,
+    pub meaning: String,
+    /// What a user should do about it, in a sentence.
+    pub advice: String,
     pub unit: Unit,
     pub ideal: f64,
     /// How far from the ideal presets of the method `rays` may be, wherever the scene stands. Others show what they show.
     pub limit: f64,
-    /// What a user should do about it, in a sentence.
-    pub advice: &'static str,
     /// Whether it is part of `--quick`.
+    #[serde(default, skip_serializing)]
     pub quick: bool,
-    /// A sample for each place.
-    pub run: fn(&Cell) -> Result<Vec<Sample>>,
+    #[serde(skip, default = "no_run")]
+    pub run: Run,
+}
+
+/// A sample for each place.
+pub type Run = fn(&Cell) -> Result<Vec<Sample>>;
+
+/// Until the entry's function is found.
+fn no_run() -> Run {
+    |_| Ok(Vec::new())
 }
 
 impl Case {
@@ -37,7 +50,8 @@ impl Case {
 }
 
 /// How a number is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Unit {
     /// A part of something, shown in per cent.
     Share,

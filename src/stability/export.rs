@@ -5,14 +5,16 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::case::Case;
 use super::cases;
-use super::row::{Pictures, Row};
-use crate::chart::store::{Store, Stored};
+use super::row::Row;
+use crate::lab::store::{Store, Stored};
+use crate::lab::table::{from_csv, to_csv};
 use crate::output::file;
 use crate::{Error, Result};
 
 /// The file `rows.json`; `docs/json.md` lists the keys.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Serialize)]
 pub struct Table {
     /// [`super::VERSION`]
     pub version: u32,
@@ -20,7 +22,8 @@ pub struct Table {
     pub program: &'static str,
     /// Rows that were asked for.
     pub planned: usize,
-    pub cases: Vec<CaseLine>,
+    /// Those that rows are of, in the page's order.
+    pub cases: Vec<&'static Case>,
     pub rows: Vec<Row>,
 }
 
@@ -32,7 +35,7 @@ pub struct Outline {
 }
 
 impl Outline {
-    pub fn save(&self, store: &Store) -> Result<()> {
+    pub fn save(&self, store: &Store<Row>) -> Result<()> {
         file::write_kept(&store.path("outline.toml"), self)
     }
 
@@ -51,55 +54,33 @@ impl Outline {
     }
 }
 
-/// What a case is.
-#[derive(Clone, Debug, Serialize)]
-pub struct CaseLine {
-    pub name: &'static str,
-    pub meaning: &'static str,
-    pub advice: &'static str,
-    /// `share`, `ratio` or `frames`.
-    pub unit: &'static str,
-    pub ideal: f64,
-    pub limit: f64,
-}
-
 /// Writes all three files of a folder; see [`super::page::html`].
-pub fn write(store: &Store, stored: &[Stored<Row, Pictures>], planned: usize, around: (&str, bool)) -> Result<()> {
+pub fn write(store: &Store<Row>, stored: &[Stored<Row>], planned: usize, around: (&str, bool)) -> Result<()> {
     let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
     let (version, program) = (super::VERSION, env!("CARGO_PKG_VERSION"));
-    let table = Table { version, program, planned, cases: case_lines(&rows), rows };
+    let table = Table { version, program, planned, cases: cases(&rows), rows };
     file::write_json(&store.path("rows.json"), &table)?;
     file::write(&store.path("rows.csv"), csv(&table.rows).as_bytes())?;
     file::write(&store.path("index.html"), super::page::html(&table, stored, around).as_bytes())
 }
 
-/// The cases that rows are of, in the page's order.
-pub fn case_lines(rows: &[Row]) -> Vec<CaseLine> {
-    let used = cases::all().filter(|case| rows.iter().any(|row| row.case == case.name));
-    let line = |case: &super::case::Case| CaseLine {
-        name: case.name,
-        meaning: case.meaning,
-        advice: case.advice,
-        unit: case.unit.name(),
-        ideal: case.ideal,
-        limit: case.limit,
-    };
-    used.map(line).collect()
+fn cases(rows: &[Row]) -> Vec<&'static Case> {
+    cases::all().filter(|case| rows.iter().any(|row| row.case == case.name)).collect()
 }
 
 /// The columns of `rows.csv`. Times are in `rows.json` alone, so that a table on the same driver has the same bytes.
-const COLUMNS: &str = "case,preset,grid,unit,ideal,median,min,max,distance,worst,more,failure";
+const COLUMNS: [&str; 12] =
+    ["case", "preset", "grid", "unit", "ideal", "median", "min", "max", "distance", "worst", "more", "failure"];
 
 /// `rows.csv` (RFC 4180): a header, then a line per row. A number that was not measured is an empty cell.
 pub fn csv(rows: &[Row]) -> String {
-    let line = |row: &Row| {
-        let case = cases::named(&row.case);
-        let m = row.measured.as_ref();
+    let cells = |row: &Row| {
+        let (case, m) = (cases::named(&row.case), row.measured.as_ref());
         let number = |value: Option<f64>| value.map_or(String::new(), short);
         let more = m.map_or(String::new(), |m| {
             m.more.iter().map(|(name, value)| format!("{name} = {}", short(*value))).collect::<Vec<_>>().join("; ")
         });
-        let cells = [
+        [
             row.case.clone(),
             row.preset.clone(),
             row.grid.to_string(),
@@ -112,11 +93,9 @@ pub fn csv(rows: &[Row]) -> String {
             m.map_or(String::new(), |m| m.worst.clone()),
             more,
             row.failure.clone().unwrap_or_default(),
-        ];
-        cells.map(|cell| escape(&cell)).join(",") + "\n"
+        ]
     };
-    let lines: String = rows.iter().map(line).collect();
-    format!("{COLUMNS}\n{lines}")
+    to_csv(std::iter::once(COLUMNS.map(str::to_owned)).chain(rows.iter().map(cells)))
 }
 
 /// Four digits: as many as another driver's rounding leaves.
@@ -128,10 +107,6 @@ fn short(value: f64) -> String {
     if rounded.abs() < 1e-4 { format!("{rounded:e}") } else { rounded.to_string() }
 }
 
-fn escape(cell: &str) -> String {
-    if cell.contains(['"', ',', '\n']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
-}
-
 /// A line of `rows.csv` as far as tables are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kept {
@@ -141,46 +116,41 @@ pub struct Kept {
     pub distance: f64,
 }
 
-/// The lines of a table by case, preset and grid; `None` where a row could not run.
-pub type Rows = BTreeMap<(String, String, u32), Option<Kept>>;
+/// Case, preset and grid.
+pub type Key = (String, String, u32);
 
-/// Reads a table.
+/// The lines of a table by case, preset and grid; `None` where a row could not run.
+pub type Rows = BTreeMap<Key, Option<Kept>>;
+
+/// Further numbers, as they are written: names and values.
+pub type More = BTreeMap<Key, Vec<(String, String)>>;
+
+/// Reads a table, and the further numbers of its rows.
 ///
 /// # Errors
 /// A sentence about the line that cannot be read.
-pub fn read_csv(text: &str) -> std::result::Result<Rows, String> {
-    let mut lines = text.lines();
-    if lines.next() != Some(COLUMNS) {
-        return Err(format!("the first line is not {COLUMNS}"));
+pub fn read_csv(text: &str) -> std::result::Result<(Rows, More), String> {
+    let (head, lines) = from_csv(text)?;
+    if head != COLUMNS {
+        return Err(format!("the first line is not {}", COLUMNS.join(",")));
     }
-    let read = |line: &str| {
-        // Only the last cells, which are not read, may be quoted.
-        let cells: Vec<&str> = line.split(',').collect();
-        let [case, preset, grid, _, _, median, min, max, distance, ..] = cells[..] else { return None };
-        let number = |cell: &str| cell.parse::<f64>().ok();
-        let kept = if distance.is_empty() {
-            None
-        } else {
-            let (median, min, max) = (number(median)?, number(min)?, number(max)?);
-            Some(Kept { median, min, max, distance: number(distance)? })
+    let (mut rows, mut more) = (Rows::new(), More::new());
+    for (at, line) in lines.iter().enumerate() {
+        let read = || {
+            let key = (line.cell("case").to_owned(), line.cell("preset").to_owned(), line.cell("grid").parse().ok()?);
+            let [median, min, max, distance] = ["median", "min", "max", "distance"].map(|column| line.number(column));
+            let kept = match line.cell("distance") {
+                "" => None,
+                _ => Some(Kept { median: median?, min: min?, max: max?, distance: distance? }),
+            };
+            Some((key, kept))
         };
-        Some(((case.to_owned(), preset.to_owned(), grid.parse().ok()?), kept))
-    };
-    let row = |(at, line): (usize, &str)| read(line).ok_or_else(|| format!("line {} is not a row", at + 2));
-    lines.enumerate().map(row).collect()
-}
-
-/// The further numbers of a table's rows, as they are written there.
-pub fn read_more(text: &str) -> BTreeMap<(String, String, u32), Vec<(String, String)>> {
-    let read = |line: &str| {
-        let mut first = line.split(',');
-        let key = (first.next()?.to_owned(), first.next()?.to_owned(), first.next()?.parse().ok()?);
-        // A row with numbers has no failure, and no name of a number has a comma.
-        let more = line.rsplit(',').nth(1)?;
-        let pairs = more.split("; ").filter_map(|pair| pair.split_once(" = "));
-        Some((key, pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect()))
-    };
-    text.lines().skip(1).filter_map(read).collect()
+        let (key, kept) = read().ok_or_else(|| format!("line {} is not a row", at + 2))?;
+        let pairs = line.cell("more").split("; ").filter_map(|pair| pair.split_once(" = "));
+        more.insert(key.clone(), pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect());
+        rows.insert(key, kept);
+    }
+    Ok((rows, more))
 }
 
 #[cfg(test)]
@@ -215,9 +185,10 @@ mod tests {
         let failed = Row { grid: 32, measured: None, failure: Some("no, \"never\"".into()), ..row.clone() };
         let text = csv(&[row, failed]);
         assert!(text.contains("0.01235,0,0.5,0.5,\"0.1, 0.2, 0.3 voxels\",rel = 1e-7,\n"), "{text}");
-        let read = read_csv(&text).unwrap();
+        let (read, more) = read_csv(&text).unwrap();
         let key = |grid| ("leak-1".to_owned(), "fast".to_owned(), grid);
         assert_eq!(read[&key(64)], Some(Kept { median: 0.01235, min: 0.0, max: 0.5, distance: 0.5 }));
+        assert_eq!(more[&key(64)], [("rel".to_owned(), "1e-7".to_owned())]);
         assert_eq!(read[&key(32)], None);
         assert!(read_csv("something else\n").is_err());
     }

@@ -19,13 +19,8 @@ pub mod scenes;
 pub mod stage;
 pub mod warnings;
 
-use crate::chart::store::Kind;
-
 /// Version of the rows: see [`crate::chart::VERSION`].
 pub const VERSION: u32 = 2;
-
-/// The folder of such rows.
-pub const FOLDER: Kind = Kind { command: "stability", words: "rows of stability", version: VERSION };
 
 /// Pixels along both sides of every image.
 pub const SIZE: u32 = 64;

@@ -1,48 +1,36 @@
-//! The page: one file with its style, its program, its data and its pictures inside.
-
-use std::collections::BTreeSet;
+//! The page of a table.
 
 use serde::Serialize;
 
-use super::export::{CaseLine, Table};
-use super::row::{Pictures, Row};
-use crate::chart::page::Now;
-use crate::chart::store::Stored;
-use crate::output::svg::escape;
+use super::case::Case;
+use super::export::Table;
+use super::row::Row;
+use crate::lab::page::Page;
+use crate::lab::store::{Origin, Stored};
 
 /// What the page's program reads.
 #[derive(Serialize)]
 struct Data<'a> {
-    cases: &'a [CaseLine],
-    rows: &'a [Stored<Row, Pictures>],
-    #[serde(flatten)]
-    now: Now,
+    cases: &'a [&'static Case],
+    rows: &'a [Stored<Row>],
 }
 
 /// The bytes of `index.html`. `stored`: the table's rows with their pictures. `part`: such as "part 1 of 4", empty for a whole
 /// table; `running`: whether the program still fills it.
-pub fn html(table: &Table, stored: &[Stored<Row, Pictures>], (part, running): (&str, bool)) -> String {
-    let data = serde_json::to_string(&Data { cases: &table.cases, rows: stored, now: Now::new(running) })
-        .expect("rows are plain data, which JSON can hold")
-        // Inside a script nothing may look like the script's end.
-        .replace('<', "\\u003c");
-    let device = |row: &Row| Some(format!("{} ({})", row.origin.as_ref()?.device, row.origin.as_ref()?.driver));
-    let devices: BTreeSet<String> = table.rows.iter().filter_map(device).collect();
-    let devices = devices.into_iter().collect::<Vec<_>>().join("; ");
-    let device = format!("{devices}, images of {0}×{0} pixels", super::SIZE);
+pub fn html(table: &Table, stored: &[Stored<Row>], (part, running): (&str, bool)) -> String {
+    let devices = Origin::devices(table.rows.iter().filter_map(|row| row.origin.as_ref()));
     let missing = match table.planned.saturating_sub(table.rows.len()) {
         0 => String::new(),
         n => format!("{n} of {} rows are not measured yet; the same command continues.", table.planned),
     };
-    let missing = if part.is_empty() { missing } else { format!("This is {part} of a table. {missing}") };
-    let page = include_str!("page/index.html")
-        .replace("{{base}}", include_str!("../chart/page/style.css"))
-        .replace("{{style}}", include_str!("page/style.css"))
-        .replace("{{about}}", &escape(&device))
-        .replace("{{missing}}", &escape(&missing))
-        .replace("{{follow}}", include_str!("../chart/page/follow.js"))
-        .replace("{{plot}}", include_str!("../chart/page/plot.js"))
-        .replace("{{program}}", include_str!("page/page.js"));
-    // Last, so that no text in it is taken for a place to fill in.
-    page.replace("{{data}}", &data)
+    let page = Page {
+        title: "Where methods fail",
+        about: &format!("{devices}, images of {0}×{0} pixels", super::SIZE),
+        missing: &if part.is_empty() { missing } else { format!("This is {part} of a table. {missing}") },
+        running,
+        style: include_str!("page/style.css"),
+        body: include_str!("page/body.html"),
+        program: include_str!("page/page.js"),
+    };
+    page.html(&Data { cases: &table.cases, rows: stored })
 }

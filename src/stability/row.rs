@@ -3,9 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Sample};
-use crate::chart::merge::Mergeable;
-use crate::chart::row::Origin;
-use crate::chart::store::Keyed;
+use crate::lab::store::{self as lab, Kind, Origin};
 use crate::measure::timing::Spread;
 
 /// `docs/json.md` lists the keys.
@@ -59,31 +57,29 @@ pub struct Pictures {
 /// Stands for a number that is not finite, which JSON has no word for.
 pub const NOT_FINITE: f64 = 1e9;
 
-impl Keyed for Row {
+impl lab::Row for Row {
+    type Pictures = Pictures;
+
+    const KIND: Kind = Kind { command: "stability", words: "rows of stability", version: super::VERSION };
+
     fn key(&self) -> &str {
         &self.key
     }
 
-    fn unix_s(&self) -> u64 {
-        self.origin.as_ref().map_or(0, |origin| origin.unix_s)
-    }
-}
-
-impl Mergeable for Row {
     fn address(&self) -> &str {
         &self.address
     }
 
-    fn title(&self) -> String {
-        format!("{} {} {}³", self.case, self.preset, self.grid)
+    fn origin(&self) -> Option<&Origin> {
+        self.origin.as_ref()
     }
 
     fn is_measured(&self) -> bool {
         self.measured.is_some()
     }
 
-    fn noise(&self) -> f64 {
-        0.0
+    fn title(&self) -> String {
+        format!("{} {} {}³", self.case, self.preset, self.grid)
     }
 
     fn lasting(&self) -> serde_json::Value {

@@ -48,7 +48,7 @@ fn errors_are_refined_and_times_are_kept() {
     );
     // Through JSON's own reading of numbers, as the rows below.
     let as_json = |bytes: &[u8]| {
-        let kept: twobounce::chart::store::Stored = toml::from_str(&text(bytes)).unwrap();
+        let kept: twobounce::lab::store::Stored<twobounce::chart::row::Row> = toml::from_str(&text(bytes)).unwrap();
         serde_json::from_str::<Value>(&serde_json::to_string(&kept.row).unwrap()).unwrap()
     };
     let rough: Vec<Value> = finished(&folder.path("chart")).iter().map(|(_, bytes)| as_json(bytes)).collect();

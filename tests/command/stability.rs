@@ -38,7 +38,7 @@ fn the_quick_table_is_no_worse_than_the_committed_one() {
         text(&output.stderr)
     );
     let table = fs::read_to_string(folder.path().join("table/rows.csv")).unwrap();
-    let (now, before) = (read_csv(&table).unwrap(), read_csv(&fs::read_to_string(committed).unwrap()).unwrap());
+    let [now, before] = [table, fs::read_to_string(committed).unwrap()].map(|text| read_csv(&text).unwrap().0);
     assert_eq!(now.keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>(), "other rows: {AGAIN}");
     assert!(before.values().all(Option::is_some), "the committed table has every number");
     let better: Vec<&str> = said.lines().filter(|line| line.starts_with("better: ")).collect();
@@ -59,7 +59,7 @@ fn a_worse_number_is_an_exit_code() {
     assert_eq!(stability(folder.path(), &args).status.code(), Some(0));
     let rows = fs::read_to_string(folder.path().join("table/rows.csv")).unwrap();
     let key = ("self-light-plane".to_owned(), "lpv".to_owned(), 32);
-    let distance = read_csv(&rows).unwrap()[&key].unwrap().distance;
+    let distance = read_csv(&rows).unwrap().0[&key].unwrap().distance;
     let against = |name: &str, rows: &str| {
         fs::write(folder.path().join(name), rows).unwrap();
         let output = stability(folder.path(), &[&args[..], &["--against", name]].concat());
@@ -78,10 +78,13 @@ fn a_worse_number_is_an_exit_code() {
 }
 
 #[test]
-fn the_page_is_that_of_the_committed_rows() {
+fn the_tables_are_those_of_the_committed_rows() {
     let rows = fs::read_to_string(root(ROWS)).unwrap();
     let again = format!("run `target/release/twobounce stability --markdown {ROWS} > docs/stability.md`");
-    assert_eq!(fs::read_to_string(root("docs/stability.md")).unwrap(), page(&rows).unwrap(), "{again}");
+    let lines = |page: &str| page.lines().filter(|line| line.starts_with('|')).map(str::to_owned).collect::<Vec<_>>();
+    let shown = lines(&fs::read_to_string(root("docs/stability.md")).unwrap());
+    assert!(shown.len() > 200, "{} lines of tables", shown.len());
+    assert_eq!(shown, lines(&page(&rows).unwrap()), "{again}");
 }
 
 #[test]

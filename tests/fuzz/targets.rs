@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::Vec3;
 use twobounce::Error;
 use twobounce::chart::export::{Chart, Surroundings};
-use twobounce::chart::store::{CHART, Store, Stored};
+use twobounce::chart::row::Row;
+use twobounce::lab::store::{Store, Stored};
 use twobounce::layers::Layers;
 use twobounce::measure::metrics;
 use twobounce::measure::picture::side_by_side;
@@ -167,10 +168,10 @@ fn row(input: &Input) -> Outcome {
         std::fs::write(folder.join("chart.txt"), mark).map_err(|e| e.to_string())?;
     }
     std::fs::write(rows.join("key.toml"), input.bytes).map_err(|e| e.to_string())?;
-    thread_local! { static STORE: std::cell::RefCell<Option<Store>> = const { std::cell::RefCell::new(None) } }
-    let stored: Option<Stored> = STORE.with_borrow_mut(|store| {
+    thread_local! { static STORE: std::cell::RefCell<Option<Store<Row>>> = const { std::cell::RefCell::new(None) } }
+    let stored: Option<Stored<Row>> = STORE.with_borrow_mut(|store| {
         // Opening one reads the whole program.
-        let store = store.get_or_insert_with(|| Store::open(CHART, &folder, true).expect("the folder is a chart's"));
+        let store = store.get_or_insert_with(|| Store::open(&folder, true).expect("the folder is a chart's"));
         store.load("key")
     });
     let Some(stored) = stored else { return Ok("none".into()) };

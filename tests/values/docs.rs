@@ -170,12 +170,10 @@ fn the_readme_is_short() {
 #[test]
 fn tables_of_measurements_are_those_of_the_study() {
     let again = "run `cargo run --release --example strengths none`";
-    // Rows with this column are older than the definition, and leave cells open.
-    let old = tables::read(&root().join(tables::ROWS)).unwrap().iter().any(|row| !row.cell("own_direct").is_empty());
     for (name, text, filled) in tables::pages(root()).unwrap() {
         assert!(text.contains("<!-- table: "), "{name} has no table");
         assert!(text == filled, "the tables of {name} differ from the rows of the study: {again}");
-        assert!(old || !text.contains("| – |"), "{name} has an error that was not measured: run `twobounce study`");
+        assert!(!text.contains("| – |"), "{name} has an error that was not measured: run `twobounce study`");
     }
     for preset in twobounce::settings::PRESETS {
         assert!(tables::ORDER.contains(&preset.name), "examples/tables/mod.rs has no place for {}", preset.name);
@@ -185,24 +183,14 @@ fn tables_of_measurements_are_those_of_the_study() {
 #[test]
 fn tables_say_how_the_indirect_light_was_measured() {
     let head = "scene,name,method,frame_gpu_ms,same_total_rel,same_total_energy,same_diffuse_rel,same_diffuse_energy";
-    let numbers = "0.25,0.5,0.125,0.75";
-    let page = |rows: &str| {
-        let page =
-            "before\n<!-- table: presets -->\nold\n<!-- end -->\n<!-- table: errors gallery -->\n<!-- end -->\nafter\n";
-        let filled = tables::filled(page, &tables::rows(rows)).unwrap();
-        assert!(filled.starts_with("before\n") && filled.ends_with("<!-- end -->\nafter\n"), "{filled}");
-        assert!(!filled.contains("old"), "{filled}");
-        assert_eq!(tables::filled(&filled, &tables::rows(rows)).unwrap(), filled, "filled twice");
-        filled
-    };
-
-    let terms = "lights.shadows=rays lights.lamps=sampled";
+    let (numbers, terms) = ("0.25,0.5,0.125,0.75", "lights.shadows=rays lights.lamps=sampled");
     let rows = format!(
         "{head},equal_terms\ngallery,printed,cones,9,{numbers},\"{terms}\"\ngallery,fast,rays,7,{numbers},\n\
          gallery,corrected,cones,9,{numbers},{terms}\ngallery,lpv-printed,lpv,9,{numbers},lights.lamps=sampled\n\
          gallery,fast bounces=1,rays,1,{numbers},\nroom,accurate,rays,1,{numbers},\n"
     );
-    let today = page(&rows);
+    let (_, rows) = twobounce::lab::table::from_csv(&rows).unwrap();
+    let today = ["presets", "errors gallery"].map(|name| tables::table(name, &rows, "").unwrap()).concat();
     let of = |start: &str| -> Vec<&str> { today.lines().filter(|line| line.starts_with(start)).collect() };
     let (fast, printed) = (of("| `fast` |"), of("| `printed` |"));
     assert!(today.find(fast[0]) < today.find(printed[0]), "another order than that of the tables");
@@ -213,18 +201,8 @@ fn tables_say_how_the_indirect_light_was_measured() {
     assert!(today.contains("‡: measured with `lights.lamps=sampled`.*"), "{today}");
     assert_eq!(fast[1], "| `fast` | 0.250 | 0.50 | 0.125 | 0.75 | those of the preset |");
     assert!(printed[1].ends_with("| `lights.shadows=rays` and `lights.lamps=sampled` |"), "{printed:?}");
-    assert!(!today.contains(tables::MISSING) && !today.contains("accurate"), "{today}");
-
-    // Rows from before the definition: where direct light was not kept apart, the terms were not equal.
-    let rows =
-        format!("{head},own_direct\ngallery,printed,cones,9,{numbers},false\ngallery,fast,rays,7,{numbers},true\n");
-    let before = page(&rows);
-    assert!(before.contains("| 0.250 | – |") && before.contains("| 0.250 | 0.50 | – | – | – |"), "{before}");
-    assert!(before.contains("| 7 | 0.250 | 0.125 |"), "{before}");
-
-    for wrong in ["<!-- table: weather -->\n<!-- end -->", "<!-- table: presets -->\n", "<!-- table: presets --> x"] {
-        assert!(tables::filled(wrong, &[]).is_err(), "{wrong}");
-    }
+    assert!(!today.contains("– |") && !today.contains("accurate"), "{today}");
+    assert!(tables::table("weather", &rows, "").is_err());
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! What needs no device of its own: scenes, settings, the path tracer, closed forms, and the pages of `docs/`.
 
-#[path = "../../examples/talk/page.rs"]
-mod page;
 #[path = "../../examples/talk/pictures.rs"]
 mod pictures;
 #[path = "../fuzz/random.rs"]

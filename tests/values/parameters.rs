@@ -9,7 +9,6 @@ const LEFT: &[(&str, usize)] = &[
     ("src/cli/bench/mod.rs", 2),
     ("src/cli/ledger.rs", 1),
     ("src/cli/share.rs", 2),
-    ("src/cli/stability.rs", 3),
     ("src/plan/bench.rs", 3),
     ("src/plan/model.rs", 1),
     ("src/plan/space.rs", 1),

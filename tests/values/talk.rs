@@ -1,13 +1,13 @@
-//! `docs/talk.md` is what its example writes: the text word by word, the pictures but for what drivers round; and what it names is there.
+//! `docs/talk.md` names what is there, and its pictures are those that its example makes, but for what drivers round.
 
-use crate::page;
 use crate::pictures;
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use twobounce::gi::cones::ledger::{OPEN, ROWS};
+use twobounce::lab::ledger::{LEDGERS, ids};
+use twobounce::lab::table::{cells, coded, tables};
 use twobounce::settings::Key;
 
 fn root() -> PathBuf {
@@ -16,31 +16,23 @@ fn root() -> PathBuf {
 
 const AGAIN: &str = "run `cargo run --release --example talk`";
 
-/// The page with the table of times that it has.
-fn current() -> (String, String) {
-    let page = fs::read_to_string(root().join("docs/talk.md")).expect("the page");
-    let document = page::document(page::times_of(&page).expect("times"));
-    (page, document)
+fn page() -> String {
+    fs::read_to_string(root().join("docs/talk.md")).expect("the page")
 }
 
 #[test]
-fn the_page_is_what_the_example_writes() {
-    let (page, document) = current();
-    assert!(page == document, "docs/talk.md is not current: {AGAIN}");
-    let device = "a device";
-    let table = page::times(
-        device,
-        &["printed", "corrected"],
-        &[("image", vec![(0, 2.0), (1, 3.04)]), ("mips", vec![(1, 1.0)])],
-    );
-    assert!(table.ends_with("| image | 2.0 | 3.0 |\n| mips | – | 1.0 |\n| all | 2 | 4 |\n"), "{table}");
+fn the_table_of_times_has_every_preset() {
+    let (name, times) = tables(&page()).expect("marks").remove(0);
+    let head = times.lines().find_map(cells).expect(AGAIN);
+    assert_eq!((name.as_str(), &head[1..]), ("times", &pictures::presets().map(|preset| preset.0)[..]), "{AGAIN}");
+    assert!(times.lines().any(|line| line.starts_with("| all |")), "{AGAIN}");
 }
 
 #[test]
 fn what_the_page_names_is_there() {
-    let (_, page) = current();
+    let page = page();
     let mut files = 0;
-    for named in page.split('`').skip(1).step_by(2) {
+    for named in coded(&page) {
         if named.contains('/') {
             files += 1;
             assert!(root().join(named).exists(), "the page names {named}, which is not there");
@@ -50,11 +42,11 @@ fn what_the_page_names_is_there() {
         }
     }
     assert!(files > 40, "{files}");
-    let named: BTreeSet<_> =
-        page::SLIDES.iter().flat_map(|slide| slide.statements).flat_map(|s| s.2).copied().collect();
-    // S12 is what the slides do not hold.
-    let open = OPEN.iter().map(|row| row.id).filter(|id| *id != "S12");
-    let rows: BTreeSet<_> = ROWS.iter().map(|row| row.id).chain(open).collect();
+    // The third column of the slides has rows of the ledger; S12 is what the slides do not hold.
+    let slides = page.lines().filter_map(cells).filter(|cells| cells.len() == 3);
+    let named: BTreeSet<&str> = slides.flat_map(|cells| cells[2].split(' ')).filter(|id| *id != "ledger").collect();
+    let named: BTreeSet<&str> = named.into_iter().filter(|id| !id.is_empty()).collect();
+    let rows: BTreeSet<&str> = ids(LEDGERS[0].text).into_iter().filter(|id| *id != "S12").collect();
     assert_eq!(named, rows, "each row of the ledger is about something on the slides");
 }
 
@@ -62,9 +54,9 @@ fn what_the_page_names_is_there() {
 #[test]
 fn pictures_are_current() {
     const SHRINK: u32 = 4;
-    let folder = root().join("docs/talk");
+    let (page, folder) = (page(), root().join("docs/talk"));
     let (pictures, _) = pictures::rendered(pictures::IMAGE_SIZE / SHRINK).expect("pictures");
-    let shown: BTreeSet<_> = page::SLIDES.iter().flat_map(|slide| slide.pictures).map(|picture| picture.0).collect();
+    let shown: BTreeSet<_> = page.split("](talk/").skip(1).filter_map(|rest| rest.split(')').next()).collect();
     let written: BTreeSet<_> = pictures.iter().map(|picture| picture.0).chain(["path-traced.png"]).collect();
     let there = fs::read_dir(&folder).expect("pictures").map(|file| file.expect("a file").file_name());
     let there: BTreeSet<_> = there.map(|name| name.into_string().expect("a name")).collect();

@@ -1,10 +1,7 @@
 "use strict";
 // The controls, the chart that they ask for, and what is known of the chosen setting.
 
-const data = JSON.parse(document.getElementById("data").textContent);
-data.rows = data.rows.map(({ row, pictures }) => ({ ...row, ...pictures, settings: leaves(row.settings ?? {}) }));
-data.history = data.history.map((row) => ({ ...row, settings: leaves(row.settings ?? {}) }));
-const at = (id) => document.getElementById(id);
+for (const row of [...data.rows, ...data.history]) row.settings = leaves(row.settings ?? {});
 const mib = (bytes) => (bytes === undefined || bytes === null ? undefined : bytes / 2 ** 20);
 
 // What made an image, where that is not the renderer with settings.
@@ -44,12 +41,6 @@ const state = {
 };
 // What is drawn now, and the point that is chosen.
 let points = [], chosen;
-
-function element(name, attributes = {}, ...children) {
-  const node = Object.assign(document.createElement(name), attributes);
-  node.append(...children);
-  return node;
-}
 
 /** Nested settings as pairs of a dotted name and a value. */
 function leaves(table, prefix = "") {
@@ -96,13 +87,7 @@ function buildControls() {
   form.scene.append(...data.scenes.map((scene) => new Option(scene.name, scene.name)));
   const known = Object.entries(COSTS).filter(([, cost]) => data.rows.some((row) => row.measured && cost.of(row)));
   form.cost.append(...known.map(([key, cost]) => new Option(cost.label, key)));
-  for (const [name, choices] of Object.entries(CHOICES)) {
-    const segments = form.querySelector(`[data-name=${name}]`);
-    for (const [value, label] of Object.entries(choices)) {
-      const input = element("input", { type: "radio", name, value, checked: state[name] === value });
-      segments.append(element("label", {}, input, label));
-    }
-  }
+  for (const [name, choices] of Object.entries(CHOICES)) buildSegments(name, Object.entries(choices), state[name]);
   form.place.append(new Option("each by itself", ""), ...data.places.map(([machine, device], i) => new Option(`${machine}, ${device}`, places[i])));
   at("places-field").hidden = places.length < 2;
   at("methods").append(

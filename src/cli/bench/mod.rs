@@ -9,16 +9,16 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use twobounce::chart::VERSION;
 use twobounce::chart::export::{Chart, Surroundings};
 use twobounce::chart::measure::ChartScene;
 use twobounce::chart::outline::{Outline, Planned, Sketch};
 use twobounce::chart::paths::MOST_PATHS;
-use twobounce::chart::row::{Origin, Row};
-use twobounce::chart::store::{CHART, Keys, Store, Stored};
+use twobounce::chart::row::{Keys, Row};
 use twobounce::chart::subject::Subject;
+use twobounce::lab::store::{Origin, Row as _, Store, Stored};
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::reference::Depth;
@@ -27,13 +27,11 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, SceneArgs, minutes, percent};
+use super::lab::{Pages, Runner};
 use super::reference::{cache, check_memory};
 use super::share::{self, RowArgs};
 use super::{interrupt, out, words};
 use crate::say;
-
-/// How often pages are written while rows are measured, at most.
-pub const PAGES_EVERY: Duration = Duration::from_secs(10);
 
 /// How rows are measured.
 #[derive(clap::Args, Debug)]
@@ -107,7 +105,7 @@ type Further<'a> = &'a dyn Fn(&Chart) -> Result<Option<PathBuf>>;
 struct Filling<'a> {
     bench: &'a Bench<'a>,
     further: Further<'a>,
-    store: Store,
+    store: Store<Row>,
     cache: Cache,
     scenes: Vec<Seen>,
     rows: Vec<PlannedRow<'a>>,
@@ -115,8 +113,8 @@ struct Filling<'a> {
     all: Vec<Planned>,
     /// Of rows that are made now, but for the time.
     origin: Origin,
-    /// When pages were written, and how long that took.
-    written: Option<(Instant, Duration)>,
+    /// Whether it was said what was compiled.
+    told: bool,
 }
 
 /// A scene, the command that renders it, and what an image of it says of itself.
@@ -133,7 +131,7 @@ struct PlannedRow<'a> {
     subject: &'a Subject,
     /// As it is called in this chart, without a result.
     row: Row,
-    stored: Option<Stored>,
+    stored: Option<Stored<Row>>,
 }
 
 impl Bench<'_> {
@@ -144,25 +142,27 @@ impl Bench<'_> {
         self.scene.check()?;
         interrupt::install()?;
         check_memory(self.scene.size)?;
-        let store = Store::open(CHART, self.folder, self.args.rows.any_build)?;
+        let store = Store::open(self.folder, self.args.rows.any_build)?;
         let scenes = self.open()?;
         imports::check(&self.subjects, &scenes)?;
         let context = self.args.device.open(self.scene.size)?;
         let mut filling = Filling::new(self, (store, scenes), &context, &further);
         let planned = filling.rows.len();
-        let spent = filling.measure(context)?;
+        let (mut pages, device) = (Pages::default(), &self.args.device);
+        let runner = Runner { device, size: self.scene.size, budget: self.args.budget_minutes };
+        let spent = runner.run(&mut filling, context, &mut pages)? && filling.there().count() < planned;
         let there = filling.there().count();
         if there == 0 && spent {
             let text = "--budget-minutes: too small for one run; the time is over and the first row is not finished";
             return Err(Error::Usage(text.to_owned()).into());
         }
-        match filling.refine().and_then(|()| filling.show_scenes()) {
+        match filling.refine(&mut pages).and_then(|()| filling.show_scenes()) {
             Err(Error::Interrupted) => {}
             result => result?,
         }
         if there > 0 {
             let _writing = file::writing();
-            let further = filling.write(false)?;
+            let further = filling.write_pages(false)?;
             for page in [Some(filling.store.path("index.html")), further].iter().flatten() {
                 say!("wrote {}", page.display());
             }
@@ -217,7 +217,7 @@ impl Bench<'_> {
 impl<'a> Filling<'a> {
     fn new(
         bench: &'a Bench<'a>,
-        (store, scenes): (Store, Vec<Seen>),
+        (store, scenes): (Store<Row>, Vec<Seen>),
         context: &Arc<Context>,
         further: Further<'a>,
     ) -> Self {
@@ -239,27 +239,19 @@ impl<'a> Filling<'a> {
         // The settings of one scene stand together.
         let of_scene = |planned: &Planned| scenes.iter().position(|seen| seen.scene.name == planned.scene);
         all.sort_by_key(of_scene);
-        let origin = Origin {
-            machine: args.rows.machine(),
-            device: context.name.clone(),
-            driver: context.driver.clone(),
-            program: env!("CARGO_PKG_VERSION").to_owned(),
-            build: store.build().to_owned(),
-            label: args.label.clone(),
-            unix_s: 0,
-        };
-        Self { bench, further, store, cache: cache(), scenes, rows, all, origin, written: None }
+        let origin = Origin::new(context, args.rows.machine(), store.build(), args.label.clone());
+        Self { bench, further, store, cache: cache(), scenes, rows, all, origin, told: false }
     }
 
     /// The rows that there are.
-    fn there(&self) -> impl Iterator<Item = &Stored> {
+    fn there(&self) -> impl Iterator<Item = &Stored<Row>> {
         self.rows.iter().filter_map(|row| row.stored.as_ref())
     }
 
     /// Writes the folder's files with the rows that there are.
-    fn write(&self, running: bool) -> Result<Option<PathBuf>> {
+    fn write_pages(&self, running: bool) -> Result<Option<PathBuf>> {
         let args = self.bench.args;
-        let mut stored: Vec<Stored> = self.there().cloned().collect();
+        let mut stored: Vec<Stored<Row>> = self.there().cloned().collect();
         stored.sort_by_key(|stored| self.scenes.iter().position(|seen| seen.scene.name == stored.row.scene));
         // The others have no reference to be seen with yet.
         let has_truth = |seen: &&Seen| seen.scene.references.iter().any(|reference| reference.depth == Depth::Full);
@@ -280,24 +272,12 @@ impl<'a> Filling<'a> {
         outline.save(&self.store)?;
         (self.further)(&chart)
     }
-
-    /// Writes pages of what there is now, unless they were just written: a program that is killed leaves them. Of many rows that
-    /// takes a while: at most a twentieth of the time goes into it.
-    fn write_now_and_then(&mut self) -> Result<()> {
-        if self.written.is_none_or(|(at, took)| at.elapsed() > PAGES_EVERY.max(20 * took)) {
-            let begin = Instant::now();
-            let _writing = file::writing();
-            self.write(true)?;
-            self.written = Some((Instant::now(), begin.elapsed()));
-        }
-        Ok(())
-    }
 }
 
 impl<'a> PlannedRow<'a> {
-    fn new(store: &Store, (scene, subject): (usize, &'a Subject), row: Row) -> Self {
+    fn new(store: &Store<Row>, (scene, subject): (usize, &'a Subject), row: Row) -> Self {
         // The same settings may have gone by another name.
-        let renamed = |mut stored: Stored| {
+        let renamed = |mut stored: Stored<Row>| {
             let Row { measured, failure, origin, .. } = stored.row;
             stored.row = Row { measured, failure, origin, ..row.clone() };
             stored
@@ -307,6 +287,6 @@ impl<'a> PlannedRow<'a> {
 
     /// A failure is tried again: memory may be free by now.
     fn is_measured(&self) -> bool {
-        self.stored.as_ref().is_some_and(|stored| stored.row.measured.is_some())
+        self.stored.as_ref().is_some_and(|stored| stored.row.is_measured())
     }
 }

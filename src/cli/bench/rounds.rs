@@ -1,13 +1,12 @@
 //! The work itself: missing rows against rough references, then references and errors in rounds.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use twobounce::chart::measure::Images;
 use twobounce::chart::outline::Outline;
-use twobounce::chart::row::{Measured, Origin, Row};
-use twobounce::chart::store::Stored;
+use twobounce::chart::row::{Measured, Row};
 use twobounce::chart::subject::Subject;
+use twobounce::lab::store::{Origin, Row as _, Stored};
 use twobounce::layers::Layers;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::Depth;
@@ -15,87 +14,76 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::Filling;
-use crate::cli::progress::RowProgress;
+use crate::cli::lab::{Experiment, Pages};
 use crate::cli::report::say_compiled;
 use crate::cli::{interrupt, share};
 use crate::say;
 
-impl Filling<'_> {
-    /// Makes the rows that are not measured yet, the first settings of every scene first. Whether the budget ended it.
-    pub(super) fn measure(&mut self, context: Arc<Context>) -> Result<bool> {
-        let args = self.bench.args;
-        let missing = self.rows.iter().filter(|row| !row.is_measured()).count();
-        let mut progress = RowProgress::new(missing, self.rows.len());
-        // References are not counted.
-        let (mut start, budget) = (Instant::now(), args.budget_minutes);
-        let in_time = |start: Instant| budget.is_none_or(|budget| start.elapsed() < budget);
-        let (mut device, mut told) = (Some(context), false);
-        for index in 0..self.rows.len() {
-            if self.rows[index].is_measured() {
-                continue;
-            }
-            if !in_time(start) || interrupt::check().is_err() {
-                break;
-            }
-            let before = Instant::now();
-            match self.first_references(index) {
-                Err(Error::Interrupted) => break,
-                result => result?,
-            }
-            start += before.elapsed();
-            let planned = &self.rows[index];
-            progress.begin(&format!("{} {}", planned.row.scene, planned.row.name));
-            let context = match device.take() {
-                Some(context) => context,
-                None => args.device.open(self.bench.scene.size)?,
-            };
-            let go_on = || in_time(start) && interrupt::check().is_ok();
-            let scene = &self.scenes[planned.scene].scene;
-            let result = match planned.subject {
-                Subject::Settings(trial) => scene.measure_settings(&context, trial, &go_on),
-                Subject::Paths(paths) => scene.measure_paths(*paths, &interrupt::PRESSED, &go_on),
-                Subject::Import(import) => {
-                    let (measured, pictures) = scene.measure_import(import)?;
-                    // Where and when it was judged says nothing about it, and its image stays in its own file.
-                    let row = Row { measured: Some(measured), ..planned.row.clone() };
-                    let stored = self.store.save(row, Some(pictures))?;
-                    device = Some(context);
-                    self.finish(index, stored, &mut progress)?;
-                    continue;
-                }
-            };
-            let origin = Some(Origin { unix_s: share::unix_s(), ..self.origin.clone() });
-            let row = Row { origin, ..planned.row.clone() };
-            let stored = match result {
-                Ok(None) | Err(Error::Interrupted) => break,
-                Ok(Some((measured, pictures, images))) => {
-                    device = Some(context);
-                    let row = Row { measured: Some(measured), ..row };
-                    if !row.is_within(args.reference_noise) {
-                        self.keep_images(&row.key, &images)?;
-                    }
-                    self.store.save(row, Some(pictures))?
-                }
-                Err(error) => {
-                    // A device that failed may be lost; the next row opens it again.
-                    device = (!matches!(error, Error::Device(_))).then_some(context);
-                    self.store.save(Row { failure: Some(error.to_string()), ..row }, None)?
-                }
-            };
-            if let Some(context) = device.as_ref().filter(|_| !std::mem::replace(&mut told, true)) {
-                say_compiled(context);
-            }
-            self.finish(index, stored, &mut progress)?;
-        }
-        drop(progress);
-        let left = self.rows.iter().any(|row| row.stored.is_none());
-        Ok(interrupt::check().is_ok() && !in_time(start) && left)
+impl Experiment for Filling<'_> {
+    fn len(&self) -> usize {
+        self.rows.len()
     }
 
-    fn finish(&mut self, index: usize, stored: Stored, progress: &mut RowProgress) -> Result<()> {
-        progress.finish(&result_of(&stored.row));
-        self.rows[index].stored = Some(stored);
-        self.write_now_and_then()
+    fn is_measured(&self, row: usize) -> bool {
+        self.rows[row].is_measured()
+    }
+
+    fn name(&self, row: usize) -> String {
+        self.rows[row].row.title()
+    }
+
+    fn prepare(&mut self, row: usize) -> Result<()> {
+        self.first_references(row)
+    }
+
+    fn measure(&mut self, row: usize, context: &Arc<Context>, go_on: &dyn Fn() -> bool) -> Result<bool> {
+        let planned = &self.rows[row];
+        let scene = &self.scenes[planned.scene].scene;
+        let found = match planned.subject {
+            Subject::Settings(trial) => scene.measure_settings(context, trial, go_on)?,
+            Subject::Paths(paths) => scene.measure_paths(*paths, &interrupt::PRESSED, go_on)?,
+            Subject::Import(import) => {
+                let (measured, pictures) = scene.measure_import(import)?;
+                // Where and when it was judged says nothing about it, and its image stays in its own file.
+                let kept = Row { measured: Some(measured), ..planned.row.clone() };
+                self.rows[row].stored = Some(self.store.save(kept, Some(pictures))?);
+                return Ok(true);
+            }
+        };
+        let Some((measured, pictures, images)) = found else { return Ok(false) };
+        let kept = Row { measured: Some(measured), origin: self.now(), ..planned.row.clone() };
+        if !kept.is_within(self.bench.args.reference_noise) {
+            self.keep_images(&kept.key, &images)?;
+        }
+        self.rows[row].stored = Some(self.store.save(kept, Some(pictures))?);
+        if !std::mem::replace(&mut self.told, true) {
+            say_compiled(context);
+        }
+        Ok(true)
+    }
+
+    fn keep_failure(&mut self, row: usize, error: Error) -> Result<()> {
+        let planned = &self.rows[row];
+        if matches!(planned.subject, Subject::Import(_)) {
+            return Err(error);
+        }
+        let kept = Row { failure: Some(error.to_string()), origin: self.now(), ..planned.row.clone() };
+        self.rows[row].stored = Some(self.store.save(kept, None)?);
+        Ok(())
+    }
+
+    fn line(&self, row: usize) -> Option<String> {
+        self.rows[row].stored.as_ref().map(|stored| result_of(&stored.row))
+    }
+
+    fn write(&mut self, running: bool) -> Result<()> {
+        self.write_pages(running).map(drop)
+    }
+}
+
+impl Filling<'_> {
+    fn now(&self) -> Option<Origin> {
+        Some(Origin { unix_s: share::unix_s(), ..self.origin.clone() })
     }
 
     /// The references that a row is compared with, as rough as they come.
@@ -117,7 +105,7 @@ impl Filling<'_> {
 
     /// Refines references and the errors of the rows that are compared with them, in rounds, until they are as good as asked for.
     /// Times are not measured again.
-    pub(super) fn refine(&mut self) -> Result<()> {
+    pub(super) fn refine(&mut self, pages: &mut Pages) -> Result<()> {
         for index in 0..self.rows.len() {
             if self.is_unsettled(index) {
                 self.first_references(index)?;
@@ -135,7 +123,7 @@ impl Filling<'_> {
                     interrupt::check()?;
                     self.judge_again(index)?;
                 }
-                self.write_now_and_then()?;
+                pages.write_now_and_then(self)?;
             }
         }
     }

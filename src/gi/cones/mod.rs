@@ -4,7 +4,6 @@
 //! Illumination" (listings CC0).
 
 pub mod constants;
-pub mod ledger;
 mod mips;
 mod shade;
 

@@ -5,7 +5,6 @@
 
 mod cascades;
 mod field;
-pub mod ledger;
 
 use glam::Vec3;
 

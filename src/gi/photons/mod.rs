@@ -1,6 +1,6 @@
 //! Voxel cone tracing derived from photon mapping: one file per pass.
 //!
-//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: [`ledger`] lists what of
+//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: `docs/photons.md` lists what of
 //! them is wrong or open, and what is done instead. Samples of a multisampled raster say which voxels a triangle fills,
 //! and how much of each; every list item is lit; a voxel sums up what its items send in sixteen directions, and how
 //! much they stand in the way. Cones are drawn by the BRDF, each as wide as its share of it, and go through the volume
@@ -8,7 +8,6 @@
 
 pub mod constants;
 pub mod cover;
-pub mod ledger;
 mod volume;
 
 use super::bounces::{BounceDesc, PerBounce};

@@ -7,99 +7,25 @@ use crate::layers::Aov;
 use crate::reference::Depth;
 use crate::scene::{Projection, View};
 use crate::stability::SIZE;
-use crate::stability::case::{Case, Place, Sample, Unit};
+use crate::stability::case::{Place, Run, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::fine_scenes::{
     BORDERS, GLASS, THIN, border_room, glass, glossy_floor, paper, slope, slope_radiance, thin_screen,
 };
 use crate::stability::stage::Studio;
 
-pub const CASES: &[Case] = &[
-    Case {
-        name: "thin-block",
-        meaning: "Two rooms, one lit, divided by needles, slivers, edge-on quads or triangles far smaller than a voxel, which cover \
-                  about half: mean of the dark room's image over the path tracer's.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.05,
-        advice: "Hair, grass and wires below a voxel need the method rays, or one larger surface that lets part of the light pass. What accurate \
-                 loses is llvmpipe's: it ends the loops of a pixel, whose rays pass thousands of needles, after 65535 rounds, and \
-                 twobounce profile says how many rays that are. Fewer rays or points on lamps a pass, and more image.passes, lose nothing.",
-        quick: false,
-        run: |cell| thin(cell, false),
-    },
-    Case {
-        name: "thin-send",
-        meaning: "The same things as the only lamps: mean of the image over the path tracer's.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.05,
-        advice: "Replace thousands of tiny lamps by few larger ones of the same power, or raise lights.lamp_points. What accurate loses at the \
-                 worst place is llvmpipe's, as for thin-block: with 14 rays and 8 points it has .979 there at 128³.",
-        quick: false,
-        run: |cell| thin(cell, true),
-    },
-    Case {
-        name: "paper",
-        meaning: "A sheet of paper a tenth of a millimetre above a floor, seen from near: mean |error| against the path tracer over \
-                  its mean.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.1,
-        advice: "Lay thin sheets a voxel above what is below them, or leave out what they cover.",
-        quick: false,
-        run: |cell| {
-            let places: Vec<Place> = cell.turned_places();
-            against_truth_at(cell, paper(), "", &places, rel)
-        },
-    },
-    Case {
-        name: "banding",
-        meaning: "A plane that rises away from a bright square: the largest second difference, over three pixels, of its indirect \
-                  light over that of the closed form.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.02,
-        advice: "With rays it is noise of few directions, shared among neighbours: take more, or image.passes. In the last four pixels of an \
-                 image sharing is one-sided. With cones bands show where light is read from coarser voxels: raise voxels.",
-        quick: false,
-        run: banding,
-    },
-    Case {
-        name: "lobe-width",
-        meaning: "A metal floor of roughness 0.1 to 0.7 that mirrors a wall's edge: width of the mirrored edge over the path tracer's, both averaged over four columns.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.1,
-        advice: "Reflections are blurred by the voxels they are read from: raise voxels, or use the method rays.",
-        quick: false,
-        run: lobe_width,
-    },
-    Case {
-        name: "refraction",
-        meaning: "Glowing stripes behind a slab or a sphere of glass (ior 1 to 1.5), or a thin-walled box: mean |error| of the mean of \
-                  16 images, shifted within a pixel, against the path tracer over its mean.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.1,
-        advice: "What is seen through glass is found by one ray per pixel, so edges alias: render larger and scale down. It reflects nothing at \
-                 the face where it leaves, which keeps the light of an even room but makes clear glass some 4 % too bright.",
-        quick: false,
-        run: refraction,
-    },
-    Case {
-        name: "edges",
-        meaning: "A room whose walls are the grid's faces, with a lamp on a face, along an edge, in a corner, or all a quarter voxel \
-                  outside: mean of the image over that of the same room with the usual margin.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.05,
-        advice: "Leave grid.side at auto or grid.margin above 1, so that no wall lies on the grid's faces, or use the method rays. With rays \
-                 it is the lamp in the corner alone: it touches walls, and the spot that it lights there is smaller than a voxel. Raise voxels, \
-                 or keep lamps off walls.",
-        quick: false,
-        run: edges,
-    },
+/// The functions of the cases, by their names in `src/stability/cases.toml`.
+pub const RUNS: &[(&str, Run)] = &[
+    ("thin-block", |cell| thin(cell, false)),
+    ("thin-send", |cell| thin(cell, true)),
+    ("paper", |cell| {
+        let places: Vec<Place> = cell.turned_places();
+        against_truth_at(cell, paper(), "", &places, rel)
+    }),
+    ("banding", banding),
+    ("lobe-width", lobe_width),
+    ("refraction", refraction),
+    ("edges", edges),
 ];
 
 /// Some of the places, so that several scenes of a case take no longer than one of another.

@@ -5,59 +5,19 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::{rel, sum};
 use crate::Result;
 use crate::scene::LightKind;
-use crate::stability::case::{Case, Place, Sample, Unit};
+use crate::stability::case::{Place, Run, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{BAD_TRIANGLES, room, with_bad_triangles};
 use crate::stability::stage::{Stage, Studio};
 
-const fn invariance(
-    name: &'static str,
-    meaning: &'static str,
-    advice: &'static str,
-    run: fn(&Cell) -> Result<Vec<Sample>>,
-) -> Case {
-    Case { name, meaning, unit: Unit::Share, ideal: 0.0, limit: 1e-3, advice, quick: false, run }
-}
-
-pub const CASES: &[Case] = &[
-    invariance(
-        "symmetry",
-        "A room under rotations and mirrors of the cube, its view too: mean |difference| from the plain image over that image's \
-         mean.",
-        "Directions are fixed in the world, so that noise differs; it falls as directions and passes grow in number: take more of both.",
-        symmetry,
-    ),
-    invariance(
-        "symmetry-mean",
-        "The same images: |difference| of their means over the plain one's.",
-        "With cones light arrives better along some axes than others: turn the scene. With rays it is noise: take more directions.",
-        symmetry_of_means,
-    ),
-    invariance(
-        "scale",
-        "A room scaled by 10⁻³ to 10⁴, with its lights: mean |difference| from the plain image over that image's mean.",
-        "Model in metres; far larger or smaller scenes differ by rounding.",
-        scale,
-    ),
-    invariance(
-        "far-away",
-        "A room moved by 10⁵ m: mean |difference| from the image at the origin over that image's mean.",
-        "Keep scenes near the origin of their file, where positions have all their digits.",
-        far_away,
-    ),
-    invariance(
-        "brightness",
-        "A room whose light is multiplied by 10⁻⁶ to 10⁶: mean |difference| from the plain image times that over its mean.",
-        "Keep lights within twelve orders of magnitude of each other.",
-        brightness,
-    ),
-    invariance(
-        "bad-triangles",
-        "A room with triangles without area, needles of 10⁻⁷ m, one surface a hundred times, or triangles far outside: mean \
-         |difference| from the image without them.",
-        "Remove duplicate surfaces and stray triangles from the file; the far ones make the grid coarse.",
-        bad_triangles,
-    ),
+/// The functions of the cases, by their names in `src/stability/cases.toml`.
+pub const RUNS: &[(&str, Run)] = &[
+    ("symmetry", symmetry),
+    ("symmetry-mean", symmetry_of_means),
+    ("scale", scale),
+    ("far-away", far_away),
+    ("brightness", brightness),
+    ("bad-triangles", bad_triangles),
 ];
 
 /// Rotations and mirrors of the cube: what becomes of x, y and z.

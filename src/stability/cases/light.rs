@@ -8,96 +8,21 @@ use crate::Result;
 use crate::layers::Aov;
 use crate::reference::Depth;
 use crate::settings::{Bounces, LampLight};
-use crate::stability::case::{Case, Sample, Unit};
+use crate::stability::case::{Run, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{ROOM, corridor, furnace, lit_square, mirror_room, room, sphere};
 use crate::stability::stage::Studio;
 
-pub const CASES: &[Case] = &[
-    Case {
-        name: "furnace-0.5",
-        meaning: "The inside of a closed box that emits 1 and reflects ½: radiance over the sum that as many bounces give.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.01,
-        advice: "Light is lost or made at every bounce: correct for it with exposure, or use the method rays.",
-        quick: true,
-        run: |cell| furnaces(cell, 0.5, false),
-    },
-    Case {
-        name: "furnace-0.8",
-        meaning: "The same, of walls that reflect 0.8.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.01,
-        advice: "In bright rooms the error of each bounce adds up: prefer the method rays there.",
-        quick: false,
-        run: |cell| furnaces(cell, 0.8, false),
-    },
-    Case {
-        name: "furnace-all",
-        meaning: "The same, of walls that reflect ½, with all bounces: radiance over 2.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.01,
-        advice: "With bounces = all an error feeds back into itself: prefer two bounces, or the method rays.",
-        quick: false,
-        run: |cell| furnaces(cell, 0.5, true),
-    },
-    Case {
-        name: "self-light-sphere",
-        meaning: "A sphere of albedo ½ under an even sky of 1, which occludes nothing of itself: mean radiance over ½.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.01,
-        advice: "Smooth objects darken themselves where cones start inside their own voxels: raise voxels.",
-        quick: false,
-        run: spheres,
-    },
-    Case {
-        name: "self-light-plane",
-        meaning: "A tilted square that a sun lights, and nothing else: its indirect light, which is none, over its direct light.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 1e-3,
-        advice: "Lit surfaces brighten themselves where cones start inside their own voxels: raise voxels, or use the method rays.",
-        quick: true,
-        run: planes,
-    },
-    Case {
-        name: "mirror-room",
-        meaning: "A room whose walls are mirrors, with a lamp and a block: mean of the image over the path tracer's of as many \
-                  bounces.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.1,
-        advice: "With cones and light propagation a mirror in a mirror shows what lies before it, the same to all sides: use the method rays, \
-                 which follows as many mirrors as there are bounces.",
-        quick: false,
-        run: |cell| against_truth(cell, mirror_room(), |image, truth| sum(image) / sum(truth)),
-    },
-    Case {
-        name: "corridor",
-        meaning: "Eight metres of corridor lit at one end, with all bounces: mean of the image of its far half over the path \
-                  tracer's of all light.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.1,
-        advice: "Light that needs many bounces arrives weaker or stronger than it is: add lamps far from the only one. With rays it is noise \
-                 of the voxels' few directions: raise rays.bounce and rays.passes.",
-        quick: false,
-        run: corridors,
-    },
-    Case {
-        name: "outside",
-        meaning: "A room of which the cube of grid.side covers the middle half of each side: mean of the image over the path tracer's.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.1,
-        advice: "What is outside the grid sends no light: leave grid.side at auto, make it hold the scene, or use the method rays.",
-        quick: false,
-        run: outside,
-    },
+/// The functions of the cases, by their names in `src/stability/cases.toml`.
+pub const RUNS: &[(&str, Run)] = &[
+    ("furnace-0.5", |cell| furnaces(cell, 0.5, false)),
+    ("furnace-0.8", |cell| furnaces(cell, 0.8, false)),
+    ("furnace-all", |cell| furnaces(cell, 0.5, true)),
+    ("self-light-sphere", spheres),
+    ("self-light-plane", planes),
+    ("mirror-room", |cell| against_truth(cell, mirror_room(), |image, truth| sum(image) / sum(truth))),
+    ("corridor", corridors),
+    ("outside", outside),
 ];
 
 fn furnaces(cell: &Cell, albedo: f32, all: bool) -> Result<Vec<Sample>> {

@@ -6,49 +6,17 @@ use glam::DVec3;
 use super::rel;
 use crate::Result;
 use crate::chart::measure::same_depth;
-use crate::stability::case::{Case, Place, Sample, Unit};
+use crate::stability::case::{Place, Run, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::random;
 use crate::stability::scenes::{add_lamp, at, room_with, thousand_lamps};
 use crate::stability::stage::Studio;
 
-pub const CASES: &[Case] = &[
-    Case {
-        name: "thousand-lamps",
-        meaning: "A room under 1024 lamps of 2 cm, which are not in view: mean |error| against the path tracer over its mean.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.1,
-        advice: "Raise lights.lamp_points where many lamps make noise, or join them into larger ones.",
-        quick: false,
-        run: |cell| against_truth(cell, thousand_lamps(), rel),
-    },
-    Case {
-        name: "bright-lamp",
-        meaning: "A room lit by a lamp of 4 mm and a radiance of 10⁶: mean |error| against the path tracer over its mean.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.1,
-        advice: "Replace lamps far smaller than a voxel by point lights, or keep lights.lamps at sampled. What `fast` is off \
-                 falls to a third where every pixel gathers: raise image.gather_resolution.",
-        quick: false,
-        run: bright_lamp,
-    },
-    Case {
-        name: "random",
-        meaning: "Scenes made by chance, of boxes in boxes, slivers, triangles without area, tiny and huge parts, all materials and \
-                  kinds of lights: mean of the image over the path tracer's of as many bounces. A thousandth of what a light of 1 \
-                  gives is added to both, so that a black view shows leaks as they are seen; no value counts more than four times \
-                  what 98 % of the truth's do not exceed, since lamps smaller than a pixel are met by chance.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.2,
-        advice: "Compare your own scene with `twobounce reference`: the worst have the camera within glass, blended triangles through \
-                 each other, lights that almost touch a surface, or mirrors in pieces. Of a thousand, 71 % are within 2 % at 32³, 86 % \
-                 within 5 %, 94 % within 10 %; where nothing lets light through 82, 93, 99.",
-        quick: false,
-        run: random_scenes,
-    },
+/// The functions of the cases, by their names in `src/stability/cases.toml`.
+pub const RUNS: &[(&str, Run)] = &[
+    ("thousand-lamps", |cell| against_truth(cell, thousand_lamps(), rel)),
+    ("bright-lamp", bright_lamp),
+    ("random", random_scenes),
 ];
 
 fn bright_lamp(cell: &Cell) -> Result<Vec<Sample>> {

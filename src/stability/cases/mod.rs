@@ -7,12 +7,32 @@ mod many;
 mod time;
 mod walls;
 
-use super::case::Case;
+use std::sync::LazyLock;
+
+use serde::Deserialize;
+
+use super::case::{Case, Run};
 use crate::measure::metrics::{self, NonFinite};
+
+/// The functions of all cases.
+fn runs() -> impl Iterator<Item = &'static (&'static str, Run)> {
+    [walls::RUNS, light::RUNS, fine::RUNS, invariance::RUNS, time::RUNS, many::RUNS].into_iter().flatten()
+}
 
 /// Every case, in the order of the page.
 pub fn all() -> impl Iterator<Item = &'static Case> {
-    [walls::CASES, light::CASES, fine::CASES, invariance::CASES, time::CASES, many::CASES].into_iter().flatten()
+    #[derive(Deserialize)]
+    struct Cases {
+        case: Vec<Case>,
+    }
+    static ALL: LazyLock<Vec<Case>> = LazyLock::new(|| {
+        let mut all: Cases = toml::from_str(include_str!("../cases.toml")).expect("a test reads the file");
+        for case in &mut all.case {
+            case.run = runs().find(|(name, _)| *name == case.name).expect("a test finds every case's function").1;
+        }
+        all.case
+    });
+    ALL.iter()
 }
 
 /// The case called `name`.
@@ -40,13 +60,14 @@ mod tests {
 
     #[test]
     fn every_case_has_a_name_of_its_own_and_says_what_to_do() {
-        let names: BTreeSet<&str> = all().map(|case| case.name).collect();
+        let names: BTreeSet<&str> = all().map(|case| case.name.as_str()).collect();
         assert_eq!(names.len(), all().count());
+        assert_eq!(names, runs().map(|(name, _)| *name).collect(), "functions without a case");
         for case in all() {
-            let sentences = [case.meaning, case.advice];
+            let sentences = [&case.meaning, &case.advice];
             assert!(sentences.iter().all(|s| s.len() > 30 && s.ends_with('.')), "{}", case.name);
             assert!(case.limit >= 0.0 && case.ideal.is_finite(), "{}", case.name);
-            assert_eq!(named(case.name).map(|found| found.meaning), Some(case.meaning));
+            assert_eq!(named(&case.name).map(|found| &found.meaning), Some(&case.meaning));
         }
     }
 

@@ -7,109 +7,23 @@ use crate::Result;
 use crate::chart::measure::same_depth;
 use crate::layers::Layers;
 use crate::scene::{LightKind, Pose, View};
-use crate::stability::case::{Case, Place, Sample, Unit};
+use crate::stability::case::{Place, Run, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::motion::{Motion, excess, mean};
 use crate::stability::scenes::{DOOR, add_lamp, at, doorway, room, room_with};
 use crate::stability::stage::{Stage, Studio};
 
-const MOVE: &str = "Raise voxels, or take more directions, so that what crosses a voxel's border changes less.";
-
-pub const CASES: &[Case] = &[
-    Case {
-        name: "slide",
-        meaning: "A room that slides through the grid by an eighth of a voxel a frame, its view with it, so that nothing should \
-                  change: mean |change| from frame to frame over the image's mean.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.02,
-        advice: MOVE,
-        quick: true,
-        run: slide,
-    },
-    Case {
-        name: "block",
-        meaning: "A block that moves through a room by an eighth of a voxel a frame: mean |change − the path tracer's change| over \
-                  the image's mean.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.02,
-        advice: MOVE,
-        quick: false,
-        run: block,
-    },
-    Case {
-        name: "lamp-crossing",
-        meaning: "The same of a lamp of 0.2 m under the ceiling.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.02,
-        advice: "Keep moving lamps larger than a voxel, and sampled (lights.lamps).",
-        quick: false,
-        run: lamp,
-    },
-    Case {
-        name: "door",
-        meaning: "A door between a lit and a dark room that slides shut, seen from the dark one: mean |change − the path tracer's \
-                  change| over the image's mean.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.02,
-        advice: "Make doors as thick as a voxel, or use the method rays; with those it is noise of few directions: take more, or image.passes.",
-        quick: false,
-        run: door,
-    },
-    Case {
-        name: "flicker",
-        meaning: "A still room, frame after frame, nothing remade and all remade: share of the pixels of which any bit changes.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.0,
-        advice: "A still scene is to give the same bits: this is a fault, please report it.",
-        quick: true,
-        run: |cell| flicker(cell, false),
-    },
-    Case {
-        name: "flicker-all",
-        meaning: "The same with all bounces, once the first image is there.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.0,
-        advice: "With bounces = all light goes on settling after the first image: wait some frames before keeping one.",
-        quick: false,
-        run: |cell| flicker(cell, true),
-    },
-    Case {
-        name: "turn",
-        meaning: "The camera turns away in a still room and back: share of the pixels of which any bit is another than before.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 0.0,
-        advice: "What is seen depends on what was seen before: keep the camera still, or this is a fault.",
-        quick: false,
-        run: turn,
-    },
-    Case {
-        name: "light-on",
-        meaning: "A room's light becomes fifty times as bright, with all bounces: frames until the image's mean stays within 1 % \
-                  of what it settles at in a room that was always so bright.",
-        unit: Unit::Frames,
-        ideal: 1.0,
-        limit: 8.0,
-        advice: "With bounces = all light arrives over several frames: prefer bounces = 2 where lights switch.",
-        quick: false,
-        run: |cell| step(cell, [0.02, 1.0]),
-    },
-    Case {
-        name: "light-off",
-        meaning: "The same, of a light that becomes fifty times as dim.",
-        unit: Unit::Frames,
-        ideal: 1.0,
-        limit: 8.0,
-        advice: "With bounces = all light leaves over several frames: prefer bounces = 2 where lights switch.",
-        quick: false,
-        run: |cell| step(cell, [1.0, 0.02]),
-    },
+/// The functions of the cases, by their names in `src/stability/cases.toml`.
+pub const RUNS: &[(&str, Run)] = &[
+    ("slide", slide),
+    ("block", block),
+    ("lamp-crossing", lamp),
+    ("door", door),
+    ("flicker", |cell| flicker(cell, false)),
+    ("flicker-all", |cell| flicker(cell, true)),
+    ("turn", turn),
+    ("light-on", |cell| step(cell, [0.02, 1.0])),
+    ("light-off", |cell| step(cell, [1.0, 0.02])),
 ];
 
 /// Steps along the way, counted from 0 to the effort's.

@@ -8,51 +8,21 @@ use crate::chart::measure::same_depth;
 use crate::layers::Aov;
 use crate::measure::metrics;
 use crate::measure::terms::{self, Subtract};
-use crate::stability::case::{Case, Place, Sample, Unit};
+use crate::stability::case::{Place, Run, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{DARK, LIT, back_side, behind, divided, fenced, two_rooms, view};
 use crate::stability::stage::{Stage, Studio};
 
-const fn leak(name: &'static str, meaning: &'static str, quick: bool, run: fn(&Cell) -> Result<Vec<Sample>>) -> Case {
-    let advice = "Raise voxels until walls are some voxels thick, thicken the walls, align them with the axes, or use the method rays.";
-    Case { name, meaning, unit: Unit::Share, ideal: 0.0, limit: 1e-3, advice, quick, run }
-}
-
-pub const CASES: &[Case] = &[
-    leak(
-        "leak-sheet",
-        "Two closed rooms, one lit, divided by a double-sided sheet without thickness: mean of the dark room's image over the lit \
-         one's.",
-        false,
-        |cell| leaks(cell, 0.0),
-    ),
-    leak("leak-1/4", "The same, with a wall a quarter of a voxel thick.", false, |cell| leaks(cell, 0.25)),
-    leak("leak-1/2", "The same, with a wall half a voxel thick.", true, |cell| leaks(cell, 0.5)),
-    leak("leak-1", "The same, with a wall one voxel thick.", false, |cell| leaks(cell, 1.0)),
-    leak("leak-2", "The same, with a wall two voxels thick.", false, |cell| leaks(cell, 2.0)),
-    leak("leak-4", "The same, with a wall four voxels thick.", false, |cell| leaks(cell, 4.0)),
-    Case {
-        name: "back-side",
-        meaning: "A wall a quarter of a voxel thick, red and lit in front, black behind, and white squares half a metre before \
-                  and behind it: indirect light on the one behind over that on the one in front.",
-        unit: Unit::Share,
-        ideal: 0.0,
-        limit: 1e-3,
-        advice: "Do not rely on thin walls with a bright and a dark side; thicken them to two voxels, or use the method rays.",
-        quick: true,
-        run: back_sides,
-    },
-    Case {
-        name: "fence",
-        meaning: "Two rooms, one lit, divided by slats half a voxel wide with gaps as wide: mean of the dark room's image over \
-                  the path tracer's.",
-        unit: Unit::Ratio,
-        ideal: 1.0,
-        limit: 0.05,
-        advice: "Fences, grilles and foliage below a voxel need the method rays, with more directions than nine, or a grid finer than their gaps.",
-        quick: false,
-        run: fence,
-    },
+/// The functions of the cases, by their names in `src/stability/cases.toml`.
+pub const RUNS: &[(&str, Run)] = &[
+    ("leak-sheet", |cell| leaks(cell, 0.0)),
+    ("leak-1/4", |cell| leaks(cell, 0.25)),
+    ("leak-1/2", |cell| leaks(cell, 0.5)),
+    ("leak-1", |cell| leaks(cell, 1.0)),
+    ("leak-2", |cell| leaks(cell, 2.0)),
+    ("leak-4", |cell| leaks(cell, 4.0)),
+    ("back-side", back_sides),
+    ("fence", fence),
 ];
 
 fn leaks(cell: &Cell, voxels: f64) -> Result<Vec<Sample>> {

@@ -1,9 +1,6 @@
 "use strict";
 // The table of cases and presets, and what is known of the chosen cell.
 
-const data = JSON.parse(document.getElementById("data").textContent);
-data.rows = data.rows.map(({ row, pictures }) => ({ ...row, ...pictures }));
-const at = (id) => document.getElementById(id);
 const unique = (values) => [...new Set(values)];
 const grids = unique(data.rows.map((row) => row.grid)).sort((a, b) => a - b);
 const presets = unique(data.rows.map((row) => row.preset));
@@ -16,12 +13,6 @@ const GRADES = [
   { most: 10, name: "far", mark: "!", words: "up to ten times the limit" },
   { most: Infinity, name: "off", mark: "!!", words: "further off" },
 ];
-
-function element(name, attributes = {}, ...children) {
-  const node = Object.assign(document.createElement(name), attributes);
-  node.append(...children);
-  return node;
-}
 
 const caseOf = (name) => data.cases.find((c) => c.name === name);
 const rowOf = (name, preset, grid) => data.rows.find((r) => r.case === name && r.preset === preset && r.grid === grid);
@@ -44,14 +35,6 @@ function shown(row, about) {
   const { number, distance } = row.measured;
   if (state.of === "median") return number.median;
   return Math.abs(number.max - about.ideal) >= distance * (1 - 1e-9) ? number.max : number.min;
-}
-
-function segments(name, choices) {
-  const host = at("controls").querySelector(`[data-name=${name}]`);
-  for (const [value, label] of choices) {
-    const input = element("input", { type: "radio", name, value, checked: String(state[name]) === String(value) });
-    host.append(element("label", {}, input, label));
-  }
 }
 
 function buildTable() {
@@ -168,8 +151,8 @@ function choose(name, preset, focus) {
 
 const kept = follow(data, () => ({ state, focus: document.activeElement.closest("#table") ? "table" : "" }));
 if (kept && grids.includes(kept.state.grid)) Object.assign(state, kept.state);
-segments("grid", grids.map((grid) => [grid, `${grid}³`]));
-segments("of", [["worst", "worst"], ["median", "median"]]);
+buildSegments("grid", grids.map((grid) => [grid, `${grid}³`]), state.grid);
+buildSegments("of", [["worst", "worst"], ["median", "median"]], state.of);
 buildTable();
 at("controls").addEventListener("change", (event) => {
   const { name, value } = event.target;

@@ -1,4 +1,25 @@
 "use strict";
+// What pages of all experiments share: their data, elements, choices, and following the program.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+data.rows = data.rows.map(({ row, pictures }) => ({ ...row, ...pictures }));
+const at = (id) => document.getElementById(id);
+
+function element(name, attributes = {}, ...children) {
+  const node = Object.assign(document.createElement(name), attributes);
+  node.append(...children);
+  return node;
+}
+
+/** Fills the segments of a control: pairs of a value and a label, of which `chosen` is checked. */
+function buildSegments(name, choices, chosen) {
+  const host = at("controls").querySelector(`[data-name=${name}]`);
+  for (const [value, label] of choices) {
+    const input = element("input", { type: "radio", name, value, checked: String(value) === String(chosen) });
+    host.append(element("label", {}, input, label));
+  }
+}
+
 // While the program still fills the folder, the page loads itself again and comes back as it was. What is not to be lost is kept in
 // the tab's own storage, so this works for a file too.
 

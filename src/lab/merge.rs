@@ -4,81 +4,34 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-use serde_json::Value;
-
-use super::row::Row;
-use super::store::{Keyed, Kind, Store, Stored};
+use super::store::{Row, Store, Stored};
 use crate::{Error, Result};
 
-/// A row that several folders may have.
-pub trait Mergeable: Keyed {
-    /// Hash over everything that determines it but the device.
-    fn address(&self) -> &str;
-    /// Its name in messages.
-    fn title(&self) -> String;
-    /// Whether it ran.
-    fn is_measured(&self) -> bool;
-    /// The noise that its numbers have; of two rows the one with less is kept.
-    fn noise(&self) -> f64;
-    /// What every machine with the same device and driver must find: all but times and where they were measured.
-    fn lasting(&self) -> Value;
-}
-
-impl Mergeable for Row {
-    fn address(&self) -> &str {
-        &self.address
-    }
-
-    fn title(&self) -> String {
-        format!("{} {}", self.scene, self.name)
-    }
-
-    fn is_measured(&self) -> bool {
-        self.measured.is_some()
-    }
-
-    fn noise(&self) -> f64 {
-        self.measured.as_ref().map_or(f64::INFINITY, |m| m.full.noise.max(m.same.noise))
-    }
-
-    fn lasting(&self) -> Value {
-        let numbers = |m: &super::row::Measured| (m.memory_bytes, m.nonfinite, m.equal_terms.clone(), m.full, m.same);
-        serde_json::json!([self.settings, self.source, self.failure, self.measured.as_ref().map(numbers)])
-    }
-}
-
 /// What folders have together.
-pub struct Merged<R, P> {
+pub struct Merged<R: Row> {
     /// In the order of the whole chart; those of several devices in the order of their keys.
-    pub rows: Vec<Stored<R, P>>,
+    pub rows: Vec<Stored<R>>,
     pub folders: usize,
     /// Rows with further times, which become history.
     pub twice: usize,
-    history: Vec<Stored<R, P>>,
+    history: Vec<Stored<R>>,
     /// Images of rows whose errors are not final.
     images: Vec<(PathBuf, String)>,
 }
 
-/// Reads folders of a kind. `order`: the addresses of the rows to show; other rows that a folder keeps are history.
+/// Reads folders of a kind of rows. `order`: the addresses of the rows to show; other rows that a folder keeps are history.
 ///
 /// # Errors
 /// [`Error::Usage`]: rows of the same key differ, with the names of some of them.
-pub fn merge<R, P>(kind: Kind, folders: &[&Path], order: &[&str]) -> Result<Merged<R, P>>
-where
-    R: Mergeable + Clone + DeserializeOwned,
-    P: Clone + DeserializeOwned,
-{
+pub fn merge<R: Row>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
     let mut merged =
         Merged { rows: Vec::new(), folders: folders.len(), twice: 0, history: Vec::new(), images: Vec::new() };
     let places: BTreeMap<&str, usize> = order.iter().enumerate().map(|(place, address)| (*address, place)).collect();
     // By place and key: a row, and the folder that it is of.
-    type Found<'a, R, P> = BTreeMap<(usize, String), (Stored<R, P>, &'a Path)>;
-    let mut rows: Found<R, P> = BTreeMap::new();
+    let mut rows: BTreeMap<(usize, String), (Stored<R>, &Path)> = BTreeMap::new();
     let mut different = Vec::new();
     for folder in folders {
-        let [now, before] = Store::read_all::<R, P>(kind, folder);
+        let [now, before] = Store::<R>::read_all(folder);
         merged.history.extend(before);
         for new in now {
             let Some(place) = places.get(new.row.address()) else {
@@ -119,20 +72,16 @@ where
         )));
     }
     for ((_, key), (_, folder)) in &rows {
-        let image = Store::image_in(folder, key);
+        let image = Store::<R>::image_in(folder, key);
         merged.images.extend(image.exists().then(|| (image, key.clone())));
     }
     merged.rows = rows.into_values().map(|(stored, _)| stored).collect();
     Ok(merged)
 }
 
-impl<R, P> Merged<R, P>
-where
-    R: Mergeable + Clone + Serialize + DeserializeOwned,
-    P: Clone + Serialize + DeserializeOwned,
-{
+impl<R: Row> Merged<R> {
     /// Writes the rows into a folder, which may have some of them already.
-    pub fn save(&self, store: &Store) -> Result<()> {
+    pub fn save(&self, store: &Store<R>) -> Result<()> {
         for row in &self.rows {
             store.put(row.clone())?;
         }

@@ -1,0 +1,152 @@
+//! Ledgers: pages about a source, row by row: what it prints, what is right instead, and how much that changes an image.
+//!
+//! A page is written by hand. A line whose settings stand in its cells is a job; its last cells are the job's result. Which cells, the
+//! name of the table says: see [`Job`].
+
+use super::table::{self, cells, coded};
+use crate::gi::Method;
+use crate::{Error, Result};
+
+/// The page of a method's source.
+pub struct Ledger {
+    pub method: Method,
+    /// Rows are measured on top of it.
+    pub preset: &'static str,
+    pub page: &'static str,
+    /// The page as it was when the program was built.
+    pub text: &'static str,
+}
+
+pub const LEDGERS: &[Ledger] = &[
+    Ledger {
+        method: Method::Cones,
+        preset: "corrected",
+        page: "docs/ledger.md",
+        text: include_str!("../../docs/ledger.md"),
+    },
+    Ledger { method: Method::Lpv, preset: "lpv", page: "docs/lpv.md", text: include_str!("../../docs/lpv.md") },
+    Ledger {
+        method: Method::Photons,
+        preset: "photons",
+        page: "docs/photons.md",
+        text: include_str!("../../docs/photons.md"),
+    },
+];
+
+/// What is measured for a line of a page. Settings are `key=value`; `sky=value` is the scene's.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Job {
+    /// `changes`: the images with `printed` and without are compared, both with `right`. The third last cell has the settings: those
+    /// before "on" are `printed`. The result: mean |printed − right| over the mean of right, and mean over mean.
+    Change { printed: Vec<String>, right: Vec<String> },
+    /// `fills`: error and energy of the indirect light on diffuse surfaces, against the path tracer. The first cell has the settings,
+    /// the head the scenes.
+    Fill { settings: Vec<String>, scenes: Vec<String> },
+    /// `furnaces`: radiance in a closed room after two bounces over what is right. The first cells have the settings, the walls'
+    /// albedo, and whether a block stands inside; the head has the grids.
+    Furnace { settings: Vec<String>, albedo: f32, block: bool, edges: Vec<u32> },
+}
+
+/// A line of a page that is measured.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// From 0.
+    pub at: usize,
+    /// The first cells, which say what it is.
+    pub name: String,
+    /// Its last cells: as many as the job's results.
+    pub results: Vec<String>,
+    pub job: Job,
+}
+
+/// The lines that are measured, in the order of the page.
+///
+/// # Errors
+/// A sentence about a line that cannot be read.
+pub fn lines(page: &str) -> Result<Vec<Line>> {
+    table::tables(page)?;
+    let (mut found, mut name, mut head) = (Vec::new(), "", Vec::new());
+    for (at, line) in page.lines().enumerate() {
+        if let Some(mark) = line.strip_prefix("<!-- table: ") {
+            (name, head) = (mark.trim_end_matches(" -->"), Vec::new());
+        }
+        let Some(cells) = cells(line) else { continue };
+        if head.is_empty() {
+            head = cells;
+            continue;
+        }
+        let wrong = || Error::Usage(format!("line {} of the page is no row of the table {name}", at + 1));
+        if cells.len() != head.len() || cells.len() < 3 {
+            return Err(wrong());
+        }
+        let owned = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+        let settings = |cell: &str| owned(&coded(cell));
+        let (count, job) = match name {
+            "changes" => {
+                let cell = cells[cells.len() - 3];
+                let (printed, right) = cell.split_once(" on ").unwrap_or((cell, ""));
+                (2, Job::Change { printed: settings(printed), right: settings(right) })
+            }
+            "fills" => (cells.len() - 1, Job::Fill { settings: settings(cells[0]), scenes: owned(&head[1..]) }),
+            "furnaces" => {
+                let edges = head[3..].iter().map(|edge| edge.trim_end_matches('³').parse());
+                let edges = edges.collect::<std::result::Result<_, _>>().map_err(|_| wrong())?;
+                let albedo = cells[1].parse().map_err(|_| wrong())?;
+                let block = cells[2] == "with a block";
+                (cells.len() - 3, Job::Furnace { settings: settings(cells[0]), albedo, block, edges })
+            }
+            _ => continue,
+        };
+        if !matches!(&job, Job::Change { printed, .. } if printed.is_empty()) {
+            let (first, results) = cells.split_at(cells.len() - count);
+            let first = if name == "changes" { &first[..1] } else { first };
+            found.push(Line { at, name: first.join(", ").replace('`', ""), results: owned(results), job });
+        }
+    }
+    Ok(found)
+}
+
+/// The page with other results: of some lines, by their place.
+pub fn with_results<'a>(page: &str, results: impl Fn(usize) -> Option<&'a [String]>) -> String {
+    let line = |(at, line): (usize, &str)| match (results(at), cells(line)) {
+        (Some(results), Some(cells)) => {
+            let first = cells[..cells.len() - results.len()].iter().copied();
+            format!("| {} |\n", first.chain(results.iter().map(String::as_str)).collect::<Vec<_>>().join(" | "))
+        }
+        _ => format!("{line}\n"),
+    };
+    page.lines().enumerate().map(line).collect()
+}
+
+/// The ids of a page's rows, measured or not: first cells such as D12.
+pub fn ids(page: &str) -> Vec<&str> {
+    let is_id = |id: &&str| {
+        let mut letters = id.chars();
+        letters.next().is_some_and(|first| first.is_ascii_uppercase())
+            && !letters.as_str().is_empty()
+            && letters.all(|c| c.is_ascii_digit())
+    };
+    page.lines().filter_map(|line| cells(line)?.first().copied()).filter(is_id).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_take_the_place_of_results() {
+        let page = "Text.\n<!-- table: changes -->\n\n| row | printed | measured with | change | energy |\n|---|---|---|---|---|\n\
+                    | D1 | a \\| b | `a=1` on `b=2` `c=3` | – | – |\n| D2 | c | – | – | – |\n\n<!-- end -->\n\
+                    <!-- table: furnaces -->\n\n| fill | albedo | room | 32³ |\n|---|---|---|---|\n| `d=4` | 0.5 | empty | – |\n\n<!-- end -->\n";
+        let found = lines(page).unwrap();
+        let names = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+        assert_eq!(found[0].job, Job::Change { printed: names(&["a=1"]), right: names(&["b=2", "c=3"]) });
+        let furnace = Job::Furnace { settings: names(&["d=4"]), albedo: 0.5, block: false, edges: vec![32] };
+        assert_eq!((&found[1].job, found[1].name.as_str(), found.len()), (&furnace, "d=4, 0.5, empty", 2));
+        let results = names(&["1.00 %", "2.000"]);
+        let filled = with_results(page, |at| (at == found[0].at).then_some(&results[..]));
+        assert_eq!(filled.replace("1.00 % | 2.000", "– | –"), page);
+        assert_eq!(lines(&filled).unwrap()[0].results, results);
+        assert_eq!(ids(page), ["D1", "D2"]);
+    }
+}

@@ -1,0 +1,8 @@
+//! The laboratory: what all experiments share. An experiment is a list of rows that are measured one by one and a page that shows them;
+//! `chart`, `study`, `stability`, `plan`, `profile --growth` and `ledger` are experiments. `src/cli/lab.rs` runs them.
+
+pub mod ledger;
+pub mod merge;
+pub mod page;
+pub mod store;
+pub mod table;

@@ -1,0 +1,337 @@
+//! Finished rows in a folder, one file each, written whole or not at all: no row is lost when the program is stopped. See
+//! [`file::write_kept`] for their form. And results of any kind in the user's cache folder, each under a hash of all that determines it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::output::file::{self, FolderLock};
+use crate::vk::Context;
+use crate::{Error, Result};
+
+const ROWS: &str = "rows";
+/// Of rows that newer ones took the place of.
+const HISTORY: &str = "history";
+
+/// What a folder is kept for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kind {
+    /// The command that writes it; the file `<command>.txt` marks the folder.
+    pub command: &'static str,
+    /// In words, with an article.
+    pub words: &'static str,
+    /// Of its rows: others are measured again.
+    pub version: u32,
+}
+
+/// A row of an experiment.
+pub trait Row: Clone + Serialize + DeserializeOwned {
+    /// What is kept beside it for pages: embedded pictures.
+    type Pictures: Clone + Serialize + DeserializeOwned;
+
+    /// The folder of such rows.
+    const KIND: Kind;
+
+    /// Hash over everything that determines the row except the program.
+    fn key(&self) -> &str;
+    /// Hash over the same but the device: shards and merged folders know a row of any machine by it.
+    fn address(&self) -> &str;
+    /// Absent until it ran.
+    fn origin(&self) -> Option<&Origin>;
+    /// Whether it ran.
+    fn is_measured(&self) -> bool;
+    /// Its name in messages.
+    fn title(&self) -> String;
+    /// What every machine with the same device and driver must find: all but times and where they were measured.
+    fn lasting(&self) -> Value;
+
+    /// The noise that its numbers have; of two rows the one with less is kept.
+    fn noise(&self) -> f64 {
+        0.0
+    }
+
+    /// Seconds since 1970 at which it was measured; 0 where that is not known.
+    fn unix_s(&self) -> u64 {
+        self.origin().map_or(0, |origin| origin.unix_s)
+    }
+}
+
+/// Where and when a row was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// `--machine`, or the host's name.
+    pub machine: String,
+    pub device: String,
+    pub driver: String,
+    /// The program's version.
+    pub program: String,
+    /// The first digits of the hash of the program's file.
+    pub build: String,
+    /// `--label`.
+    pub label: Option<String>,
+    /// Seconds since 1970, UTC.
+    pub unix_s: u64,
+}
+
+impl Origin {
+    /// Of rows that are made now by this program, but for the time.
+    pub fn new(context: &Context, machine: String, build: &str, label: Option<String>) -> Self {
+        let (device, driver) = (context.name.clone(), context.driver.clone());
+        let program = env!("CARGO_PKG_VERSION").to_owned();
+        Self { machine, device, driver, program, build: build.to_owned(), label, unix_s: 0 }
+    }
+
+    /// Whose times may be compared: those of one device in one machine.
+    pub fn place(&self) -> [&str; 3] {
+        [&self.machine, &self.device, &self.driver]
+    }
+
+    /// The devices and drivers of some rows, in words.
+    pub fn devices<'a>(origins: impl IntoIterator<Item = &'a Self>) -> String {
+        let devices = origins.into_iter().map(|origin| format!("{} ({})", origin.device, origin.driver));
+        devices.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join("; ")
+    }
+}
+
+impl Kind {
+    /// Whether a folder is of this kind.
+    pub fn marks(self, folder: &Path) -> bool {
+        fs::read_to_string(folder.join(self.mark())).is_ok_and(|text| text == self.mark_text())
+    }
+
+    /// The file that marks such a folder, and its text.
+    fn mark(self) -> String {
+        format!("{}.txt", self.command)
+    }
+
+    fn mark_text(self) -> String {
+        let command = self.command;
+        format!("Made by `twobounce {command}`, which rewrites everything here and continues with the rows in rows/.\n")
+    }
+}
+
+/// A folder of rows. Nothing is written into it before the first row; a folder that was made and stays empty is removed.
+pub struct Store<R> {
+    folder: PathBuf,
+    /// Whether there was no such folder before.
+    made: bool,
+    /// Hash of the program's own bytes.
+    program: String,
+    any_build: bool,
+    _lock: FolderLock,
+    rows: PhantomData<R>,
+}
+
+/// A row and its pictures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Stored<R: Row> {
+    version: u32,
+    /// The build that measured it: another may measure something else.
+    pub program: String,
+    pub row: R,
+    pub pictures: Option<R::Pictures>,
+}
+
+impl<R: Row> Store<R> {
+    /// An empty folder, a new one, or an earlier one of this kind, whose rows count if this build of the program measured
+    /// them, or with `any_build`.
+    ///
+    /// # Errors
+    /// [`Error::File`]: it holds something else, another process fills it, or nothing can be written there.
+    pub fn open(folder: &Path, any_build: bool) -> Result<Self> {
+        if folder.exists() && !folder.is_dir() {
+            return Err(Error::file(folder, "is a file; -o takes a folder"));
+        }
+        let made = !folder.exists();
+        file::create_folder(folder)?;
+        let failed = |e: std::io::Error| Error::file(folder, format!("cannot be read: {e}"));
+        let lock = FolderLock::take(folder).map_err(failed)?.ok_or_else(|| {
+            Error::file(folder, "is being filled by another process; wait for its end or name another folder")
+        })?;
+        let (folder_path, rows) = (folder.to_owned(), PhantomData);
+        let store = Self { folder: folder_path, made, program: program()?, any_build, _lock: lock, rows };
+        // What a killed program left half written does not count.
+        let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
+        let entries = fs::read_dir(folder).map_err(failed)?;
+        if !store.is_marked() && entries.flatten().any(|entry| !is_part(entry)) {
+            let words = R::KIND.words;
+            let why = format!("holds something else than {words}; name an empty or a new folder");
+            return Err(Error::file(folder, why));
+        }
+        file::check_writable(&store.mark())?;
+        Ok(store)
+    }
+
+    /// A file of the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The row kept under `key`; `None` if there is none, or it is damaged: then it is measured again.
+    pub fn load(&self, key: &str) -> Option<Stored<R>> {
+        let stored = Self::read(&self.row_path(key))?;
+        let same_build = self.any_build || stored.program == self.program;
+        (stored.row.key() == key && same_build).then_some(stored)
+    }
+
+    /// A row of this version in a file.
+    fn read(path: &Path) -> Option<Stored<R>> {
+        let stored: Stored<R> = toml::from_str(&fs::read_to_string(path).ok()?).ok()?;
+        (stored.version == R::KIND.version).then_some(stored)
+    }
+
+    /// Every row that is kept, of other builds and of former charts too; and those that newer ones took the place of.
+    pub fn all(&self) -> [Vec<Stored<R>>; 2] {
+        Self::read_all(&self.folder)
+    }
+
+    /// As [`Self::all`], of a folder that is only read. Keys and builds become names of files, so that a row of which one of them
+    /// could lead to another folder is left out, as a damaged one is.
+    pub fn read_all(folder: &Path) -> [Vec<Stored<R>>; 2] {
+        [ROWS, HISTORY].map(|name| {
+            let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();
+            let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+            paths.retain(|path| path.extension().is_some_and(|ending| ending == "toml"));
+            paths.sort();
+            let is_name = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_alphanumeric());
+            let is_known = |stored: &Stored<R>| is_name(stored.row.key()) && is_name(&stored.program);
+            paths.iter().filter_map(|path| Self::read(path)).filter(is_known).collect()
+        })
+    }
+
+    /// Keeps a row that this build made. One of another build under the same key becomes history.
+    pub fn save(&self, row: R, pictures: Option<R::Pictures>) -> Result<Stored<R>> {
+        self.put(Stored { version: R::KIND.version, program: self.program.clone(), row, pictures })
+    }
+
+    /// Keeps a row as it is. One of another build under the same key becomes history, without its pictures.
+    pub fn put(&self, stored: Stored<R>) -> Result<Stored<R>> {
+        if !self.is_marked() {
+            file::write(&self.mark(), R::KIND.mark_text().as_bytes())?;
+        }
+        file::create_folder(&self.path(ROWS))?;
+        let path = self.row_path(stored.row.key());
+        if let Some(before) = Self::read(&path).filter(|before| before.program != stored.program) {
+            self.put_into_history(before)?;
+        }
+        file::write_kept(&path, &stored)?;
+        Ok(stored)
+    }
+
+    /// Keeps a row beside those of today, without its pictures.
+    pub fn put_into_history(&self, stored: Stored<R>) -> Result<()> {
+        let [key, build] = [stored.row.key(), &stored.program].map(|text| text.chars().take(16).collect::<String>());
+        let path = self.path(HISTORY).join(format!("{key}-{}-{build}.toml", stored.row.unix_s()));
+        file::create_folder(&self.path(HISTORY))?;
+        file::write_kept(&path, &Stored { pictures: None, ..stored })
+    }
+
+    /// The first digits of the hash of the program's file.
+    pub fn build(&self) -> &str {
+        &self.program[..12]
+    }
+
+    /// Where the image of a row is kept as long as its errors are not final.
+    pub fn image_path(&self, key: &str) -> PathBuf {
+        Self::image_in(&self.folder, key)
+    }
+
+    /// The same in a folder that is only read.
+    pub fn image_in(folder: &Path, key: &str) -> PathBuf {
+        folder.join(ROWS).join(format!("{key}.exr"))
+    }
+
+    fn is_marked(&self) -> bool {
+        R::KIND.marks(&self.folder)
+    }
+
+    fn mark(&self) -> PathBuf {
+        self.path(&R::KIND.mark())
+    }
+
+    fn row_path(&self, key: &str) -> PathBuf {
+        self.path(ROWS).join(format!("{key}.toml"))
+    }
+}
+
+impl<R> Drop for Store<R> {
+    fn drop(&mut self) {
+        if self.made {
+            // Works on an empty folder only.
+            let _ = fs::remove_dir(&self.folder);
+        }
+    }
+}
+
+fn program() -> Result<String> {
+    let failed = |e: std::io::Error| Error::Usage(format!("the program's own file cannot be read: {e}"));
+    let bytes = std::env::current_exe().and_then(fs::read).map_err(failed)?;
+    Ok(blake3::hash(&bytes).to_string())
+}
+
+/// What determines the numbers of a row besides what it is of.
+pub fn device_words(context: &Context) -> String {
+    format!("{} / {} / {:?}", context.name, context.driver, context.api_version)
+}
+
+/// 32 digits over everything that a row is made of.
+pub fn short_hash(about: &serde_json::Value) -> String {
+    blake3::hash(about.to_string().as_bytes()).to_hex()[..32].to_owned()
+}
+
+/// Results in the user's cache folder, or nowhere to keep any.
+pub struct Results {
+    folder: Option<PathBuf>,
+    /// What every key has in common.
+    common: String,
+    /// Whether what is kept counts.
+    reads: bool,
+}
+
+/// Bytes that are kept: beyond these, those go that were written first.
+const MOST_BYTES: u64 = 256 << 20;
+
+impl Results {
+    /// `about`: what all of them depend on besides the program, such as the device. `anew`: what was kept before does not count.
+    ///
+    /// # Errors
+    /// The program's own file cannot be read.
+    pub fn new(folder: Option<PathBuf>, about: &str, anew: bool) -> Result<Self> {
+        Ok(Self { folder, common: format!("{about} {}", program()?), reads: !anew })
+    }
+
+    /// Whether anything can be kept.
+    pub fn keeps(&self) -> bool {
+        self.folder.is_some()
+    }
+
+    /// The key of what is about these words.
+    pub fn key(&self, about: &str) -> String {
+        blake3::hash(format!("{} {about}", self.common).as_bytes()).to_hex()[..32].to_owned()
+    }
+
+    /// `None` where nothing is kept, or it is damaged.
+    pub fn load<T: DeserializeOwned>(&self, key: &str) -> Option<T> {
+        let text = fs::read_to_string(self.path(key).filter(|_| self.reads)?).ok()?;
+        toml::from_str(&text).ok()
+    }
+
+    /// What cannot be kept only costs time in the next call.
+    pub fn save(&self, key: &str, value: &impl Serialize) {
+        let Some((folder, path)) = self.folder.as_ref().zip(self.path(key)) else { return };
+        match file::create_folder(folder).and_then(|()| file::write_kept(&path, value)) {
+            Ok(()) => file::make_room(&path, MOST_BYTES),
+            Err(error) => tracing::warn!("a result is not kept: {error}"),
+        }
+    }
+
+    fn path(&self, key: &str) -> Option<PathBuf> {
+        Some(self.folder.as_ref()?.join(format!("{key}.toml")))
+    }
+}

@@ -190,6 +190,7 @@ impl Pass<'_> {
         Ok(forms)
     }
 
+    #[allow(clippy::too_many_arguments, reason = "one call records a form of a pass")]
     fn record(&self, r: &mut Recorder, form: &Form, ground: &Ground, volume: &FaceVolume, look_up: &[Bind]) {
         let kind = if matches!(form, Form::Draw(..)) { ZoneKind::Raster } else { ZoneKind::Compute };
         r.zone(self.name, kind, 0, |r| {

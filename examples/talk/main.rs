@@ -9,7 +9,6 @@ use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
 use twobounce::Result;
-use twobounce::Result;
 use twobounce::lab::table;
 use twobounce::measure::timing::Timings;
 use twobounce::output::file;

@@ -166,7 +166,7 @@ fn settings_table(chart: &Chart, lines: &[(&'static str, Trial)]) -> String {
     for (axis, trial) in lines {
         let mark = if terms::changes(&trial.settings).is_empty() { "" } else { "*" };
         let is_meant = |row: &Row| row.settings.as_ref().is_some_and(|own| own.means_same(&trial.settings));
-        rows.push(line(*axis, format!("`{}`{mark}", trial.name()), trial.settings.method.name(), &is_meant));
+        rows.push(line(axis, format!("`{}`{mark}", trial.name()), trial.settings.method.name(), &is_meant));
     }
     for paths in chart.rows.iter().filter_map(Row::paths).collect::<BTreeSet<u32>>() {
         let is_meant = |row: &Row| row.source == Source::PathTracer { paths };

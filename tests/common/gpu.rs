@@ -61,6 +61,7 @@ pub fn render_from(context: &Arc<Context>, scene: &Scene, settings: &Settings, s
 }
 
 /// As [`render_from`], with more layers than the image. Any validation message fails.
+#[allow(clippy::too_many_arguments, reason = "it is `render_from` with one more choice")]
 pub fn render_layers(
     context: &Arc<Context>,
     scene: &Scene,

@@ -2,7 +2,7 @@
 
 #[path = "../../examples/strengths.rs"]
 #[allow(dead_code)]
-mod example;
+pub mod example;
 
 use std::path::Path;
 

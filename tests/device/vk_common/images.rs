@@ -57,6 +57,7 @@ impl TestImage {
     }
 
     /// Records that it is copied to a level of a layer of an image, which then is in the layout of transfers' targets.
+    #[allow(clippy::too_many_arguments, reason = "Vulkan describes a copy by as many parts")]
     pub fn copy_to(
         &self,
         device: &ash::Device,
@@ -98,6 +99,7 @@ impl TestImage {
     }
 
     /// Records that a level of a layer of an image, as large as `size`, is copied here for the CPU.
+    #[allow(clippy::too_many_arguments, reason = "Vulkan describes a copy by as many parts")]
     pub fn copy(
         &self,
         device: &ash::Device,

@@ -48,7 +48,7 @@ fn the_page_has_every_axis_and_keeps_what_stands_by_hand() {
     let page_path = folder.path().join("study/README.md");
     let page = fs::read_to_string(&page_path).unwrap();
     assert_eq!(table(&page), today(&["voxels=16".to_owned()]));
-    assert!(page.lines().count() <= 150, "the page is to have at most 150 lines");
+    assert!(page.lines().count() <= 160, "the page is to have at most 160 lines");
     for file in ["cornell-point.svg", "rows.csv"] {
         assert!(page.contains(&format!("]({file})")) && folder.path().join("study").join(file).is_file(), "{file}");
     }
@@ -85,6 +85,6 @@ fn the_study_in_docs_is_of_todays_axes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study/README.md");
     if let Ok(page) = fs::read_to_string(path) {
         assert_eq!(table(&page), today(&[]), "docs/study is stale: run `twobounce study`");
-        assert!(page.lines().count() <= 150, "the page is to have at most 150 lines");
+        assert!(page.lines().count() <= 160, "the page is to have at most 160 lines");
     }
 }

@@ -2,8 +2,9 @@
 # Everything is built in the release profile, so that dependencies are built once.
 
 export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
-# Every test binary shares one device among its tests; many at once only take memory.
-export RUST_TEST_THREADS ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ $$n -gt 4 ] && echo 4 || echo $$n)
+# Every test binary shares one device among its tests; many at once only take memory. One more than there are cores,
+# because tests wait for programs and windows.
+export RUST_TEST_THREADS ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ $$n -gt 3 ] && echo 4 || echo $$((n + 1)))
 # A driver that hangs must not hang the run.
 TEST_SECONDS ?= 3000
 DEMO_SECONDS ?= 300

@@ -67,22 +67,6 @@ fn groups_and_dotted_keys_mean_the_same() {
 }
 
 #[test]
-fn old_names_are_told_the_new_ones() {
-    for (text, parts) in [
-        ("emitters = \"sampled\"", ["\"emitters\"", "lights.lamps"]),
-        ("cones = 16", ["\"cones\"", "cones.set"]),
-        ("[shade]\ncones = \"g2\"", ["\"shade.cones\"", "rays.bounce"]),
-        ("[volume]\nside = 3", ["\"volume.side\"", "grid.side"]),
-        ("ledger.d1 = \"printed\"", ["\"ledger.d1\"", "cones.ledger.d1"]),
-        ("start.shadow_end = 1", ["\"start.shadow_end\"", "cones.start.shadow_end"]),
-        ("reuse = \"still\"", ["\"reuse\"", "take it out"]),
-    ] {
-        let message = Settings::default().merge_toml(text).unwrap_err().to_string();
-        assert!(parts.iter().all(|part| message.contains(part)), "{text}: {message}");
-    }
-}
-
-#[test]
 fn what_another_method_would_do_has_no_effect() {
     let (mut a, b) = (Settings::default(), Settings::default());
     a.set("cones.step=2").unwrap();

@@ -1,11 +1,16 @@
 //! Standard output and error, which may close early (`twobounce settings | head`) or fail, without a panic.
 
+use std::fmt;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::registry::LookupSpan;
 use twobounce::output::file;
 
 use super::line;
@@ -60,10 +65,30 @@ pub fn write(text: &str) {
     }
 }
 
-/// Sends the library's log to standard error: warnings, or more with `TWOBOUNCE_LOG=info` or `debug`.
+/// Sends the library's log to standard error: warnings as notes, or more with `TWOBOUNCE_LOG=info` or `debug`.
 pub fn init_log() {
     let filter = EnvFilter::try_from_env("TWOBOUNCE_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).event_format(Notes).init();
+}
+
+/// The format of the log: a line as [`warn`] prints it.
+struct Notes;
+
+impl<S, N> FormatEvent<S, N> for Notes
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+    N: for<'a> FormatFields<'a> + 'static,
+{
+    fn format_event(&self, context: &FmtContext<'_, S, N>, mut line: Writer<'_>, event: &Event<'_>) -> fmt::Result {
+        let kind = match *event.metadata().level() {
+            Level::ERROR => "error",
+            Level::WARN => "note",
+            _ => "log",
+        };
+        write!(line, "twobounce: {kind}: ")?;
+        context.field_format().format_fields(line.by_ref(), event)?;
+        writeln!(line)
+    }
 }
 
 /// Prints a line on standard error, unless it is closed.

@@ -3,6 +3,7 @@
 //! A page holds a table between `<!-- table: NAME -->` and `<!-- end -->`. A program writes the text between the two marks, and people
 //! write the rest of the page. Tests compare tables, and no sentences.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use crate::output::file;
@@ -14,11 +15,35 @@ const CLOSE: &str = "<!-- end -->";
 /// A cell whose number was not measured.
 pub const MISSING: &str = "–";
 
-/// Rows of cells as CSV (RFC 4180, lines end in a newline).
+/// A spreadsheet takes a text for a formula that begins so.
+const FORMULA: [u8; 6] = *b"=+-@\t\r";
+
+/// The cell with an apostrophe before it where a spreadsheet would take it for a formula, as it would a name that
+/// someone else chose. Numbers stay as they are.
+fn defused(cell: &[u8]) -> Cow<'_, [u8]> {
+    let is_number = || str::from_utf8(cell).is_ok_and(|text| text.parse::<f64>().is_ok());
+    match cell.first() {
+        Some(first) if FORMULA.contains(first) && !is_number() => [b"'", cell].concat().into(),
+        _ => cell.into(),
+    }
+}
+
+/// The text of a cell that [`defused`] wrote.
+fn as_given(cell: &str) -> &str {
+    match cell.as_bytes() {
+        [b'\'', first, ..] if FORMULA.contains(first) => &cell[1..],
+        _ => cell,
+    }
+}
+
+/// Rows of cells as CSV (RFC 4180, lines end in a newline). No cell is a formula.
 pub fn to_csv<C: AsRef<[u8]>>(rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        writer.write_record(row).expect("memory takes every byte, and all rows have as many cells");
+        let row: Vec<C> = row.into_iter().collect();
+        writer
+            .write_record(row.iter().map(|cell| defused(cell.as_ref())))
+            .expect("memory takes every byte, and all rows have as many cells");
     }
     String::from_utf8(writer.into_inner().expect("memory takes every byte")).expect("cells are text")
 }
@@ -48,7 +73,7 @@ pub fn from_csv(text: &str) -> std::result::Result<(Vec<String>, Vec<CsvRow>), S
     let head: Vec<String> = reader.headers().map_err(|e| e.to_string())?.iter().map(str::to_owned).collect();
     let row = |(i, record): (usize, csv::Result<csv::StringRecord>)| {
         let record = record.map_err(|_| format!("line {} is not a row", i + 2))?;
-        Ok(CsvRow(head.iter().cloned().zip(record.iter().map(str::to_owned)).collect()))
+        Ok(CsvRow(head.iter().cloned().zip(record.iter().map(as_given).map(str::to_owned)).collect()))
     };
     let rows = reader.records().enumerate().map(row).collect::<std::result::Result<_, String>>()?;
     Ok((head, rows))
@@ -160,6 +185,15 @@ mod tests {
         assert_eq!(head, ["a", "b"]);
         assert_eq!((read[0].number("a"), read[0].cell("b"), read[1].number("a")), (Some(1.0), "x, \"y\"", None));
         assert_eq!(from_csv("a,b\n1,2\n3\n").unwrap_err(), "line 3 is not a row");
+    }
+
+    #[test]
+    fn no_cell_is_a_formula() {
+        let rows = [["name", "x"], ["=HYPERLINK(\"a\")", "-1.5e-3"], ["@SUM(A1)", "+2"], ["-", "'"], ["\t=1", "a=b"]];
+        let text = to_csv(rows);
+        assert_eq!(text, "name,x\n\"'=HYPERLINK(\"\"a\"\")\",-1.5e-3\n'@SUM(A1),+2\n'-,'\n'\t=1,a=b\n");
+        let (_, read) = from_csv(&text).unwrap();
+        assert!(rows[1..].iter().zip(&read).all(|(row, read)| [read.cell("name"), read.cell("x")] == *row));
     }
 
     #[test]

@@ -111,7 +111,10 @@ struct NoWindow(String);
 
 impl NoWindow {
     fn because(why: impl std::fmt::Display) -> anyhow::Error {
-        Self(why.to_string()).into()
+        let text = why.to_string();
+        // The window library says first at which of its own lines, on the machine that built the program.
+        let said = text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
+        Self(said.map_or(text.as_str(), |(_, why)| why.trim_end_matches('.')).to_owned()).into()
     }
 }
 

@@ -16,7 +16,7 @@ def main(folder):
     output = folder / "followed"
     shutil.rmtree(output, ignore_errors=True)
     cache = {"TWOBOUNCE_CACHE": str(folder / "cache"), "PATH": "/usr/bin:/bin", "HOME": str(folder)}
-    command = ["target/release/twobounce", "chart", "assets/cornell-area.glb", "-o", str(output), "--size", "96x96", "--set", "voxels=32",
+    command = ["target/release/twobounce", "chart", "assets/cornell-area.glb", "-o", str(output), "--paths", "none", "--size", "96x96", "--set", "voxels=32",
                "--presets", "fast,balanced,printed,lpv", "--reference-noise", "1.5", "-q"]
     run = subprocess.Popen(command, env=cache)
     page = output / "index.html"

@@ -25,7 +25,7 @@ fn every_row_that_names_settings_is_measured() {
                 "{name} was not measured: run `twobounce ledger --method {}`",
                 ledger.method
             );
-            // What the talk does twice gives the same bits when it is done once.
+            // Work that the talk does twice gives the same bits when it is done once.
             if line.name == "D29" {
                 assert_eq!(line.results[0], "0.00 %");
             }

@@ -1,4 +1,4 @@
-//! What needs no device of its own: scenes, settings, the path tracer, closed forms, and the pages of `docs/`.
+//! Tests that need no device of their own: scenes, settings, the path tracer, closed forms, and the pages of `docs/`.
 
 #[path = "../../examples/talk/pictures.rs"]
 mod pictures;
@@ -18,6 +18,7 @@ mod faults_listed;
 mod gltf;
 mod ledger_formulas;
 mod ledger_pages;
+mod ledger_sets;
 mod materials;
 mod metrics_faults;
 mod parameters;

@@ -3,6 +3,7 @@
 mod compressed;
 mod damage;
 mod files;
+mod folders;
 mod instanced;
 mod load;
 mod materials;

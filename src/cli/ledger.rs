@@ -49,7 +49,7 @@ pub struct LedgerArgs {
 fn method(text: &str) -> std::result::Result<Method, String> {
     let methods: Vec<&str> = LEDGERS.iter().map(|ledger| ledger.method.name()).collect();
     let found = LEDGERS.iter().find(|ledger| ledger.method.name() == text).map(|ledger| ledger.method);
-    found.ok_or_else(|| format!("a ledger have {}", methods.join(", ")))
+    found.ok_or_else(|| format!("these methods have a ledger: {}", methods.join(", ")))
 }
 
 /// Edge of the grid that changes are measured on: D19's numbers are for it.

@@ -80,6 +80,7 @@ where
     N: for<'a> FormatFields<'a> + 'static,
 {
     fn format_event(&self, context: &FmtContext<'_, S, N>, mut line: Writer<'_>, event: &Event<'_>) -> fmt::Result {
+        line::clear();
         let kind = match *event.metadata().level() {
             Level::ERROR => "error",
             Level::WARN => "note",

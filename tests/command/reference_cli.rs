@@ -1,31 +1,12 @@
 //! The commands `twobounce reference` and `twobounce compare`: files, messages, exit codes.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
+use crate::cli_common::{Folder, root, text};
 use twobounce::layers::{Aov, Layers};
 
-struct Folder(tempfile::TempDir);
-
 impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, args: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
-        command.current_dir(self.0.path()).env("TWOBOUNCE_CACHE", self.path("cache")).args(args);
-        command.output().expect("the program runs")
-    }
-
     /// Runs the program; returns the exit code and the output of both streams.
     fn said(&self, args: &[&str]) -> (Option<i32>, String) {
         let output = self.run(args);
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         (output.status.code(), text(&output.stdout) + &text(&output.stderr))
     }
 
@@ -34,7 +15,7 @@ impl Folder {
     }
 
     fn sized(&self, output: &str, size: &str, more: &[&str]) -> (Option<i32>, String) {
-        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/truth/cornell-area/cornell-area.glb");
+        let scene = root().join("tests/truth/cornell-area/cornell-area.glb");
         let scene = scene.to_str().expect("a path in UTF-8");
         self.said(&[&["reference", scene, "--size", size, "-o", output], more].concat())
     }
@@ -42,7 +23,7 @@ impl Folder {
 
 #[test]
 fn a_reference_has_its_layers_and_states_its_noise() {
-    let folder = Folder::new();
+    let folder = Folder::empty();
     let layers = ["--spp", "8", "--aov", "direct,indirect,ao,normal,depth,albedo,diffuse"];
     let (code, said) = folder.reference("a.exr", &layers);
     assert!(code == Some(0) && said.contains("8 samples per pixel, noise "), "{said}");
@@ -61,7 +42,7 @@ fn a_reference_has_its_layers_and_states_its_noise() {
 
 #[test]
 fn compare_prints_writes_and_judges() {
-    let folder = Folder::new();
+    let folder = Folder::empty();
     folder.reference("a.exr", &["--spp", "8", "--aov", "direct,diffuse"]);
     folder.reference("b.exr", &["--spp", "8", "--aov", "direct", "--depth", "1"]);
     let files = ["compare", "b.exr", "a.exr"];
@@ -104,7 +85,7 @@ fn compare_prints_writes_and_judges() {
 /// Without a place for the cache a note says so, and the same image is made.
 #[test]
 fn a_reference_needs_no_cache() {
-    let folder = Folder::new();
+    let folder = Folder::empty();
     let (code, _) = folder.reference("a.exr", &["--spp", "2"]);
     assert_eq!(code, Some(0));
     std::fs::remove_dir_all(folder.path("cache")).expect("a cache");
@@ -120,7 +101,7 @@ fn a_reference_needs_no_cache() {
 /// The header of an image states more pixels than a machine holds.
 #[test]
 fn a_huge_image_is_refused_by_its_header() {
-    let folder = Folder::new();
+    let folder = Folder::empty();
     folder.reference("a.exr", &["--spp", "2"]);
     let mut bytes = std::fs::read(folder.path("a.exr")).expect("an image");
     let windows: Vec<usize> =
@@ -137,7 +118,7 @@ fn a_huge_image_is_refused_by_its_header() {
 
 #[test]
 fn invalid_arguments_give_one_sentence() {
-    let folder = Folder::new();
+    let folder = Folder::empty();
     folder.reference("a.exr", &["--spp", "2"]);
     folder.sized("small.exr", "8x8", &["--spp", "2"]);
     std::fs::write(folder.path("noise.exr"), b"no image").expect("written");

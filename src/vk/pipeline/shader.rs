@@ -48,7 +48,7 @@ pub(in crate::vk) fn declares(name: &str, constant: &str) -> bool {
     SHADERS[place(name)].constants.contains(&constant) || HEADER_CONSTANTS.contains(&constant)
 }
 
-/// What hot reload put in the place of what the build compiled.
+/// Shaders that hot reload put in the place of those that the build compiled.
 #[cfg(feature = "hot-reload")]
 static REPLACED: RwLock<BTreeMap<&str, &[u32]>> = RwLock::new(BTreeMap::new());
 
@@ -114,7 +114,7 @@ fn built(place: usize) -> (&'static str, &'static [u32]) {
     static WORDS: LazyLock<Vec<u32>> = LazyLock::new(|| {
         let compressed = include_bytes!(concat!(env!("OUT_DIR"), "/shaders.zst"));
         let bytes = zstd::decode_all(&compressed[..]).expect("the build compressed it");
-        bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect()
+        bytemuck::pod_collect_to_vec(&bytes)
     });
     let shader = &SHADERS[place];
     (shader.name, &WORDS[shader.words.clone()])

@@ -232,7 +232,7 @@ impl Frame {
         }
     }
 
-    /// What shaders read of this frame. `lamps`: whether these may have moved.
+    /// The constants of this frame that shaders read. `lamps`: whether these may have moved.
     fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lamps: bool) {
         let mean_pass = self.light.mean_pass();
         r.full_barrier(); // the frame before read the same buffers

@@ -363,13 +363,13 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -
     FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1, waits: true }
 }
 
-/// What decides whether the resources of a frame fit.
+/// The numbers that decide whether the resources of a frame fit.
 pub(crate) struct MemoryCheck<'a> {
     pub context: &'a Context,
     pub limit: &'a Limit,
     pub triangles: u64,
     pub voxels: u32,
-    /// What does not depend on the grid.
+    /// The rows that do not depend on the grid.
     pub fixed: &'a [MemoryRow],
 }
 

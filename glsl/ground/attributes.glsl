@@ -1,4 +1,4 @@
-// What a recorded triangle has at its corners beside positions: words one after another, only those that the scene's
+// Attributes of a recorded triangle's corners beside positions: words one after another, only those that the scene's
 // materials read. src/ground/attributes.rs is the twin.
 
 #include "ground/constants.glsl"

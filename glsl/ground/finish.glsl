@@ -1,5 +1,5 @@
-// What six extensions add to a material: read where a material has it, behind the texture levels, in rows of four
-// words. src/ground/finish.rs is the twin.
+// Parameters that six extensions add to a material: read where a material has it, behind the texture levels, in rows of
+// four words. src/ground/finish.rs is the twin.
 
 #include "common/sheen.glsl"
 #include "ground/texture.glsl"

@@ -1,4 +1,4 @@
-// What is the same for a whole frame, and behind it the map of the sky.
+// The constants of a whole frame, and behind it the map of the sky.
 
 #include "ground/layout.glsl"
 

@@ -1,8 +1,8 @@
-// What a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a method looks
-// up. A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and keep_no_lobe()
-// before this file, which tell them the stored irradiance, what is mirrored of it, had it been sent evenly, and the
-// mean of the unit directions to the lights; it answers with the share that it keeps. A method that lights other points
-// than the middle of an item's part defines METHOD_POINTS before this file.
+// The light that a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a
+// method looks up. A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and
+// keep_no_lobe() before this file, which tell them the stored irradiance, what is mirrored of it, had it been sent
+// evenly, and the mean of the unit directions to the lights; it answers with the share that it keeps. A method that
+// lights other points than the middle of an item's part defines METHOD_POINTS before this file.
 //! per method
 //! with LOOK_UP except none
 //! given const bool CLIPS_ITEMS = true;

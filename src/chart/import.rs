@@ -30,7 +30,7 @@ pub struct Named {
     /// The file, from the folder of the file that names it.
     pub image: PathBuf,
     pub milliseconds: f64,
-    /// Who gives it.
+    /// The person or group that gives it.
     pub by: Option<String>,
     /// Where the time was measured.
     pub device: Option<String>,
@@ -55,7 +55,7 @@ pub enum Exact {
 /// The word that ends `--import` for [`Exact`].
 const EXACT_DIRECT: &str = "exact-direct";
 
-/// What stands in a row of an import: all of it is given, nothing was measured here.
+/// The given part of an import's row: nothing of it was measured here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Of a frame, as given.
@@ -313,7 +313,7 @@ impl Import {
         Ok(images)
     }
 
-    /// What determines its row beside the scene.
+    /// Everything that determines its row beside the scene.
     pub fn identity(&self) -> serde_json::Value {
         serde_json::json!(["import", self.name, self.claim, self.hash, self.bounces])
     }

@@ -26,7 +26,7 @@ const PATH_TRACER: Mark = Mark {
     shape: "M0-1.5L.35-.35L1.5 0L.35 .35L0 1.5L-.35 .35L-1.5 0L-.35-.35Z",
 };
 
-/// That of other programs: a ring, open in the middle.
+/// The mark of other programs: a ring, open in the middle.
 const IMPORT: Mark = Mark {
     method: "other program",
     color: "#e11d48",
@@ -42,7 +42,7 @@ pub struct Mark {
     pub shape: &'static str,
 }
 
-/// That of a row.
+/// The mark of a row.
 pub fn mark(row: &Row) -> Mark {
     match &row.source {
         Source::Settings => of_method(row.settings.as_ref().map_or(Method::None, |settings| settings.method)),

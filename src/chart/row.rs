@@ -23,7 +23,7 @@ pub struct Row {
     pub scene: String,
     /// The preset and what was swept, in one line; of other images how they are called.
     pub name: String,
-    /// What made the image.
+    /// The maker of the image.
     #[serde(default)]
     pub source: Source,
     /// Empty without settings.
@@ -148,7 +148,7 @@ impl lab::Row for Row {
 }
 
 impl Row {
-    /// What becomes a row of a scene, without a result yet.
+    /// The subject as a row of a scene, without a result yet.
     pub fn new(key: String, scene: &str, subject: &Subject) -> Self {
         let (scene, name, address) = (scene.to_owned(), subject.name(), String::new());
         let (preset, swept, settings, changes) = match subject {

@@ -1,4 +1,4 @@
-//! What a row is of: settings of the renderer, the path tracer along a number of paths, or an image of another program.
+//! The subject of a row: settings of the renderer, the path tracer along a number of paths, or an image of another program.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::plan::Trial;
 use crate::measure::terms::Subtract;
 use crate::reference::Depth;
 
-/// What is to become a row.
+/// A subject that is to become a row.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Subject {
     Settings(Trial),
@@ -17,7 +17,7 @@ pub enum Subject {
     Import(Import),
 }
 
-/// What a row's image was made by.
+/// The maker of a row's image.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Source {
@@ -71,7 +71,7 @@ impl Subject {
         }
     }
 
-    /// What determines its row beside the scene.
+    /// Everything that determines its row beside the scene.
     pub fn identity(&self) -> serde_json::Value {
         match self {
             Self::Settings(trial) => trial.settings.to_toml().into(),

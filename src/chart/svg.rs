@@ -130,7 +130,7 @@ fn draw(panel: &Panel) -> String {
     svg
 }
 
-/// What an axis's times are.
+/// The kind of an axis's times.
 fn times(rows: &[(&Row, (f64, f64))]) -> &'static str {
     let has = |of: fn(&Source) -> bool| rows.iter().any(|(row, _)| of(&row.source));
     let [traced, given] =

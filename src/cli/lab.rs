@@ -27,7 +27,7 @@ pub trait Experiment {
     /// Makes what a row is compared with. That does not count against the budget.
     ///
     /// # Errors
-    /// What ends the whole run.
+    /// Any error ends the whole run.
     fn prepare(&mut self, _row: usize) -> Result<()> {
         Ok(())
     }
@@ -41,7 +41,7 @@ pub trait Experiment {
     /// Keeps why a row could not run.
     ///
     /// # Errors
-    /// What ends the whole run.
+    /// Any error ends the whole run.
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()>;
 
     /// The finished row in a line; `None` where pages alone show it.
@@ -50,7 +50,7 @@ pub trait Experiment {
     /// Writes the pages with the rows that there are. `running`: whether others follow.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// [`Error::File`] if a page cannot be written.
     fn write(&mut self, running: bool) -> Result<()>;
 }
 

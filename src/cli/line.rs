@@ -1,4 +1,4 @@
-//! What long work is at, on standard error: on a terminal one line that is rewritten, otherwise a line every ten seconds.
+//! Progress of long work on standard error: on a terminal one line that is rewritten, otherwise a line every ten seconds.
 
 pub mod course;
 
@@ -43,7 +43,7 @@ struct Frame {
     course: Course,
     /// Frames that come after it.
     after: u32,
-    /// What those before it took in the mean.
+    /// The mean time of those before it.
     mean: Option<Duration>,
 }
 
@@ -67,7 +67,7 @@ impl Work {
         Self(())
     }
 
-    /// What it is at, and how long it still takes.
+    /// The present step, and how long the rest takes.
     pub fn is_at(&self, text: String, left: Option<Duration>) {
         let (mut line, now) = (line(), Instant::now());
         // Other work in between took the line along when it ended.
@@ -142,7 +142,7 @@ impl Shown {
         self.pass = Some(Pass { name: step.pass, share: step.share, began, at: now });
     }
 
-    /// What is to be written now, if anything.
+    /// The text that is to be written now, if any.
     fn due(&mut self, now: Instant, terminal: bool) -> Option<String> {
         let due = if terminal { now - self.began >= SHORT } else { now - self.written >= EVERY };
         due.then(|| {
@@ -174,7 +174,7 @@ impl Frame {
     fn left(&self, now: Instant) -> Option<Left> {
         let spent = self.course.spent(now);
         let of_mean = || Some(Left { time: self.mean?.saturating_sub(spent), at_least: false });
-        // What frames took before is known better than what an image takes beyond its first pass.
+        // The times of frames before are known better than that of an image beyond its first pass.
         let whole = self.course.left(now).filter(|left| !left.at_least || self.mean.is_none());
         let left = whole.or_else(of_mean)?;
         let each = self.mean.unwrap_or(spent + left.time);

@@ -20,7 +20,7 @@ pub enum LightState {
     Whole,
 }
 
-/// What decides the way through the states.
+/// The rules that decide the way through the states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightRules {
     /// Each pass goes on from the light of the one before: `bounces = all` with a method that feeds back.

@@ -71,7 +71,7 @@ pub struct Counts {
     pub lists: Vec<ListCapacity>,
 }
 
-/// What the lists of a first frame are expected to hold.
+/// The numbers of entries that the lists of a first frame are expected to hold.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ExpectedLists {
     /// Grids beside the base.

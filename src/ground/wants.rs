@@ -1,4 +1,4 @@
-//! What a method asks of the ground, and what it shows of its light.
+//! The requests of a method to the ground, and its light as debug views show it.
 
 use super::grid::GridPlace;
 use crate::vk::{Buffer, Image};
@@ -13,7 +13,7 @@ pub enum CoarseLight<'a> {
     Sums(&'a Buffer),
 }
 
-/// What a method asks of the ground. The ground makes nothing that is not asked for.
+/// The requests of a method to the ground. The ground makes nothing that is not asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wants {
     /// The lists of the base grid,

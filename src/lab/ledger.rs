@@ -33,7 +33,7 @@ pub const LEDGERS: &[Ledger] = &[
     },
 ];
 
-/// What is measured for a line of a page. Settings are `key=value`; `sky=value` is the scene's.
+/// The measurement for a line of a page. Settings are `key=value`; `sky=value` is the scene's.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Job {
     /// `changes`: the images with `printed` and without are compared, both with `right`. The third last cell has the settings: those

@@ -6,12 +6,12 @@ use serde::Serialize;
 
 use crate::output::svg::escape;
 
-/// What a page has besides the shell.
+/// The parts of a page besides the shell.
 pub struct Page<'a> {
     pub title: &'a str,
-    /// What was measured, on which devices.
+    /// The measured subjects and the devices, in a sentence.
     pub about: &'a str,
-    /// What is not there yet, in sentences.
+    /// The parts that are not there yet, in sentences.
     pub missing: &'a str,
     /// Whether the program still fills the folder: then the page looks for a newer one of itself.
     pub running: bool,
@@ -23,7 +23,7 @@ pub struct Page<'a> {
     pub program: &'a str,
 }
 
-/// What the page's programs read.
+/// The data that the page's programs read.
 #[derive(Serialize)]
 struct Data<'a, T> {
     #[serde(flatten)]

@@ -18,7 +18,7 @@ const ROWS: &str = "rows";
 /// Of rows that newer ones took the place of.
 const HISTORY: &str = "history";
 
-/// What a folder is kept for.
+/// The purpose of a folder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kind {
     /// The command that writes it; the file `<command>.txt` marks the folder.
@@ -31,7 +31,7 @@ pub struct Kind {
 
 /// A row of an experiment.
 pub trait Row: Clone + Serialize + DeserializeOwned {
-    /// What is kept beside it for pages: embedded pictures.
+    /// Pictures that are kept beside it and embedded in pages.
     type Pictures: Clone + Serialize + DeserializeOwned;
 
     /// The folder of such rows.
@@ -47,7 +47,7 @@ pub trait Row: Clone + Serialize + DeserializeOwned {
     fn is_measured(&self) -> bool;
     /// Its name in messages.
     fn title(&self) -> String;
-    /// What every machine with the same device and driver must find: all but times and where they were measured.
+    /// The values that every machine with the same device and driver must find: all but times and the place of measurement.
     fn lasting(&self) -> Value;
 
     /// The noise that its numbers have; of two rows the one with less is kept.
@@ -156,7 +156,7 @@ impl<R: Row> Store<R> {
         })?;
         let (folder_path, rows) = (folder.to_owned(), PhantomData);
         let store = Self { folder: folder_path, made, program: program()?, any_build, _lock: lock, rows };
-        // What a killed program left half written does not count.
+        // A file that a killed program left half written does not count.
         let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
         let entries = fs::read_dir(folder).map_err(failed)?;
         if !store.is_marked() && entries.flatten().any(|entry| !is_part(entry)) {
@@ -275,7 +275,7 @@ fn program() -> Result<String> {
     Ok(blake3::hash(&bytes).to_string())
 }
 
-/// What determines the numbers of a row besides what it is of.
+/// The device, which determines the numbers of a row besides its subject.
 pub fn device_words(context: &Context) -> String {
     format!("{} / {} / {:?}", context.name, context.driver, context.api_version)
 }
@@ -288,7 +288,7 @@ pub fn short_hash(about: &serde_json::Value) -> String {
 /// Results in the user's cache folder, or nowhere to keep any.
 pub struct Results {
     folder: Option<PathBuf>,
-    /// What every key has in common.
+    /// The part that every key has in common.
     common: String,
     /// Whether what is kept counts.
     reads: bool,
@@ -322,7 +322,7 @@ impl Results {
         toml::from_str(&text).ok()
     }
 
-    /// What cannot be kept only costs time in the next call.
+    /// Keeps a result. One that cannot be kept only costs time in the next call.
     pub fn save(&self, key: &str, value: &impl Serialize) {
         let Some((folder, path)) = self.folder.as_ref().zip(self.path(key)) else { return };
         match file::create_folder(folder).and_then(|()| file::write_kept(&path, value)) {

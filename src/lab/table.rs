@@ -121,7 +121,7 @@ pub fn code(settings: &[impl AsRef<str>]) -> String {
     settings.iter().map(|setting| format!("`{}`", setting.as_ref())).collect::<Vec<_>>().join(" ")
 }
 
-/// What stands between backticks.
+/// The texts between backticks.
 pub fn coded(text: &str) -> Vec<&str> {
     text.split('`').skip(1).step_by(2).collect()
 }

@@ -57,7 +57,7 @@ pub struct Along {
     options: RenderOptions,
 }
 
-/// What a run gave; of one that did not fit into device memory, why.
+/// The result of a run; of one that did not fit into device memory, the reason.
 pub type Found = std::result::Result<Timings, String>;
 
 /// The runs along all three axes.

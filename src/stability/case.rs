@@ -15,7 +15,7 @@ pub struct Case {
     pub name: String,
     /// What stands there and what is measured, in a sentence.
     pub meaning: String,
-    /// What a user should do about it, in a sentence.
+    /// A sentence that says what the user should do about it.
     pub advice: String,
     pub unit: Unit,
     pub ideal: f64,

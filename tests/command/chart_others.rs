@@ -127,7 +127,7 @@ fn an_imported_image_has_the_errors_of_the_charts_own() {
     let apart = (energy("Less the reference's") - energy("Own")).abs();
     assert!(apart > 0.0 && apart < 0.05, "{apart} for the noise of shadows in the reference");
 
-    // What was given stands in the files and on the page, as given.
+    // The given values stand in the files and on the page as they were given.
     let row = Folder::row(&rows, "Other, 2 \"bounces\"");
     assert_eq!(row["source"]["kind"], "import");
     assert_eq!(row["source"]["milliseconds"], 12.5);

@@ -1,4 +1,4 @@
-//! What compositing by sums promises, on the twin of the cones (tests/device/functions_cones.rs holds the shaders against it): light that
+//! The promises of compositing by sums, on the twin of the cones (tests/device/functions_cones.rs holds the shaders against it): light that
 //! depends neither on how long a step is nor on where steps fall, and on no axis of the grid.
 
 use crate::gpu::twins;

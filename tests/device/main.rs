@@ -1,4 +1,4 @@
-//! What runs on a device: passes against their twins and closed forms, the Vulkan layer, frames, hosts. All tests share one
+//! Tests that run on a device: passes against their twins and closed forms, the Vulkan layer, frames, hosts. All tests share one
 //! device under the validation layers.
 
 #[path = "../common/functions.rs"]

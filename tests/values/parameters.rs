@@ -46,7 +46,7 @@ fn parts(list: &str) -> Vec<&str> {
     found
 }
 
-/// What stands within the bracket that `text` begins with.
+/// The text within the bracket that `text` begins with.
 fn within(text: &str) -> &str {
     let mut depth = 0;
     for (at, c) in text.char_indices() {

@@ -31,7 +31,7 @@ fn code(text: &str) -> String {
     lines.collect::<Vec<_>>().join(" ")
 }
 
-/// What follows each `prefix` in the code: the path's next name, or the next names of a list in braces.
+/// The text that follows each `prefix` in the code: the path's next name, or the next names of a list in braces.
 fn names_after(code: &str, prefix: &str) -> Vec<String> {
     let first = |path: &str| path.trim().split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap().to_owned();
     let is_inside = |at: usize| code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':');

@@ -2,7 +2,7 @@
 // light that goes one way: sent on as cosine lobes, 95 % of a wall's light ends on that wall in a room 24 cells wide. A
 // cell's light here has Henyey and Greenstein's distribution, (1 − g²) / (1 + g² − 2 g cos θ)^1.5, whose mean cosine is
 // g, so that the length of the mean direction says how narrow the beam is (a moment closure, as in radiative transfer).
-// What a cell sends onto the five faces of each neighbour takes the directions to these faces along. CPU twin:
+// Light that a cell sends onto the five faces of each neighbour takes the directions to these faces along. CPU twin:
 // tests/twins/propagation.rs.
 
 #include "ground/frame.glsl"

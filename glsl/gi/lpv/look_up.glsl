@@ -74,8 +74,8 @@ Found found_around(uint cascade, vec3 at, vec3 n) {
 // Cells that one of the grids keeps off its border, and over which the next coarser one takes over.
 const float BLENDED_CELLS = 2.0;
 
-// What travels in front of a surface: a cell off its facet, where its own cells are left out, or half a cell off along
-// its shading normal: a buffer of perturbed normals knows no facet.
+// Light that travels in front of a surface: a cell off its facet, where its own cells are left out, or half a cell off
+// along its shading normal: a buffer of perturbed normals knows no facet.
 Found found_before(vec3 position, vec3 facet, vec3 normal) {
     vec3 off = APPLY == APPLY_FLUX ? facet : 0.5 * normal;
     Found sum = nothing_found();

@@ -1,4 +1,4 @@
-// What a glossy surface in a voxel sends of the direct light: a GGX lobe about the mirrored light, not an even light.
+// The direct light that a glossy surface in a voxel mirrors: a GGX lobe about the mirrored light, not an even light.
 // One lobe stands for all lights: its way in is the mean of theirs, and it is as much wider as they are apart. Its
 // light is spread over the sixteen directions by means over their quarters, made whole: what it sends is what the
 // surface's lobe sends. Held by tests/device/functions_photons.rs.

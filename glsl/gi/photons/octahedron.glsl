@@ -54,8 +54,8 @@ float texel_solid_angle(uint texel) {
     return inner.x == inner.y ? POLE_TEXEL : EQUATOR_TEXEL;
 }
 
-// What p and its mirror images in the planes of two axes send towards ±n together, over |p|⁴: |p|³ of the solid angle,
-// |p| of the cosine.
+// Light that p and its mirror images in the planes of two axes send towards ±n together, over |p|⁴: |p|³ of the solid
+// angle, |p| of the cosine.
 float mirrored(vec3 n, vec3 p) {
     vec3 q = n * p;
     vec4 sum = abs(vec4(q.x + q.y + q.z, q.x - q.y + q.z, q.x + q.y - q.z, q.x - q.y - q.z));

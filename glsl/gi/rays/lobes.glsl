@@ -10,7 +10,7 @@
 // Surfaces that let a part of the light pass, of those that one ray meets.
 const uint MOST_INTERFACES = 64u;
 
-// What the texture has where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about
+// The texture's value where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about
 // it: mirrors and glass show patterns that the volume does not hold.
 vec3 texture_detail(Met met, Material m, vec3 at, float width) {
     if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {

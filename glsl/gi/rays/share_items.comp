@@ -2,18 +2,18 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with FEEDBACK
-// What others see of each lit item: the mean of what it and its neighbours on the same surface send, since each looks
-// along other directions. Directions differ within squares of four voxels (image.interleave); a square of five whose
-// border counts half has each of them once, so that no pattern is left where few directions meet something bright.
-// Where a voxel lists anything else beside, nothing is shared with it or across it: the surface may end there at a
-// wall, and no light may pass that. A mean of many passes looks along many directions itself, and sharing only blurs
-// it: neighbours count by the square of what one pass is of the mean (a corridor at 64³, `balanced`: energy 1.024
-// to 1.014; elsewhere up to 3 % more noise). Not where there are boxes of finer voxels, although a corridor at 32³
-// has 1.08 for that and would have 1.05: each time that one moves with the camera a mean begins anew, and what is
-// blurred then would not be soon after. A thread per lit item. With FEEDBACK, what the next pass reads is handed over
-// to it. That is what items send themselves, once a mean of passes is made: what was shared in every pass would go
-// farther with each, and where light falls off along a surface, what arrives from the brighter side is more than what
-// is lost to the darker one. And the lobes, as they are.
+// The radiance of each lit item as others see it: the mean of what it and its neighbours on the same surface send,
+// since each looks along other directions. Directions differ within squares of four voxels (image.interleave); a square
+// of five whose border counts half has each of them once, so that no pattern is left where few directions meet
+// something bright. Where a voxel lists anything else beside, nothing is shared with it or across it: the surface may
+// end there at a wall, and no light may pass that. A mean of many passes looks along many directions itself, and
+// sharing only blurs it: neighbours count by the square of what one pass is of the mean (a corridor at 64³, `balanced`:
+// energy 1.024 to 1.014; elsewhere up to 3 % more noise). Not where there are boxes of finer voxels, although a
+// corridor at 32³ has 1.08 for that and would have 1.05: each time that one moves with the camera a mean begins anew,
+// and what is blurred then would not be soon after. A thread per lit item. With FEEDBACK, what the next pass reads is
+// handed over to it. That is what items send themselves, once a mean of passes is made: what was shared in every pass
+// would go farther with each, and where light falls off along a surface, what arrives from the brighter side is more
+// than what is lost to the darker one. And the lobes, as they are.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"

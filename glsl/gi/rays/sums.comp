@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// What the lit items send, summed up over blocks of each box in whole numbers, so that no order shows: feedback has
-// settled once these sums stay. A thread per lit item.
+// The radiance of the lit items, summed up over blocks of each box in whole numbers, so that no order shows: feedback
+// has settled once these sums stay. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"

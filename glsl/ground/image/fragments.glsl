@@ -1,5 +1,5 @@
-// What is seen in a pixel, an entry per triangle: listed apart from where it lies in the image, so that one fragment is
-// shaded beside another however small triangles are. The pass that lists them defines LISTS_FRAGMENTS.
+// The triangles that are seen in a pixel, an entry each: listed apart from where it lies in the image, so that one
+// fragment is shaded beside another however small triangles are. The pass that lists them defines LISTS_FRAGMENTS.
 //! with LISTS_FRAGMENTS
 
 struct Fragment {

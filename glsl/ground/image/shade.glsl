@@ -152,7 +152,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
             if (layer > 0u) {
                 glossy = coat_of(s);
                 seen = coat_viewed(viewed);
-                // What is mirrored was gathered for what lies under it.
+                // The mirrored light was gathered for the surface under it.
                 seen.gathered = seen.lobes.specular * gathered.light.rgb;
             }
             add_glossy(sent, glossy, seen);

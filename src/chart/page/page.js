@@ -4,7 +4,7 @@
 for (const row of [...data.rows, ...data.history]) row.settings = leaves(row.settings ?? {});
 const mib = (bytes) => (bytes === undefined || bytes === null ? undefined : bytes / 2 ** 20);
 
-// What made an image, where that is not the renderer with settings.
+// The maker of an image, where that is not the renderer with settings.
 const OTHERS = { "path-tracer": "path tracer", import: "other program" };
 const isOther = (row) => row.source.kind in OTHERS;
 const isGiven = (row) => row.source.kind === "import";

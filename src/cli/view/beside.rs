@@ -79,7 +79,7 @@ pub struct Mixing {
     pub other: bool,
 }
 
-/// What is shown of both.
+/// The part of both that is shown.
 pub fn picture(frame: &Frame, layer: Layer, mixing: Mixing) -> Option<Picture> {
     let Mixing { mix, split, other } = mixing;
     let beside = frame.beside.as_ref()?;

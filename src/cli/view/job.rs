@@ -17,7 +17,7 @@ use super::screen::Picture;
 use crate::cli::interrupt;
 use crate::cli::scene::Shot;
 
-/// What is to be shown.
+/// The picture that is to be shown.
 #[derive(Clone)]
 pub struct Job {
     /// Grows from job to job.
@@ -49,7 +49,7 @@ pub struct Frame {
     pub picture: Picture,
     pub image: Layers,
     pub exposure_ev: f32,
-    /// What one side was divided by.
+    /// The divisor of the width and height of the picture.
     pub divisor: u32,
     /// From taking the job to the picture.
     pub ms: f64,
@@ -111,7 +111,7 @@ pub struct State {
     pub at_rest: Option<u64>,
     /// Renderers are to be made anew.
     pub renews: bool,
-    /// What is whole stays as it is.
+    /// A whole picture stays as it is.
     pub holds: bool,
     pub ends: bool,
 }
@@ -122,7 +122,7 @@ impl Shared {
     }
 }
 
-/// What the thread makes frames of.
+/// The inputs of which the thread makes frames.
 pub struct Stage {
     pub context: Arc<Context>,
     pub scene: Arc<Scene>,
@@ -151,7 +151,7 @@ impl Wanted<'_> {
         self.shared.lock().question.is_some()
     }
 
-    /// What it is, once.
+    /// The question that the thread was asked; it is returned once.
     pub fn question(&self) -> Option<Question> {
         self.shared.lock().question.take()
     }

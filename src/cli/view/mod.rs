@@ -195,7 +195,7 @@ struct App {
     failed: Option<anyhow::Error>,
 }
 
-/// What an [`App`] stands on.
+/// The inputs of an [`App`].
 struct Stand {
     subject: Subject,
     context: Arc<Context>,

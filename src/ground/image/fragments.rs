@@ -53,12 +53,12 @@ pub struct Part<'a> {
     pub rows: u32,
 }
 
-/// What fragments are shaded of.
+/// The inputs of which fragments are shaded.
 pub struct FragmentsFrame<'a> {
     pub target: &'a ImageTarget,
     /// [`Visibility::bind`](super::visibility::Visibility::bind).
     pub seen: Bind<'a>,
-    /// What shading binds.
+    /// Bindings of the shading pass.
     pub binds: &'a [Bind<'a>],
 }
 

@@ -24,7 +24,7 @@ pub struct Visibility {
     pass: Raster,
 }
 
-/// What to make a [`Visibility`] of.
+/// The inputs of a [`Visibility`].
 pub struct VisibilityDesc {
     /// Of the pixels that light is gathered at, and not of the image.
     pub gathered: bool,

@@ -1,5 +1,5 @@
 "use strict";
-// What pages of all experiments share: their data, elements, choices, and following the program.
+// Code that the pages of all experiments share: their data, elements, choices, and following the program.
 
 const data = JSON.parse(document.getElementById("data").textContent);
 data.rows = data.rows.map(({ row, pictures }) => ({ ...row, ...pictures }));

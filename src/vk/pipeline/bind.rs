@@ -80,7 +80,7 @@ impl<'a> Bind<'a> {
     }
 }
 
-/// What is bound, for the log: (binding name, labels).
+/// The bound resources, for the log: (binding name, labels).
 pub(in crate::vk) fn labels(pipeline: &RawPipeline, binds: &[Bind<'_>]) -> Vec<(String, Vec<String>)> {
     let of = |binding: &Binding| (binding.name.clone(), find(pipeline, binding, binds).labels());
     pipeline.bindings.iter().filter(|binding| binding.name != COUNTS).map(of).collect()

@@ -80,7 +80,7 @@ pub fn compile_all(root: &Path, store: &impl Store) -> Result<Vec<Compiled>, Str
     });
     let mut errors = errors.into_inner().expect("no compiling thread panicked");
     if !errors.is_empty() {
-        // What several shaders include is said once.
+        // An error in a header that several shaders include is said once.
         errors.sort();
         errors.dedup();
         return Err(errors.join("\n"));
@@ -218,7 +218,7 @@ impl Shader<'_> {
     }
 }
 
-/// What the compiler says, a message a line.
+/// The messages of the compiler, one a line.
 fn messages(error: &shaderc::Error) -> String {
     match error {
         shaderc::Error::CompilationError(_, text) => text.trim_end().to_owned(),

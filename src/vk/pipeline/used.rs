@@ -34,7 +34,7 @@ pub fn keep_used(module: &mut Module) {
     // Outside of functions names say what is bound; inside they say nothing that anyone reads.
     let of = |i: &Instruction| i.operands.first().and_then(Operand::id_ref_any);
     module.debug_names.retain(|i| of(i).is_none_or(is_used));
-    // What is left in functions keeps its decorations too.
+    // Instructions that are left in functions keep their decorations too.
     let inner: HashSet<u32> =
         module.functions.iter().flat_map(|f| f.all_inst_iter()).filter_map(|i| i.result_id).collect();
     module.annotations.retain(|i| of(i).is_none_or(|id| is_used(id) || inner.contains(&id)));

@@ -9,7 +9,7 @@ use ash::vk;
 use bytemuck::Pod;
 use std::sync::Arc;
 
-/// What descriptors point at while they are written; its capacity serves the next command.
+/// The resources that descriptors point at while they are written; its capacity serves the next command.
 #[derive(Default)]
 pub(in crate::vk) struct Infos {
     buffers: Vec<vk::DescriptorBufferInfo>,

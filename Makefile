@@ -43,10 +43,10 @@ format:  ## Rust and GLSL
 	cargo fmt
 	scripts/format-glsl.py
 
-test-more:  ## tests that build programs of their own, ten minutes of fuzzing, Mesa 25, planted faults: hours
+test-more:  ## every case of every test, also of those that build programs of their own, ten minutes of fuzzing, Mesa 25, planted faults: hours
 	scripts/setup.sh test
 	scripts/format-glsl.py --check
-	cargo test --release --locked --features hot-reload -- --ignored
+	TWOBOUNCE_TEST_MORE=1 cargo test --release --locked --features hot-reload -- --include-ignored
 	TWOBOUNCE_FUZZ_SECONDS=600 cargo test --release --locked --test fuzz damaged -- --nocapture
 	$(MAKE) test-mesa25 faults
 

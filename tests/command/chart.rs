@@ -5,6 +5,7 @@ use std::fs;
 use std::process::{Child, Command, Output};
 
 use crate::cli_common::{Folder, after_first_row, finished, interrupted, names, root, text};
+use crate::more;
 use serde_json::Value;
 
 /// A comma in the scene's name must be quoted in rows.csv.
@@ -168,7 +169,8 @@ fn rows_pages_and_failures() {
 fn a_row_and_a_comparison_of_its_images_say_the_same() {
     let folder = Folder::empty();
     fs::copy(root().join("assets/cornell-area.glb"), folder.path(SCENE)).unwrap();
-    folder.charted(&[SCENE, "-o", "out", "--set", "cones.passes=cells"]);
+    let presets: Vec<&str> = more::every(3, twobounce::settings::PRESETS.iter().map(|preset| preset.name)).collect();
+    folder.charted(&[SCENE, "-o", "out", "--set", "cones.passes=cells", "--presets", &presets.join(",")]);
     let chart = folder.json("out/rows.json");
     let ran = |args: &[&str]| {
         let output = folder.command(args).output().unwrap();
@@ -178,7 +180,7 @@ fn a_row_and_a_comparison_of_its_images_say_the_same() {
         ["--depth", "2", "--noise", "20", "--aov", "direct,diffuse", "--size", "24x24", "-o", "truth.exr", "-q"];
     ran(&[&["reference", SCENE][..], &reference].concat());
     let rows = chart["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), twobounce::settings::PRESETS.len());
+    assert_eq!(rows.len(), presets.len());
     for row in rows {
         let changes: Vec<&str> =
             row["measured"]["equal_terms"].as_array().unwrap().iter().map(|change| change.as_str().unwrap()).collect();

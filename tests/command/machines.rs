@@ -7,6 +7,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use crate::cli_common::{Folder, after_first_row, finished, names, root, text};
+use crate::more;
 use serde_json::Value;
 
 fn box_path() -> String {
@@ -182,21 +183,21 @@ fn frames_are_those_of_the_whole_sequence() {
     fs::create_dir(folder.path("whole")).unwrap();
     fs::create_dir(folder.path("part")).unwrap();
     // The shadow cones of `printed` turn with time, not with the number of frames before.
-    for preset in ["fast", "photons", "printed"] {
-        render("whole/%02d.png", &["--preset", preset, "--frames", "6"]);
-        let listed = render("part/%02d.png", &["--preset", preset, "--frames", "0-5:1", "--list", "2"]);
+    for preset in more::every(2, ["fast", "photons", "printed"]) {
+        render("whole/%02d.png", &["--preset", preset, "--frames", "4"]);
+        let listed = render("part/%02d.png", &["--preset", preset, "--frames", "0-3:1", "--list", "2"]);
         let commands: Vec<Vec<&str>> = listed.lines().map(|line| line.split(' ').skip(1).collect()).collect();
         assert_eq!(commands.len(), 2, "{listed}");
         commands.iter().for_each(|command| drop(folder.done(command)));
-        assert_eq!(names(&folder.path("part")).len(), 6);
+        assert_eq!(names(&folder.path("part")).len(), 4);
         for name in names(&folder.path("whole")) {
             let read = |at: &str| fs::read(folder.path(at).join(&name)).unwrap();
             assert!(read("whole") == read("part"), "{name} of {preset} is another one when its part begins later");
         }
     }
     fs::create_dir(folder.path("few")).unwrap();
-    render("few/%02d.png", &["--preset", "fast", "--frames", "1-5:2"]);
-    assert_eq!(names(&folder.path("few")), ["01.png", "03.png", "05.png"]);
+    render("few/%02d.png", &["--preset", "fast", "--frames", "1-3:2"]);
+    assert_eq!(names(&folder.path("few")), ["01.png", "03.png"]);
     let said = folder.refused(&["render", "demo:", "-o", "%d.png", "--frames", "1-5", "--set", "bounces=all"]);
     assert!(said.contains("each frame goes on from the one before it"), "{said}");
     let said = folder.refused(&["render", "demo:", "-o", "%d.png", "--frames", "5-1"]);

@@ -1,6 +1,8 @@
 //! The program as its users run it: flags, files, output, exit codes. Every test starts `twobounce` as a process.
 
 mod cli_common;
+#[path = "../common/more.rs"]
+mod more;
 
 mod arguments;
 mod bombs;

@@ -104,6 +104,7 @@ fn rows_are_kept_and_the_page_is_whole() {
 
 /// The view through a thin-walled box does not meet the backs of its walls, which have no side.
 #[test]
+#[ignore = "half a minute: make test-more"]
 fn backs_without_a_side_dim_nothing_behind_glass() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--case", "refraction", "--preset", "fast", "--grid", "32", "--quick", "--validation", "-o", "table"];
@@ -122,6 +123,7 @@ fn backs_without_a_side_dim_nothing_behind_glass() {
 /// through up to fifty panes of glass at what few rays light (0.67 of it), seed 6 has a light and seed 10 a lamp that almost
 /// touch a surface, which few points find (0.86, 0.85).
 #[test]
+#[ignore = "half a minute: make test-more"]
 fn scenes_made_by_chance_are_finite() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--case", "random", "--preset", "balanced", "--grid", "32", "--quick", "--validation", "-o", "table"];

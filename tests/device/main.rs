@@ -9,6 +9,8 @@ mod gloss;
 mod gpu;
 #[path = "../../examples/audit/kinds.rs"]
 mod kinds;
+#[path = "../common/more.rs"]
+mod more;
 #[path = "../common/photons.rs"]
 mod photons;
 #[path = "../common/scenes.rs"]

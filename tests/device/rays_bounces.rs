@@ -65,7 +65,7 @@ fn into_both_rooms(scene: &Scene, size: u32) -> (View, Layers) {
 
 #[test]
 fn all_bounces_come_near_the_truth_beside_thin_walls() {
-    const SIZE: u32 = 96;
+    const SIZE: u32 = 64;
     let context = gpu::context();
     let scene = two_rooms(0.03); // a fifth of a voxel at 32
     let (view, truth) = into_both_rooms(&scene, SIZE);
@@ -73,7 +73,7 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
         let settings = gpu::with(gpu::with(base, &["voxels=32", "bounces=all"]), changes);
         indirect(&gpu::render_layers(&context, &scene, &settings, SIZE, view, LAYERS.to_vec()).read(), &truth)
     };
-    // What is left is the image's own: `fast` gathers at 24×24 pixels here. The truth's noise is 3 %.
+    // What is left is the image's own: `fast` gathers at 16×16 pixels here. The truth's noise is 3 %.
     for (base, most) in [(Settings::fast(), 0.12), (Settings::default(), 0.08), (Settings::accurate(), 0.06)] {
         let (energy, rel) = error(base, &[]);
         assert!((energy - 1.0).abs() < 0.03 && rel < most, "energy {energy}, rel {rel} of {most}");
@@ -151,7 +151,7 @@ fn leaves_light_each_other() {
         ..View::framing(scene.bounds(None))
     };
     let options =
-        Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Samples(256), seed: 0, occlusion: false };
+        Options { width: SIZE, height: SIZE, depth: Depth::Full, stop: Stop::Samples(128), seed: 0, occlusion: false };
     let truth = film(&scene, &view, &options).layers(&LAYERS);
     let settings = gpu::with(Settings::default(), &["voxels=32", "bounces=all", "image.gather_resolution=full"]);
     let image = gpu::render_layers(&gpu::context(), &scene, &settings, SIZE, view, LAYERS.to_vec()).read();
@@ -206,12 +206,12 @@ fn passes_over_the_image_come_nearer_to_the_truth_and_say_how_near() {
         let noise = renderer.render(&pose, &view).expect("a frame").noise;
         (renderer.read(), noise)
     };
-    let ((one, none), (few, said), (many, _)) = (passes(1), passes(8), passes(128));
+    let ((one, none), (few, said), (many, _)) = (passes(1), passes(8), passes(64));
     assert_eq!(none, None);
     let [one_rel, few_rel, many_rel] = [&one, &few, &many].map(|image| indirect(image, &truth).1);
     println!("one {one_rel}, few {few_rel}, many {many_rel}");
     assert!(few_rel < 0.85 * one_rel && many_rel < few_rel, "{one_rel}, {few_rel}, {many_rel}");
-    // What it says of itself against what 128 passes show, in which the first 8 are a sixteenth.
+    // What it says of itself against what 64 passes show, in which the first 8 are an eighth.
     let pixels = many.beauty().iter().zip(few.beauty()).map(|(many, few)| {
         let [many, few] = [many, few].map(|p| DVec3::from(p.map(f64::from)));
         (many, few - many)

@@ -1,6 +1,7 @@
 //! The light of list items with the method `rays`: what neighbours share, against a twin, and that nothing comes through a wall.
 
 use crate::gpu;
+use crate::more;
 
 use std::collections::BTreeMap;
 
@@ -270,16 +271,17 @@ fn inside_and_outside(scene: &Scene, settings: &Settings) -> [f64; 2] {
 #[test]
 fn no_light_comes_through_walls_of_a_quarter_voxel_or_less() {
     let turns = [DQuat::IDENTITY, DQuat::from_rotation_y(0.3), DQuat::from_euler(glam::EulerRot::XYZ, 0.5, 0.7, 0.2)];
-    for (kind, turned) in (0..3).flat_map(|kind| turns.map(|turned| (kind, turned))) {
-        let scene = lantern(kind, turned);
-        for base in [Settings::fast(), Settings::default(), Settings::accurate()] {
-            for bounces in ["bounces=2", "bounces=all"] {
-                let settings = gpu::with(base.clone(), &["voxels=16", bounces, "rays.passes=2"]);
-                let [inside, outside] = inside_and_outside(&scene, &settings);
-                assert!(inside > 0.05, "{inside}: it is lit inside");
-                assert!(outside <= 1e-3 * inside, "kind {kind}, {turned}, {bounces}: {outside} of {inside}");
-            }
-        }
+    let lanterns = (0..3).flat_map(|kind| turns.map(|turned| (kind, turned)));
+    let settings = [Settings::fast(), Settings::default(), Settings::accurate()]
+        .into_iter()
+        .flat_map(|base| ["bounces=2", "bounces=all"].map(|bounces| (base.clone(), bounces)));
+    let settings: Vec<_> = settings.collect();
+    let cases = lanterns.flat_map(|lantern| settings.iter().map(move |settings| (lantern, settings)));
+    for ((kind, turned), (base, bounces)) in more::every(5, cases) {
+        let settings = gpu::with(base.clone(), &["voxels=16", bounces, "rays.passes=2"]);
+        let [inside, outside] = inside_and_outside(&lantern(kind, turned), &settings);
+        assert!(inside > 0.05, "{inside}: it is lit inside");
+        assert!(outside <= 1e-3 * inside, "kind {kind}, {turned}, {bounces}: {outside} of {inside}");
     }
 }
 

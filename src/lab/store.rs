@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::output::file::{self, FolderLock};
+use crate::output::file;
 use crate::vk::Context;
 use crate::{Error, Result};
 
@@ -123,7 +123,7 @@ pub struct Store<R> {
     /// Hash of the program's own bytes.
     program: String,
     any_build: bool,
-    _lock: FolderLock,
+    _lock: fs::File,
     rows: PhantomData<R>,
 }
 
@@ -151,7 +151,7 @@ impl<R: Row> Store<R> {
         let made = !folder.exists();
         file::create_folder(folder)?;
         let failed = |e: std::io::Error| Error::file(folder, format!("cannot be read: {e}"));
-        let lock = FolderLock::take(folder).map_err(failed)?.ok_or_else(|| {
+        let lock = file::lock(fs::File::open(folder).map_err(failed)?).ok_or_else(|| {
             Error::file(folder, "is being filled by another process; wait for its end or name another folder")
         })?;
         let (folder_path, rows) = (folder.to_owned(), PhantomData);

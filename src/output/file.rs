@@ -1,6 +1,6 @@
 //! Atomic writing of files: to a temporary file in the target's folder, which is flushed to disk, then renamed.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -101,24 +101,23 @@ pub fn create_folder(folder: &Path) -> Result<()> {
         .map_err(|e| Error::file(folder, format!("cannot be created: {e}; choose another folder")))
 }
 
+/// A file or a folder that this process has for itself, until the result is dropped or the process ends, however it does; `None`:
+/// another one has it. Where the system or the disk knows no such locks, every process gets one.
+pub fn lock(opened: File) -> Option<File> {
+    (!matches!(opened.try_lock(), Err(TryLockError::WouldBlock))).then_some(opened)
+}
+
 /// A lock file that this process has for itself; it is gone afterwards.
 pub struct FileLock {
     path: PathBuf,
-    #[cfg(unix)]
     _opened: File,
 }
 
 impl FileLock {
-    /// Takes a lock until the result is dropped or the process ends, however it does; `None`: another one has it. Where the
-    /// system or the disk knows no such locks, every process gets one.
+    /// Takes it as [`lock`] does.
     pub fn take(path: &Path) -> io::Result<Option<Self>> {
         let opened = OpenOptions::new().create(true).truncate(false).write(true).open(path)?;
-        let taken = imp::lock(&opened)?;
-        Ok(taken.then(|| Self {
-            path: path.to_owned(),
-            #[cfg(unix)]
-            _opened: opened,
-        }))
+        Ok(lock(opened).map(|opened| Self { path: path.to_owned(), _opened: opened }))
     }
 }
 
@@ -126,46 +125,6 @@ impl Drop for FileLock {
     fn drop(&mut self) {
         // Whoever waits for this very file gets it next and finds the work done; others make a new one.
         let _ = fs::remove_file(&self.path);
-    }
-}
-
-/// A folder that this process has for itself.
-pub struct FolderLock {
-    /// Closing it gives the folder back.
-    #[cfg(unix)]
-    _opened: File,
-}
-
-impl FolderLock {
-    /// Takes a folder until the result is dropped or the process ends, however it does; `None`: another one has it. Where the
-    /// system or the disk knows no such locks, every process gets one.
-    pub fn take(folder: &Path) -> io::Result<Option<Self>> {
-        let opened = File::open(folder)?;
-        let taken = imp::lock(&opened)?;
-        Ok(taken.then_some(Self {
-            #[cfg(unix)]
-            _opened: opened,
-        }))
-    }
-}
-
-#[cfg(unix)]
-mod imp {
-    use std::os::fd::AsRawFd;
-
-    /// Whether this process has the file for itself now.
-    pub(super) fn lock(opened: &std::fs::File) -> std::io::Result<bool> {
-        // SAFETY: the descriptor is open.
-        let result = unsafe { libc::flock(opened.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) };
-        let taken = result != 0 && std::io::Error::last_os_error().kind() == std::io::ErrorKind::WouldBlock;
-        Ok(!taken)
-    }
-}
-
-#[cfg(not(unix))]
-mod imp {
-    pub(super) fn lock(_opened: &std::fs::File) -> std::io::Result<bool> {
-        Ok(true)
     }
 }
 

@@ -4,6 +4,10 @@ use std::fs::File;
 use std::io::{Cursor, ErrorKind, Read, Seek};
 use std::path::{Component, Path, PathBuf};
 
+use base64::engine::general_purpose::{GeneralPurpose, NO_PAD};
+use base64::{Engine, alphabet};
+use percent_encoding::percent_decode_str;
+
 use super::accessor::Problem;
 use super::need::{Kind, Need};
 use crate::Error;
@@ -43,12 +47,7 @@ pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
     if path.is_dir() {
         return Err(problem("is a directory; name the .gltf or .glb file in it".into()));
     }
-    let length = length_of(path).map_err(|refusal| {
-        problem(match refusal {
-            Refusal::Missing => "does not exist; check the path".into(),
-            Refusal::Other(sentence) => sentence,
-        })
-    })?;
+    let length = length_of(path).map_err(problem)?.ok_or_else(|| problem("does not exist; check the path".into()))?;
     let file = File::open(path).map_err(failed)?;
     parts(path, Part { file: Box::new(file), bytes: length }, need)
 }
@@ -120,24 +119,15 @@ fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Resu
     Ok(())
 }
 
-/// Why a file cannot be read.
-enum Refusal {
-    Missing,
-    /// A sentence without the file's name.
-    Other(Problem),
-}
-
-/// The bytes of a regular file. Others are refused before they are opened: a pipe may never say anything, and a device never
-/// end.
-fn length_of(path: &Path) -> Result<u64, Refusal> {
-    let found = std::fs::metadata(path).map_err(|e| match e.kind() {
-        ErrorKind::NotFound => Refusal::Missing,
-        _ => Refusal::Other(unreadable(&e)),
-    })?;
-    if !found.is_file() {
-        return Err(Refusal::Other("is no regular file; copy what it holds into one and name that".into()));
+/// The bytes of a regular file; `None` where there is none. Others are refused before they are opened: a pipe may never say anything,
+/// and a device never end.
+fn length_of(path: &Path) -> Result<Option<u64>, Problem> {
+    match std::fs::metadata(path) {
+        Ok(found) if found.is_file() => Ok(Some(found.len())),
+        Ok(_) => Err("is no regular file; copy what it holds into one and name that".into()),
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(unreadable(&e)),
     }
-    Ok(found.len())
 }
 
 fn unreadable(e: &std::io::Error) -> Problem {
@@ -282,53 +272,22 @@ fn without_dots(path: &Path) -> Option<PathBuf> {
     Some(whole)
 }
 
-/// Finds what `uri` names. `what` ("buffer 3") is for messages.
-pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> {
-    let (path, name) = match locate(folders, what, uri)? {
-        Place::Inline(bytes) => return Ok(Source::Inline(bytes)),
-        Place::File(path, name) => (path, name),
-    };
-    // The file is opened by the path that was checked.
-    let path = path.canonicalize().unwrap_or(path);
-    if path.exists() && !folders.hold_file(&path) {
-        return Err(format!("{what}: \"{name}\" is a link that leads {OUTSIDE}"));
-    }
-    match length_of(&path) {
-        Ok(bytes) => Ok(Source::File { path, name, bytes }),
-        Err(Refusal::Missing) if name.starts_with('/') => {
-            Err(format!("{what}: \"{name}\" does not exist; put it there"))
-        }
-        Err(Refusal::Missing) => {
-            Err(format!("{what}: \"{name}\" does not exist in the folder of the scene; put it there"))
-        }
-        Err(Refusal::Other(problem)) => Err(format!("{what}: \"{name}\" {problem}")),
-    }
-}
-
-/// What a URI names.
-enum Place {
-    /// A file, and its name for messages.
-    File(PathBuf, String),
-    /// The bytes that the URI itself holds.
-    Inline(Vec<u8>),
-}
-
 const OUTSIDE: &str =
     "outside the folder of the scene; copy the file there, or name a folder that the scene may read with --assets DIR";
 
-/// Where the bytes are that `uri` names: in the URI itself, or in a file of one of the folders.
-fn locate(folders: Folders, what: &str, uri: &str) -> Result<Place, Problem> {
-    let folder = folders.scene;
-    let refuse = |problem: String| Err(format!("{what}: {problem}"));
+/// Finds what `uri` names: bytes in the URI itself, or a file of one of the folders. `what` ("buffer 3") is for messages.
+pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> {
+    let refuse = |problem: &str| Err(format!("{what}: {problem}"));
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((head, body)) = data.split_once(',') else {
-            return refuse("its data URI has no comma; export the file again".into());
+            return refuse("its data URI has no comma; export the file again");
         };
-        let bytes = if head.ends_with(";base64") { decode_base64(body) } else { Some(decode_percent(body)) };
-        return bytes.map_or_else(
-            || refuse("its data URI is not valid base64; export the file again".into()),
-            |bytes| Ok(Place::Inline(bytes)),
-        );
+        let bytes =
+            if head.ends_with(";base64") { decode_base64(body) } else { Some(percent_decode_str(body).collect()) };
+        return match bytes {
+            Some(bytes) => Ok(Source::Inline(bytes)),
+            None => refuse("its data URI is not valid base64; export the file again"),
+        };
     }
     // An absolute path on this machine. Validators warn of it; exporters write it.
     let local = uri.strip_prefix("file://").map(|rest| rest.strip_prefix("localhost").unwrap_or(rest));
@@ -337,26 +296,34 @@ fn locate(folders: Folders, what: &str, uri: &str) -> Result<Place, Problem> {
     let scheme =
         uri.split_once(':').is_some_and(|(s, _)| s.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b)));
     if local.is_none() && (scheme || uri.starts_with('/') || uri.starts_with('\\')) {
-        return refuse(format!(
-            "\"{}\" is not a relative path; only files in the folder of the scene are read",
-            shorten(uri)
-        ));
+        let uri = shorten(uri);
+        return refuse(&format!("\"{uri}\" is not a relative path; only files in the folder of the scene are read"));
     }
     let uri = local.unwrap_or(uri);
-    let Ok(relative) = String::from_utf8(decode_percent(uri)) else {
-        return refuse(format!("\"{}\" is not UTF-8; rename the file", shorten(uri)));
+    let Ok(relative) = percent_decode_str(uri).decode_utf8() else {
+        return refuse(&format!("\"{}\" is not UTF-8; rename the file", shorten(uri)));
     };
     if relative.contains('\0') {
-        return refuse("its path contains a zero byte; export the file again".into());
+        return refuse("its path contains a zero byte; export the file again");
     }
     let name = shorten(&relative);
-    let [raw, decoded] = [uri, &relative].map(|name| folder.join(name));
+    let [raw, decoded] = [uri, &*relative].map(|name| folders.scene.join(name));
     if !folders.hold_text(&raw) || !folders.hold_text(&decoded) {
-        return refuse(format!("\"{name}\" lies {OUTSIDE}"));
+        return refuse(&format!("\"{name}\" lies {OUTSIDE}"));
     }
     // Some exporters do not percent-encode: if only a file with the raw name exists, that file is meant.
     let path = if raw.exists() && !decoded.exists() { raw } else { decoded };
-    Ok(Place::File(path, name))
+    // The file is opened by the path that was checked.
+    let path = path.canonicalize().unwrap_or(path);
+    if path.exists() && !folders.hold_file(&path) {
+        return refuse(&format!("\"{name}\" is a link that leads {OUTSIDE}"));
+    }
+    match length_of(&path) {
+        Ok(Some(bytes)) => Ok(Source::File { path, name, bytes }),
+        Ok(None) if name.starts_with('/') => refuse(&format!("\"{name}\" does not exist; put it there")),
+        Ok(None) => refuse(&format!("\"{name}\" does not exist in the folder of the scene; put it there")),
+        Err(problem) => refuse(&format!("\"{name}\" {problem}")),
+    }
 }
 
 /// Names that messages list: who has more knows where to look.
@@ -378,39 +345,11 @@ pub fn shorten(text: &str) -> String {
     if text.chars().count() > 80 { clean + "…" } else { clean }
 }
 
-fn decode_percent(text: &str) -> Vec<u8> {
-    let hex = |byte: u8| (byte as char).to_digit(16);
-    let mut out = Vec::with_capacity(text.len());
-    let mut rest = text.as_bytes();
-    while let Some((&byte, after)) = rest.split_first() {
-        let code = after.first_chunk().filter(|_| byte == b'%').and_then(|&[a, b]| Some(hex(a)? * 16 + hex(b)?));
-        out.push(code.map_or(byte, |code| code as u8));
-        rest = if code.is_some() { &after[2..] } else { after };
-    }
-    out
-}
-
 /// RFC 4648, either alphabet, padding optional.
 fn decode_base64(text: &str) -> Option<Vec<u8>> {
-    let mut out = Vec::with_capacity(text.len() / 4 * 3);
-    let (mut bits, mut filled) = (0u32, 0);
-    for byte in text.trim_end_matches('=').bytes() {
-        let value = match byte {
-            b'A'..=b'Z' => byte - b'A',
-            b'a'..=b'z' => byte - b'a' + 26,
-            b'0'..=b'9' => byte - b'0' + 52,
-            b'+' | b'-' => 62,
-            b'/' | b'_' => 63,
-            _ => return None,
-        };
-        bits = bits << 6 | u32::from(value);
-        filled += 6;
-        if filled >= 8 {
-            filled -= 8;
-            out.push((bits >> filled) as u8);
-        }
-    }
-    Some(out)
+    let lenient = NO_PAD.with_decode_allow_trailing_bits(true);
+    let text = text.trim_end_matches('=');
+    [alphabet::STANDARD, alphabet::URL_SAFE].iter().find_map(|a| GeneralPurpose::new(a, lenient).decode(text).ok())
 }
 
 #[cfg(test)]
@@ -418,17 +357,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_decodes_the_vectors_of_rfc_4648() {
-        for (text, bytes) in
-            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg", "foob"), ("Zm9vYmE=", "fooba")]
-        {
-            assert_eq!(decode_base64(text).as_deref(), Some(bytes.as_bytes()));
+    fn base64_may_have_either_alphabet_and_no_padding() {
+        for text in ["+/8=", "-_8=", "+/8", "-_8", "-_9"] {
+            assert_eq!(decode_base64(text), Some(vec![0xfb, 0xff]), "{text}");
         }
         assert_eq!(decode_base64("Zm9v!"), None);
-    }
-
-    #[test]
-    fn percent_sequences_decode_and_stray_percents_stay() {
-        assert_eq!(decode_percent("a%20b%E2%99%BB 100%"), "a b♻ 100%".as_bytes());
     }
 }

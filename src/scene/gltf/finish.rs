@@ -2,8 +2,8 @@
 //! transmission, dispersion. What changes nothing is dropped with its textures.
 
 use glam::Vec3;
+use gltf::json::material::NormalTexture;
 use gltf::json::texture::Info;
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
@@ -12,171 +12,145 @@ use super::container::shorten;
 use super::materials::Loader;
 use crate::scene::finish::{Anisotropy, Clearcoat, DiffuseTransmission, Finish, Iridescence, Sheen};
 
-#[derive(Deserialize, Default)]
-#[serde(default, rename_all = "camelCase")]
-struct ClearcoatJson {
-    clearcoat_factor: f32,
-    clearcoat_texture: Option<Info>,
-    clearcoat_roughness_factor: f32,
-    clearcoat_roughness_texture: Option<Info>,
-    clearcoat_normal_texture: Option<NormalInfo>,
+/// The object of an extension at a material.
+struct Object<'a> {
+    /// Of the material, for messages.
+    what: &'a str,
+    name: &'static str,
+    fields: &'a Map<String, Value>,
 }
 
-#[derive(Deserialize)]
-struct NormalInfo {
-    #[serde(flatten)]
-    info: Info,
-    scale: Option<f32>,
-}
+impl Object<'_> {
+    fn wrong(&self, why: &str) -> Problem {
+        format!("{} has a {} that is not valid ({why}); correct it", self.what, self.name)
+    }
 
-#[derive(Deserialize, Default)]
-#[serde(default, rename_all = "camelCase")]
-struct SheenJson {
-    sheen_color_factor: [f32; 3],
-    sheen_color_texture: Option<Info>,
-    sheen_roughness_factor: f32,
-    sheen_roughness_texture: Option<Info>,
-}
+    /// A field, or `absent` without it.
+    fn get<T: DeserializeOwned>(&self, field: &str, absent: T) -> Result<T, Problem> {
+        let Some(value) = self.fields.get(field) else { return Ok(absent) };
+        T::deserialize(value).map_err(|e| self.wrong(&shorten(&e.to_string())))
+    }
 
-#[derive(Deserialize, Default)]
-#[serde(default, rename_all = "camelCase")]
-struct AnisotropyJson {
-    anisotropy_strength: f32,
-    anisotropy_rotation: f32,
-    anisotropy_texture: Option<Info>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(default, rename_all = "camelCase")]
-struct IridescenceJson {
-    iridescence_factor: f32,
-    iridescence_texture: Option<Info>,
-    iridescence_ior: Option<f32>,
-    iridescence_thickness_minimum: Option<f32>,
-    iridescence_thickness_maximum: Option<f32>,
-    iridescence_thickness_texture: Option<Info>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(default, rename_all = "camelCase")]
-struct DiffuseTransmissionJson {
-    diffuse_transmission_factor: f32,
-    diffuse_transmission_texture: Option<Info>,
-    diffuse_transmission_color_factor: Option<[f32; 3]>,
-    diffuse_transmission_color_texture: Option<Info>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(default)]
-struct DispersionJson {
-    dispersion: f32,
+    fn textures(&self, fields: [&str; 2]) -> Result<[Option<Info>; 2], Problem> {
+        Ok([self.get(fields[0], None)?, self.get(fields[1], None)?])
+    }
 }
 
 impl Loader<'_> {
     /// `None` if none of them changes anything.
     pub(super) fn finish(&mut self, extensions: &Map<String, Value>) -> Result<Option<Box<Finish>>, Problem> {
-        let mut finish = Finish::default();
-        if let Some(json) = self.extension(extensions, "KHR_materials_clearcoat")? {
-            finish.clearcoat = self.clearcoat(json)?;
-        }
-        if let Some(json) = self.extension(extensions, "KHR_materials_sheen")? {
-            finish.sheen = self.sheen(json)?;
-        }
-        if let Some(json) = self.extension(extensions, "KHR_materials_anisotropy")? {
-            finish.anisotropy = self.anisotropy(json)?;
-        }
-        if let Some(json) = self.extension(extensions, "KHR_materials_iridescence")? {
-            finish.iridescence = self.iridescence(json)?;
-        }
-        if let Some(json) = self.extension(extensions, "KHR_materials_diffuse_transmission")? {
-            finish.diffuse_transmission = self.diffuse_transmission(json)?;
-        }
-        if let Some(json) = self.extension::<DispersionJson>(extensions, "KHR_materials_dispersion")? {
-            finish.dispersion = self.clamp(json.dispersion, 0.0, "dispersion");
-        }
+        let finish = Finish {
+            clearcoat: self.extension(extensions, "KHR_materials_clearcoat", Self::clearcoat)?,
+            sheen: self.extension(extensions, "KHR_materials_sheen", Self::sheen)?,
+            anisotropy: self.extension(extensions, "KHR_materials_anisotropy", Self::anisotropy)?,
+            iridescence: self.extension(extensions, "KHR_materials_iridescence", Self::iridescence)?,
+            diffuse_transmission: self.extension(extensions, "KHR_materials_diffuse_transmission", Self::diffusion)?,
+            dispersion: self.extension(extensions, "KHR_materials_dispersion", Self::dispersion)?,
+        };
         Ok((finish != Finish::default()).then(|| Box::new(finish)))
     }
 
-    fn extension<T: DeserializeOwned>(&self, all: &Map<String, Value>, name: &str) -> Result<Option<T>, Problem> {
-        let Some(value) = all.get(name) else { return Ok(None) };
-        let wrong = |why: &str| format!("{} has a {name} that is not valid ({why}); correct it", self.what);
-        // An array of the fields in their order would be taken for an object.
-        if !value.is_object() {
-            return Err(wrong("it is no object"));
+    /// What `read` makes of one of the material's extensions; the default without it.
+    fn extension<T: Default>(
+        &mut self,
+        all: &Map<String, Value>,
+        name: &'static str,
+        read: impl Fn(&mut Self, &Object) -> Result<T, Problem>,
+    ) -> Result<T, Problem> {
+        let (what, none) = (self.what.clone(), Map::new());
+        match all.get(name) {
+            None => Ok(T::default()),
+            Some(Value::Object(fields)) => read(self, &Object { what: &what, name, fields }),
+            Some(_) => Err(Object { what: &what, name, fields: &none }.wrong("it is no object")),
         }
-        T::deserialize(value).map(Some).map_err(|e| wrong(&shorten(&e.to_string())))
     }
 
-    fn clearcoat(&mut self, json: ClearcoatJson) -> Result<Clearcoat, Problem> {
-        let factor = self.unit(json.clearcoat_factor, "clearcoat");
+    fn clearcoat(&mut self, object: &Object) -> Result<Clearcoat, Problem> {
+        let factor = object.get("clearcoatFactor", 0.0)?;
+        let roughness = object.get("clearcoatRoughnessFactor", 0.0)?;
+        let [texture, roughness_texture] = object.textures(["clearcoatTexture", "clearcoatRoughnessTexture"])?;
+        let normal: Option<NormalTexture> = object.get("clearcoatNormalTexture", None)?;
+        let factor = self.unit(factor, "clearcoat");
         if factor == 0.0 {
             return Ok(Clearcoat::default());
         }
-        let normal = json.clearcoat_normal_texture.as_ref();
-        let scale = normal.and_then(|n| n.scale).unwrap_or(1.0);
         Ok(Clearcoat {
             factor,
-            texture: self.slot(json.clearcoat_texture.as_ref())?,
-            roughness: self.unit(json.clearcoat_roughness_factor, "clearcoat roughness"),
-            roughness_texture: self.slot(json.clearcoat_roughness_texture.as_ref())?,
-            normal_texture: self.slot(normal.map(|n| &n.info))?,
-            normal_scale: self.clamp(scale, f32::NEG_INFINITY, "clearcoat normal scale"),
+            texture: self.slot(texture.as_ref())?,
+            roughness: self.unit(roughness, "clearcoat roughness"),
+            roughness_texture: self.slot(roughness_texture.as_ref())?,
+            normal_texture: self.plain_slot(normal.as_ref())?,
+            normal_scale: self.clamp(normal.map_or(1.0, |n| n.scale), f32::NEG_INFINITY, "clearcoat normal scale"),
         })
     }
 
-    fn sheen(&mut self, json: SheenJson) -> Result<Sheen, Problem> {
-        let color = Vec3::from(json.sheen_color_factor.map(|x| self.unit(x, "sheen colour")));
+    fn sheen(&mut self, object: &Object) -> Result<Sheen, Problem> {
+        let color = object.get("sheenColorFactor", [0.0; 3])?;
+        let roughness = object.get("sheenRoughnessFactor", 0.0)?;
+        let [color_texture, roughness_texture] = object.textures(["sheenColorTexture", "sheenRoughnessTexture"])?;
+        let color = Vec3::from(color.map(|x| self.unit(x, "sheen colour")));
         if color == Vec3::ZERO {
             return Ok(Sheen::default());
         }
         Ok(Sheen {
             color,
-            color_texture: self.slot(json.sheen_color_texture.as_ref())?,
-            roughness: self.unit(json.sheen_roughness_factor, "sheen roughness"),
-            roughness_texture: self.slot(json.sheen_roughness_texture.as_ref())?,
+            color_texture: self.slot(color_texture.as_ref())?,
+            roughness: self.unit(roughness, "sheen roughness"),
+            roughness_texture: self.slot(roughness_texture.as_ref())?,
         })
     }
 
-    fn anisotropy(&mut self, json: AnisotropyJson) -> Result<Anisotropy, Problem> {
-        let strength = self.unit(json.anisotropy_strength, "anisotropy");
+    fn anisotropy(&mut self, object: &Object) -> Result<Anisotropy, Problem> {
+        let [strength, rotation] = [object.get("anisotropyStrength", 0.0)?, object.get("anisotropyRotation", 0.0)?];
+        let texture: Option<Info> = object.get("anisotropyTexture", None)?;
+        let strength = self.unit(strength, "anisotropy");
         if strength == 0.0 {
             return Ok(Anisotropy::default());
         }
-        let rotation = self.clamp(json.anisotropy_rotation, f32::NEG_INFINITY, "anisotropy rotation");
-        Ok(Anisotropy { strength, rotation, texture: self.slot(json.anisotropy_texture.as_ref())? })
+        let rotation = self.clamp(rotation, f32::NEG_INFINITY, "anisotropy rotation");
+        Ok(Anisotropy { strength, rotation, texture: self.slot(texture.as_ref())? })
     }
 
-    fn iridescence(&mut self, json: IridescenceJson) -> Result<Iridescence, Problem> {
+    fn iridescence(&mut self, object: &Object) -> Result<Iridescence, Problem> {
         let none = Iridescence::default();
-        let factor = self.unit(json.iridescence_factor, "iridescence");
-        let stated = [json.iridescence_thickness_minimum, json.iridescence_thickness_maximum];
-        let mut thickness_nm = none.thickness_nm;
-        for (thickness, stated) in thickness_nm.iter_mut().zip(stated) {
-            *thickness = self.clamp(stated.unwrap_or(*thickness), 0.0, "iridescence thickness");
-        }
+        let factor = object.get("iridescenceFactor", 0.0)?;
+        let [thin, thick] = none.thickness_nm;
+        let thickness =
+            [object.get("iridescenceThicknessMinimum", thin)?, object.get("iridescenceThicknessMaximum", thick)?];
+        let ior = object.get("iridescenceIor", none.ior)?;
+        let [texture, thickness_texture] = object.textures(["iridescenceTexture", "iridescenceThicknessTexture"])?;
+        let factor = self.unit(factor, "iridescence");
+        let thickness_nm = thickness.map(|nm| self.clamp(nm, 0.0, "iridescence thickness"));
         if factor == 0.0 || thickness_nm == [0.0; 2] {
             return Ok(none);
         }
         Ok(Iridescence {
             factor,
-            texture: self.slot(json.iridescence_texture.as_ref())?,
-            ior: self.clamp(json.iridescence_ior.unwrap_or(none.ior), 1.0, "iridescence index of refraction"),
+            texture: self.slot(texture.as_ref())?,
+            ior: self.clamp(ior, 1.0, "iridescence index of refraction"),
             thickness_nm,
-            thickness_texture: self.slot(json.iridescence_thickness_texture.as_ref())?,
+            thickness_texture: self.slot(thickness_texture.as_ref())?,
         })
     }
 
-    fn diffuse_transmission(&mut self, json: DiffuseTransmissionJson) -> Result<DiffuseTransmission, Problem> {
-        let factor = self.unit(json.diffuse_transmission_factor, "diffuse transmission");
+    fn dispersion(&mut self, object: &Object) -> Result<f32, Problem> {
+        Ok(self.clamp(object.get("dispersion", 0.0)?, 0.0, "dispersion"))
+    }
+
+    fn diffusion(&mut self, object: &Object) -> Result<DiffuseTransmission, Problem> {
+        let factor = object.get("diffuseTransmissionFactor", 0.0)?;
+        let color = object.get("diffuseTransmissionColorFactor", [1.0; 3])?;
+        let textures = ["diffuseTransmissionTexture", "diffuseTransmissionColorTexture"];
+        let [texture, color_texture] = object.textures(textures)?;
+        let factor = self.unit(factor, "diffuse transmission");
         if factor == 0.0 {
             return Ok(DiffuseTransmission::default());
         }
-        let color = json.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
         Ok(DiffuseTransmission {
             factor,
-            texture: self.slot(json.diffuse_transmission_texture.as_ref())?,
+            texture: self.slot(texture.as_ref())?,
             color: Vec3::from(color.map(|x| self.unit(x, "diffuse transmission colour"))),
-            color_texture: self.slot(json.diffuse_transmission_color_texture.as_ref())?,
+            color_texture: self.slot(color_texture.as_ref())?,
         })
     }
 }

@@ -146,7 +146,7 @@ impl Loader<'_> {
     }
 
     /// A normal or occlusion slot. The crate does not parse KHR_texture_transform there, so it is read again as another slot.
-    fn plain_slot(&mut self, texture: Option<&impl Serialize>) -> Result<Option<TextureRef>, Problem> {
+    pub(super) fn plain_slot(&mut self, texture: Option<&impl Serialize>) -> Result<Option<TextureRef>, Problem> {
         let info = texture.map(|t| serde_json::to_value(t).and_then(serde_json::from_value::<Info>)).transpose();
         let info = info.map_err(|e| {
             format!("{} has a texture transform that is not valid ({}); correct it", self.what, shorten(&e.to_string()))

@@ -1,14 +1,13 @@
 //! EXT_meshopt_compression and KHR_meshopt_compression: buffer views whose content is compressed.
 //!
-//! The decoders are written from the text of the extensions (KHR_meshopt_compression, appendices A and B), in safe Rust. A
-//! stream is read once from front to back, and output grows as it is read, so no stated count makes them allocate more than
-//! the stream is worth.
+//! The crate `meshoptimizer-rs` decodes the streams (KHR_meshopt_compression, appendix A), in Rust without unsafe code. Before it makes
+//! room for a stated count it checks that the stream can hold so many. The filters (appendix B) are here, because the crate refuses
+//! elements outside the ranges that the extension allows, which files have where no triangle uses a vertex.
 
 mod filters;
-mod indices;
-mod vertices;
 
 use gltf::json::buffer::{Buffer, View};
+use meshoptimizer_rs::{Limits, Workspace, codec};
 use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::Value;
@@ -24,8 +23,8 @@ pub const NAMES: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compressio
 /// What is wrong with a stream, as the end of a sentence.
 type Damage = &'static str;
 
-const ENDS_EARLY: Damage = "end too early";
-const GOES_ON: Damage = "go on after their end";
+/// Decodes so many elements of so many bytes.
+type Decoder = fn(usize, usize, &[u8], &mut Workspace) -> Result<Vec<u8>, meshoptimizer_rs::Error>;
 
 /// The extension's object at a buffer view.
 #[derive(Deserialize)]
@@ -126,11 +125,18 @@ impl Compressed {
 
     fn decode(&self, bytes: &[u8]) -> Result<Vec<u8>, Damage> {
         let Self { byte_stride: stride, count, .. } = *self;
-        let mut out = match self.mode.as_str() {
-            "TRIANGLES" => indices::triangles(bytes, count, stride)?,
-            "INDICES" => indices::sequence(bytes, count, stride)?,
-            _ => vertices::decode(bytes, count, stride)?,
+        let (versions, decode): (&[u8], Decoder) = match self.mode.as_str() {
+            "TRIANGLES" => (&[0xe1], codec::decode_index_buffer),
+            "INDICES" => (&[0xd1], codec::decode_index_sequence),
+            _ => (&[0xa0, 0xa1], codec::decode_vertex_buffer),
         };
+        if !bytes.first().is_some_and(|version| versions.contains(version)) {
+            return Err("are of an unknown version");
+        }
+        // What memory allows was checked before.
+        let limits = Limits { max_bytes: usize::MAX, max_work: u64::MAX };
+        let decoded = decode(count, stride, bytes, &mut Workspace::new(limits));
+        let mut out = decoded.map_err(|_| "are damaged, or too few or too many for the elements that it states")?;
         match (self.filter.as_deref(), stride) {
             (Some("OCTAHEDRAL"), 4) => filters::octahedral_8(&mut out),
             (Some("OCTAHEDRAL"), _) => filters::octahedral_16(&mut out),
@@ -141,34 +147,6 @@ impl Compressed {
             _ => {}
         }
         Ok(out)
-    }
-}
-
-/// Bytes that are taken from the front.
-struct Stream<'a>(&'a [u8]);
-
-impl<'a> Stream<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], Damage> {
-        let (taken, rest) = self.0.split_at_checked(count).ok_or(ENDS_EARLY)?;
-        self.0 = rest;
-        Ok(taken)
-    }
-
-    fn byte(&mut self) -> Result<u8, Damage> {
-        Ok(self.take(1)?[0])
-    }
-
-    /// Takes `count` bytes from the back.
-    fn tail(&mut self, count: usize) -> Result<&'a [u8], Damage> {
-        let start = self.0.len().checked_sub(count).ok_or(ENDS_EARLY)?;
-        let (rest, tail) = self.0.split_at(start);
-        self.0 = rest;
-        Ok(tail)
-    }
-
-    /// Nothing may be left.
-    fn end(self) -> Result<(), Damage> {
-        if self.0.is_empty() { Ok(()) } else { Err(GOES_ON) }
     }
 }
 

@@ -306,7 +306,7 @@ impl Bsdf {
         let mut f = self.diffuse * (rest * FRAC_1_PI * wi.z);
         let mut density = self.choose[0] * FRAC_1_PI * wi.z;
         if !self.smooth {
-            let visible = self.alpha.d(h) * self.alpha.g1(self.wo) / (4.0 * self.wo.z);
+            let visible = self.alpha.visible(h, self.wo);
             f += reflected * (visible * self.alpha.g1(wi));
             density += self.choose[1] * visible;
         }
@@ -318,7 +318,7 @@ impl Bsdf {
         let wi = wi.with_z(-wi.z);
         let h = (self.wo + wi).normalize();
         let rest = self.fresnel(self.wo.dot(h).min(1.0)).1;
-        let visible = self.alpha.d(h) * self.alpha.g1(self.wo) / (4.0 * self.wo.z);
+        let visible = self.alpha.visible(h, self.wo);
         (self.transmitted * (rest * visible * self.alpha.g1(wi)), self.choose[2] * visible)
     }
 

@@ -124,7 +124,7 @@ impl Layers {
             let local = self.coat_frame.transpose() * wi;
             if local.z > 0.0 {
                 let h = (self.coat_wo + local).normalize();
-                let visible = self.coat.d(h) * self.coat.g1(self.coat_wo) / (4.0 * self.coat_wo.z);
+                let visible = self.coat.visible(h, self.coat_wo);
                 f += Vec3::splat(self.coat_share * visible * self.coat.g1(local));
                 density += coat * visible;
             }

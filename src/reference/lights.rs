@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::bsdf::frame;
 use super::geometry::{Geometry, Location};
 use super::material::Materials;
-use super::sky::Sky;
+use super::sky::{Sky, choose};
 use crate::scene::surface::{range_window, spot_falloff};
 use crate::scene::{LightKind, Pose, Scene};
 
@@ -214,10 +214,9 @@ impl Emitters {
 
     /// Chooses a triangle by `u[0]` and rescales that number to [0, 1].
     fn choose(&self, u: [f32; 2]) -> Option<(u32, [f32; 2])> {
-        let last = self.triangles.len().checked_sub(1)?;
-        let i = self.cumulative.partition_point(|&c| c <= u[0]).min(last);
-        let start = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
-        let rest = ((u[0] - start) / (self.cumulative[i] - start)).clamp(0.0, 1.0);
-        Some((self.triangles[i], [rest, u[1]]))
+        (!self.triangles.is_empty()).then(|| {
+            let (i, rest) = choose(&self.cumulative, u[0]);
+            (self.triangles[i], [rest, u[1]])
+        })
     }
 }

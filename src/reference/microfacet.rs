@@ -39,6 +39,12 @@ impl Ggx {
         2.0 * v.z / (v.z + ((self.x * v.x).powi(2) + (self.y * v.y).powi(2) + v.z * v.z).sqrt())
     }
 
+    /// D(h) · G1(v) / (4 v.z): the density of directions mirrored about normals that are visible from `v`.
+    #[inline]
+    pub fn visible(self, h: Vec3, v: Vec3) -> f32 {
+        self.d(h) * self.g1(v) / (4.0 * v.z)
+    }
+
     /// Samples a normal visible from `v`, with density G1(v) · D(h) · (v·h) / v.z (Dupuy and Benyoub 2023).
     pub fn sample_visible(self, v: Vec3, u: [f32; 2]) -> Vec3 {
         let stretched = Vec3::new(self.x * v.x, self.y * v.y, v.z).normalize();

@@ -111,19 +111,13 @@ impl Stop {
     /// Whether a film is finished.
     pub fn reached(self, film: &Film) -> bool {
         let noise_now = film.history.last().map(|(_, noise)| *noise);
-        let enough = match self {
-            Self::Rough { noise, .. } => noise_now.is_some_and(|now| now <= noise),
-            _ => false,
-        };
+        let enough = matches!(self, Self::Rough { noise, .. } if noise_now.is_some_and(|now| now <= noise));
         film.done() == film.started() && (self.end(film) == Some(film.done()) || enough)
     }
 
     /// Whether a film has more samples than a finished one.
     pub fn passed(self, film: &Film) -> bool {
-        match self {
-            Self::Samples(_) | Self::Range { .. } => self.end(film).is_some_and(|n| film.started() > n),
-            Self::Noise(_) | Self::Rough { .. } => self.end(film).is_some_and(|n| film.started() > n),
-        }
+        self.end(film).is_some_and(|n| film.started() > n)
     }
 
     /// The final count of samples, once known.

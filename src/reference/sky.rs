@@ -69,7 +69,6 @@ impl SampledMap {
         let blurred = |before: f32, here: f32, after: f32| (before + 6.0 * here + after) / 8.0;
         let across = |x: usize, y: usize| blurred(bright(x + texels.width - 1, y), bright(x, y), bright(x + 1, y));
         let mut columns = Vec::with_capacity(texels.width * texels.height);
-        let mut rows = Vec::with_capacity(texels.height);
         let (mut sum, mut row_sums) = (0.0, Vec::with_capacity(texels.height));
         for y in 0..texels.height {
             let (above, below) = (y.saturating_sub(1), (y + 1).min(texels.height - 1));
@@ -83,7 +82,7 @@ impl SampledMap {
             sum += row * texels.solid_angle(y);
             row_sums.push(sum);
         }
-        rows.extend(row_sums.iter().map(|c| (c / sum) as f32));
+        let rows = row_sums.iter().map(|c| (c / sum) as f32).collect();
         Self { map: map.clone(), rotation, rows, columns }
     }
 
@@ -115,7 +114,7 @@ impl SampledMap {
 }
 
 /// The part of a cumulative distribution in which u lies, and how far along it.
-fn choose(cumulative: &[f32], u: f32) -> (usize, f32) {
+pub fn choose(cumulative: &[f32], u: f32) -> (usize, f32) {
     let i = cumulative.partition_point(|&c| c <= u).min(cumulative.len() - 1);
     let start = if i == 0 { 0.0 } else { cumulative[i - 1] };
     (i, ((u - start) / (cumulative[i] - start)).clamp(0.0, 1.0))

@@ -58,7 +58,6 @@ impl SmallSum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     #[test]
     fn values_of_any_size_are_kept() {
@@ -75,21 +74,5 @@ mod tests {
         let mut small = SmallSum::default();
         [0.25, -0.125].into_iter().for_each(|value| small.add(value));
         assert_eq!(small.get(), 0.125);
-    }
-
-    proptest! {
-        /// Floats would differ in the last bits.
-        #[test]
-        fn parts_add_up_to_the_whole(values in prop::collection::vec(-1e6f32..1e6, 2..50), cut in 0usize..50) {
-            let sum = |values: &[f32]| {
-                let mut sum = Sum::default();
-                values.iter().for_each(|value| sum.add(f64::from(*value)));
-                sum
-            };
-            let (left, right) = values.split_at(cut.min(values.len()));
-            let mut parts = sum(right);
-            parts.unite(sum(left));
-            prop_assert_eq!(parts, sum(&values));
-        }
     }
 }

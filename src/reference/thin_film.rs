@@ -29,10 +29,10 @@ impl ThinFilm {
             return Vec3::ONE;
         }
         let cos_film = (1.0 - sin2).sqrt();
-        let r12 = between(1.0, ior).lerp_to_one(schlick(cos));
+        let r12 = fresnel(1.0, ior, cos);
         let t121 = 1.0 - r12;
         let base = f0.clamp(Vec3::ZERO, Vec3::splat(0.9999)).map(index);
-        let r23 = base.map(|base| between(ior, base).lerp_to_one(schlick(cos_film)));
+        let r23 = base.map(|base| fresnel(ior, base, cos_film));
         // Light that a denser medium reflects is turned by half a wave; the film is never thinner than air.
         let shift = base.map(|base| PI + if base < ior { PI } else { 0.0 });
         let path_nm = 2.0 * ior * self.thickness_nm * cos_film;
@@ -50,20 +50,10 @@ impl ThinFilm {
     }
 }
 
-trait Lerp {
-    fn lerp_to_one(self, share: f32) -> f32;
-}
-
-impl Lerp for f32 {
-    fn lerp_to_one(self, share: f32) -> f32 {
-        self + (1.0 - self) * share
-    }
-}
-
-/// Reflectance at normal incidence between two media.
-fn between(outer: f32, inner: f32) -> f32 {
+/// Schlick's reflectance between two media.
+fn fresnel(outer: f32, inner: f32, cos: f32) -> f32 {
     let r = (inner - outer) / (inner + outer);
-    r * r
+    r * r + (1.0 - r * r) * schlick(cos)
 }
 
 /// The index that has this reflectance in air.

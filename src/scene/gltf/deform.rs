@@ -4,14 +4,14 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, Vec3};
-use gltf::json::mesh::Semantic;
+use gltf::json::mesh::{MorphTarget, Semantic};
 use gltf::json::{Accessor, Index};
 
 use super::accessor::{Data, Problem, missing};
 use super::mesh::Source;
 use super::nodes::Tree;
 use crate::scene::Mesh;
-use crate::scene::deform::{Deform, DeformPose, Deformer, Joint, Target};
+use crate::scene::deform::{Deform, DeformPose, Joint, Target};
 
 /// The deformation that a node applies to its mesh.
 #[derive(Default)]
@@ -19,13 +19,14 @@ pub struct Applied<'a> {
     /// One per morph target; missing ones are 0.
     pub weights: &'a [f32],
     /// What goes on deforming the mesh.
-    pub deformer: Option<Applying<'a>>,
+    pub deformer: Option<Applying>,
 }
 
-pub struct Applying<'a> {
-    /// Into the scene's.
+pub struct Applying {
+    /// Into the scene's deformers.
     pub index: usize,
-    pub deformer: &'a Deformer,
+    /// Joints of the skin, without the one that stands for the node itself; `None` without a skin.
+    pub joints: Option<u32>,
     /// Whether an animation sets the weights.
     pub morphs: bool,
     pub rest: DeformPose,
@@ -86,38 +87,46 @@ pub fn joints(data: &Data, tree: &Tree, index: usize) -> Result<Vec<Joint>, Prob
 
 /// Morphs `mesh`, or notes what will move its vertices.
 pub fn apply(source: &Source, applied: &Applied, mesh: &mut Mesh) -> Result<(), Problem> {
-    let Some(Applying { index, deformer, morphs, .. }) = &applied.deformer else {
-        return morph(source, applied.weights, mesh);
-    };
-    let mut deform = Deform { deformer: *index, flat: mesh.normals.is_empty(), ..Deform::default() };
     let targets = source.primitive.targets.as_deref().unwrap_or_default();
-    if *morphs {
-        for target in targets {
-            let read = |name, accessor: &Option<Index<Accessor>>, used: bool| match accessor {
-                Some(accessor) if used => offsets(source, name, accessor, mesh.positions.len()),
-                _ => Ok(Vec::new()),
-            };
-            deform.targets.push(Target {
-                positions: read("POSITION", &target.positions, true)?,
-                normals: read("NORMAL", &target.normals, !mesh.normals.is_empty())?,
-                tangents: read("TANGENT", &target.tangents, !mesh.tangents.is_empty())?,
-            });
-        }
+    let morphs = applied.deformer.as_ref().is_some_and(|deformer| deformer.morphs);
+    let mut deform = Deform { flat: mesh.normals.is_empty(), ..Deform::default() };
+    if morphs {
+        deform.targets = targets.iter().map(|target| read(source, target, mesh)).collect::<Result<_, Problem>>()?;
     } else {
-        morph(source, applied.weights, mesh)?;
+        for (target, &weight) in targets.iter().zip(applied.weights).filter(|(_, w)| **w != 0.0) {
+            let target = read(source, target, mesh)?;
+            mesh.positions.iter_mut().zip(target.positions).for_each(|(value, offset)| *value += weight * offset);
+            mesh.normals.iter_mut().zip(target.normals).for_each(|(value, offset)| *value += weight * offset);
+            let tangents = mesh.tangents.iter_mut().zip(target.tangents);
+            tangents.for_each(|(t, offset)| *t = (t.truncate() + weight * offset).extend(t.w));
+        }
     }
-    if !deformer.joints.is_empty() {
-        skin(source, deformer.joints.len() as u32 - 1, &mut deform)?;
+    let Some(Applying { index, joints, .. }) = applied.deformer else { return Ok(()) };
+    deform.deformer = index;
+    if let Some(joints) = joints {
+        skin(source, joints, &mut deform)?;
     }
     mesh.deform = Some(Arc::new(deform));
     Ok(())
 }
 
-/// The differences of a morph target.
-fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>, want: usize) -> Result<Vec<Vec3>, Problem> {
+/// A morph target's differences of what the mesh has.
+fn read(source: &Source, target: &MorphTarget, mesh: &Mesh) -> Result<Target, Problem> {
+    let read = |name, accessor: &Option<Index<Accessor>>, is_used: bool| match accessor {
+        Some(accessor) if is_used => offsets(source, name, accessor),
+        _ => Ok(Vec::new()),
+    };
+    Ok(Target {
+        positions: read("POSITION", &target.positions, true)?,
+        normals: read("NORMAL", &target.normals, !mesh.normals.is_empty())?,
+        tangents: read("TANGENT", &target.tangents, !mesh.tangents.is_empty())?,
+    })
+}
+
+fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>) -> Result<Vec<Vec3>, Problem> {
     let (what, offsets) = (&source.what, source.data.floats::<3>(accessor.value(), None)?);
-    if want != offsets.len() {
-        let have = offsets.len();
+    if source.count != offsets.len() {
+        let (want, have) = (source.count, offsets.len());
         return Err(format!(
             "{what} has a morph target with {have} values of {name} for {want} vertices; export the file again"
         ));
@@ -129,30 +138,6 @@ fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>, want: usize)
         )),
         None => Ok(offsets),
     }
-}
-
-/// Adds the targets once and for all.
-fn morph(source: &Source, weights: &[f32], mesh: &mut Mesh) -> Result<(), Problem> {
-    let targets = source.primitive.targets.as_deref().unwrap_or_default();
-    for (target, &weight) in targets.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
-        let add = |name: &str, accessor: &Index<Accessor>, values: &mut [Vec3]| {
-            let offsets = offsets(source, name, accessor, values.len())?;
-            values.iter_mut().zip(offsets).for_each(|(value, offset)| *value += weight * offset);
-            Ok::<_, Problem>(())
-        };
-        if let Some(accessor) = &target.positions {
-            add("POSITION", accessor, &mut mesh.positions)?;
-        }
-        if let Some(accessor) = target.normals.as_ref().filter(|_| !mesh.normals.is_empty()) {
-            add("NORMAL", accessor, &mut mesh.normals)?;
-        }
-        if let Some(accessor) = target.tangents.as_ref().filter(|_| !mesh.tangents.is_empty()) {
-            let mut directions: Vec<Vec3> = mesh.tangents.iter().map(|t| t.truncate()).collect();
-            add("TANGENT", accessor, &mut directions)?;
-            mesh.tangents.iter_mut().zip(directions).for_each(|(t, d)| *t = d.extend(t.w));
-        }
-    }
-    Ok(())
 }
 
 /// Influences of all sets, as many for each vertex as the one with the most has. `own`: the joint that stands for the node itself.

@@ -304,14 +304,17 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
                 let weights = deform::weights(data, index)?;
                 let joints = deform::joints(data, tree, index)?;
                 let mut applied = deform::Applied { weights, deformer: None };
-                let deformer;
                 if morphs || !joints.is_empty() {
                     let mut own_weights = weights.to_vec();
                     own_weights.resize(if morphs { deform::targets(data, index) } else { 0 }, 0.0);
-                    deformer = Deformer { node: tree.slot[index], joints, weights: own_weights };
-                    let (index, rest) = (scene.deformers.len(), deformer.pose(&world, deformer.weights.clone()));
-                    scene.deformers.push(deformer.clone());
-                    applied.deformer = Some(deform::Applying { index, deformer: &deformer, morphs, rest });
+                    let deformer = Deformer { node: tree.slot[index], joints, weights: own_weights };
+                    applied.deformer = Some(deform::Applying {
+                        index: scene.deformers.len(),
+                        joints: (deformer.joints.len() as u32).checked_sub(1),
+                        morphs,
+                        rest: deformer.pose(&world, deformer.weights.clone()),
+                    });
+                    scene.deformers.push(deformer);
                 }
                 load_primitives(data, mesh_index, &applied, scene)?
             }

@@ -182,8 +182,7 @@ impl Glb {
             weights.push([1.0 - upper, upper, 0.0, 0.0]);
         }
         let view = self.view(&of, Some(ARRAY_BUFFER));
-        let of = json!({ "bufferView": view, "componentType": UNSIGNED_BYTE, "count": weights.len(), "type": "VEC4" });
-        primitive["attributes"]["JOINTS_0"] = json!(self.push("accessors", of));
+        primitive["attributes"]["JOINTS_0"] = json!(self.accessor(view, UNSIGNED_BYTE, weights.len(), "VEC4"));
         primitive["attributes"]["WEIGHTS_0"] = json!(self.vectors(weights.into_iter(), Some(ARRAY_BUFFER)));
         self.push("skins", json!({ "joints": joints, "inverseBindMatrices": inverse }))
     }
@@ -221,9 +220,7 @@ impl Glb {
         }
         let bytes: Vec<u8> = shape.indices.iter().flat_map(|&i| (i as u16).to_le_bytes()).collect();
         let view = self.view(&bytes, Some(ELEMENT_ARRAY_BUFFER));
-        let (count, component) = (shape.indices.len(), UNSIGNED_SHORT);
-        let indices = json!({ "bufferView": view, "componentType": component, "count": count, "type": "SCALAR" });
-        let indices = self.push("accessors", indices);
+        let indices = self.accessor(view, UNSIGNED_SHORT, shape.indices.len(), "SCALAR");
         let mut primitive = json!({ "attributes": attributes, "indices": indices });
         if let Some((positions, normals)) = &shape.morph {
             let moved = self.positions(positions, None);
@@ -280,7 +277,12 @@ impl Glb {
             16 => "MAT4",
             _ => ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1],
         };
-        self.push("accessors", json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": kind }))
+        self.accessor(view, FLOAT, count, kind)
+    }
+
+    fn accessor(&mut self, view: usize, component: u32, count: usize, kind: &str) -> usize {
+        let accessor = json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
+        self.push("accessors", accessor)
     }
 
     /// Vectors with their bounds, which glTF asks of positions.

@@ -1,10 +1,8 @@
 //! Procedural textures, embedded as PNG.
 
 use std::f64::consts::TAU;
-use std::io::Cursor;
 
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
-
+use crate::output::png;
 use crate::{Error, Result};
 
 /// Edge of every texture in texels.
@@ -94,10 +92,5 @@ fn encode(channels: usize, texel: impl Fn(u32, u32) -> [f64; 4]) -> Result<Vec<u
         .flat_map(|y| (0..EDGE).flat_map(move |x| texel(x, y).into_iter().take(channels)))
         .map(|value| value.round() as u8)
         .collect();
-    let color = if channels == 4 { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
-    let mut file = Cursor::new(vec![]);
-    PngEncoder::new(&mut file)
-        .write_image(&bytes, EDGE, EDGE, color)
-        .map_err(|e| Error::Usage(format!("cannot encode a texture as PNG: {e}")))?;
-    Ok(file.into_inner())
+    if channels == 4 { png::encode_rgba(EDGE, EDGE, bytes) } else { png::encode_rgb(EDGE, EDGE, bytes) }
 }

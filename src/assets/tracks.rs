@@ -98,23 +98,3 @@ pub fn smooth<const N: usize, const M: usize>(keys: &[Key<N>]) -> Vec<(f64, [f64
 fn steps(lasts_s: f64) -> impl Iterator<Item = f64> {
     (0..=(lasts_s / STEP_S).round() as u32).map(|step| f64::from(step) * STEP_S)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_smooth_track_meets_its_keys_and_stays_between_them() {
-        let keys = [Key([0.0, 0.0]), Key([1.0, 0.0]), Key([3.0, 100.0]), Key([4.0, 110.0]), Key([5.0, 50.0])];
-        let track: Vec<(f64, [f64; 1])> = smooth(&keys);
-        for key in &keys {
-            assert!(
-                track.iter().any(|(t, [v])| *t == key.0[0] && (v - key.0[1]).abs() < 1e-12),
-                "{key:?}",
-                key = key.0
-            );
-        }
-        assert!(track.iter().all(|(t, [v])| (0.0..=110.0).contains(v) && (*t > 1.0 || *v == 0.0)), "{track:?}");
-        assert_eq!(track.len(), 41);
-    }
-}

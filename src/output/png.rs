@@ -100,8 +100,12 @@ pub fn encode(image: &Layers, exposure_ev: f32) -> Result<Vec<u8>> {
         [r, g, b, (covered * 255.0).round() as u8]
     };
     let rgba: Vec<_> = image.beauty().par_iter().zip(alpha).map(pixel).collect();
-    let whole = RgbaImage::from_raw(image.width, image.height, rgba.into_flattened());
-    png_of(whole.map(Into::into), image.width, image.height)
+    encode_rgba(image.width, image.height, rgba.into_flattened())
+}
+
+/// The same with alpha.
+pub fn encode_rgba(width: u32, height: u32, rgba: Vec<u8>) -> Result<Vec<u8>> {
+    png_of(RgbaImage::from_raw(width, height, rgba).map(Into::into), width, height)
 }
 
 /// The bytes of a PNG file: 8-bit RGB without a colour space chunk, so viewers assume sRGB.

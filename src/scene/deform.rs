@@ -141,20 +141,28 @@ impl Deform {
         rows
     }
 
-    /// Adds a vertex that moves as vertex `v` does, before the mesh's vertices are taken.
-    pub fn repeat_vertex(&mut self, v: usize) {
+    /// Replaces the vertices, before the mesh's are taken, by those with the indices `from`, in that order.
+    pub fn gather(&mut self, from: &[u32]) {
         for target in &mut self.targets {
-            for part in [&mut target.positions, &mut target.normals, &mut target.tangents] {
-                part.extend(part.get(v).copied());
-            }
+            gather(&mut target.positions, from);
+            gather(&mut target.normals, from);
+            gather(&mut target.tangents, from);
         }
-        self.skin.extend_from_within(v * self.influences..(v + 1) * self.influences);
+        let of = |&vertex: &u32| &self.skin[vertex as usize * self.influences..][..self.influences];
+        self.skin = from.iter().flat_map(of).copied().collect();
     }
 
     /// Bytes of all lists.
     pub fn bytes(&self) -> usize {
         let targets = self.targets.iter().map(|t| t.positions.len() + t.normals.len() + t.tangents.len());
         40 * self.positions.len() + 12 * targets.sum::<usize>() + 8 * self.skin.len()
+    }
+}
+
+/// The values with the indices `from`, in that order; nothing of an empty list.
+fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
+    if !values.is_empty() {
+        *values = from.iter().map(|&i| values[i as usize]).collect();
     }
 }
 
@@ -186,6 +194,18 @@ impl Mesh {
         match &self.deform {
             Some(deform) => Cow::Owned(deform.of(&pose.deforms[deform.deformer]).0),
             None => Cow::Borrowed(&self.positions),
+        }
+    }
+
+    /// Replaces the vertices by those with the indices `from`, in that order.
+    pub(super) fn gather(&mut self, from: &[u32]) {
+        gather(&mut self.positions, from);
+        gather(&mut self.normals, from);
+        gather(&mut self.tangents, from);
+        self.uvs.iter_mut().for_each(|uvs| gather(uvs, from));
+        gather(&mut self.colors, from);
+        if let Some(deform) = self.deform.as_mut().map(Arc::make_mut) {
+            deform.gather(from);
         }
     }
 

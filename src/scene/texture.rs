@@ -251,12 +251,7 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// Computes the chains in parallel.
-    pub fn new(scene: &Scene) -> Self {
-        Self::of(scene, &scene.materials)
-    }
-
-    /// The same for these of its materials alone.
+    /// Computes the chains that these of the scene's materials use, in parallel.
     pub fn of<'m>(scene: &Scene, materials: impl IntoIterator<Item = &'m Material>) -> Self {
         let slots = materials.into_iter().flat_map(Material::texture_slots);
         let used: BTreeSet<_> = slots.map(|(slot, space)| (scene.textures[slot.texture].image, space)).collect();

@@ -19,7 +19,7 @@ pub fn assert_valid(scene: &Scene) {
         assert!(mesh.tangents.iter().all(|t| (t.truncate().length() - 1.0).abs() < 1e-5 && t.w.abs() == 1.0));
         assert!(mesh.material < scene.materials.len());
     }
-    let textures = Textures::new(scene);
+    let textures = Textures::of(scene, &scene.materials);
     let point = SurfacePoint { uvs: [glam::Vec2::splat(0.3); 2], color: glam::Vec4::ONE, footprint: [0.1; 2] };
     for material in &scene.materials {
         material.evaluate(scene, &textures, &point);

@@ -118,7 +118,7 @@ fn textured(texels: &[[u8; 4]], make: impl Fn(&[TextureRef]) -> Material) -> (Sc
         slots.push(TextureRef { texture: i, uv_set: 0, transform: Affine2::IDENTITY });
     }
     scene.add_material(make(&slots));
-    let textures = Textures::new(&scene);
+    let textures = Textures::of(&scene, &scene.materials);
     (scene, textures)
 }
 

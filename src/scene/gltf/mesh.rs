@@ -1,7 +1,5 @@
 //! Converts one primitive into one [`Mesh`]: triangles of any mode, checked attributes, generated normals and tangents.
 
-use std::sync::Arc;
-
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked::Valid;
@@ -230,39 +228,14 @@ fn compact(mesh: &mut Mesh) {
         }
         *index = *new;
     }
-    gather(mesh, &kept);
+    mesh.gather(&kept);
 }
 
 /// Gives every triangle three vertices of its own, in index order.
 fn unweld(mesh: &mut Mesh) {
     let indices = std::mem::take(&mut mesh.indices);
-    gather(mesh, &indices);
+    mesh.gather(&indices);
     mesh.indices = (0..indices.len() as u32).collect();
-}
-
-/// Replaces the mesh's vertices by those with the indices `from`, in that order.
-fn gather(mesh: &mut Mesh, from: &[u32]) {
-    fn pick<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
-        if !values.is_empty() {
-            *values = from.iter().map(|&i| values[i as usize]).collect();
-        }
-    }
-    pick(&mut mesh.positions, from);
-    pick(&mut mesh.normals, from);
-    pick(&mut mesh.tangents, from);
-    mesh.uvs.iter_mut().for_each(|uvs| pick(uvs, from));
-    pick(&mut mesh.colors, from);
-    if let Some(deform) = mesh.deform.as_mut().map(Arc::make_mut) {
-        for target in &mut deform.targets {
-            pick(&mut target.positions, from);
-            pick(&mut target.normals, from);
-            pick(&mut target.tangents, from);
-        }
-        if deform.influences > 0 {
-            let of = |&vertex: &u32| &deform.skin[vertex as usize * deform.influences..][..deform.influences];
-            deform.skin = from.iter().flat_map(of).copied().collect();
-        }
-    }
 }
 
 /// Computed in f64, so that squared differences of large coordinates stay finite. +Y for degenerate triangles.

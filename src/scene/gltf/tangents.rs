@@ -1,7 +1,6 @@
 //! Tangents for normal maps and anisotropy: the file's, else MikkTSpace's, as glTF demands.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Affine2, Vec3, Vec4};
@@ -29,34 +28,32 @@ fn generate(mesh: &mut Mesh, uvs: (usize, Affine2)) {
     let mut corners = Corners { mesh, uvs, tangents: vec![None; mesh.indices.len()] };
     // The error type has no values; corners without a tangent get one below.
     let _ = generate_tangents(&mut corners);
-    let tangents = corners.tangents;
-    mesh.tangents = vec![Vec4::ZERO; mesh.positions.len()];
+    let tangents_of_corners = corners.tangents;
+    let mut tangents = vec![Vec4::ZERO; mesh.positions.len()];
+    // The vertices that have been, for each that is; those that are split come last.
+    let mut from: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     let mut split: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
-    for (corner, tangent) in tangents.into_iter().enumerate() {
-        let old = mesh.indices[corner];
+    for (index, tangent) in mesh.indices.iter_mut().zip(tangents_of_corners) {
+        let old = *index;
         let tangent = tangent.unwrap_or_else(|| any_tangent(mesh.normals[old as usize]));
-        mesh.indices[corner] = *split.entry((old, tangent.to_array().map(f32::to_bits))).or_insert_with(|| {
-            let at = old as usize;
-            if mesh.tangents[at] == Vec4::ZERO {
-                mesh.tangents[at] = tangent;
+        *index = *split.entry((old, tangent.to_array().map(f32::to_bits))).or_insert_with(|| {
+            if tangents[old as usize] == Vec4::ZERO {
+                tangents[old as usize] = tangent;
                 return old;
             }
-            mesh.positions.push(mesh.positions[at]);
-            mesh.normals.push(mesh.normals[at]);
-            mesh.uvs.iter_mut().for_each(|uvs| uvs.push(uvs[at]));
-            mesh.colors.push(mesh.colors[at]);
-            if let Some(deform) = mesh.deform.as_mut().map(Arc::make_mut) {
-                deform.repeat_vertex(at);
-            }
-            mesh.tangents.push(tangent);
-            mesh.tangents.len() as u32 - 1
+            from.push(old);
+            tangents.push(tangent);
+            from.len() as u32 - 1
         });
     }
-    for (tangent, normal) in mesh.tangents.iter_mut().zip(&mesh.normals) {
+    mesh.tangents.clear();
+    mesh.gather(&from);
+    for (tangent, normal) in tangents.iter_mut().zip(&mesh.normals) {
         if *tangent == Vec4::ZERO {
             *tangent = any_tangent(*normal);
         }
     }
+    mesh.tangents = tangents;
 }
 
 /// Any unit vector orthogonal to the normal, for degenerate or constant uvs.

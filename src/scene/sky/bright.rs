@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3};
 
-use super::{Texels, direction};
+use super::{Texels, middle};
 
 /// What is more than so many times the mean of the rest is bright.
 const BRIGHT: f64 = 8.0;
@@ -39,8 +39,7 @@ pub fn part(texels: &Texels) -> (f32, Vec<SkyLight>) {
         for x in 0..texels.width {
             let (texel, rest) = (texels.get(x, y), texels.dimmed(x, y, most));
             if texel != rest {
-                let across = (x as f64 + 0.5) / texels.width as f64;
-                let towards = direction(across, (y as f64 + 0.5) / texels.height as f64);
+                let towards = middle(x, y, [texels.width, texels.height]);
                 bright.push(Bright { towards, flux: (texel - rest).as_dvec3() * solid_angle, solid_angle });
             }
         }
@@ -160,14 +159,11 @@ impl Part {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::sky::{Panorama, SkyMap};
+    use crate::scene::sky::SkyMap;
+    use crate::scene::sky::tests::sky_of;
 
     fn lights_of(radiance: impl Fn(DVec3) -> Vec3) -> SkyMap {
-        let (width, height) = (256, 128);
-        let place = |i: usize| ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        let texel = |i: usize| radiance(direction(place(i).0 / width as f64, place(i).1 / height as f64));
-        SkyMap::new(Panorama { width, height, radiance: (0..width * height).map(texel).collect() }, 1.0)
-            .expect("not black")
+        sky_of(256, 128, radiance)
     }
 
     /// A disc of half angle a has the irradiance π sin² a of its radiance; what it keeps in the map is a small part here.

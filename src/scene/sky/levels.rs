@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Texels, direction, pack};
+use super::{SkyMap, Texels, middle, pack};
 
 const ROWS: usize = 16;
 /// 512 rows, 1.4°.
@@ -27,21 +27,20 @@ pub fn make(texels: &Texels, most: f32) -> (usize, Vec<u32>) {
             _ => source.cone_mean(towards, FRAC_PI_4 / f64::from(1 << (level - 1))),
         };
         let height = rows(level);
-        let row = |y: usize| (0..2 * height).map(move |x| (x, y));
-        let places: Vec<_> = (0..height).flat_map(row).collect();
-        let texel = |&(x, y): &(usize, usize)| {
-            let across = (x as f64 + 0.5) / (2 * height) as f64;
-            pack(mean(direction(across, (y as f64 + 0.5) / height as f64)).as_vec3())
-        };
-        places.par_iter().map(texel).collect::<Vec<_>>()
+        let size = [2 * height, height];
+        let texel = |i: usize| pack(mean(middle(i % size[0], i / size[0], size)).as_vec3());
+        (0..size[0] * height).into_par_iter().map(texel).collect::<Vec<_>>()
     });
     (levels, words.collect())
 }
 
-/// How often the cones of the last of so many levels are halved until one is as narrow as a texel of a map of that height.
-pub fn octaves(levels: usize, height: usize) -> f32 {
-    let last = FRAC_PI_4 / f64::from(1 << (levels - 2));
-    (last / (PI / (2 * height) as f64)).log2().max(0.1) as f32
+impl SkyMap {
+    /// How often the cones of the last level are halved until one is as narrow as a texel.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn octaves(&self) -> f32 {
+        let last = FRAC_PI_4 / f64::from(1 << (self.levels - 2));
+        (last / (PI / (2 * self.height) as f64)).log2().max(0.1) as f32
+    }
 }
 
 fn rows(level: usize) -> usize {
@@ -122,7 +121,7 @@ impl Rows {
         for y in 0..self.height {
             let solid_angle = super::solid_angle(self.width, self.height, y);
             for x in 0..self.width {
-                let there = direction((x as f64 + 0.5) / self.width as f64, (y as f64 + 0.5) / self.height as f64);
+                let there = middle(x, y, [self.width, self.height]);
                 let share = solid_angle * towards.dot(there).max(0.0);
                 let (left, right) = (y * (self.width + 1) + x, y * (self.width + 1) + x + 1);
                 sum += share * (self.sums[right] - self.sums[left]);
@@ -138,7 +137,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::scene::sky::{Panorama, SkyMap};
+    use crate::scene::sky::tests::sky_of;
 
     /// Over a cone of half angle a the mean of what is linear in the direction is (1 + cos a)/2 of it along the axis; weighted with
     /// the cosine over a hemisphere, 2/3.
@@ -147,10 +146,7 @@ mod tests {
         for height in [16, 50, 300] {
             let width = 2 * height;
             let slope = Vec3::new(0.7, 0.5, -0.6);
-            let place = |i: usize| ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            let towards = |i: usize| direction(place(i).0 / width as f64, place(i).1 / height as f64).as_vec3();
-            let radiance = (0..width * height).map(|i| 1.0 + slope * towards(i)).collect();
-            let map = SkyMap::new(Panorama { width, height, radiance }, 1.0).expect("it is not black");
+            let map = sky_of(width, height, |d| 1.0 + slope * d.as_vec3());
             assert_eq!(map.lights, [], "nothing is bright");
             let mut first = width * height;
             for level in 0..map.levels {
@@ -160,10 +156,7 @@ mod tests {
                 let half_angle = FRAC_PI_4 / f64::from(1 << (level.max(1) - 1));
                 let share = if level == 0 { 2.0 / 3.0 } else { f64::midpoint(1.0, half_angle.cos()) };
                 for (i, word) in words.iter().enumerate() {
-                    let d = direction(
-                        ((i % across) as f64 + 0.5) / across as f64,
-                        ((i / across) as f64 + 0.5) / down as f64,
-                    );
+                    let d = middle(i % across, i / across, [across, down]);
                     let expected = 1.0 + slope * d.as_vec3() * share as f32;
                     let off = (map.scale * super::super::unpack(*word) - expected).abs().max_element();
                     // Nine bits, 1/512 of at most 2; and rows as steps, unevenly high where few become others.

@@ -106,12 +106,6 @@ impl SkyMap {
         self.scale * self.most.min(LARGEST)
     }
 
-    /// How often the cones of the last level are halved until one is as narrow as a texel.
-    #[cfg_attr(not(internals), doc(hidden))]
-    pub fn octaves(&self) -> f32 {
-        levels::octaves(self.levels, self.height)
-    }
-
     /// Radiance towards unit d of the map that is not turned, linear between texels.
     pub fn towards(&self, d: Vec3) -> Vec3 {
         self.scale * self.texels().at(place(d), f32::INFINITY)
@@ -153,6 +147,11 @@ pub fn place(d: Vec3) -> [f32; 2] {
 pub fn direction(across: f64, down: f64) -> DVec3 {
     let ((sin, cos), (out, up)) = ((TAU * (across - 0.5)).sin_cos(), (PI * down).sin_cos());
     DVec3::new(out * cos, up, out * sin)
+}
+
+/// That of the middle of a texel in a map of so many columns and rows.
+fn middle(x: usize, y: usize, size: [usize; 2]) -> DVec3 {
+    direction((x as f64 + 0.5) / size[0] as f64, (y as f64 + 0.5) / size[1] as f64)
 }
 
 /// The texels of a map, or of one of its levels.
@@ -248,6 +247,13 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The sky of a map that is so bright towards unit d.
+    pub fn sky_of(width: usize, height: usize, radiance: impl Fn(DVec3) -> Vec3) -> SkyMap {
+        let texel = |i: usize| radiance(middle(i % width, i / width, [width, height]));
+        let radiance = (0..width * height).map(texel).collect();
+        SkyMap::new(Panorama { width, height, radiance }, 1.0).expect("not black")
+    }
 
     #[test]
     fn packing_keeps_nine_bits_of_the_largest_channel() {

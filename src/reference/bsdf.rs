@@ -110,14 +110,6 @@ pub fn frame(n: Vec3) -> Mat3 {
     )
 }
 
-/// [`frame`] with its first column along the part of `x` that is orthogonal to `n`.
-fn frame_along(n: Vec3, x: Vec3) -> Mat3 {
-    match (x - n * n.dot(x)).try_normalize() {
-        Some(x) => Mat3::from_cols(x, n.cross(x), n),
-        None => frame(n),
-    }
-}
-
 /// A direction around +z with density cos/π.
 pub fn sample_cosine(u: [f32; 2]) -> Vec3 {
     let (sin, cos) = (TAU * u[0]).sin_cos();
@@ -132,7 +124,8 @@ impl Bsdf {
         let Viewing { normal, geometric, wo, inside, .. } = viewing;
         let finish = p.finish.as_ref();
         let stretched = finish.filter(|f| f.anisotropy > 0.0);
-        let frame = if stretched.is_some() { frame_along(normal, viewing.grain) } else { frame(normal) };
+        let along = stretched.and_then(|_| (viewing.grain - normal * normal.dot(viewing.grain)).try_normalize());
+        let frame = along.map_or_else(|| frame(normal), |x| Mat3::from_cols(x, normal.cross(x), normal));
         let across = p.roughness * p.roughness;
         let alpha = Ggx { x: stretched.map_or(across, |f| f.stretched(across)), y: across };
         let nonmetal = 1.0 - p.metallic;

@@ -74,8 +74,15 @@ impl Cache {
             (Some(folder), None) => Some(folder.join(format!("{}{part}.film", key.to_hex()))),
             _ => None,
         };
-        // Another process that makes the same film makes it for this one too.
-        let _lock = path.as_ref().and_then(|path| wait_for_turn(path, cancel));
+        // Another process that makes the same film makes it for this one too. Where locks are not known there is none.
+        let _lock = path.as_ref().and_then(|path| {
+            loop {
+                match file::FileLock::take(&path.with_extension("lock")) {
+                    Ok(None) if !cancel.load(Ordering::Relaxed) => std::thread::sleep(Duration::from_millis(50)),
+                    taken => break taken.ok().flatten(),
+                }
+            }
+        });
         let kept = path.as_ref().and_then(|path| load(path, &key, options));
         let mut film = match kept {
             Some(film) if !options.stop.passed(&film) => film,
@@ -144,17 +151,6 @@ pub fn key(Still { scene, pose, view }: Still, options: &Options) -> blake3::Has
         add(&image.rgba);
     }
     hasher.finalize()
-}
-
-/// Waits until no other process makes the film at `path`, or `cancel` is set. `None` where locks are not known.
-fn wait_for_turn(path: &Path, cancel: &AtomicBool) -> Option<file::FileLock> {
-    loop {
-        match file::FileLock::take(&path.with_extension("lock")) {
-            Ok(Some(lock)) => return Some(lock),
-            Ok(None) if !cancel.load(Ordering::Relaxed) => std::thread::sleep(Duration::from_millis(50)),
-            _ => return None,
-        }
-    }
 }
 
 /// Little-endian: magic, key, size, first sample, history, rows, then a hash of all these bytes.

@@ -144,12 +144,9 @@ impl<'a> Integrator<'a> {
 
     /// Whether the path continues at a vertex.
     pub(super) fn continues(&self, path: &Path, vertex: &Vertex) -> bool {
-        !vertex.surface.params.unlit && path.scattered <= self.bounces && (!vertex.hit.back || self.two_sided(vertex))
-    }
-
-    fn two_sided(&self, vertex: &Vertex) -> bool {
         let flags = self.geometry().flags[vertex.point.material];
-        flags.double_sided || flags.volume
+        let shows = !vertex.hit.back || flags.double_sided || flags.volume;
+        !vertex.surface.params.unlit && path.scattered <= self.bounces && shows
     }
 
     /// Follows the path's ray to the next surface that it does not pass unscattered. At the sky the result is `None`, and
@@ -327,11 +324,6 @@ impl<'a> Integrator<'a> {
             }
         });
         if blocked { Vec3::ZERO } else { share }
-    }
-
-    /// The ray between two vertices; `direction` points from the first to the second.
-    pub(super) fn ray_between(&self, from: &Vertex, to: &Vertex, direction: Vec3) -> Ray {
-        Ray::between(self.offset_origin(from, direction), self.offset_origin(to, -direction))
     }
 
     /// The bits of those of up to eight rays that hit a surface, transparent or not.

@@ -7,7 +7,7 @@ use super::geometry::{Geometry, Location};
 use super::material::Materials;
 use super::sky::{Sky, choose};
 use crate::scene::surface::{range_window, spot_falloff};
-use crate::scene::{LightKind, Pose, Scene};
+use crate::scene::{LightKind, Material, Pose, Scene};
 
 /// A sampled light at a point, without occlusion.
 #[derive(Clone, Copy, Debug)]
@@ -189,9 +189,10 @@ impl PunctualLight {
 impl Emitters {
     fn new(materials: &Materials) -> Self {
         let geometry = &materials.geometry;
+        let is_emissive = |m: &Material| m.emissive != Vec3::ZERO && !m.unlit;
         let mut power = Vec::new();
         for triangle in 0..geometry.triangles.len() as u32 {
-            if materials.is_emissive(geometry.material(triangle)) {
+            if is_emissive(&geometry.scene.materials[geometry.material(triangle)]) {
                 let [a, b, c] = geometry.triangles[triangle as usize];
                 let area = (b - a).cross(c - a).length() as f64 / 2.0;
                 power.push((triangle, area, area * materials.mean_emission(triangle) as f64));

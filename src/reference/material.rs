@@ -45,11 +45,6 @@ impl<'a> Materials<'a> {
         self.geometry.scene
     }
 
-    pub fn is_emissive(&self, material: usize) -> bool {
-        let m = &self.scene().materials[material];
-        m.emissive != Vec3::ZERO && !m.unlit
-    }
-
     /// Prefetches the texels that [`Self::surface`] will read.
     #[inline]
     pub fn prefetch(&self, texturing: &SurfacePoint, material: usize) {

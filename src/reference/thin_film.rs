@@ -31,7 +31,9 @@ impl ThinFilm {
         let cos_film = (1.0 - sin2).sqrt();
         let r12 = fresnel(1.0, ior, cos);
         let t121 = 1.0 - r12;
-        let base = f0.clamp(Vec3::ZERO, Vec3::splat(0.9999)).map(index);
+        // The index that has this reflectance in air.
+        let root = f0.clamp(Vec3::ZERO, Vec3::splat(0.9999)).map(f32::sqrt);
+        let base = (1.0 + root) / (1.0 - root);
         let r23 = base.map(|base| fresnel(ior, base, cos_film));
         // Light that a denser medium reflects is turned by half a wave; the film is never thinner than air.
         let shift = base.map(|base| PI + if base < ior { PI } else { 0.0 });
@@ -54,12 +56,6 @@ impl ThinFilm {
 fn fresnel(outer: f32, inner: f32, cos: f32) -> f32 {
     let r = (inner - outer) / (inner + outer);
     r * r + (1.0 - r * r) * schlick(cos)
-}
-
-/// The index that has this reflectance in air.
-fn index(f0: f32) -> f32 {
-    let root = f0.sqrt();
-    (1.0 + root) / (1.0 - root)
 }
 
 /// The part of the cosine of the phase that each channel sees, for a difference of ways and a turn per channel.

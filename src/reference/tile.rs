@@ -183,7 +183,8 @@ impl Integrator<'_> {
         // The own pixel's path has found the vertex, so this connection is unoccluded.
         let (mut others, mut rays, mut count) = ([0; SIDE * SIDE], [Ray::default(); SIDE * SIDE], 0);
         for (i, connection) in connections.iter().enumerate().filter(|(_, c)| c.pixel != shared.pixel) {
-            let ray = self.ray_between(&connection.first.vertex, &shared.vertex, connection.direction);
+            let from = self.offset_origin(&connection.first.vertex, connection.direction);
+            let ray = Ray::between(from, self.offset_origin(&shared.vertex, -connection.direction));
             (others[count], rays[count]) = (i, ray);
             count += 1;
         }

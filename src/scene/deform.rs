@@ -77,15 +77,12 @@ impl Deformer {
         let rows = |joint: &Joint| {
             let m = frame_from_world * world[joint.node] * joint.joint_from_mesh;
             // Damaged files have transforms that overflow; what they move is somewhere, but a number.
+            let finite = |x: f64| if x.is_finite() { x.clamp(-1e15, 1e15) as f32 } else { 0.0 };
             let row = |i: usize| m.matrix3.row(i).extend(m.translation[i]).to_array().map(finite);
             [row(0), row(1), row(2)]
         };
         DeformPose { joints: self.joints.iter().map(rows).collect(), weights }
     }
-}
-
-fn finite(x: f64) -> f32 {
-    if x.is_finite() { x.clamp(-1e15, 1e15) as f32 } else { 0.0 }
 }
 
 /// Positions, normals and tangents of all vertices.

@@ -65,7 +65,14 @@ impl Material {
         let specular = self.specular * sample(&self.specular_texture, ColorSpace::Linear).w;
         let specular_color = self.specular_color * sample(&self.specular_color_texture, ColorSpace::Srgb).truncate();
         let transmission = self.transmission * sample(&self.transmission_texture, ColorSpace::Linear).x;
-        let dielectric_f0 = (dielectric_f0(self.ior) * specular_color).min(Vec3::ONE) * specular;
+        // KHR_materials_ior: reflectance at normal incidence from air. Index 0 gives 1, which reflects everything.
+        let from_air = ((self.ior - 1.0) / (self.ior + 1.0)).powi(2);
+        let dielectric_f0 = (from_air * specular_color).min(Vec3::ONE) * specular;
+        // KHR_materials_volume. A black channel gets a large finite value.
+        let absorption = match self.attenuation_distance {
+            f32::INFINITY => Vec3::ZERO,
+            distance => -self.attenuation_color.max(Vec3::splat(1e-10)).map(f32::ln) / distance,
+        };
         SurfaceParams {
             base_color: base.truncate(),
             opacity: self.alpha.opacity(base.w),
@@ -77,7 +84,7 @@ impl Material {
             f90: specular + (1.0 - specular) * metallic,
             transmission: transmission * (1.0 - metallic),
             ior: self.ior.max(1.0),
-            absorption: absorption(self.attenuation_color, self.attenuation_distance),
+            absorption,
             normal_tangent: match self.normal_texture {
                 None => Vec3::Z,
                 Some(_) => normal_map(sample(&self.normal_texture, ColorSpace::Linear), self.normal_scale),
@@ -134,16 +141,6 @@ impl SurfaceParams {
     pub fn transmittance(&self, distance: f32) -> Vec3 {
         (-self.absorption * distance).exp()
     }
-}
-
-/// KHR_materials_ior: reflectance at normal incidence from air. Index 0 gives 1 (reflects everything).
-fn dielectric_f0(ior: f32) -> f32 {
-    ((ior - 1.0) / (ior + 1.0)).powi(2)
-}
-
-/// KHR_materials_volume: −ln(colour) / distance, per metre. A black channel gets a large finite value.
-fn absorption(color: Vec3, distance: f32) -> Vec3 {
-    if distance.is_infinite() { Vec3::ZERO } else { -color.max(Vec3::splat(1e-10)).map(f32::ln) / distance }
 }
 
 /// The matrix that transforms normals: the inverse transpose times the determinant, which exists for singular matrices too.

@@ -114,7 +114,13 @@ impl MipChain {
     /// the magnification filter applies at 0 and below (Vulkan's rule).
     pub fn sample(&self, texture: &Texture, uv: Vec2, level: f32) -> Vec4 {
         let last = (self.levels.len() - 1) as f32;
-        let sample = |level: usize, linear: bool| self.sample_level(level, Lookup { texture, uv, linear });
+        let sample = |level: usize, linear: bool| {
+            let level = &self.levels[level];
+            Lookup { texture, uv, linear }.filtered([level.width, level.height], |column, row| {
+                let at = 4 * (row * level.width as usize + column);
+                decode(self.space.table(), &level.rgba[at..at + 4])
+            })
+        };
         if level <= 0.0 {
             return sample(0, texture.mag_linear);
         }
@@ -130,14 +136,6 @@ impl MipChain {
                 fine.lerp(sample(level as usize + 1, texture.min_linear), level.fract())
             }
         }
-    }
-
-    fn sample_level(&self, level: usize, lookup: Lookup) -> Vec4 {
-        let level = &self.levels[level];
-        lookup.filtered([level.width, level.height], |column, row| {
-            let at = 4 * (row * level.width as usize + column);
-            decode(self.space.table(), &level.rgba[at..at + 4])
-        })
     }
 }
 

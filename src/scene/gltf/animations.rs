@@ -24,15 +24,6 @@ pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> 
     Ok(())
 }
 
-/// A channel replaces the translation, rotation or scale, so a matrix is decomposed into these.
-fn make_animatable(local: &mut Transform) {
-    if let Transform::Matrix(matrix) = local {
-        let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
-        let rotation = if rotation.is_finite() { rotation.normalize() } else { DQuat::IDENTITY };
-        *local = Transform::Trs { translation, rotation, scale };
-    }
-}
-
 /// A channel as the file has it, and the number of its animation.
 struct Loading<'a> {
     data: &'a Data<'a>,
@@ -79,7 +70,10 @@ impl Loading<'_> {
                 return Err(format!("{what} has the unknown interpolation \"{unknown}\"; export the file again"));
             }
         };
-        let times = key_times(data, &what, sampler.input.value())?;
+        let times = data.floats::<1>(sampler.input.value(), None)?.into_flattened();
+        if times.iter().any(|t| !t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
+            return Err(format!("{what} has key times that do not increase; export the file again"));
+        }
         let (keys, output) = (times.len(), sampler.output.value());
         let numbers = match property {
             None => data.floats::<1>(output, None)?.into_flattened(),
@@ -104,7 +98,13 @@ impl Loading<'_> {
                 if values.len() != keys * per_key {
                     return Err(format!("{what} has {keys} keys and {} values; export the file again", values.len()));
                 }
-                make_animatable(&mut scene.nodes[node].local);
+                let local = &mut scene.nodes[node].local;
+                if let Transform::Matrix(matrix) = local {
+                    // A channel replaces the translation, rotation or scale.
+                    let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+                    let rotation = if rotation.is_finite() { rotation.normalize() } else { DQuat::IDENTITY };
+                    *local = Transform::Trs { translation, rotation, scale };
+                }
                 animation.channels.push(Channel { node, times, property, values, interpolation });
             }
             (None, Some(deformer)) => {
@@ -114,12 +114,4 @@ impl Loading<'_> {
         }
         Ok(last)
     }
-}
-
-fn key_times(data: &Data, what: &str, input: usize) -> Result<Vec<f32>, Problem> {
-    let times: Vec<f32> = data.floats::<1>(input, None)?.into_iter().map(|[t]| t).collect();
-    if times.iter().any(|t| !t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
-        return Err(format!("{what} has key times that do not increase; export the file again"));
-    }
-    Ok(times)
 }

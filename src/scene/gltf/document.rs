@@ -39,7 +39,7 @@ pub struct Document {
     #[serde(skip)]
     tree: OnceLock<Value>,
     #[serde(skip)]
-    warnings: Mutex<Vec<String>>,
+    pub warnings: Mutex<Vec<String>>,
 }
 
 /// Distinct warnings that are kept: a file with more has one cause for most of them.
@@ -65,10 +65,6 @@ impl Document {
         }
         let full = warnings.len() == WARNINGS_MAX;
         warnings.push(if full { "further warnings were left out".into() } else { sentence });
-    }
-
-    pub fn into_warnings(self) -> Vec<String> {
-        self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The value at a JSON pointer, for messages: for an unknown value the crate's types only say that it is invalid.

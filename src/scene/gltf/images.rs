@@ -243,8 +243,12 @@ impl Images<'_> {
             need.add_image(self.size(index), spaces as u64);
         }
         let halved = self.opened.iter().flatten().filter(|image| self.halvings(image.size) > 0);
-        need.add_halving(halved.map(|image| texels_of(image.size)).max().unwrap_or(0));
-        need.add_upload((0..self.opened.len()).map(|index| self.texels(index)).max().unwrap_or(0));
+        let largest = halved.map(|image| texels_of(image.size)).max().unwrap_or(0);
+        // Several at once, each as it is and while it is halved.
+        need.add_bytes(Kind::Texels, largest.saturating_mul(12).saturating_mul(rayon::current_num_threads() as u64));
+        let largest = (0..self.opened.len()).map(|index| self.texels(index)).max().unwrap_or(0);
+        // On its way to the device, two copies of its chain's rectangle.
+        need.add_bytes(Kind::Texels, largest.saturating_mul(2 * 6));
         need.check()
     }
 

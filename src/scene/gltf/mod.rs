@@ -26,6 +26,7 @@ mod webp;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::PoisonError;
 
 use self::accessor::{Data, Problem, missing};
 pub(super) use self::container::list;
@@ -134,7 +135,7 @@ impl Scene {
         Ok(Self {
             name: if is_standard(path) { "stdin".into() } else { name.into_owned() },
             hash: hash.finalize().to_hex().to_string(),
-            warnings: document.into_warnings(),
+            warnings: document.warnings.into_inner().unwrap_or_else(PoisonError::into_inner),
             ..scene
         })
     }
@@ -183,19 +184,21 @@ fn check_extensions(document: &Document, strict: bool) -> Result<(), Problem> {
                 "requires the extension {name}, which is not supported; export the scene without it or leave out --strict"
             ));
         }
-        let hint = if is_environment(full_name) { ENVIRONMENT_HINT } else { "" };
+        let hint = hint(full_name);
         document
             .warn(format!("the extension {name} is required, but not supported: what uses it looks different{hint}"));
     }
     for name in document.extensions_used.iter().filter(unknown).filter(|name| !required.contains(name)) {
-        let hint = if is_environment(name) { ENVIRONMENT_HINT } else { "" };
-        document.warn(format!("the extension {} is not supported and was ignored{hint}", container::shorten(name)));
+        let (hint, name) = (hint(name), container::shorten(name));
+        document.warn(format!("the extension {name} is not supported and was ignored{hint}"));
     }
     Ok(())
 }
 
-/// What to do about light that a file takes from an image of its surroundings.
-const ENVIRONMENT_HINT: &str = "; give the image of its surroundings with --sky FILE.hdr";
+/// How else a file gets light that it takes from an image of its surroundings.
+fn hint(extension: &str) -> &'static str {
+    if is_environment(extension) { "; give the image of its surroundings with --sky FILE.hdr" } else { "" }
+}
 
 /// Whether an extension lights the scene with such an image.
 fn is_environment(name: &str) -> bool {
@@ -316,7 +319,11 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
                     });
                     scene.deformers.push(deformer);
                 }
-                load_primitives(data, mesh_index, &applied, scene)?
+                let first = scene.meshes.len();
+                for number in 0..document.meshes[mesh_index].primitives.len() {
+                    scene.meshes.extend(mesh::load(data, [mesh_index, number], &applied, &scene.materials)?);
+                }
+                (first..scene.meshes.len()).collect()
             }
         };
         for node in places {
@@ -327,17 +334,4 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
         }
     }
     Ok(())
-}
-
-fn load_primitives(
-    data: &Data,
-    mesh: usize,
-    applied: &deform::Applied,
-    scene: &mut Scene,
-) -> Result<Vec<usize>, Problem> {
-    let first = scene.meshes.len();
-    for number in 0..data.document.meshes[mesh].primitives.len() {
-        scene.meshes.extend(mesh::load(data, [mesh, number], applied, &scene.materials)?);
-    }
-    Ok((first..scene.meshes.len()).collect())
 }

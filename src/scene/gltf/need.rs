@@ -114,7 +114,7 @@ impl Need {
         self.add_bytes(kind, count.saturating_mul(bytes_each));
     }
 
-    fn add_bytes(&mut self, kind: Kind, bytes: u64) {
+    pub fn add_bytes(&mut self, kind: Kind, bytes: u64) {
         let sum = &mut self.sums[kind as usize].1;
         *sum = sum.saturating_add(bytes);
     }
@@ -218,16 +218,6 @@ impl Need {
                 self.add(Kind::Numbers, elements(document, sampler.output.value()).saturating_mul(4), 8);
             }
         }
-    }
-
-    /// Adds what the largest image takes on its way to the device: two copies of its chain's rectangle.
-    pub fn add_upload(&mut self, texels: u64) {
-        self.add_bytes(Kind::Texels, texels.saturating_mul(2 * 6));
-    }
-
-    /// Adds what images take that are halved once they are decoded: several at once, as they are and while they are halved.
-    pub fn add_halving(&mut self, texels: u64) {
-        self.add_bytes(Kind::Texels, texels.saturating_mul(12).saturating_mul(rayon::current_num_threads() as u64));
     }
 
     /// Adds an image that is used in so many colour spaces.

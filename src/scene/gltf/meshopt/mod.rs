@@ -136,7 +136,7 @@ impl Compressed {
         // What memory allows was checked before.
         let limits = Limits { max_bytes: usize::MAX, max_work: u64::MAX };
         let decoded = decode(count, stride, bytes, &mut Workspace::new(limits));
-        let mut out = decoded.map_err(|_| "are damaged, or too few or too many for the elements that it states")?;
+        let mut out = decoded.map_err(|_| "are damaged, or too few or too many for what is stated")?;
         match (self.filter.as_deref(), stride) {
             (Some("OCTAHEDRAL"), 4) => filters::octahedral_8(&mut out),
             (Some("OCTAHEDRAL"), _) => filters::octahedral_16(&mut out),

@@ -13,18 +13,17 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use twobounce::chart::row::Part;
 use twobounce::lab::store::Results;
 use twobounce::layers::Layers;
+use twobounce::measure::metrics::Part;
 use twobounce::plan::answer::Answer;
-use twobounce::plan::bench::{Bench, Host, OF_PIXELS, Seen};
+use twobounce::plan::bench::{Bench, OF_PIXELS, Seen, Setup};
 use twobounce::plan::needs::Needs;
 use twobounce::plan::space::{Place, Space, spaces};
 use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
-use twobounce::reference::film::Film;
 use twobounce::renderer::{Context, ContextOptions, RenderOptions};
-use twobounce::scene::{LoadOptions, Scene, Still};
+use twobounce::scene::{LoadOptions, Scene};
 use twobounce::settings::Settings;
 
 /// Pixels of all images.
@@ -47,20 +46,6 @@ const LEVEL: u32 = 2;
 
 /// Rounds of the final times.
 const ROUNDS: usize = 7;
-
-struct Tracer<'a>(&'a Scene, &'a Cache);
-
-impl Host for Tracer<'_> {
-    fn trace(&self, of: &Seen, options: &Options) -> twobounce::Result<Film> {
-        self.1.render(Still::new(self.0, &of.pose, &of.view), options, &|_| (), &AtomicBool::new(false))
-    }
-
-    fn is_at(&self, _: String) {}
-
-    fn check(&self) -> twobounce::Result<()> {
-        Ok(())
-    }
-}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1).map(PathBuf::from);
@@ -113,8 +98,8 @@ impl Swept {
         for space in spaces.iter().filter(|space| METHODS.contains(&space.method.name())) {
             for place in space.places() {
                 let settings = space.settings(&place);
-                let row = bench.row(&settings, seen)??;
-                let reading = bench.reading(&row, reference)?;
+                let row = bench.row(&settings, seen)?;
+                let reading = bench.judge(&row, reference)?;
                 let of_pixels = reading.passes.iter().filter(|pass| OF_PIXELS.iter().any(|of| pass.0.starts_with(of)));
                 let of_pixels: f64 = of_pixels.map(|pass| pass.1).sum();
                 let ms = [reading.ms - of_pixels, of_pixels].map(|ms| rounded(ms, 1e3));
@@ -160,10 +145,21 @@ fn row(
     let seen = Seen { words: "the view".into(), pose, view };
     let context = Context::new(&ContextOptions::default())?;
     let cache = Cache::at(folder.join("films"));
-    let (host, store) = (Tracer(&scene, &cache), Results::new(None, "", true)?);
-    let mut bench =
-        Bench::new((&context, &host, &store), &scene, RenderOptions::new(SIZE, bounds), (SIZE, Part::Total));
-    let reference = bench.reference(&seen, LEVEL, 0)?;
+    let store = Results::new(None, "", true)?;
+    let trace =
+        |seen: &Seen, options: &Options| cache.render(seen.still(&scene), options, &|_| (), &AtomicBool::new(false));
+    let mut bench = Bench::new(Setup {
+        context: &context,
+        scene: &scene,
+        options: RenderOptions::new(SIZE, bounds),
+        size: SIZE,
+        part: Part::Total,
+        store: &store,
+        trace: &trace,
+        is_at: &|_| (),
+    });
+    bench.level = LEVEL;
+    let reference = bench.reference(&seen, 0)?;
     let fixed = FIXED.map(str::to_owned);
     let spaces = spaces(&Needs::of(&scene), &fixed)?;
     let kept = sweeps.map(|folder| folder.join(format!("{}.json", scene.name)));
@@ -189,11 +185,11 @@ fn row(
     let fastest: Vec<&Settings> = sweep.iter().take(4).map(|(settings, ..)| settings).collect();
     let all: Vec<Settings> = std::iter::once(&answer.choice.settings).chain(fastest).cloned().collect();
     let timed = bench.times(&all, std::slice::from_ref(&seen), ROUNDS, Instant::now() + Duration::from_secs(600))?;
-    let ms: Vec<f64> = timed.iter().map(|timed| median(&timed.frames)).collect();
+    let ms: Vec<f64> = timed.iter().map(|(timings, _)| timings.frame_gpu_ms().median).collect();
     let best = (1..all.len()).min_by(|a, b| ms[*a].total_cmp(&ms[*b])).ok_or("nothing holds")?;
     let error = sweep[best - 1].2;
-    let row = bench.row(&answer.choice.settings, &seen)??;
-    let own_error = bench.reading(&row, &reference)?.error;
+    let row = bench.row(&answer.choice.settings, &seen)?;
+    let own_error = bench.judge(&row, &reference)?.error;
     let words = |settings: &Settings| {
         let of = |key: &str| {
             settings.entries().into_iter().find(|entry| entry.0.name == key).map(|entry| entry.1).unwrap_or_default()
@@ -249,12 +245,6 @@ fn plan(
         eprintln!("{}: {status}", path.display());
     }
     Ok(serde_json::from_slice(&std::fs::read(json)?)?)
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 /// A box of a scene: centre and size in metres, colour, and what it emits.

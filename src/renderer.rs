@@ -73,6 +73,8 @@ pub struct FrameReport {
     pub settling: u32,
     /// With `image.passes` above 1: see [`PassMean::noise`].
     pub noise: Option<f64>,
+    /// Of [`Renderer::render`]: milliseconds of processor time of the process over all threads, where the system tells it.
+    pub cpu_ms: Option<f64>,
 }
 
 pub struct Renderer {
@@ -223,7 +225,7 @@ impl Renderer {
                     *kept = log;
                 }
                 self.light_made()?;
-                return Ok(FrameReport { timings, counters, repeats, settling: 0, noise: None });
+                return Ok(FrameReport { timings, counters, repeats, settling: 0, noise: None, cpu_ms: None });
             }
         }
     }

@@ -2,122 +2,95 @@
 
 use std::collections::BTreeSet;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::import::Claim;
-use super::outline::{Outline, Sketch};
+use super::outline::{Outline, SceneLine};
 use super::page;
-use super::row::{Part, Reference, Row};
-use super::subject::Source;
+use super::row::{Reference, Row};
 use super::svg::{self, Panel};
 use crate::Result;
 use crate::lab::store::{Origin, Store, Stored};
 use crate::lab::table::to_csv;
-use crate::measure::metrics::Metrics;
+use crate::measure::metrics::{Metrics, Part};
 use crate::output::file;
 use crate::settings::Settings;
 
-/// The file `rows.json`; `docs/json.md` lists the keys.
-#[derive(Default, Serialize)]
+/// A chart's rows and what stands around them. `docs/json.md` lists the keys of its `rows.json`.
+#[derive(Clone, Debug, Default)]
 pub struct Chart {
-    /// [`super::JSON_VERSION`]
-    pub version: u32,
-    /// The program's version.
-    pub program: &'static str,
-    /// Pixels.
-    pub width: u32,
-    pub height: u32,
-    /// What `--reference-noise` asked for, as a share.
-    pub reference_noise: f64,
+    pub outline: Outline,
+    /// The rows that there are with their pictures, in the outline's order.
+    pub rows: Vec<Stored<Row>>,
+    /// Settings that were to be run, over all scenes; fewer than the outline's, of a shard.
+    pub planned: usize,
     /// Whether a frontier may join the times of several machines.
     pub mix_machines: bool,
-    pub scenes: Vec<SceneLine>,
-    /// Settings that were to be run, over all scenes.
-    pub planned: usize,
-    pub rows: Vec<Row>,
-}
-
-/// What stands around a chart's rows on its page.
-#[derive(Clone, Debug, Default)]
-pub struct Surroundings {
+    /// Whether earlier rows of the same settings are shown.
+    pub with_history: bool,
     /// Whether the program still fills the chart: then the page looks for a newer one of itself.
     pub running: bool,
     /// Such as "shard 1 of 4"; empty for a whole chart.
     pub part: String,
-    /// Earlier rows of the same settings, the oldest first; none unless asked for.
-    pub history: Vec<Row>,
-}
-
-/// What was rendered.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SceneLine {
-    pub name: String,
-    pub hash: String,
-    pub triangles: usize,
-    pub camera: String,
-    /// Whether no mesh is metallic or transmits.
-    pub all_diffuse: bool,
-    /// The start of the command that renders it so, before `--preset`; empty where that is not known.
-    pub command: String,
 }
 
 impl Chart {
-    /// What there is of an outline's rows, in its order; `planned` may be fewer than its own, of a shard.
-    pub fn new(outline: &Outline, planned: usize, mix_machines: bool, stored: &[Stored<Row>]) -> Self {
-        Self {
-            version: super::JSON_VERSION,
-            program: env!("CARGO_PKG_VERSION"),
-            width: outline.width,
-            height: outline.height,
-            reference_noise: outline.reference_noise,
-            mix_machines,
-            scenes: outline.scenes.iter().map(|sketch| sketch.line.clone()).collect(),
-            planned,
-            rows: stored.iter().map(|stored| stored.row.clone()).collect(),
+    /// Writes all files of the folder.
+    pub fn write(&self, store: &Store<Row>) -> Result<()> {
+        #[derive(Serialize)]
+        struct Json<'a> {
+            #[serde(flatten)]
+            head: Value,
+            rows: Vec<&'a Row>,
         }
+        let head = json!({
+            "version": super::JSON_VERSION,
+            "program": env!("CARGO_PKG_VERSION"),
+            "width": self.outline.width,
+            "height": self.outline.height,
+            "reference_noise": self.outline.reference_noise,
+            "mix_machines": self.mix_machines,
+            "scenes": self.scenes().collect::<Vec<_>>(),
+            "planned": self.planned,
+        });
+        file::write_json(&store.path("rows.json"), &Json { head, rows: self.rows().collect() })?;
+        file::write(&store.path("rows.csv"), self.csv().as_bytes())?;
+        let panels: Vec<Panel> = self.scenes().flat_map(|scene| self.panels(&scene.name)).collect();
+        file::write(&store.path("chart.svg"), svg::chart(&panels, 2).as_bytes())?;
+        let history = if self.with_history { self.history(store) } else { Vec::new() };
+        file::write(&store.path("index.html"), page::html(self, &history).as_bytes())?;
+        self.outline.save(store)
     }
 
-    /// Writes all four files. `stored`: the chart's rows with their pictures, in the chart's order.
-    pub fn write(
-        &self,
-        store: &Store<Row>,
-        sketches: &[Sketch],
-        stored: &[Stored<Row>],
-        around: &Surroundings,
-    ) -> Result<()> {
-        file::write_json(&store.path("rows.json"), self)?;
-        file::write(&store.path("rows.csv"), self.csv().as_bytes())?;
-        let panels: Vec<Panel> = self.scenes.iter().flat_map(|scene| self.panels(&scene.name)).collect();
-        file::write(&store.path("chart.svg"), svg::chart(&panels, 2).as_bytes())?;
-        file::write(&store.path("index.html"), page::html(self, sketches, stored, around).as_bytes())
+    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().map(|stored| &stored.row)
+    }
+
+    pub fn scenes(&self) -> impl Iterator<Item = &SceneLine> {
+        self.outline.scenes.iter().map(|sketch| &sketch.line)
     }
 
     /// Earlier rows of this chart's settings that a folder keeps, the oldest first: of other builds, and of former states of the
     /// scene or of the noise.
-    pub fn history(&self, store: &Store<Row>) -> Vec<Row> {
-        let stored: [Vec<Stored<Row>>; 2] = store.all();
+    fn history(&self, store: &Store<Row>) -> Vec<Row> {
         let is_earlier = |row: &Row| {
-            let now = self.rows.iter().find(|now| now.is_same_as(row));
+            let now = self.rows().find(|now| now.is_same_as(row));
             row.measured.is_some() && now.is_some_and(|now| now.key != row.key || now.origin != row.origin)
         };
-        let mut rows: Vec<Row> = stored.into_iter().flatten().map(|stored| stored.row).filter(is_earlier).collect();
+        let kept = store.all().into_iter().flatten().map(|stored| stored.row);
+        let mut rows: Vec<Row> = kept.filter(is_earlier).collect();
         rows.sort_by_key(|row| row.origin.as_ref().map_or(0, |origin| origin.unix_s));
         rows
     }
 
     /// The devices and drivers that rows are of, in words.
     pub fn devices(&self) -> String {
-        Origin::devices(self.rows.iter().filter_map(|row| row.origin.as_ref()))
-    }
-
-    /// Where rows were measured: machine, device, driver; in the order of names.
-    pub fn places(&self) -> Vec<[&str; 3]> {
-        self.rows.iter().filter_map(Row::place).collect::<BTreeSet<_>>().into_iter().collect()
+        Origin::devices(self.rows().filter_map(|row| row.origin.as_ref()))
     }
 
     /// The rows of a scene.
     pub fn rows_of(&self, scene: &str) -> Vec<&Row> {
-        self.rows.iter().filter(|row| row.scene == scene).collect()
+        self.rows().filter(|row| row.scene == scene).collect()
     }
 
     /// Two panels of a scene: `rel` of [`Self::part`] against all light and against that of as many bounces. Where that
@@ -125,7 +98,7 @@ impl Chart {
     pub fn panels(&self, scene: &str) -> Vec<Panel<'_>> {
         let part = self.part(scene);
         let lacks = |row: &&Row| row.measured.is_some() && row.rel(Reference::Full, part).is_none();
-        let has_other = self.rows_of(scene).iter().any(|row| matches!(row.source, Source::Import(_)) && lacks(row));
+        let has_other = self.rows_of(scene).iter().any(|row| row.is_import() && lacks(row));
         let further = (has_other && part != Part::Total).then_some(Part::Total);
         let references = [(Reference::Full, "all light"), (Reference::Same, "as many bounces")];
         let panels_of = |part: Part| {
@@ -150,93 +123,110 @@ impl Chart {
     /// `rows.csv` (RFC 4180, lines end in a newline): a header with units, then a line per row. A number that was not
     /// measured is an empty cell.
     pub fn csv(&self) -> String {
-        let passes = pass_names(&self.rows);
-        let rows: Vec<_> = self.rows.iter().map(|row| self.cells(row, &passes)).collect();
+        let mut seen = BTreeSet::new();
+        let passes = self.rows().filter_map(|row| row.measured.as_ref()).flat_map(|m| &m.passes);
+        let passes: Vec<&str> = passes.map(|pass| pass.name.as_str()).filter(|name| seen.insert(*name)).collect();
+        let rows: Vec<_> = self.rows().map(|row| self.cells(row, &passes)).collect();
         let header = rows.first().map(|cells| cells.iter().map(|(name, _)| name).collect::<Vec<_>>());
         let lines = rows.iter().map(|cells| cells.iter().map(|(_, value)| value).collect());
         to_csv(header.into_iter().chain(lines))
     }
 
     /// A row's cells, each with the name of its column.
-    fn cells(&self, row: &Row, passes: &[String]) -> Vec<(String, String)> {
-        let m = row.measured.as_ref();
-        let number = |value: Option<f64>| value.map_or(String::new(), short);
-        let mut cells: Vec<(String, String)> = Vec::new();
-        let mut add = |name: &str, value: String| cells.push((name.to_owned(), value));
-        add("scene", row.scene.clone());
-        add("name", row.name.clone());
-        add("source", row.source.word().to_owned());
-        add("preset", row.preset.clone());
-        add("changes", row.changes.join(" "));
-        add("failure", row.failure.clone().unwrap_or_default());
-        let origin = |of: &dyn Fn(&Origin) -> String| row.origin.as_ref().map(of).unwrap_or_default();
-        add("machine", origin(&|o| o.machine.clone()));
-        add("device", origin(&|o| o.device.clone()));
-        add("driver", origin(&|o| o.driver.clone()));
-        add("program", origin(&|o| o.program.clone()));
-        add("build", origin(&|o| o.build.clone()));
-        add("label", origin(&|o| o.label.clone().unwrap_or_default()));
-        add("measured_unix_s", origin(&|o| o.unix_s.to_string()));
-        add("width_pixels", self.width.to_string());
-        add("height_pixels", self.height.to_string());
-        add("frames", number(m.map(|m| m.frames as f64)));
-        let gpu_ms = m.and_then(|m| m.frame_gpu_ms);
-        add("frame_gpu_ms", number(gpu_ms.map(|spread| spread.median)));
-        add("frame_gpu_ms_min", number(gpu_ms.map(|spread| spread.min)));
-        add("frame_gpu_ms_max", number(gpu_ms.map(|spread| spread.max)));
-        add("frame_cpu_ms", number(m.and_then(|m| Some(m.frame_cpu_ms?.median))));
-        add("frame_wall_ms", number(m.and_then(|m| Some(m.frame_wall_ms?.median))));
-        add("memory_bytes", number(m.and_then(|m| Some(m.memory_bytes? as f64))));
-        add("nonfinite", number(m.map(|m| m.nonfinite as f64)));
-        add("equal_terms", m.map_or(String::new(), |m| m.equal_terms.join(" ")));
-        for (reference, errors) in [("full", m.map(|m| m.full)), ("same", m.map(|m| m.same))] {
-            let bounces = errors.map(|e| e.bounces.map_or("all".to_owned(), |n| n.to_string()));
-            add(&format!("{reference}_bounces"), bounces.unwrap_or_default());
-            add(&format!("{reference}_noise"), number(errors.map(|e| e.noise)));
-            let total = errors.map(|e| e.total);
-            let (indirect, diffuse) = (errors.and_then(|e| e.indirect), errors.and_then(|e| e.diffuse));
-            for (part, metrics) in [("total", total), ("indirect", indirect), ("diffuse", diffuse)] {
-                for (i, name) in Metrics::NAMES.iter().enumerate() {
-                    add(&format!("{reference}_{part}_{name}"), number(metrics.map(|m| m.values()[i])));
-                }
+    fn cells(&self, row: &Row, passes: &[&str]) -> Vec<(String, String)> {
+        let value = json!(row);
+        let at = |path: &str| text(value.pointer(path).unwrap_or(&Value::Null));
+        let of = |(name, path): &(&str, &str)| ((*name).to_owned(), at(path));
+        let mut cells: Vec<(String, String)> = BEFORE_SIZE.iter().map(of).collect();
+        for (name, side) in [("width_pixels", self.outline.width), ("height_pixels", self.outline.height)] {
+            cells.push((name.to_owned(), side.to_string()));
+        }
+        cells.extend(TIMES.iter().map(of));
+        for reference in ["full", "same"] {
+            let mut add = |name: &str, path: &str| {
+                cells.push((format!("{reference}_{name}"), at(&format!("/measured/{reference}/{path}"))));
+            };
+            add("bounces", "bounces");
+            add("noise", "noise");
+            for part in ["total", "indirect", "diffuse"] {
+                Metrics::NAMES.iter().for_each(|name| add(&format!("{part}_{name}"), &format!("{part}/{name}")));
                 if part == "total" {
-                    add(&format!("{reference}_flip"), number(errors.map(|e| e.flip)));
+                    add("flip", "flip");
                 }
             }
-            let noise = errors.map(|e| e.noise_in_rel);
-            add(&format!("{reference}_total_noise_in_rel"), number(noise.map(|n| n.total)));
-            add(&format!("{reference}_indirect_noise_in_rel"), number(noise.and_then(|n| n.indirect)));
-            add(&format!("{reference}_diffuse_noise_in_rel"), number(noise.and_then(|n| n.diffuse)));
+            for part in ["total", "indirect", "diffuse"] {
+                add(&format!("{part}_noise_in_rel"), &format!("noise_in_rel/{part}"));
+            }
+        }
+        for (name, bounces) in &mut cells {
+            if name.ends_with("_bounces") && bounces.is_empty() && row.measured.is_some() {
+                *bounces = "all".to_owned();
+            }
         }
         for name in passes {
-            let pass = m.and_then(|m| m.passes.iter().find(|pass| pass.name == *name));
-            add(&format!("pass {name} gpu_ms"), number(pass.map(|pass| pass.gpu_ms)));
+            let pass = row.measured.as_ref().and_then(|m| m.passes.iter().find(|pass| pass.name == *name));
+            cells.push((format!("pass {name} gpu_ms"), pass.map_or(String::new(), |pass| short(pass.gpu_ms))));
         }
-        add("paths", number(row.paths().map(f64::from)));
-        let given = |of: &dyn Fn(&Claim) -> Option<String>| match &row.source {
-            Source::Import(claim) => of(claim).unwrap_or_default(),
-            _ => String::new(),
-        };
-        add("given_ms", given(&|claim| Some(short(claim.milliseconds))));
-        add("given_by", given(&|claim| claim.by.clone()));
-        add("given_device", given(&|claim| claim.device.clone()));
-        add("given_note", given(&|claim| claim.note.clone()));
-        add("given_image", given(&|claim| Some(claim.image.clone())));
-        add("given_equal_terms_image", given(&|claim| claim.equal_terms_image.clone()));
-        add("given_indirect", given(&|claim| Some(claim.indirect.clone())));
+        cells.extend(GIVEN.iter().map(of));
         let (settings, keys) = (row.settings.as_ref().map(Settings::entries), Settings::default().entries());
         for (i, (key, _)) in keys.into_iter().enumerate() {
-            add(key.name, settings.as_ref().map_or(String::new(), |entries| entries[i].1.clone()));
+            let value = settings.as_ref().map_or(String::new(), |entries| entries[i].1.clone());
+            cells.push((key.name.to_owned(), value));
         }
         cells
     }
 }
 
-/// Every pass of any row, in the order of their first frame.
-fn pass_names(rows: &[Row]) -> Vec<String> {
-    let mut seen = BTreeSet::new();
-    let all = rows.iter().filter_map(|row| row.measured.as_ref()).flat_map(|m| &m.passes);
-    all.filter(|pass| seen.insert(&pass.name)).map(|pass| pass.name.clone()).collect()
+/// Columns of `rows.csv`, each with its place in a row of `rows.json`: before those of the image's size,
+const BEFORE_SIZE: &[(&str, &str)] = &[
+    ("scene", "/scene"),
+    ("name", "/name"),
+    ("source", "/source/kind"),
+    ("preset", "/preset"),
+    ("changes", "/changes"),
+    ("failure", "/failure"),
+    ("machine", "/origin/machine"),
+    ("device", "/origin/device"),
+    ("driver", "/origin/driver"),
+    ("program", "/origin/program"),
+    ("build", "/origin/build"),
+    ("label", "/origin/label"),
+    ("measured_unix_s", "/origin/unix_s"),
+];
+
+/// then times,
+const TIMES: &[(&str, &str)] = &[
+    ("frames", "/measured/frames"),
+    ("frame_gpu_ms", "/measured/frame_gpu_ms/median"),
+    ("frame_gpu_ms_min", "/measured/frame_gpu_ms/min"),
+    ("frame_gpu_ms_max", "/measured/frame_gpu_ms/max"),
+    ("frame_cpu_ms", "/measured/frame_cpu_ms/median"),
+    ("frame_wall_ms", "/measured/frame_wall_ms/median"),
+    ("memory_bytes", "/measured/memory_bytes"),
+    ("nonfinite", "/measured/nonfinite"),
+    ("equal_terms", "/measured/equal_terms"),
+];
+
+/// and after errors and passes those of rows without settings.
+const GIVEN: &[(&str, &str)] = &[
+    ("paths", "/source/paths"),
+    ("given_ms", "/source/milliseconds"),
+    ("given_by", "/source/by"),
+    ("given_device", "/source/device"),
+    ("given_note", "/source/note"),
+    ("given_image", "/source/image"),
+    ("given_equal_terms_image", "/source/equal_terms_image"),
+    ("given_indirect", "/source/indirect"),
+];
+
+/// The text of a cell.
+fn text(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Number(number) => number.as_f64().map_or(String::new(), short),
+        Value::Array(values) => values.iter().map(text).collect::<Vec<_>>().join(" "),
+        _ => String::new(),
+    }
 }
 
 /// Six digits are more than a time repeats to and an error means.

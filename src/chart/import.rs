@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::measure::{ChartScene, Images, same_depth};
+use super::row::{Row, Source};
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::NonFinite;
 use crate::measure::terms::{self, Subtract};
@@ -22,7 +23,7 @@ use crate::settings::Settings;
 use crate::{Error, Result};
 
 /// An image as it is named, before it is read.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Named {
     /// Its name in the chart.
@@ -69,16 +70,32 @@ pub struct Claim {
     pub equal_terms_image: Option<String>,
     /// How the indirect light was measured, or why it was not: a sentence.
     pub indirect: String,
+    #[serde(skip)]
+    pub files: Files,
+}
+
+/// The files of an import as they were found once; nothing in rows that were kept.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Files {
+    /// The image, then that on equal terms where it is another one, with their headers.
+    images: Vec<(PathBuf, Metadata)>,
+    /// Hash of their bytes.
+    pub hash: String,
+    size: (u32, u32),
+    /// Indirect bounces, where they were given.
+    pub bounces: Option<u32>,
+    direct: Direct,
 }
 
 /// How the indirect light of an import is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Direct {
     /// By the direct layer of the image on equal terms.
     Layer,
     /// By the reference's direct light, which the image's own is said to equal.
     OfReference,
     /// Nothing says that its direct light is exact.
+    #[default]
     Unknown,
     /// Its header says that its direct light is not exact.
     Approximate,
@@ -101,24 +118,6 @@ impl Direct {
     }
 }
 
-/// An image of another program that was read once and found fit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Import {
-    pub name: String,
-    /// The scene's name in the chart, where it was given.
-    pub scene: Option<String>,
-    pub claim: Claim,
-    path: PathBuf,
-    equal_path: Option<PathBuf>,
-    bounces: Option<u32>,
-    direct: Direct,
-    /// Hash of the bytes of its files.
-    hash: String,
-    size: (u32, u32),
-    /// Of each file.
-    headers: Vec<(PathBuf, Metadata)>,
-}
-
 impl Named {
     /// `NAME=IMAGE.exr,MILLISECONDS` or `NAME=IMAGE.exr,MILLISECONDS,exact-direct`.
     ///
@@ -134,19 +133,7 @@ impl Named {
         let (image, milliseconds) = rest.rsplit_once(',').filter(|(image, _)| !image.is_empty()).ok_or_else(form)?;
         let milliseconds = milliseconds.trim().parse().map_err(|_| form())?;
         let (name, image) = (name.to_owned(), PathBuf::from(image));
-        let named = Self {
-            name,
-            image,
-            milliseconds,
-            direct,
-            by: None,
-            device: None,
-            note: None,
-            scene: None,
-            bounces: None,
-            equal_terms_image: None,
-        };
-        named.checked("--import").map_err(Error::Usage)
+        Self { name, image, milliseconds, direct, ..Self::default() }.checked("--import").map_err(Error::Usage)
     }
 
     /// The tables `[[import]]` of a TOML file; paths are from its folder.
@@ -176,9 +163,9 @@ impl Named {
 
     /// Itself, if its time and texts are fit for a page and a table; else a sentence that begins with `place`.
     fn checked(self, place: &str) -> std::result::Result<Self, String> {
-        let texts =
-            [("name", Some(&self.name)), ("by", self.by.as_ref()), ("device", self.device.as_ref())].into_iter();
-        for (key, text) in texts.chain([("note", self.note.as_ref()), ("scene", self.scene.as_ref())]) {
+        let texts = [("by", &self.by), ("device", &self.device), ("note", &self.note), ("scene", &self.scene)];
+        let texts = texts.into_iter().map(|(key, text)| (key, text.as_ref()));
+        for (key, text) in std::iter::once(("name", Some(&self.name))).chain(texts) {
             let Some(text) = text else { continue };
             let most = if key == "note" { 400 } else { 64 };
             if text.trim().is_empty() || text.chars().count() > most {
@@ -202,35 +189,29 @@ impl Named {
         Ok(self)
     }
 
-    /// Reads and checks the image.
+    /// Reads and checks the image, whose row it becomes.
     ///
     /// # Errors
     /// [`Error::File`]: it is no linear image of this size with finite radiance of at least 0.
-    pub fn open(self, size: (u32, u32)) -> Result<Import> {
-        let files = [Some(&self.image), self.equal_terms_image.as_ref()];
-        let mut headers = Vec::new();
-        let mut has_layer = false;
-        for path in files.into_iter().flatten() {
+    pub fn open(self, size: (u32, u32)) -> Result<Row> {
+        let (mut images, mut has_layer) = (Vec::new(), false);
+        for path in [Some(&self.image), self.equal_terms_image.as_ref()].into_iter().flatten() {
             let (image, header) = image_of(path, size)?;
             // The last one is that on equal terms.
             has_layer = image.get(Aov::Direct).is_some();
-            headers.push((path.clone(), header));
+            images.push((path.clone(), header));
         }
         let is_other = self.equal_terms_image.is_some();
-        let (path, header) = headers.last().expect("every import has an image");
+        let (path, header) = images.last().expect("every import has an image");
         let changes = header.get(terms::HEADER);
         let is_said = self.direct.is_some() || is_other;
         let direct = match changes.map(String::as_str) {
             Some("") if has_layer => Direct::Layer,
             Some(changes) if !changes.is_empty() && is_said => {
                 let sets: Vec<String> = changes.split(' ').map(|change| format!("--set {change}")).collect();
-                return Err(Error::file(
-                    path,
-                    format!(
-                        "has direct light that is not exact, as its header says; render it with {}",
-                        sets.join(" ")
-                    ),
-                ));
+                let sets = sets.join(" ");
+                let why = format!("has direct light that is not exact, as its header says; render it with {sets}");
+                return Err(Error::file(path, why));
             }
             Some(changes) if !changes.is_empty() => Direct::Approximate,
             Some(_) => Direct::OfReference,
@@ -247,28 +228,25 @@ impl Named {
             image: file_name(&self.image),
             equal_terms_image: self.equal_terms_image.as_ref().map(file_name),
             indirect: direct.sentence().to_owned(),
+            files: Files { hash: hash(&images)?, images, size, bounces: self.bounces, direct },
         };
-        let (name, scene, bounces) = (self.name, self.scene, self.bounces);
-        let (path, equal_path) = (self.image, self.equal_terms_image);
-        let import =
-            Import { name, scene, claim, path, equal_path, bounces, direct, hash: String::new(), size, headers };
-        Ok(Import { hash: import.hash_of_files()?, ..import })
+        let (name, scene) = (self.name, self.scene.unwrap_or_default());
+        Ok(Row { name, scene, source: Source::Import(claim), ..Row::default() })
     }
 }
 
-impl Import {
+impl Claim {
     /// Whether the image can show what a chart's scene is: a header that names the scene, the camera or the time must
     /// name these.
     ///
     /// # Errors
     /// [`Error::File`] with both.
     pub fn check_view(&self, seen: &Metadata) -> Result<()> {
-        for (path, header) in &self.headers {
+        for (path, header) in &self.files.images {
             for (key, words) in [("sceneHash", "scene"), ("camera", "camera"), ("time", "time"), ("sky", "sky")] {
                 let (Some(own), Some(charts)) = (header.get(key), seen.get(key)) else { continue };
                 if own != charts {
-                    let named = if key == "sceneHash" { "scene" } else { key };
-                    let [own, charts] = [header, seen].map(|of| of.get(named).map_or("", String::as_str));
+                    let [own, charts] = [header, seen].map(|of| of.get(words).map_or("", String::as_str));
                     return Err(Error::file(
                         path,
                         format!(
@@ -285,15 +263,15 @@ impl Import {
     pub fn depth(&self, scene: &ChartScene) -> Depth {
         let own = || {
             let mut settings = Settings::default();
-            settings.merge_toml(self.headers[0].1.get("settings")?).ok()?;
+            settings.merge_toml(self.files.images.first()?.1.get("settings")?).ok()?;
             Some(same_depth(&scene.scene, &settings))
         };
-        self.bounces.map(Depth::Bounces).or_else(own).unwrap_or(Depth::Full)
+        self.files.bounces.map(Depth::Bounces).or_else(own).unwrap_or(Depth::Full)
     }
 
     /// Whose direct light is subtracted; `None` where the indirect light is not judged.
     pub fn subtract(&self, scene: &ChartScene) -> Option<Subtract> {
-        match self.direct {
+        match self.files.direct {
             Direct::Layer => Some(Subtract::in_scene(&scene.scene)),
             Direct::OfReference => Some(Subtract::OfReference),
             Direct::Unknown | Direct::Approximate => None,
@@ -305,26 +283,23 @@ impl Import {
     /// # Errors
     /// [`Error::File`]: a file is not what it was when the chart began.
     pub fn images(&self) -> Result<Images> {
-        let read = |path: &PathBuf| Ok(image_of(path, self.size)?.0);
-        let images = Images { whole: read(&self.path)?, equal: self.equal_path.as_ref().map(read).transpose()? };
-        if self.hash_of_files()? != self.hash {
-            return Err(Error::file(&self.path, "changed while the chart was made; start the same command again"));
+        let Files { images, hash: before, size, .. } = &self.files;
+        let read = images.iter().map(|(path, _)| Ok(image_of(path, *size)?.0));
+        let mut read = read.collect::<Result<Vec<_>>>()?.into_iter();
+        if hash(images)? != *before {
+            return Err(Error::file(&images[0].0, "changed while the chart was made; start the same command again"));
         }
-        Ok(images)
+        Ok(Images { whole: read.next().expect("every import has an image"), equal: read.next() })
     }
+}
 
-    /// Everything that determines its row beside the scene.
-    pub fn identity(&self) -> serde_json::Value {
-        serde_json::json!(["import", self.name, self.claim, self.hash, self.bounces])
+/// Of the bytes of all files.
+fn hash(images: &[(PathBuf, Metadata)]) -> Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    for (path, _) in images {
+        hasher.update(&fs::read(path).map_err(|e| read::unreadable(path, &e))?);
     }
-
-    fn hash_of_files(&self) -> Result<String> {
-        let mut hasher = blake3::Hasher::new();
-        for path in [Some(&self.path), self.equal_path.as_ref()].into_iter().flatten() {
-            hasher.update(&fs::read(path).map_err(|e| read::unreadable(path, &e))?);
-        }
-        Ok(hasher.finalize().to_string())
-    }
+    Ok(hasher.finalize().to_string())
 }
 
 /// Control characters, and those that turn the direction of text.

@@ -3,8 +3,7 @@
 
 use serde::Serialize;
 
-use super::row::Row;
-use super::subject::Source;
+use super::row::{Row, Source};
 use crate::gi::Method;
 use crate::output::svg::COLORS;
 

@@ -8,35 +8,37 @@
 //! lights by cones or gather lamps, on a second image.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
-use super::export::SceneLine;
-use super::import::Import;
+use super::outline::{SceneLine, Sketch, Truth};
 use super::picture;
-use super::plan::Trial;
-use super::row::{Errors, Measured, Pass, Pictures};
-use super::subject::Subject;
+use super::row::{Errors, Measured, Pass, Pictures, Row, Source};
 use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
-use crate::measure::metrics::{self, NoiseInRel, NonFinite};
+use crate::measure::metrics::{self, NonFinite, Parts};
 use crate::measure::picture::signed_difference;
 use crate::measure::terms::{self, Subtract};
-use crate::measure::timing::{PassTiming, Spread, Timings};
+use crate::measure::timing::{Count, PassTiming, Spread};
+use crate::output::exr::Metadata;
 use crate::profile::WARM_UP;
 use crate::reference::film::Film;
-use crate::reference::{Depth, Options, Stop};
+use crate::reference::{self, Control, Depth, Options, Stop};
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Pose, Scene, Still, View};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Result, measure};
 
-/// Frames to time, after those that warm up: so many at least,
-const LEAST_FRAMES: usize = 2;
-/// and at most.
-pub(super) const MOST_FRAMES: usize = 5;
+/// Frames that are timed, and traces.
+const FRAMES: Count = Count { warm_up: WARM_UP as usize, least: 2, most: 5, enough_ms: 2000.0 };
+const TRACES: Count = Count { warm_up: 0, least: 1, ..FRAMES };
 
-/// In between, no further frame is timed once those before took so long together: long frames vary little.
-pub(super) const LONG_ENOUGH_MS: f64 = 2000.0;
+/// Most paths a pixel of a row of the path tracer: more are a reference.
+pub const MOST_PATHS: u32 = 1 << 16;
+
+/// Of the path tracer's rows: another one than that of references, whose noise would else be the row's own.
+pub const SEED: u64 = 1;
 
 /// A scene of a chart: how it is looked at, and its references.
 pub struct ChartScene {
@@ -50,6 +52,10 @@ pub struct ChartScene {
     /// Of every image.
     pub options: RenderOptions,
     pub references: Vec<ReferenceImage>,
+    /// The start of the command that renders it so, before `--preset`.
+    pub command: String,
+    /// The entries that an image of it has in its header.
+    pub header: Metadata,
 }
 
 /// A path-traced image.
@@ -59,25 +65,18 @@ pub struct ReferenceImage {
     pub noise: f64,
     /// The image and its direct and diffuse layers.
     pub layers: Layers,
-    /// What the noise may add to `rel`; nothing where it is not known.
-    pub noise_in_rel: NoiseInRel,
+    /// What the noise may add to `rel`.
+    pub noise_in_rel: Parts<f64>,
 }
 
 impl ReferenceImage {
     /// # Errors
     /// [`crate::Error::Usage`] for a black image: nothing can be compared with it.
-    pub fn new(depth: Depth, noise: f64, layers: Layers) -> Result<Self> {
-        metrics::metrics(layers.beauty(), layers.beauty(), "reference")?;
-        Ok(Self { depth, noise, layers, noise_in_rel: NoiseInRel::default() })
-    }
-
-    /// The same of a film.
-    ///
-    /// # Errors
-    /// [`crate::Error::Usage`] for a black image.
     pub fn of_film(depth: Depth, film: &Film) -> Result<Self> {
-        let reference = Self::new(depth, film.noise(), film.layers(&[Aov::Direct, Aov::Diffuse]))?;
-        Ok(Self { noise_in_rel: NoiseInRel::of(&reference.layers, &film.error()), ..reference })
+        let layers = film.layers(&[Aov::Direct, Aov::Diffuse]);
+        metrics::metrics(layers.beauty(), layers.beauty(), "reference")?;
+        let noise_in_rel = metrics::noise_in_rel(&layers, &film.error());
+        Ok(Self { depth, noise: film.noise(), layers, noise_in_rel })
     }
 
     /// Its indirect bounces; `None`: all.
@@ -144,17 +143,33 @@ impl ChartScene {
         Options { width, height, depth, stop, seed: 0, occlusion: false }
     }
 
-    /// The scene in a line of `rows.json`.
-    pub fn line(&self) -> SceneLine {
+    pub fn still(&self) -> Still<'_> {
+        Still::new(&self.scene, &self.pose, &self.view)
+    }
+
+    /// The scene as pages show it, with its references if all light is among them.
+    pub fn sketch(&self) -> Result<Sketch> {
         let mut materials = self.scene.meshes.iter().map(|mesh| &self.scene.materials[mesh.material]);
-        SceneLine {
+        let line = SceneLine {
             name: self.name.clone(),
             hash: self.scene.hash.clone(),
             triangles: self.scene.triangle_count(),
             camera: self.camera.clone(),
             all_diffuse: materials.all(|m| m.metallic == 0.0 && m.transmission == 0.0),
-            command: String::new(),
-        }
+            command: self.command.clone(),
+        };
+        let truth = |reference: &ReferenceImage| {
+            let picture = self.picture(reference.layers.beauty())?;
+            Ok(Truth { bounces: reference.bounces(), noise: reference.noise, picture })
+        };
+        let has_truth = self.references.iter().any(|reference| reference.depth == Depth::Full);
+        let truths = self.references.iter().filter(|_| has_truth).map(truth).collect::<Result<_>>()?;
+        Ok(Sketch { line, truths })
+    }
+
+    /// The noise of the reference of this depth, where there is one.
+    pub fn noise(&self, depth: Depth) -> Option<f64> {
+        self.references.iter().find(|reference| reference.depth == depth).map(|reference| reference.noise)
     }
 
     /// Puts a reference in the place of that of the same depth.
@@ -171,66 +186,41 @@ impl ChartScene {
         picture::uri(self.options.size, metrics::exposed(radiance, exposure))
     }
 
-    /// Times the setting and compares its images, which [`Self::judge`] takes, with the references; `None` once `go_on`
-    /// says no, which is asked between frames.
+    /// Times what a row says and compares its images, which [`Self::judge`] takes, with the references. Nothing is timed of an image of
+    /// another program. `go_on` is asked between frames and between traces.
     ///
     /// # Errors
-    /// Whatever keeps the setting from running: too little memory, a lost device, an image without a finite pixel.
-    pub fn measure_settings(
+    /// Those of `go_on`; [`crate::Error::Interrupted`] once `cancel` is set; whatever keeps the row from being made: too little
+    /// memory, a lost device, an image without a finite pixel, or one that is not what it was when the chart began.
+    pub fn measure(
         &self,
         context: &Arc<Context>,
-        trial: &Trial,
-        go_on: &dyn Fn() -> bool,
-    ) -> Result<Option<(Measured, Pictures, Images)>> {
-        let settings = &trial.settings;
-        let images = self.images(context, settings)?;
-        let ([full, same], pictures) = self.judge(&Subject::Settings(trial.clone()), &images)?;
-        let Some((timings, cpu_ms, memory_bytes)) = self.times(context, settings, go_on)? else { return Ok(None) };
+        row: &Row,
+        cancel: &AtomicBool,
+        go_on: &dyn Fn() -> Result<()>,
+    ) -> Result<(Measured, Pictures, Images)> {
+        let (images, timed) = match (&row.source, &row.settings) {
+            (Source::Import(claim), _) => (claim.images()?, Measured::default()),
+            (Source::PathTracer { paths }, _) => self.trace(*paths, cancel, go_on)?,
+            (Source::Settings, settings) => {
+                let settings = settings.as_ref().expect("rows of the renderer have settings");
+                (self.images(context, settings)?, self.times(context, settings, go_on)?)
+            }
+        };
+        let ([full, same], pictures) = self.judge(row, &images)?;
         measure::refuse_invalid(context)?;
-        let pass = |pass: PassTiming| Pass { name: pass.name.to_owned(), gpu_ms: pass.gpu_ms.median };
-        let measured = Measured {
-            frames: timings.frames().len(),
-            frame_gpu_ms: Some(timings.frame_gpu_ms()),
-            frame_cpu_ms: cpu_ms,
-            frame_wall_ms: Some(timings.frame_wall_ms()),
-            passes: timings.passes().into_iter().map(pass).collect(),
-            memory_bytes: Some(memory_bytes),
-            nonfinite: NonFinite::of(images.whole.beauty()).count(),
-            equal_terms: terms::changes(settings),
-            full,
-            same,
-        };
-        Ok(Some((measured, pictures, images)))
-    }
-
-    /// Compares an image of another program with the references. Nothing is timed.
-    ///
-    /// # Errors
-    /// [`crate::Error::File`]: the image is not what it was when the chart began.
-    pub fn measure_import(&self, import: &Import) -> Result<(Measured, Pictures)> {
-        let ([full, same], pictures) = self.judge(&Subject::Import(import.clone()), &import.images()?)?;
-        let measured = Measured {
-            frames: 0,
-            frame_gpu_ms: None,
-            frame_cpu_ms: None,
-            frame_wall_ms: None,
-            passes: Vec::new(),
-            memory_bytes: None,
-            nonfinite: 0,
-            equal_terms: Vec::new(),
-            full,
-            same,
-        };
-        Ok((measured, pictures))
+        let nonfinite = NonFinite::of(images.whole.beauty()).count();
+        let equal_terms = row.settings.as_ref().map_or(Vec::new(), terms::changes);
+        Ok((Measured { nonfinite, equal_terms, full, same, ..timed }, pictures, images))
     }
 
     /// The errors of a row's images against the references of today: all light, and as many bounces; and its pictures.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] for an image without a finite pixel.
-    pub fn judge(&self, subject: &Subject, images: &Images) -> Result<([Errors; 2], Pictures)> {
-        let references = subject.depths(self).map(|depth| self.reference(depth));
-        let [full, same] = references.map(|reference| errors(images, subject.subtract(self), reference));
+    pub fn judge(&self, row: &Row, images: &Images) -> Result<([Errors; 2], Pictures)> {
+        let references = row.depths(self).map(|depth| self.reference(depth));
+        let [full, same] = references.map(|reference| errors(images, row.subtract(self), reference));
         let image = &images.whole;
         let difference = |reference: &ReferenceImage| {
             picture::uri(self.options.size, signed_difference(image.beauty(), reference.layers.beauty()))
@@ -252,41 +242,52 @@ impl ChartScene {
         Ok(Images { whole: first(settings)?, equal })
     }
 
-    /// Times of the image alone (further layers would be timed too), processor milliseconds of a frame where the system tells
-    /// them, and bytes of device memory.
-    fn times(
-        &self,
-        context: &Arc<Context>,
-        settings: &Settings,
-        go_on: &dyn Fn() -> bool,
-    ) -> Result<Option<(Timings, Option<Spread>, u64)>> {
+    /// Times of the image alone: further layers would be timed too.
+    fn times(&self, context: &Arc<Context>, settings: &Settings, go_on: &dyn Fn() -> Result<()>) -> Result<Measured> {
         let mut renderer = self.renderer(context, settings, vec![])?;
-        let (mut timings, mut cpu_ms) = (Timings::new(WARM_UP as usize), Vec::new());
-        while another(timings.frames().map(|frame| frame.wall_ms)) {
-            if !go_on() {
-                return Ok(None);
-            }
-            renderer.make_anew();
-            let before = process_cpu_ms();
-            timings.push(renderer.render(&self.pose, &self.view)?);
+        let timings = FRAMES.frames(&mut renderer, &self.pose, &self.view, go_on)?;
+        let pass = |pass: PassTiming| Pass { name: pass.name.to_owned(), gpu_ms: pass.gpu_ms.median };
+        Ok(Measured {
+            frames: timings.frames().len(),
+            frame_gpu_ms: Some(timings.frame_gpu_ms()),
+            frame_cpu_ms: timings.frame_cpu_ms(),
+            frame_wall_ms: Some(timings.frame_wall_ms()),
+            passes: timings.passes().into_iter().map(pass).collect(),
+            memory_bytes: Some(renderer.plan().total()),
+            ..Measured::default()
+        })
+    }
+
+    /// Path-traces the scene along so many paths a pixel, as an offline renderer would. The time is the wall time of a trace on all
+    /// threads, with the tree of the scene's triangles, as the time of a frame has its voxels.
+    fn trace(&self, paths: u32, cancel: &AtomicBool, go_on: &dyn Fn() -> Result<()>) -> Result<(Images, Measured)> {
+        let options = Options { seed: SEED, ..self.reference_options(Depth::Full, Stop::Samples(paths)) };
+        let (mut wall_ms, mut cpu_ms) = (Vec::new(), Vec::new());
+        let mut film = Film::new(options.width, options.height);
+        while TRACES.goes_on(wall_ms.iter().copied()) {
+            go_on()?;
+            film = Film::new(options.width, options.height);
+            let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel };
+            let (begin, before) = (Instant::now(), process_cpu_ms());
+            reference::render(self.still(), &options, &mut film, control)?;
+            wall_ms.push(begin.elapsed().as_secs_f64() * 1e3);
             cpu_ms.push(process_cpu_ms().zip(before).map(|(after, before)| after - before));
         }
-        // The first ones warmed up.
-        let cpu_ms: Option<Vec<f64>> = cpu_ms.into_iter().skip(timings.warm_up()).collect();
-        Ok(Some((timings, cpu_ms.map(Spread::of), renderer.plan().total())))
+        let images = Images { whole: film.layers(&[Aov::Direct]), equal: None };
+        let measured = Measured {
+            frames: wall_ms.len(),
+            frame_cpu_ms: cpu_ms.into_iter().collect::<Option<Vec<f64>>>().map(Spread::of),
+            frame_wall_ms: Some(Spread::of(wall_ms)),
+            ..Measured::default()
+        };
+        Ok((images, measured))
     }
 
     fn renderer(&self, context: &Arc<Context>, settings: &Settings, aovs: Vec<Aov>) -> Result<Renderer> {
         let options = RenderOptions { aovs, ..self.options.clone() };
-        let settings = for_camera(settings, Still::new(&self.scene, &self.pose, &self.view), options.bounds);
+        let settings = for_camera(settings, self.still(), options.bounds);
         Renderer::new(context, self.scene.clone(), &self.pose, settings, options)
     }
-}
-
-/// Whether another frame is timed after those that took `wall_ms`.
-fn another(wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
-    let timed = wall_ms.len();
-    timed < LEAST_FRAMES || (timed < MOST_FRAMES && wall_ms.sum::<f64>() < LONG_ENOUGH_MS)
 }
 
 /// `subtract`: `None` where the indirect light is not judged.
@@ -299,10 +300,12 @@ fn errors(images: &Images, subtract: Option<Subtract>, reference: &ReferenceImag
         bounces: reference.bounces(),
         noise: reference.noise,
         noise_in_rel: reference.noise_in_rel,
-        total: whole.total,
+        metrics: Parts {
+            total: whole.total,
+            indirect: equal.and_then(|equal| equal.indirect),
+            diffuse: equal.and_then(|equal| equal.indirect_diffuse),
+        },
         flip: whole.flip,
-        indirect: equal.and_then(|equal| equal.indirect),
-        diffuse: equal.and_then(|equal| equal.indirect_diffuse),
     })
 }
 
@@ -321,11 +324,5 @@ mod tests {
             let images = Images { whole: of(3.0), equal };
             assert_eq!(Images::unstacked(images.stacked(), 2), images);
         }
-    }
-
-    #[test]
-    fn slow_settings_are_timed_over_fewer_frames() {
-        let timed = |ms: f64| (0..).find(|&n| !another(std::iter::repeat_n(ms, n))).unwrap();
-        assert_eq!([1.0, 450.0, 550.0, 700.0, 1900.0, 60e3].map(timed), [5, 5, 4, 3, 2, 2]);
     }
 }

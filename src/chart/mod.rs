@@ -1,7 +1,7 @@
 //! Time and error of many settings on the same scenes, each a row.
 //!
-//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, [`crate::lab::store`]
-//! keeps rows between calls, the other modules write files. Beside settings stand rows of the path tracer ([`paths`]) and of other programs ([`import`]).
+//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, and of the path tracer and of images of other programs
+//! ([`import`]); [`crate::lab::store`] keeps rows between calls, the other modules write files.
 //! [`study`] is the plan behind `docs/study/`.
 
 pub mod export;
@@ -11,12 +11,10 @@ pub mod marks;
 pub mod measure;
 pub mod outline;
 pub mod page;
-pub mod paths;
 pub mod picture;
 pub mod plan;
 pub mod row;
 pub mod study;
-pub mod subject;
 pub mod svg;
 
 /// Version of the rows as kept between calls; it increases when a key changes its name, unit or meaning, and when there

@@ -1,21 +1,19 @@
 //! What a chart is of, without its rows: kept beside them, so that folders of parts of a chart can be merged and shown without
 //! opening a scene.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::VERSION;
-use super::export::SceneLine;
-use super::measure::ChartScene;
 use super::row::Row;
 use crate::lab::store::Store;
 use crate::output::file;
 use crate::{Error, Result};
 
 /// The file `outline.toml` of a chart's folder.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outline {
     pub version: u32,
     /// Pixels.
@@ -35,6 +33,19 @@ pub struct Planned {
     pub address: String,
 }
 
+/// What was rendered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneLine {
+    pub name: String,
+    pub hash: String,
+    pub triangles: usize,
+    pub camera: String,
+    /// Whether no mesh is metallic or transmits.
+    pub all_diffuse: bool,
+    /// The start of the command that renders it so, before `--preset`; empty where that is not known.
+    pub command: String,
+}
+
 /// A scene as pages show it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sketch {
@@ -52,18 +63,6 @@ pub struct Truth {
     pub noise: f64,
     /// A URI.
     pub picture: String,
-}
-
-impl Sketch {
-    /// Of a scene whose reference of all light is there. `command`: see [`SceneLine::command`].
-    pub fn of(scene: &ChartScene, command: &str) -> Result<Self> {
-        let mut truths = Vec::new();
-        for reference in &scene.references {
-            let picture = scene.picture(reference.layers.beauty())?;
-            truths.push(Truth { bounces: reference.bounces(), noise: reference.noise, picture });
-        }
-        Ok(Self { line: SceneLine { command: command.to_owned(), ..scene.line() }, truths })
-    }
 }
 
 const FILE: &str = "outline.toml";
@@ -88,25 +87,22 @@ impl Outline {
         Ok(outline)
     }
 
-    /// Takes what an earlier call left of these scenes, so that references are not needed where every row is there already.
-    pub fn take_truths<'a>(&mut self, store: &Store<Row>, scenes: impl Iterator<Item = (SceneLine, &'a str)>) {
-        let Ok(before) = Self::load(&store.path("")) else { return };
-        if (before.width, before.height, before.reference_noise) != (self.width, self.height, self.reference_noise) {
-            return;
+    fn size_and_noise(&self) -> (u32, u32, f64) {
+        (self.width, self.height, self.reference_noise)
+    }
+
+    /// Takes what an earlier call left of these scenes, so that references are not needed where every row is there already. Scenes
+    /// without any reference are left out.
+    pub fn take_truths(&mut self, store: &Store<Row>) {
+        if let Ok(before) = Self::load(&store.path(""))
+            && before.size_and_noise() == self.size_and_noise()
+        {
+            for sketch in &mut self.scenes {
+                let same = before.scenes.iter().find(|old| sketch.is_of_same(old) && sketch.line.name == old.line.name);
+                same.into_iter().for_each(|old| sketch.unite(old.clone()));
+            }
         }
-        let mut sketches = Vec::new();
-        for (line, command) in scenes {
-            let line = SceneLine { command: command.to_owned(), ..line };
-            let is_same = |other: &&Sketch| {
-                (&other.line.name, &other.line.hash, &other.line.camera) == (&line.name, &line.hash, &line.camera)
-            };
-            let (old, new) = (before.scenes.iter().find(is_same), self.scenes.iter().find(is_same));
-            let Some(any) = new.or(old) else { continue };
-            let mut sketch = Sketch { line: line.clone(), ..any.clone() };
-            old.into_iter().for_each(|old| sketch.unite(old.clone()));
-            sketches.push(sketch);
-        }
-        self.scenes = sketches;
+        self.scenes.retain(|sketch| !sketch.truths.is_empty());
     }
 
     /// This with what another one has, which may be of another part of the same chart or of another chart.
@@ -114,34 +110,33 @@ impl Outline {
     /// # Errors
     /// A sentence about what they do not have in common.
     pub fn unite(&mut self, other: Self) -> std::result::Result<(), String> {
-        let [ours, theirs] = [&*self, &other].map(|o| (o.width, o.height, o.reference_noise));
-        if ours != theirs {
-            let words = |(width, height, noise): (u32, u32, f64)| {
-                format!("{width}x{height} pixels at {} % noise", 100.0 * noise)
-            };
-            return Err(format!("is of {}, not of {}; chart both alike", words(theirs), words(ours)));
+        if self.size_and_noise() != other.size_and_noise() {
+            let [ours, theirs] = [&*self, &other]
+                .map(|o| format!("{}x{} pixels at {} % noise", o.width, o.height, 100.0 * o.reference_noise));
+            return Err(format!("is of {theirs}, not of {ours}; chart both alike"));
         }
         for sketch in other.scenes {
             match self.scenes.iter_mut().find(|ours| ours.line.name == sketch.line.name) {
                 None => self.scenes.push(sketch),
-                Some(ours) if (&ours.line.hash, &ours.line.camera) != (&sketch.line.hash, &sketch.line.camera) => {
-                    return Err(format!(
-                        "has another scene or camera by the name {}; rename one of the files",
-                        ours.line.name
-                    ));
+                Some(ours) if ours.is_of_same(&sketch) => ours.unite(sketch),
+                Some(ours) => {
+                    let name = &ours.line.name;
+                    return Err(format!("has another scene or camera by the name {name}; rename one of the files"));
                 }
-                Some(ours) => ours.unite(sketch),
             }
         }
-        let known: BTreeMap<&str, ()> = self.rows.iter().map(|row| (row.address.as_str(), ())).collect();
-        let new: Vec<Planned> =
-            other.rows.into_iter().filter(|row| !known.contains_key(row.address.as_str())).collect();
-        self.rows.extend(new);
+        let known: BTreeSet<String> = self.rows.iter().map(|row| row.address.clone()).collect();
+        self.rows.extend(other.rows.into_iter().filter(|row| !known.contains(&row.address)));
         Ok(())
     }
 }
 
 impl Sketch {
+    /// Whether another one is of this scene from the same camera.
+    fn is_of_same(&self, other: &Self) -> bool {
+        (&self.line.hash, &self.line.camera) == (&other.line.hash, &other.line.camera)
+    }
+
     /// Takes the references that are less noisy.
     fn unite(&mut self, other: Self) {
         for truth in other.truths {

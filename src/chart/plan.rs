@@ -42,13 +42,10 @@ impl Trial {
         [slice::from_ref(&self.preset), &self.swept].concat().join(" ")
     }
 
-    /// Every key whose value is not the preset's.
-    pub fn changes(&self) -> Vec<(&'static Key, String)> {
-        // A base that is no preset shows all that differs from the default one.
-        let preset = Settings::preset(&self.preset).unwrap_or_default().entries();
-        let pairs = self.settings.entries().into_iter().zip(preset);
-        let used = |key: &Key| key.method().is_none_or(|method| method == self.settings.method);
-        pairs.filter(|(now, was)| now.1 != was.1 && used(now.0)).map(|(now, _)| now).collect()
+    /// `key=value` of every setting whose value is not the preset's. A base that is no preset shows all that differs from the
+    /// default one.
+    pub fn changes(&self) -> Vec<String> {
+        self.settings.changes_from(&Settings::preset(&self.preset).unwrap_or_default())
     }
 }
 
@@ -96,8 +93,7 @@ mod tests {
     #[test]
     fn changes_are_those_from_the_preset() {
         let trials = trials(&bases(), &sweep("voxels=64").unwrap()).unwrap();
-        let changes: Vec<_> = trials[3].changes().into_iter().map(|(key, value)| (key.name, value)).collect();
-        assert_eq!(changes, [("voxels", "64".to_owned())]);
+        assert_eq!(trials[3].changes(), ["voxels=64"]);
         assert!(trials[0].changes().is_empty());
         // What only cones would heed is no change of rays: nothing runs twice for it.
         let values = sweep("cones.step=2").unwrap();

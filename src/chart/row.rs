@@ -1,29 +1,29 @@
 //! One setting on one scene: its times and errors, or why it could not run.
 
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
-use super::measure::ChartScene;
-use super::subject::{Source, Subject};
-use crate::lab::store::{self as lab, Kind, Origin, device_words, short_hash};
-use crate::measure::metrics::{Metrics, NoiseInRel};
+use super::import::Claim;
+use super::measure::{ChartScene, SEED, same_depth};
+use super::plan::Trial;
+use crate::lab::store::{self as lab, Kind, Origin, short_hash};
+use crate::measure::metrics::{Metrics, Part, Parts};
+use crate::measure::terms::Subtract;
 use crate::measure::timing::Spread;
 use crate::reference::{Depth, Stop, cache};
-use crate::scene::Still;
 use crate::settings::Settings;
-use crate::vk::Context;
 
 /// One setting on one scene. `docs/json.md` lists the keys.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Hash over everything that determines the row.
     pub key: String,
     /// Hash over the same but the device: shards and merged charts know a row of any machine by it.
     pub address: String,
-    /// The scene's name in this chart.
+    /// The scene's name in this chart. Of a row that is yet to be placed in scenes, the only one that has it; empty: all have it.
     pub scene: String,
     /// The preset and what was swept, in one line; of other images how they are called.
     pub name: String,
-    /// The maker of the image.
     #[serde(default)]
     pub source: Source,
     /// Empty without settings.
@@ -42,8 +42,24 @@ pub struct Row {
     pub origin: Option<Origin>,
 }
 
+/// The maker of a row's image.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Source {
+    /// The renderer with the row's settings.
+    #[default]
+    Settings,
+    /// This program's path tracer.
+    PathTracer {
+        /// A pixel.
+        paths: u32,
+    },
+    /// Another program.
+    Import(Claim),
+}
+
 /// Times in milliseconds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Frames that the times are taken over, after those that warmed up; 0 where no time was measured.
     pub frames: usize,
@@ -76,22 +92,19 @@ pub struct Pass {
 }
 
 /// Against one reference.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// The reference's indirect bounces; absent: all.
     pub bounces: Option<u32>,
     /// The reference's own noise: root mean square of its pixels' relative error.
     pub noise: f64,
     /// What that may add to `rel`.
-    pub noise_in_rel: NoiseInRel,
-    pub total: Metrics,
+    pub noise_in_rel: Parts<f64>,
+    /// Of the indirect light, on equal terms.
+    #[serde(flatten)]
+    pub metrics: Parts<Metrics>,
     /// Mean LDR-FLIP of the whole.
     pub flip: f64,
-    /// Of the indirect light, on equal terms; absent where the reference has none.
-    pub indirect: Option<Metrics>,
-    /// Of that over the pixels in which the reference shows diffuse surfaces alone; absent where there are none or no indirect
-    /// light reaches them.
-    pub diffuse: Option<Metrics>,
 }
 
 /// Which reference an image is compared with.
@@ -101,15 +114,6 @@ pub enum Reference {
     Full,
     /// Light of as many bounces as the settings ask for.
     Same,
-}
-
-/// Which part of the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    Total,
-    Indirect,
-    /// Indirect, of pixels that show diffuse surfaces alone.
-    Diffuse,
 }
 
 impl lab::Row for Row {
@@ -148,38 +152,79 @@ impl lab::Row for Row {
 }
 
 impl Row {
-    /// The subject as a row of a scene, without a result yet.
-    pub fn new(key: String, scene: &str, subject: &Subject) -> Self {
-        let (scene, name, address) = (scene.to_owned(), subject.name(), String::new());
-        let (preset, swept, settings, changes) = match subject {
-            Subject::Settings(trial) => {
-                let changes = trial.changes().into_iter().map(|(key, value)| format!("{}={value}", key.name)).collect();
-                (trial.preset.clone(), trial.swept.clone(), Some(trial.settings.clone()), changes)
-            }
-            Subject::Paths(_) | Subject::Import(_) => (String::new(), Vec::new(), None, Vec::new()),
+    /// Settings, without a scene and a result yet.
+    pub fn of_settings(trial: &Trial) -> Self {
+        let Trial { preset, swept, settings } = trial.clone();
+        Self {
+            name: trial.name(),
+            preset,
+            swept,
+            changes: trial.changes(),
+            settings: Some(settings),
+            ..Self::default()
+        }
+    }
+
+    /// The path tracer along so many paths a pixel.
+    pub fn of_paths(paths: u32) -> Self {
+        let name = if paths == 1 { "1 path a pixel".to_owned() } else { format!("{paths} paths a pixel") };
+        Self { name, source: Source::PathTracer { paths }, ..Self::default() }
+    }
+
+    /// Itself in a scene, with its hashes over everything that determines it except the program. `noise`: of references, a share;
+    /// `common`: the device and whether it is validated.
+    pub fn in_scene(&self, scene: &ChartScene, noise: f64, common: &[String; 2]) -> Self {
+        let seen = cache::key(scene.still(), &scene.reference_options(Depth::Full, Stop::Noise(noise))).to_string();
+        let bounds = format!("{:?}", scene.options.bounds);
+        let identity = match &self.source {
+            Source::Settings => self.settings.as_ref().map(Settings::to_toml).into(),
+            Source::PathTracer { paths } => json!(["paths", paths, SEED]),
+            Source::Import(claim) => json!(["import", self.name, claim, claim.files.hash, claim.files.bounces]),
         };
-        let (source, measured, failure, origin) = (subject.source(), None, None, None);
-        Self { key, address, scene, name, source, preset, swept, changes, settings, measured, failure, origin }
+        let address = short_hash(&json!([noise.to_string(), seen, bounds, identity]));
+        let key = match self.source {
+            // An image of another program needs no device.
+            Source::Import(_) => short_hash(&json!([address])),
+            _ => short_hash(&json!([common, address])),
+        };
+        Self { key, address, scene: scene.name.clone(), ..self.clone() }
+    }
+
+    /// The depths of the references that the image is compared with: all light, and as many bounces.
+    pub fn depths(&self, scene: &ChartScene) -> [Depth; 2] {
+        let same = match (&self.source, &self.settings) {
+            (Source::Settings, Some(settings)) => same_depth(&scene.scene, settings),
+            (Source::Import(claim), _) => claim.depth(scene),
+            _ => Depth::Full,
+        };
+        [Depth::Full, same]
+    }
+
+    /// Whose direct light is subtracted to leave the indirect light; `None` where that is not judged.
+    pub fn subtract(&self, scene: &ChartScene) -> Option<Subtract> {
+        match &self.source {
+            Source::Import(claim) => claim.subtract(scene),
+            _ => Some(Subtract::in_scene(&scene.scene)),
+        }
     }
 
     /// Whether two rows are of the same thing, maybe at different times.
     pub fn is_same_as(&self, other: &Self) -> bool {
         let is_same = match (&self.settings, &other.settings) {
             (Some(own), Some(others)) => own.means_same(others),
-            (None, None) => self.name == other.name && self.source.word() == other.source.word(),
+            (None, None) => self.name == other.name && self.is_import() == other.is_import(),
             _ => false,
         };
         is_same && self.scene == other.scene
     }
 
+    pub fn is_import(&self) -> bool {
+        matches!(self.source, Source::Import(_))
+    }
+
     /// Paths a pixel, where the path tracer made the image.
     pub fn paths(&self) -> Option<u32> {
         if let Source::PathTracer { paths } = &self.source { Some(*paths) } else { None }
-    }
-
-    /// Whether both references have at most this noise.
-    pub fn is_within(&self, noise: f64) -> bool {
-        self.measured.as_ref().is_some_and(|m| m.full.noise <= noise && m.same.noise <= noise)
     }
 
     /// Whose times may be compared with this row's; `None` for a time that was given: it stands beside those of every
@@ -190,23 +235,12 @@ impl Row {
 
     /// `rel`, where it was measured and the reference has this part of the light.
     pub fn rel(&self, reference: Reference, part: Part) -> Option<f64> {
-        let errors = self.errors(reference)?;
-        let metrics = match part {
-            Part::Total => Some(errors.total),
-            Part::Indirect => errors.indirect,
-            Part::Diffuse => errors.diffuse,
-        };
-        Some(metrics?.rel)
+        Some(self.errors(reference)?.metrics.of(part)?.rel)
     }
 
     /// What the reference's noise may have added to [`Self::rel`].
     pub fn noise_in_rel(&self, reference: Reference, part: Part) -> Option<f64> {
-        let noise = self.errors(reference)?.noise_in_rel;
-        match part {
-            Part::Total => Some(noise.total),
-            Part::Indirect => noise.indirect,
-            Part::Diffuse => noise.diffuse,
-        }
+        self.errors(reference)?.noise_in_rel.of(part)
     }
 
     fn errors(&self, reference: Reference) -> Option<&Errors> {
@@ -236,34 +270,4 @@ pub struct Pictures {
     /// Signed difference from the full light, and from that of as many bounces; red is too bright, blue too dark.
     pub full: String,
     pub same: String,
-}
-
-/// Names rows after everything that determines them except the program.
-pub struct Keys {
-    /// The device, validation.
-    common: [String; 2],
-    noise: f64,
-}
-
-impl Keys {
-    /// `noise`: a share, not a percentage.
-    pub fn new(context: &Context, validation: bool, noise: f64) -> Self {
-        Self { common: [device_words(context), validation.to_string()], noise }
-    }
-
-    /// Hash over the device and the address; of an image of another program, which needs no device, over the address alone.
-    pub fn key(&self, address: &str, subject: &Subject) -> String {
-        match subject {
-            Subject::Import(_) => short_hash(&serde_json::json!([address])),
-            Subject::Settings(_) | Subject::Paths(_) => short_hash(&serde_json::json!([self.common, address])),
-        }
-    }
-
-    /// Hash over the scene as it is seen, the noise of references, and the settings, or what else made the image.
-    pub fn address(&self, scene: &ChartScene, subject: &Subject) -> String {
-        let seen = scene.reference_options(Depth::Full, Stop::Noise(self.noise));
-        let seen = cache::key(Still::new(&scene.scene, &scene.pose, &scene.view), &seen).to_string();
-        let bounds = format!("{:?}", scene.options.bounds);
-        short_hash(&serde_json::json!([self.noise.to_string(), seen, bounds, subject.identity()]))
-    }
 }

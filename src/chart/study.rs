@@ -2,13 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use super::export::{Chart, SceneLine};
+use super::export::Chart;
 use super::frontier::frontiers;
+use super::outline::SceneLine;
 use super::plan::{Trial, distinct, sweep, trials};
-use super::row::{Part, Reference, Row};
-use super::subject::{Source, Subject};
+use super::row::{Reference, Row};
 use crate::Result;
 use crate::lab::table;
+use crate::measure::metrics::Part;
 use crate::measure::terms;
 use crate::settings::{PRESETS, Settings};
 
@@ -141,93 +142,73 @@ fn conditions(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String]) -
     };
     format!(
         "Measured is every preset{axes}; `{base}`, unless a line says otherwise.\n{}×{} pixels on {};\nthe references' own noise is {} %.",
-        chart.width,
-        chart.height,
+        chart.outline.width,
+        chart.outline.height,
         chart.devices(),
-        100.0 * chart.reference_noise
+        100.0 * chart.outline.reference_noise
     )
 }
 
-/// The pictures, and a line for every setting.
+/// The errors that the table shows of each scene.
+const ERRORS: [(&str, Part, Reference); 4] = [
+    ("whole, same", Part::Total, Reference::Same),
+    ("whole, all", Part::Total, Reference::Full),
+    ("diffuse, same", Part::Diffuse, Reference::Same),
+    ("diffuse, all", Part::Diffuse, Reference::Full),
+];
+
+/// The pictures, and a line for every setting: of each scene the time, then errors, those on a frontier of time and error bold.
 fn settings_table(chart: &Chart, lines: &[(&'static str, Trial)]) -> String {
-    let columns: Vec<Columns> = chart.scenes.iter().map(|scene| Columns::new(chart, scene)).collect();
-    let head = columns.iter().flat_map(|Columns { scene, errors, .. }| {
-        std::iter::once(format!("{scene} ms")).chain(errors.iter().map(|error| error.title.clone()))
-    });
-    let head = ["axis", "setting", "method"].into_iter().map(str::to_owned).chain(head);
+    let mut head = ["axis", "setting", "method"].map(str::to_owned).to_vec();
+    let mut table: Vec<Vec<String>> = Vec::new();
     let mut last = "";
-    let mut line = |axis: &'static str, setting: String, method: &str, is_meant: &dyn Fn(&Row) -> bool| {
-        let shown = if axis == last { "" } else { axis };
-        last = axis;
-        let cells = columns.iter().flat_map(|scene| scene.cells(is_meant)).collect::<Vec<_>>();
-        [shown.to_owned(), setting, method.to_owned()].into_iter().chain(cells).collect::<Vec<_>>()
-    };
-    let mut rows = Vec::new();
     for (axis, trial) in lines {
         let mark = if terms::changes(&trial.settings).is_empty() { "" } else { "*" };
-        let is_meant = |row: &Row| row.settings.as_ref().is_some_and(|own| own.means_same(&trial.settings));
-        rows.push(line(axis, format!("`{}`{mark}", trial.name()), trial.settings.method.name(), &is_meant));
+        let shown = if *axis == last { "" } else { axis };
+        last = axis;
+        table.push(vec![shown.to_owned(), format!("`{}`{mark}", trial.name()), trial.settings.method.to_string()]);
     }
-    for paths in chart.rows.iter().filter_map(Row::paths).collect::<BTreeSet<u32>>() {
-        let is_meant = |row: &Row| row.source == Source::PathTracer { paths };
-        rows.push(line(PATHS_AXIS, format!("`{}`", Subject::Paths(paths).name()), "path tracer", &is_meant));
+    let traced: BTreeSet<u32> = chart.rows().filter_map(Row::paths).collect();
+    for (i, paths) in traced.iter().enumerate() {
+        let axis = if i == 0 { PATHS_AXIS } else { "" };
+        table.push(vec![axis.to_owned(), format!("`{}`", Row::of_paths(*paths).name), "path tracer".to_owned()]);
+    }
+    for SceneLine { name, .. } in chart.scenes() {
+        let rows = chart.rows_of(name);
+        let of_line = lines.iter().map(|(_, trial)| {
+            rows.iter().position(|row| row.settings.as_ref().is_some_and(|own| own.means_same(&trial.settings)))
+        });
+        let of_paths = traced.iter().map(|paths| rows.iter().position(|row| row.paths() == Some(*paths)));
+        let found: Vec<Option<usize>> = of_line.chain(of_paths).collect();
+        let mut column = |title: String, cell: &dyn Fn(usize) -> Option<String>| {
+            head.push(title);
+            for (line, row) in table.iter_mut().zip(&found) {
+                line.push(row.and_then(cell).unwrap_or(table::MISSING.to_owned()));
+            }
+        };
+        column(format!("{name} ms"), &|row| Some(format!("{:.0}", rows[row].ms()?)));
+        let places: Vec<_> = rows.iter().map(|row| row.place().filter(|_| !chart.mix_machines)).collect();
+        for (title, part, reference) in ERRORS {
+            let point = |row: &&Row| row.ms().zip(row.rel(reference, part)).unwrap_or((f64::NAN, f64::NAN));
+            let best = frontiers(&rows.iter().map(point).collect::<Vec<_>>(), &places).concat();
+            column(title.to_owned(), &|row| {
+                let bold = if best.contains(&row) { "**" } else { "" };
+                Some(format!("{bold}{:.3}{bold}", rows[row].rel(reference, part)?))
+            });
+        }
     }
     let picture = |scene: &SceneLine| format!("![{0}: error against time]({0}.svg)\n\n", scene.name);
-    chart.scenes.iter().map(picture).collect::<String>() + &table::markdown(head, "---:", rows)
-}
-
-/// The table's columns for a scene: the time, then errors.
-struct Columns<'a> {
-    scene: &'a str,
-    rows: Vec<&'a Row>,
-    errors: Vec<Error>,
-}
-
-/// A column of errors.
-struct Error {
-    title: String,
-    part: Part,
-    reference: Reference,
-    /// Keys of the rows on the frontier of time and `rel`.
-    best: Vec<String>,
-}
-
-impl<'a> Columns<'a> {
-    fn new(chart: &'a Chart, scene: &'a SceneLine) -> Self {
-        let rows = chart.rows_of(&scene.name);
-        let mut errors = Vec::new();
-        for (part, name) in [(Part::Total, "whole"), (Part::Diffuse, "diffuse")] {
-            for (reference, light) in [(Reference::Same, "same"), (Reference::Full, "all")] {
-                let point = |row: &&Row| row.ms().zip(row.rel(reference, part)).unwrap_or((f64::NAN, f64::NAN));
-                let places: Vec<_> = rows.iter().map(|row| row.place().filter(|_| !chart.mix_machines)).collect();
-                let best = frontiers(&rows.iter().map(point).collect::<Vec<_>>(), &places);
-                let best = best.concat().into_iter().map(|i| rows[i].key.clone()).collect();
-                errors.push(Error { title: format!("{name}, {light}"), part, reference, best });
-            }
-        }
-        Self { scene: &scene.name, rows, errors }
-    }
-
-    /// Time and errors of the row that is meant.
-    fn cells(&self, is_meant: &dyn Fn(&Row) -> bool) -> Vec<String> {
-        let row = self.rows.iter().find(|row| is_meant(row));
-        let time = row.and_then(|row| Some(format!("{:.0}", row.ms()?)));
-        let error = |Error { part, reference, best, .. }: &Error| {
-            let row = row?;
-            let bold = if best.contains(&row.key) { "**" } else { "" };
-            Some(format!("{bold}{:.3}{bold}", row.rel(*reference, *part)?))
-        };
-        let cells = std::iter::once(time).chain(self.errors.iter().map(error));
-        cells.map(|cell| cell.unwrap_or(table::MISSING.to_owned())).collect()
-    }
+    chart.scenes().map(picture).collect::<String>() + &table::markdown(head, "---:", table)
 }
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
-    use super::super::row::Measured;
+    use super::super::outline::Sketch;
+    use super::super::row::{Errors, Measured};
     use super::*;
+    use crate::lab::store::Stored;
+    use crate::measure::metrics::{Metrics, Parts};
+    use crate::measure::timing::Spread;
 
     #[test]
     fn every_axis_exists_and_no_line_is_there_twice() {
@@ -242,31 +223,26 @@ mod tests {
     #[test]
     fn every_scene_has_the_errors_of_the_whole_and_of_diffuse_surfaces() {
         let lines = lines(&[]).unwrap();
-        let spread = json!({ "median": 7.0, "min": 7.0, "max": 7.0 });
-        let metrics = |rel: f64| json!({ "energy": 1.0, "rel": rel, "relmse": 0.0, "p95": 0.0 });
+        let metrics = |rel: f64| Metrics { rel, ..Metrics::default() };
         let errors = |rel: f64| {
-            let (total, indirect, diffuse) = (metrics(9.0), metrics(rel), metrics(rel / 2.0));
-            json!({ "noise": 0.0, "noise_in_rel": { "total": 0.0 }, "flip": 0.0, "total": total, "indirect": indirect, "diffuse": diffuse })
+            let metrics =
+                Parts { total: metrics(9.0), indirect: Some(metrics(rel)), diffuse: Some(metrics(rel / 2.0)) };
+            Errors { metrics, ..Errors::default() }
         };
-        let measured = json!({
-            "frames": 5, "frame_gpu_ms": spread, "frame_wall_ms": spread, "passes": [], "memory_bytes": 0, "nonfinite": 0,
-            "equal_terms": [], "full": errors(0.4), "same": errors(0.2)
-        });
-        let measured: Measured = serde_json::from_value(measured).unwrap();
-        let line = |name: &str, all_diffuse| SceneLine {
-            name: name.into(),
-            hash: String::new(),
-            triangles: 0,
-            camera: String::new(),
-            all_diffuse,
-            command: String::new(),
+        let measured = Measured {
+            frame_gpu_ms: Some(Spread { median: 7.0, min: 7.0, max: 7.0 }),
+            full: errors(0.4),
+            same: errors(0.2),
+            ..Measured::default()
         };
-        let row = |scene: &str| Row {
-            measured: Some(measured.clone()),
-            ..Row::new(scene.into(), scene, &Subject::Settings(lines[0].1.clone()))
-        };
-        let rows = vec![row("box"), row("room")];
-        let chart = Chart { scenes: vec![line("box", true), line("room", false)], rows, ..Chart::default() };
+        let mut chart = Chart::default();
+        for (name, all_diffuse) in [("box", true), ("room", false)] {
+            let (hash, camera, command) = (String::new(), String::new(), String::new());
+            let line = SceneLine { name: name.into(), hash, triangles: 0, camera, all_diffuse, command };
+            chart.outline.scenes.push(Sketch { line, truths: vec![] });
+            let row = Row { measured: Some(measured.clone()), scene: name.into(), ..Row::of_settings(&lines[0].1) };
+            chart.rows.push(Stored { version: 0, program: String::new(), row, pictures: None });
+        }
         let page = document(&chart, &lines[..2], &[], EMPTY).unwrap();
         let table: Vec<_> = page.lines().filter(|line| line.starts_with('|')).collect();
         let four = "whole, same | whole, all | diffuse, same | diffuse, all |";

@@ -2,8 +2,8 @@
 
 use super::frontier::frontiers;
 use super::marks::{Mark, mark, marks};
-use super::row::{Part, Reference, Row};
-use super::subject::Source;
+use super::row::{Reference, Row};
+use crate::measure::metrics::Part;
 use crate::output::svg::{LogAxis, escape};
 
 /// Pixels of a panel, and what its axes' labels take on the left, on top, on the right and below.
@@ -123,7 +123,7 @@ fn draw(panel: &Panel) -> String {
         let class = if best.contains(&i) { "" } else { " class=\"faint\"" };
         let radius = if row.swept.is_empty() { 6.0 } else { 4.0 };
         let mark = mark(row);
-        let given = if matches!(row.source, Source::Import(_)) { " as given" } else { "" };
+        let given = if row.is_import() { " as given" } else { "" };
         let title = format!("<title>{}, {}: {cost:.0} ms{given}, {error:.3}</title>", escape(&row.name), mark.method);
         add(format!("{}>{title}</path>", path(mark, class, place((cost, error)), radius)));
     }
@@ -132,9 +132,8 @@ fn draw(panel: &Panel) -> String {
 
 /// The kind of an axis's times.
 fn times(rows: &[(&Row, (f64, f64))]) -> &'static str {
-    let has = |of: fn(&Source) -> bool| rows.iter().any(|(row, _)| of(&row.source));
-    let [traced, given] =
-        [has(|source| matches!(source, Source::PathTracer { .. })), has(|source| matches!(source, Source::Import(_)))];
+    let traced = rows.iter().any(|(row, _)| row.paths().is_some());
+    let given = rows.iter().any(|(row, _)| row.is_import());
     match (traced, given) {
         (false, false) => "GPU ms a frame",
         (true, false) => "ms a frame: GPU; path tracer: wall clock",

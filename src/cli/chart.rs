@@ -6,7 +6,7 @@ use std::slice;
 
 use clap::Args;
 use twobounce::chart::plan::{Trial, sweep, trials};
-use twobounce::chart::subject::Subject;
+use twobounce::chart::row::Row;
 use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
@@ -48,11 +48,9 @@ pub struct ChartArgs {
 /// Measures what is missing and writes the chart again.
 pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
-    let rendered = args.trials()?.into_iter().map(Subject::Settings);
-    let subjects = rendered.chain(args.bench.paths.subjects()).collect::<Vec<_>>();
-    let imports = args.imports.open(args.scene.size, &subjects)?;
-    let subjects = subjects.into_iter().chain(imports).collect();
-    let bench = Bench { scene: &args.scene, paths, subjects, folder: &args.output, args: &args.bench };
+    let mut rows: Vec<Row> = args.trials()?.iter().map(Row::of_settings).chain(args.bench.paths.rows()).collect();
+    rows.extend(args.imports.open(args.scene.size, &rows)?);
+    let bench = Bench { scene: &args.scene, paths, rows, folder: &args.output, args: &args.bench };
     match args.bench.list {
         Some(count) => Ok(bench.list(count, &["-o", "--output"])?),
         None => bench.run(|_| Ok(None)),

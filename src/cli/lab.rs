@@ -32,11 +32,11 @@ pub trait Experiment {
         Ok(())
     }
 
-    /// Measures a row and keeps it; `false` once `go_on`, which is asked between frames, says no.
+    /// Measures a row and keeps it. `go_on` is asked between frames.
     ///
     /// # Errors
-    /// [`Error::Interrupted`], or what keeps the row from running: [`Self::keep_failure`] has it next.
-    fn measure(&mut self, row: usize, context: &Arc<Context>, go_on: &dyn Fn() -> bool) -> Result<bool>;
+    /// [`Error::Interrupted`] as `go_on` says it, or what keeps the row from running: [`Self::keep_failure`] has it next.
+    fn measure(&mut self, row: usize, context: &Arc<Context>, go_on: &dyn Fn() -> Result<()>) -> Result<()>;
 
     /// Keeps why a row could not run.
     ///
@@ -108,10 +108,10 @@ impl Runner<'_> {
                 Some(context) => context,
                 None => self.device.open(self.size)?,
             };
-            let go_on = || in_time(start) && interrupt::check().is_ok();
+            let go_on = || if in_time(start) { interrupt::check() } else { Err(Error::Interrupted) };
             match experiment.measure(row, &context, &go_on) {
-                Ok(false) | Err(Error::Interrupted) => break,
-                Ok(true) => device = Some(context),
+                Err(Error::Interrupted) => break,
+                Ok(()) => device = Some(context),
                 Err(error) => {
                     // A device that failed may be lost; the next row opens it again.
                     device = (!matches!(error, Error::Device(_))).then_some(context);

@@ -108,7 +108,7 @@ impl Experiment for Rows {
         self.lines[row].name.clone()
     }
 
-    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> bool) -> Result<bool> {
+    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> Result<()>) -> Result<()> {
         let line = &self.lines[row];
         let results = match &line.job {
             Job::Change { printed, right } => self.renders.change(context, right, printed)?,
@@ -123,7 +123,7 @@ impl Experiment for Rows {
             }
         };
         self.results.insert(line.at, results);
-        Ok(true)
+        Ok(())
     }
 
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()> {

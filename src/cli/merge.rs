@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use twobounce::chart::export::{Chart, Surroundings};
+use twobounce::chart::export::Chart;
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::Row as ChartRow;
 use twobounce::lab::merge::{Merged, merge};
@@ -138,11 +138,8 @@ fn merge_charts(args: &MergeArgs) -> Result<()> {
     let outline = outline.ok_or_else(|| Error::Usage("there is no folder to merge".into()))?;
     let order: Vec<&str> = outline.rows.iter().map(|row| row.address.as_str()).collect();
     merge_rows::<ChartRow>(args, &folders, &order, |store, merged, planned| {
-        let chart = Chart::new(&outline, planned, args.mix_machines, &merged.rows);
-        let history = if args.history { chart.history(store) } else { Vec::new() };
-        let around = Surroundings { running: false, part: String::new(), history };
-        chart.write(store, &outline.scenes, &merged.rows, &around)?;
-        outline.save(store)
+        let (outline, rows, mix_machines) = (outline.clone(), merged.rows.clone(), args.mix_machines);
+        Chart { outline, rows, planned, mix_machines, with_history: args.history, ..Chart::default() }.write(store)
     })
 }
 

@@ -8,19 +8,17 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Command};
 use glam::DQuat;
-use twobounce::chart::row::Part;
 use twobounce::gi::Method;
 use twobounce::lab::store::{Results, device_words};
+use twobounce::measure::metrics::Part;
 use twobounce::output::file;
 use twobounce::plan::VERSION;
 use twobounce::plan::answer::Answer;
 use twobounce::plan::ask::{self, Question};
-use twobounce::plan::bench::{Host, Seen};
+use twobounce::plan::bench::{Bench, Seen, Setup};
 use twobounce::plan::limits::Limits;
 use twobounce::reference::Options;
-use twobounce::reference::cache::Cache;
-use twobounce::reference::film::Film;
-use twobounce::scene::{Projection, Scene, Still};
+use twobounce::scene::{Projection, Scene};
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, SceneArgs, budget, memory_size, number};
@@ -98,26 +96,6 @@ fn part() -> impl TypedValueParser<Value = Part> {
     })
 }
 
-/// Flags of `render` that are in the answer's command as they were typed; others are of the search, or the answer's own.
-const DROPPED: [&str; 16] = [
-    "--camera",
-    "--time",
-    "--max-error",
-    "--max-ms",
-    "--max-mib",
-    "--error-of",
-    "--budget",
-    "--methods",
-    "--set",
-    "-o",
-    "--output",
-    "--json",
-    "--anew",
-    "-q",
-    "--quiet",
-    "--size",
-];
-
 /// Answers, from what is kept or by measuring. `typed`: the words after `twobounce plan`.
 pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
@@ -134,36 +112,50 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let cache = cache();
     let about = format!("{VERSION} {} {}", device_words(&context), args.device.validation);
     let store = Results::new(cache.folder().map(|folder| folder.join("plan")), &about, args.anew)?;
-    let question = Question {
+    // Tracing has a line of its own.
+    let work: RefCell<Option<Work>> = RefCell::default();
+    let trace = |seen: &Seen, options: &Options| {
+        work.take();
+        let film = traced(&cache, seen.still(&opened.scene), options)?.0;
+        work.replace(Some(Work::begin("plan")));
+        Ok(film)
+    };
+    let is_at = |text: String| {
+        if let Some(work) = &*work.borrow() {
+            work.is_at(format!("plan: {text}"), None);
+        }
+    };
+    let bench = Bench::new(Setup {
         context: &context,
         scene: &opened.scene,
         options: opened.options(args.memory_limit),
+        size: ask::error_size(args.scene.size),
+        part: args.error_of,
+        store: &store,
+        trace: &trace,
+        is_at: &is_at,
+    });
+    let question = Question {
         views: views.iter().map(|view| view.1.clone()).collect(),
         held_out,
         limits,
-        part: args.error_of,
         methods: Method::ALL.iter().filter(|method| args.tries(**method)).copied().collect(),
         fixed: args.sets.clone(),
         budget: args.budget,
     };
-    let key = ask::key(&question, &store);
-    let mut answer = match store.load::<Answer>(&key) {
-        Some(answer) => {
-            out::warn("note: this was asked before: the answer of then (--anew measures again)");
-            answer
+    let key = ask::key(&question, &bench);
+    let kept: Option<Answer> = store.load(&key);
+    if kept.is_some() {
+        out::warn("note: this was asked before: the answer of then (--anew measures again)");
+    }
+    let asked = kept.map_or_else(|| ask::ask(&question, bench), Ok).inspect_err(|error| {
+        if matches!(error, Error::Interrupted) && store.keeps() {
+            out::warn("what was measured is kept; the same command goes on from there");
         }
-        None => {
-            let host = OnCommandLine { scene: &opened.scene, cache, work: RefCell::default() };
-            let answer = ask::ask(&question, &host, &store).inspect_err(|error| {
-                if matches!(error, Error::Interrupted) && store.keeps() {
-                    out::warn("what was measured is kept; the same command goes on from there");
-                }
-            })?;
-            drop(host);
-            store.save(&key, &answer);
-            answer
-        }
-    };
+    });
+    work.take();
+    let mut answer = asked?;
+    store.save(&key, &answer);
     answer.commands = views.iter().map(|(flags, _)| args.command(&typed, flags, &answer)).collect();
     out::write(&answer.text());
     if let Some(path) = &args.output {
@@ -254,15 +246,21 @@ impl PlanArgs {
     /// The `twobounce render` command of a view, for a shell.
     fn command(&self, typed: &[String], flags: &[String], answer: &Answer) -> String {
         let plan = Self::augment_args(Command::new("plan"));
-        let takes_value = |flag: &str| {
-            let named = plan.get_arguments().find(|arg| {
-                let long = arg.get_long().is_some_and(|long| flag == format!("--{long}"));
-                long || arg.get_short().is_some_and(|short| flag == format!("-{short}"))
-            });
-            named.is_some_and(|arg| arg.get_action().takes_values())
+        let named = |flag: &str, arg: &clap::Arg| {
+            let long = arg.get_long().is_some_and(|long| flag == format!("--{long}"));
+            long || arg.get_short().is_some_and(|short| flag == format!("-{short}"))
         };
-        let kept =
-            words::grouped(typed, takes_value).into_iter().filter(|group| !DROPPED.contains(&words::flag(group)));
+        let takes_value = |flag: &str| {
+            plan.get_arguments().find(|arg| named(flag, arg)).is_some_and(|arg| arg.get_action().takes_values())
+        };
+        // Other flags are of the search, or the answer's own.
+        let shown = DeviceArgs::augment_args(SceneArgs::augment_args(Command::new("")));
+        let is_kept = |flag: &str| {
+            let is_own = ["--camera", "--time", "--size"].contains(&flag);
+            let is_shown = || flag == "--memory-limit" || shown.get_arguments().any(|arg| named(flag, arg));
+            !flag.starts_with('-') || (!is_own && is_shown())
+        };
+        let kept = words::grouped(typed, takes_value).into_iter().filter(|group| is_kept(words::flag(group)));
         let mut command = vec!["twobounce".to_owned(), "render".to_owned()];
         command.extend(kept.flatten());
         command.push(format!("--size={}x{}", answer.width, answer.height));
@@ -282,31 +280,4 @@ fn toml(answer: &Answer) -> String {
         answer.error_of,
         choice.settings.to_toml()
     )
-}
-
-/// References come from the cache, and what it is at goes to the line on standard error.
-struct OnCommandLine<'a> {
-    scene: &'a Scene,
-    cache: Cache,
-    work: RefCell<Option<Work>>,
-}
-
-impl Host for OnCommandLine<'_> {
-    fn trace(&self, of: &Seen, options: &Options) -> Result<Film> {
-        // Tracing has a line of its own.
-        self.work.take();
-        let film = traced(&self.cache, Still::new(self.scene, &of.pose, &of.view), options)?.0;
-        self.work.replace(Some(Work::begin("plan")));
-        Ok(film)
-    }
-
-    fn is_at(&self, text: String) {
-        if let Some(work) = &*self.work.borrow() {
-            work.is_at(format!("plan: {text}"), None);
-        }
-    }
-
-    fn check(&self) -> Result<()> {
-        interrupt::check()
-    }
 }

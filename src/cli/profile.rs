@@ -139,9 +139,9 @@ impl Experiment for Growing<'_> {
         self.runs[row].what.clone()
     }
 
-    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> bool) -> Result<bool> {
+    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> Result<()>) -> Result<()> {
         self.found.push(Ok(self.runs[row].run(context, &self.subject, self.frames)?));
-        Ok(true)
+        Ok(())
     }
 
     fn keep_failure(&mut self, _: usize, error: Error) -> Result<()> {

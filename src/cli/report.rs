@@ -162,7 +162,7 @@ pub mod tests {
         };
         let timings = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
         let counters = Counters { triangles, degenerate: 1, list_items: 9, occupied_voxels: 4 };
-        FrameReport { timings, counters, repeats, settling: 0, noise: None }
+        FrameReport { timings, counters, repeats, settling: 0, noise: None, cpu_ms: None }
     }
 
     pub fn report() -> RenderReport {

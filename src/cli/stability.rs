@@ -272,14 +272,14 @@ impl Experiment for Table<'_> {
         self.rows[row].row.title()
     }
 
-    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> bool) -> Result<bool> {
+    fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> Result<()>) -> Result<()> {
         let planned = &self.rows[row];
         let limits = (self.args.effort(), self.args.rows.memory_limit);
         let cell = Cell::new(context, &self.cache, planned.settings.clone(), limits, &interrupt::PRESSED);
         let (kept, pictures) = cell.run(planned.case, &planned.row)?;
         let kept = Row { origin: self.now(), ..kept };
         self.rows[row].stored = Some(self.store.save(kept, Some(pictures))?);
-        Ok(true)
+        Ok(())
     }
 
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()> {

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::export::Chart;
+use twobounce::chart::row::Row;
 use twobounce::chart::study::{EMPTY, PRESETS_AXIS, SCENES, document, is_page, lines, settings};
-use twobounce::chart::subject::Subject;
 use twobounce::chart::svg;
 use twobounce::output::file;
 use twobounce::{Error, Result};
@@ -47,8 +47,8 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     page(&args.output)?; // before anything is measured
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);
-    let subjects = settings(&lines).into_iter().map(Subject::Settings).chain(args.bench.paths.subjects()).collect();
-    let bench = Bench { scene, paths, subjects, folder: &args.rows, args: &args.bench };
+    let rows = settings(&lines).iter().map(Row::of_settings).chain(args.bench.paths.rows()).collect();
+    let bench = Bench { scene, paths, rows, folder: &args.rows, args: &args.bench };
     if let Some(count) = args.bench.list {
         return Ok(bench.list(count, &["--rows"])?);
     }
@@ -80,7 +80,7 @@ fn page(folder: &Path) -> Result<String> {
 
 fn write(folder: &Path, chart: &Chart, page: &str) -> Result<()> {
     file::create_folder(folder)?;
-    for scene in &chart.scenes {
+    for scene in chart.scenes() {
         let picture = svg::chart(&chart.panels(&scene.name), 2);
         file::write(&folder.join(format!("{}.svg", scene.name)), picture.as_bytes())?;
     }

@@ -131,7 +131,7 @@ pub struct Store<R> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Stored<R: Row> {
-    version: u32,
+    pub version: u32,
     /// The build that measured it: another may measure something else.
     pub program: String,
     pub row: R,

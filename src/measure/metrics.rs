@@ -20,7 +20,7 @@ const WHOLLY_DIFFUSE: f32 = 0.999;
 const FLIP_WHITE: f32 = 0.8;
 
 /// The metrics of one pair of images. Means are over pixels and channels.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
     /// mean(image) / mean(reference); ideally 1.
     pub energy: f64,
@@ -30,6 +30,35 @@ pub struct Metrics {
     pub relmse: f64,
     /// 95th percentile over pixels of Σ |image − reference| / (Σ reference + 3 · 0.01 · mean(reference)).
     pub p95: f64,
+}
+
+/// Which part of the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Total,
+    Indirect,
+    /// Indirect, of pixels that show diffuse surfaces alone.
+    Diffuse,
+}
+
+/// A value for each part of the light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Parts<T> {
+    pub total: T,
+    /// Absent where the reference has no indirect light, or it is not judged.
+    pub indirect: Option<T>,
+    /// Absent where there are no pixels of diffuse surfaces alone, or no indirect light reaches them.
+    pub diffuse: Option<T>,
+}
+
+impl<T: Copy> Parts<T> {
+    pub fn of(&self, part: Part) -> Option<T> {
+        match part {
+            Part::Total => Some(self.total),
+            Part::Indirect => self.indirect,
+            Part::Diffuse => self.diffuse,
+        }
+    }
 }
 
 /// Counts of non-finite values.
@@ -116,37 +145,27 @@ pub fn compare(image: &Layers, reference: &Layers, subtract: Subtract) -> Result
     })
 }
 
-/// What a reference's own noise may add to `rel`, by part of the light: mean |error of the reference| over its mean. By the
-/// triangle inequality no image's `rel` differs by more from that against a reference without noise; and as the noise has no
-/// mean, it makes `rel` larger, not smaller, but for chance that averages out over the pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct NoiseInRel {
-    pub total: f64,
-    /// Of the whole light's noise, which is no smaller than that of the indirect light; absent like the metrics of this part.
-    pub indirect: Option<f64>,
-    pub diffuse: Option<f64>,
-}
-
-impl NoiseInRel {
-    /// `error`: the expected error of every pixel of the reference.
-    pub fn of(reference: &Layers, error: &[[f32; 3]]) -> Self {
-        let sum = |pixels: &[[f32; 3]], counts: &dyn Fn(usize) -> bool| -> f64 {
-            let counted = pixels.iter().enumerate().filter(|(i, p)| finite(p) && counts(*i));
-            counted.flat_map(|(_, p)| p).map(|v| f64::from(*v)).sum()
-        };
-        let sizes: Vec<[f32; 3]> = error.iter().map(|p| p.map(f32::abs)).collect();
-        let share = |light: &[[f32; 3]], counts: &dyn Fn(usize) -> bool| {
-            let (noise, light) = (sum(&sizes, counts), sum(light, counts));
-            (light > 0.0).then_some(noise / light)
-        };
-        let (all, indirect) = (|_: usize| true, indirect(reference));
-        let diffuse = reference.get(Aov::Diffuse);
-        let is_diffuse = |i: usize| diffuse.is_some_and(|layer| layer[i][0] >= WHOLLY_DIFFUSE);
-        Self {
-            total: share(reference.beauty(), &all).unwrap_or_default(),
-            indirect: indirect.as_ref().and_then(|light| share(light, &all)),
-            diffuse: indirect.as_ref().and_then(|light| share(light, &is_diffuse)),
-        }
+/// The noise that a reference's own error may add to `rel`, by part of the light: mean |error of the reference| over its mean; of
+/// the indirect light, the whole light's noise, which is no smaller. `error`: the expected error of every pixel of the reference.
+/// By the triangle inequality no image's `rel` differs by more from that against a reference without noise; and as the noise has
+/// no mean, it makes `rel` larger, not smaller, but for chance that averages out over the pixels.
+pub fn noise_in_rel(reference: &Layers, error: &[[f32; 3]]) -> Parts<f64> {
+    let sum = |pixels: &[[f32; 3]], counts: &dyn Fn(usize) -> bool| -> f64 {
+        let counted = pixels.iter().enumerate().filter(|(i, p)| finite(p) && counts(*i));
+        counted.flat_map(|(_, p)| p).map(|v| f64::from(*v)).sum()
+    };
+    let sizes: Vec<[f32; 3]> = error.iter().map(|p| p.map(f32::abs)).collect();
+    let share = |light: &[[f32; 3]], counts: &dyn Fn(usize) -> bool| {
+        let (noise, light) = (sum(&sizes, counts), sum(light, counts));
+        (light > 0.0).then_some(noise / light)
+    };
+    let (all, indirect) = (|_: usize| true, indirect(reference));
+    let diffuse = reference.get(Aov::Diffuse);
+    let is_diffuse = |i: usize| diffuse.is_some_and(|layer| layer[i][0] >= WHOLLY_DIFFUSE);
+    Parts {
+        total: share(reference.beauty(), &all).unwrap_or_default(),
+        indirect: indirect.as_ref().and_then(|light| share(light, &all)),
+        diffuse: indirect.as_ref().and_then(|light| share(light, &is_diffuse)),
     }
 }
 

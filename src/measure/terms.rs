@@ -39,9 +39,7 @@ pub fn on_equal_terms(settings: &Settings) -> Settings {
 
 /// Every change that [`on_equal_terms`] makes to `settings`, as `key=value`; empty if it makes none.
 pub fn changes(settings: &Settings) -> Vec<String> {
-    let equal = on_equal_terms(settings).entries();
-    let changed = equal.into_iter().zip(settings.entries()).filter(|(equal, own)| equal.1 != own.1);
-    changed.map(|((key, value), _)| format!("{}={value}", key.name)).collect()
+    on_equal_terms(settings).changes_from(settings)
 }
 
 #[cfg(test)]

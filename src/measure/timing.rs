@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::renderer::FrameReport;
+use crate::Result;
+use crate::renderer::{FrameReport, Renderer};
+use crate::scene::{Pose, View};
 use crate::vk::{ZoneKind, ZoneTiming, ZoneTimings};
 
 /// Median, minimum and maximum of one quantity over the frames.
@@ -45,37 +47,6 @@ impl Percentiles {
     }
 }
 
-/// What one pass did in each frame that ran it.
-pub struct PassFrames<'a> {
-    pub name: &'static str,
-    pub kind: ZoneKind,
-    /// A frame may run a pass several times.
-    frames: Vec<Vec<&'a ZoneTiming>>,
-}
-
-impl PassFrames<'_> {
-    /// Milliseconds of device time in each frame that ran the pass, added up where it ran several times.
-    pub fn gpu_ms(&self) -> impl ExactSizeIterator<Item = f64> {
-        self.frames.iter().map(|zones| zones.iter().map(|zone| zone.gpu_ms).sum())
-    }
-
-    fn timing(&self) -> PassTiming {
-        let spread = |ms: fn(&ZoneTiming) -> Option<f64>| -> Option<Spread> {
-            let sums = self.frames.iter().map(|zones| zones.iter().map(|zone| ms(zone)).sum());
-            sums.collect::<Option<Vec<f64>>>().map(Spread::of)
-        };
-        PassTiming {
-            name: self.name,
-            kind: self.kind,
-            gpu_ms: Spread::of(self.gpu_ms()),
-            share: 0.0,
-            cpu_ms: spread(|zone| zone.cpu_ms),
-            wall_ms: spread(|zone| zone.wall_ms),
-            bytes: self.frames.last().map_or(0, |zones| zones.iter().map(|zone| zone.bytes).sum()),
-        }
-    }
-}
-
 /// One pass over all frames. If a frame runs a pass several times, the times are added.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassTiming {
@@ -93,6 +64,48 @@ pub struct PassTiming {
     pub wall_ms: Option<Spread>,
     /// Bytes that the pass writes in one frame, by its own estimate.
     pub bytes: u64,
+    /// Milliseconds of device time in each frame that ran the pass.
+    #[serde(skip)]
+    pub frames_gpu_ms: Vec<f64>,
+}
+
+/// How many frames are timed.
+#[derive(Clone, Copy, Debug)]
+pub struct Count {
+    /// Frames to warm up, which come first.
+    pub warm_up: usize,
+    pub least: usize,
+    pub most: usize,
+    /// No further frame is timed once those before took so many milliseconds together: long frames vary little.
+    pub enough_ms: f64,
+}
+
+impl Count {
+    /// Whether another frame is timed after those that took `wall_ms`.
+    pub fn goes_on(&self, wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
+        let timed = wall_ms.len();
+        timed < self.least || (timed < self.most && wall_ms.sum::<f64>() < self.enough_ms)
+    }
+
+    /// Renders frames, each of which makes lists and light again as if something had moved. `go_on` is asked before each.
+    ///
+    /// # Errors
+    /// Those of `go_on` and of a frame.
+    pub fn frames(
+        &self,
+        renderer: &mut Renderer,
+        pose: &Pose,
+        view: &View,
+        go_on: &dyn Fn() -> Result<()>,
+    ) -> Result<Timings> {
+        let mut timings = Timings::new(self.warm_up);
+        while self.goes_on(timings.frames().map(|frame| frame.wall_ms)) {
+            go_on()?;
+            renderer.make_anew();
+            timings.push(renderer.render(pose, view)?);
+        }
+        Ok(timings)
+    }
 }
 
 /// What a run's frames did: their times, without those of the warm-up frames.
@@ -106,6 +119,11 @@ impl Timings {
     /// Leaves out the first `warm_up` frames, which compile shaders and fill caches.
     pub fn new(warm_up: usize) -> Self {
         Self { warm_up, reports: Vec::new() }
+    }
+
+    /// Of these frames, all of which count.
+    pub fn of(reports: impl IntoIterator<Item = FrameReport>) -> Self {
+        Self { warm_up: 0, reports: reports.into_iter().collect() }
     }
 
     pub fn push(&mut self, frame: FrameReport) {
@@ -142,28 +160,45 @@ impl Timings {
         Spread::of(self.frames().map(|frame| frame.zones.iter().map(|zone| zone.gpu_ms).sum()))
     }
 
-    /// Every pass, in the order in which they first ran.
-    pub fn pass_frames(&self) -> Vec<PassFrames<'_>> {
-        let mut passes: Vec<PassFrames> = vec![];
-        for zone in self.frames().flat_map(|frame| &frame.zones) {
-            let is_it = |other: &&ZoneTiming| (other.name, other.kind) == (zone.name, zone.kind);
-            if passes.iter().all(|pass| (pass.name, pass.kind) != (zone.name, zone.kind)) {
-                let frames = self.frames().map(|frame| frame.zones.iter().filter(is_it).collect::<Vec<_>>());
-                let frames = frames.filter(|zones| !zones.is_empty()).collect();
-                passes.push(PassFrames { name: zone.name, kind: zone.kind, frames });
-            }
-        }
-        passes
+    /// Milliseconds of processor time of a frame, where the system tells it.
+    pub fn frame_cpu_ms(&self) -> Option<Spread> {
+        let reports = &self.reports[self.warm_up()..];
+        reports.iter().map(|frame| frame.cpu_ms).collect::<Option<Vec<f64>>>().map(Spread::of)
     }
 
-    /// One row per pass in the order of the frame.
+    /// One row per pass, in the order in which they first ran.
     pub fn passes(&self) -> Vec<PassTiming> {
-        let mut rows: Vec<PassTiming> = self.pass_frames().iter().map(PassFrames::timing).collect();
+        let mut rows: Vec<PassTiming> = vec![];
+        for zone in self.frames().flat_map(|frame| &frame.zones) {
+            if rows.iter().all(|row| (row.name, row.kind) != (zone.name, zone.kind)) {
+                rows.push(self.pass(zone.name, zone.kind));
+            }
+        }
         let total: f64 = rows.iter().map(|row| row.gpu_ms.median).sum();
         for row in &mut rows {
             row.share = if total > 0.0 { row.gpu_ms.median / total } else { 0.0 };
         }
         rows
+    }
+
+    fn pass(&self, name: &'static str, kind: ZoneKind) -> PassTiming {
+        let is_it = |zone: &&ZoneTiming| (zone.name, zone.kind) == (name, kind);
+        let frames = self.frames().map(|frame| frame.zones.iter().filter(is_it).collect::<Vec<_>>());
+        let frames: Vec<_> = frames.filter(|zones| !zones.is_empty()).collect();
+        let sums = |ms: fn(&ZoneTiming) -> Option<f64>| -> Option<Vec<f64>> {
+            frames.iter().map(|zones| zones.iter().map(|zone| ms(zone)).sum()).collect()
+        };
+        let frames_gpu_ms = sums(|zone| Some(zone.gpu_ms)).unwrap_or_default();
+        PassTiming {
+            name,
+            kind,
+            gpu_ms: Spread::of(frames_gpu_ms.iter().copied()),
+            share: 0.0,
+            cpu_ms: sums(|zone| zone.cpu_ms).map(Spread::of),
+            wall_ms: sums(|zone| zone.wall_ms).map(Spread::of),
+            bytes: frames.last().map_or(0, |zones| zones.iter().map(|zone| zone.bytes).sum()),
+            frames_gpu_ms,
+        }
     }
 
     /// The table that `--timings` prints: a row per pass, then the sum of the passes and the frame.
@@ -172,27 +207,25 @@ impl Timings {
         let with_cpu = passes.iter().any(|row| row.cpu_ms.is_some());
         let width = passes.iter().map(|row| row.name.len()).max().unwrap_or(0).max("sum of passes".len());
         let ms = |ms: f64| format!("{ms:.3}");
-        let line = |name: &str, kind: &str, [median, min, max]: [String; 3], [share, cpu, bytes]: [String; 3]| {
+        let line = |[name, kind, median, min, max, share, cpu, bytes]: [String; 8]| {
             let cpu = if with_cpu { format!("  {cpu:>9}") } else { String::new() };
             let line = format!("{name:width$}  {kind:8}  {median:>9}  {min:>9}  {max:>9}  {share:>6}{cpu}  {bytes:>9}");
             line.trim_end().to_owned() + "\n"
         };
-        let times = |spread: Spread| [spread.median, spread.min, spread.max].map(ms);
-        let mut text = line(
-            "pass",
-            "kind",
-            ["GPU ms", "min", "max"].map(String::from),
-            ["share", "CPU ms", "bytes"].map(String::from),
-        );
-        for row in &passes {
-            let cpu = row.cpu_ms.map_or(String::new(), |cpu| ms(cpu.median));
-            let more = [format!("{:.1}%", row.share * 100.0), cpu, short_bytes(row.bytes)];
-            text += &line(row.name, &format!("{:?}", row.kind).to_lowercase(), times(row.gpu_ms), more);
+        let row = |name: &str, kind: &str, time: Spread, [share, cpu, bytes]: [String; 3]| {
+            let [median, min, max] = [time.median, time.min, time.max].map(ms);
+            line([name.to_owned(), kind.to_owned(), median, min, max, share, cpu, bytes])
+        };
+        let mut text = line(["pass", "kind", "GPU ms", "min", "max", "share", "CPU ms", "bytes"].map(String::from));
+        for pass in &passes {
+            let cpu = pass.cpu_ms.map_or(String::new(), |cpu| ms(cpu.median));
+            let more = [format!("{:.1}%", pass.share * 100.0), cpu, short_bytes(pass.bytes)];
+            text += &row(pass.name, &format!("{:?}", pass.kind).to_lowercase(), pass.gpu_ms, more);
         }
         let cpu_sum: Option<f64> = passes.iter().map(|row| row.cpu_ms.map(|cpu| cpu.median)).sum();
         let cpu_sum = cpu_sum.map_or(String::new(), ms);
-        text += &line("sum of passes", "", times(self.passes_gpu_ms()), [String::new(), cpu_sum, String::new()]);
-        text += &line("frame", "", times(self.frame_gpu_ms()), Default::default());
+        text += &row("sum of passes", "", self.passes_gpu_ms(), [String::new(), cpu_sum, String::new()]);
+        text += &row("frame", "", self.frame_gpu_ms(), Default::default());
         let (frames, wall) = (self.frames().len(), self.frame_wall_ms().median);
         text + &format!(
             "{frames} frame(s) after {} to warm up; {wall:.3} ms of wall clock each (median)\n",
@@ -230,20 +263,17 @@ mod tests {
         }
     }
 
-    fn report(zones: Vec<ZoneTiming>, gpu_ms: f64) -> FrameReport {
+    fn report(zones: Vec<ZoneTiming>) -> FrameReport {
+        let gpu_ms = zones.iter().map(|zone| zone.gpu_ms).sum();
         let counters = Counters { triangles: 0, degenerate: 0, list_items: 0, occupied_voxels: 0 };
         let timings = ZoneTimings { zones, gpu_ms, wall_ms: gpu_ms + 1.0 };
-        FrameReport { timings, counters, repeats: 0, settling: 0, noise: None }
-    }
-
-    fn frame(record: f64, render: f64) -> FrameReport {
-        report(vec![zone("record", 0.0, record, None), zone("render", record, render, None)], record + render)
+        FrameReport { timings, counters, repeats: 0, settling: 0, noise: None, cpu_ms: None }
     }
 
     fn four_frames() -> Timings {
         let mut timings = Timings::new(1);
         for (record, render) in [(500.0, 900.0), (1.0, 30.0), (3.0, 10.0), (2.0, 20.0)] {
-            timings.push(frame(record, render));
+            timings.push(report(vec![zone("record", 0.0, record, None), zone("render", record, render, None)]));
         }
         timings
     }
@@ -263,6 +293,13 @@ mod tests {
     }
 
     #[test]
+    fn slow_settings_are_timed_over_fewer_frames() {
+        let count = Count { warm_up: 0, least: 2, most: 5, enough_ms: 2000.0 };
+        let timed = |ms: f64| (0..).find(|&n| !count.goes_on(std::iter::repeat_n(ms, n))).unwrap();
+        assert_eq!([1.0, 450.0, 550.0, 700.0, 1900.0, 60e3].map(timed), [5, 5, 4, 3, 2, 2]);
+    }
+
+    #[test]
     fn warm_up_is_left_out_and_shares_add_up() {
         let timings = four_frames();
         let rows = timings.passes();
@@ -276,8 +313,7 @@ mod tests {
     #[test]
     fn a_pass_that_runs_twice_in_a_frame_adds_up() {
         let mut timings = Timings::new(0);
-        let zones = vec![zone("mips", 0.0, 2.0, Some(5.0)), zone("mips", 2.0, 3.0, Some(6.0))];
-        timings.push(report(zones, 5.0));
+        timings.push(report(vec![zone("mips", 0.0, 2.0, Some(5.0)), zone("mips", 2.0, 3.0, Some(6.0))]));
         let rows = timings.passes();
         assert_eq!(rows.len(), 1);
         assert_eq!((rows[0].gpu_ms.median, rows[0].cpu_ms.unwrap().median, rows[0].bytes), (5.0, 11.0, 2 << 20));

@@ -1,39 +1,29 @@
 //! From a question to its answer: references as fine as the limit asks for, the search, the best few timed in turns and looked at
-//! from every view.
+//! from every view, the winner checked where nothing was searched.
 
-mod conclude;
-
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::answer::{Answer, Choice};
-use super::bench::{Bench, Host, Seen, Timed, samples, seen_key};
+use super::VERSION;
+use super::answer::{Answer, Binds, Choice, Confidence, HeldOut, Neighbour, Neighbours, PassShare};
+use super::bench::{Bench, Seen, passes};
 use super::limits::Limits;
+use super::model::Model;
 use super::needs::Needs;
-use super::search::{Measure, Point, Reading, Search};
-use super::space::{Place, Space, as_preset, spaces};
-use crate::chart::row::Part;
+use super::search::{Point, Reading, Search, with_rung};
+use super::space::{Ladder, as_preset, spaces};
 use crate::gi::Method;
-use crate::lab::store::Results;
-use crate::measure::timing::Spread;
-use crate::renderer::RenderOptions;
-use crate::scene::Scene;
+use crate::measure::metrics::Part;
 use crate::settings::Settings;
-use crate::vk::Context;
+use crate::stability::warnings;
 use crate::{Error, Result};
 
 /// What is asked.
-pub struct Question<'a> {
-    pub context: &'a Arc<Context>,
-    pub scene: &'a Scene,
-    /// Of the images that are asked for.
-    pub options: RenderOptions,
+pub struct Question {
     /// Where the settings are to hold: one at least.
     pub views: Vec<Seen>,
     /// Where the winner is checked.
     pub held_out: Vec<Seen>,
     pub limits: Limits,
-    pub part: Part,
     /// What may be chosen among.
     pub methods: Vec<Method>,
     /// `key=value` that all settings have.
@@ -62,9 +52,6 @@ const FIRST_NOISE: f64 = 0.1;
 const FINALISTS: usize = 4;
 const ROUNDS: usize = 5;
 
-/// Levels of references: 16 to 262144 samples a pixel.
-const MOST_LEVEL: u32 = 7;
-
 /// The size of the images whose errors are measured.
 pub fn error_size((width, height): (u32, u32)) -> (u32, u32) {
     let shrink = (f64::from(width) * f64::from(height) / f64::from(MOST_PIXELS)).sqrt().max(1.0);
@@ -73,11 +60,14 @@ pub fn error_size((width, height): (u32, u32)) -> (u32, u32) {
 }
 
 /// The key under which the answer to a question is kept.
-pub fn key(question: &Question, store: &Results) -> String {
-    let Question { scene, options, views, held_out, limits, part, methods, fixed, budget, .. } = question;
-    let seen: Vec<String> = views.iter().chain(held_out).map(|seen| seen_key(scene, seen, options.size)).collect();
+pub fn key(question: &Question, bench: &Bench) -> String {
+    let Question { views, held_out, limits, methods, fixed, budget } = question;
+    let (options, part) = (&bench.setup.options, bench.setup.part);
+    let all = views.iter().chain(held_out);
+    let seen: Vec<String> = all.map(|seen| seen.key(bench.setup.scene, options.size)).collect();
     let (bounds, limit) = (options.bounds, options.memory_limit);
-    store.key(&format!("answer {seen:?} {bounds:?} {limit:?} {limits:?} {part:?} {methods:?} {fixed:?} {budget:?}"))
+    let about = format!("answer {seen:?} {bounds:?} {limit:?} {limits:?} {part:?} {methods:?} {fixed:?} {budget:?}");
+    bench.setup.store.key(&about)
 }
 
 /// Measures until the answer is known or the budget is spent.
@@ -85,55 +75,25 @@ pub fn key(question: &Question, store: &Results) -> String {
 /// # Errors
 /// A limit on the error that no reference within the budget can tell, with what it would take; settings that make no sense;
 /// whatever ends a frame.
-pub fn ask(question: &Question, host: &dyn Host, store: &Results) -> Result<Answer> {
-    let size = error_size(question.options.size);
-    let bench =
-        Bench::new((question.context, host, store), question.scene, question.options.clone(), (size, question.part));
-    let needs = Needs::of(question.scene);
-    let mut spaces = spaces(&needs, &question.fixed)?;
+pub fn ask(question: &Question, bench: Bench) -> Result<Answer> {
+    let mut spaces = spaces(&Needs::of(bench.setup.scene), &question.fixed)?;
     // Without indirect light, all of it is missing.
-    let of_use = |method: Method| method != Method::None || question.part == Part::Total;
+    let of_use = |method: Method| method != Method::None || bench.setup.part == Part::Total;
     spaces.retain(|space| question.methods.contains(&space.method) && of_use(space.method));
     if spaces.is_empty() {
         return Err(Error::Usage("--methods, --set method and --error-of leave no method".into()));
     }
-    Asking { question, needs, bench, host, spaces, start: Instant::now(), level: 0, guide: 0, pace: None }.answer()
+    let search = Search::new(&spaces, question.limits);
+    Asking { question, bench, search, start: Instant::now(), guide: 0 }.answer()
 }
 
 struct Asking<'a> {
-    question: &'a Question<'a>,
-    needs: Needs,
+    question: &'a Question,
     bench: Bench<'a>,
-    host: &'a dyn Host,
-    spaces: Vec<Space>,
+    search: Search<'a>,
     start: Instant,
-    /// Of the references.
-    level: u32,
     /// The view that is searched.
     guide: usize,
-    /// Seconds that a sample of all pixels takes, once known.
-    pace: Option<f64>,
-}
-
-/// Measures for the search: at the guiding view.
-struct Looking<'b, 'a> {
-    asking: &'b mut Asking<'a>,
-    until: Instant,
-    looked: usize,
-}
-
-impl Measure for Looking<'_, '_> {
-    fn measure(&mut self, space: usize, place: &Place) -> Result<Option<Reading>> {
-        // The first tells at least something.
-        if self.looked > 0 && Instant::now() > self.until {
-            return Ok(None);
-        }
-        self.looked += 1;
-        let settings = self.asking.spaces[space].settings(place);
-        let (preset, sets) = as_preset(&settings);
-        self.asking.host.is_at(format!("{} settings measured: {preset} {}", self.looked - 1, sets.join(" ")));
-        self.asking.reading(&settings, self.asking.guide).map(Some)
-    }
 }
 
 impl Asking<'_> {
@@ -141,110 +101,90 @@ impl Asking<'_> {
         self.start + self.question.budget.mul_f64(share)
     }
 
+    fn settings(&self, point: &Point) -> Settings {
+        self.search.spaces[point.space].settings(&point.place)
+    }
+
     fn answer(mut self) -> Result<Answer> {
-        let wanted = self.question.limits.error.map_or(FIRST_NOISE, |error| FINE * error);
-        self.refine(wanted, FOR_REFERENCES)?;
-        let noise = self.noise()?;
-        if let Some(error) = self.question.limits.error.filter(|error| noise > COARSE * error) {
+        let (limit, views) = (self.question.limits.error, &self.question.views);
+        self.refine(limit.map_or(FIRST_NOISE, |error| FINE * error), FOR_REFERENCES)?;
+        let noise = self.bench.noise(&views[self.guide])?;
+        if let Some(error) = limit.filter(|error| noise > COARSE * error) {
             return Err(self.too_fine(error, noise));
         }
-        let first = if self.question.views.len() > 1 { FOR_FIRST_VIEW } else { FOR_SEARCH };
-        let (mut points, mut finished) = self.search(Vec::new(), first)?;
+        let first = if views.len() > 1 { FOR_FIRST_VIEW } else { FOR_SEARCH };
+        self.search(first)?;
         // References as fine as what was found asks for: then the same settings are looked at again.
-        let best = ranked(&points, &self.question.limits).first().map_or(1.0, |point| point.reading.error);
-        let before = self.level;
-        self.refine(FINE * self.question.limits.error.map_or(best, |error| error.min(best)), FOR_SEARCH)?;
-        if self.level > before {
-            points = self.again(points)?;
-            (points, finished) = self.search(points, first)?;
+        let best = self.search.best(None).first().map_or(1.0, |point| point.reading.error);
+        let before = self.bench.level;
+        self.refine(FINE * limit.map_or(best, |error| error.min(best)), FOR_SEARCH)?;
+        if self.bench.level > before {
+            self.read_again(self.search.points.clone())?;
+            self.search(first)?;
         }
-        let mut chosen = self.finals(&points)?;
+        let mut chosen = self.finals()?;
         // Where another view is worse, that one guides what is searched on.
         let mut tried = vec![self.guide];
-        while let Some(worst) = self.worst_view(&chosen[0].1)?.filter(|view| !tried.contains(view)) {
-            if self.question.limits.error.is_none_or(|limit| chosen[0].0.error <= limit)
-                || Instant::now() > self.after(FOR_SEARCH)
-            {
+        while limit.is_some_and(|limit| chosen[0].0.error > limit) && Instant::now() <= self.after(FOR_SEARCH) {
+            let worst = self.worst_view(&chosen[0].0.settings)?;
+            if tried.contains(&worst) {
                 break;
             }
-            (self.guide, tried) = (worst, [tried, vec![worst]].concat());
-            points =
-                self.again(ranked(&points, &self.question.limits).into_iter().take(2 * FINALISTS).cloned().collect())?;
-            (points, finished) = self.search(points, FOR_SEARCH)?;
-            chosen = self.finals(&points)?;
+            self.guide = worst;
+            tried.push(worst);
+            self.read_again(self.search.best(None).into_iter().take(2 * FINALISTS).cloned().collect())?;
+            self.search(FOR_SEARCH)?;
+            chosen = self.finals()?;
         }
-        self.conclude(&points, chosen, finished)
+        self.conclude(chosen)
     }
 
     /// Searches on from what is known, up to a part of the budget.
-    fn search(&mut self, points: Vec<Point>, share: f64) -> Result<(Vec<Point>, bool)> {
-        let (spaces, limits, until) = (self.spaces.clone(), self.question.limits, self.after(share));
-        let mut search = Search::new(&spaces, limits);
-        let looked = points.len();
-        search.points = points;
-        search.run(&mut Looking { asking: self, until, looked })?;
-        Ok((search.points, search.finished))
-    }
-
-    /// The same places against the present reference, at the present view.
-    fn again(&mut self, points: Vec<Point>) -> Result<Vec<Point>> {
-        let again = |point: Point| {
-            let settings = self.spaces[point.space].settings(&point.place);
-            Ok(Point { reading: self.reading(&settings, self.guide)?, ..point })
-        };
-        points.into_iter().map(again).collect()
-    }
-
-    /// What settings give at a view. What cannot run is infinitely bad.
-    fn reading(&mut self, settings: &Settings, view: usize) -> Result<Reading> {
-        self.reading_by(settings, &self.question.views[view].clone(), 0)
-    }
-
-    /// Against one of the two references.
-    fn reading_by(&mut self, settings: &Settings, seen: &Seen, copy: u64) -> Result<Reading> {
-        let reference = self.bench.reference(seen, self.level, copy)?;
-        match self.bench.row(settings, seen)? {
-            Ok(row) => self.bench.reading(&row, &reference),
-            Err(_) => Ok(Reading { ms: f64::INFINITY, passes: vec![], bytes: u64::MAX, error: f64::INFINITY }),
+    fn search(&mut self, share: f64) -> Result<()> {
+        let until = self.after(share);
+        let Self { question, bench, search, guide, .. } = self;
+        let (spaces, mut looked) = (search.spaces, search.points.len());
+        let searched = search.run(&mut |space, place| {
+            // The first tells at least something.
+            if looked > 0 && Instant::now() > until {
+                return Err(Error::Interrupted);
+            }
+            let settings = spaces[space].settings(place);
+            let (preset, sets) = as_preset(&settings);
+            (bench.setup.is_at)(format!("{looked} settings measured: {preset} {}", sets.join(" ")));
+            looked += 1;
+            bench.reading(&settings, &question.views[*guide], 0)
+        });
+        match searched {
+            Err(Error::Interrupted) if Instant::now() > until => Ok(()),
+            other => other,
         }
     }
 
-    /// Of the guiding view's reference.
-    fn noise(&mut self) -> Result<f64> {
-        self.bench.noise(&self.question.views[self.guide], self.level)
+    /// Goes on from these places alone, against the present reference, at the present view.
+    fn read_again(&mut self, mut points: Vec<Point>) -> Result<()> {
+        for point in &mut points {
+            point.reading = self.bench.reading(&self.settings(point), &self.question.views[self.guide], 0)?;
+        }
+        self.search.points = points;
+        Ok(())
     }
 
     /// Makes finer references until their noise is at most this, or the next ones would take more than a share of the budget.
     fn refine(&mut self, wanted: f64, share: f64) -> Result<()> {
-        loop {
-            let began = Instant::now();
-            let noise = self.noise()?;
-            let took = began.elapsed().as_secs_f64();
-            let pace = match self.pace {
-                // What comes from the cache tells none.
-                _ if took > 0.05 => took / (2.0 * f64::from(samples(self.level))),
-                Some(pace) => pace,
-                None => self.bench.pace(&self.question.views[self.guide])?,
-            };
-            self.pace = Some(pace);
-            let next = pace * 2.0 * f64::from(samples(self.level + 1));
-            let in_time = Instant::now() + Duration::from_secs_f64(next.min(1e6)) < self.after(share);
-            if noise <= wanted || !in_time || self.level == MOST_LEVEL {
-                return Ok(());
-            }
-            self.level += 1;
-        }
+        let until = self.after(share);
+        self.bench.refine(&self.question.views[self.guide], wanted, until)
     }
 
     fn too_fine(&self, error: f64, noise: f64) -> Error {
-        let needed = 2.0 * f64::from(samples(self.level)) * (noise / (COARSE * error)).powi(2);
-        let budget = self.pace.unwrap_or(1e-3) * needed / FOR_REFERENCES;
+        let samples = self.bench.samples();
+        let needed = 2.0 * f64::from(samples) * (noise / (COARSE * error)).powi(2);
+        let budget = self.bench.pace.unwrap_or(1e-3) * needed / FOR_REFERENCES;
         let budget = if budget < 600.0 {
             format!("{:.0}s", budget.max(1.0))
         } else {
             format!("{:.0}min", (budget / 60.0).ceil())
         };
-        let samples = samples(self.level);
         Error::Usage(format!(
             "--max-error {error}: the reference's own noise is {noise:.4} after {samples} samples a pixel, so no image can be told to \
              be as right as that; about --budget {budget} would do, or allow more"
@@ -252,69 +192,198 @@ impl Asking<'_> {
     }
 
     /// The best places at all views, timed in turns: the best first.
-    fn finals(&mut self, points: &[Point]) -> Result<Vec<(Choice, Point)>> {
-        let limits = self.question.limits;
-        let best: Vec<Point> = ranked(points, &limits).into_iter().take(FINALISTS).cloned().collect();
+    fn finals(&mut self) -> Result<Vec<(Choice, Point)>> {
+        let (limits, views) = (self.question.limits, &self.question.views);
+        let best: Vec<Point> = self.search.best(None).into_iter().take(FINALISTS).cloned().collect();
         if best.is_empty() {
-            let why = points.first().map(|point| self.spaces[point.space].settings(&point.place));
-            let why = why.map(|settings| self.bench.row(&settings, &self.question.views[0].clone())).transpose()?;
-            let why = why.and_then(|row| row.err()).unwrap_or_default();
+            let tried = self.search.points.first().map(|point| self.settings(point));
+            let why = tried.and_then(|settings| self.bench.row(&settings, &views[0]).err());
+            let why = why.map_or(String::new(), |error| error.to_string());
             return Err(Error::Usage(format!("none of the settings could run: {why}")));
         }
-        let settings: Vec<Settings> =
-            best.iter().map(|point| self.spaces[point.space].settings(&point.place)).collect();
-        let views = self.question.views.clone();
-        let timed = self.bench.times(&settings, &views, ROUNDS, self.after(0.9))?;
+        let settings: Vec<Settings> = best.iter().map(|point| self.settings(point)).collect();
+        let timed = self.bench.times(&settings, views, ROUNDS, self.after(0.9))?;
         let mut finals = Vec::new();
-        for ((mut point, settings), timed) in best.into_iter().zip(settings).zip(timed) {
-            for view in 0..views.len() {
-                let reading = self.reading(&settings, view)?;
-                point.reading.error = if view == 0 { reading.error } else { point.reading.error.max(reading.error) };
-            }
-            let choice = choice(settings, &timed, point.reading.error);
+        for ((mut point, settings), (timings, bytes)) in best.into_iter().zip(settings).zip(timed) {
+            let error = self.worst_error(&settings, 0)?;
+            let (preset, sets) = as_preset(&settings);
+            let (preset, ms, frames) = (preset.to_owned(), timings.frame_gpu_ms(), timings.frames().len());
+            let choice = Choice { preset, sets, settings, ms, frames, bytes, error };
             // A limit is on what is seen; what is cheapest is told by what other programs disturb least.
-            let idle =
-                self.bench.on_idle(Spread::of(timed.cpu_ms.iter().copied()).median).filter(|_| limits.ms.is_none());
-            let ms = idle.filter(|ms| *ms > 0.0).unwrap_or(choice.ms.median);
-            point.reading = Reading { ms, passes: median_passes(&timed), bytes: timed.bytes, ..point.reading };
+            let cpu = timings.frame_cpu_ms().filter(|_| limits.ms.is_none());
+            let idle = cpu.and_then(|cpu| self.bench.on_idle(cpu.median)).filter(|ms| *ms > 0.0);
+            point.reading = Reading { ms: idle.unwrap_or(ms.median), passes: passes(&timings), bytes, error };
             finals.push((choice, point));
         }
         finals.sort_by(|a, b| limits.score(&a.1.reading).compare(&limits.score(&b.1.reading)));
         Ok(finals)
     }
 
-    /// The view at which a place's error is largest; `None` with a single view.
-    fn worst_view(&mut self, point: &Point) -> Result<Option<usize>> {
-        let settings = self.spaces[point.space].settings(&point.place);
-        let mut worst: Option<(f64, usize)> = None;
-        for view in 0..self.question.views.len() {
-            let error = self.reading(&settings, view)?.error;
-            if worst.is_none_or(|(most, _)| error > most) {
-                worst = Some((error, view));
+    /// The errors of settings at all views, against one of the two references.
+    fn errors(&mut self, settings: &Settings, copy: u64) -> Result<Vec<f64>> {
+        self.question.views.iter().map(|seen| Ok(self.bench.reading(settings, seen, copy)?.error)).collect()
+    }
+
+    fn worst_error(&mut self, settings: &Settings, copy: u64) -> Result<f64> {
+        Ok(self.errors(settings, copy)?.into_iter().fold(0.0, f64::max))
+    }
+
+    /// The view at which the error is largest.
+    fn worst_view(&mut self, settings: &Settings) -> Result<usize> {
+        let errors = self.errors(settings, 0)?;
+        let worst = (0..errors.len()).rev().max_by(|a, b| errors[*a].total_cmp(&errors[*b]));
+        Ok(worst.expect("there is a view"))
+    }
+
+    /// Checks the winner where nothing was searched, and says what is known.
+    fn conclude(mut self, chosen: Vec<(Choice, Point)>) -> Result<Answer> {
+        let (limits, views) = (self.question.limits, &self.question.views);
+        let (mut winner, mut other_seed) = (0, 0.0);
+        for (i, (choice, _)) in chosen.iter().enumerate() {
+            (self.bench.setup.is_at)("checking against a reference of another seed".into());
+            let worst = self.worst_error(&choice.settings, 1)?;
+            // What holds by the luck of one reference does not hold.
+            let lucky = limits.error.is_some_and(|limit| choice.error <= limit && worst > limit);
+            if !lucky || i == 0 {
+                (winner, other_seed) = (i, worst);
+            }
+            if !lucky {
+                break;
             }
         }
-        Ok(worst.map(|(_, view)| view).filter(|_| self.question.views.len() > 1))
+        let (choice, point) = chosen[winner].clone();
+        let held_out = self.held_out(&choice.settings)?;
+        let noise = views.iter().map(|seen| self.bench.noise(seen)).collect::<Result<Vec<_>>>()?;
+        let confidence = Confidence {
+            samples: self.bench.samples(),
+            noise: noise.into_iter().fold(0.0, f64::max),
+            other_seed,
+            held_out,
+            second_bounce: self.second_bounce()?,
+        };
+        let worst = Reading { error: point.reading.error.max(other_seed), ..point.reading.clone() };
+        let setup = &self.bench.setup;
+        let part = match setup.part {
+            Part::Total => "whole",
+            Part::Indirect => "indirect",
+            Part::Diffuse => "diffuse",
+        };
+        Ok(Answer {
+            version: VERSION,
+            scene: setup.scene.name.clone(),
+            device: setup.context.name.clone(),
+            driver: setup.context.driver.clone(),
+            width: setup.options.size.0,
+            height: setup.options.size.1,
+            error_width: setup.size.0,
+            error_height: setup.size.1,
+            error_of: part.to_owned(),
+            limits,
+            holds: limits.hold(&worst),
+            commands: Vec::new(),
+            binds: limits.binding(&worst).map(|(limit, share)| Binds { limit: limit.to_owned(), share }),
+            passes: shares(&point.reading),
+            ladders: self.neighbours(&point, choice.ms.median),
+            not_needed: self.not_needed(&choice.settings, limits.hold(&worst), confidence.second_bounce),
+            confidence,
+            measured: self.search.points.len(),
+            measuring_cpu_s: self.bench.spent_cpu_s(),
+            finished: self.search.finished,
+            finalists: chosen.into_iter().map(|(choice, _)| choice).collect(),
+            choice,
+        })
+    }
+
+    /// As many as the budget has room for.
+    fn held_out(&mut self, settings: &Settings) -> Result<Vec<HeldOut>> {
+        let mut checked = Vec::new();
+        for seen in &self.question.held_out {
+            if Instant::now() + Duration::from_secs_f64(self.bench.reference_s()) > self.after(1.2) {
+                break;
+            }
+            (self.bench.setup.is_at)(format!("checking {}", seen.words));
+            match self.bench.reading(settings, seen, 0) {
+                Ok(Reading { error, .. }) => {
+                    checked.push(HeldOut { view: seen.words.clone(), error, noise: self.bench.noise(seen)? });
+                }
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                // Where nothing is lit, no error is relative.
+                Err(_) => {}
+            }
+        }
+        Ok(checked)
+    }
+
+    /// The share of the image's light that a second bounce adds, by two places that differ in nothing else.
+    fn second_bounce(&mut self) -> Result<Option<f64>> {
+        let seen = &self.question.views[self.guide];
+        let Self { bench, search, .. } = self;
+        for one in search.points.iter().filter(|point| point.ran()) {
+            let space = &search.spaces[one.space];
+            let ladder = space.ladders.iter().position(|ladder| ladder.key == "bounces");
+            let Some(ladder) = ladder.filter(|ladder| one.place[*ladder] == 0) else { continue };
+            let two = search.point(one.space, &with_rung(&one.place, ladder, 1)).filter(|two| two.ran());
+            let Some(two) = two else { continue };
+            let mut light = |point: &Point| {
+                let row = bench.row(&space.settings(&point.place), seen)?;
+                Ok::<f64, Error>(bench.image(&row).beauty().iter().flatten().map(|v| f64::from(*v)).sum())
+            };
+            let (one, two) = (light(one)?, light(two)?);
+            return Ok((two > 0.0).then(|| (two - one) / two));
+        }
+        Ok(None)
+    }
+
+    fn not_needed(&self, settings: &Settings, holds: bool, second_bounce: Option<f64>) -> Vec<String> {
+        let (scene, bounds) = (self.bench.setup.scene, self.bench.setup.options.bounds);
+        let mut said = Needs::of(scene).not_needed(scene);
+        if holds && settings.method == Method::None {
+            said.push("light from other surfaces: direct light alone is right enough".into());
+        }
+        if let Some(share) = second_bounce {
+            let bounces = format!("bounces = {}", settings.bounces);
+            said.push(format!(
+                "of bounces: a second one adds {:.1} % to the image's light ({bounces} was chosen)",
+                100.0 * share
+            ));
+        }
+        if let Some(voxels) = warnings::thinnest(scene, &self.question.views[0].pose, bounds, settings) {
+            said.push(format!("of the grid: the thinnest wall is {voxels:.1} voxels at {}³", settings.voxels));
+        }
+        said
+    }
+
+    /// Each ladder's rungs beside the winner's. Times of the search are put in proportion to `ms`, the winner's at the end.
+    fn neighbours(&self, winner: &Point, ms: f64) -> Vec<Neighbours> {
+        let search = &self.search;
+        let searched = search.point(winner.space, &winner.place);
+        let factor = searched.map_or(1.0, |point| ms / point.reading.ms);
+        let model = Model::new(search.spaces, &search.points, winner);
+        let ladders = &search.spaces[winner.space].ladders;
+        let rung = |ladder: usize, rung: Option<usize>| {
+            let rung = rung.filter(|rung| *rung < ladders[ladder].rungs.len())?;
+            let place = with_rung(&winner.place, ladder, rung);
+            let found = search.point(winner.space, &place).filter(|point| point.ran());
+            let mut reading = found.map(|point| point.reading.clone()).or_else(|| model.predict(&place))?;
+            reading.ms *= factor;
+            let (value, holds) = (ladders[ladder].rungs[rung].to_owned(), self.question.limits.hold(&reading));
+            let Reading { ms, error, bytes, .. } = reading;
+            Some(Neighbour { value, ms, error, bytes, measured: found.is_some(), holds })
+        };
+        let ladder = |(i, ladder): (usize, &Ladder)| Neighbours {
+            key: ladder.key.to_owned(),
+            value: ladder.rungs[winner.place[i]].to_owned(),
+            down: rung(i, winner.place[i].checked_sub(1)),
+            up: rung(i, Some(winner.place[i] + 1)),
+        };
+        ladders.iter().enumerate().map(ladder).collect()
     }
 }
 
-/// The places that ran, the best first.
-fn ranked<'a>(points: &'a [Point], limits: &Limits) -> Vec<&'a Point> {
-    let mut ran: Vec<&Point> = points.iter().filter(|point| point.ran()).collect();
-    ran.sort_by(|a, b| limits.score(&a.reading).compare(&limits.score(&b.reading)));
-    ran
-}
-
-fn choice(settings: Settings, timed: &Timed, error: f64) -> Choice {
-    let (preset, sets) = as_preset(&settings);
-    let (ms, frames) = (Spread::of(timed.frames.iter().copied()), timed.frames.len());
-    Choice { preset: preset.to_owned(), sets, settings, ms, frames, bytes: timed.bytes, error }
-}
-
-fn median_passes(timed: &Timed) -> Vec<(String, f64)> {
-    let first = timed.passes.first().map_or(&[][..], |passes| passes);
-    let of = |name: &String| {
-        let ms = timed.passes.iter().flatten().filter(|pass| pass.0 == *name).map(|pass| pass.1);
-        Spread::of(ms).median
-    };
-    first.iter().map(|(name, _)| (name.clone(), of(name))).collect()
+fn shares(reading: &Reading) -> Vec<PassShare> {
+    let sum: f64 = reading.passes.values().sum();
+    let mut shares: Vec<PassShare> =
+        reading.passes.iter().map(|(name, ms)| PassShare { name: name.clone(), share: ms / sum }).collect();
+    shares.sort_by(|a, b| b.share.total_cmp(&a.share));
+    shares
 }

@@ -3,21 +3,21 @@
 //! Images may be smaller than those that are asked for. Then the times of passes over the image count as many times as there are
 //! pixels more, and those of the other passes once.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use serde::{Deserialize, Serialize};
 
 use super::search::Reading;
-use crate::chart::row::Part;
 use crate::ground::clearance::for_camera;
 use crate::lab::store::Results;
 use crate::layers::{Aov, Layers};
-use crate::measure::metrics;
+use crate::measure::metrics::{self, Part};
 use crate::measure::terms::{self, Subtract};
+use crate::measure::timing::{Count, Timings};
 use crate::reference::film::Film;
 use crate::reference::{self, Control, Depth, Options, Stop, cache};
 use crate::renderer::{FrameReport, RenderOptions, Renderer};
@@ -35,27 +35,22 @@ pub struct Seen {
     pub view: View,
 }
 
-/// What the search has of whoever runs it.
-pub trait Host {
-    /// Path-traces.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`]
-    fn trace(&self, of: &Seen, options: &Options) -> Result<Film>;
+impl Seen {
+    pub fn still<'a>(&'a self, scene: &'a Scene) -> Still<'a> {
+        Still::new(scene, &self.pose, &self.view)
+    }
 
-    /// Says what it is at.
-    fn is_at(&self, text: String);
-
-    /// # Errors
-    /// [`Error::Interrupted`]
-    fn check(&self) -> Result<()>;
+    /// A scene as it is seen, as words to make a key of.
+    pub fn key(&self, scene: &Scene, size: (u32, u32)) -> String {
+        cache::key(self.still(scene), &options(size, Stop::Samples(1), 0)).to_string()
+    }
 }
 
 /// What is kept of settings at a view.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
-    /// Milliseconds of device time of the fastest of the timed frames, pass by pass in the order of the frame.
-    pub passes: Vec<(String, f64)>,
+    /// Milliseconds of device time of the fastest of the timed frames, pass by pass.
+    pub passes: BTreeMap<String, f64>,
     /// Processor time of the cheapest of them, of all threads, where the system tells it.
     pub cpu_ms: Option<f64>,
     /// Milliseconds of processor time that measuring took, of all threads, compiling included; where the system tells it.
@@ -65,9 +60,8 @@ pub struct Row {
     image: Vec<(Aov, String)>,
 }
 
-/// Further frames are timed until they took so long together, milliseconds, and so many at most.
-const LONG_ENOUGH_MS: f64 = 300.0;
-const MOST_FRAMES: usize = 3;
+/// Frames that are timed after the image.
+const TIMED: Count = Count { warm_up: 0, least: 1, most: 3, enough_ms: 300.0 };
 
 /// Passes over the image, by the start of their names.
 pub const OF_PIXELS: [&str; 2] = ["gather", "image"];
@@ -75,7 +69,11 @@ pub const OF_PIXELS: [&str; 2] = ["gather", "image"];
 /// Samples per pixel of the first references; those of the next level have four times as many.
 const FIRST_SAMPLES: u32 = 16;
 
-pub struct Bench<'a> {
+/// Levels of references: 16 to 262144 samples a pixel.
+const MOST_LEVEL: u32 = 7;
+
+/// The given part of a [`Bench`].
+pub struct Setup<'a> {
     pub context: &'a Arc<Context>,
     pub scene: &'a Scene,
     /// Of the images that are asked for.
@@ -84,7 +82,18 @@ pub struct Bench<'a> {
     pub size: (u32, u32),
     pub part: Part,
     pub store: &'a Results,
-    pub host: &'a dyn Host,
+    /// Path-traces.
+    pub trace: &'a dyn Fn(&Seen, &Options) -> Result<Film>,
+    /// Says what is being done.
+    pub is_at: &'a dyn Fn(String),
+}
+
+pub struct Bench<'a> {
+    pub setup: Setup<'a>,
+    /// Of the references.
+    pub level: u32,
+    /// Seconds that a sample of all pixels takes, once known.
+    pub pace: Option<f64>,
     renderer: Option<Renderer>,
     /// Under the keys that they are kept under.
     rows: HashMap<String, Row>,
@@ -92,38 +101,41 @@ pub struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    pub fn new(
-        (context, host, store): (&'a Arc<Context>, &'a dyn Host, &'a Results),
-        scene: &'a Scene,
-        options: RenderOptions,
-        (size, part): ((u32, u32), Part),
-    ) -> Self {
+    pub fn new(setup: Setup<'a>) -> Self {
         let (rows, references) = (HashMap::new(), HashMap::new());
-        Self { context, scene, options, size, part, store, host, renderer: None, rows, references }
+        Self { setup, level: 0, pace: None, renderer: None, rows, references }
     }
 
-    /// The row of settings at a view: from this call, from an earlier one, or measured now. What cannot run gives the reason.
-    pub fn row(&mut self, settings: &Settings, seen: &Seen) -> Result<std::result::Result<Row, String>> {
-        let about = [seen_key(self.scene, seen, self.size), settings.to_toml(), format!("{:?}", self.part)].join(" ");
-        let key = self.store.key(&format!("row {about} {:?} {:?}", self.options.size, self.options.bounds));
-        if let Some(row) = self.rows.get(&key) {
-            return Ok(Ok(row.clone()));
+    /// What settings give at a view, against one of the two references. What cannot run is infinitely bad.
+    pub fn reading(&mut self, settings: &Settings, seen: &Seen, copy: u64) -> Result<Reading> {
+        let reference = self.reference(seen, copy)?;
+        match self.row(settings, seen) {
+            Ok(row) => self.judge(&row, &reference),
+            Err(Error::Memory(_) | Error::Usage(_)) => {
+                Ok(Reading { ms: f64::INFINITY, passes: BTreeMap::new(), bytes: u64::MAX, error: f64::INFINITY })
+            }
+            Err(error) => Err(error),
         }
-        let row = match self.store.load(&key) {
+    }
+
+    /// The row of settings at a view: from this call, from an earlier one, or measured now.
+    pub fn row(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
+        let Setup { scene, options, size, part, store, .. } = &self.setup;
+        let about = format!("row {} {} {part:?}", seen.key(scene, *size), settings.to_toml());
+        let key = store.key(&format!("{about} {:?} {:?}", options.size, options.bounds));
+        if let Some(row) = self.rows.get(&key) {
+            return Ok(row.clone());
+        }
+        let row = match store.load(&key) {
             Some(row) => row,
             None => {
-                self.host.check()?;
-                let row = match self.measure(settings, seen) {
-                    Ok(row) => row,
-                    Err(Error::Memory(why) | Error::Usage(why)) => return Ok(Err(why)),
-                    Err(error) => return Err(error),
-                };
-                self.store.save(&key, &row);
+                let row = self.measure(settings, seen)?;
+                self.setup.store.save(&key, &row);
                 row
             }
         };
         self.rows.insert(key, row.clone());
-        Ok(Ok(row))
+        Ok(row)
     }
 
     /// Seconds of processor time that the rows took that this call needed.
@@ -133,86 +145,80 @@ impl<'a> Bench<'a> {
 
     fn measure(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
         let before = process_cpu_ms();
-        let (pose, view) = (&seen.pose, &seen.view);
-        let settings = &for_camera(settings, Still::new(self.scene, pose, view), self.options.bounds);
-        let (size, full) = (self.size, self.options.size);
-        let aovs = if self.part == Part::Total { vec![] } else { vec![Aov::Direct] };
+        let Setup { context, scene, options, size, part, .. } = &self.setup;
+        let Seen { pose, view, .. } = seen;
+        let settings = &for_camera(settings, seen.still(scene), options.bounds);
         // Feedback would go on from the light of the settings before.
         let before_this = self.renderer.take().filter(|_| settings.bounces != Bounces::All);
-        let changed = |mut renderer: Renderer| renderer.change(settings.clone(), size).is_ok().then_some(renderer);
+        let changed = |mut renderer: Renderer| renderer.change(settings.clone(), *size).is_ok().then_some(renderer);
         let mut renderer = match before_this.and_then(changed) {
             Some(renderer) => renderer,
             None => {
-                let options = RenderOptions { aovs, size, ..self.options.clone() };
-                Renderer::new(self.context, self.scene.clone(), pose, settings.clone(), options)?
+                let aovs = if *part == Part::Total { vec![] } else { vec![Aov::Direct] };
+                let options = RenderOptions { aovs, size: *size, ..options.clone() };
+                Renderer::new(context, (*scene).clone(), pose, settings.clone(), options)?
             }
         };
         renderer.render(pose, view)?;
         let mut image = renderer.read();
-        if self.part != Part::Total && !terms::changes(settings).is_empty() {
-            renderer.change(terms::on_equal_terms(settings), size)?;
+        if *part != Part::Total && !terms::changes(settings).is_empty() {
+            renderer.change(terms::on_equal_terms(settings), *size)?;
             renderer.render(pose, view)?;
             image = renderer.read();
-            renderer.change(settings.clone(), size)?;
+            renderer.change(settings.clone(), *size)?;
             renderer.render(pose, view)?; // compiles, before frames are timed
         }
-        let (mut frames, mut cpu_ms): (Vec<FrameReport>, Vec<Option<f64>>) = Default::default();
-        let spent = |frames: &[FrameReport]| frames.iter().map(|frame| frame.timings.gpu_ms).sum::<f64>();
-        while frames.is_empty() || (frames.len() < MOST_FRAMES && spent(&frames) < LONG_ENOUGH_MS) {
-            self.host.check()?;
-            renderer.make_anew();
-            let began = process_cpu_ms();
-            frames.push(renderer.render(pose, view)?);
-            cpu_ms.push(process_cpu_ms().zip(began).map(|(after, began)| after - began));
-        }
-        measure::refuse_invalid(self.context)?;
-        let fastest = frames.iter().min_by(|a, b| a.timings.gpu_ms.total_cmp(&b.timings.gpu_ms)).expect("one at least");
-        let bytes = renderer.plan_at(full).total();
+        let timings = TIMED.frames(&mut renderer, pose, view, &|| Ok(()))?;
+        measure::refuse_invalid(context)?;
+        let fastest = timings.all().iter().min_by(|a, b| a.timings.gpu_ms.total_cmp(&b.timings.gpu_ms));
+        let passes = passes(&Timings::of(fastest.cloned()));
+        let bytes = renderer.plan_at(options.size).total();
         if settings.bounces != Bounces::All {
             self.renderer = Some(renderer);
         }
         let spent_cpu_ms = process_cpu_ms().zip(before).map(|(after, before)| after - before);
-        let cpu_ms = cpu_ms.into_iter().flatten().min_by(f64::total_cmp);
-        Ok(Row { passes: passes(fastest), cpu_ms, spent_cpu_ms, bytes, image: encode(&image) })
+        let cpu_ms = timings.frame_cpu_ms().map(|spread| spread.min);
+        Ok(Row { passes, cpu_ms, spent_cpu_ms, bytes, image: encode(&image) })
     }
 
     /// What a row says, against a reference.
-    pub fn reading(&self, row: &Row, reference: &Layers) -> Result<Reading> {
+    pub fn judge(&self, row: &Row, reference: &Layers) -> Result<Reading> {
         let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
-        let more = pixels(self.options.size) / pixels(self.size);
-        let spent: f64 = row.passes.iter().map(|pass| pass.1).sum();
+        let more = pixels(self.setup.options.size) / pixels(self.setup.size);
+        let spent: f64 = row.passes.values().sum();
         let idle = row.cpu_ms.and_then(|cpu| self.on_idle(cpu)).map_or(1.0, |ms| ms / spent);
-        let scaled = |(name, ms): &(String, f64)| {
+        let mut passes = row.passes.clone();
+        for (name, ms) in &mut passes {
             let of_pixels = OF_PIXELS.iter().any(|start| name.starts_with(start));
-            (name.clone(), ms * idle * if of_pixels { more } else { 1.0 })
-        };
-        let passes: Vec<_> = row.passes.iter().map(scaled).collect();
-        let ms = passes.iter().map(|pass| pass.1).sum();
-        Ok(Reading { ms, passes, bytes: row.bytes, error: self.error(&self.image(row), reference)? })
+            *ms *= idle * if of_pixels { more } else { 1.0 };
+        }
+        let error = self.error(&self.image(row), reference)?;
+        Ok(Reading { ms: passes.values().sum(), passes, bytes: row.bytes, error })
     }
 
     /// Milliseconds that a frame takes of a CPU device which has the machine for itself, by its processor time: what else runs
     /// disturbs that least, while device time then is wall-clock time. `None` on other devices.
     pub fn on_idle(&self, cpu_ms: f64) -> Option<f64> {
-        self.context.is_cpu.then(|| cpu_ms / rayon::current_num_threads() as f64)
+        self.setup.context.is_cpu.then(|| cpu_ms / rayon::current_num_threads() as f64)
     }
 
     /// A row's image.
     pub fn image(&self, row: &Row) -> Layers {
         let decode = |text: &String| bytemuck::pod_collect_to_vec(&BASE64_STANDARD.decode(text).unwrap_or_default());
         let layers = row.image.iter().map(|(aov, text)| (*aov, decode(text))).collect();
-        Layers { width: self.size.0, height: self.size.1, layers }
+        Layers { width: self.setup.size.0, height: self.setup.size.1, layers }
     }
 
     /// `rel` of the part of the light that counts.
     fn error(&self, image: &Layers, reference: &Layers) -> Result<f64> {
-        if self.part == Part::Total {
-            return Ok(metrics::metrics(image.beauty(), reference.beauty(), "reference")?.rel);
-        }
-        let comparison = metrics::compare(image, reference, Subtract::in_scene(self.scene))?;
-        let (part, words) = match self.part {
-            Part::Indirect => (comparison.indirect, "no indirect light"),
-            _ => (comparison.indirect_diffuse, "no indirect light on diffuse surfaces"),
+        let subtract = Subtract::in_scene(self.setup.scene);
+        let (part, words) = match self.setup.part {
+            Part::Total => return Ok(metrics::metrics(image.beauty(), reference.beauty(), "reference")?.rel),
+            Part::Indirect => (metrics::compare(image, reference, subtract)?.indirect, "no indirect light"),
+            Part::Diffuse => {
+                let comparison = metrics::compare(image, reference, subtract)?;
+                (comparison.indirect_diffuse, "no indirect light on diffuse surfaces")
+            }
         };
         let none =
             || Error::Usage(format!("--error-of: the reference shows {words}; name another part, such as whole"));
@@ -220,143 +226,132 @@ impl<'a> Bench<'a> {
     }
 
     /// A view's reference of all light. `copy` 0 and 1: two independent ones.
-    pub fn reference(&mut self, seen: &Seen, level: u32, copy: u64) -> Result<Arc<Layers>> {
-        let seed = 2 * u64::from(level) + copy;
-        let key = (seen_key(self.scene, seen, self.size), seed);
+    pub fn reference(&mut self, seen: &Seen, copy: u64) -> Result<Arc<Layers>> {
+        let Setup { scene, size, part, trace, .. } = &self.setup;
+        let seed = 2 * u64::from(self.level) + copy;
+        let key = (seen.key(scene, *size), seed);
         if let Some(reference) = self.references.get(&key) {
             return Ok(reference.clone());
         }
-        let (width, height) = self.size;
-        let stop = Stop::Samples(samples(level));
-        let options = Options { width, height, depth: Depth::Full, stop, seed, occlusion: false };
-        let aovs: &[Aov] = if self.part == Part::Total { &[] } else { &[Aov::Direct, Aov::Diffuse] };
-        let layers = Arc::new(self.host.trace(seen, &options)?.layers(aovs));
+        let aovs: &[Aov] = if *part == Part::Total { &[] } else { &[Aov::Direct, Aov::Diffuse] };
+        let layers = Arc::new(trace(seen, &options(*size, Stop::Samples(self.samples()), seed))?.layers(aovs));
         self.references.insert(key, layers.clone());
         Ok(layers)
     }
 
+    /// Samples per pixel of references.
+    pub fn samples(&self) -> u32 {
+        FIRST_SAMPLES << (2 * self.level)
+    }
+
+    /// Seconds that the two references of a view take, as far as that is known.
+    pub fn reference_s(&self) -> f64 {
+        2.0 * self.pace.unwrap_or(0.0) * f64::from(self.samples())
+    }
+
+    /// Makes finer references of a view until their noise is at most `wanted`, or the next ones would not be there `until` then.
+    pub fn refine(&mut self, seen: &Seen, wanted: f64, until: Instant) -> Result<()> {
+        loop {
+            let began = Instant::now();
+            let noise = self.noise(seen)?;
+            let took = began.elapsed().as_secs_f64();
+            self.pace = Some(match self.pace {
+                // References from the cache tell none.
+                _ if took > 0.05 => took / (2.0 * f64::from(self.samples())),
+                Some(pace) => pace,
+                None => self.trial_pace(seen)?,
+            });
+            let next_s = 4.0 * self.reference_s();
+            let in_time = Instant::now() + Duration::from_secs_f64(next_s.min(1e6)) < until;
+            if noise <= wanted || !in_time || self.level == MOST_LEVEL {
+                return Ok(());
+            }
+            self.level += 1;
+        }
+    }
+
     /// Seconds that a sample of all pixels takes, by a few that nothing is kept of.
-    pub fn pace(&self, seen: &Seen) -> Result<f64> {
+    fn trial_pace(&self, seen: &Seen) -> Result<f64> {
         const SAMPLES: u32 = 4;
-        let (width, height) = self.size;
-        let stop = Stop::Samples(SAMPLES);
-        let options = Options { width, height, depth: Depth::Full, stop, seed: 0, occlusion: false };
+        let Setup { scene, size, .. } = self.setup;
         let began = OnceLock::new();
         let progress = |_| {
             began.get_or_init(Instant::now); // first called when the paths begin
         };
         let control = Control { progress: &progress, save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) };
-        reference::render(
-            Still::new(self.scene, &seen.pose, &seen.view),
-            &options,
-            &mut Film::new(width, height),
-            control,
-        )?;
+        let options = options(size, Stop::Samples(SAMPLES), 0);
+        reference::render(seen.still(scene), &options, &mut Film::new(size.0, size.1), control)?;
         Ok(began.get().map_or(0.0, |began| began.elapsed().as_secs_f64()) / f64::from(SAMPLES))
     }
 
     /// How wrong a reference itself is: two of them differ by √2 of that.
-    pub fn noise(&mut self, seen: &Seen, level: u32) -> Result<f64> {
-        let [a, b] = [self.reference(seen, level, 0)?, self.reference(seen, level, 1)?];
+    pub fn noise(&mut self, seen: &Seen) -> Result<f64> {
+        let [a, b] = [self.reference(seen, 0)?, self.reference(seen, 1)?];
         Ok(self.error(&b, &a)? * std::f64::consts::FRAC_1_SQRT_2)
     }
 
     /// Frames of the size that is asked for, of all views: times of up to `rounds`, in which the settings take turns, so that what
     /// else the machine does disturbs all alike; settings that take too much memory to wait beside the others are timed by
-    /// themselves. After `until` no further round begins.
-    pub fn times(&mut self, all: &[Settings], views: &[Seen], rounds: usize, until: Instant) -> Result<Vec<Timed>> {
+    /// themselves. After `until` no further round begins. Of each settings the slowest view in each round, and the device memory.
+    pub fn times(
+        &mut self,
+        all: &[Settings],
+        views: &[Seen],
+        rounds: usize,
+        until: Instant,
+    ) -> Result<Vec<(Timings, u64)>> {
         self.renderer = None;
-        let mut timed: Vec<Timed> = all.iter().map(|_| Timed::default()).collect();
+        let Setup { context, scene, options, is_at, .. } = &self.setup;
+        let mut timed: Vec<(Timings, u64)> = all.iter().map(|_| (Timings::new(0), 0)).collect();
+        let in_turns = |waiting: &mut [(usize, Renderer)], timed: &mut [(Timings, u64)]| {
+            for round in (0..rounds).take_while(|round| *round == 0 || Instant::now() < until) {
+                for (i, renderer) in waiting.iter_mut() {
+                    is_at(format!("timing {} of {}, round {} of {rounds}", *i + 1, all.len(), round + 1));
+                    timed[*i].0.push(slowest(renderer, views)?);
+                }
+            }
+            Ok::<_, Error>(())
+        };
         let mut waiting: Vec<(usize, Renderer)> = Vec::new();
-        let room = self.context.memory_budget() / (2 * all.len().max(1) as u64);
+        let room = context.memory_budget() / (2 * all.len().max(1) as u64);
         for (i, settings) in all.iter().enumerate() {
-            let mut renderer = Renderer::new(
-                self.context,
-                self.scene.clone(),
-                &views[0].pose,
-                for_camera(settings, Still::new(self.scene, &views[0].pose, &views[0].view), self.options.bounds),
-                self.options.clone(),
-            )?;
-            // The first frame compiles.
-            self.frames(&mut renderer, views, &format!("warming up {} of {}", i + 1, all.len()))?;
-            timed[i].bytes = renderer.plan().total();
-            if timed[i].bytes < room {
+            let settings = for_camera(settings, views[0].still(scene), options.bounds);
+            let mut renderer = Renderer::new(context, (*scene).clone(), &views[0].pose, settings, options.clone())?;
+            is_at(format!("warming up {} of {}", i + 1, all.len()));
+            slowest(&mut renderer, views)?;
+            timed[i].1 = renderer.plan().total();
+            if timed[i].1 < room {
                 waiting.push((i, renderer));
-                continue;
-            }
-            for round in 0..rounds {
-                if round == 0 || Instant::now() < until {
-                    let words = format!("timing {} of {}, round {} of {rounds}", i + 1, all.len(), round + 1);
-                    timed[i].add(self.frames(&mut renderer, views, &words)?);
-                }
+            } else {
+                in_turns(&mut [(i, renderer)], &mut timed)?;
             }
         }
-        for round in 0..rounds {
-            for (i, renderer) in &mut waiting {
-                if round == 0 || Instant::now() < until {
-                    let words = format!("timing {} of {}, round {} of {rounds}", *i + 1, all.len(), round + 1);
-                    timed[*i].add(self.frames(renderer, views, &words)?);
-                }
-            }
-        }
+        in_turns(&mut waiting, &mut timed)?;
         Ok(timed)
     }
-
-    /// A frame from scratch of each view; the slowest, with its processor time.
-    fn frames(&self, renderer: &mut Renderer, views: &[Seen], words: &str) -> Result<(FrameReport, Option<f64>)> {
-        self.host.is_at(words.to_owned());
-        let mut reports = Vec::new();
-        for seen in views {
-            self.host.check()?;
-            renderer.make_anew();
-            let began = process_cpu_ms();
-            let report = renderer.render(&seen.pose, &seen.view)?;
-            reports.push((report, process_cpu_ms().zip(began).map(|(after, began)| after - began)));
-        }
-        let slowest = reports.into_iter().max_by(|a, b| a.0.timings.gpu_ms.total_cmp(&b.0.timings.gpu_ms));
-        Ok(slowest.expect("a view at least"))
-    }
 }
 
-/// Times of one of several settings.
-#[derive(Clone, Debug, Default)]
-pub struct Timed {
-    /// Milliseconds of device time, of the slowest view in each round.
-    pub frames: Vec<f64>,
-    /// Milliseconds of processor time of the same frames, where the system tells it.
-    pub cpu_ms: Vec<f64>,
-    pub passes: Vec<Vec<(String, f64)>>,
-    /// Device memory.
-    pub bytes: u64,
+/// The slowest of frames from scratch, one of each view.
+fn slowest(renderer: &mut Renderer, views: &[Seen]) -> Result<FrameReport> {
+    let frame = |seen: &Seen| {
+        renderer.make_anew();
+        renderer.render(&seen.pose, &seen.view)
+    };
+    let frames = views.iter().map(frame).collect::<Result<Vec<_>>>()?;
+    let slowest = frames.into_iter().max_by(|a, b| a.timings.gpu_ms.total_cmp(&b.timings.gpu_ms));
+    Ok(slowest.expect("a view at least"))
 }
 
-impl Timed {
-    fn add(&mut self, (report, cpu_ms): (FrameReport, Option<f64>)) {
-        self.frames.push(report.timings.gpu_ms);
-        self.cpu_ms.extend(cpu_ms);
-        self.passes.push(passes(&report));
-    }
+/// How references are traced.
+fn options((width, height): (u32, u32), stop: Stop, seed: u64) -> Options {
+    Options { width, height, depth: Depth::Full, stop, seed, occlusion: false }
 }
 
-/// A scene as it is seen, as words to make a key of.
-pub fn seen_key(scene: &Scene, seen: &Seen, (width, height): (u32, u32)) -> String {
-    let options = Options { width, height, depth: Depth::Full, stop: Stop::Samples(1), seed: 0, occlusion: false };
-    cache::key(Still::new(scene, &seen.pose, &seen.view), &options).to_string()
-}
-
-/// Samples per pixel of references of a level.
-pub fn samples(level: u32) -> u32 {
-    FIRST_SAMPLES << (2 * level)
-}
-
-/// Milliseconds per pass; those that run several times are added up.
-fn passes(report: &FrameReport) -> Vec<(String, f64)> {
-    let mut passes: Vec<(String, f64)> = Vec::new();
-    for zone in &report.timings.zones {
-        match passes.iter_mut().find(|pass| pass.0 == zone.name) {
-            Some(pass) => pass.1 += zone.gpu_ms,
-            None => passes.push((zone.name.to_owned(), zone.gpu_ms)),
-        }
+/// Median milliseconds per pass.
+pub fn passes(timings: &Timings) -> BTreeMap<String, f64> {
+    let mut passes = BTreeMap::new();
+    for pass in timings.passes() {
+        *passes.entry(pass.name.to_owned()).or_default() += pass.gpu_ms.median;
     }
     passes
 }

@@ -19,7 +19,7 @@ pub struct Limits {
 
 /// How well settings do: the less the better. What holds comes before what does not; among what holds the fewest milliseconds
 /// win where an error is allowed, else the least error; among the rest the one that is nearest to holding.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Score {
     /// Sum of ln(value / limit) over the limits that are exceeded.
     pub excess: f64,
@@ -28,32 +28,31 @@ pub struct Score {
 }
 
 impl Limits {
+    /// The limits that are given: their flags, and what is taken of each.
+    fn taken(&self, of: &Reading) -> impl Iterator<Item = (&'static str, f64)> {
+        let error = self.error.map(|limit| ("--max-error", of.error / limit));
+        let ms = self.ms.map(|limit| ("--max-ms", of.ms / limit));
+        let bytes = self.bytes.map(|limit| ("--max-mib", of.bytes as f64 / limit as f64));
+        [error, ms, bytes].into_iter().flatten()
+    }
+
     pub fn score(&self, of: &Reading) -> Score {
-        let over = |value: f64, limit: Option<f64>| limit.map_or(0.0, |limit| (value / limit).ln().max(0.0));
-        let bytes = over(of.bytes as f64, self.bytes.map(|bytes| bytes as f64));
-        let excess = over(of.error, self.error) + over(of.ms, self.ms) + bytes;
+        let excess = self.taken(of).map(|(_, share)| share.ln().max(0.0)).sum();
         let cost = if self.error.is_some() { of.ms } else { of.error };
         Score { excess, cost: cost.ln() }
     }
 
     pub fn hold(&self, of: &Reading) -> bool {
-        self.score(of).holds()
+        self.score(of).excess <= 0.0
     }
 
     /// The limit that is exceeded the most or, where all hold, the one with the least room: its flag, and what is taken of it.
     pub fn binding(&self, of: &Reading) -> Option<(&'static str, f64)> {
-        let error = self.error.map(|limit| ("--max-error", of.error / limit));
-        let ms = self.ms.map(|limit| ("--max-ms", of.ms / limit));
-        let bytes = self.bytes.map(|limit| ("--max-mib", of.bytes as f64 / limit as f64));
-        [error, ms, bytes].into_iter().flatten().max_by(|a, b| a.1.total_cmp(&b.1))
+        self.taken(of).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 
 impl Score {
-    pub fn holds(&self) -> bool {
-        self.excess <= 0.0
-    }
-
     pub fn compare(&self, other: &Self) -> Ordering {
         self.excess.total_cmp(&other.excess).then(self.cost.total_cmp(&other.cost))
     }
@@ -73,7 +72,7 @@ mod tests {
     use super::*;
 
     fn reading(error: f64, ms: f64, mib: u64) -> Reading {
-        Reading { ms, error, bytes: mib << 20, passes: vec![] }
+        Reading { ms, error, bytes: mib << 20, passes: Default::default() }
     }
 
     #[test]
@@ -89,8 +88,7 @@ mod tests {
         for pair in in_order.windows(2) {
             assert_eq!(limits.score(&pair[0]).compare(&limits.score(&pair[1])), Ordering::Less, "{pair:?}");
         }
-        let held: Vec<bool> = in_order.iter().map(|reading| limits.hold(reading)).collect();
-        assert_eq!(held, [true, true, false, false, false]);
+        assert_eq!(in_order.map(|reading| limits.hold(&reading)), [true, true, false, false, false]);
     }
 
     #[test]

@@ -6,19 +6,19 @@
 //! this is put right by measuring: a prediction starts from the measured place nearest to what is predicted.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::search::{Point, Reading};
-use super::space::{Place, Space};
+use super::space::Space;
 
 /// A change of a pass by less than such a share of the frame is taken for noise.
 const NOISE: f64 = 0.03;
 
-/// What going from one rung of a ladder to another does.
+/// The effect of going from one rung of a ladder to another.
 #[derive(Clone)]
 struct Step {
     /// Factor and further milliseconds per pass of the frame.
-    passes: Vec<(String, f64, f64)>,
+    passes: BTreeMap<String, (f64, f64)>,
     /// Factor of the error.
     error: f64,
     bytes: f64,
@@ -27,20 +27,17 @@ struct Step {
 /// What is known of one method's places.
 pub struct Model<'a> {
     spaces: &'a [Space],
-    space: usize,
     /// Of all methods: what a step does with one is a first guess of what it does with another.
     points: Vec<&'a Point>,
-    /// Of several pairs of places that show a step, the nearest to this counts.
-    near: &'a Place,
+    /// Of several pairs of places that show a step, the nearest to this counts. The model is of its method.
+    near: &'a Point,
     /// By ladder, from and to.
     steps: RefCell<HashMap<[usize; 3], Option<Step>>>,
 }
 
 impl<'a> Model<'a> {
-    /// Of the method of `spaces[space]`, about one of its places.
-    pub fn new(spaces: &'a [Space], points: &'a [Point], (space, near): (usize, &'a Place)) -> Self {
-        let points = points.iter().filter(|point| point.ran()).collect();
-        Self { spaces, space, points, near, steps: RefCell::default() }
+    pub fn new(spaces: &'a [Space], points: &'a [Point], near: &'a Point) -> Self {
+        Self { spaces, points: points.iter().filter(|point| point.ran()).collect(), near, steps: RefCell::default() }
     }
 
     /// Whether the step of a ladder was measured, whatever the other ladders' rungs were.
@@ -49,23 +46,20 @@ impl<'a> Model<'a> {
     }
 
     /// What a place would give; `None` where nothing is known of a step to it.
-    pub fn predict(&self, place: &Place) -> Option<Reading> {
+    pub fn predict(&self, place: &[usize]) -> Option<Reading> {
         let distance = |point: &&&Point| differing(&point.place, place).count();
-        let nearest = self.points.iter().filter(|point| point.space == self.space).min_by_key(distance)?;
-        let mut passes = nearest.reading.passes.clone();
-        let (mut error, mut bytes) = (nearest.reading.error, nearest.reading.bytes as f64);
+        let nearest = self.points.iter().filter(|point| point.space == self.near.space).min_by_key(distance)?;
+        let Reading { mut passes, mut error, .. } = nearest.reading.clone();
+        let mut bytes = nearest.reading.bytes as f64;
         for ladder in differing(&nearest.place, place) {
             let step = self.step(ladder, nearest.place[ladder], place[ladder])?;
-            for (name, factor, more) in &step.passes {
-                match passes.iter_mut().find(|pass| pass.0 == *name) {
-                    Some(pass) => pass.1 = pass.1 * factor + more,
-                    None => passes.push((name.clone(), *more)),
-                }
+            for (name, (factor, more)) in step.passes {
+                let ms = passes.entry(name).or_default();
+                *ms = *ms * factor + more;
             }
             (error, bytes) = (error * step.error, bytes + step.bytes);
         }
-        let ms = passes.iter().map(|pass| pass.1).sum();
-        Some(Reading { ms, passes, bytes: bytes.max(0.0) as u64, error })
+        Some(Reading { ms: passes.values().sum(), passes, bytes: bytes.max(0.0) as u64, error })
     }
 
     fn step(&self, ladder: usize, from: usize, to: usize) -> Option<Step> {
@@ -91,19 +85,19 @@ impl<'a> Model<'a> {
             like.error = like.error.powf(if like.error < 1.0 { 0.5 } else { 1.5 });
             return Some(like);
         }
-        Some(self.step(ladder, from, next)?.then(&self.step(ladder, next, to)?))
+        Some(self.step(ladder, from, next)?.then(self.step(ladder, next, to)?))
     }
 
-    /// What a pair of places shows that differ in this ladder alone; those of other methods count last.
+    /// The step that a pair of places shows which differ in this ladder alone; those of other methods count last.
     fn measured(&self, ladder: usize, from: usize, to: usize) -> Option<Step> {
         let mut best: Option<(usize, &Point, &Point)> = None;
-        let key = self.spaces[self.space].ladders[ladder].key;
+        let key = self.spaces[self.near.space].ladders[ladder].key;
         for (space, of) in self.spaces.iter().enumerate() {
             let Some(ladder) = of.ladders.iter().position(|ladder| ladder.key == key) else { continue };
             let on = |rung| self.points.iter().filter(move |point| point.space == space && point.place[ladder] == rung);
             for a in on(from) {
-                let own = space == self.space;
-                let far = if own { differing(&a.place, self.near).count() } else { usize::MAX - 1 };
+                let own = space == self.near.space;
+                let far = if own { differing(&a.place, &self.near.place).count() } else { usize::MAX - 1 };
                 for b in on(to) {
                     let nearer = best.is_none_or(|(least, ..)| far < least);
                     if nearer && differing(&a.place, &b.place).count() == 1 {
@@ -117,34 +111,26 @@ impl<'a> Model<'a> {
 }
 
 /// The ladders in which two places differ.
-fn differing<'a>(a: &'a [usize], b: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
+pub fn differing<'a>(a: &'a [usize], b: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
     a.iter().zip(b).enumerate().filter(|(_, (a, b))| a != b).map(|(ladder, _)| ladder)
 }
 
 impl Step {
     fn between(a: &Reading, b: &Reading) -> Self {
-        let ms = |of: &Reading, name: &str| of.passes.iter().find(|pass| pass.0 == name).map_or(0.0, |pass| pass.1);
-        let mut names: Vec<&String> = a.passes.iter().map(|pass| &pass.0).collect();
-        names.extend(b.passes.iter().map(|pass| &pass.0).filter(|name| ms(a, name) == 0.0));
+        let ms = |of: &Reading, name: &str| of.passes.get(name).copied().unwrap_or_default();
+        let names: BTreeSet<&String> = a.passes.keys().chain(b.passes.keys()).collect();
         let passes = names.into_iter().filter_map(|name| {
             let (before, after) = (ms(a, name), ms(b, name));
-            let same = (after - before).abs() < NOISE * a.ms;
-            match before > 0.0 {
-                _ if same => None,
-                true => Some((name.clone(), after / before, 0.0)),
-                false => Some((name.clone(), 1.0, after)),
-            }
+            let change = if before > 0.0 { (after / before, 0.0) } else { (1.0, after) };
+            ((after - before).abs() >= NOISE * a.ms).then(|| (name.clone(), change))
         });
-        let passes = passes.collect();
-        Self { passes, error: b.error / a.error, bytes: b.bytes as f64 - a.bytes as f64 }
+        Self { passes: passes.collect(), error: b.error / a.error, bytes: b.bytes as f64 - a.bytes as f64 }
     }
 
-    fn then(mut self, next: &Self) -> Self {
-        for (name, factor, more) in &next.passes {
-            match self.passes.iter_mut().find(|pass| pass.0 == *name) {
-                Some(pass) => (pass.1, pass.2) = (pass.1 * factor, pass.2 * factor + more),
-                None => self.passes.push((name.clone(), *factor, *more)),
-            }
+    fn then(mut self, next: Self) -> Self {
+        for (name, (factor, more)) in next.passes {
+            let pass = self.passes.entry(name).or_insert((1.0, 0.0));
+            *pass = (pass.0 * factor, pass.1 * factor + more);
         }
         Self { error: self.error * next.error, bytes: self.bytes + next.bytes, ..self }
     }

@@ -1,7 +1,6 @@
 //! What a scene asks of settings, and what it has no use for.
 
-use crate::scene::{Alpha, LightKind, Material, Pose, Scene};
-use crate::stability::warnings;
+use crate::scene::{Alpha, LightKind, Material, Scene};
 
 /// What a scene has.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,16 +18,6 @@ pub struct Needs {
 }
 
 impl Needs {
-    pub const NOTHING: Self = Self {
-        lamps: false,
-        wide_lights: false,
-        lobes: false,
-        transmits: false,
-        sky: false,
-        animated: false,
-        blended: false,
-    };
-
     pub fn of(scene: &Scene) -> Self {
         let used: Vec<&Material> =
             scene.instances.iter().map(|i| &scene.materials[scene.meshes[i.mesh].material]).collect();
@@ -69,15 +58,4 @@ impl Needs {
         say(!self.sky, "light of a sky: there is none");
         said
     }
-}
-
-/// A sentence about the thinnest wall, in voxels of the base grid, where boxes about meshes show one.
-pub fn thinnest_wall(
-    scene: &Scene,
-    pose: &Pose,
-    bounds: crate::scene::Bounds,
-    settings: &crate::settings::Settings,
-) -> Option<String> {
-    let voxels = warnings::thinnest(scene, pose, bounds, settings)?;
-    Some(format!("the thinnest wall is {voxels:.1} voxels at {0}³", settings.voxels))
 }

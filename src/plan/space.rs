@@ -9,7 +9,7 @@ use crate::settings::{Key, PRESETS, Settings};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ladder {
     pub key: &'static str,
-    pub rungs: Vec<&'static str>,
+    pub rungs: &'static [&'static str],
 }
 
 /// A rung of every ladder.
@@ -41,8 +41,9 @@ enum Use {
     Indirect,
 }
 
-/// Ladders of all methods. The grid stops at 128: beyond, memory grows by eight with little to be gained.
-const SHARED: Rungs = &[
+/// A setting, its values and what they are of use for; keys of a method are of that one alone. The grid stops at 128: beyond,
+/// memory grows by eight with little to be gained.
+const LADDERS: &[(&str, &[&str], Use)] = &[
     ("voxels", &["16", "32", "64", "128"], Use::Always),
     ("bounces", &["1", "2", "all"], Use::Indirect),
     ("image.gather_resolution", &["quarter", "half", "full"], Use::Indirect),
@@ -52,43 +53,29 @@ const SHARED: Rungs = &[
     ("lights.shadow_rays", &["1", "2", "4", "16"], Use::WideLights),
     ("lights.lamp_points", &["1", "2", "4", "8", "16", "32"], Use::Lamps),
     ("lights.voxel_lamp_points", &["1", "2", "4", "8", "16"], Use::LitLamps),
+    ("rays.diffuse", &["2", "4", "6", "9", "14", "22", "32", "44"], Use::Indirect),
+    ("rays.bounce", &["1", "2", "4"], Use::Indirect),
+    ("rays.glossy", &["2", "4", "8", "16", "32"], Use::Lobes),
+    ("cones.set", &["g1", "g2", "g4", "g6", "g8", "g12", "g16", "g24"], Use::Indirect),
+    ("cones.step", &["2.0", "1.0"], Use::Always),
+    ("lpv.edge", &["16", "32"], Use::Indirect),
+    ("photons.diffuse", &["1", "2", "4", "8", "16"], Use::Indirect),
+    ("photons.bounce", &["1", "2", "4"], Use::Indirect),
+    ("photons.glossy", &["2", "4", "8", "16"], Use::Lobes),
 ];
 
-/// A setting, its values and what they are of use for.
-type Rungs = &'static [(&'static str, &'static [&'static str], Use)];
 /// A preset, and what is changed of it.
-type Begins = &'static [(&'static str, &'static [&'static str])];
+type Begin = (&'static str, &'static [&'static str]);
 
-/// Ladders of single methods, and where the search of a method begins: presets, and what is changed of them.
-fn own(method: Method) -> (Rungs, Begins) {
+/// Where the search of a method begins.
+fn begins(method: Method) -> &'static [Begin] {
     const SHARED_HALF: &str = "image.gather_resolution=half";
     match method {
-        Method::Rays => (
-            &[
-                ("rays.diffuse", &["2", "4", "6", "9", "14", "22", "32", "44"], Use::Indirect),
-                ("rays.bounce", &["1", "2", "4"], Use::Indirect),
-                ("rays.glossy", &["2", "4", "8", "16", "32"], Use::Lobes),
-            ],
-            &[("fast", &[]), ("balanced", &[]), ("accurate", &[])],
-        ),
-        Method::Cones => (
-            &[
-                ("cones.set", &["g1", "g2", "g4", "g6", "g8", "g12", "g16", "g24"], Use::Indirect),
-                ("cones.step", &["2.0", "1.0"], Use::Always),
-            ],
-            &[("cones", &["cones.set=g8", "image.interleave=4", SHARED_HALF]), ("cones", &[])],
-        ),
-        Method::Lpv => (&[("lpv.edge", &["16", "32"], Use::Indirect)], &[("lpv", &[])]),
-        Method::Photons => (
-            &[
-                ("photons.diffuse", &["1", "2", "4", "8", "16"], Use::Indirect),
-                ("photons.bounce", &["1", "2", "4"], Use::Indirect),
-                ("photons.glossy", &["2", "4", "8", "16"], Use::Lobes),
-            ],
-            &[("photons", &["photons.diffuse=4", SHARED_HALF]), ("photons", &[])],
-        ),
-        // The shared ladders alone.
-        _ => (&[], &[("fast", &[])]),
+        Method::Rays => &[("fast", &[]), ("balanced", &[]), ("accurate", &[])],
+        Method::Cones => &[("cones", &["cones.set=g8", "image.interleave=4", SHARED_HALF]), ("cones", &[])],
+        Method::Lpv => &[("lpv", &[])],
+        Method::Photons => &[("photons", &["photons.diffuse=4", SHARED_HALF]), ("photons", &[])],
+        _ => &[("fast", &[])],
     }
 }
 
@@ -114,8 +101,7 @@ pub fn spaces(needs: &Needs, fixed: &[String]) -> Result<Vec<Space>> {
 
 impl Space {
     fn new(method: Method, needs: &Needs, fixed: &[String], names: &[&str]) -> Result<Self> {
-        let (own, begins) = own(method);
-        let starts = begins.iter().map(|begin| start(method, begin, fixed)).collect::<Result<Vec<_>>>()?;
+        let starts = begins(method).iter().map(|begin| start(method, begin, fixed)).collect::<Result<Vec<_>>>()?;
         let of_use = |of: Use| match of {
             Use::Always => true,
             Use::Lamps => needs.lamps,
@@ -124,8 +110,9 @@ impl Space {
             Use::Lobes => needs.lobes,
             Use::Indirect => method != Method::None,
         };
-        let tried = SHARED.iter().chain(own).filter(|(key, _, of)| of_use(*of) && !names.contains(key));
-        let ladders: Vec<Ladder> = tried.map(|(key, rungs, _)| Ladder { key, rungs: rungs.to_vec() }).collect();
+        let is_of = |key: &str| Key::named(key).and_then(Key::method).is_none_or(|of| of == method);
+        let tried = LADDERS.iter().filter(|(key, _, of)| is_of(key) && of_use(*of) && !names.contains(key));
+        let ladders: Vec<Ladder> = tried.map(|(key, rungs, _)| Ladder { key, rungs }).collect();
         let mut space = Self { method, base: starts[0].clone(), ladders, starts: Vec::new() };
         for settings in &starts {
             let place = space.place(settings);
@@ -149,9 +136,8 @@ impl Space {
     /// The place of settings; a value that is no rung counts as the lowest.
     pub fn place(&self, settings: &Settings) -> Place {
         let entries = settings.entries();
-        let value = |key: &str| entries.iter().find(|entry| entry.0.name == key).map(|entry| entry.1.as_str());
         let rung = |ladder: &Ladder| {
-            let value = value(ladder.key);
+            let value = entries.iter().find(|entry| entry.0.name == ladder.key).map(|entry| entry.1.as_str());
             ladder.rungs.iter().position(|rung| value == Some(*rung)).unwrap_or(0)
         };
         self.ladders.iter().map(rung).collect()
@@ -168,7 +154,8 @@ impl Space {
 }
 
 /// A preset with changes, on the first grid, with what is fixed.
-fn start(method: Method, (preset, changes): &(&str, &[&str]), fixed: &[String]) -> Result<Settings> {
+fn start(method: Method, begin: &Begin, fixed: &[String]) -> Result<Settings> {
+    let (preset, changes) = begin;
     let mut settings = Settings { method, ..Settings::preset(preset)? };
     settings.set(FIRST_GRID)?;
     let sets = changes.iter().copied().chain(fixed.iter().map(String::as_str));
@@ -178,15 +165,7 @@ fn start(method: Method, (preset, changes): &(&str, &[&str]), fixed: &[String]) 
 
 /// The preset that settings differ from least, and how: for a command.
 pub fn as_preset(settings: &Settings) -> (&'static str, Vec<String>) {
-    let differs = |preset: Settings| -> Vec<String> {
-        let used = |key: &Key| key.method().is_none_or(|method| method == settings.method);
-        let pairs = settings.entries().into_iter().zip(preset.entries());
-        pairs
-            .filter(|(now, was)| now.1 != was.1 && used(now.0))
-            .map(|(now, _)| format!("{}={}", now.0.name, now.1))
-            .collect()
-    };
-    let all = PRESETS.iter().map(|preset| (preset.name, differs((preset.settings)())));
+    let all = PRESETS.iter().map(|preset| (preset.name, settings.changes_from(&(preset.settings)())));
     all.min_by_key(|(_, differs)| differs.len()).expect("there are presets")
 }
 
@@ -194,11 +173,13 @@ pub fn as_preset(settings: &Settings) -> (&'static str, Vec<String>) {
 mod tests {
     use super::*;
 
-    const ALL: Needs = Needs { lamps: true, wide_lights: true, lobes: true, ..Needs::NOTHING };
+    fn all() -> Needs {
+        Needs { lamps: true, wide_lights: true, lobes: true, ..Needs::default() }
+    }
 
     #[test]
     fn every_rung_is_a_value_and_presets_stand_on_rungs() {
-        for space in spaces(&ALL, &[]).unwrap() {
+        for space in spaces(&all(), &[]).unwrap() {
             for (i, ladder) in space.ladders.iter().enumerate() {
                 for rung in 0..ladder.rungs.len() {
                     let mut place = space.starts[0].clone();
@@ -206,7 +187,7 @@ mod tests {
                     assert_eq!(space.place(&space.settings(&place)), place, "{} {}", space.method, ladder.key);
                 }
             }
-            for (place, begin) in space.starts.iter().zip(own(space.method).1) {
+            for (place, begin) in space.starts.iter().zip(begins(space.method)) {
                 let settings = start(space.method, begin, &[]).unwrap();
                 assert!(space.settings(place).means_same(&settings), "{begin:?} stands beside the ladders");
             }
@@ -221,11 +202,11 @@ mod tests {
             assert_eq!(spaces[0].settings(&spaces[0].starts[0]).voxels, 32);
             spaces[0].ladders.iter().map(|ladder| ladder.key).collect::<Vec<_>>()
         };
-        let plain = keys(&Needs::NOTHING);
+        let plain = keys(&Needs::default());
         assert!(
             !plain.contains(&"lights.lamp_points") && !plain.contains(&"rays.glossy") && !plain.contains(&"voxels")
         );
-        assert!(keys(&ALL).contains(&"lights.lamp_points") && keys(&ALL).contains(&"rays.glossy"));
+        assert!(keys(&all()).contains(&"lights.lamp_points") && keys(&all()).contains(&"rays.glossy"));
     }
 
     #[test]

@@ -133,7 +133,16 @@ mod tests {
 
     fn pass(name: &'static str, ms: f64) -> PassTiming {
         let gpu_ms = Spread { median: ms, min: ms, max: ms };
-        PassTiming { name, kind: ZoneKind::Raster, gpu_ms, share: 0.5, cpu_ms: None, wall_ms: None, bytes: 1000 }
+        PassTiming {
+            name,
+            kind: ZoneKind::Raster,
+            gpu_ms,
+            share: 0.5,
+            cpu_ms: None,
+            wall_ms: None,
+            bytes: 1000,
+            frames_gpu_ms: vec![],
+        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ impl Renderer {
     /// # Errors
     /// A buffer cannot grow as far as the scene needs, the device is lost, or what watches says so.
     pub fn render(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
-        let (mut settling, mut repeats) = (0, 0);
+        let (mut settling, mut repeats, before) = (0, 0, vk::process_cpu_ms());
         while let Some(pass) = self.light_pass(pose, view)? {
             repeats += pass.repeats;
             settling += 1;
@@ -27,7 +27,8 @@ impl Renderer {
             let timings = report.timings.then(next.timings);
             report = FrameReport { repeats: report.repeats + next.repeats, timings, ..next };
         }
-        Ok(FrameReport { repeats: repeats + report.repeats, settling, ..report })
+        let cpu_ms = vk::process_cpu_ms().zip(before).map(|(after, before)| after - before);
+        Ok(FrameReport { repeats: repeats + report.repeats, settling, cpu_ms, ..report })
     }
 
     /// One of the passes over the light that [`Self::render`] makes before its image; none where [`Self::light_is_whole`].

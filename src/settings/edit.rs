@@ -59,6 +59,14 @@ impl Settings {
         self.to_toml() == other.to_toml()
     }
 
+    /// `key=value` of everything that has an effect and is different in `other`.
+    pub fn changes_from(&self, other: &Self) -> Vec<String> {
+        let pairs = self.entries().into_iter().zip(other.entries());
+        let used = |key: &Key| key.method().is_none_or(|method| method == self.method);
+        let changed = pairs.filter(|(own, other)| own.1 != other.1 && used(own.0));
+        changed.map(|((key, value), _)| format!("{}={value}", key.name)).collect()
+    }
+
     /// Every key and its value as the user would write it after `--set key=`, tables of other methods included.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn entries(&self) -> Vec<(&'static Key, String)> {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 use twobounce::Error;
-use twobounce::chart::export::{Chart, Surroundings};
+use twobounce::chart::export::Chart;
 use twobounce::chart::row::Row;
 use twobounce::lab::store::{Store, Stored};
 use twobounce::layers::Layers;
@@ -175,10 +175,11 @@ fn row(input: &Input) -> Outcome {
         store.load("key")
     });
     let Some(stored) = stored else { return Ok("none".into()) };
-    let chart = Chart { planned: 1, rows: vec![stored.row.clone()], ..Chart::default() };
-    let (lines, panels) = (chart.csv().lines().count(), chart.panels(&stored.row.scene));
+    let scene = stored.row.scene.clone();
+    let chart = Chart { planned: 1, rows: vec![stored], ..Chart::default() };
+    let (lines, panels) = (chart.csv().lines().count(), chart.panels(&scene));
     twobounce::chart::svg::chart(&panels, 2);
-    twobounce::chart::page::html(&chart, &[], &[stored], &Surroundings::default());
+    twobounce::chart::page::html(&chart, &[]);
     Ok(format!("{lines} lines"))
 }
 

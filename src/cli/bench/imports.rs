@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use twobounce::chart::import::{Import, Named};
-use twobounce::chart::subject::Subject;
+use twobounce::chart::import::Named;
+use twobounce::chart::measure::ChartScene;
+use twobounce::chart::row::{Row, Source};
 use twobounce::{Error, Result};
-
-use super::Seen;
 
 /// Images of other programs.
 #[derive(Args, Debug)]
@@ -27,57 +26,49 @@ impl ImportArgs {
     ///
     /// # Errors
     /// A sentence about the first that is unfit.
-    pub fn open(&self, size: (u32, u32), others: &[Subject]) -> Result<Vec<Subject>> {
+    pub fn open(&self, size: (u32, u32), others: &[Row]) -> Result<Vec<Row>> {
         let typed = self.imports.iter().map(|text| Named::parse(text));
         let listed = self.lists.iter().map(|path| Named::read(path)).collect::<Result<Vec<_>>>()?;
-        let mut imports: Vec<Import> = Vec::new();
+        let mut imports: Vec<Row> = Vec::new();
         for named in typed.chain(listed.into_iter().flatten().map(Ok)) {
             let named = named?;
-            let same = |import: &&Import| {
-                import.name == named.name
-                    && (import.scene == named.scene || import.scene.is_none() || named.scene.is_none())
-            };
+            let scene = named.scene.as_deref().unwrap_or_default();
+            let same_scene = |row: &Row| row.scene == scene || row.scene.is_empty() || scene.is_empty();
             let name = &named.name;
-            if imports.iter().find(same).is_some() {
-                return Err(Error::Usage(format!(
-                    "--import: two images have the name {name:?}; name each of them apart"
-                )));
-            }
-            if others.iter().any(|other| other.name() == *name) {
-                let text =
-                    format!("--import: a row of the chart has the name {name:?} already; name the image otherwise");
-                return Err(Error::Usage(text));
+            let taken = match imports.iter().any(|row| row.name == *name && same_scene(row)) {
+                true => Some((format!("two images have the name {name:?}"), "name each of them apart")),
+                false if others.iter().any(|other| other.name == *name) => {
+                    Some((format!("a row of the chart has the name {name:?} already"), "name the image otherwise"))
+                }
+                false => None,
+            };
+            if let Some((problem, remedy)) = taken {
+                return Err(Error::Usage(format!("--import: {problem}; {remedy}")));
             }
             imports.push(named.open(size)?);
         }
-        Ok(imports.into_iter().map(Subject::Import).collect())
+        Ok(imports)
     }
 }
 
 /// Whether every import is of one of the scenes, as the chart looks at it.
-pub(super) fn check(subjects: &[Subject], scenes: &[Seen]) -> Result<()> {
-    let imports =
-        subjects.iter().filter_map(|subject| if let Subject::Import(import) = subject { Some(import) } else { None });
-    for import in imports {
-        let names: Vec<&str> = scenes.iter().map(|seen| seen.scene.name.as_str()).collect();
-        let (name, names_of_all) = (&import.name, names.join(", "));
-        let seen = match &import.scene {
-            None if scenes.len() > 1 => {
-                return Err(Error::Usage(format!(
-                    "--import: {name} does not say which scene it shows, and the chart has several ({names_of_all}); list it in a file for \
-                     --imports with the key scene"
-                )));
-            }
-            None => scenes.first(),
-            Some(scene) => scenes.iter().find(|seen| seen.scene.name == *scene),
-        };
-        let Some(seen) = seen else {
-            let scene = import.scene.as_deref().unwrap_or_default();
+pub(super) fn check(rows: &[Row], scenes: &[ChartScene]) -> Result<()> {
+    let names: Vec<&str> = scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let names = names.join(", ");
+    for Row { name, scene, source, .. } in rows {
+        let Source::Import(claim) = source else { continue };
+        if scene.is_empty() && scenes.len() > 1 {
             return Err(Error::Usage(format!(
-                "--import: {name} shows the scene {scene:?}, which the chart does not have; name one of {names_of_all}"
+                "--import: {name} does not say which scene it shows, and the chart has several ({names}); list it in a file for \
+                 --imports with the key scene"
+            )));
+        }
+        let Some(seen) = scenes.iter().find(|seen| scene.is_empty() || seen.name == *scene) else {
+            return Err(Error::Usage(format!(
+                "--import: {name} shows the scene {scene:?}, which the chart does not have; name one of {names}"
             )));
         };
-        import.check_view(&seen.header)?;
+        claim.check_view(&seen.header)?;
     }
     Ok(())
 }

@@ -2,28 +2,21 @@
 //! write a folder.
 
 pub mod imports;
-mod references;
 mod rounds;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Duration;
 
 use twobounce::chart::VERSION;
-use twobounce::chart::export::{Chart, Surroundings};
-use twobounce::chart::measure::ChartScene;
-use twobounce::chart::outline::{Outline, Planned, Sketch};
-use twobounce::chart::paths::MOST_PATHS;
-use twobounce::chart::row::{Keys, Row};
-use twobounce::chart::subject::Subject;
-use twobounce::lab::store::{Origin, Row as _, Store, Stored};
-use twobounce::output::exr::Metadata;
+use twobounce::chart::export::Chart;
+use twobounce::chart::measure::{ChartScene, MOST_PATHS};
+use twobounce::chart::outline::{Outline, Planned};
+use twobounce::chart::row::Row;
+use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words};
 use twobounce::output::file;
-use twobounce::reference::Depth;
 use twobounce::reference::cache::Cache;
-use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, SceneArgs, minutes, percent};
@@ -72,7 +65,8 @@ pub struct Bench<'a> {
     /// How the scenes are looked at.
     pub scene: &'a SceneArgs,
     pub paths: Vec<PathBuf>,
-    pub subjects: Vec<Subject>,
+    /// Without a result, and not placed in scenes yet.
+    pub rows: Vec<Row>,
     pub folder: &'a Path,
     pub args: &'a BenchArgs,
 }
@@ -83,8 +77,8 @@ pub struct Paths(Vec<u32>);
 
 impl Paths {
     /// As rows of a chart.
-    pub fn subjects(&self) -> impl Iterator<Item = Subject> {
-        self.0.iter().map(|paths| Subject::Paths(*paths))
+    pub fn rows(&self) -> impl Iterator<Item = Row> {
+        self.0.iter().map(|paths| Row::of_paths(*paths))
     }
 }
 
@@ -107,8 +101,8 @@ struct Filling<'a> {
     further: Further<'a>,
     store: Store<Row>,
     cache: Cache,
-    scenes: Vec<Seen>,
-    rows: Vec<PlannedRow<'a>>,
+    scenes: Vec<ChartScene>,
+    rows: Vec<PlannedRow>,
     /// Every row of the chart, those of other shards too.
     all: Vec<Planned>,
     /// Of rows that are made now, but for the time.
@@ -117,18 +111,10 @@ struct Filling<'a> {
     told: bool,
 }
 
-/// A scene, the command that renders it, and what an image of it says of itself.
-struct Seen {
-    scene: ChartScene,
-    command: String,
-    header: Metadata,
-}
-
 /// A row of the chart, to be made or already there.
-struct PlannedRow<'a> {
+struct PlannedRow {
     /// Index of its scene.
     scene: usize,
-    subject: &'a Subject,
     /// As it is called in this chart, without a result.
     row: Row,
     stored: Option<Stored<Row>>,
@@ -144,9 +130,13 @@ impl Bench<'_> {
         check_memory(self.scene.size)?;
         let store = Store::open(self.folder, self.args.rows.any_build)?;
         let scenes = self.open()?;
-        imports::check(&self.subjects, &scenes)?;
+        imports::check(&self.rows, &scenes)?;
         let context = self.args.device.open(self.scene.size)?;
-        let mut filling = Filling::new(self, (store, scenes), &context, &further);
+        let origin = Origin::new(&context, self.args.rows.machine(), store.build(), self.args.label.clone());
+        let (rows, all, cache) = (Vec::new(), Vec::new(), cache());
+        let mut filling =
+            Filling { bench: self, further: &further, store, cache, scenes, rows, all, origin, told: false };
+        filling.plan(&[device_words(&context), self.args.device.validation.to_string()]);
         let planned = filling.rows.len();
         let (mut pages, device) = (Pages::default(), &self.args.device);
         let runner = Runner { device, size: self.scene.size, budget: self.args.budget_minutes };
@@ -191,9 +181,9 @@ impl Bench<'_> {
     }
 
     /// Opens the scenes, without references yet.
-    fn open(&self) -> Result<Vec<Seen>> {
+    fn open(&self) -> Result<Vec<ChartScene>> {
         let typed: Vec<String> = std::env::args().skip(2).collect();
-        let mut scenes: Vec<Seen> = Vec::new();
+        let mut scenes: Vec<ChartScene> = Vec::new();
         for (i, path) in self.paths.iter().enumerate() {
             if self.paths[..i].iter().any(|other| file::is_same(other, path)) {
                 return Err(Error::file(path, "is named twice; name each scene once"));
@@ -201,46 +191,47 @@ impl Bench<'_> {
             let opened = SceneArgs { path: path.clone(), ..self.scene.clone() }.open()?;
             let name = &opened.scene.name;
             let mut names = (1..).map(|k| if k == 1 { name.clone() } else { format!("{name} {k}") });
-            let is_free = |name: &String| scenes.iter().all(|other| other.scene.name != *name);
+            let is_free = |name: &String| scenes.iter().all(|other| other.name != *name);
             let name = names.find(is_free).expect("numbers do not end");
-            let ((pose, view), options) = (opened.at_time(), opened.options(self.args.rows.memory_limit));
-            let header = opened.header([]);
-            let (camera, scene) = (opened.camera, opened.scene);
-            let command = words::render_command(&typed, path, self.scene.size);
-            let scene = ChartScene { name, view, pose, options, camera, references: Vec::new(), scene };
-            scenes.push(Seen { scene, command, header });
+            let (pose, view) = opened.at_time();
+            scenes.push(ChartScene {
+                name,
+                view,
+                pose,
+                options: opened.options(self.args.rows.memory_limit),
+                references: Vec::new(),
+                command: words::render_command(&typed, path, self.scene.size),
+                header: opened.header([]),
+                camera: opened.camera,
+                scene: opened.scene,
+            });
         }
         Ok(scenes)
     }
 }
 
-impl<'a> Filling<'a> {
-    fn new(
-        bench: &'a Bench<'a>,
-        (store, scenes): (Store<Row>, Vec<Seen>),
-        context: &Arc<Context>,
-        further: Further<'a>,
-    ) -> Self {
-        let args = bench.args;
-        let keys = Keys::new(context, args.device.validation, args.reference_noise);
-        let (mut all, mut rows) = (Vec::new(), Vec::new());
-        for subject in &bench.subjects {
-            for (index, Seen { scene, .. }) in
-                scenes.iter().enumerate().filter(|(_, seen)| subject.is_of(&seen.scene.name))
-            {
-                let address = keys.address(scene, subject);
-                if args.rows.has(&address) {
-                    let row = Row::new(keys.key(&address, subject), &scene.name, subject);
-                    rows.push(PlannedRow::new(&store, (index, subject), Row { address: address.clone(), ..row }));
+impl Filling<'_> {
+    /// Places the rows in their scenes, with what is there of them. `common`: see [`Row::in_scene`].
+    fn plan(&mut self, common: &[String; 2]) {
+        let args = self.bench.args;
+        for row in &self.bench.rows {
+            let is_of = |scene: &ChartScene| row.scene.is_empty() || row.scene == scene.name;
+            for (index, scene) in self.scenes.iter().enumerate().filter(|(_, scene)| is_of(scene)) {
+                let row = row.in_scene(scene, args.reference_noise, common);
+                self.all.push(Planned { scene: scene.name.clone(), address: row.address.clone() });
+                if args.rows.has(&row.address) {
+                    // The same settings may have gone by another name.
+                    let renamed = |mut stored: Stored<Row>| {
+                        let Row { measured, failure, origin, .. } = stored.row;
+                        stored.row = Row { measured, failure, origin, ..row.clone() };
+                        stored
+                    };
+                    self.rows.push(PlannedRow { scene: index, stored: self.store.load(&row.key).map(renamed), row });
                 }
-                all.push(Planned { scene: scene.name.clone(), address });
             }
         }
         // The settings of one scene stand together.
-        let of_scene = |planned: &Planned| scenes.iter().position(|seen| seen.scene.name == planned.scene);
-        all.sort_by_key(of_scene);
-        let origin = Origin::new(context, args.rows.machine(), store.build(), args.label.clone());
-        Self { bench, further, store, cache: cache(), scenes, rows, all, origin, told: false }
+        self.all.sort_by_key(|planned| self.scenes.iter().position(|scene| scene.name == planned.scene));
     }
 
     /// The rows that there are.
@@ -250,41 +241,33 @@ impl<'a> Filling<'a> {
 
     /// Writes the folder's files with the rows that there are.
     fn write_pages(&self, running: bool) -> Result<Option<PathBuf>> {
-        let args = self.bench.args;
-        let mut stored: Vec<Stored<Row>> = self.there().cloned().collect();
-        stored.sort_by_key(|stored| self.scenes.iter().position(|seen| seen.scene.name == stored.row.scene));
-        // The others have no reference to be seen with yet.
-        let has_truth = |seen: &&Seen| seen.scene.references.iter().any(|reference| reference.depth == Depth::Full);
-        let seen = self.scenes.iter().filter(has_truth);
+        let (args, (width, height)) = (self.bench.args, self.bench.scene.size);
         let mut outline = Outline {
             version: VERSION,
-            width: self.bench.scene.size.0,
-            height: self.bench.scene.size.1,
+            width,
+            height,
             reference_noise: args.reference_noise,
-            scenes: seen.map(|seen| Sketch::of(&seen.scene, &seen.command)).collect::<Result<_>>()?,
+            scenes: self.scenes.iter().map(ChartScene::sketch).collect::<Result<_>>()?,
             rows: self.all.clone(),
         };
-        outline.take_truths(&self.store, self.scenes.iter().map(|seen| (seen.scene.line(), seen.command.as_str())));
-        let chart = Chart::new(&outline, self.rows.len(), args.mix_machines, &stored);
-        let history = if args.history { chart.history(&self.store) } else { Vec::new() };
-        let around = Surroundings { running, part: args.rows.words(), history };
-        chart.write(&self.store, &outline.scenes, &stored, &around)?;
-        outline.save(&self.store)?;
+        outline.take_truths(&self.store);
+        let mut there: Vec<&PlannedRow> = self.rows.iter().filter(|row| row.stored.is_some()).collect();
+        there.sort_by_key(|row| row.scene);
+        let chart = Chart {
+            outline,
+            rows: there.into_iter().filter_map(|row| row.stored.clone()).collect(),
+            planned: self.rows.len(),
+            mix_machines: args.mix_machines,
+            with_history: args.history,
+            running,
+            part: args.rows.words(),
+        };
+        chart.write(&self.store)?;
         (self.further)(&chart)
     }
 }
 
-impl<'a> PlannedRow<'a> {
-    fn new(store: &Store<Row>, (scene, subject): (usize, &'a Subject), row: Row) -> Self {
-        // The same settings may have gone by another name.
-        let renamed = |mut stored: Stored<Row>| {
-            let Row { measured, failure, origin, .. } = stored.row;
-            stored.row = Row { measured, failure, origin, ..row.clone() };
-            stored
-        };
-        Self { scene, subject, stored: store.load(&row.key).map(renamed), row }
-    }
-
+impl PlannedRow {
     /// A failure is tried again: memory may be free by now.
     fn is_measured(&self) -> bool {
         self.stored.as_ref().is_some_and(|stored| stored.row.is_measured())

@@ -2,22 +2,29 @@
 
 use std::sync::Arc;
 
-use twobounce::chart::measure::Images;
+use twobounce::chart::measure::{Images, ReferenceImage};
 use twobounce::chart::outline::Outline;
-use twobounce::chart::row::{Measured, Row};
-use twobounce::chart::subject::Subject;
+use twobounce::chart::row::{Measured, Row, Source};
 use twobounce::lab::store::{Origin, Row as _, Stored};
 use twobounce::layers::Layers;
 use twobounce::output::exr::Metadata;
-use twobounce::reference::Depth;
+use twobounce::output::file;
+use twobounce::reference::{Depth, Stop};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::Filling;
 use crate::cli::lab::{Experiment, Pages};
+use crate::cli::reference::traced;
 use crate::cli::report::say_compiled;
 use crate::cli::{interrupt, share};
 use crate::say;
+
+/// A round makes references this much less noisy, in about ten times the time.
+const STEP: f64 = 3.0;
+
+/// Noise that is so little above what was asked for is not worth a round of its own.
+const CLOSE: f64 = 1.5;
 
 impl Experiment for Filling<'_> {
     fn len(&self) -> usize {
@@ -36,38 +43,32 @@ impl Experiment for Filling<'_> {
         self.first_references(row)
     }
 
-    fn measure(&mut self, row: usize, context: &Arc<Context>, go_on: &dyn Fn() -> bool) -> Result<bool> {
+    fn measure(&mut self, row: usize, context: &Arc<Context>, go_on: &dyn Fn() -> Result<()>) -> Result<()> {
         let planned = &self.rows[row];
-        let scene = &self.scenes[planned.scene].scene;
-        let found = match planned.subject {
-            Subject::Settings(trial) => scene.measure_settings(context, trial, go_on)?,
-            Subject::Paths(paths) => scene.measure_paths(*paths, &interrupt::PRESSED, go_on)?,
-            Subject::Import(import) => {
-                let (measured, pictures) = scene.measure_import(import)?;
-                // Where and when it was judged says nothing about it, and its image stays in its own file.
-                let kept = Row { measured: Some(measured), ..planned.row.clone() };
-                self.rows[row].stored = Some(self.store.save(kept, Some(pictures))?);
-                return Ok(true);
-            }
-        };
-        let Some((measured, pictures, images)) = found else { return Ok(false) };
-        let kept = Row { measured: Some(measured), origin: self.now(), ..planned.row.clone() };
-        if !kept.is_within(self.bench.args.reference_noise) {
-            self.keep_images(&kept.key, &images)?;
+        let scene = &self.scenes[planned.scene];
+        let (measured, pictures, images) = scene.measure(context, &planned.row, &interrupt::PRESSED, go_on)?;
+        // Where and when an image of another program was judged says nothing about it, and it stays in its own file.
+        let is_import = planned.row.is_import();
+        let origin = (!is_import).then(|| self.now());
+        let kept = Row { measured: Some(measured), origin, ..planned.row.clone() };
+        if !is_import && kept.noise() > self.bench.args.reference_noise {
+            // For the rounds: layers without a word about them.
+            file::create_folder(&self.store.path("rows"))?;
+            images.stacked().write_exr(&self.store.image_path(&kept.key), &Metadata::new())?;
         }
         self.rows[row].stored = Some(self.store.save(kept, Some(pictures))?);
-        if !std::mem::replace(&mut self.told, true) {
+        if !is_import && !std::mem::replace(&mut self.told, true) {
             say_compiled(context);
         }
-        Ok(true)
+        Ok(())
     }
 
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()> {
-        let planned = &self.rows[row];
-        if matches!(planned.subject, Subject::Import(_)) {
+        let planned = &self.rows[row].row;
+        if planned.is_import() {
             return Err(error);
         }
-        let kept = Row { failure: Some(error.to_string()), origin: self.now(), ..planned.row.clone() };
+        let kept = Row { failure: Some(error.to_string()), origin: Some(self.now()), ..planned.clone() };
         self.rows[row].stored = Some(self.store.save(kept, None)?);
         Ok(())
     }
@@ -82,25 +83,46 @@ impl Experiment for Filling<'_> {
 }
 
 impl Filling<'_> {
-    fn now(&self) -> Option<Origin> {
-        Some(Origin { unix_s: share::unix_s(), ..self.origin.clone() })
+    fn now(&self) -> Origin {
+        Origin { unix_s: share::unix_s(), ..self.origin.clone() }
+    }
+
+    /// The scene of a row, and the depths of the references that it is compared with.
+    fn depths(&self, index: usize) -> (usize, [Depth; 2]) {
+        let planned = &self.rows[index];
+        (planned.scene, planned.row.depths(&self.scenes[planned.scene]))
     }
 
     /// The references that a row is compared with, as rough as they come.
     fn first_references(&mut self, index: usize) -> Result<()> {
-        let (scene, subject) = (self.rows[index].scene, self.rows[index].subject);
-        for depth in subject.depths(&self.scenes[scene].scene) {
-            if self.noise(scene, depth).is_none() {
+        let (scene, depths) = self.depths(index);
+        for depth in depths {
+            if self.scenes[scene].noise(depth).is_none() {
                 self.next_reference(scene, depth)?;
             }
         }
         Ok(())
     }
 
-    /// Keeps the images of a row for the rounds: layers without a word about them.
-    fn keep_images(&self, key: &str, images: &Images) -> Result<()> {
-        twobounce::output::file::create_folder(&self.store.path("rows"))?;
-        images.stacked().write_exr(&self.store.image_path(key), &Metadata::new())
+    /// Makes a reference as good as the next round asks for, or takes it from the cache: of the first samples, then of less and
+    /// less noise, in the end the one that `reference --noise` makes.
+    fn next_reference(&mut self, scene: usize, depth: Depth) -> Result<()> {
+        let (scene, last) = (&mut self.scenes[scene], self.bench.args.reference_noise);
+        let noise = scene.noise(depth).map_or(f64::INFINITY, |now| now / STEP);
+        let noise = if noise < CLOSE * last { last } else { noise };
+        let options = scene.reference_options(depth, Stop::Rough { noise, last });
+        let (film, traced) = traced(&self.cache, scene.still(), &options)?;
+        let light = match depth {
+            Depth::Full => "all light".to_owned(),
+            Depth::Bounces(n) => format!("light of {n} indirect bounces"),
+        };
+        let how = if traced.paths == 0 { "from the cache".into() } else { format!("{:.1} s", traced.seconds) };
+        let (name, percent) = (&scene.name, 100.0 * film.noise());
+        say!("{name}: reference of {light}, noise {percent:.2} %, {how}");
+        let reference = ReferenceImage::of_film(depth, &film)
+            .map_err(|error| Error::Usage(format!("{name}: {error}; light the scene")))?;
+        scene.set_reference(reference);
+        Ok(())
     }
 
     /// Refines references and the errors of the rows that are compared with them, in rounds, until they are as good as asked for.
@@ -132,7 +154,7 @@ impl Filling<'_> {
     pub(super) fn show_scenes(&mut self) -> Result<()> {
         let known = Outline::load(&self.store.path("")).map_or(Vec::new(), |outline| outline.scenes);
         for index in 0..self.rows.len() {
-            let scene = &self.scenes[self.rows[index].scene].scene;
+            let scene = &self.scenes[self.rows[index].scene];
             let is_known =
                 known.iter().any(|sketch| sketch.line.name == scene.name && sketch.line.hash == scene.scene.hash);
             if self.rows[index].is_measured() && !is_known {
@@ -144,17 +166,17 @@ impl Filling<'_> {
 
     /// Whether a row's errors are not as good as asked for.
     fn is_unsettled(&self, index: usize) -> bool {
-        let row = self.rows[index].stored.as_ref().map(|stored| &stored.row).filter(|row| row.measured.is_some());
-        row.is_some_and(|row| !row.is_within(self.bench.args.reference_noise))
+        let measured = self.rows[index].stored.as_ref().filter(|stored| stored.row.is_measured());
+        measured.is_some_and(|stored| stored.row.noise() > self.bench.args.reference_noise)
     }
 
     /// The references that are noisier than asked for and that unsettled rows are compared with, the noisiest first.
     fn rough_references(&self) -> Vec<(usize, Depth)> {
         let mut rough: Vec<(f64, usize, Depth)> = Vec::new();
         for index in (0..self.rows.len()).filter(|index| self.is_unsettled(*index)) {
-            let (scene, subject) = (self.rows[index].scene, self.rows[index].subject);
-            for depth in subject.depths(&self.scenes[scene].scene) {
-                let noise = self.noise(scene, depth).filter(|noise| *noise > self.bench.args.reference_noise);
+            let (scene, depths) = self.depths(index);
+            for depth in depths {
+                let noise = self.scenes[scene].noise(depth).filter(|noise| *noise > self.bench.args.reference_noise);
                 let is_new = rough.iter().all(|(_, other, of)| (*other, *of) != (scene, depth));
                 rough.extend(noise.filter(|_| is_new).map(|noise| (noise, scene, depth)));
             }
@@ -166,44 +188,37 @@ impl Filling<'_> {
     /// Compares the image of an unsettled row with the references of now, where one has less noise than before. A row whose image
     /// is gone is measured by the next call.
     fn judge_again(&mut self, index: usize) -> Result<()> {
-        if !self.is_unsettled(index) || !self.has_better_truth(index) {
+        let (scene, depths) = self.depths(index);
+        let scene = &self.scenes[scene];
+        let planned = &self.rows[index];
+        let row = planned.stored.as_ref().map(|stored| &stored.row);
+        let Some((row, measured)) = row.and_then(|row| Some((row, row.measured.as_ref()?))) else { return Ok(()) };
+        let better = |(depth, noise)| scene.noise(depth).is_some_and(|now| now < noise);
+        let is_better = [(depths[0], measured.full.noise), (depths[1], measured.same.noise)].into_iter().any(better);
+        if !self.is_unsettled(index) || !is_better {
             return Ok(());
         }
-        let last = self.bench.args.reference_noise;
-        let planned = &mut self.rows[index];
-        let Some(Stored { row, .. }) = &planned.stored else { return Ok(()) };
         let path = self.store.image_path(&row.key);
-        let images = match planned.subject {
-            Subject::Import(import) => import.images()?,
-            Subject::Settings(_) | Subject::Paths(_) => {
+        let images = match &planned.row.source {
+            Source::Import(claim) => claim.images()?,
+            _ => {
                 let Ok((stacked, _)) = Layers::read_exr(&path) else {
-                    say!("{} {}: its image is gone; the same command measures it again", row.scene, row.name);
-                    planned.stored = None;
+                    say!("{}: its image is gone; the same command measures it again", row.title());
+                    self.rows[index].stored = None;
                     return Ok(());
                 };
                 Images::unstacked(stacked, self.bench.scene.size.1)
             }
         };
-        let ([full, same], pictures) = self.scenes[planned.scene].scene.judge(planned.subject, &images)?;
-        let measured = row.measured.clone().map(|measured| Measured { full, same, ..measured });
-        let stored = self.store.save(Row { measured, ..row.clone() }, Some(pictures))?;
-        if stored.row.is_within(last) {
-            // What is left over only takes room.
+        let ([full, same], pictures) = scene.judge(&planned.row, &images)?;
+        let measured = Some(Measured { full, same, ..measured.clone() });
+        let stored: Stored<Row> = self.store.save(Row { measured, ..row.clone() }, Some(pictures))?;
+        self.rows[index].stored = Some(stored);
+        if !self.is_unsettled(index) {
+            // An image that is left over only takes room.
             let _ = std::fs::remove_file(path);
         }
-        planned.stored = Some(stored);
         Ok(())
-    }
-
-    /// Whether a reference has less noise by now than when this row was compared with it.
-    fn has_better_truth(&self, index: usize) -> bool {
-        let planned = &self.rows[index];
-        let Some(measured) = planned.stored.as_ref().and_then(|stored| stored.row.measured.as_ref()) else {
-            return false;
-        };
-        let depths = planned.subject.depths(&self.scenes[planned.scene].scene);
-        let better = |depth, noise| self.noise(planned.scene, depth).is_some_and(|now| now < noise);
-        better(depths[0], measured.full.noise) || better(depths[1], measured.same.noise)
     }
 }
 
@@ -211,12 +226,11 @@ impl Filling<'_> {
 fn result_of(row: &Row) -> String {
     let result = match &row.measured {
         Some(measured) => {
-            let (full, same) = (measured.full.total.rel, measured.same.total.rel);
-            let (ms, given) = (row.ms().unwrap_or_default(), row.source.word() == "import");
-            let given = if given { " as given" } else { "" };
+            let (full, same) = (measured.full.metrics.total.rel, measured.same.metrics.total.rel);
+            let (ms, given) = (row.ms().unwrap_or_default(), if row.is_import() { " as given" } else { "" });
             format!("{ms:.0} ms{given}, rel {full:.3} of all light, {same:.3} of as many bounces")
         }
         None => row.failure.clone().unwrap_or_default(),
     };
-    format!("{} {}: {result}", row.scene, row.name)
+    format!("{}: {result}", row.title())
 }

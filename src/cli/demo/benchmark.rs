@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use serde::Serialize;
 use twobounce::assets::DEMO_S;
 use twobounce::measure::refuse_invalid;
-use twobounce::measure::timing::{PassFrames, Percentiles, Timings};
+use twobounce::measure::timing::{PassTiming, Percentiles, Timings};
 use twobounce::output::file;
 use twobounce::profile::WARM_UP;
 use twobounce::renderer::Renderer;
@@ -82,9 +82,11 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
 
 impl Report {
     fn of(args: &DemoArgs, settings: Settings, context: &Context, timings: &Timings) -> Self {
-        let pass = |pass: &PassFrames| {
-            let gpu_ms = pass.gpu_ms();
-            Pass { name: pass.name, kind: pass.kind, frames: gpu_ms.len(), gpu_ms: Percentiles::of(gpu_ms) }
+        let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| Pass {
+            name,
+            kind,
+            frames: frames_gpu_ms.len(),
+            gpu_ms: Percentiles::of(frames_gpu_ms),
         };
         Self {
             version: VERSION,
@@ -97,7 +99,7 @@ impl Report {
             frames: timings.frames().len(),
             frame_wall_ms: Percentiles::of(timings.frames().map(|frame| frame.wall_ms)),
             frame_gpu_ms: Percentiles::of(timings.frames().map(|frame| frame.gpu_ms)),
-            passes: timings.pass_frames().iter().map(pass).collect(),
+            passes: timings.passes().into_iter().map(pass).collect(),
             method: settings.method.name(),
             settings,
         }

@@ -77,7 +77,7 @@ impl Chart {
             let now = self.rows().find(|now| now.is_same_as(row));
             row.measured.is_some() && now.is_some_and(|now| now.key != row.key || now.origin != row.origin)
         };
-        let kept = store.all().into_iter().flatten().map(|stored| stored.row);
+        let kept = Store::<Row>::read_all(&store.path("")).into_iter().flatten().map(|stored| stored.row);
         let mut rows: Vec<Row> = kept.filter(is_earlier).collect();
         rows.sort_by_key(|row| row.origin.as_ref().map_or(0, |origin| origin.unix_s));
         rows

@@ -37,11 +37,6 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn dominated_points_are_left_out() {
-        assert_eq!(frontier(&[(3.0, 1.0), (1.0, 3.0), (2.0, 2.0), (2.5, 2.5), (3.0, 2.0)]), [1, 2, 0]);
-    }
-
-    #[test]
     fn equal_points_stay_and_ties_on_one_axis_do_not() {
         assert_eq!(frontier(&[(1.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 1.0)]), [0, 1]);
         assert_eq!(frontier(&[(f64::NAN, 0.0), (1.0, 1.0), (0.0, f64::INFINITY)]), [1]);

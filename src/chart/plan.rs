@@ -100,17 +100,4 @@ mod tests {
         let names: Vec<String> = super::trials(&bases(), &values).unwrap().iter().map(Trial::name).collect();
         assert_eq!(names, ["fast", "printed", "printed cones.step=2"]);
     }
-
-    #[test]
-    fn mistakes_name_what_is_wrong() {
-        let refused = |text: &str| match sweep(text).and_then(|values| trials(&bases(), &values)) {
-            Ok(trials) => panic!("{text} gives {trials:?}"),
-            Err(error) => error.to_string(),
-        };
-        assert!(refused("voxels").contains("key=value,value"));
-        assert!(refused("grid.center=0,0,0").contains("grid.center is a point"));
-        assert!(refused("voxel=64").contains("did you mean \"voxels\""));
-        assert!(refused("voxels=64,63").contains("power of two"));
-        assert!(refused("voxels=").contains("power of two"));
-    }
 }

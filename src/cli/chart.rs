@@ -48,7 +48,7 @@ pub struct ChartArgs {
 /// Measures what is missing and writes the chart again.
 pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
-    let mut rows: Vec<Row> = args.trials()?.iter().map(Row::of_settings).chain(args.bench.paths.rows()).collect();
+    let mut rows: Vec<Row> = args.trials()?.iter().map(Row::of_settings).chain(args.bench.traced()).collect();
     rows.extend(args.imports.open(args.scene.size, &rows)?);
     let bench = Bench { scene: &args.scene, paths, rows, folder: &args.output, args: &args.bench };
     match args.bench.list {

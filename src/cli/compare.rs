@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use glam::Vec3;
 use twobounce::layers::Layers;
-use twobounce::measure::metrics::{self, Comparison, Metrics};
+use twobounce::measure::metrics::{self, Comparison, Metrics, Part};
 use twobounce::measure::picture::side_by_side;
 use twobounce::measure::terms::{self, Subtract};
 use twobounce::output::exr::Metadata;
@@ -42,7 +42,7 @@ pub struct CompareArgs {
 
 /// Declares a flag per limit, and pairs each with its words and the number that it limits.
 macro_rules! limits {
-    ($($flag:ident: $words:literal is $number:expr, $of:ident = $part:ident;)+) => {
+    ($($flag:ident: $words:literal is |$of:ident| $number:expr;)+) => {
         /// Above any of these the exit code is 1.
         #[derive(Args, Debug)]
         pub struct Limits {
@@ -61,7 +61,7 @@ macro_rules! limits {
             fn given(&self, compared: &Compared) -> Result<Vec<(&'static str, f64, f64)>> {
                 let mut given = Vec::new();
                 $(if let Some(limit) = self.$flag {
-                    let $of = $part(compared)?;
+                    let $of = compared;
                     given.push(($words, limit, $number));
                 })+
                 Ok(given)
@@ -71,19 +71,19 @@ macro_rules! limits {
 }
 
 limits! {
-    max_energy: "energy's distance from 1" is (m.energy - 1.0).abs(), m = total;
-    max_rel: "rel" is m.rel, m = total;
-    max_relmse: "relmse" is m.relmse, m = total;
-    max_p95: "p95" is m.p95, m = total;
-    max_flip: "flip" is flip, flip = flip;
-    max_indirect_energy: "indirect energy's distance from 1" is (m.energy - 1.0).abs(), m = indirect;
-    max_indirect_rel: "indirect rel" is m.rel, m = indirect;
-    max_indirect_relmse: "indirect relmse" is m.relmse, m = indirect;
-    max_indirect_p95: "indirect p95" is m.p95, m = indirect;
-    max_indirect_diffuse_energy: "indirect_diffuse energy's distance from 1" is (m.energy - 1.0).abs(), m = diffuse;
-    max_indirect_diffuse_rel: "indirect_diffuse rel" is m.rel, m = diffuse;
-    max_indirect_diffuse_relmse: "indirect_diffuse relmse" is m.relmse, m = diffuse;
-    max_indirect_diffuse_p95: "indirect_diffuse p95" is m.p95, m = diffuse;
+    max_energy: "energy's distance from 1" is |of| (of.metrics(Part::Total)?.energy - 1.0).abs();
+    max_rel: "rel" is |of| of.metrics(Part::Total)?.rel;
+    max_relmse: "relmse" is |of| of.metrics(Part::Total)?.relmse;
+    max_p95: "p95" is |of| of.metrics(Part::Total)?.p95;
+    max_flip: "flip" is |of| of.comparison.flip;
+    max_indirect_energy: "indirect energy's distance from 1" is |of| (of.metrics(Part::Indirect)?.energy - 1.0).abs();
+    max_indirect_rel: "indirect rel" is |of| of.metrics(Part::Indirect)?.rel;
+    max_indirect_relmse: "indirect relmse" is |of| of.metrics(Part::Indirect)?.relmse;
+    max_indirect_p95: "indirect p95" is |of| of.metrics(Part::Indirect)?.p95;
+    max_indirect_diffuse_energy: "indirect_diffuse energy's distance from 1" is |of| (of.metrics(Part::Diffuse)?.energy - 1.0).abs();
+    max_indirect_diffuse_rel: "indirect_diffuse rel" is |of| of.metrics(Part::Diffuse)?.rel;
+    max_indirect_diffuse_relmse: "indirect_diffuse relmse" is |of| of.metrics(Part::Diffuse)?.relmse;
+    max_indirect_diffuse_p95: "indirect_diffuse p95" is |of| of.metrics(Part::Diffuse)?.p95;
 }
 
 /// Two images compared.
@@ -115,27 +115,20 @@ impl Compared {
         let flags: Vec<String> = self.needs.split(' ').map(|change| format!("--set {change}")).collect();
         format!("is compared beside exact direct light: render the image again with {} --aov direct", flags.join(" "))
     }
-}
 
-fn total(compared: &Compared) -> Result<Metrics> {
-    Ok(compared.comparison.total)
-}
-
-fn flip(compared: &Compared) -> Result<f64> {
-    Ok(compared.comparison.flip)
-}
-
-fn indirect(compared: &Compared) -> Result<Metrics> {
-    let why = || Error::Usage(format!("a limit on indirect {}", compared.why_not()));
-    compared.comparison.indirect.ok_or_else(why)
-}
-
-fn diffuse(compared: &Compared) -> Result<Metrics> {
-    let needs = match compared.needs.is_empty() {
-        true => format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse"),
-        false => compared.why_not(),
-    };
-    compared.comparison.indirect_diffuse.ok_or_else(|| Error::Usage(format!("a limit on indirect_diffuse {needs}")))
+    /// Of a part that is limited.
+    fn metrics(&self, part: Part) -> Result<Metrics> {
+        let (name, found) = match part {
+            Part::Total => return Ok(self.comparison.total),
+            Part::Indirect => ("indirect", self.comparison.indirect),
+            Part::Diffuse => ("indirect_diffuse", self.comparison.indirect_diffuse),
+        };
+        let why = match (part, self.needs.is_empty()) {
+            (Part::Diffuse, true) => format!("{NO_DIRECT}, and {NO_DIFFUSE}; render it with --aov direct,diffuse"),
+            _ => self.why_not(),
+        };
+        found.ok_or_else(|| Error::Usage(format!("a limit on {name} {why}")))
+    }
 }
 
 /// Compares, prints, writes what is asked for.

@@ -44,14 +44,18 @@ pub trait Experiment {
     /// Any error ends the whole run.
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()>;
 
-    /// The finished row in a line; `None` where pages alone show it.
-    fn line(&self, row: usize) -> Option<String>;
+    /// The finished row in a line; `None` where it is not told.
+    fn line(&self, _row: usize) -> Option<String> {
+        None
+    }
 
     /// Writes the pages with the rows that there are. `running`: whether others follow.
     ///
     /// # Errors
     /// [`Error::File`] if a page cannot be written.
-    fn write(&mut self, running: bool) -> Result<()>;
+    fn write(&mut self, _running: bool) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// How an experiment is run.

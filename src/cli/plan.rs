@@ -185,19 +185,14 @@ impl PlanArgs {
 
     /// Every camera at every time: the flags that show it, and what is seen.
     fn views(&self, opened: &Opened, cameras: Option<&str>) -> Result<Vec<(Vec<String>, Seen)>> {
-        let cameras: Vec<Option<String>> = match cameras {
+        let cameras: Vec<Option<&str>> = match cameras {
             None => vec![None],
             // A name may have a comma in it.
-            Some(name) if opened.scene.camera_named(name).is_ok() => vec![Some(name.to_owned())],
-            Some(names) => names.split(',').map(|name| Some(name.trim().to_owned())).collect(),
+            Some(name) if opened.scene.camera_named(name).is_ok() => vec![Some(name)],
+            Some(names) => names.split(',').map(|name| Some(name.trim())).collect(),
         };
-        let mut views = Vec::new();
-        for camera in &cameras {
-            for &time in &self.times {
-                views.push(self.view(opened, camera.as_deref(), time)?);
-            }
-        }
-        Ok(views)
+        let moments = cameras.iter().flat_map(|camera| self.times.iter().map(move |time| (*camera, *time)));
+        moments.map(|(camera, time)| self.view(opened, camera, time)).collect()
     }
 
     fn view(&self, opened: &Opened, camera: Option<&str>, time: f64) -> Result<(Vec<String>, Seen)> {

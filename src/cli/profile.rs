@@ -151,14 +151,6 @@ impl Experiment for Growing<'_> {
         }
         Ok(())
     }
-
-    fn line(&self, _: usize) -> Option<String> {
-        None
-    }
-
-    fn write(&mut self, _: bool) -> Result<()> {
-        Ok(())
-    }
 }
 
 #[cfg(test)]

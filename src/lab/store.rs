@@ -159,12 +159,12 @@ impl<R: Row> Store<R> {
         // A file that a killed program left half written does not count.
         let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
         let entries = fs::read_dir(folder).map_err(failed)?;
-        if !store.is_marked() && entries.flatten().any(|entry| !is_part(entry)) {
+        if !R::KIND.marks(folder) && entries.flatten().any(|entry| !is_part(entry)) {
             let words = R::KIND.words;
             let why = format!("holds something else than {words}; name an empty or a new folder");
             return Err(Error::file(folder, why));
         }
-        file::check_writable(&store.mark())?;
+        file::check_writable(&store.path(&R::KIND.mark()))?;
         Ok(store)
     }
 
@@ -186,12 +186,7 @@ impl<R: Row> Store<R> {
         (stored.version == R::KIND.version).then_some(stored)
     }
 
-    /// Every row that is kept, of other builds and of former charts too; and those that newer ones took the place of.
-    pub fn all(&self) -> [Vec<Stored<R>>; 2] {
-        Self::read_all(&self.folder)
-    }
-
-    /// As [`Self::all`], of a folder that is only read. Keys and builds become names of files, so that a row of which one of them
+    /// Every row that a folder keeps, of other builds and of former charts too; and those that newer ones took the place of. Keys and builds become names of files, so that a row of which one of them
     /// could lead to another folder is left out, as a damaged one is.
     pub fn read_all(folder: &Path) -> [Vec<Stored<R>>; 2] {
         [ROWS, HISTORY].map(|name| {
@@ -212,8 +207,8 @@ impl<R: Row> Store<R> {
 
     /// Keeps a row as it is. One of another build under the same key becomes history, without its pictures.
     pub fn put(&self, stored: Stored<R>) -> Result<Stored<R>> {
-        if !self.is_marked() {
-            file::write(&self.mark(), R::KIND.mark_text().as_bytes())?;
+        if !R::KIND.marks(&self.folder) {
+            file::write(&self.path(&R::KIND.mark()), R::KIND.mark_text().as_bytes())?;
         }
         file::create_folder(&self.path(ROWS))?;
         let path = self.row_path(stored.row.key());
@@ -245,14 +240,6 @@ impl<R: Row> Store<R> {
     /// The same in a folder that is only read.
     pub fn image_in(folder: &Path, key: &str) -> PathBuf {
         folder.join(ROWS).join(format!("{key}.exr"))
-    }
-
-    fn is_marked(&self) -> bool {
-        R::KIND.marks(&self.folder)
-    }
-
-    fn mark(&self) -> PathBuf {
-        self.path(&R::KIND.mark())
     }
 
     fn row_path(&self, key: &str) -> PathBuf {

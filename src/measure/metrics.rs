@@ -128,14 +128,24 @@ pub fn compare(image: &Layers, reference: &Layers, subtract: Subtract) -> Result
         }
     }
     let total = metrics(image.beauty(), reference.beauty(), "reference")?;
-    let parts = indirect_of_image(image, reference, subtract).zip(indirect(reference));
-    let diffuse = parts.as_ref().zip(reference.get(Aov::Diffuse));
+    let direct = match subtract {
+        Subtract::Own => image.get(Aov::Direct),
+        Subtract::OfReference => reference.get(Aov::Direct),
+    };
+    let parts = direct.map(|direct| difference(image.beauty(), direct)).zip(indirect(reference));
+    let of_diffuse = |(image, light): &(Vec<[f32; 3]>, Vec<[f32; 3]>)| {
+        let shares = reference.get(Aov::Diffuse)?;
+        let pick = |pixels: &[[f32; 3]]| -> Vec<_> {
+            pixels.iter().zip(shares).filter(|(_, share)| share[0] >= WHOLLY_DIFFUSE).map(|(p, _)| *p).collect()
+        };
+        metrics(&pick(image), &pick(light), "reference").ok()
+    };
     let exposure = exposure(reference.beauty());
     let flip_map = flip(image, reference, exposure);
     Ok(Comparison {
         total,
         flip: flip_map.iter().map(|&f| f as f64).sum::<f64>() / flip_map.len() as f64,
-        indirect_diffuse: diffuse.and_then(|((a, b), diffuse)| metrics_of_diffuse(diffuse, a, b)),
+        indirect_diffuse: parts.as_ref().and_then(of_diffuse),
         // Without indirect light in the reference there is no relative error.
         indirect: parts.and_then(|(a, b)| metrics(&a, &b, "reference's indirect part").ok()),
         flip_map,
@@ -174,25 +184,8 @@ fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
     Some(difference(layers.beauty(), layers.get(Aov::Direct)?))
 }
 
-/// The indirect light of an image; `None` without the direct layer that is subtracted.
-fn indirect_of_image(image: &Layers, reference: &Layers, subtract: Subtract) -> Option<Vec<[f32; 3]>> {
-    match subtract {
-        Subtract::Own => indirect(image),
-        Subtract::OfReference => Some(difference(image.beauty(), reference.get(Aov::Direct)?)),
-    }
-}
-
 fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
     a.iter().zip(b).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect()
-}
-
-/// [`metrics`] over the pixels that the layer `diffuse` says are wholly diffuse; `None` if there are none or the reference is
-/// black in them.
-fn metrics_of_diffuse(diffuse: &[[f32; 3]], image: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<Metrics> {
-    let pick = |pixels: &[[f32; 3]]| -> Vec<_> {
-        pixels.iter().zip(diffuse).filter(|(_, share)| share[0] >= WHOLLY_DIFFUSE).map(|(p, _)| *p).collect()
-    };
-    metrics(&pick(image), &pick(reference), "reference").ok()
 }
 
 fn finite(pixel: &[f32; 3]) -> bool {

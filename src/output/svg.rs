@@ -51,7 +51,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_are_those_within_the_axis() {
+    fn axes_hold_their_values_and_have_ticks_within() {
+        for values in [vec![3.0], vec![1.0, 1.0], vec![0.013, 95.0], vec![250.0, 260.0]] {
+            let axis = LogAxis::around(values.iter().copied(), 0.125, 10.0, 110.0);
+            assert!(values.iter().all(|v| (10.0..=110.0).contains(&axis.place(*v))), "{values:?}");
+            assert!(!axis.ticks(&[1.0, 2.0, 5.0]).is_empty(), "{values:?}");
+        }
         let axis = LogAxis::around([1.0, 100.0].into_iter(), 0.0, 0.0, 1.0);
         assert_eq!(axis.ticks(&[1.0, 2.0, 5.0]), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);
         assert_eq!(LogAxis::around([0.5, 20.0].into_iter(), 0.0, 0.0, 1.0).ticks(&[1.0]), [1.0, 10.0]);

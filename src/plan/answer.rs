@@ -140,60 +140,44 @@ impl Answer {
     /// For people.
     pub fn text(&self) -> String {
         let Self { choice, confidence, width, height, .. } = self;
-        let mut text = String::new();
-        let mut say = |line: &str| {
-            text.push_str(line);
-            text.push('\n');
-        };
+        let mut lines = Vec::new();
         let asked = self.limits.words();
-        if self.holds {
-            say(&format!("the cheapest of {} settings measured that hold {asked}:", self.measured));
-        } else {
-            say(&format!("none of {} settings measured holds {asked}; the nearest:", self.measured));
-        }
-        say("");
-        self.commands.iter().for_each(|command| say(&format!("  {command}")));
-        say("");
+        lines.push(match self.holds {
+            true => format!("the cheapest of {} settings measured that hold {asked}:\n", self.measured),
+            false => format!("none of {} settings measured holds {asked}; the nearest:\n", self.measured),
+        });
+        lines.extend(self.commands.iter().map(|command| format!("  {command}")));
         let Spread { median, min, max } = choice.ms;
         let spread = format!("{} to {} over {} frames", short(min), short(max), choice.frames);
-        say(&format!(
-            "time    {} ms a frame from scratch ({spread}), {width}x{height}, {}",
-            short(median),
-            self.device
-        ));
-        say(&format!("memory  {:.1} MiB", mib(choice.bytes)));
-        let least = (choice.error - confidence.noise).max(0.0);
-        let (ew, eh) = (self.error_width, self.error_height);
-        say(&format!(
-            "error   {:.4} of {}, {ew}x{eh}: with the noise of the reference, which is {:.4} of it; without it between {least:.4} and {:.4}",
-            choice.error,
-            error_words(&self.error_of),
-            confidence.noise,
-            choice.error
+        let time = format!("time    {} ms a frame from scratch ({spread})", short(median));
+        lines.push(format!("\n{time}, {width}x{height}, {}", self.device));
+        lines.push(format!("memory  {:.1} MiB", mib(choice.bytes)));
+        let (most, noise) = (choice.error, confidence.noise);
+        let of = format!("{}, {}x{}", error_words(&self.error_of), self.error_width, self.error_height);
+        lines.push(format!(
+            "error   {most:.4} of {of}: with the noise of the reference, which is {noise:.4} of it; without it between {:.4} and {most:.4}",
+            (most - noise).max(0.0)
         ));
         if let Some(Binds { limit, share }) = &self.binds {
-            say(&format!("binds   {limit}: {:.0} % of it is taken", 100.0 * share));
+            lines.push(format!("binds   {limit}: {:.0} % of it is taken", 100.0 * share));
         }
         let passes = self.passes.iter().take(4).map(|pass| format!("{} {:.0} %", pass.name, 100.0 * pass.share));
-        say(&format!("passes  {}", passes.collect::<Vec<_>>().join(", ")));
-        say("\nthe next rungs (~ concluded, not measured):");
-        for ladder in &self.ladders {
-            let cell = |rung: &Option<Neighbour>| match rung {
-                Some(rung) => {
-                    let (about, holds) =
-                        (if rung.measured { "" } else { "~" }, if rung.holds { "" } else { ", does not hold" });
-                    format!("{}: {about}{} ms, error {about}{:.4}{holds}", rung.value, short(rung.ms), rung.error)
-                }
-                None => "–".to_owned(),
-            };
-            say(&format!("  {} = {}; down {}; up {}", ladder.key, ladder.value, cell(&ladder.down), cell(&ladder.up)));
+        lines.push(format!("passes  {}", passes.collect::<Vec<_>>().join(", ")));
+        lines.push("\nthe next rungs (~ concluded, not measured):".into());
+        let cell = |rung: &Option<Neighbour>| {
+            let Some(Neighbour { value, ms, error, measured, holds, .. }) = rung else { return "–".to_owned() };
+            let (about, holds) = (if *measured { "" } else { "~" }, if *holds { "" } else { ", does not hold" });
+            format!("{value}: {about}{} ms, error {about}{error:.4}{holds}", short(*ms))
+        };
+        for Neighbours { key, value, down, up } in &self.ladders {
+            lines.push(format!("  {key} = {value}; down {}; up {}", cell(down), cell(up)));
         }
         if !self.not_needed.is_empty() {
-            say("\nwhat the scene does not need, and why:");
-            self.not_needed.iter().for_each(|sentence| say(&format!("  {sentence}")));
+            lines.push("\nwhat the scene does not need, and why:".into());
+            lines.extend(self.not_needed.iter().map(|sentence| format!("  {sentence}")));
         }
-        say("\nhow sure it is:");
-        say(&format!(
+        lines.push("\nhow sure it is:".into());
+        lines.push(format!(
             "  against a reference of another seed ({} samples a pixel each) the error is {:.4}",
             confidence.samples, confidence.other_seed
         ));
@@ -203,22 +187,22 @@ impl Answer {
                 Some(_) => ", which holds",
                 None => "",
             };
-            say(&format!("  {view}, which was not searched: error {error:.4} (noise {noise:.4}){holds}"));
+            lines.push(format!("  {view}, which was not searched: error {error:.4} (noise {noise:.4}){holds}"));
         }
         if confidence.held_out.is_empty() {
-            say("  no other view was checked: the budget was spent");
+            lines.push("  no other view was checked: the budget was spent".into());
         }
         let others = self.finalists.iter().filter(|other| *other != choice);
         let others: Vec<String> = others
             .map(|other| format!("{} ms, {:.4} ({})", short(other.ms.median), other.error, other.flags().join(" ")))
             .collect();
         if !others.is_empty() {
-            say(&format!("  timed beside it, in turns: {}", others.join("; ")));
+            lines.push(format!("  timed beside it, in turns: {}", others.join("; ")));
         }
         if !self.finished {
-            say("  the budget was spent before the search was done: a larger --budget may find better");
+            lines.push("  the budget was spent before the search was done: a larger --budget may find better".into());
         }
-        text
+        lines.join("\n") + "\n"
     }
 }
 

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::ground::memory_plan::MemoryPlan;
-use crate::measure::timing::Timings;
+use crate::measure::timing::{Count, Timings};
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Pose, Scene, View};
 use crate::settings::Settings;
@@ -47,12 +47,9 @@ impl Subject<'_> {
     /// Renders `frames` frames that count.
     pub fn run(&self, context: &Arc<Context>, frames: u32) -> Result<Run> {
         let mut renderer = self.renderer(context)?;
-        let mut timings = Timings::new(WARM_UP as usize);
-        for _ in 0..WARM_UP + frames {
-            (self.check)()?;
-            renderer.make_anew();
-            timings.push(renderer.render(self.pose, self.view)?);
-        }
+        let frames = frames as usize;
+        let count = Count { warm_up: WARM_UP as usize, least: frames, most: frames, enough_ms: 0.0 };
+        let timings = count.frames(&mut renderer, self.pose, self.view, &self.check)?;
         Ok(Run { timings, plan: renderer.plan(), allocated_bytes: context.allocated_bytes() })
     }
 

@@ -195,12 +195,17 @@ fn imports_that_are_unfit_are_refused_in_a_sentence() {
     let listed = |path: &'static str| vec!["--imports", path];
     for (args, part) in [
         (one("fit.exr,3"), "is not NAME=IMAGE.exr,MILLISECONDS; write it so"),
+        (one("a=fit.exr,fast"), "is not NAME=IMAGE.exr,MILLISECONDS; write it so"),
+        (one("a=fit.exr,3,exact"), "is not NAME=IMAGE.exr,MILLISECONDS; write it so"),
+        (one("a=,3"), "is not NAME=IMAGE.exr,MILLISECONDS; write it so"),
         (one("a=fit.exr"), "is not NAME=IMAGE.exr,MILLISECONDS; write it so"),
         (one("a=fit.exr,0"), "a takes 0 ms; write milliseconds, finite and above 0"),
         (one("a=fit.exr,inf"), "a takes inf ms"),
         (one("a\nb=fit.exr,3"), "the name \"a\\nb\" has control characters; leave them out"),
         (one("=fit.exr,3"), "the name \"\" is empty or long"),
         (one("@a=fit.exr,3"), "which tables take for a formula"),
+        (one("a =fit.exr,3"), "which tables take for a formula"),
+        (one("a\u{202e}b=fit.exr,3"), "has control characters; leave them out"),
         (one("fast=fit.exr,3"), "a row of the chart has the name \"fast\" already"),
         (one("1 path a pixel=fit.exr,3"), "a row of the chart has the name \"1 path a pixel\" already"),
         (vec!["--import", "a=fit.exr,3", "--import", "a=nan.exr,3"], "two images have the name \"a\""),

@@ -5,12 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Files of the laboratory with so many functions that still take such tuples. The numbers may only fall.
-const LEFT: &[(&str, usize)] = &[
-    ("src/cli/ledger.rs", 1),
-    ("src/cli/share.rs", 2),
-    ("src/stability/cell.rs", 2),
-    ("src/stability/page.rs", 1),
-];
+const LEFT: &[(&str, usize)] =
+    &[("src/cli/ledger.rs", 1), ("src/cli/share.rs", 2), ("src/stability/cell.rs", 2), ("src/stability/page.rs", 1)];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());

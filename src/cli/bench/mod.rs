@@ -43,7 +43,7 @@ pub struct BenchArgs {
     pub list: Option<u32>,
     /// Path-trace along these numbers of paths a pixel too, for comparison; none: no path tracer
     #[arg(long, value_name = "N,…|none", default_value = "1,4,16,64", value_parser = paths)]
-    pub paths: Paths,
+    pub paths: ::std::vec::Vec<u32>, // so named, one flag has them all
     /// Join the times of several machines in one frontier, and say so; without this each machine has its own
     #[arg(long)]
     pub mix_machines: bool,
@@ -71,25 +71,14 @@ pub struct Bench<'a> {
     pub args: &'a BenchArgs,
 }
 
-/// Numbers of paths a pixel.
-#[derive(Clone, Debug)]
-pub struct Paths(Vec<u32>);
-
-impl Paths {
-    /// As rows of a chart.
-    pub fn rows(&self) -> impl Iterator<Item = Row> {
-        self.0.iter().map(|paths| Row::of_paths(*paths))
-    }
-}
-
-fn paths(text: &str) -> std::result::Result<Paths, String> {
+fn paths(text: &str) -> std::result::Result<Vec<u32>, String> {
     if text == "none" {
-        return Ok(Paths(Vec::new()));
+        return Ok(Vec::new());
     }
     let one = |text: &str| text.trim().parse().ok().filter(|paths| (1..=MOST_PATHS).contains(paths));
     let numbers: Option<BTreeSet<u32>> = text.split(',').map(one).collect();
     let numbers = numbers.ok_or_else(|| format!("write numbers from 1 to {MOST_PATHS}, such as 1,4,16,64, or none"))?;
-    Ok(Paths(numbers.into_iter().collect()))
+    Ok(numbers.into_iter().collect())
 }
 
 /// A page of one's own that is written from the chart as often as the others; says where.
@@ -118,6 +107,13 @@ struct PlannedRow {
     /// As it is called in this chart, without a result.
     row: Row,
     stored: Option<Stored<Row>>,
+}
+
+impl BenchArgs {
+    /// The path tracer's rows.
+    pub fn traced(&self) -> impl Iterator<Item = Row> {
+        self.paths.iter().map(|paths| Row::of_paths(*paths))
+    }
 }
 
 impl Bench<'_> {

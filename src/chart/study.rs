@@ -252,14 +252,4 @@ mod tests {
         assert!(table[3].ends_with(&"| – | – | – | – | – |".repeat(2).replace("||", "|")), "{}", table[3]);
         assert!(table.iter().all(|line| line.matches('|').count() == 14), "{table:?}");
     }
-
-    #[test]
-    fn what_people_write_is_kept() {
-        let chart = Chart::default();
-        let page = EMPTY.replace("Nothing is written here yet.", "Nothing did.");
-        let filled = document(&chart, &[], &[], &page).unwrap();
-        assert!(filled.contains("Nothing did.") && filled.contains("| axis | setting | method |"), "{filled}");
-        assert_eq!(document(&chart, &[], &[], &filled).unwrap(), filled);
-        assert!(is_page(&filled) && !is_page("# My own page"));
-    }
 }

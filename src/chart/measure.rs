@@ -148,7 +148,7 @@ impl ChartScene {
     }
 
     /// The scene as pages show it, with its references if all light is among them.
-    pub fn sketch(&self) -> Result<Sketch> {
+    pub fn sketch(&self) -> Sketch {
         let mut materials = self.scene.meshes.iter().map(|mesh| &self.scene.materials[mesh.material]);
         let line = SceneLine {
             name: self.name.clone(),
@@ -159,12 +159,11 @@ impl ChartScene {
             command: self.command.clone(),
         };
         let truth = |reference: &ReferenceImage| {
-            let picture = self.picture(reference.layers.beauty())?;
-            Ok(Truth { bounces: reference.bounces(), noise: reference.noise, picture })
+            let picture = self.picture(reference.layers.beauty());
+            Truth { bounces: reference.bounces(), noise: reference.noise, picture }
         };
         let has_truth = self.references.iter().any(|reference| reference.depth == Depth::Full);
-        let truths = self.references.iter().filter(|_| has_truth).map(truth).collect::<Result<_>>()?;
-        Ok(Sketch { line, truths })
+        Sketch { line, truths: self.references.iter().filter(|_| has_truth).map(truth).collect() }
     }
 
     /// The noise of the reference of this depth, where there is one.
@@ -181,7 +180,7 @@ impl ChartScene {
     }
 
     /// A picture of this scene's radiance. All have one exposure, that of the full light.
-    pub fn picture(&self, radiance: &[[f32; 3]]) -> Result<String> {
+    pub fn picture(&self, radiance: &[[f32; 3]]) -> String {
         let exposure = metrics::exposure(self.reference(Depth::Full).layers.beauty());
         picture::uri(self.options.size, metrics::exposed(radiance, exposure))
     }
@@ -226,7 +225,7 @@ impl ChartScene {
             picture::uri(self.options.size, signed_difference(image.beauty(), reference.layers.beauty()))
         };
         let [full_picture, same_picture] = references.map(difference);
-        let pictures = Pictures { image: self.picture(image.beauty())?, full: full_picture?, same: same_picture? };
+        let pictures = Pictures { image: self.picture(image.beauty()), full: full_picture, same: same_picture };
         Ok(([full?, same?], pictures))
     }
 

@@ -5,8 +5,6 @@ use image::RgbImage;
 use image::codecs::jpeg::JpegEncoder;
 use image::imageops::{FilterType, resize};
 
-use crate::{Error, Result};
-
 /// Pixels that the longer side of an embedded picture has at most.
 const LONGEST: u32 = 384;
 
@@ -14,21 +12,21 @@ const LONGEST: u32 = 384;
 const QUALITY: u8 = 90;
 
 /// A URI that holds an 8-bit sRGB image of `size` pixels as a JPEG file, made smaller where it is large.
-pub fn uri(size: (u32, u32), rgb: Vec<u8>) -> Result<String> {
-    Ok(format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(jpeg(size, rgb)?)))
+pub fn uri(size: (u32, u32), rgb: Vec<u8>) -> String {
+    format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(jpeg(size, rgb)))
 }
 
-fn jpeg(size: (u32, u32), rgb: Vec<u8>) -> Result<Vec<u8>> {
-    let failed = |why: String| Error::Usage(format!("a picture for the page cannot be made: {why}"));
-    let mut picture = RgbImage::from_raw(size.0, size.1, rgb).ok_or_else(|| failed("it has the wrong size".into()))?;
+fn jpeg(size: (u32, u32), rgb: Vec<u8>) -> Vec<u8> {
+    let mut picture = RgbImage::from_raw(size.0, size.1, rgb).expect("three bytes a pixel");
     let longer = size.0.max(size.1);
     if longer > LONGEST {
         let [width, height] = [size.0, size.1].map(|side| (side * LONGEST).div_ceil(longer));
         picture = resize(&picture, width, height, FilterType::Triangle);
     }
     let mut bytes = Vec::new();
-    JpegEncoder::new_with_quality(&mut bytes, QUALITY).encode_image(&picture).map_err(|e| failed(e.to_string()))?;
-    Ok(bytes)
+    let mut encoder = JpegEncoder::new_with_quality(&mut bytes, QUALITY);
+    encoder.encode_image(&picture).expect("memory takes every byte, and the picture is small");
+    bytes
 }
 
 #[cfg(test)]
@@ -38,7 +36,7 @@ mod tests {
     #[test]
     fn large_pictures_are_made_smaller_and_keep_their_shape() {
         let size = |width: u32, height: u32| {
-            let bytes = jpeg((width, height), vec![99; (3 * width * height) as usize]).unwrap();
+            let bytes = jpeg((width, height), vec![99; (3 * width * height) as usize]);
             let picture = image::load_from_memory(&bytes).unwrap();
             (picture.width(), picture.height())
         };

@@ -24,24 +24,16 @@ pub trait Experiment {
     /// The row's name while it is measured.
     fn name(&self, row: usize) -> String;
 
-    /// Makes what a row is compared with. That does not count against the budget.
-    ///
-    /// # Errors
-    /// Any error ends the whole run.
+    /// Makes what a row is compared with, which does not count against the budget. Any error ends the whole run.
     fn prepare(&mut self, _row: usize) -> Result<()> {
         Ok(())
     }
 
-    /// Measures a row and keeps it. `go_on` is asked between frames.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`] as `go_on` says it, or what keeps the row from running: [`Self::keep_failure`] has it next.
+    /// Measures a row and keeps it. `go_on` is asked between frames. An error that is not [`Error::Interrupted`] is what keeps the row
+    /// from running: [`Self::keep_failure`] has it next.
     fn measure(&mut self, row: usize, context: &Arc<Context>, go_on: &dyn Fn() -> Result<()>) -> Result<()>;
 
-    /// Keeps why a row could not run.
-    ///
-    /// # Errors
-    /// Any error ends the whole run.
+    /// Keeps why a row could not run, or gives an error that ends the whole run.
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()>;
 
     /// The finished row in a line; `None` where it is not told.
@@ -50,9 +42,6 @@ pub trait Experiment {
     }
 
     /// Writes the pages with the rows that there are. `running`: whether others follow.
-    ///
-    /// # Errors
-    /// [`Error::File`] if a page cannot be written.
     fn write(&mut self, _running: bool) -> Result<()> {
         Ok(())
     }
@@ -87,10 +76,7 @@ impl Pages {
 
 impl Runner<'_> {
     /// Measures the rows that are missing, in their order, until the budget is spent or Ctrl-C is pressed. Says whether the budget
-    /// ended it.
-    ///
-    /// # Errors
-    /// Those of the experiment that are no row's own, and a device that cannot be opened again.
+    /// ended it. Errors are those of the experiment that are no row's own, and a device that cannot be opened again.
     pub fn run(&self, experiment: &mut impl Experiment, context: Arc<Context>, pages: &mut Pages) -> Result<bool> {
         let missing: Vec<usize> = (0..experiment.len()).filter(|row| !experiment.is_measured(*row)).collect();
         let mut progress = RowProgress::new(missing.len(), experiment.len());

@@ -13,7 +13,6 @@ pub struct Needs {
     pub lobes: bool,
     pub transmits: bool,
     pub sky: bool,
-    pub animated: bool,
     pub blended: bool,
 }
 
@@ -33,7 +32,6 @@ impl Needs {
             lobes: transmits || finished || used.iter().any(|m| mirrors(&&**m)),
             transmits,
             sky: scene.sky != glam::Vec3::ZERO,
-            animated: !scene.animations.is_empty(),
             blended: used.iter().any(|m| m.alpha == Alpha::Blend),
         }
     }

@@ -25,43 +25,39 @@ pub struct Space {
     pub starts: Vec<Place>,
 }
 
-/// What a ladder is of use for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Use {
-    Always,
-    /// Emissive surfaces.
-    Lamps,
-    /// The same, where items of lists are lit.
-    LitLamps,
-    /// Lights with a radius.
-    WideLights,
-    /// Surfaces that mirror or let light through.
-    Lobes,
-    /// Light that goes further than to the first surface.
-    Indirect,
-}
+/// Whether a ladder is of use for a scene and a method.
+type Use = fn(&Needs, Method) -> bool;
+
+const ALWAYS: Use = |_, _| true;
+const LAMPS: Use = |needs, _| needs.lamps;
+/// Of lamps where items of lists are lit.
+const LIT_LAMPS: Use = |needs, method| needs.lamps && method != Method::None;
+const WIDE_LIGHTS: Use = |needs, _| needs.wide_lights;
+const LOBES: Use = |needs, _| needs.lobes;
+/// Of light that goes further than to the first surface.
+const INDIRECT: Use = |_, method| method != Method::None;
 
 /// A setting, its values and what they are of use for; keys of a method are of that one alone. The grid stops at 128: beyond,
 /// memory grows by eight with little to be gained.
 const LADDERS: &[(&str, &[&str], Use)] = &[
-    ("voxels", &["16", "32", "64", "128"], Use::Always),
-    ("bounces", &["1", "2", "all"], Use::Indirect),
-    ("image.gather_resolution", &["quarter", "half", "full"], Use::Indirect),
-    ("image.interleave", &["1", "2", "4"], Use::Indirect),
-    ("image.samples", &["1", "4"], Use::Always),
-    ("image.direct", &["pixels", "samples"], Use::Always),
-    ("lights.shadow_rays", &["1", "2", "4", "16"], Use::WideLights),
-    ("lights.lamp_points", &["1", "2", "4", "8", "16", "32"], Use::Lamps),
-    ("lights.voxel_lamp_points", &["1", "2", "4", "8", "16"], Use::LitLamps),
-    ("rays.diffuse", &["2", "4", "6", "9", "14", "22", "32", "44"], Use::Indirect),
-    ("rays.bounce", &["1", "2", "4"], Use::Indirect),
-    ("rays.glossy", &["2", "4", "8", "16", "32"], Use::Lobes),
-    ("cones.set", &["g1", "g2", "g4", "g6", "g8", "g12", "g16", "g24"], Use::Indirect),
-    ("cones.step", &["2.0", "1.0"], Use::Always),
-    ("lpv.edge", &["16", "32"], Use::Indirect),
-    ("photons.diffuse", &["1", "2", "4", "8", "16"], Use::Indirect),
-    ("photons.bounce", &["1", "2", "4"], Use::Indirect),
-    ("photons.glossy", &["2", "4", "8", "16"], Use::Lobes),
+    ("voxels", &["16", "32", "64", "128"], ALWAYS),
+    ("bounces", &["1", "2", "all"], INDIRECT),
+    ("image.gather_resolution", &["quarter", "half", "full"], INDIRECT),
+    ("image.interleave", &["1", "2", "4"], INDIRECT),
+    ("image.samples", &["1", "4"], ALWAYS),
+    ("image.direct", &["pixels", "samples"], ALWAYS),
+    ("lights.shadow_rays", &["1", "2", "4", "16"], WIDE_LIGHTS),
+    ("lights.lamp_points", &["1", "2", "4", "8", "16", "32"], LAMPS),
+    ("lights.voxel_lamp_points", &["1", "2", "4", "8", "16"], LIT_LAMPS),
+    ("rays.diffuse", &["2", "4", "6", "9", "14", "22", "32", "44"], INDIRECT),
+    ("rays.bounce", &["1", "2", "4"], INDIRECT),
+    ("rays.glossy", &["2", "4", "8", "16", "32"], LOBES),
+    ("cones.set", &["g1", "g2", "g4", "g6", "g8", "g12", "g16", "g24"], INDIRECT),
+    ("cones.step", &["2.0", "1.0"], ALWAYS),
+    ("lpv.edge", &["16", "32"], INDIRECT),
+    ("photons.diffuse", &["1", "2", "4", "8", "16"], INDIRECT),
+    ("photons.bounce", &["1", "2", "4"], INDIRECT),
+    ("photons.glossy", &["2", "4", "8", "16"], LOBES),
 ];
 
 /// A preset, and what is changed of it.
@@ -102,16 +98,8 @@ pub fn spaces(needs: &Needs, fixed: &[String]) -> Result<Vec<Space>> {
 impl Space {
     fn new(method: Method, needs: &Needs, fixed: &[String], names: &[&str]) -> Result<Self> {
         let starts = begins(method).iter().map(|begin| start(method, begin, fixed)).collect::<Result<Vec<_>>>()?;
-        let of_use = |of: Use| match of {
-            Use::Always => true,
-            Use::Lamps => needs.lamps,
-            Use::LitLamps => needs.lamps && method != Method::None,
-            Use::WideLights => needs.wide_lights,
-            Use::Lobes => needs.lobes,
-            Use::Indirect => method != Method::None,
-        };
         let is_of = |key: &str| Key::named(key).and_then(Key::method).is_none_or(|of| of == method);
-        let tried = LADDERS.iter().filter(|(key, _, of)| is_of(key) && of_use(*of) && !names.contains(key));
+        let tried = LADDERS.iter().filter(|(key, _, of)| is_of(key) && of(needs, method) && !names.contains(key));
         let ladders: Vec<Ladder> = tried.map(|(key, rungs, _)| Ladder { key, rungs }).collect();
         let mut space = Self { method, base: starts[0].clone(), ladders, starts: Vec::new() };
         for settings in &starts {

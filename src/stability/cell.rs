@@ -85,7 +85,7 @@ impl<'a> Cell<'a> {
         let Sample { image, truth, .. } = &samples[worst];
         let exposure = metrics::exposure(truth.as_ref().unwrap_or(image));
         let uri = |pixels: &Vec<[f32; 3]>| picture::uri((SIZE, SIZE), metrics::exposed(pixels, exposure));
-        let pictures = Pictures { image: uri(image)?, truth: truth.as_ref().map(uri).transpose()? };
+        let pictures = Pictures { image: uri(image), truth: truth.as_ref().map(uri) };
         Ok((Row { measured: Some(measured), ..row.clone() }, pictures))
     }
 

@@ -23,9 +23,6 @@ pub struct ImportArgs {
 
 impl ImportArgs {
     /// Reads and checks the images; none has the name of another one or of one of `others`.
-    ///
-    /// # Errors
-    /// A sentence about the first that is unfit.
     pub fn open(&self, size: (u32, u32), others: &[Row]) -> Result<Vec<Row>> {
         let typed = self.imports.iter().map(|text| Named::parse(text));
         let listed = self.lists.iter().map(|path| Named::read(path)).collect::<Result<Vec<_>>>()?;

@@ -243,7 +243,7 @@ impl Filling<'_> {
             width,
             height,
             reference_noise: args.reference_noise,
-            scenes: self.scenes.iter().map(ChartScene::sketch).collect::<Result<_>>()?,
+            scenes: self.scenes.iter().map(ChartScene::sketch).collect(),
             rows: self.all.clone(),
         };
         outline.take_truths(&self.store);

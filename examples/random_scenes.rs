@@ -4,9 +4,9 @@
 //!
 //! `cargo run --release --example random_scenes -- [--preset balanced] [--grid 32] [FIRST-LAST]` prints CSV, a line per scene.
 
+use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
-use glam::DVec3;
 use twobounce::chart::measure::same_depth;
 use twobounce::measure::refuse_invalid;
 use twobounce::reference::cache::Cache;
@@ -43,12 +43,20 @@ fn main() -> Result<()> {
     println!("seed,ratio,deviations,share,reference's share,passes light");
     for seed in seeds {
         let effort = Effort { samples: SAMPLES, ..Effort::FULL };
-        let cell = Cell::new(&context, &cache, settings(&preset, grid)?, (effort, None), &cancel);
+        let mut cell = Cell {
+            context: &context,
+            cache: &cache,
+            settings: settings(&preset, grid)?,
+            effort,
+            memory_limit: None,
+            cancel: &cancel,
+            frame_ms: Rc::default(),
+        };
         let stage = random::stage(seed);
         let passes = passes_light(&stage);
         let truth = truth(&stage, &cell)?;
-        let settings = stage.with_its_grid(&cell.settings);
-        let mut studio = Studio::with(&cell, stage, settings, DVec3::ZERO)?;
+        cell.settings = stage.with_its_grid(&cell.settings);
+        let mut studio = Studio::new(&cell, stage)?;
         let shoot = |place| {
             let image = studio.shoot(place)?;
             refuse_invalid(&context)?;

@@ -4,6 +4,7 @@
 //! `cargo run --release --example stability_with -- [--preset NAME] [--grid N] [--case NAME,…] [KEY=VALUE[,KEY=VALUE…] …]` prints a
 //! row per case, and a column per set of changes.
 
+use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
 use twobounce::measure::timing::Spread;
@@ -36,8 +37,10 @@ fn main() -> Result<()> {
     let number = |case: &Case, change: &str| {
         let mut settings = settings(&preset, grid)?;
         change.split(',').filter(|assignment| !assignment.is_empty()).try_for_each(|a| settings.set(a))?;
-        let cell = Cell::new(&context, &cache, settings, (EFFORT, None), &cancel);
-        let samples = (case.run)(&cell)?;
+        let (context, cache, cancel) = (&context, &cache, &cancel);
+        let cell =
+            Cell { context, cache, settings, effort: EFFORT, memory_limit: None, cancel, frame_ms: Rc::default() };
+        let samples = case.run(&cell)?;
         let (measured, _) = Measured::of(case, &samples, &[], 0.0);
         let Spread { min, median, max, .. } = measured.number;
         Ok::<_, Error>(case.words(median, min, max))

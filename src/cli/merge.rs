@@ -153,7 +153,7 @@ fn merge_stability(args: &MergeArgs) -> Result<()> {
     }
     let order: Vec<&str> = outline.rows.iter().map(String::as_str).collect();
     merge_rows::<StabilityRow>(args, &folders, &order, |store, merged, planned| {
-        export::write(store, &merged.rows, planned, ("", false))?;
+        export::write(store, &merged.rows, planned, "", false)?;
         outline.save(store)
     })
 }

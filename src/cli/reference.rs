@@ -19,7 +19,8 @@ use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
 use super::progress::{Work, left};
-use super::{interrupt, out, outputs, share};
+use super::share::{self, Parts};
+use super::{interrupt, out, outputs};
 use crate::say;
 
 #[derive(Args, Debug)]
@@ -107,7 +108,8 @@ fn part(args: &ReferenceArgs, samples: Range<u32>) -> anyhow::Result<ExitCode> {
         let parts: Vec<String> = share::chunks(samples.len() as u32, count)
             .map(|part| format!("{}-{}", samples.start + part.start, samples.start + part.end - 1))
             .collect();
-        share::list(&parts, "--samples", &["-o", "--output"], Some((&args.output, "film")))?;
+        let shared = Parts { flag: "--samples", outputs: &["-o", "--output"], ending: "film" };
+        shared.list(&parts, Some(&args.output));
         return Ok(ExitCode::SUCCESS);
     }
     outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[Some(&args.output)])?;

@@ -29,7 +29,8 @@ use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
-use super::{interrupt, out, share};
+use super::share::{self, Parts};
+use super::{interrupt, out};
 use crate::say;
 
 #[derive(Args, Debug)]
@@ -203,7 +204,7 @@ fn list(frames: Frames, count: u32) -> anyhow::Result<ExitCode> {
         Frames { first, last, ..frames }.to_string()
     };
     let parts: Vec<String> = share::chunks(frames.count(), count).map(part).collect();
-    share::list(&parts, "--frames", &[], None)?;
+    Parts { flag: "--frames", outputs: &[], ending: "" }.list(&parts, None);
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,11 +1,10 @@
 //! Work that many machines share: which part is this one's, how it is called, and the commands of all parts.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::Args;
-use twobounce::Result;
 
 use super::args::memory_size;
 use super::{out, words};
@@ -48,7 +47,7 @@ impl RowArgs {
     }
 
     pub fn machine(&self) -> String {
-        self.machine.clone().unwrap_or_else(host_name)
+        self.machine.clone().unwrap_or_else(|| gethostname::gethostname().to_string_lossy().into_owned())
     }
 }
 
@@ -78,19 +77,9 @@ pub fn unix_s() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
-#[cfg(unix)]
-fn host_name() -> String {
-    let mut name = [0u8; 256];
-    // SAFETY: the buffer is as long as stated; its last byte stays 0.
-    let result = unsafe { libc::gethostname(name.as_mut_ptr().cast(), name.len() - 1) };
-    let end = name.iter().position(|byte| *byte == 0).unwrap_or_default();
-    let name = String::from_utf8_lossy(&name[..end]).into_owned();
-    if result == 0 && !name.is_empty() { name } else { "unknown".to_owned() }
-}
-
-#[cfg(not(unix))]
-fn host_name() -> String {
-    std::env::var("COMPUTERNAME").unwrap_or_else(|_| "unknown".to_owned())
+/// The shards of a folder of rows: values of `--shard`.
+pub fn shards(count: u32) -> Vec<String> {
+    (1..=count).map(|i| format!("{i}/{count}")).collect()
 }
 
 /// `count` items in so many parts that follow each other, none empty.
@@ -100,54 +89,59 @@ pub fn chunks(count: u32, parts: u32) -> impl Iterator<Item = Range<u32>> {
     (0..parts).map(move |i| cut(i)..cut(i + 1))
 }
 
-/// Prints the commands that share the work of this one, a line each, and on standard error how to put the results together.
-/// `parts`: the value of `flag` of each. `outputs`: the flags that name what is written, of which every part gets its own. `result`:
-/// what is written, and the ending of a file; nothing where there is nothing to put together.
-pub fn list(parts: &[String], flag: &str, outputs: &[&str], result: Option<(&Path, &str)>) -> Result<()> {
-    let typed: Vec<String> = std::env::args().skip(1).collect();
-    for (i, part) in parts.iter().enumerate() {
-        let ending = result.map_or("", |(_, ending)| ending);
-        say!("{}", words::line(&of_part(&typed, (i + 1, flag, part), (outputs, ending))));
-    }
-    let Some((result, ending)) = result else { return Ok(()) };
-    let own = (1..=parts.len()).map(|i| beside(result, i, ending).display().to_string());
-    let merge = ["twobounce".to_owned(), "merge".to_owned()].into_iter().chain(own);
-    let merge: Vec<String> = merge.chain(["-o".to_owned(), result.display().to_string()]).collect();
-    out::warn(&format!("note: when all are done: {}", words::line(&merge)));
-    Ok(())
+/// How the parts of some work differ.
+pub struct Parts<'a> {
+    /// The flag that says which part it is.
+    pub flag: &'a str,
+    /// The flags that name what is written, of which every part gets its own.
+    pub outputs: &'a [&'a str],
+    /// The ending of a file that is written; empty for a folder.
+    pub ending: &'a str,
 }
 
-/// The command of part `i`, which `flag` and `part` say.
-fn of_part(typed: &[String], (i, flag, part): (usize, &str, &str), (outputs, ending): (&[&str], &str)) -> Vec<String> {
-    // Every flag that has no value here stands by itself, or takes the next word along, which stays where it is.
-    let takes_value = |word: &str| word == "--list" || word == flag || outputs.contains(&word);
-    let mut words = vec!["twobounce".to_owned()];
-    for mut group in words::grouped(typed, takes_value) {
-        let name = words::flag(&group).to_owned();
-        if name == "--list" || name == flag {
-            continue;
+impl Parts<'_> {
+    /// Prints the commands that share the work of this one, a line each, and on standard error how to put the results together.
+    /// `values`: of the flag. `result`: what is written; absent where there is nothing to put together.
+    pub fn list(&self, values: &[String], result: Option<&Path>) {
+        let typed: Vec<String> = std::env::args().skip(1).collect();
+        for (i, value) in values.iter().enumerate() {
+            say!("{}", words::line(&self.command(&typed, i + 1, value)));
         }
-        if outputs.contains(&name.as_str()) {
-            let value = group.pop().unwrap_or_default();
-            let value = value.strip_prefix(&format!("{name}=")).unwrap_or(&value).to_owned();
-            words.extend([name, beside(Path::new(&value), i, ending).display().to_string()]);
-        } else {
+        let Some(result) = result else { return };
+        let mut merge = vec!["twobounce".to_owned(), "merge".to_owned()];
+        merge.extend((1..=values.len()).map(|i| self.beside(result, i)));
+        merge.extend(["-o".to_owned(), result.display().to_string()]);
+        out::warn(&format!("note: when all are done: {}", words::line(&merge)));
+    }
+
+    /// The command of part `i`.
+    fn command(&self, typed: &[String], i: usize, value: &str) -> Vec<String> {
+        // Every flag that has no value here stands by itself, or takes the next word along, which stays where it is.
+        let takes_value = |word: &str| word == "--list" || word == self.flag || self.outputs.contains(&word);
+        let mut words = vec!["twobounce".to_owned()];
+        for mut group in words::grouped(typed, takes_value) {
+            let name = words::flag(&group).to_owned();
+            if name == "--list" || name == self.flag {
+                continue;
+            }
+            if self.outputs.contains(&name.as_str()) {
+                let output = group.pop().unwrap_or_default();
+                let output = output.strip_prefix(&format!("{name}=")).unwrap_or(&output);
+                group = vec![name, self.beside(Path::new(output), i)];
+            }
             words.extend(group);
         }
+        words.extend([self.flag.to_owned(), value.to_owned()]);
+        words
     }
-    words.extend([flag.to_owned(), part.to_owned()]);
-    words
-}
 
-/// The name of part `i` of a result: `out.3`, or `out.3.film` with an ending.
-fn beside(path: &Path, i: usize, ending: &str) -> PathBuf {
-    let stem = if ending.is_empty() { path.to_owned() } else { path.with_extension("") };
-    let mut name = stem.into_os_string();
-    name.push(format!(".{i}"));
-    if !ending.is_empty() {
-        name.push(format!(".{ending}"));
+    /// The name of part `i` of a result: `out.3`, or `out.3.film` with an ending.
+    fn beside(&self, path: &Path, i: usize) -> String {
+        match self.ending {
+            "" => format!("{}.{i}", path.display()),
+            ending => format!("{}.{i}.{ending}", path.with_extension("").display()),
+        }
     }
-    name.into()
 }
 
 #[cfg(test)]
@@ -166,11 +160,13 @@ mod tests {
 
     #[test]
     fn parts_are_the_same_command_with_their_own_folder() {
+        let shards = Parts { flag: "--shard", outputs: &["-o"], ending: "" };
+        let films = Parts { flag: "--samples", ending: "film", ..shards };
         let typed = ["chart", "a b.glb", "--list", "2", "-o", "out", "--set", "voxels=32"].map(str::to_owned);
-        let words = words::line(&of_part(&typed, (2, "--shard", "2/2"), (&["-o"], "")));
+        let words = words::line(&shards.command(&typed, 2, "2/2"));
         assert_eq!(words, "twobounce chart 'a b.glb' -o out.2 --set voxels=32 --shard 2/2");
         let typed = ["reference", "--samples=0-63", "--list=2", "-o", "a.film", "b.glb"].map(str::to_owned);
-        let words = words::line(&of_part(&typed, (1, "--samples", "0-31"), (&["-o"], "film")));
+        let words = words::line(&films.command(&typed, 1, "0-31"));
         assert_eq!(words, "twobounce reference -o a.1.film b.glb --samples 0-31");
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use clap::Args;
@@ -11,10 +12,10 @@ use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words, short
 use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
-use twobounce::stability::against::changes;
+use twobounce::stability::against::{Changes, changes};
 use twobounce::stability::case::Case;
 use twobounce::stability::cell::{Cell, Effort, settings};
-use twobounce::stability::export::{Outline, Rows, read_csv, write};
+use twobounce::stability::export::{Outline, read_csv, write};
 use twobounce::stability::markdown::page;
 use twobounce::stability::row::Row;
 use twobounce::stability::{GRIDS, SIZE, VERSION, cases};
@@ -23,7 +24,7 @@ use twobounce::{Error, Result};
 
 use super::args::DeviceArgs;
 use super::lab::{Experiment, Pages, Runner};
-use super::share::{self, RowArgs};
+use super::share::{self, Parts, RowArgs};
 use super::{interrupt, out};
 use crate::say;
 
@@ -82,14 +83,13 @@ struct Table<'a> {
 /// A row of the table, to be made or already there.
 struct PlannedRow {
     case: &'static Case,
-    settings: Settings,
     row: Row,
     stored: Option<Stored<Row>>,
 }
 
 pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.markdown {
-        print_markdown(path)?;
+        out::write(&read_table(path, page)?);
         return Ok(ExitCode::SUCCESS);
     }
     let cases = args.cases()?;
@@ -101,23 +101,24 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     let needs_folder = || Error::Usage("-o is missing: name the folder to write into".into());
     let folder = args.output.as_deref().ok_or_else(needs_folder)?;
     if let Some(Some(count)) = args.list {
-        let parts: Vec<String> = (1..=count).map(|i| format!("{i}/{count}")).collect();
-        share::list(&parts, "--shard", &["-o", "--output"], Some((folder, "")))?;
+        let parts = Parts { flag: "--shard", outputs: &["-o", "--output"], ending: "" };
+        parts.list(&share::shards(count), Some(folder));
         return Ok(ExitCode::SUCCESS);
     }
-    let before = args.against.as_deref().map(earlier).transpose()?;
+    let before = args.against.as_deref().map(|path| Ok::<_, Error>((path, read_table(path, read_csv)?))).transpose()?;
     let store = Store::open(folder, args.rows.any_build)?;
     let context = args.device.open((SIZE, SIZE))?;
     interrupt::install()?;
     let origin = Origin::new(&context, args.rows.machine(), store.build(), None);
     let (rows, all) = (Vec::new(), Vec::new());
     let mut table = Table { args, store, cache: Cache::of_user(), origin, rows, all };
+    let is_chosen = |preset: &str, grid| {
+        let is_quick = || QUICK.iter().any(|(name, grids)| *name == preset && grids.contains(&grid));
+        !args.quick || !args.presets.is_empty() || !args.grids.is_empty() || is_quick()
+    };
     for case in cases {
-        for (preset, grid) in presets.iter().flat_map(|preset| grids.iter().map(move |grid| (preset, *grid))) {
-            let is_quick = || QUICK.iter().any(|(name, grids)| name == preset && grids.contains(&grid));
-            if args.quick && args.presets.is_empty() && args.grids.is_empty() && !is_quick() {
-                continue;
-            }
+        let cells = presets.iter().flat_map(|preset| grids.iter().map(move |grid| (preset, *grid)));
+        for (preset, grid) in cells.filter(|(preset, grid)| is_chosen(preset, *grid)) {
             table.plan(&context, case, preset, grid)?;
         }
     }
@@ -135,23 +136,18 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     interrupt::check().inspect_err(|_| {
         out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
     })?;
-    match (before, &args.against) {
-        (Some(before), Some(path)) => held_against(&before, path, &table.store),
-        _ => Ok(ExitCode::SUCCESS),
-    }
+    let Some((path, before)) = before else { return Ok(ExitCode::SUCCESS) };
+    held_against(path, &changes(&before, &read_table(&table.store.path("rows.csv"), read_csv)?))
 }
 
-/// An earlier table.
-fn earlier(path: &Path) -> Result<Rows> {
+/// Reads a rows.csv of an earlier table.
+fn read_table<T>(path: &Path, parse: fn(&str) -> std::result::Result<T, String>) -> Result<T> {
     let text = read::text(path, "table of `twobounce stability`")?;
-    read_csv(&text)
-        .map(|(rows, _)| rows)
-        .map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
+    parse(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
 }
 
-/// Says what changed since the table `before`, and whether something got worse.
-fn held_against(before: &Rows, path: &Path, store: &Store<Row>) -> anyhow::Result<ExitCode> {
-    let found = changes(before, &earlier(&store.path("rows.csv"))?);
+/// Says what changed since the table of `path`, and whether something got worse.
+fn held_against(path: &Path, found: &Changes) -> anyhow::Result<ExitCode> {
     let shown = path.display();
     if found.compared == 0 {
         let remedy = "name the rows.csv of a table with the same cases, presets and grids";
@@ -164,32 +160,21 @@ fn held_against(before: &Rows, path: &Path, store: &Store<Row>) -> anyhow::Resul
     Ok(if found.worse.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-/// Prints the page of a table.
-fn print_markdown(path: &Path) -> Result<()> {
-    let text = read::text(path, "table of `twobounce stability`")?;
-    out::write(
-        &page(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))?,
-    );
-    Ok(())
-}
-
 impl StabilityArgs {
     fn cases(&self) -> Result<Vec<&'static Case>> {
-        let wanted = |name: &String| {
-            let found: Vec<_> = match cases::named(name) {
-                Some(case) => vec![case],
-                None => cases::all().filter(|case| !name.is_empty() && case.name.starts_with(name.as_str())).collect(),
-            };
+        if self.cases.is_empty() {
+            return Ok(cases::all().filter(|case| case.quick || !self.quick).collect());
+        }
+        let mut named = Vec::new();
+        for name in &self.cases {
+            let begins = |case: &&Case| !name.is_empty() && case.name.starts_with(name.as_str());
+            let found: Vec<_> = cases::named(name).map_or_else(|| cases::all().filter(begins).collect(), |c| vec![c]);
             if found.is_empty() {
                 let names: Vec<&str> = cases::all().map(|case| case.name.as_str()).collect();
                 return Err(Error::Usage(format!("--case: there is no {name:?}; there are {}", names.join(", "))));
             }
-            Ok(found)
-        };
-        if self.cases.is_empty() {
-            return Ok(cases::all().filter(|case| case.quick || !self.quick).collect());
+            named.extend(found);
         }
-        let named: Vec<&Case> = self.cases.iter().map(wanted).collect::<Result<Vec<_>>>()?.concat();
         // In the order of the table, each once.
         Ok(cases::all().filter(|case| named.iter().any(|other| other.name == case.name)).collect())
     }
@@ -197,18 +182,16 @@ impl StabilityArgs {
     fn presets(&self) -> Result<Vec<String>> {
         let is_quick = |name: &&str| QUICK.iter().any(|(quick, _)| quick == name);
         let all = PRESETS.iter().map(|preset| preset.name).filter(|name| !self.quick || is_quick(name));
-        let mut presets = if self.presets.is_empty() { all.map(str::to_owned).collect() } else { self.presets.clone() };
-        let mut of_method = Vec::new();
-        for preset in presets.drain(..) {
+        let named = if self.presets.is_empty() { all.map(str::to_owned).collect() } else { self.presets.clone() };
+        let mut presets = Vec::new();
+        for preset in named {
             let method = Settings::preset(&preset)?.method.name();
-            if self.method.as_ref().is_none_or(|wanted| wanted == method) {
-                of_method.push(preset);
-            }
+            presets.extend(self.method.as_ref().is_none_or(|wanted| wanted == method).then_some(preset));
         }
-        if of_method.is_empty() {
+        if presets.is_empty() {
             return Err(Error::Usage("--method: none of the presets is of this method; leave --preset out".into()));
         }
-        Ok(of_method)
+        Ok(presets)
     }
 
     fn grids(&self) -> Result<Vec<u32>> {
@@ -242,15 +225,14 @@ impl Table<'_> {
             method: settings.method.name().to_owned(),
             grid,
             command: format!("twobounce stability --case {} --preset {preset} --grid {grid}{quick} -o cell", case.name),
-            measured: None,
-            failure: None,
             origin: Some(self.origin.clone()),
             key,
             address,
+            ..Row::default()
         };
         // A failure is tried again: memory may be free by now.
         let stored = self.store.load(&row.key).filter(|stored| stored.row.is_measured());
-        self.rows.push(PlannedRow { case, settings, row, stored });
+        self.rows.push(PlannedRow { case, row, stored });
         Ok(())
     }
 
@@ -273,10 +255,17 @@ impl Experiment for Table<'_> {
     }
 
     fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> Result<()>) -> Result<()> {
-        let planned = &self.rows[row];
-        let limits = (self.args.effort(), self.args.rows.memory_limit);
-        let cell = Cell::new(context, &self.cache, planned.settings.clone(), limits, &interrupt::PRESSED);
-        let (kept, pictures) = cell.run(planned.case, &planned.row)?;
+        let PlannedRow { case, row: planned, .. } = &self.rows[row];
+        let cell = Cell {
+            context,
+            cache: &self.cache,
+            settings: settings(&planned.preset, planned.grid)?,
+            effort: self.args.effort(),
+            memory_limit: self.args.rows.memory_limit,
+            cancel: &interrupt::PRESSED,
+            frame_ms: Rc::default(),
+        };
+        let (kept, pictures) = cell.run(case, planned)?;
         let kept = Row { origin: self.now(), ..kept };
         self.rows[row].stored = Some(self.store.save(kept, Some(pictures))?);
         Ok(())
@@ -290,20 +279,18 @@ impl Experiment for Table<'_> {
 
     fn line(&self, row: usize) -> Option<String> {
         let PlannedRow { case, stored, .. } = &self.rows[row];
-        Some(format!("{}: {}", self.name(row), result_of(case, &stored.as_ref()?.row)))
+        let row = &stored.as_ref()?.row;
+        let Some(m) = &row.measured else {
+            return Some(format!("{}: {}", row.title(), row.failure.as_deref().unwrap_or_default()));
+        };
+        let [median, min, max] = [m.number.median, m.number.min, m.number.max].map(|value| case.unit.words(value));
+        Some(format!("{}: {median} ({min} to {max}), {:.1} s", row.title(), m.seconds))
     }
 
     fn write(&mut self, running: bool) -> Result<()> {
         let _writing = file::writing();
         let stored: Vec<Stored<Row>> = self.rows.iter().filter_map(|row| row.stored.clone()).collect();
-        write(&self.store, &stored, self.rows.len(), (&self.args.rows.words(), running))?;
+        write(&self.store, &stored, self.rows.len(), &self.args.rows.words(), running)?;
         Outline { version: VERSION, rows: self.all.clone() }.save(&self.store)
     }
-}
-
-/// A finished row in a line.
-fn result_of(case: &Case, row: &Row) -> String {
-    let Some(m) = &row.measured else { return row.failure.clone().unwrap_or_default() };
-    let [median, min, max] = [m.number.median, m.number.min, m.number.max].map(|value| case.unit.words(value));
-    format!("{median} ({min} to {max}), {:.1} s", m.seconds)
 }

@@ -1,7 +1,7 @@
 //! A table held against an earlier one.
 
 use super::cases;
-use super::export::Rows;
+use super::export::Line;
 
 /// What another driver's rounding may move a number: a share of its distance from the ideal, and of the case's limit (of a
 /// thousandth, where the limit is nothing).
@@ -21,21 +21,21 @@ pub struct Changes {
 }
 
 /// Compares the rows of `now` with those of `before`. Rows that only the earlier table has are left out.
-pub fn changes(before: &Rows, now: &Rows) -> Changes {
+pub fn changes(before: &[Line], now: &[Line]) -> Changes {
     let mut changes = Changes::default();
-    for (key @ (case, preset, grid), new) in now {
-        let name = format!("{case} {preset} {grid}³");
-        let Some(old) = before.get(key) else {
+    for new in now {
+        let name = format!("{} {} {}³", new.case, new.preset, new.grid);
+        let Some(old) = before.iter().find(|old| old.is_same_as(new)) else {
             changes.unknown.push(name);
             continue;
         };
         changes.compared += 1;
-        match (old, new) {
-            (Some(old), Some(new)) => {
-                let line = format!("{name}: {} from the ideal, was {}", new.distance, old.distance);
-                let limit = cases::named(case).map_or(0.0, |case| case.limit);
-                let tolerance = SHARE * old.distance + OF_LIMIT * if limit > 0.0 { limit } else { 1e-3 };
-                match new.distance - old.distance {
+        match (old.distance, new.distance) {
+            (Some(old), Some(now)) => {
+                let line = format!("{name}: {now} from the ideal, was {old}");
+                let limit = cases::named(&new.case).map_or(0.0, |case| case.limit);
+                let tolerance = SHARE * old + OF_LIMIT * if limit > 0.0 { limit } else { 1e-3 };
+                match now - old {
                     d if d > tolerance => changes.worse.push(line),
                     d if d < -tolerance => changes.better.push(line),
                     _ => {}
@@ -52,15 +52,12 @@ pub fn changes(before: &Rows, now: &Rows) -> Changes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stability::export::Kept;
-
-    fn table(case: &str, distance: Option<f64>) -> Rows {
-        let kept = distance.map(|distance| Kept { median: 0.0, min: 0.0, max: 0.0, distance });
-        Rows::from([((case.to_owned(), "fast".to_owned(), 32), kept)])
-    }
 
     #[test]
     fn worse_and_better_are_told_apart() {
+        let table = |case: &str, distance| {
+            [Line { case: case.into(), preset: "fast".into(), grid: 32, distance, ..Line::default() }]
+        };
         // The limit of leaks is a thousandth, that of stillness nothing.
         let told = |case, old, new| {
             let changes = changes(&table(case, old), &table(case, new));

@@ -3,9 +3,7 @@
 use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::cell::Cell;
 use super::row::NOT_FINITE;
-use crate::Result;
 
 /// A scene that is rendered at several places, and a number of each: an entry of `src/stability/cases.toml`. `rows.json` has the
 /// same keys but `quick`.
@@ -24,16 +22,6 @@ pub struct Case {
     /// Whether it is part of `--quick`.
     #[serde(default, skip_serializing)]
     pub quick: bool,
-    #[serde(skip, default = "no_run")]
-    pub run: Run,
-}
-
-/// A sample for each place.
-pub type Run = fn(&Cell) -> Result<Vec<Sample>>;
-
-/// Until the entry's function is found.
-fn no_run() -> Run {
-    |_| Ok(Vec::new())
 }
 
 impl Case {
@@ -61,15 +49,6 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// As in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Share => "share",
-            Self::Ratio => "ratio",
-            Self::Frames => "frames",
-        }
-    }
-
     /// A number for readers.
     pub fn words(self, value: f64) -> String {
         match self {
@@ -85,23 +64,34 @@ impl Unit {
     }
 }
 
+/// Radiance of an image, [`super::SIZE`] pixels a side.
+pub type Pixels = Vec<[f32; 3]>;
+
 /// One place of a case.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Sample {
     /// The place in words.
     pub place: String,
     pub number: f64,
     /// Further numbers, by name.
     pub more: Vec<(&'static str, f64)>,
-    /// Radiance of an image that shows it, [`super::SIZE`] pixels a side.
-    pub image: Vec<[f32; 3]>,
-    /// What it should be, where that is known.
-    pub truth: Option<Vec<[f32; 3]>>,
+    /// An image that shows it.
+    pub image: Pixels,
+    /// The image that it should be, where that is known.
+    pub truth: Option<Pixels>,
 }
 
 impl Sample {
-    pub fn new(place: impl ToString, number: f64, image: Vec<[f32; 3]>) -> Self {
-        Self { place: place.to_string(), number, more: Vec::new(), image, truth: None }
+    pub fn new(place: impl ToString, number: f64, image: &[[f32; 3]]) -> Self {
+        Self { place: place.to_string(), number, image: image.to_vec(), ..Self::default() }
+    }
+
+    pub fn with(self, more: Vec<(&'static str, f64)>) -> Self {
+        Self { more, ..self }
+    }
+
+    pub fn beside(self, truth: &[[f32; 3]]) -> Self {
+        Self { truth: Some(truth.to_vec()), ..self }
     }
 }
 
@@ -114,18 +104,14 @@ pub struct Place {
     pub degrees: f64,
 }
 
-/// The angles that places take in turn.
-const DEGREES: [f64; 3] = [0.0, 15.0, 45.0];
-
 impl Place {
     /// The first is the grid's own; then offsets that fill the voxel evenly (the R3 sequence), and three angles in turn if
     /// `turned`.
     pub fn all(count: usize, turned: bool) -> Vec<Self> {
         // 1, 2 and 3 times the negative powers of the root of x⁴ = x + 1.
         const STEP: DVec3 = DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);
-        let offset = |i: usize| (STEP * i as f64).fract();
-        let degrees = |i: usize| if turned { DEGREES[i % DEGREES.len()] } else { 0.0 };
-        (0..count).map(|i| Self { offset: offset(i), degrees: degrees(i) }).collect()
+        let degrees = |i: usize| if turned { [0.0, 15.0, 45.0][i % 3] } else { 0.0 };
+        (0..count).map(|i| Self { offset: (STEP * i as f64).fract(), degrees: degrees(i) }).collect()
     }
 
     /// Where the scene goes on a grid of such voxels.

@@ -1,24 +1,24 @@
 //! A cell of the table: runs a case with a preset on a grid.
 
 use std::cell::RefCell;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::SIZE;
-use super::case::{Case, Place, Sample};
+use super::case::{Case, Pixels, Place, Sample};
 use super::row::{Measured, Pictures, Row};
 use super::stage::Stage;
+use crate::Result;
 use crate::chart::picture;
 use crate::measure::{metrics, refuse_invalid};
 use crate::reference::cache::Cache;
 use crate::reference::film::Film;
 use crate::reference::{Depth, Options, Stop};
-use crate::renderer::FrameReport;
-use crate::scene::{Pose, Still, View};
+use crate::scene::{Pose, Still};
 use crate::settings::Settings;
 use crate::vk::Context;
-use crate::{Error, Result};
 
 /// How much a row is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -40,6 +40,7 @@ impl Effort {
 }
 
 /// What a row is made with.
+#[derive(Clone)]
 pub struct Cell<'a> {
     pub context: &'a Arc<Context>,
     pub cache: &'a Cache,
@@ -50,7 +51,8 @@ pub struct Cell<'a> {
     pub memory_limit: Option<u64>,
     /// Ends the row soon after it is set.
     pub cancel: &'a AtomicBool,
-    frame_ms: RefCell<Vec<f64>>,
+    /// Milliseconds of every frame of the row; clones share them.
+    pub frame_ms: Rc<RefCell<Vec<f64>>>,
 }
 
 /// The settings of a preset on a grid. Where light propagation has a grid of its own, that keeps its proportion to the base grid.
@@ -61,30 +63,20 @@ pub fn settings(preset: &str, grid: u32) -> Result<Settings> {
     Ok(settings)
 }
 
-impl<'a> Cell<'a> {
-    pub fn new(
-        context: &'a Arc<Context>,
-        cache: &'a Cache,
-        settings: Settings,
-        (effort, memory_limit): (Effort, Option<u64>),
-        cancel: &'a AtomicBool,
-    ) -> Self {
-        Self { context, cache, settings, effort, memory_limit, cancel, frame_ms: RefCell::default() }
-    }
-
+impl Cell<'_> {
     /// Runs a case and fills in its row.
     ///
     /// # Errors
-    /// What keeps it from running: too little memory, a lost device; or [`Error::Interrupted`].
+    /// What keeps it from running: too little memory, a lost device; or [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn run(&self, case: &Case, row: &Row) -> Result<(Row, Pictures)> {
         let start = Instant::now();
-        let samples = (case.run)(self)?;
+        let samples = case.run(self)?;
         refuse_invalid(self.context)?;
         let seconds = start.elapsed().as_secs_f64();
         let (measured, worst) = Measured::of(case, &samples, &self.frame_ms.borrow(), seconds);
         let Sample { image, truth, .. } = &samples[worst];
         let exposure = metrics::exposure(truth.as_ref().unwrap_or(image));
-        let uri = |pixels: &Vec<[f32; 3]>| picture::uri((SIZE, SIZE), metrics::exposed(pixels, exposure));
+        let uri = |pixels: &Pixels| picture::uri((SIZE, SIZE), metrics::exposed(pixels, exposure));
         let pictures = Pictures { image: uri(image), truth: truth.as_ref().map(uri) };
         Ok((Row { measured: Some(measured), ..row.clone() }, pictures))
     }
@@ -94,37 +86,17 @@ impl<'a> Cell<'a> {
         Place::all(self.effort.places, true)
     }
 
-    /// Places with one angle.
-    pub fn places(&self) -> Vec<Place> {
-        Place::all(self.effort.places, false)
-    }
-
-    /// Settings with one key changed.
-    pub fn changed(&self, assignment: &str) -> Result<Settings> {
-        let mut settings = self.settings.clone();
-        settings.set(assignment)?;
-        Ok(settings)
-    }
-
-    /// [`Error::Interrupted`] once [`Self::cancel`] is set.
-    pub fn go_on(&self) -> Result<()> {
-        if self.cancel.load(std::sync::atomic::Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
-    }
-
-    /// A frame of this row took so long.
-    pub fn took(&self, report: &FrameReport) {
-        self.frame_ms.borrow_mut().push(report.timings.gpu_ms);
-    }
-
-    /// The frames of another cell belong to this row too.
-    pub fn took_as(&self, other: &Self) {
-        self.frame_ms.borrow_mut().extend(other.frame_ms.borrow().iter());
+    /// The same cell with one setting changed.
+    pub fn with(&self, assignment: &str) -> Result<Self> {
+        let mut cell = self.clone();
+        cell.settings.set(assignment)?;
+        Ok(cell)
     }
 
     /// A path-traced image. A scene that is moved as a whole, its view too, has the same one.
-    pub fn film(&self, stage: &Stage, (pose, view): (&Pose, &View), depth: Depth, seed: u64) -> Result<Film> {
+    pub fn film(&self, stage: &Stage, pose: &Pose, depth: Depth, seed: u64) -> Result<Film> {
         let stop = Stop::Samples(self.effort.samples);
         let options = Options { width: SIZE, height: SIZE, depth, stop, seed, occlusion: false };
-        self.cache.render(Still::new(&stage.scene, pose, view), &options, &|_| {}, self.cancel)
+        self.cache.render(Still::new(&stage.scene, pose, &stage.view), &options, &|_| {}, self.cancel)
     }
 }

@@ -1,6 +1,5 @@
-//! The table as files: `rows.json` and `rows.csv` for programs; the page is beside.
+//! The table as files: `rows.json` and `rows.csv` for programs, and the page.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -8,8 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::case::Case;
 use super::cases;
 use super::row::Row;
-use crate::lab::store::{Store, Stored};
-use crate::lab::table::{from_csv, to_csv};
+use crate::lab::page::Page;
+use crate::lab::store::{Origin, Store, Stored};
+use crate::lab::table::to_csv;
+use crate::measure::timing::Spread;
 use crate::output::file;
 use crate::{Error, Result};
 
@@ -17,14 +18,14 @@ use crate::{Error, Result};
 #[derive(Serialize)]
 pub struct Table {
     /// [`super::VERSION`]
-    pub version: u32,
+    version: u32,
     /// The program's version.
-    pub program: &'static str,
+    program: &'static str,
     /// Rows that were asked for.
-    pub planned: usize,
-    /// Those that rows are of, in the page's order.
-    pub cases: Vec<&'static Case>,
-    pub rows: Vec<Row>,
+    planned: usize,
+    /// The cases of the rows, in the page's order.
+    cases: Vec<&'static Case>,
+    rows: Vec<Row>,
 }
 
 /// The file `outline.toml`: the addresses of every row of the whole table in its order, those of other shards too.
@@ -54,18 +55,30 @@ impl Outline {
     }
 }
 
-/// Writes all three files of a folder; see [`super::page::html`].
-pub fn write(store: &Store<Row>, stored: &[Stored<Row>], planned: usize, around: (&str, bool)) -> Result<()> {
+/// Writes all three files of a folder. `planned`: how many rows were asked for; `part`: such as "part 1 of 4", empty for a whole table;
+/// `running`: whether the program still fills it.
+pub fn write(store: &Store<Row>, stored: &[Stored<Row>], planned: usize, part: &str, running: bool) -> Result<()> {
     let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
-    let (version, program) = (super::VERSION, env!("CARGO_PKG_VERSION"));
-    let table = Table { version, program, planned, cases: cases(&rows), rows };
+    let cases = cases::all().filter(|case| rows.iter().any(|row| row.case == case.name)).collect();
+    let table = Table { version: super::VERSION, program: env!("CARGO_PKG_VERSION"), planned, cases, rows };
     file::write_json(&store.path("rows.json"), &table)?;
     file::write(&store.path("rows.csv"), csv(&table.rows).as_bytes())?;
-    file::write(&store.path("index.html"), super::page::html(&table, stored, around).as_bytes())
-}
-
-fn cases(rows: &[Row]) -> Vec<&'static Case> {
-    cases::all().filter(|case| rows.iter().any(|row| row.case == case.name)).collect()
+    let devices = Origin::devices(table.rows.iter().filter_map(|row| row.origin.as_ref()));
+    let missing = match planned.saturating_sub(table.rows.len()) {
+        0 => String::new(),
+        n => format!("{n} of {planned} rows are not measured yet; the same command continues."),
+    };
+    let page = Page {
+        title: "Where methods fail",
+        about: &format!("{devices}, images of {0}×{0} pixels", super::SIZE),
+        missing: &if part.is_empty() { missing } else { format!("This is {part} of a table. {missing}") },
+        running,
+        style: include_str!("page/style.css"),
+        body: include_str!("page/body.html"),
+        program: include_str!("page/page.js"),
+    };
+    let data = serde_json::json!({ "cases": table.cases, "rows": stored });
+    file::write(&store.path("index.html"), page.html(&data).as_bytes())
 }
 
 /// The columns of `rows.csv`. Times are in `rows.json` alone, so that a table on the same driver has the same bytes.
@@ -77,6 +90,7 @@ pub fn csv(rows: &[Row]) -> String {
     let cells = |row: &Row| {
         let (case, m) = (cases::named(&row.case), row.measured.as_ref());
         let number = |value: Option<f64>| value.map_or(String::new(), short);
+        let spread = |of: fn(&Spread) -> f64| number(m.map(|m| of(&m.number)));
         let more = m.map_or(String::new(), |m| {
             m.more.iter().map(|(name, value)| format!("{name} = {}", short(*value))).collect::<Vec<_>>().join("; ")
         });
@@ -84,11 +98,11 @@ pub fn csv(rows: &[Row]) -> String {
             row.case.clone(),
             row.preset.clone(),
             row.grid.to_string(),
-            case.map_or(String::new(), |case| case.unit.name().to_owned()),
+            case.map_or(String::new(), |case| format!("{:?}", case.unit).to_lowercase()),
             number(case.map(|case| case.ideal)),
-            number(m.map(|m| m.number.median)),
-            number(m.map(|m| m.number.min)),
-            number(m.map(|m| m.number.max)),
+            spread(|number| number.median),
+            spread(|number| number.min),
+            spread(|number| number.max),
             number(m.map(|m| m.distance)),
             m.map_or(String::new(), |m| m.worst.clone()),
             more,
@@ -107,56 +121,48 @@ fn short(value: f64) -> String {
     if rounded.abs() < 1e-4 { format!("{rounded:e}") } else { rounded.to_string() }
 }
 
-/// A line of `rows.csv` as far as tables are compared.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kept {
-    pub median: f64,
-    pub min: f64,
-    pub max: f64,
-    pub distance: f64,
+/// A line of `rows.csv` as far as it is read again. A row that could not run has no numbers.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+pub struct Line {
+    pub case: String,
+    pub preset: String,
+    pub grid: u32,
+    pub median: Option<f64>,
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+    pub distance: Option<f64>,
+    /// Further numbers, as they are written: `name = value; …`.
+    pub more: String,
 }
 
-/// Case, preset and grid.
-pub type Key = (String, String, u32);
+impl Line {
+    /// Whether both are of one case, preset and grid.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        (&self.case, &self.preset, self.grid) == (&other.case, &other.preset, other.grid)
+    }
 
-/// The lines of a table by case, preset and grid; `None` where a row could not run.
-pub type Rows = BTreeMap<Key, Option<Kept>>;
+    /// Further numbers: names and values.
+    pub fn further(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.more.split("; ").filter_map(|pair| pair.split_once(" = "))
+    }
+}
 
-/// Further numbers, as they are written: names and values.
-pub type More = BTreeMap<Key, Vec<(String, String)>>;
-
-/// Reads a table, and the further numbers of its rows.
+/// Reads a table.
 ///
 /// # Errors
 /// A sentence about the line that cannot be read.
-pub fn read_csv(text: &str) -> std::result::Result<(Rows, More), String> {
-    let (head, lines) = from_csv(text)?;
-    if head != COLUMNS {
+pub fn read_csv(text: &str) -> std::result::Result<Vec<Line>, String> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    if reader.headers().is_ok_and(|head| head != &COLUMNS[..]) {
         return Err(format!("the first line is not {}", COLUMNS.join(",")));
     }
-    let (mut rows, mut more) = (Rows::new(), More::new());
-    for (at, line) in lines.iter().enumerate() {
-        let read = || {
-            let key = (line.cell("case").to_owned(), line.cell("preset").to_owned(), line.cell("grid").parse().ok()?);
-            let [median, min, max, distance] = ["median", "min", "max", "distance"].map(|column| line.number(column));
-            let kept = match line.cell("distance") {
-                "" => None,
-                _ => Some(Kept { median: median?, min: min?, max: max?, distance: distance? }),
-            };
-            Some((key, kept))
-        };
-        let (key, kept) = read().ok_or_else(|| format!("line {} is not a row", at + 2))?;
-        let pairs = line.cell("more").split("; ").filter_map(|pair| pair.split_once(" = "));
-        more.insert(key.clone(), pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect());
-        rows.insert(key, kept);
-    }
-    Ok((rows, more))
+    let line = |(i, line): (usize, csv::Result<Line>)| line.map_err(|_| format!("line {} is not a row", i + 2));
+    reader.deserialize().enumerate().map(line).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::timing::Spread;
     use crate::stability::row::Measured;
 
     #[test]
@@ -165,31 +171,19 @@ mod tests {
             number: Spread { median: 0.012345, min: 0.0, max: 0.5 },
             distance: 0.5,
             worst: "0.1, 0.2, 0.3 voxels".into(),
-            places: vec![],
             more: vec![("rel".into(), 1e-7)],
-            frame_gpu_ms: Spread::of([1.0]),
-            seconds: 1.0,
+            ..Measured::default()
         };
-        let row = Row {
-            key: String::new(),
-            address: String::new(),
-            origin: None,
-            case: "leak-1".into(),
-            preset: "fast".into(),
-            method: "rays".into(),
-            grid: 64,
-            command: String::new(),
-            measured: Some(measured),
-            failure: None,
-        };
+        let (case, preset) = ("leak-1".into(), "fast".into());
+        let row = Row { case, preset, grid: 64, measured: Some(measured), ..Row::default() };
         let failed = Row { grid: 32, measured: None, failure: Some("no, \"never\"".into()), ..row.clone() };
         let text = csv(&[row, failed]);
         assert!(text.contains("0.01235,0,0.5,0.5,\"0.1, 0.2, 0.3 voxels\",rel = 1e-7,\n"), "{text}");
-        let (read, more) = read_csv(&text).unwrap();
-        let key = |grid| ("leak-1".to_owned(), "fast".to_owned(), grid);
-        assert_eq!(read[&key(64)], Some(Kept { median: 0.01235, min: 0.0, max: 0.5, distance: 0.5 }));
-        assert_eq!(more[&key(64)], [("rel".to_owned(), "1e-7".to_owned())]);
-        assert_eq!(read[&key(32)], None);
+        let read = read_csv(&text).unwrap();
+        let Line { median, min, max, distance, .. } = read[0];
+        assert_eq!([median, min, max, distance], [0.01235, 0.0, 0.5, 0.5].map(Some));
+        assert_eq!(read[0].further().collect::<Vec<_>>(), [("rel", "1e-7")]);
+        assert_eq!((read[1].grid, read[1].distance), (32, None));
         assert!(read_csv("something else\n").is_err());
     }
 }

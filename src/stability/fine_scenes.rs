@@ -1,12 +1,14 @@
 //! Scenes of the cases about what is small, smooth or at the grid's border; each about the origin.
 
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::scenes::{add_box, add_lamp, add_shell, at, plaster, room_with, two_rooms, view};
+use super::scenes::{
+    add_box, add_lamp, add_matte, add_plaster, add_quad, add_shell, at, room_with, sphere, two_rooms, view, view_of,
+};
 use super::stage::Stage;
-use crate::scene::{LightKind, Material, Mesh, Scene, View};
+use crate::scene::{LightKind, Material, Mesh, Scene, Transform, View};
 
 /// Kinds of things that are thinner than a voxel.
 pub const THIN: [&str; 4] = ["needles", "slivers", "edge-on quads", "sub-voxel triangles"];
@@ -31,21 +33,20 @@ fn thin_triangles(kind: &str, voxel: f32) -> Vec<[Vec3; 3]> {
         };
         (0..count).map(one).collect::<Vec<_>>()
     };
-    let beside = |i: usize, count: usize| i as f32 / count as f32 - 0.5;
+    let count = (2.0 / voxel) as usize;
+    let beside = |i: usize| i as f32 / count as f32 - 0.5;
     match kind {
         "needles" => many([0.3, 0.1 * voxel]),
         "sub-voxel triangles" => many([0.3 * voxel; 2]),
         // From wall to wall, each as wide as the gaps at one end.
         "slivers" => {
-            let count = (2.0 / voxel) as usize;
-            let base = |i: usize| Vec3::new(0.0, -0.5, beside(i, count));
+            let base = |i: usize| Vec3::new(0.0, -0.5, beside(i));
             (0..count).map(|i| [base(i), base(i) + Vec3::Z * (0.9 / count as f32), base(i) + Vec3::Y]).collect()
         }
         // Like the slats of a blind, half a voxel deep.
         _ => {
-            let count = (2.0 / voxel) as usize;
             let quad = |i: usize| {
-                let a = Vec3::new(-0.25 * voxel, -0.5, beside(i, count) + 0.5 / count as f32);
+                let a = Vec3::new(-0.25 * voxel, -0.5, beside(i) + 0.5 / count as f32);
                 let (u, v) = (Vec3::X * (0.5 * voxel), Vec3::Y);
                 [[a, a + u, a + u + v], [a, a + u + v, a + v]]
             };
@@ -56,11 +57,11 @@ fn thin_triangles(kind: &str, voxel: f32) -> Vec<[Vec3; 3]> {
 
 /// Two rooms that thin things divide; metres. They block the light of the other room, or send the only light.
 pub fn thin_screen(kind: &str, voxel_m: f64, sends: bool) -> Stage {
-    let (mut stage, grey) = two_rooms();
-    let glowing = Material { double_sided: true, ..Material::lamp("glowing", Vec3::splat(5.0)) };
-    let material = if sends { stage.scene.add_material(glowing) } else { grey };
+    let (mut stage, mut material) = two_rooms();
     if sends {
         stage.scene.lights.clear();
+        let glowing = Material { double_sided: true, ..Material::lamp("glowing", Vec3::splat(5.0)) };
+        material = stage.scene.add_material(glowing);
     }
     let triangles = thin_triangles(kind, voxel_m as f32);
     stage.scene.add_mesh(Mesh::triangles("thin", material, &triangles), DAffine3::IDENTITY);
@@ -70,15 +71,14 @@ pub fn thin_screen(kind: &str, voxel_m: f64, sends: bool) -> Stage {
 /// A sheet of paper that lies a tenth of a millimetre above a room's floor, seen from near.
 pub fn paper() -> Stage {
     let stage = room_with(|scene| {
-        let white = scene.add_material(plaster(0.8));
-        let sheet = Mesh::quad("sheet", white, Vec3::new(-0.55, -0.9999, -0.1), Vec3::Z * 0.42, Vec3::X * 0.3);
-        scene.add_mesh(sheet, DAffine3::IDENTITY);
+        let white = add_plaster(scene, [0.8; 3]);
+        add_quad(scene, white, Vec3::new(-0.55, -0.9999, -0.1), [Vec3::Z * 0.42, Vec3::X * 0.3]);
         scene.add_light(LightKind::Point, Vec3::splat(2.0), at(0.2, 0.6, 0.1));
     });
     Stage { view: view([-0.3, -0.5, 0.75], [-0.4, -1.0, 0.1]), ..stage }
 }
 
-/// What [`slope`]'s square sends, its middle, and its half side along y and z.
+/// Radiance of [`slope`]'s square, its middle, and its half side along y and z.
 const SQUARE: (f64, DVec3, f64) = (0.8 * 3.0 / PI, DVec3::new(-0.8, 0.0, 0.0), 0.3);
 const SLOPE_ALBEDO: f64 = 0.7;
 /// How the plane of [`slope`] rises along x, and its height in the middle.
@@ -87,20 +87,18 @@ const SLOPE: (f64, f64) = (0.15, -0.5);
 /// A plane that rises away from a square which a sun lights evenly; the sun does not reach the plane's front.
 pub fn slope() -> Stage {
     let mut scene = Scene::empty("slope");
-    let white = scene.add_material(Material::lambert("white", Vec3::splat(0.8)));
-    let grey = scene.add_material(Material::lambert("grey", Vec3::splat(SLOPE_ALBEDO as f32)));
+    let (white, grey) = (add_matte(&mut scene, [0.8; 3]), add_matte(&mut scene, [SLOPE_ALBEDO as f32; 3]));
     let (_, middle, half) = SQUARE;
     let corner = middle.as_vec3() - Vec3::new(0.0, half as f32, half as f32);
     let side = 2.0 * half as f32;
-    scene.add_mesh(Mesh::quad("square", white, corner, Vec3::Y * side, Vec3::Z * side), DAffine3::IDENTITY);
+    add_quad(&mut scene, white, corner, [Vec3::Y * side, Vec3::Z * side]);
     let (rise, height) = (SLOPE.0 as f32, SLOPE.1 as f32);
     let corner = Vec3::new(-0.7, height - 0.7 * rise, -0.7);
-    let plane = Mesh::quad("plane", grey, corner, Vec3::Z * 1.4, Vec3::new(1.4, 1.4 * rise, 0.0));
-    scene.add_mesh(plane, DAffine3::IDENTITY);
-    let towards_square = DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_2);
-    scene.add_light(LightKind::Directional, Vec3::splat(3.0), towards_square);
-    let eye = DVec3::new(0.0, 1.2, 0.0);
-    Stage::new(scene, 1.2, View::look_at(eye, DVec3::new(0.0, -0.5, 0.0), DVec3::NEG_Z, 32f32.to_radians()))
+    add_quad(&mut scene, grey, corner, [Vec3::Z * 1.4, Vec3::new(1.4, 1.4 * rise, 0.0)]);
+    // Towards the square.
+    scene.add_light(LightKind::Directional, Vec3::splat(3.0), DAffine3::from_rotation_y(FRAC_PI_2));
+    let (eye, target) = (DVec3::new(0.0, 1.2, 0.0), DVec3::new(0.0, -0.5, 0.0));
+    Stage { scene, reach: 1.2, view: View::look_at(eye, target, DVec3::NEG_Z, 32f32.to_radians()) }
 }
 
 /// Radiance of [`slope`]'s plane where a ray of its view, at tangents `u` to the right and `v` up, meets it (Lambert's formula
@@ -124,17 +122,15 @@ pub fn slope_radiance(view: &View, [u, v]: [f64; 2]) -> f64 {
 pub fn glossy_floor(roughness: f32) -> Stage {
     let mut scene = Scene::empty("glossy floor");
     let metal = scene.add_material(Material { roughness, ..Material::default() });
-    let white = scene.add_material(Material::lambert("white", Vec3::splat(0.8)));
-    let floor = Mesh::quad("floor", metal, Vec3::new(-1.0, -0.5, -0.8), Vec3::Z * 1.6, Vec3::X * 2.0);
-    scene.add_mesh(floor, DAffine3::IDENTITY);
-    let wall = Mesh::quad("wall", white, Vec3::new(-1.0, -0.5, -0.8), Vec3::X, Vec3::Y * 1.3);
-    scene.add_mesh(wall, DAffine3::IDENTITY);
+    let white = add_matte(&mut scene, [0.8; 3]);
+    let corner = Vec3::new(-1.0, -0.5, -0.8);
+    add_quad(&mut scene, metal, corner, [Vec3::Z * 1.6, Vec3::X * 2.0]);
+    add_quad(&mut scene, white, corner, [Vec3::X, Vec3::Y * 1.3]);
     scene.add_light(LightKind::Directional, Vec3::splat(3.0), DAffine3::IDENTITY);
-    let view = View::look_at(DVec3::new(0.0, 0.3, 1.2), DVec3::new(0.0, -0.5, 0.1), DVec3::Y, 45f32.to_radians());
-    Stage::new(scene, 1.4, view)
+    Stage { scene, reach: 1.4, view: view_of([0.0, 0.3, 1.2], [0.0, -0.5, 0.1], 45.0) }
 }
 
-/// What is seen through in [`glass`].
+/// Bodies of [`glass`] and their index of refraction.
 pub const GLASS: [(&str, f32); 6] = [
     ("slab, ior 1", 1.0),
     ("slab, ior 1.33", 1.33),
@@ -147,11 +143,10 @@ pub const GLASS: [(&str, f32); 6] = [
 /// Glowing stripes behind glass of one of [`GLASS`].
 pub fn glass(kind: &str, ior: f32) -> Stage {
     let mut scene = Scene::empty("glass");
-    let black = scene.add_material(plaster(0.0));
+    let black = add_plaster(&mut scene, [0.0; 3]);
     add_shell(&mut scene, black, [1.0; 3]);
     for i in 0..8 {
-        let place =
-            at(-0.84 + 0.24 * f64::from(i), 0.0, -0.97) * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+        let place = at(-0.84 + 0.24 * f64::from(i), 0.0, -0.97) * DAffine3::from_rotation_x(-FRAC_PI_2);
         let material = scene.add_material(Material::lamp("stripe", Vec3::new(1.0, 0.1 * i as f32, 0.5)));
         let stripe = Mesh::quad("stripe", material, Vec3::new(-0.06, 0.0, -0.9), Vec3::X * 0.12, Vec3::Z * 1.8);
         scene.add_mesh(stripe, place);
@@ -161,14 +156,14 @@ pub fn glass(kind: &str, ior: f32) -> Stage {
     let (thickness, tint) = if kind.starts_with("thin") { (0.0, 0.5) } else { (0.2, 1.0) };
     let clear = scene.add_material(Material { thickness, base_color: Vec3::splat(tint).extend(1.0), ..clear });
     if kind.starts_with("sphere") {
-        let mut sphere = super::scenes::sphere().scene.meshes.remove(0);
+        let mut sphere = sphere().scene.meshes.remove(0);
         sphere.material = clear;
         sphere.normals.clone_from(&sphere.positions);
         scene.add_mesh(sphere, at(0.0, 0.0, 0.1) * DAffine3::from_scale(DVec3::splat(0.3)));
     } else {
         add_box(&mut scene, clear, [0.35, 0.35, 0.08], at(0.0, 0.0, 0.1) * DAffine3::from_rotation_y(0.5));
     }
-    Stage::new(scene, SQRT_2, View::look_at(DVec3::new(0.0, 0.0, 0.95), DVec3::ZERO, DVec3::Y, 40f32.to_radians()))
+    Stage { scene, reach: SQRT_2, view: view_of([0.0, 0.0, 0.95], [0.0; 3], 40.0) }
 }
 
 /// Where lamps of [`border_room`] stand.
@@ -187,7 +182,7 @@ pub fn border_room(kind: &str) -> Stage {
         // Just below the ceiling, as lamps are.
         let down = DAffine3::from_translation(DVec3::NEG_Y * 1e-3);
         let scale = DAffine3::from_scale(DVec3::new(size[0], 1.0, size[1]));
-        scene.nodes[node].local = crate::scene::Transform::Matrix(down * place * scale);
+        scene.nodes[node].local = Transform::Matrix(down * place * scale);
     });
     Stage { reach: 1.0, ..stage }
 }

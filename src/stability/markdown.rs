@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::case::Case;
 use super::cases;
-use super::export::{Kept, Key, More, Rows, read_csv};
+use super::export::{Line, read_csv};
 use crate::lab::table::{MISSING, fill, markdown};
 use crate::settings::PRESETS;
 
@@ -13,112 +13,108 @@ use crate::settings::PRESETS;
 /// # Errors
 /// A sentence about the line of `csv` that cannot be read.
 pub fn page(csv: &str) -> Result<String, String> {
-    let (rows, more) = read_csv(csv)?;
-    let used = |case: &&Case| rows.keys().any(|(name, _, _)| *name == case.name);
-    let cases: Vec<&Case> = cases::all().filter(used).collect();
+    let lines = read_csv(csv)?;
+    let all: Vec<&Line> = lines.iter().collect();
+    let of_case = |case: &'static Case| -> (&'static Case, Vec<&Line>) {
+        (case, all.iter().copied().filter(|line| line.case == case.name).collect())
+    };
+    let cases: Vec<_> = cases::all().map(of_case).filter(|(_, lines)| !lines.is_empty()).collect();
     let table = |name: &str, _: &str| {
         Ok(match name {
-            "overview" => overview(&rows, &cases),
-            "advice" => cases.iter().map(|case| sentence(&rows, case)).collect(),
-            _ => cases.iter().map(|case| section(&rows, case) + &further(&more, case)).collect(),
+            "overview" => overview(&all, &cases),
+            "advice" => cases.iter().map(|(case, lines)| sentence(&grids(&all), case, lines)).collect(),
+            _ => cases.iter().map(|(case, lines)| section(&grids(&all), case, lines) + &further_table(lines)).collect(),
         })
     };
     fill(include_str!("page.md"), table).map_err(|error| error.to_string())
 }
 
 /// The presets of some rows, in the order of the program.
-fn presets<'a>(rows: impl Iterator<Item = &'a Key>) -> Vec<&'static str> {
-    let names: BTreeSet<&str> = rows.map(|(_, preset, _)| preset.as_str()).collect();
-    PRESETS.iter().map(|preset| preset.name).filter(|name| names.contains(name)).collect()
+fn presets(lines: &[&Line]) -> Vec<&'static str> {
+    PRESETS.iter().map(|preset| preset.name).filter(|name| lines.iter().any(|line| line.preset == *name)).collect()
 }
 
-fn presets_of(rows: &Rows, case: &Case) -> Vec<&'static str> {
-    presets(rows.keys().filter(|(name, _, _)| *name == case.name))
+fn grids(lines: &[&Line]) -> Vec<u32> {
+    lines.iter().map(|line| line.grid).collect::<BTreeSet<u32>>().into_iter().collect()
 }
 
-fn grids(rows: &Rows) -> Vec<u32> {
-    rows.keys().map(|(_, _, grid)| *grid).collect::<BTreeSet<u32>>().into_iter().collect()
+/// Of a case's rows the one of a preset on a grid.
+fn find<'a>(lines: &[&'a Line], preset: &str, grid: u32) -> Option<&'a Line> {
+    lines.iter().copied().find(|line| line.preset == preset && line.grid == grid)
 }
 
-fn find<'a>(rows: &'a Rows, case: &Case, preset: &str, grid: u32) -> Option<&'a Kept> {
-    rows.get(&(case.name.clone(), preset.to_owned(), grid))?.as_ref()
+fn fails(case: &Case, line: &Line) -> bool {
+    line.distance.is_some_and(|distance| distance > case.limit * (1.0 + 1e-9))
 }
 
-fn fails(case: &Case, kept: &Kept) -> bool {
-    kept.distance > case.limit * (1.0 + 1e-9)
+fn cell(case: &Case, line: Option<&Line>) -> String {
+    let words = |line: &Line| {
+        let text = case.words(line.median?, line.min?, line.max?);
+        Some(if fails(case, line) { format!("**{text}**") } else { text })
+    };
+    line.and_then(words).unwrap_or_else(|| MISSING.to_owned())
 }
 
-fn cell(case: &Case, kept: Option<&Kept>) -> String {
-    let Some(kept) = kept else { return MISSING.to_owned() };
-    let text = case.words(kept.median, kept.min, kept.max);
-    if fails(case, kept) { format!("**{text}**") } else { text }
-}
-
-fn head(first: &[&str], presets: &[&str]) -> Vec<String> {
-    first.iter().map(|title| (*title).to_owned()).chain(presets.iter().map(|preset| format!("`{preset}`"))).collect()
+fn coded(name: &str) -> String {
+    format!("`{name}`")
 }
 
 /// Every case and preset on the middle grid.
-fn overview(rows: &Rows, cases: &[&Case]) -> String {
-    let (all, presets) = (grids(rows), presets(rows.keys()));
-    let Some(grid) = all.get((all.len().max(1) - 1) / 2).copied() else { return String::new() };
-    let line = |case: &&Case| {
-        let first = [format!("[{}](#{})", case.name, anchor(case)), case.unit.words(case.ideal)];
-        let cells = presets.iter().map(|preset| cell(case, find(rows, case, preset, grid)));
-        first.into_iter().chain(cells).collect::<Vec<_>>()
+fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)]) -> String {
+    let (grids, presets) = (grids(all), presets(all));
+    let Some(grid) = grids.get((grids.len().max(1) - 1) / 2).copied() else { return String::new() };
+    let row = |(case, lines): &(&Case, Vec<&Line>)| {
+        // As pages make anchors of headings.
+        let anchor: String = case.name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
+        let first = [format!("[{}](#{anchor})", case.name), case.unit.words(case.ideal)];
+        first.into_iter().chain(presets.iter().map(|preset| cell(case, find(lines, preset, grid)))).collect::<Vec<_>>()
     };
-    let table = markdown(head(&["case", "ideal"], &presets), "-:", cases.iter().map(line));
-    format!("## At {grid}³\n\n{table}")
+    let head = ["case", "ideal"].map(str::to_owned).into_iter().chain(presets.iter().map(|preset| coded(preset)));
+    format!("## At {grid}³\n\n{}", markdown(head, "-:", cases.iter().map(row)))
 }
 
-/// As pages make anchors of headings.
-fn anchor(case: &Case) -> String {
-    case.name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect()
-}
-
-/// Who is beyond the limit, by how much, and what to do; or who was measured and is not.
-fn sentence(rows: &Rows, case: &Case) -> String {
-    let presets = presets_of(rows, case);
+/// The presets beyond the limit, by how much, and what to do; or the presets that were measured where all keep it.
+fn sentence(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
     let far = |preset: &&str| {
-        let of_preset = grids(rows).into_iter().filter_map(|grid| Some((grid, find(rows, case, preset, grid)?)));
-        let far = of_preset.filter(|(_, kept)| fails(case, kept));
-        let far = far.map(|(grid, kept)| format!("{} at {grid}³", case.unit.words(case.farther(kept.min, kept.max))));
-        let far: Vec<String> = far.collect();
+        let of_preset = grids.iter().filter_map(|grid| find(lines, preset, *grid)).filter(|line| fails(case, line));
+        let words = |line: &Line| {
+            let farthest = case.farther(line.min.unwrap_or_default(), line.max.unwrap_or_default());
+            format!("{} at {}³", case.unit.words(farthest), line.grid)
+        };
+        let far: Vec<String> = of_preset.map(words).collect();
         (!far.is_empty()).then(|| format!("`{preset}` reaches {}", far.join(", ")))
     };
+    let presets = presets(lines);
     let failing: Vec<String> = presets.iter().filter_map(far).collect();
     if failing.is_empty() {
-        let names: Vec<String> = presets.iter().map(|preset| format!("`{preset}`")).collect();
+        let names: Vec<String> = presets.iter().map(|preset| coded(preset)).collect();
         return format!("- **{}**: nothing; measured were {}, which keep the limit.\n", case.name, names.join(", "));
     }
     format!("- **{}**: {} {}.\n", case.name, case.advice, failing.join("; "))
 }
 
-fn section(rows: &Rows, case: &Case) -> String {
-    let grids = grids(rows);
-    let line = |preset: &str| {
-        let cells = grids.iter().map(|grid| cell(case, find(rows, case, preset, *grid)));
-        std::iter::once(format!("`{preset}`")).chain(cells).collect::<Vec<_>>()
+fn section(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
+    let row = |preset: &str| {
+        let cells = grids.iter().map(|grid| cell(case, find(lines, preset, *grid)));
+        std::iter::once(coded(preset)).chain(cells).collect::<Vec<_>>()
     };
     let head = std::iter::once("preset".to_owned()).chain(grids.iter().map(|grid| format!("{grid}³")));
-    let table = markdown(head, "-:", presets_of(rows, case).into_iter().map(line));
+    let table = markdown(head, "-:", presets(lines).into_iter().map(row));
     let (ideal, limit) = (case.unit.words(case.ideal), case.unit.words(case.limit));
     format!("\n## {}\n\n{} Ideal {ideal}, limit ±{limit}.\n\n{table}", case.name, case.meaning)
 }
 
 /// The other numbers of a case, medians over the places, on its coarsest grid.
-fn further(all: &More, case: &Case) -> String {
-    let with_more = || all.iter().filter(|((name, _, _), more)| *name == case.name && !more.is_empty());
-    let Some(grid) = with_more().map(|((_, _, grid), _)| *grid).min() else { return String::new() };
-    let of_grid: Vec<_> = with_more().filter(|((_, _, of), _)| *of == grid).collect();
-    let line = |preset: &'static str| {
-        let found = of_grid.iter().find(|((_, name, _), _)| name == preset);
-        let values = found.into_iter().flat_map(|(_, more)| more.iter().map(|(_, value)| value.clone()));
-        std::iter::once(format!("`{preset}`")).chain(values).collect::<Vec<_>>()
+fn further_table(lines: &[&Line]) -> String {
+    let with_more = || lines.iter().copied().filter(|line| line.further().next().is_some());
+    let Some(grid) = with_more().map(|line| line.grid).min() else { return String::new() };
+    let of_grid: Vec<&Line> = with_more().filter(|line| line.grid == grid).collect();
+    let row = |preset: &'static str| {
+        let values = find(&of_grid, preset, grid).into_iter().flat_map(|line| line.further().map(|(_, value)| value));
+        std::iter::once(coded(preset)).chain(values.map(str::to_owned)).collect::<Vec<_>>()
     };
-    let head = std::iter::once("preset").chain(of_grid[0].1.iter().map(|(name, _)| name.as_str()));
-    let table = markdown(head, "-:", presets(of_grid.iter().map(|(key, _)| *key)).into_iter().map(line));
-    format!("\nFurther, at {grid}³:\n\n{table}")
+    let head = std::iter::once("preset").chain(of_grid[0].further().map(|(name, _)| name));
+    format!("\nFurther, at {grid}³:\n\n{}", markdown(head, "-:", presets(&of_grid).into_iter().map(row)))
 }
 
 #[cfg(test)]

@@ -1,43 +1,13 @@
-//! What changes from frame to frame beyond what should.
+//! Changes from frame to frame beyond those that should be.
 
 use crate::layers::Layers;
-use crate::measure::metrics;
-use crate::measure::terms::Subtract;
 use crate::{Error, Result};
 
-/// Share of the pixels that [`Motion::worst`] is taken over.
+/// Share of the pixels that the worst ones are.
 const WORST: f64 = 0.01;
 
-/// Temporal excess of frames over those that they should be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
-    /// Mean |ΔI − ΔR| over mean R, Δ from one frame to the next.
-    pub excess: f64,
-    /// The same over the worst hundredth of the pixels.
-    pub worst: f64,
-    /// Mean FLIP of each frame against its reference.
-    pub flip: f64,
-    /// Mean |ΔI| over mean |ΔR|; absent where the reference stands still.
-    pub change: Option<f64>,
-}
-
-impl Motion {
-    /// `frames` and `truths`: as many of each, at least two.
-    pub fn of(frames: &[Layers], truths: &[Layers]) -> Result<Self> {
-        let (excess, worst) = excess(frames, truths)?;
-        let flips: Vec<f64> = frames
-            .iter()
-            .zip(truths)
-            .map(|(frame, truth)| Ok(metrics::compare(frame, truth, Subtract::Own)?.flip))
-            .collect::<Result<_>>()?;
-        let (own, should) = (changes(frames), changes(truths));
-        let change = (should > 0.0).then(|| own / should);
-        Ok(Self { excess, worst, flip: flips.iter().sum::<f64>() / flips.len() as f64, change })
-    }
-}
-
 /// The sum of |change| from frame to frame over all pixels.
-fn changes(frames: &[Layers]) -> f64 {
+pub fn changes(frames: &[Layers]) -> f64 {
     let values = |frame: &'_ Layers| frame.beauty().iter().flatten().map(|v| f64::from(*v)).collect::<Vec<f64>>();
     let of = |pair: &[Layers]| values(&pair[0]).iter().zip(values(&pair[1])).map(|(a, b)| (b - a).abs()).sum::<f64>();
     frames.windows(2).map(of).sum()
@@ -49,7 +19,8 @@ pub fn mean(a: &Layers, b: &Layers) -> Layers {
     Layers::new(a.width, a.height, pixels.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect())
 }
 
-/// The excess, and that of the worst pixels.
+/// The temporal excess of `frames` over `truths`, as many of each and at least two: mean |ΔI − ΔR| over mean R, Δ from one frame to the
+/// next; and the same over the worst hundredth of the pixels.
 pub fn excess(frames: &[Layers], truths: &[Layers]) -> Result<(f64, f64)> {
     let pixels = frames[0].beauty().len();
     let mut changes = vec![0.0; pixels];

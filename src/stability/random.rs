@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 
-use super::scenes::{add_lamp, add_shell};
+use super::scenes::{add_lamp, add_plaster, add_shell};
 use super::stage::Stage;
 use crate::scene::{Alpha, LightKind, Material, Mesh, Scene, View};
 
@@ -75,8 +75,7 @@ pub fn stage(seed: u64) -> Stage {
     // Two in three stand in a room, so that light meets many surfaces.
     let closed = random.below(3) > 0;
     if closed {
-        let walls = Material { double_sided: true, ..Material::lambert("walls", random.color(0.9)) };
-        let walls = scene.add_material(walls);
+        let walls = add_plaster(&mut scene, random.color(0.9));
         add_shell(&mut scene, walls, [0.95; 3]);
     }
     for _ in 0..=random.below(8) {
@@ -86,7 +85,7 @@ pub fn stage(seed: u64) -> Stage {
     let eye = if closed { random.point(0.6) } else { random.point(1.0).normalize_or(Vec3::Z) * 3.0 }.as_dvec3();
     let target = random.point(0.3).as_dvec3();
     let fov = if closed { 80f32 } else { 40.0 };
-    Stage::new(scene, 1.0, View::look_at(eye, target, DVec3::Y, fov.to_radians()))
+    Stage { scene, reach: 1.0, view: View::look_at(eye, target, DVec3::Y, fov.to_radians()) }
 }
 
 /// Added to the means that are compared: a thousandth of what a light of 1 gives.

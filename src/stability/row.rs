@@ -7,7 +7,7 @@ use crate::lab::store::{self as lab, Kind, Origin};
 use crate::measure::timing::Spread;
 
 /// `docs/json.md` lists the keys.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Hash over everything that determines the row.
     pub key: String,
@@ -28,7 +28,7 @@ pub struct Row {
     pub origin: Option<Origin>,
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Over the places; one that is not finite counts as [`NOT_FINITE`].
     pub number: Spread,

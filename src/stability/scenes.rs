@@ -1,6 +1,6 @@
 //! Scenes of the cases, each about the origin.
 
-use std::f64::consts::SQRT_2;
+use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -9,31 +9,46 @@ use crate::scene::{LightKind, Material, Mesh, Scene, View};
 
 /// A view across a room.
 pub fn view(eye: [f64; 3], target: [f64; 3]) -> View {
-    View::look_at(DVec3::from(eye), DVec3::from(target), DVec3::Y, 80f32.to_radians())
+    view_of(eye, target, 80.0)
 }
 
-/// Diffuse and double-sided, so that a wall is two surfaces.
-pub fn plaster(albedo: f32) -> Material {
-    Material { double_sided: true, ..Material::lambert("plaster", Vec3::splat(albedo)) }
+/// A view of so many degrees from bottom to top.
+pub fn view_of(eye: [f64; 3], target: [f64; 3], degrees: f32) -> View {
+    View::look_at(DVec3::from(eye), DVec3::from(target), DVec3::Y, degrees.to_radians())
 }
 
 pub fn at(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, y, z))
 }
 
-/// A box about the origin, at a place of its own.
+/// Adds a diffuse material.
+pub fn add_matte(scene: &mut Scene, albedo: impl Into<Vec3>) -> usize {
+    scene.add_material(Material::lambert("matte", albedo.into()))
+}
+
+/// Adds a diffuse and double-sided material, so that a wall is two surfaces.
+pub fn add_plaster(scene: &mut Scene, albedo: impl Into<Vec3>) -> usize {
+    scene.add_material(Material { double_sided: true, ..Material::lambert("plaster", albedo.into()) })
+}
+
+/// Adds a parallelogram.
+pub fn add_quad(scene: &mut Scene, material: usize, corner: Vec3, sides: [Vec3; 2]) -> usize {
+    scene.add_mesh(Mesh::quad("quad", material, corner, sides[0], sides[1]), DAffine3::IDENTITY)
+}
+
+/// Adds a box about the origin, at a place of its own.
 pub fn add_box(scene: &mut Scene, material: usize, half: [f32; 3], place: DAffine3) -> usize {
     let half = Vec3::from(half);
     scene.add_mesh(Mesh::cuboid("box", material, -half, half, false), place)
 }
 
-/// The inside of a box.
+/// Adds the inside of a box.
 pub fn add_shell(scene: &mut Scene, material: usize, half: [f32; 3]) {
     let half = Vec3::from(half);
     scene.add_mesh(Mesh::cuboid("shell", material, -half, half, true), DAffine3::IDENTITY);
 }
 
-/// A square lamp in the x–z plane that shines down; returns its instance.
+/// Adds a square lamp in the x–z plane that shines down; returns its instance.
 pub fn add_lamp(scene: &mut Scene, radiance: f32, side: f32, place: DAffine3) -> usize {
     let material = scene.add_material(Material::lamp("lamp", Vec3::splat(radiance)));
     let corner = Vec3::new(-0.5 * side, 0.0, -0.5 * side);
@@ -43,28 +58,27 @@ pub fn add_lamp(scene: &mut Scene, radiance: f32, side: f32, place: DAffine3) ->
 /// Half the side of [`room`], metres.
 pub const ROOM: f64 = 1.0;
 
+/// The view of [`room`].
+const IN_ROOM: ([f64; 3], [f64; 3]) = ([-0.3, 0.1, 0.95], [0.0, -0.1, 0.0]);
+
 /// A closed room of grey plaster with a red and a green wall and a block on its floor, lit by a point light. The block is
 /// instance 1.
 pub fn room() -> Stage {
-    room_with(|scene| {
-        scene.add_light(LightKind::Point, Vec3::splat(2.0), at(0.2, 0.6, 0.1));
-    })
+    room_with(|scene| scene.add_light(LightKind::Point, Vec3::splat(2.0), at(0.2, 0.6, 0.1)))
 }
 
 /// The same, lit otherwise.
-pub fn room_with(light: impl FnOnce(&mut Scene)) -> Stage {
+pub fn room_with<T>(light: impl FnOnce(&mut Scene) -> T) -> Stage {
     let mut scene = Scene::empty("room");
-    let grey = scene.add_material(plaster(0.7));
+    let grey = add_plaster(&mut scene, [0.7; 3]);
     add_shell(&mut scene, grey, [1.0; 3]);
     add_box(&mut scene, grey, [0.3, 0.4, 0.3], at(0.35, -0.6, -0.3));
-    for (x, albedo) in [(-0.99f32, Vec3::new(0.7, 0.1, 0.1)), (0.99, Vec3::new(0.1, 0.7, 0.1))] {
-        let color = Material { double_sided: true, ..Material::lambert("colour", albedo) };
-        let color = scene.add_material(color);
-        let corner = Vec3::new(x, -0.97, -0.97);
-        scene.add_mesh(Mesh::quad("wall", color, corner, Vec3::Y * 1.94, Vec3::Z * 1.94), DAffine3::IDENTITY);
+    for (x, albedo) in [(-0.99f32, [0.7, 0.1, 0.1]), (0.99, [0.1, 0.7, 0.1])] {
+        let color = add_plaster(&mut scene, albedo);
+        add_quad(&mut scene, color, Vec3::new(x, -0.97, -0.97), [Vec3::Y * 1.94, Vec3::Z * 1.94]);
     }
     light(&mut scene);
-    Stage::new(scene, ROOM * SQRT_2, view([-0.3, 0.1, 0.95], [0.0, -0.1, 0.0]))
+    Stage { scene, reach: ROOM * SQRT_2, view: view(IN_ROOM.0, IN_ROOM.1) }
 }
 
 /// The two rooms' light, and the views into the dark and the lit one.
@@ -74,11 +88,11 @@ pub const LIT: [f64; 3] = [-0.95, 0.0, 0.0];
 /// Two rooms of 1 m, the left one lit; what divides them is still missing.
 pub fn two_rooms() -> (Stage, usize) {
     let mut scene = Scene::empty("two rooms");
-    let grey = scene.add_material(plaster(0.7));
+    let grey = add_plaster(&mut scene, [0.7; 3]);
     add_shell(&mut scene, grey, [1.0, 0.5, 0.5]);
     scene.add_light(LightKind::Point, Vec3::splat(1.0), at(-0.5, 0.2, 0.0));
     // √(1² + 0.5²), the farthest corner.
-    (Stage::new(scene, 1.12, view(DARK, [0.0; 3])), grey)
+    (Stage { scene, reach: 1.12, view: view(DARK, [0.0; 3]) }, grey)
 }
 
 /// With a wall of such a thickness, metres; 0: a sheet.
@@ -134,10 +148,10 @@ pub fn doorway() -> Stage {
 /// A closed box whose walls reflect `albedo` and send radiance 1.
 pub fn furnace(albedo: f32) -> Stage {
     let mut scene = Scene::empty("furnace");
-    let glowing = Material { emissive: Vec3::ONE, ..Material::lambert("glowing", Vec3::splat(albedo)) };
-    let glowing = scene.add_material(glowing);
+    let glowing = add_matte(&mut scene, [albedo; 3]);
+    scene.materials[glowing].emissive = Vec3::ONE;
     add_shell(&mut scene, glowing, [0.5; 3]);
-    Stage::new(scene, 0.5 * SQRT_2, view([0.1, 0.05, 0.3], [-0.2, -0.1, -0.5]))
+    Stage { scene, reach: 0.5 * SQRT_2, view: view([0.1, 0.05, 0.3], [-0.2, -0.1, -0.5]) }
 }
 
 /// A wall of such a thickness, red in front and black elsewhere, lit from the front. Half a metre before and behind it white
@@ -145,35 +159,32 @@ pub fn furnace(albedo: f32) -> Stage {
 /// in front.
 pub fn back_side(thick: f64) -> Stage {
     let mut scene = Scene::empty("back side");
-    let red = scene.add_material(Material::lambert("red", Vec3::new(0.8, 0.02, 0.02)));
-    let black = scene.add_material(Material::lambert("black", Vec3::ZERO));
-    let white = scene.add_material(Material::lambert("white", Vec3::splat(0.8)));
+    let [red, black, white] = [[0.8, 0.02, 0.02], [0.0; 3], [0.8; 3]].map(|albedo| add_matte(&mut scene, albedo));
     let half = 0.5 * thick as f32;
     // Faces +x; the others of the box are black.
-    let corner = Vec3::new(half, -0.5, -0.5);
-    scene.add_mesh(Mesh::quad("front", red, corner, Vec3::Y, Vec3::Z), DAffine3::IDENTITY);
+    add_quad(&mut scene, red, Vec3::new(half, -0.5, -0.5), [Vec3::Y, Vec3::Z]);
     let corners = [Vec3::new(-half, -0.5, -0.5), Vec3::new(half, 0.5, 0.5)];
     let mut rest = Mesh::cuboid("rest", black, corners[0], corners[1], false);
     // Two triangles for each side, −x and +x first: without the front.
     rest.indices.drain(6..12);
     scene.add_mesh(rest, DAffine3::IDENTITY);
-    let square = |x: f32, (u, v): (Vec3, Vec3)| Mesh::quad("square", white, Vec3::new(x, -0.2, -0.2), u * 0.4, v * 0.4);
-    scene.add_mesh(square(-0.5, (Vec3::Y, Vec3::Z)), DAffine3::IDENTITY);
-    scene.add_mesh(square(0.5, (Vec3::Z, Vec3::Y)), DAffine3::IDENTITY);
+    for (x, sides) in [(-0.5, [Vec3::Y, Vec3::Z]), (0.5, [Vec3::Z, Vec3::Y])] {
+        add_quad(&mut scene, white, Vec3::new(x, -0.2, -0.2), sides.map(|side| side * 0.4));
+    }
     scene.add_light(LightKind::Point, Vec3::splat(1.0), at(0.35, 0.45, 0.0));
-    Stage::new(scene, 0.75, behind(true))
+    Stage { scene, reach: 0.75, view: behind(true) }
 }
 
 /// The view at the square of [`back_side`] that stands behind the wall, or in front.
 pub fn behind(behind: bool) -> View {
     let x = if behind { -0.5 } else { 0.5 };
-    View::look_at(DVec3::new(0.4 * x, 0.0, 0.0), DVec3::new(x, 0.0, 0.0), DVec3::Y, 66f32.to_radians())
+    view_of([0.4 * x, 0.0, 0.0], [x, 0.0, 0.0], 66.0)
 }
 
 /// A sphere of radius 1 of albedo ½ under an even sky of 1.
 pub fn sphere() -> Stage {
     let mut scene = Scene::empty("sphere");
-    let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
+    let grey = add_matte(&mut scene, [0.5; 3]);
     let mut triangles = Vec::new();
     for (sx, sy, sz) in (0..8).map(|i| (i & 1, i >> 1 & 1, i >> 2)) {
         let sign = |bit: i32| 1.0 - 2.0 * bit as f32;
@@ -190,42 +201,37 @@ pub fn sphere() -> Stage {
     }
     scene.add_mesh(Mesh::triangles("sphere", grey, &triangles), DAffine3::IDENTITY);
     scene.sky = Vec3::ONE;
-    let view = View::look_at(DVec3::new(1.0, 0.8, 2.6), DVec3::ZERO, DVec3::Y, 30f32.to_radians());
-    Stage::new(scene, 1.0, view)
+    Stage { scene, reach: 1.0, view: view_of([1.0, 0.8, 2.6], [0.0; 3], 30.0) }
 }
 
 /// A tilted white square that a sun shines on, and nothing else.
 pub fn lit_square() -> Stage {
     let mut scene = Scene::empty("lit square");
-    let white = scene.add_material(Material::lambert("white", Vec3::splat(0.8)));
+    let white = add_matte(&mut scene, [0.8; 3]);
     let square = Mesh::quad("square", white, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
     scene.add_mesh(square, DAffine3::from_rotation_z(0.2) * DAffine3::from_rotation_x(0.35));
-    let down = DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
-    scene.add_light(LightKind::Directional, Vec3::ONE, down);
-    Stage::new(scene, SQRT_2, View::look_at(DVec3::new(0.0, 2.0, 0.3), DVec3::ZERO, DVec3::Y, 40f32.to_radians()))
+    scene.add_light(LightKind::Directional, Vec3::splat(1.0), DAffine3::from_rotation_x(-FRAC_PI_2));
+    Stage { scene, reach: SQRT_2, view: view_of([0.0, 2.0, 0.3], [0.0; 3], 40.0) }
 }
-
-/// Half the length of [`corridor`], metres.
-pub const CORRIDOR: f64 = 4.0;
 
 /// Eight metres long and one wide and high, lit at one end, seen from the middle towards the other.
 pub fn corridor() -> Stage {
     let mut scene = Scene::empty("corridor");
-    let grey = scene.add_material(plaster(0.7));
-    add_shell(&mut scene, grey, [CORRIDOR as f32, 0.5, 0.5]);
+    let grey = add_plaster(&mut scene, [0.7; 3]);
+    add_shell(&mut scene, grey, [4.0, 0.5, 0.5]);
     scene.add_light(LightKind::Point, Vec3::splat(10.0), at(-3.7, 0.2, 0.0));
-    Stage::new(scene, 4.1, view([0.0, 0.0, 0.0], [4.0, -0.2, 0.0]))
+    Stage { scene, reach: 4.1, view: view([0.0, 0.0, 0.0], [4.0, -0.2, 0.0]) }
 }
 
 /// Walls that are mirrors, a diffuse block and a lamp.
 pub fn mirror_room() -> Stage {
     let mut scene = Scene::empty("mirror room");
     let mirror = Material { roughness: 0.0, base_color: Vec3::splat(0.8).extend(1.0), ..Material::default() };
-    let (mirror, grey) = (scene.add_material(mirror), scene.add_material(plaster(0.6)));
+    let (mirror, grey) = (scene.add_material(mirror), add_plaster(&mut scene, [0.6; 3]));
     add_shell(&mut scene, mirror, [1.0; 3]);
     add_box(&mut scene, grey, [0.3, 0.4, 0.3], at(0.35, -0.6, -0.3));
     add_lamp(&mut scene, 10.0, 0.5, at(0.0, 0.99, 0.0));
-    Stage::new(scene, ROOM * SQRT_2, view([-0.3, 0.1, 0.95], [0.0, -0.1, 0.0]))
+    Stage { scene, reach: ROOM * SQRT_2, view: view(IN_ROOM.0, IN_ROOM.1) }
 }
 
 /// A room under 1024 lamps of 2 cm, which are out of view: each is smaller than a pixel, and the edges of what is seen directly would
@@ -234,13 +240,13 @@ pub fn thousand_lamps() -> Stage {
     let stage = room_with(|scene| {
         let material = scene.add_material(Material::lamp("lamp", Vec3::splat(5.0)));
         let place = |i: usize| -0.9 + 1.8 * (i as f32 + 0.5) / 32.0;
-        let lamps = (0..1024).flat_map(|i| {
+        let lamp = |i: usize| {
             let [a, b] = [place(i % 32), place(i / 32)];
             let p = |x: f32, z: f32| Vec3::new(a + 0.01 * x, 0.98, b + 0.01 * z);
-            let corners = [p(-1.0, -1.0), p(1.0, -1.0), p(1.0, 1.0), p(-1.0, 1.0)];
-            [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]
-        });
-        let lamps: Vec<_> = lamps.collect();
+            let (first, third) = (p(-1.0, -1.0), p(1.0, 1.0));
+            [[first, p(1.0, -1.0), third], [first, third, p(-1.0, 1.0)]]
+        };
+        let lamps: Vec<_> = (0..1024).flat_map(lamp).collect();
         scene.add_mesh(Mesh::triangles("lamps", material, &lamps), DAffine3::IDENTITY);
     });
     // Down by 45°, of which the image takes 40°.
@@ -250,9 +256,9 @@ pub fn thousand_lamps() -> Stage {
 /// Kinds of triangles that change nothing that is seen, and should change nothing else.
 pub const BAD_TRIANGLES: [&str; 4] = ["without area", "needles", "a surface twice", "far outside"];
 
-/// A room with triangles of one of [`BAD_TRIANGLES`].
-pub fn with_bad_triangles(stage: &Stage, kind: &str) -> Stage {
-    let mut stage = stage.clone();
+/// A [`room`] with triangles of one of [`BAD_TRIANGLES`].
+pub fn with_bad_triangles(kind: &str) -> Stage {
+    let mut stage = room();
     let grey = stage.scene.meshes[stage.scene.instances[1].mesh].material;
     let point = |i: usize| Vec3::new(0.37 * i as f32, 0.71 * i as f32, 0.53 * i as f32).fract() * 1.6 - 0.8;
     let triangle = |i: usize| match kind {

@@ -1,32 +1,29 @@
 //! A scene about the origin, put at places in a grid, and rendered there.
 
+use std::sync::atomic::Ordering;
+
 use glam::{DAffine3, DVec3};
 
 use super::SIZE;
 use super::case::Place;
 use super::cell::Cell;
-use crate::Result;
 use crate::ground::clearance::for_camera;
 use crate::layers::{Aov, Layers};
-use crate::renderer::{FrameReport, RenderOptions, Renderer};
+use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Bounds, Pose, Scene, Still, View};
 use crate::settings::{Center, Settings};
+use crate::{Error, Result};
 
 /// A scene, and the cube about the origin that it stays in wherever it is put.
 #[derive(Clone)]
 pub struct Stage {
     pub scene: Scene,
-    pub view: View,
-    /// Half the cube's side, metres.
+    /// Half the cube's side, metres: of the scene turned by any of the angles.
     pub reach: f64,
+    pub view: View,
 }
 
 impl Stage {
-    /// `reach`: of the scene turned by any of the angles.
-    pub fn new(scene: Scene, reach: f64, view: View) -> Self {
-        Self { scene, view, reach }
-    }
-
     /// Edge of a voxel with these settings, metres.
     pub fn voxel_m(&self, settings: &Settings) -> f64 {
         let edge = f64::from(settings.voxels);
@@ -45,12 +42,6 @@ impl Stage {
         self.scene.pose(None, 0.0)
     }
 
-    /// What the scene takes at `center`, and so much more on every side.
-    fn scene_bounds(&self, center: DVec3, more: f64) -> Bounds {
-        let Bounds { min, max } = self.scene.bounds(None);
-        Bounds { min: min + center - more, max: max + center + more }
-    }
-
     pub fn bounds(&self, center: DVec3) -> Bounds {
         Bounds { min: center - self.reach, max: center + self.reach }
     }
@@ -58,39 +49,39 @@ impl Stage {
 
 /// A stage on the device.
 pub struct Studio<'a> {
-    cell: &'a Cell<'a>,
+    cell: Cell<'a>,
     pub stage: Stage,
-    renderer: Renderer,
+    pub renderer: Renderer,
     voxel_m: f64,
 }
 
 impl<'a> Studio<'a> {
-    /// With the settings of the cell.
-    pub fn new(cell: &'a Cell, stage: Stage) -> Result<Self> {
-        Self::with(cell, stage, cell.settings.clone(), DVec3::ZERO)
+    /// With the settings of the cell, [fitted](for_camera) as `render` does.
+    pub fn new(cell: &Cell<'a>, stage: Stage) -> Result<Self> {
+        Self::about(cell, stage, DVec3::ZERO)
     }
 
-    /// With other settings, [fitted](for_camera) as `render` does, and the grid about `center`.
-    pub fn with(cell: &'a Cell, stage: Stage, settings: Settings, center: DVec3) -> Result<Self> {
+    /// The same with the grid about `center`.
+    pub fn about(cell: &Cell<'a>, stage: Stage, center: DVec3) -> Result<Self> {
         let aovs = vec![Aov::Direct, Aov::Indirect, Aov::Depth];
-        let voxel_m = stage.voxel_m(&settings);
+        let voxel_m = stage.voxel_m(&cell.settings);
         // Where settings say how large the grid is, what reaches farther is outside of it.
-        let bounds = match settings.grid.side {
-            Some(_) => stage.scene_bounds(center, voxel_m),
-            None => stage.bounds(center),
+        let bounds = match (cell.settings.grid.side, stage.scene.bounds(None)) {
+            (Some(_), Bounds { min, max }) => Bounds { min: min + center - voxel_m, max: max + center + voxel_m },
+            (None, _) => stage.bounds(center),
         };
         let options =
             RenderOptions { aovs, memory_limit: cell.memory_limit, ..RenderOptions::new((SIZE, SIZE), bounds) };
-        let (pose, world) = (stage.pose(), DAffine3::from_translation(center));
-        let (pose, view) = (moved(&pose, &world), seen(stage.view, &world));
-        let settings = for_camera(&settings, Still::new(&stage.scene, &pose, &view), options.bounds);
+        let world = DAffine3::from_translation(center);
+        let (pose, view) = (moved(&stage.pose(), &world), seen(stage.view, &world));
+        let settings = for_camera(&cell.settings, Still::new(&stage.scene, &pose, &view), options.bounds);
         let renderer = Renderer::new(cell.context, stage.scene.clone(), &pose, settings, options)?;
-        Ok(Self { cell, stage, renderer, voxel_m })
+        Ok(Self { cell: cell.clone(), stage, renderer, voxel_m })
     }
 
     /// The scene at a place, as its view shows it.
     pub fn shoot(&mut self, place: &Place) -> Result<Layers> {
-        self.shoot_at(&place.world(self.voxel_m), &self.stage.pose(), self.stage.view)
+        self.shoot_at(&place.world(self.voxel_m))
     }
 
     /// The same without the light of earlier frames.
@@ -99,35 +90,23 @@ impl<'a> Studio<'a> {
         self.shoot(place)
     }
 
-    /// The same of a scene that stands otherwise, and another view.
+    /// The scene and its view moved by `world`.
+    pub fn shoot_at(&mut self, world: &DAffine3) -> Result<Layers> {
+        self.frame(world, &self.stage.pose(), self.stage.view)
+    }
+
+    /// The scene at a place in another pose, as another view shows it.
     pub fn shoot_as(&mut self, place: &Place, pose: &Pose, view: View) -> Result<Layers> {
-        self.shoot_at(&place.world(self.voxel_m), pose, view)
+        self.frame(&place.world(self.voxel_m), pose, view)
     }
 
-    /// Everything, the view too, moved by `world`.
-    pub fn shoot_at(&mut self, world: &DAffine3, pose: &Pose, view: View) -> Result<Layers> {
-        self.frame(&moved(pose, world), &seen(view, world))?;
+    fn frame(&mut self, world: &DAffine3, pose: &Pose, view: View) -> Result<Layers> {
+        if self.cell.cancel.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        let report = self.renderer.render(&moved(pose, world), &seen(view, world))?;
+        self.cell.frame_ms.borrow_mut().push(report.timings.gpu_ms);
         Ok(self.renderer.read())
-    }
-
-    /// As it stands.
-    pub fn frame(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
-        self.cell.go_on()?;
-        let report = self.renderer.render(pose, view)?;
-        self.cell.took(&report);
-        Ok(report)
-    }
-
-    /// The next frame remakes lists and light.
-    pub fn make_anew(&mut self) {
-        self.renderer.make_anew();
-    }
-
-    /// Lights and materials of another stage from now on; its meshes are those that were there.
-    pub fn relight(&mut self, stage: Stage) -> Result<()> {
-        self.renderer.change_scene(stage.scene.clone(), &stage.pose(), &[])?;
-        self.stage = stage;
-        Ok(())
     }
 }
 

@@ -22,7 +22,7 @@ use twobounce::{Error, Result};
 use super::args::{DeviceArgs, SceneArgs, minutes, percent};
 use super::lab::{Pages, Runner};
 use super::reference::{cache, check_memory};
-use super::share::{self, RowArgs};
+use super::share::{self, Parts, RowArgs};
 use super::{interrupt, out, words};
 use crate::say;
 
@@ -171,8 +171,7 @@ impl Bench<'_> {
 
     /// Prints the commands that share the work. `outputs`: the flags that name the folder.
     pub fn list(&self, count: u32, outputs: &[&str]) -> Result<ExitCode> {
-        let parts: Vec<String> = (1..=count).map(|i| format!("{i}/{count}")).collect();
-        share::list(&parts, "--shard", outputs, Some((self.folder, "")))?;
+        Parts { flag: "--shard", outputs, ending: "" }.list(&share::shards(count), Some(self.folder));
         Ok(ExitCode::SUCCESS)
     }
 

@@ -1,13 +1,15 @@
-//! What is small, smooth, or at the grid's border.
+//! Things that are small, smooth, or at the grid's border.
+
+use glam::DVec3;
 
 use super::walls::against_truth_at;
-use super::{rel, sum};
+use super::{Run, at_places, energy, of_all, rel, sum};
 use crate::Result;
 use crate::layers::Aov;
 use crate::reference::Depth;
 use crate::scene::{Projection, View};
 use crate::stability::SIZE;
-use crate::stability::case::{Place, Run, Sample};
+use crate::stability::case::{Pixels, Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::fine_scenes::{
     BORDERS, GLASS, THIN, border_room, glass, glossy_floor, paper, slope, slope_radiance, thin_screen,
@@ -18,10 +20,7 @@ use crate::stability::stage::Studio;
 pub const RUNS: &[(&str, Run)] = &[
     ("thin-block", |cell| thin(cell, false)),
     ("thin-send", |cell| thin(cell, true)),
-    ("paper", |cell| {
-        let places: Vec<Place> = cell.turned_places();
-        against_truth_at(cell, paper(), "", &places, rel)
-    }),
+    ("paper", |cell| against_truth_at(cell, paper(), "", &cell.turned_places(), rel)),
     ("banding", banding),
     ("lobe-width", lobe_width),
     ("refraction", refraction),
@@ -35,40 +34,36 @@ fn few(cell: &Cell) -> Vec<Place> {
 
 fn thin(cell: &Cell, sends: bool) -> Result<Vec<Sample>> {
     let voxel_m = thin_screen(THIN[0], 0.1, sends).voxel_m(&cell.settings);
-    let of_kind = |kind: &&str| {
-        against_truth_at(cell, thin_screen(kind, voxel_m, sends), kind, &few(cell), |image, truth| {
-            sum(image) / sum(truth)
-        })
-    };
-    Ok(THIN.iter().map(of_kind).collect::<Result<Vec<_>>>()?.concat())
+    of_all(&THIN, |kind| against_truth_at(cell, thin_screen(kind, voxel_m, sends), kind, &few(cell), energy))
 }
 
 /// A layer's sums over the rows from `first` to `end` of the image, column by column.
-fn columns(pixels: &[[f32; 3]], (first, end): (usize, usize)) -> Vec<f64> {
+fn columns(pixels: &[[f32; 3]], first: usize, end: usize) -> Vec<f64> {
     let width = SIZE as usize;
     (0..width).map(|x| (first..end).map(|y| sum(&pixels[y * width + x..=y * width + x])).sum()).collect()
 }
 
-fn banding(cell: &Cell) -> Result<Vec<Sample>> {
-    let mut studio = Studio::new(cell, slope())?;
-    let view = studio.stage.view;
+/// Half the height of what a view shows at a distance of 1.
+fn tangent(view: &View) -> f64 {
     let Projection::Perspective { fov, .. } = view.projection else { unreachable!("the view is a perspective one") };
-    let tangent = f64::from(0.5 * fov).tan();
-    let size = SIZE as usize;
-    let at = |i: usize| (2.0 * (i as f64 + 0.5) / size as f64 - 1.0) * tangent;
-    let truth: Vec<[f32; 3]> =
-        (0..size * size).map(|i| [slope_radiance(&view, [at(i % size), -at(i / size)]) as f32; 3]).collect();
-    let rows = (size / 4, 3 * size / 4);
-    let should = columns(&truth, rows);
-    let sample = |place: &Place| {
+    f64::from(0.5 * fov).tan()
+}
+
+fn banding(cell: &Cell) -> Result<Vec<Sample>> {
+    let stage = slope();
+    let (view, size) = (stage.view, SIZE as usize);
+    let at = |i: usize| (2.0 * (i as f64 + 0.5) / size as f64 - 1.0) * tangent(&view);
+    let radiance = |i: usize| slope_radiance(&view, [at(i % size), -at(i / size)]) as f32;
+    let truth: Pixels = (0..size * size).map(|i| [radiance(i); 3]).collect();
+    let middle = |pixels: &[[f32; 3]]| columns(pixels, size / 4, 3 * size / 4);
+    let should = middle(&truth);
+    at_places(cell, stage, |studio, place| {
         let layers = studio.shoot(place)?;
-        let image = layers.get(Aov::Indirect).unwrap_or_default().to_vec();
-        let ratio: Vec<f64> = columns(&image, rows).iter().zip(&should).map(|(a, b)| a / b).collect();
+        let image = layers.get(Aov::Indirect).unwrap_or_default();
+        let ratio: Vec<f64> = middle(image).iter().zip(&should).map(|(a, b)| a / b).collect();
         let bend = ratio.windows(7).map(|r| (r[0] - 2.0 * r[3] + r[6]).abs()).fold(0.0, f64::max);
-        let more = vec![("energy", sum(&image) / sum(&truth))];
-        Ok(Sample { more, truth: Some(truth.clone()), ..Sample::new(place, bend, image) })
-    };
-    cell.turned_places().iter().map(sample).collect()
+        Ok(Sample::new(place, bend, image).with(vec![("energy", energy(image, &truth))]).beside(&truth))
+    })
 }
 
 /// How wide a step is, in columns: of a ramp, two thirds of its width.
@@ -80,26 +75,24 @@ fn step_width(profile: &[f64]) -> f64 {
 }
 
 fn lobe_width(cell: &Cell) -> Result<Vec<Sample>> {
-    let rows = (SIZE as usize / 2, 3 * SIZE as usize / 4);
+    let size = SIZE as usize;
     // Noise makes an edge seem narrower.
     let smooth = |profile: Vec<f64>| profile.windows(4).map(|w| w.iter().sum::<f64>() / 4.0).collect::<Vec<_>>();
-    let width = |pixels: &[[f32; 3]]| step_width(&smooth(columns(pixels, rows)));
-    let of_roughness = |roughness: &f32| {
+    let width = |pixels: &[[f32; 3]]| step_width(&smooth(columns(pixels, size / 2, 3 * size / 4)));
+    // With 1 the edge is wider than the image, and has no ends.
+    of_all(&[0.1, 0.2, 0.3, 0.5, 0.7], |roughness| {
         let name = format!("roughness {roughness}");
         let places = &few(cell)[..2];
         against_truth_at(cell, glossy_floor(*roughness), &name, places, |image, truth| width(image) / width(truth))
-    };
-    // With 1 the edge is wider than the image, and has no ends.
-    Ok([0.1, 0.2, 0.3, 0.5, 0.7].iter().map(of_roughness).collect::<Result<Vec<_>>>()?.concat())
+    })
 }
 
 /// The mean of images whose view is shifted within a pixel, so that edges seen directly or through glass are filtered as the path
 /// tracer filters them.
-fn filtered(studio: &mut Studio, place: &Place) -> Result<Vec<[f32; 3]>> {
+fn filtered(studio: &mut Studio, place: &Place) -> Result<Pixels> {
     const SIDE: u32 = 4;
     let (pose, view) = (studio.stage.pose(), studio.stage.view);
-    let Projection::Perspective { fov, .. } = view.projection else { unreachable!("the view is a perspective one") };
-    let pixel = 2.0 * f64::from(0.5 * fov).tan() / f64::from(SIZE);
+    let pixel = 2.0 * tangent(&view) / f64::from(SIZE);
     let shift = |i: u32| ((f64::from(i) + 0.5) / f64::from(SIDE) - 0.5) * pixel;
     let mut mean = vec![[0.0f32; 3]; (SIZE * SIZE) as usize];
     for i in 0..SIDE * SIDE {
@@ -113,38 +106,28 @@ fn filtered(studio: &mut Studio, place: &Place) -> Result<Vec<[f32; 3]>> {
 }
 
 fn refraction(cell: &Cell) -> Result<Vec<Sample>> {
-    let of_kind = |(kind, ior): &(&str, f32)| {
+    of_all(&GLASS, |(kind, ior)| {
         let stage = glass(kind, *ior);
-        let truth = cell.film(&stage, (&stage.pose(), &stage.view), Depth::Full, 0)?.layers(&[]).beauty().to_vec();
+        let truth = cell.film(&stage, &stage.pose(), Depth::Full, 0)?.layers(&[]);
+        let truth = truth.beauty();
         let mut studio = Studio::new(cell, stage)?;
         let sample = |place: &Place| {
             let image = filtered(&mut studio, place)?;
-            let number = rel(&image, &truth);
-            let more = vec![("energy", sum(&image) / sum(&truth))];
-            Ok(Sample { more, truth: Some(truth.clone()), ..Sample::new(format!("{kind}: {place}"), number, image) })
+            let more = vec![("energy", energy(&image, truth))];
+            Ok(Sample::new(format!("{kind}: {place}"), rel(&image, truth), &image).with(more).beside(truth))
         };
-        few(cell)[..2].iter().map(sample).collect::<Result<Vec<_>>>()
-    };
-    Ok(GLASS.iter().map(of_kind).collect::<Result<Vec<_>>>()?.concat())
+        few(cell)[..2].iter().map(sample).collect()
+    })
 }
 
 fn edges(cell: &Cell) -> Result<Vec<Sample>> {
-    let cell_without_margin = Cell::new(
-        cell.context,
-        cell.cache,
-        cell.changed("grid.margin=0")?,
-        (cell.effort, cell.memory_limit),
-        cell.cancel,
-    );
-    let of_kind = |kind: &&str| {
-        let offset = glam::DVec3::splat(if kind.ends_with("outside") { 0.25 } else { 0.0 });
+    let without_margin = cell.with("grid.margin=0")?;
+    of_all(&BORDERS, |kind| {
+        let offset = DVec3::splat(if kind.ends_with("outside") { 0.25 } else { 0.0 });
         let place = Place { offset, degrees: 0.0 };
         let usual = sum(Studio::new(cell, border_room(kind))?.shoot(&place)?.beauty());
-        against_truth_at(&cell_without_margin, border_room(kind), kind, &[place], |image, _| sum(image) / usual)
-    };
-    let samples = BORDERS.iter().map(of_kind).collect::<Result<Vec<_>>>()?.concat();
-    cell.took_as(&cell_without_margin);
-    Ok(samples)
+        against_truth_at(&without_margin, border_room(kind), kind, &[place], |image, _| sum(image) / usual)
+    })
 }
 
 #[cfg(test)]

@@ -2,18 +2,19 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{rel, sum};
+use super::{Run, energy, of_all, rel};
 use crate::Result;
-use crate::scene::LightKind;
-use crate::stability::case::{Place, Run, Sample};
+use crate::layers::Layers;
+use crate::scene::{LightKind, Projection, Transform};
+use crate::stability::case::{Pixels, Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{BAD_TRIANGLES, room, with_bad_triangles};
 use crate::stability::stage::{Stage, Studio};
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
-    ("symmetry", symmetry),
-    ("symmetry-mean", symmetry_of_means),
+    ("symmetry", |cell| symmetry(cell, rel)),
+    ("symmetry-mean", |cell| symmetry(cell, |image, plain| (energy(image, plain) - 1.0).abs())),
     ("scale", scale),
     ("far-away", far_away),
     ("brightness", brightness),
@@ -32,78 +33,55 @@ const SYMMETRIES: [([usize; 3], [f64; 3], &str); 8] = [
     ([1, 0, 2], [1.0, 1.0, 1.0], "x and y swapped"),
 ];
 
-type Pixels = Vec<[f32; 3]>;
-
-/// The plain image, and those under the symmetries as if they were plain.
-fn symmetric(cell: &Cell) -> Result<(Pixels, Vec<(&'static str, Pixels)>)> {
+/// A number of the images under the symmetries, as if they were plain, and of the plain image.
+fn symmetry(cell: &Cell, number: fn(&[[f32; 3]], &[[f32; 3]]) -> f64) -> Result<Vec<Sample>> {
     let mut studio = Studio::new(cell, room())?;
-    let (pose, view) = (studio.stage.pose(), studio.stage.view);
-    let plain = studio.shoot_at(&DAffine3::IDENTITY, &pose, view)?.beauty().to_vec();
+    let plain = studio.shoot_at(&DAffine3::IDENTITY)?;
     let count = if cell.effort.places < SYMMETRIES.len() { 4 } else { SYMMETRIES.len() };
-    let every = SYMMETRIES.iter().step_by(SYMMETRIES.len() / count);
-    let images = every.map(|(axes, signs, words)| {
+    let sample = |(axes, signs, words): &([usize; 3], [f64; 3], &str)| {
         let columns = [0, 1, 2].map(|i| DVec3::AXES[axes[i]] * signs[i]);
         let world = DAffine3::from_mat3(DMat3::from_cols(columns[0], columns[1], columns[2]));
-        let image = studio.shoot_at(&world, &pose, view)?;
-        let mut pixels = image.beauty().to_vec();
+        let mut pixels = studio.shoot_at(&world)?.beauty().to_vec();
         if world.matrix3.determinant() < 0.0 {
-            pixels.chunks_mut(image.width as usize).for_each(<[_]>::reverse);
+            pixels.chunks_mut(plain.width as usize).for_each(<[_]>::reverse);
         }
-        Ok((*words, pixels))
-    });
-    Ok((plain, images.collect::<Result<_>>()?))
-}
-
-fn symmetry(cell: &Cell) -> Result<Vec<Sample>> {
-    let (plain, images) = symmetric(cell)?;
-    let sample = |(words, image): (&str, Pixels)| Sample {
-        truth: Some(plain.clone()),
-        ..Sample::new(words, rel(&image, &plain), image)
+        Ok(Sample::new(words, number(&pixels, plain.beauty()), &pixels).beside(plain.beauty()))
     };
-    Ok(images.into_iter().map(sample).collect())
+    SYMMETRIES.iter().step_by(SYMMETRIES.len() / count).map(sample).collect()
 }
 
-fn symmetry_of_means(cell: &Cell) -> Result<Vec<Sample>> {
-    let (plain, images) = symmetric(cell)?;
-    let sample = |(words, image): (&str, Pixels)| Sample {
-        truth: Some(plain.clone()),
-        ..Sample::new(words, (sum(&image) / sum(&plain) - 1.0).abs(), image)
+/// The image of a stage on a device of its own, at a place in the grid where nothing lies on a voxel's border.
+fn image_of(cell: &Cell, stage: Stage, center: DVec3) -> Result<Pixels> {
+    let mut studio = Studio::about(cell, stage, center)?;
+    let place = Place::all(2, false)[1].world(studio.stage.voxel_m(&cell.settings));
+    Ok(studio.shoot_at(&(DAffine3::from_translation(center) * place))?.beauty().to_vec())
+}
+
+/// The images of changes to the room, as if nothing had changed, and the plain one. `image`: of a change, with its words.
+fn changes<T>(changes: &[T], cell: &Cell, image: impl Fn(&T) -> Result<(String, Pixels)>) -> Result<Vec<Sample>> {
+    let plain = image_of(cell, room(), DVec3::ZERO)?;
+    let sample = |change: &T| {
+        let (words, image) = image(change)?;
+        Ok(Sample::new(words, rel(&image, &plain), &image).beside(&plain))
     };
-    Ok(images.into_iter().map(sample).collect())
+    changes.iter().map(sample).collect()
 }
 
-/// The image of a stage at one place, on a device of its own.
-fn image_of(cell: &Cell, stage: Stage, center: DVec3, place: &Place) -> Result<Pixels> {
-    let mut studio = Studio::with(cell, stage, cell.settings.clone(), center)?;
-    let world = DAffine3::from_translation(center) * place.world(studio.stage.voxel_m(&cell.settings));
-    let (pose, view) = (studio.stage.pose(), studio.stage.view);
-    Ok(studio.shoot_at(&world, &pose, view)?.beauty().to_vec())
-}
-
-/// A place in the grid where nothing lies on a voxel's border.
-fn off_borders() -> Place {
-    Place::all(2, false)[1]
+/// The whole list, or of `--quick` its first and last.
+fn extremes<T: Copy>(cell: &Cell, all: &[T]) -> Vec<T> {
+    if cell.effort.places < 8 { vec![all[0], all[all.len() - 1]] } else { all.to_vec() }
 }
 
 fn scale(cell: &Cell) -> Result<Vec<Sample>> {
-    let place = off_borders();
-    let plain = image_of(cell, room(), DVec3::ZERO, &place)?;
-    let factors: &[f64] =
-        if cell.effort.places < 8 { &[1e-3, 1e4] } else { &[1e-3, 1e-2, 0.1, 3.0, 10.0, 1e2, 1e3, 1e4] };
-    let sample = |factor: &f64| {
-        let image = image_of(cell, scaled(&room(), *factor), DVec3::ZERO, &place)?;
-        Ok(Sample { truth: Some(plain.clone()), ..Sample::new(format!("×{factor}"), rel(&image, &plain), image) })
-    };
-    factors.iter().map(sample).collect()
+    let factors = extremes(cell, &[1e-3, 1e-2, 0.1, 3.0, 10.0, 1e2, 1e3, 1e4]);
+    changes(&factors, cell, |factor| Ok((format!("×{factor}"), image_of(cell, scaled(room(), *factor), DVec3::ZERO)?)))
 }
 
 /// The same image from a scene of another size: irradiance at a point light's distance stays.
-fn scaled(stage: &Stage, factor: f64) -> Stage {
-    let mut stage = stage.clone();
+fn scaled(mut stage: Stage, factor: f64) -> Stage {
     let scale = DAffine3::from_scale(DVec3::splat(factor));
     for node in &mut stage.scene.nodes {
-        let local = node.local.matrix();
-        node.local = crate::scene::Transform::Matrix(scale * local);
+        node.local = Transform::Matrix(scale * node.local.matrix());
     }
     for light in &mut stage.scene.lights {
         light.radius *= factor as f32;
@@ -113,50 +91,39 @@ fn scaled(stage: &Stage, factor: f64) -> Stage {
     }
     stage.view.eye *= factor;
     stage.reach *= factor;
-    if let crate::scene::Projection::Perspective { near, .. } = &mut stage.view.projection {
+    if let Projection::Perspective { near, .. } = &mut stage.view.projection {
         *near *= factor as f32;
     }
     stage
 }
 
 fn far_away(cell: &Cell) -> Result<Vec<Sample>> {
-    let place = off_borders();
-    let plain = image_of(cell, room(), DVec3::ZERO, &place)?;
     let ways = [DVec3::X, -DVec3::Y, DVec3::Z, DVec3::new(1.0, -0.7, 0.3)];
-    let sample = |way: &DVec3| {
-        let image = image_of(cell, room(), *way * 1e5, &place)?;
-        Ok(Sample { truth: Some(plain.clone()), ..Sample::new(format!("along {way}"), rel(&image, &plain), image) })
-    };
-    ways.iter().take(cell.effort.places).map(sample).collect()
+    let count = cell.effort.places.min(ways.len());
+    changes(&ways[..count], cell, |way| Ok((format!("along {way}"), image_of(cell, room(), *way * 1e5)?)))
 }
 
 fn brightness(cell: &Cell) -> Result<Vec<Sample>> {
-    let place = off_borders();
-    let plain = image_of(cell, room(), DVec3::ZERO, &place)?;
-    let factors: &[f32] =
-        if cell.effort.places < 8 { &[1e-6, 1e6] } else { &[1e-6, 1e-4, 1e-2, 0.1, 10.0, 1e2, 1e4, 1e6] };
-    let sample = |factor: &f32| {
+    let factors = extremes(cell, &[1e-6f32, 1e-4, 1e-2, 0.1, 10.0, 1e2, 1e4, 1e6]);
+    changes(&factors, cell, |factor| {
         let mut stage = room();
         stage.scene.lights.iter_mut().for_each(|light| light.intensity *= *factor);
-        let image: Vec<_> =
-            image_of(cell, stage, DVec3::ZERO, &place)?.into_iter().map(|p| p.map(|v| v / factor)).collect();
-        Ok(Sample { truth: Some(plain.clone()), ..Sample::new(format!("×{factor}"), rel(&image, &plain), image) })
-    };
-    factors.iter().map(sample).collect()
+        let image = image_of(cell, stage, DVec3::ZERO)?;
+        Ok((format!("×{factor}"), image.into_iter().map(|p| p.map(|v| v / factor)).collect()))
+    })
 }
 
 fn bad_triangles(cell: &Cell) -> Result<Vec<Sample>> {
-    let places: Vec<Place> = cell.places().into_iter().take(3).collect();
+    let places: Vec<Place> = Place::all(cell.effort.places, false).into_iter().take(3).collect();
     let mut plain = Studio::new(cell, room())?;
-    let truths = places.iter().map(|place| Ok(plain.shoot(place)?.beauty().to_vec())).collect::<Result<Vec<_>>>()?;
-    let mut samples = Vec::new();
-    for kind in BAD_TRIANGLES {
-        let mut bad = Studio::new(cell, with_bad_triangles(&room(), kind))?;
-        for (place, truth) in places.iter().zip(&truths) {
-            let image = bad.shoot(place)?.beauty().to_vec();
-            let (words, number) = (format!("{kind}: {place}"), rel(&image, truth));
-            samples.push(Sample { truth: Some(truth.clone()), ..Sample::new(words, number, image) });
-        }
-    }
-    Ok(samples)
+    let truths = places.iter().map(|place| plain.shoot(place)).collect::<Result<Vec<_>>>()?;
+    of_all(&BAD_TRIANGLES, |kind| {
+        let mut bad = Studio::new(cell, with_bad_triangles(kind))?;
+        let sample = |(place, truth): (&Place, &Layers)| {
+            let (image, truth) = (bad.shoot(place)?, truth.beauty());
+            let number = rel(image.beauty(), truth);
+            Ok(Sample::new(format!("{kind}: {place}"), number, image.beauty()).beside(truth))
+        };
+        places.iter().zip(&truths).map(sample).collect()
+    })
 }

@@ -1,15 +1,17 @@
-//! What happens from frame to frame.
+//! Changes from frame to frame.
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::sum;
+use super::{Run, at_places, energy};
 use crate::Result;
 use crate::chart::measure::same_depth;
 use crate::layers::Layers;
+use crate::measure::metrics;
+use crate::measure::terms::Subtract;
 use crate::scene::{LightKind, Pose, View};
-use crate::stability::case::{Place, Run, Sample};
+use crate::stability::case::{Pixels, Place, Sample};
 use crate::stability::cell::Cell;
-use crate::stability::motion::{Motion, excess, mean};
+use crate::stability::motion::{changes, excess, mean};
 use crate::stability::scenes::{DOOR, add_lamp, at, doorway, room, room_with};
 use crate::stability::stage::{Stage, Studio};
 
@@ -20,10 +22,10 @@ pub const RUNS: &[(&str, Run)] = &[
     ("lamp-crossing", lamp),
     ("door", door),
     ("flicker", |cell| flicker(cell, false)),
-    ("flicker-all", |cell| flicker(cell, true)),
+    ("flicker-all", |cell| flicker(&cell.with("bounces=all")?, true)),
     ("turn", turn),
-    ("light-on", |cell| step(cell, [0.02, 1.0])),
-    ("light-off", |cell| step(cell, [1.0, 0.02])),
+    ("light-on", |cell| step(&cell.with("bounces=all")?, 0.02, 1.0)),
+    ("light-off", |cell| step(&cell.with("bounces=all")?, 1.0, 0.02)),
 ];
 
 /// Steps along the way, counted from 0 to the effort's.
@@ -31,49 +33,49 @@ fn along(cell: &Cell) -> impl Iterator<Item = f64> + use<> {
     (0..=cell.effort.steps).map(|step| step as f64)
 }
 
-fn sample_of(place: &Place, frames: &[Layers], truths: &[Layers], more: Vec<(&'static str, f64)>) -> Result<Sample> {
-    let Motion { excess, worst, flip, change } = Motion::of(frames, truths)?;
+/// The temporal excess of frames over those that they should be. `more`: further numbers.
+fn sample_of(place: &Place, frames: &[Layers], truths: &[Layers], more: &[(&'static str, f64)]) -> Result<Sample> {
+    let (excess, worst) = excess(frames, truths)?;
+    let flip = |(frame, truth)| Ok(metrics::compare(frame, truth, Subtract::Own)?.flip);
+    let flips: Vec<f64> = frames.iter().zip(truths).map(flip).collect::<Result<_>>()?;
+    let flip = flips.iter().sum::<f64>() / flips.len() as f64;
+    let mut all = vec![("worst 1 % of pixels", worst), ("FLIP of a frame", flip)];
+    // Absent where the reference stands still.
+    let should = changes(truths);
+    all.extend((should > 0.0).then(|| ("change over the reference's", changes(frames) / should)));
+    all.extend(more);
     let last = |images: &[Layers]| images.last().map(|image| image.beauty().to_vec()).unwrap_or_default();
-    let change = change.map(|change| ("change over the reference's", change));
-    let own = [Some(("worst 1 % of pixels", worst)), Some(("FLIP of a frame", flip)), change];
-    let more = own.into_iter().flatten().chain(more).collect();
-    Ok(Sample { more, truth: Some(last(truths)), ..Sample::new(place, excess, last(frames)) })
+    Ok(Sample::new(place, excess, &last(frames)).with(all).beside(&last(truths)))
 }
 
 fn slide(cell: &Cell) -> Result<Vec<Sample>> {
-    let mut studio = Studio::new(cell, room())?;
-    let (pose, view) = (studio.stage.pose(), studio.stage.view);
-    let voxel_m = studio.stage.voxel_m(&cell.settings);
-    let sample = |place: &Place| {
+    at_places(cell, room(), |studio, place| {
+        let voxel_m = studio.stage.voxel_m(&cell.settings);
         let way = DVec3::new(1.0, 0.37, -0.61) * (voxel_m / 8.0);
-        let frame =
-            |step| studio.shoot_at(&(DAffine3::from_translation(way * step) * place.world(voxel_m)), &pose, view);
+        let frame = |step| studio.shoot_at(&(DAffine3::from_translation(way * step) * place.world(voxel_m)));
         let frames = along(cell).map(frame).collect::<Result<Vec<_>>>()?;
-        sample_of(place, &frames, &vec![frames[0].clone(); frames.len()], vec![])
-    };
-    cell.turned_places().iter().map(sample).collect()
+        sample_of(place, &frames, &vec![frames[0].clone(); frames.len()], &[])
+    })
 }
 
 /// A motion against the path tracer's: the pose at each step.
 fn motion(cell: &Cell, stage: Stage, pose: impl Fn(f64) -> Pose) -> Result<Vec<Sample>> {
-    let view = stage.view;
-    let (truths, noise) = truths(cell, &stage, &view, &pose)?;
-    let mut studio = Studio::new(cell, stage)?;
-    let sample = |place: &Place| {
+    let (truths, noise) = truths(cell, &stage, &pose)?;
+    at_places(cell, stage, |studio, place| {
+        let view = studio.stage.view;
         let frames = along(cell).map(|step| studio.shoot_as(place, &pose(step), view)).collect::<Result<Vec<_>>>()?;
-        sample_of(place, &frames, &truths, vec![("the reference's noise", noise)])
-    };
-    cell.turned_places().iter().map(sample).collect()
+        sample_of(place, &frames, &truths, &[("the reference's noise", noise)])
+    })
 }
 
 /// Path-traced frames, and how much of an excess their own noise is. Each is the mean of two of other seeds, so half the
 /// difference of these has the error's distribution; one seed gives every frame the same random numbers, and what does not
 /// change the same noise.
-fn truths(cell: &Cell, stage: &Stage, view: &View, pose: &impl Fn(f64) -> Pose) -> Result<(Vec<Layers>, f64)> {
+fn truths(cell: &Cell, stage: &Stage, pose: &impl Fn(f64) -> Pose) -> Result<(Vec<Layers>, f64)> {
     let depth = same_depth(&stage.scene, &cell.settings);
     let series = |seed| {
-        let frame = |step| Ok(cell.film(stage, (&pose(step), view), depth, seed)?.layers(&[]));
-        along(cell).map(frame).collect::<Result<Vec<Layers>>>()
+        let film = |step| cell.film(stage, &pose(step), depth, seed);
+        along(cell).map(|step| Ok(film(step)?.layers(&[]))).collect::<Result<Vec<Layers>>>()
     };
     let (a, b) = (series(0)?, series(1)?);
     let noise = 0.5 * excess(&a, &b)?.0;
@@ -116,74 +118,64 @@ fn changed(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
 }
 
 fn flicker(cell: &Cell, all: bool) -> Result<Vec<Sample>> {
-    let settings = if all { cell.changed("bounces=all")? } else { cell.settings.clone() };
-    let mut studio = Studio::with(cell, room(), settings, DVec3::ZERO)?;
-    let sample = |place: &Place| {
+    at_places(cell, room(), |studio, place| {
         let first = studio.shoot_anew(place)?;
         let mut worst = 0.0f64;
         for frame in 0..4 {
             // With feedback light made anew goes on from what it was.
             if frame >= 2 && !all {
-                studio.make_anew();
+                studio.renderer.make_anew();
             }
             worst = worst.max(changed(studio.shoot(place)?.beauty(), first.beauty()));
         }
-        Ok(Sample::new(place, worst, first.beauty().to_vec()))
-    };
-    cell.turned_places().iter().map(sample).collect()
+        Ok(Sample::new(place, worst, first.beauty()))
+    })
 }
 
 fn turn(cell: &Cell) -> Result<Vec<Sample>> {
-    let mut studio = Studio::new(cell, room())?;
-    let (pose, view) = (studio.stage.pose(), studio.stage.view);
-    let sample = |place: &Place| {
+    at_places(cell, room(), |studio, place| {
+        let (pose, view) = (studio.stage.pose(), studio.stage.view);
         let first = studio.shoot(place)?;
         for degrees in [10.0f64, 25.0, 60.0, 20.0] {
-            let turned = View {
-                forward: DAffine3::from_axis_angle(view.up, degrees.to_radians()).transform_vector3(view.forward),
-                ..view
-            };
-            studio.shoot_as(place, &pose, turned)?;
+            let turn = DAffine3::from_axis_angle(view.up, degrees.to_radians());
+            studio.shoot_as(place, &pose, View { forward: turn.transform_vector3(view.forward), ..view })?;
         }
-        let last = studio.shoot(place)?.beauty().to_vec();
-        Ok(Sample { truth: Some(first.beauty().to_vec()), ..Sample::new(place, changed(&last, first.beauty()), last) })
-    };
-    cell.turned_places().iter().map(sample).collect()
+        let (first, last) = (first.beauty(), studio.shoot(place)?);
+        Ok(Sample::new(place, changed(last.beauty(), first), last.beauty()).beside(first))
+    })
 }
 
 /// The most frames that a step is followed for.
 const MOST_FRAMES: usize = 24;
 
 /// A light that goes from one brightness to another.
-fn step(cell: &Cell, [before, after]: [f32; 2]) -> Result<Vec<Sample>> {
-    let settings = cell.changed("bounces=all")?;
+fn step(cell: &Cell, before: f32, after: f32) -> Result<Vec<Sample>> {
     let lit = |brightness: f32| {
-        room_with(|scene| {
-            scene.add_light(LightKind::Point, Vec3::splat(2.0 * brightness), at(0.2, 0.6, 0.1));
-        })
+        room_with(|scene| scene.add_light(LightKind::Point, Vec3::splat(2.0 * brightness), at(0.2, 0.6, 0.1)))
     };
-    let mut studio = Studio::with(cell, lit(after), settings, DVec3::ZERO)?;
+    let mut studio = Studio::new(cell, lit(after))?;
     let sample = |place: &Place| {
         // Still light is the mean of many passes in the end, light that changes is of one: like is compared with like.
         let mut follow = |first: f32| {
-            studio.relight(lit(first))?;
-            let still = studio.shoot_anew(place)?;
-            studio.relight(lit(after))?;
+            let pose = studio.stage.pose();
+            studio.renderer.change_scene(lit(first).scene, &pose, &[])?;
+            let still = studio.shoot_anew(place)?.beauty().to_vec();
+            studio.renderer.change_scene(lit(after).scene, &pose, &[])?;
             let images = (0..MOST_FRAMES).map(|_| Ok(studio.shoot(place)?.beauty().to_vec()));
             Ok((still, images.collect::<Result<Vec<_>>>()?))
         };
         let (still, always) = follow(after)?;
-        let truth = always[MOST_FRAMES - 1].clone();
+        let truth = &always[MOST_FRAMES - 1];
         let (_, images) = follow(before)?;
-        let settled = |image: &Vec<[f32; 3]>| (sum(image) / sum(&truth) - 1.0).abs() <= 0.01;
+        let settled = |image: &Pixels| (energy(image, truth) - 1.0).abs() <= 0.01;
         let number = images.iter().rposition(|image| !settled(image)).map_or(1, |last| last + 2);
         let more = vec![
-            ("first frame over settled", sum(&images[0]) / sum(&truth)),
-            ("settled over still", sum(&truth) / sum(still.beauty())),
+            ("first frame over settled", energy(&images[0], truth)),
+            ("settled over still", energy(truth, &still)),
         ];
-        Ok(Sample { more, truth: Some(truth), ..Sample::new(place, number as f64, images[0].clone()) })
+        Ok(Sample::new(place, number as f64, &images[0]).with(more).beside(truth))
     };
-    cell.places().iter().take(3).map(sample).collect()
+    Place::all(cell.effort.places, false).iter().take(3).map(sample).collect()
 }
 
 #[cfg(test)]

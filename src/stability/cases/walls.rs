@@ -1,14 +1,12 @@
-//! What walls let through that they should not, or keep back that they should let through.
+//! Light that walls let through although they should not, or keep back although they should let it through.
 
-use glam::DVec3;
-
-use super::{rel, sum};
+use super::{Run, at_places, energy, rel, sum};
 use crate::Result;
 use crate::chart::measure::same_depth;
 use crate::layers::Aov;
 use crate::measure::metrics;
 use crate::measure::terms::{self, Subtract};
-use crate::stability::case::{Place, Run, Sample};
+use crate::stability::case::{Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{DARK, LIT, back_side, behind, divided, fenced, two_rooms, view};
 use crate::stability::stage::{Stage, Studio};
@@ -22,37 +20,31 @@ pub const RUNS: &[(&str, Run)] = &[
     ("leak-2", |cell| leaks(cell, 2.0)),
     ("leak-4", |cell| leaks(cell, 4.0)),
     ("back-side", back_sides),
-    ("fence", fence),
+    ("fence", |cell| {
+        let voxel_m = two_rooms().0.voxel_m(&cell.settings);
+        against_truth(cell, fenced(0.5 * voxel_m), energy)
+    }),
 ];
 
 fn leaks(cell: &Cell, voxels: f64) -> Result<Vec<Sample>> {
     let thick = voxels * two_rooms().0.voxel_m(&cell.settings);
-    let mut studio = Studio::new(cell, divided(thick))?;
-    let pose = studio.stage.pose();
-    let sample = |place| {
+    at_places(cell, divided(thick), |studio, place| {
+        let pose = studio.stage.pose();
         let lit = studio.shoot_as(place, &pose, view(LIT, [0.0; 3]))?;
         let dark = studio.shoot_as(place, &pose, view(DARK, [0.0; 3]))?;
-        Ok(Sample::new(place, sum(dark.beauty()) / sum(lit.beauty()), dark.beauty().to_vec()))
-    };
-    cell.turned_places().iter().map(sample).collect()
+        Ok(Sample::new(place, energy(dark.beauty(), lit.beauty()), dark.beauty()))
+    })
 }
 
 fn back_sides(cell: &Cell) -> Result<Vec<Sample>> {
     let thick = 0.25 * back_side(0.0).voxel_m(&cell.settings);
-    let mut studio = Studio::new(cell, back_side(thick))?;
-    let pose = studio.stage.pose();
-    let sample = |place| {
+    at_places(cell, back_side(thick), |studio, place| {
+        let pose = studio.stage.pose();
         let [back, front] = [true, false].map(|side| studio.shoot_as(place, &pose, behind(side)));
         let (back, front) = (back?, front?);
         let [b, f] = [&back, &front].map(|image| sum(image.get(Aov::Indirect).unwrap_or_default()));
-        Ok(Sample::new(place, b / f, back.beauty().to_vec()))
-    };
-    cell.turned_places().iter().map(sample).collect()
-}
-
-fn fence(cell: &Cell) -> Result<Vec<Sample>> {
-    let voxel_m = two_rooms().0.voxel_m(&cell.settings);
-    against_truth(cell, fenced(0.5 * voxel_m), |image, truth| sum(image) / sum(truth))
+        Ok(Sample::new(place, b / f, back.beauty()))
+    })
 }
 
 /// A number of the image and the path tracer's, at turned places.
@@ -72,30 +64,26 @@ pub fn against_truth_at(
     places: &[Place],
     number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64,
 ) -> Result<Vec<Sample>> {
-    let depth = same_depth(&stage.scene, &cell.settings);
-    let film = cell.film(&stage, (&stage.pose(), &stage.view), depth, 0)?;
+    let film = cell.film(&stage, &stage.pose(), same_depth(&stage.scene, &cell.settings), 0)?;
     let (truth, noise) = (film.layers(&[Aov::Direct, Aov::Diffuse]), film.noise());
     let subtract = Subtract::in_scene(&stage.scene);
     let terms_differ = !terms::changes(&cell.settings).is_empty();
-    let equal = || Studio::with(cell, stage.clone(), terms::on_equal_terms(&cell.settings), DVec3::ZERO);
-    let mut equal = terms_differ.then(equal).transpose()?;
+    let equal = Cell { settings: terms::on_equal_terms(&cell.settings), ..cell.clone() };
+    let mut equal = terms_differ.then(|| Studio::new(&equal, stage.clone())).transpose()?;
     let mut studio = Studio::new(cell, stage)?;
     let sample = |place: &Place| {
         let image = studio.shoot(place)?;
         let on_equal_terms = equal.as_mut().map(|studio| studio.shoot(place)).transpose()?;
         let comparison = metrics::compare(on_equal_terms.as_ref().unwrap_or(&image), &truth, subtract);
         let diffuse = comparison.ok().and_then(|comparison| comparison.indirect_diffuse);
-        let [image, truth] = [&image, &truth].map(|layers| layers.beauty().to_vec());
-        let energy = sum(&image) / sum(&truth);
-        let mut more = vec![("rel", rel(&image, &truth)), ("energy", energy), ("the reference's noise", noise)];
-        more.extend(
-            diffuse
-                .iter()
-                .flat_map(|m| [("rel, indirect on diffuse", m.rel), ("energy, indirect on diffuse", m.energy)]),
-        );
-        let number = number(&image, &truth);
+        let (image, truth) = (image.beauty(), truth.beauty());
+        let mut more =
+            vec![("rel", rel(image, truth)), ("energy", energy(image, truth)), ("the reference's noise", noise)];
+        if let Some(m) = diffuse {
+            more.extend([("rel, indirect on diffuse", m.rel), ("energy, indirect on diffuse", m.energy)]);
+        }
         let words = if name.is_empty() { place.to_string() } else { format!("{name}: {place}") };
-        Ok(Sample { more, truth: Some(truth), ..Sample::new(words, number, image) })
+        Ok(Sample::new(words, number(image, truth), image).with(more).beside(truth))
     };
     places.iter().map(sample).collect()
 }

@@ -7,6 +7,8 @@ mod shapes;
 mod texels;
 mod tracks;
 
+pub use glb::make;
+
 use std::path::Path;
 
 use crate::output::file;

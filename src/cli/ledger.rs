@@ -10,14 +10,15 @@ use clap::Args;
 use glam::Vec3;
 use twobounce::gi::Method;
 use twobounce::lab::ledger::{Job, LEDGERS, Line, lines, with_results};
+use twobounce::lab::specimen::Specimen;
 use twobounce::lab::table;
-use twobounce::layers::Aov;
+use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, compare};
 use twobounce::measure::terms::{self, Subtract};
 use twobounce::output::file;
 use twobounce::reference::{Depth, Options, Stop};
-use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LoadOptions, Scene, Still, View, analytic};
+use twobounce::renderer::RenderOptions;
+use twobounce::scene::analytic;
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
@@ -47,9 +48,11 @@ pub struct LedgerArgs {
 }
 
 fn method(text: &str) -> std::result::Result<Method, String> {
-    let methods: Vec<&str> = LEDGERS.iter().map(|ledger| ledger.method.name()).collect();
-    let found = LEDGERS.iter().find(|ledger| ledger.method.name() == text).map(|ledger| ledger.method);
-    found.ok_or_else(|| format!("these methods have a ledger: {}", methods.join(", ")))
+    let mut methods = LEDGERS.iter().map(|ledger| ledger.method);
+    methods.clone().find(|method| method.name() == text).ok_or_else(|| {
+        let names: Vec<&str> = methods.by_ref().map(Method::name).collect();
+        format!("these methods have a ledger: {}", names.join(", "))
+    })
 }
 
 /// Edge of the grid that changes are measured on: D19's numbers are for it.
@@ -70,14 +73,13 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     let lines = lines(&page).map_err(|error| Error::file(&output, error.to_string()))?;
     let base = Settings { voxels: EDGE, ..Settings::preset(ledger.preset)? };
     let context = args.device.open(args.size)?;
-    let scene = Scene::load(&args.scene, &LoadOptions::default())?;
-    let about = format!(
-        "Measured on `{}` at {}×{}, {}³ voxels, on {} ({}).",
-        scene.name, args.size.0, args.size.1, EDGE, context.name, context.driver
-    );
+    let specimen = Specimen::load(&args.scene)?;
+    let (name, (width, height)) = (&specimen.scene.name, args.size);
+    let about =
+        format!("Measured on `{name}` at {width}×{height}, {EDGE}³ voxels, on {} ({}).", context.name, context.driver);
     let page = table::fill(&page, |name, text| Ok(if name == "device" { about.clone() } else { text.to_owned() }))?;
-    let renders = Renders { scene, base, size: args.size, made: BTreeMap::new() };
-    let mut rows = Rows { renders, lines, results: BTreeMap::new(), page, output };
+    let (made, results) = (BTreeMap::new(), BTreeMap::new());
+    let mut rows = Rows { specimen, base, size: args.size, made, lines, results, page, output };
     let runner = Runner { device: &args.device, size: args.size, budget: None };
     runner.run(&mut rows, context, &mut Pages::default())?;
     interrupt::check()?;
@@ -87,7 +89,11 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
 
 /// The rows of a page.
 struct Rows {
-    renders: Renders,
+    specimen: Specimen,
+    base: Settings,
+    size: (u32, u32),
+    /// The scene under many settings; each is rendered once.
+    made: BTreeMap<String, Rc<Pixels>>,
     lines: Vec<Line>,
     /// By the places of lines in the page.
     results: BTreeMap<usize, Vec<String>>,
@@ -109,17 +115,16 @@ impl Experiment for Rows {
     }
 
     fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> Result<()>) -> Result<()> {
-        let line = &self.lines[row];
+        let line = self.lines[row].clone();
         let results = match &line.job {
-            Job::Change { printed, right } => self.renders.change(context, right, printed)?,
+            Job::Change { printed, right } => self.change(context, right, printed)?,
             Job::Fill { settings, scenes } => {
-                let of_scene =
-                    |scene: &String| fill(context, &format!("assets/{scene}.glb"), settings, self.renders.size);
+                let of_scene = |scene| fill(context, &format!("assets/{scene}.glb"), settings, self.size);
                 scenes.iter().map(of_scene).collect::<Result<_>>()?
             }
             Job::Furnace { settings, albedo, block, edges } => {
-                let of_edge = |edge: &u32| furnace(context, settings, (*albedo, *block), *edge);
-                edges.iter().map(of_edge).collect::<Result<_>>()?
+                let room = Specimen::new(analytic::furnace(*albedo, 1.0, *block));
+                edges.iter().map(|edge| furnace(context, &room, settings, *albedo, *edge)).collect::<Result<_>>()?
             }
         };
         self.results.insert(line.at, results);
@@ -146,15 +151,7 @@ impl Experiment for Rows {
 
 type Pixels = Vec<[f32; 3]>;
 
-/// One scene under many settings; each is rendered once.
-struct Renders {
-    scene: Scene,
-    base: Settings,
-    size: (u32, u32),
-    made: BTreeMap<String, Rc<Pixels>>,
-}
-
-impl Renders {
+impl Rows {
     /// How far `printed` changes the image with `right`, and how much brighter it makes it.
     fn change(&mut self, context: &Arc<Context>, right: &[String], printed: &[String]) -> Result<Vec<String>> {
         let before = self.image(context, &[right, printed].concat())?;
@@ -171,61 +168,53 @@ impl Renders {
         if let Some(image) = self.made.get(&key) {
             return Ok(image.clone());
         }
-        let mut settings = self.base.clone();
-        let mut scene = self.scene.clone();
+        let (mut settings, mut specimen) = (self.base.clone(), self.specimen.clone());
         for assignment in assignments {
             // The sky is the scene's, not a setting.
             match assignment.strip_prefix("sky=") {
-                Some(sky) => scene.sky = Vec3::splat(sky.parse().map_err(|_| Error::Usage(format!("no sky: {sky}")))?),
+                Some(sky) => {
+                    let sky = sky.parse().map_err(|_| Error::Usage(format!("no sky: {sky}")))?;
+                    specimen.scene.sky = Vec3::splat(sky);
+                }
                 None => settings.set(assignment)?,
             }
         }
-        let image = Rc::new(render(context, scene, settings, self.size)?);
+        let image = Rc::new(render(context, &specimen, &settings, specimen.options(self.size))?.beauty().to_vec());
         self.made.insert(key, image.clone());
         Ok(image)
     }
 }
 
-fn render(context: &Arc<Context>, scene: Scene, settings: Settings, size: (u32, u32)) -> Result<Pixels> {
-    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
-    let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
-    let options = RenderOptions { watch: Some(watch()), ..RenderOptions::new(size, bounds) };
-    let mut renderer = Renderer::new(context, scene, &pose, settings, options)?;
+fn render(context: &Arc<Context>, specimen: &Specimen, settings: &Settings, options: RenderOptions) -> Result<Layers> {
     interrupt::check()?;
-    renderer.render(&pose, &view)?;
-    Ok(renderer.read().beauty().to_vec())
+    specimen.rendered(context, settings, RenderOptions { watch: Some(watch()), ..options })
 }
 
 /// Error and energy of the indirect light on a scene's diffuse surfaces, on equal terms.
-fn fill(context: &Arc<Context>, path: &str, assignments: &[String], (width, height): (u32, u32)) -> Result<String> {
-    let scene = Scene::load(path.as_ref(), &LoadOptions::default())?;
-    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
-    let view = scene.view(&pose, 0);
-    let stop = Stop::Noise(FILL_NOISE);
+fn fill(context: &Arc<Context>, path: &str, assignments: &[String], size: (u32, u32)) -> Result<String> {
+    let specimen = Specimen::load(path)?;
+    let (stop, (width, height)) = (Stop::Noise(FILL_NOISE), size);
     let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
-    let (film, _) = traced(&cache(), Still::new(&scene, &pose, &view), &options)?;
+    let (film, _) = traced(&cache(), specimen.still(), &options)?;
     let mut settings = terms::on_equal_terms(&Settings { voxels: FILL_EDGE, ..Settings::corrected() });
     assignments.iter().try_for_each(|assignment| settings.set(assignment))?;
-    let options = RenderOptions { aovs: vec![Aov::Direct], ..RenderOptions::new((width, height), bounds) };
-    let mut renderer = Renderer::new(context, scene.clone(), &pose, settings, options)?;
-    interrupt::check()?;
-    renderer.render(&pose, &view)?;
+    let options = RenderOptions { aovs: vec![Aov::Direct], ..specimen.options(size) };
+    let image = render(context, &specimen, &settings, options)?;
     let truth = film.layers(&[Aov::Direct, Aov::Diffuse]);
-    let metrics = compare(&renderer.read(), &truth, Subtract::in_scene(&scene))?.indirect_diffuse;
+    let metrics = compare(&image, &truth, Subtract::in_scene(&specimen.scene))?.indirect_diffuse;
     let none = || Error::Usage(format!("{path}: no diffuse surface is lit"));
     let Metrics { rel, energy, .. } = metrics.ok_or_else(none)?;
     Ok(format!("{rel:.3}, {energy:.3}"))
 }
 
 /// The mean over a furnace's pixels, the darkest and the brightest one, all over what is right.
-fn furnace(context: &Arc<Context>, fill: &[String], (albedo, block): (f32, bool), edge: u32) -> Result<String> {
+fn furnace(context: &Arc<Context>, room: &Specimen, fill: &[String], albedo: f32, edge: u32) -> Result<String> {
     let mut settings = Settings { voxels: edge, ..Settings::corrected() };
     fill.iter().try_for_each(|assignment| settings.set(assignment))?;
-    let size = (FURNACE_PIXELS, FURNACE_PIXELS);
-    let shot = render(context, analytic::furnace(albedo, 1.0, block), settings, size)?;
+    let image = render(context, room, &settings, room.options((FURNACE_PIXELS, FURNACE_PIXELS)))?;
     // Every bounce adds the albedo of what came before.
     let expected: f64 = (0..=2).map(|bounce| f64::from(albedo).powi(bounce)).sum();
-    let ratios: Vec<f64> = shot.iter().map(|p| f64::from(p[1]) / expected).collect();
+    let ratios: Vec<f64> = image.beauty().iter().map(|p| f64::from(p[1]) / expected).collect();
     let (least, most) = ratios.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
     Ok(format!("{:.3} ({least:.3} … {most:.3})", ratios.iter().sum::<f64>() / ratios.len() as f64))
 }

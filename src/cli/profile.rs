@@ -156,50 +156,24 @@ impl Experiment for Growing<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
-    use twobounce::profile::counts::Counts;
     use twobounce::profile::growth::PassGrowth;
 
-    /// A key that is renamed, added or dropped must be so in the page too, and its version looked at.
     #[test]
     fn the_keys_are_those_of_the_page() {
-        let cost = PassCost {
-            name: "shade 1",
-            ns_per_occupied_voxel: Some(1.0),
-            ns_per_list_item: Some(1.0),
-            ns_per_pixel: Some(1.0),
-            ns_per_cone_step: Some(1.0),
-            counts: Counts::default(),
-            fetched_bytes: 1,
-            written_bytes: 1,
-            gb_per_s: 1.0,
-            share_of_copy: 1.0,
-        };
-        let pass = PassGrowth { name: "shade 1", gpu_ms: vec![1.0], exponent: Some(1.0) };
         let growth = Growth {
-            axis: "voxels",
             values: vec![16.0],
             occupied_voxels: vec![1],
-            passes: vec![pass],
+            passes: vec![PassGrowth { gpu_ms: vec![1.0], ..PassGrowth::default() }],
             left_out: vec!["why".into()],
+            ..Growth::default()
         };
         let report = ProfileReport {
             version: VERSION,
             render: report::tests::report(),
-            copy: CopyRates { buffer_gb_per_s: 1.0, shader_gb_per_s: 1.0 },
-            costs: vec![cost],
+            copy: CopyRates::default(),
+            costs: vec![PassCost::default()],
             growth: vec![growth],
         };
-        let mut written = BTreeSet::new();
-        report::tests::paths(&serde_json::to_value(report).unwrap(), "", &mut written);
-        // The first part of the page is that of `render`, which another test compares with the program.
-        written.retain(|path| !path.starts_with("render."));
-        written.insert("render".into());
-        let page = include_str!("../../docs/json.md");
-        let page =
-            page.split("\n# ").find(|part| part.starts_with("The file that `twobounce profile")).expect("a part");
-        let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
-        assert_eq!(written, page.lines().filter_map(cell).collect());
-        assert!(page.contains("`twobounce profile --json") && page.contains(&format!("`version` is {VERSION}")));
+        report::tests::assert_documented(&report, VERSION, "The file that `twobounce profile", &["render"]);
     }
 }

@@ -137,16 +137,35 @@ pub mod tests {
     use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
 
     /// Every path to a value, `[]` for an element of a list.
-    pub fn paths(json: &serde_json::Value, path: &str, found: &mut BTreeSet<String>) {
+    fn paths(json: &Value, path: &str, found: &mut BTreeSet<String>) {
         match json {
-            serde_json::Value::Object(map) => map.iter().for_each(|(key, value)| {
+            Value::Object(map) => map.iter().for_each(|(key, value)| {
                 paths(value, &if path.is_empty() { key.clone() } else { format!("{path}.{key}") }, found);
             }),
-            serde_json::Value::Array(list) => list.iter().for_each(|value| paths(value, &format!("{path}[]"), found)),
+            Value::Array(list) => list.iter().for_each(|value| paths(value, &format!("{path}[]"), found)),
             _ => {
                 found.insert(path.to_owned());
             }
         }
+    }
+
+    /// Holds the keys of a file against the part of `docs/json.md` about it: a key that is renamed, added or dropped must be so there
+    /// too, and the version looked at. `elsewhere`: objects that another part explains.
+    pub fn assert_documented(file: &impl Serialize, version: u32, title: &str, elsewhere: &[&str]) {
+        let mut written = BTreeSet::new();
+        paths(&serde_json::to_value(file).unwrap(), "", &mut written);
+        let key = |path: &String| {
+            let whole = elsewhere.iter().find(|whole| path.starts_with(&format!("{whole}.")));
+            // Spreads and percentiles are explained once.
+            let spread = || [".median", ".min", ".max", ".p99"].iter().find_map(|end| path.strip_suffix(end));
+            whole.copied().or_else(spread).unwrap_or(path).to_owned()
+        };
+        let written: BTreeSet<String> = written.iter().map(key).collect();
+        let page = include_str!("../../docs/json.md").trim_start_matches("# ");
+        let part = page.split("\n# ").find(|part| part.starts_with(title)).expect("a part");
+        let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
+        assert_eq!(written, part.lines().filter_map(cell).collect());
+        assert!(part.contains(&format!("`version` is {version}")));
     }
 
     fn frame(triangles: u32, repeats: u32) -> FrameReport {
@@ -175,24 +194,9 @@ pub mod tests {
         report
     }
 
-    /// A key that is renamed, added or dropped must be so in the page too, and its version looked at.
     #[test]
     fn the_keys_are_those_of_the_page() {
-        let mut written = BTreeSet::new();
-        paths(&serde_json::to_value(report()).unwrap(), "", &mut written);
-        // The settings have a page of their own, which another test compares with the tree.
-        written.retain(|path| !path.starts_with("settings."));
-        written.insert("settings".into());
-        let spread = |path: &String| {
-            let start = path.strip_suffix(".median").or(path.strip_suffix(".min")).or(path.strip_suffix(".max"));
-            start.unwrap_or(path).to_owned()
-        };
-        let written: BTreeSet<String> = written.iter().map(spread).collect();
-        let page = include_str!("../../docs/json.md").split("\n# ").next().expect("a first part");
-        let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
-        let documented: BTreeSet<String> = page.lines().filter_map(cell).collect();
-        assert_eq!(written, documented);
-        assert!(page.contains(&format!("`version` is {VERSION}")));
+        assert_documented(&report(), VERSION, "The file that `twobounce render", &["settings"]);
     }
 
     #[test]

@@ -4,5 +4,6 @@
 pub mod ledger;
 pub mod merge;
 pub mod page;
+pub mod specimen;
 pub mod store;
 pub mod table;

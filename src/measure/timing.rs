@@ -27,7 +27,7 @@ impl Spread {
 }
 
 /// Minimum, median and 99th percentile of one quantity, each that of one frame (nearest rank).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Percentiles {
     pub min: f64,
     pub median: f64,

@@ -16,7 +16,7 @@ const REPEATS: usize = 7;
 const GROUP_BYTES: u64 = 128 * 16;
 
 /// Gigabytes (10⁹) per second, read and written bytes together.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CopyRates {
     /// By the device's buffer copy.
     pub buffer_gb_per_s: f64,

@@ -10,7 +10,7 @@ use crate::ground::layout;
 use crate::measure::timing::{PassTiming, short_bytes};
 
 /// What one pass costs per unit of work, and by the model. Nanoseconds of device time, from the median.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PassCost {
     pub name: &'static str,
     /// Of the passes that work on voxels.

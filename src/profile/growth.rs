@@ -22,7 +22,7 @@ const SUBDIVISIONS: u32 = 2;
 const SHRINKS: [u32; 3] = [4, 2, 1];
 
 /// One axis: the same scene and settings but for one number.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Growth {
     /// `voxels` (grid edge), `triangles` (recorded) or `pixels`.
     pub axis: &'static str,
@@ -36,7 +36,7 @@ pub struct Growth {
 }
 
 /// One pass along an axis.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PassGrowth {
     pub name: &'static str,
     /// Median milliseconds of device time at each value.

@@ -1,19 +1,20 @@
-//! `examples/layers.rs`: a layered draw and a dispatch over the whole grid fill volumes with the same bits; its page is current.
+//! `examples/pages/layers.rs`: a layered draw and a dispatch over the whole grid fill volumes with the same bits; its page is current.
 
 use crate::gpu;
 
-#[path = "../../examples/layers.rs"]
+#[path = "../../examples/pages/layers.rs"]
 #[allow(dead_code)]
 mod example;
 use crate::studio;
 
+use twobounce::lab::specimen::Specimen;
 use twobounce::settings::Settings;
 
 #[test]
 fn draws_and_dispatches_do_the_same_work() {
     let context = gpu::context();
     let settings = Settings { voxels: 16, ..Settings::printed() };
-    let passes = example::measure(&context, &studio::room(), &settings, 1).expect("the same bits");
+    let passes = example::measure(&context, Specimen::new(studio::room()), &settings, 1).expect("the same bits");
     assert_eq!(passes.len(), 3);
     assert_eq!(context.take_validation_messages(), Vec::<String>::new());
 }

@@ -7,7 +7,7 @@ mod functions;
 mod gloss;
 #[path = "../common/gpu.rs"]
 mod gpu;
-#[path = "../../examples/audit/kinds.rs"]
+#[path = "../../examples/pages/kinds.rs"]
 mod kinds;
 #[path = "../common/more.rs"]
 mod more;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::strengths::example::tables;
+use crate::tables;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -167,14 +167,17 @@ fn the_readme_is_short() {
 
 #[test]
 fn tables_of_measurements_are_those_of_the_study() {
-    let again = "run `cargo run --release --example strengths none`";
-    for (name, text, filled) in tables::pages(root()).unwrap() {
+    let again = "run `cargo run --release --example pages -- strengths none`";
+    let rows = tables::rows(root()).unwrap();
+    for name in tables::PAGES {
+        let text = read(name);
+        let filled = twobounce::lab::table::fill(&text, |name, old| tables::table(name, &rows, old)).unwrap();
         assert!(text.contains("<!-- table: "), "{name} has no table");
         assert!(text == filled, "the tables of {name} differ from the rows of the study: {again}");
         assert!(!text.contains("| – |"), "{name} has an error that was not measured: run `twobounce study`");
     }
     for preset in twobounce::settings::PRESETS {
-        assert!(tables::ORDER.contains(&preset.name), "examples/tables/mod.rs has no place for {}", preset.name);
+        assert!(tables::ORDER.contains(&preset.name), "examples/pages/tables.rs has no place for {}", preset.name);
     }
 }
 

@@ -1,9 +1,11 @@
 //! Tests that need no device of their own: scenes, settings, the path tracer, closed forms, and the pages of `docs/`.
 
-#[path = "../../examples/talk/pictures.rs"]
+#[path = "../../examples/pages/pictures.rs"]
 mod pictures;
 #[path = "../fuzz/random.rs"]
 mod random;
+#[path = "../../examples/pages/tables.rs"]
+mod tables;
 #[path = "../common/traced.rs"]
 mod traced;
 #[path = "../twins/mod.rs"]

@@ -1,6 +1,6 @@
-//! The renderer's coats, sheens and the like against the path tracer, and `docs/materials.md` as its example writes it.
+//! The renderer's coats, sheens and the like against the path tracer, and `docs/materials.md` as `examples/pages` writes it.
 
-#[path = "../../examples/materials.rs"]
+#[path = "../../examples/pages/materials.rs"]
 #[allow(dead_code)]
 mod example;
 
@@ -10,7 +10,7 @@ use std::path::Path;
 use twobounce::ground::finish::approximated;
 use twobounce::vk::{Context, ContextOptions};
 
-const AGAIN: &str = "run `cargo run --release --example materials`";
+const AGAIN: &str = "run `cargo run --release --example pages -- materials`";
 
 #[test]
 fn the_page_has_a_row_for_every_scene() {

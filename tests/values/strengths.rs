@@ -1,16 +1,17 @@
 //! `docs/study/strengths.md` has a line of measurements per preset; what is measured for them is right where it is known.
 
-#[path = "../../examples/strengths.rs"]
+#[path = "../../examples/pages/strengths.rs"]
 #[allow(dead_code)]
-pub mod example;
+mod example;
 
 use std::path::Path;
 
+use crate::tables;
 use twobounce::lab::table;
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 
-const AGAIN: &str = "run `cargo run --release --example strengths`";
+const AGAIN: &str = "run `cargo run --release --example pages -- strengths`";
 
 #[test]
 fn every_preset_is_measured() {
@@ -18,7 +19,7 @@ fn every_preset_is_measured() {
     let page = std::fs::read_to_string(path).expect("the page");
     let tables = table::tables(&page).expect("marks");
     let (_, measured) = tables.iter().find(|(name, _)| name == "measured").expect(AGAIN);
-    for preset in example::tables::CHOSEN {
+    for preset in tables::CHOSEN {
         let line = measured.lines().find(|line| line.starts_with(&format!("| `{preset}` |"))).expect(AGAIN);
         let numbers: Vec<f64> =
             line.split('|').filter_map(|cell| cell.trim().strip_suffix(" %")?.parse().ok()).collect();

@@ -14,7 +14,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
 }
 
-const AGAIN: &str = "run `cargo run --release --example talk`";
+const AGAIN: &str = "run `cargo run --release --example pages -- talk`";
 
 fn page() -> String {
     fs::read_to_string(root().join("docs/talk.md")).expect("the page")

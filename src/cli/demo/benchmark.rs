@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 use twobounce::assets::DEMO_S;
+use twobounce::lab::table::markdown;
 use twobounce::measure::refuse_invalid;
 use twobounce::measure::timing::{PassTiming, Percentiles, Timings};
 use twobounce::output::file;
@@ -31,7 +32,7 @@ struct Pass {
 }
 
 /// What `--json` writes; `docs/json.md` documents the keys.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Report {
     version: u32,
     program: String,
@@ -108,64 +109,31 @@ impl Report {
     /// A table in Markdown, with all that one must know to compare it.
     fn table(&self, preset: &str) -> String {
         let Self { program, device, driver, width, height, fps, frames, .. } = self;
-        let line = |name: &str, kind: &str, ms: &Percentiles| {
-            format!("| {name} | {kind} | {:.3} | {:.3} | {:.3} |\n", ms.min, ms.median, ms.p99)
-        };
-        let passes =
-            self.passes.iter().map(|pass| line(pass.name, &format!("{:?}", pass.kind).to_lowercase(), &pass.gpu_ms));
+        let kind = |kind: ZoneKind| format!("{kind:?}").to_lowercase();
+        let passes = self.passes.iter().map(|pass| (pass.name, kind(pass.kind), pass.gpu_ms));
+        let frame = [("device", self.frame_gpu_ms), ("wall clock", self.frame_wall_ms)];
+        let rows = passes.chain(frame.map(|(kind, ms)| ("frame", kind.to_owned(), ms)));
+        let rows = rows.map(|(name, kind, ms)| {
+            let [min, median, p99] = [ms.min, ms.median, ms.p99].map(|ms| format!("{ms:.3}"));
+            [name.to_owned(), kind, min, median, p99]
+        });
+        let head = ["pass", "kind", "min ms", "median ms", "99th percentile ms"];
+        let voxels = self.settings.voxels;
         format!(
-            "{program}, demo, {frames} frames at {fps} a second, {width}x{height}, preset {preset}, {} voxels a side, {device} ({driver})\n\n\
-             | pass | kind | min ms | median ms | 99th percentile ms |\n|---|---|---|---|---|\n{}{}{}",
-            self.settings.voxels,
-            passes.collect::<String>(),
-            line("frame", "device", &self.frame_gpu_ms),
-            line("frame", "wall clock", &self.frame_wall_ms),
+            "{program}, demo, {frames} frames at {fps} a second, {width}x{height}, preset {preset}, {voxels} voxels a side, {device} ({driver})\n\n{}",
+            markdown(head, "-", rows)
         )
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
 
-    /// A key that is renamed, added or dropped must be so in the page too, and its version looked at.
     #[test]
     fn the_keys_are_those_of_the_page() {
-        let all = Percentiles { min: 1.0, median: 2.0, p99: 3.0 };
-        let pass = Pass { name: "record", kind: ZoneKind::Raster, frames: 1, gpu_ms: all };
-        let report = Report {
-            version: VERSION,
-            program: String::new(),
-            device: String::new(),
-            driver: String::new(),
-            width: 1,
-            height: 1,
-            fps: 1.0,
-            frames: 1,
-            frame_wall_ms: all,
-            frame_gpu_ms: all,
-            passes: vec![pass],
-            method: "rays",
-            settings: Settings::default(),
-        };
-        let mut paths = BTreeSet::new();
-        report::tests::paths(&serde_json::to_value(report).unwrap(), "", &mut paths);
-        // Settings have a page of their own; percentiles are explained once.
-        let percentile = |path: &str| {
-            ["min", "median", "p99"].iter().find_map(|end| path.strip_suffix(&format!(".{end}")).map(str::to_owned))
-        };
-        let mut written: BTreeSet<String> = paths
-            .iter()
-            .filter(|path| !path.starts_with("settings."))
-            .map(|path| percentile(path).unwrap_or(path.clone()))
-            .collect();
-        written.insert("settings".into());
-        let page = include_str!("../../../docs/json.md");
-        let part = page.split("\n# ").find(|part| part.starts_with("The file that `twobounce demo")).expect("a part");
-        let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
-        assert_eq!(written, part.lines().filter_map(cell).collect());
-        assert!(part.contains(&format!("`version` is {VERSION}")));
+        let pass = Pass { name: "record", kind: ZoneKind::Raster, frames: 1, gpu_ms: Percentiles::default() };
+        let report = Report { passes: vec![pass], ..Report::default() };
+        report::tests::assert_documented(&report, VERSION, "The file that `twobounce demo", &["settings"]);
     }
 }

@@ -1,9 +1,9 @@
-//! Tables of measured numbers in Markdown pages, filled from the rows of the study. `cargo run --release --example strengths` writes
+//! Tables of measured numbers in Markdown pages, filled from the rows of the study. `cargo run --release --example pages -- strengths` writes
 //! them, and tests compare them with the rows.
 
 use std::path::Path;
 
-use twobounce::lab::table::{CsvRow, MISSING, fill, markdown, read_csv};
+use twobounce::lab::table::{CsvRow, MISSING, markdown, read_csv};
 use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
@@ -40,21 +40,6 @@ const SCENE: &str = "gallery";
 /// The rows of the files that fill tables.
 pub fn rows(root: &Path) -> Result<Vec<CsvRow>> {
     Ok(ROWS.iter().map(|(name, _)| read_csv(&root.join(name))).collect::<Result<Vec<_>>>()?.concat())
-}
-
-/// The pages as they should be, each with its name and its text on disk.
-///
-/// # Errors
-/// A page or the rows cannot be read, or a page has a mark that [`table`] refuses.
-pub fn pages(root: &Path) -> Result<Vec<(&'static str, String, String)>> {
-    let rows = rows(root)?;
-    let page = |name: &&'static str| {
-        let path = root.join(name);
-        let text = std::fs::read_to_string(&path).map_err(|e| Error::file(&path, e.to_string()))?;
-        let filled = fill(&text, |name, old| table(name, &rows, old))?;
-        Ok((*name, text, filled))
-    };
-    PAGES.iter().map(page).collect()
 }
 
 /// The text of a table. `old`: that of one which is not made from rows.

@@ -1,24 +1,19 @@
-//! How well the renderer carries clearcoat, sheen, anisotropy, iridescence, diffuse transmission and dispersion: writes the table
-//! of `docs/materials.md`.
-//!
-//! `cargo run --release --example materials [FOLDER [SCENE]]`: with a folder, also the pictures behind the numbers; with the
-//! beginning of a scene's name, the other lines stay as the page has them.
+//! How well the renderer carries clearcoat, sheen, anisotropy, iridescence, diffuse transmission and dispersion.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use twobounce::lab::specimen::Specimen;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{compare, metrics};
 use twobounce::measure::picture::side_by_side;
 use twobounce::measure::terms::Subtract;
 use twobounce::output::file;
-use twobounce::reference::film::Film;
-use twobounce::reference::{self, Control, Depth, Options, Stop};
-use twobounce::renderer::{RenderOptions, Renderer};
+use twobounce::reference::{Depth, Stop};
+use twobounce::renderer::RenderOptions;
 use twobounce::scene::finish::{Anisotropy, Clearcoat, DiffuseTransmission, Finish, Iridescence, Sheen};
-use twobounce::scene::{Material, Mesh, Scene, Still, View};
+use twobounce::scene::{Material, Mesh, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
@@ -31,9 +26,9 @@ const BASE: Vec3 = Vec3::new(0.7, 0.4, 0.25);
 /// Where the table begins in the page.
 pub const HEADING: &str = "\n## Numbers\n";
 
-fn main() -> Result<()> {
-    let folder = std::env::args().nth(1).map(PathBuf::from);
-    let chosen = std::env::args().nth(2).unwrap_or_default();
+/// Writes the table of the page. `folder`: for the pictures behind the numbers; `chosen`: the beginning of the names of scenes that are
+/// measured, whereas the other lines stay as they are.
+pub fn run(folder: Option<PathBuf>, chosen: &str) -> Result<()> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/materials.md");
     let before = std::fs::read_to_string(&page).map_err(|e| Error::file(&page, e.to_string()))?;
     let context = Context::new(&ContextOptions::default())?;
@@ -41,7 +36,7 @@ fn main() -> Result<()> {
         String::from("\n| scene | error (`rel`) | energy | the same on the material | |\n|---|---:|---:|---:|---:|\n");
     for scene in scenes() {
         let kept = before.lines().find(|line| line.starts_with(&format!("| {} |", scene.name)));
-        if let Some(line) = kept.filter(|_| !scene.name.starts_with(&chosen)) {
+        if let Some(line) = kept.filter(|_| !scene.name.starts_with(chosen)) {
             table += &format!("{line}\n");
             continue;
         }
@@ -74,25 +69,21 @@ fn albedo(layers: &Layers) -> Vec<Vec3> {
     layers.get(Aov::Albedo).expect("the layer").iter().map(|&p| Vec3::from(p)).collect()
 }
 
+/// A scene as the page shows it.
+fn specimen(scene: &Scene) -> Specimen {
+    let view = View::look_at(DVec3::new(0.0, 0.1, 3.3), DVec3::new(0.0, -0.1, 0.0), DVec3::Y, 40f32.to_radians());
+    Specimen { view, ..Specimen::new(scene.clone()) }
+}
+
 pub fn rendered(context: &Arc<Context>, scene: &Scene, size: u32) -> Result<Layers> {
-    let pose = scene.pose(None, 0.0);
-    let options = RenderOptions { aovs: vec![Aov::Albedo], ..RenderOptions::new((size, size), scene.bounds(None)) };
-    let mut renderer = Renderer::new(context, scene.clone(), &pose, Settings::default(), options)?;
-    renderer.render(&pose, &view())?;
-    Ok(renderer.read())
+    let specimen = specimen(scene);
+    let options = RenderOptions { aovs: vec![Aov::Albedo], ..specimen.options((size, size)) };
+    specimen.rendered(context, &Settings::default(), options)
 }
 
 pub fn traced(scene: &Scene, size: u32, samples: u32) -> Result<Layers> {
-    let stop = Stop::Samples(samples);
-    let options = Options { width: size, height: size, depth: Depth::Full, stop, seed: 0, occlusion: false };
-    let (mut film, never) = (Film::new(size, size), AtomicBool::new(false));
-    let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    reference::render(Still::new(scene, &scene.pose(None, 0.0), &view()), &options, &mut film, control)?;
+    let film = specimen(scene).traced((size, size), Depth::Full, Stop::Samples(samples))?;
     Ok(film.layers(&[Aov::Albedo]))
-}
-
-fn view() -> View {
-    View::look_at(DVec3::new(0.0, 0.1, 3.3), DVec3::new(0.0, -0.1, 0.0), DVec3::Y, 40f32.to_radians())
 }
 
 /// A room with two of each, the second of another parameter.

@@ -1,28 +1,25 @@
 //! Makes the pictures of `docs/talk.md`, the talk's slides one by one, and fills its table of times.
-//!
-//! `cargo run --release --example talk`; `-- --keep-times` leaves the table of times as it is on the page.
-
-mod pictures;
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
 use twobounce::Result;
+use twobounce::lab::specimen::Specimen;
 use twobounce::lab::table;
 use twobounce::measure::timing::Timings;
 use twobounce::output::file;
-use twobounce::reference::film::Film;
-use twobounce::reference::{self, Control, Depth, Options, Stop};
-use twobounce::renderer::{Context, ContextOptions, RenderOptions, Renderer};
-use twobounce::scene::Still;
+use twobounce::reference::{Depth, Stop};
+use twobounce::vk::{Context, ContextOptions};
+
+use crate::pictures;
 
 /// Samples per pixel of the path-traced image.
 const SAMPLES: u32 = 96;
 /// Frames that are timed, after one that compiles.
 const FRAMES: usize = 3;
 
-fn main() -> Result<()> {
+/// `keep_times` leaves the table of times as it is on the page.
+pub fn run(keep_times: bool) -> Result<()> {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
     let (mut all, ev) = pictures::rendered(pictures::IMAGE_SIZE)?;
     all.push(traced(ev)?);
@@ -30,7 +27,7 @@ fn main() -> Result<()> {
         file::write(&docs.join("talk").join(name), &bytes)?;
         println!("docs/talk/{name}: {} bytes", bytes.len());
     }
-    if !std::env::args().any(|arg| arg == "--keep-times") {
+    if !keep_times {
         let times = times()?;
         table::fill_file(&docs.join("talk.md"), |_, _| Ok(times.clone()))?;
     }
@@ -39,14 +36,8 @@ fn main() -> Result<()> {
 
 /// The path-traced picture at an exposure of `ev`.
 fn traced(ev: f32) -> Result<pictures::Named> {
-    let scene = pictures::gallery()?;
-    let pose = scene.pose(None, 0.0);
-    let stop = Stop::Samples(SAMPLES);
-    let (width, height) = (pictures::IMAGE_SIZE, pictures::IMAGE_SIZE);
-    let options = Options { width, height, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
-    let mut film = Film::new(width, height);
-    let control = Control { progress: &|_| (), save: &mut |_| Ok(()), cancel: &AtomicBool::new(false) };
-    reference::render(Still::new(&scene, &pose, &scene.view(&pose, 0)), &options, &mut film, control)?;
+    let width = pictures::IMAGE_SIZE;
+    let film = Specimen::new(pictures::gallery()?).traced((width, width), Depth::Bounces(2), Stop::Samples(SAMPLES))?;
     let layers = film.layers(&[]);
     let pixel = |x: u32, y: u32| pictures::exposed(Vec3::from(layers.beauty()[(y * width + x) as usize]), ev);
     Ok(("path-traced.png", pictures::sheet(&[pictures::square(width, pixel)], 1)))
@@ -54,19 +45,17 @@ fn traced(ev: f32) -> Result<pictures::Named> {
 
 /// A table of the milliseconds that each pass takes with each of the talk's presets.
 fn times() -> Result<String> {
-    let scene = pictures::gallery()?;
-    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
-    let view = scene.view(&pose, 0);
+    let specimen = Specimen::new(pictures::gallery()?);
     let context = Context::new(&ContextOptions::default())?;
     let presets = pictures::presets();
     let mut rows: Vec<(&str, [Option<f64>; 3])> = Vec::new();
     for (column, (_, settings)) in presets.iter().enumerate() {
-        let options = RenderOptions::new((pictures::IMAGE_SIZE, pictures::IMAGE_SIZE), bounds);
-        let mut renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options)?;
+        let options = specimen.options((pictures::IMAGE_SIZE, pictures::IMAGE_SIZE));
+        let mut renderer = specimen.renderer(&context, settings, options)?;
         let mut timings = Timings::new(1);
         for _ in 0..=FRAMES {
             renderer.make_anew();
-            timings.push(renderer.render(&pose, &view)?);
+            timings.push(renderer.render(&specimen.pose, &specimen.view)?);
         }
         for pass in timings.passes() {
             let row = rows.iter().position(|row| row.0 == pass.name).unwrap_or(rows.len());

@@ -1,6 +1,4 @@
-//! Layered draws against dispatches that do the same work, per pass: fills the section of this driver in `docs/layers.md`.
-//!
-//! `cargo run --release --example layers`
+//! Layered draws against dispatches that do the same work, per pass.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,9 +7,9 @@ use twobounce::ground::Ground;
 use twobounce::ground::cell_passes::CellVolume;
 use twobounce::ground::constants::{Features, SHADOWS_NONE, constants, with};
 use twobounce::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
+use twobounce::lab::specimen::Specimen;
 use twobounce::lab::table::{fill_file, markdown};
-use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LoadOptions, Scene, View};
+use twobounce::measure::timing::Spread;
 use twobounce::settings::Settings;
 use twobounce::vk::{
     Bind, Compute, ComputeDesc, Constant, Context, ContextOptions, DrawCall, Raster, RasterDesc, Recorder,
@@ -26,7 +24,7 @@ const SHAPES: [[u32; 3]; 2] = [[8, 8, 1], [4, 4, 4]];
 /// The constants that say so (`glsl/gi/cones/measured/`).
 const SHAPE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
-fn main() -> Result<()> {
+pub fn run() -> Result<()> {
     let context = Context::new(&ContextOptions::default())?;
     let head = [
         "scene",
@@ -43,8 +41,7 @@ fn main() -> Result<()> {
     let mut rows = Vec::new();
     for (name, voxels) in [("cornell-point", 64), ("cornell-point", 128), ("gallery", 64)] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/{name}.glb"));
-        let scene = Scene::load(&path, &LoadOptions::default())?;
-        for pass in measure(&context, &scene, &Settings { voxels, ..Settings::printed() }, ROUNDS)? {
+        for pass in measure(&context, Specimen::load(path)?, &Settings { voxels, ..Settings::printed() }, ROUNDS)? {
             rows.push(pass.row(&format!("{name}, {voxels}³")));
         }
     }
@@ -76,11 +73,8 @@ pub struct Measured {
 
 impl Measured {
     fn row(&self, scene: &str) -> [String; 10] {
-        let median = |number: &dyn Fn(&[ZoneTiming]) -> f64| {
-            let mut all: Vec<f64> = self.rounds.iter().map(|round| number(round)).collect();
-            all.sort_by(f64::total_cmp);
-            all[all.len() / 2]
-        };
+        let median =
+            |number: &dyn Fn(&[ZoneTiming]) -> f64| Spread::of(self.rounds.iter().map(|round| number(round))).median;
         let cpu = |zone: &ZoneTiming| zone.cpu_ms.unwrap_or(f64::NAN);
         let ms = |form: usize| format!("{:.1}", median(&|r| cpu(&r[form]) / f64::from(self.times)));
         let ratio = |form: usize| format!("{:.2}", median(&|r| r[0].gpu_ms / r[form].gpu_ms));
@@ -107,13 +101,16 @@ struct Pass<'a> {
 ///
 /// # Errors
 /// They do not, or the device is lost.
-pub fn measure(context: &Arc<Context>, scene: &Scene, settings: &Settings, rounds: usize) -> Result<Vec<Measured>> {
-    let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
-    let options = RenderOptions::new((16, 16), bounds);
-    let mut renderer = Renderer::new(context, scene.clone(), &pose, settings.clone(), options)?;
-    renderer.render(&pose, &View::framing(bounds))?;
+pub fn measure(
+    context: &Arc<Context>,
+    specimen: Specimen,
+    settings: &Settings,
+    rounds: usize,
+) -> Result<Vec<Measured>> {
+    let mut renderer = specimen.renderer(context, settings, specimen.options((16, 16)))?;
+    renderer.render(&specimen.pose, &specimen.view)?;
     let frame = renderer.frame();
-    let shading = with(constants(settings, Features::of(scene, settings)), frame.method.constants());
+    let shading = with(constants(settings, Features::of(&specimen.scene, settings)), frame.method.constants());
     let unshadowed = with(shading.clone(), &[("SHADOWS", SHADOWS_NONE.into())]);
     let pass = |name, fragment, compute, constants: &Vec<_>, mips| Pass {
         name,

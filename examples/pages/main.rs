@@ -1,0 +1,82 @@
+//! Measures the numbers of pages in `docs/`, and makes their pictures. Each page names its command:
+//! `cargo run --release --example pages -- COMMAND`.
+
+mod audit;
+mod changes;
+mod flight;
+mod kinds;
+mod layers;
+mod materials;
+mod noise;
+mod pictures;
+mod plan;
+mod refit;
+mod strengths;
+mod tables;
+mod talk;
+
+use std::path::PathBuf;
+
+use clap::Parser;
+
+#[derive(Parser)]
+#[command(about = "Measures the numbers of pages in docs/, and makes their pictures")]
+enum Page {
+    /// Prints for docs/plan.md what frames of scenes of different kinds do, take, and do without being asked
+    Audit {
+        #[arg(default_values = ["assets/cornell-point.glb", "assets/gallery.glb", "assets/demo.glb"])]
+        scenes: Vec<PathBuf>,
+    },
+    /// Prints for docs/costs.md what each change of a renderer costs: the change itself, and the next frame
+    Changes {
+        #[arg(default_value = "assets/gallery.glb")]
+        scene: PathBuf,
+    },
+    /// Prints for docs/study/rooms/README.md what changes from frame to frame in a camera's flight
+    Flight(flight::Flight),
+    /// Fills the section of this driver in docs/layers.md
+    Layers,
+    /// Fills the table of docs/materials.md
+    Materials {
+        /// A folder for the pictures behind the numbers
+        folder: Option<PathBuf>,
+        /// The beginning of a scene's name; the other lines stay as the page has them
+        #[arg(default_value = "")]
+        scene: String,
+    },
+    /// Prints for docs/noise.md stability cases with changed settings
+    Noise(noise::Noise),
+    /// Prints for docs/noise.md random scenes against the path tracer
+    Random(noise::Random),
+    /// Prints the table of docs/plan.md
+    Plan(plan::Plan),
+    /// Prints for docs/costs.md what a tree that is only refitted costs rays
+    Refit { scenes: Vec<PathBuf> },
+    /// Fills the tables of README.md, docs/accuracy.md and docs/study/strengths.md
+    Strengths {
+        /// The presets whose leaks and noise are measured again, or none; the other lines stay
+        #[arg(value_delimiter = ',', default_values = tables::CHOSEN)]
+        presets: Vec<String>,
+    },
+    /// Makes the pictures of docs/talk.md, and fills its table of times
+    Talk {
+        #[arg(long)]
+        keep_times: bool,
+    },
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    Ok(match Page::parse() {
+        Page::Audit { scenes } => audit::run(&scenes)?,
+        Page::Changes { scene } => changes::run(&scene)?,
+        Page::Flight(flight) => flight.run()?,
+        Page::Layers => layers::run()?,
+        Page::Materials { folder, scene } => materials::run(folder, &scene)?,
+        Page::Noise(noise) => noise.run()?,
+        Page::Random(random) => random.run()?,
+        Page::Plan(plan) => plan.run()?,
+        Page::Refit { scenes } => refit::run(&scenes)?,
+        Page::Strengths { presets } => strengths::run(&presets)?,
+        Page::Talk { keep_times } => talk::run(keep_times)?,
+    })
+}

@@ -8,7 +8,7 @@ use twobounce::chart::export::Chart;
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::Row as ChartRow;
 use twobounce::lab::merge::{Merged, merge};
-use twobounce::lab::store::{Kind, Row, Store};
+use twobounce::lab::store::{Row, Store};
 use twobounce::output::file;
 use twobounce::reference::part::Part;
 use twobounce::stability::row::Row as StabilityRow;
@@ -36,19 +36,17 @@ pub struct MergeArgs {
     pub history: bool,
 }
 
-/// The folders that can be merged.
-const KINDS: [Kind; 2] = [ChartRow::KIND, StabilityRow::KIND];
-
 pub fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
-    let is_of = |kind: Kind| args.parts.iter().all(|part| kind.marks(part));
+    let charts = |part: &PathBuf| ChartRow::KIND.marks(part);
+    let stability = |part: &PathBuf| StabilityRow::KIND.marks(part);
     if args.parts.iter().all(|part| part.is_file()) {
         merge_films(args)?;
-    } else if is_of(ChartRow::KIND) {
+    } else if args.parts.iter().all(charts) {
         merge_charts(args)?;
-    } else if is_of(StabilityRow::KIND) {
+    } else if args.parts.iter().all(stability) {
         merge_stability(args)?;
     } else {
-        let is_known = |part: &&PathBuf| part.is_file() || KINDS.iter().any(|kind| kind.marks(part));
+        let is_known = |part: &&PathBuf| part.is_file() || charts(part) || stability(part);
         return Err(match args.parts.iter().find(|part| !is_known(part)) {
             Some(other) if !other.exists() => Error::file(other, "is not there; name folders or films that are"),
             Some(other) => Error::file(other, "holds no chart and no rows of stability; name folders that do"),
@@ -108,18 +106,17 @@ fn merge_rows<R: Row>(
     let merged = merge::<R>(folders, order)?;
     let store = Store::open(&args.output, true)?;
     merged.save(&store)?;
-    let missing = merged.missing(order);
     let _writing = file::writing();
-    write(&store, &merged, merged.rows.len() + missing)?;
-    say!("rows: {}, of {} folders", merged.rows.len(), merged.folders);
+    write(&store, &merged, merged.rows.len() + merged.missing)?;
+    say!("rows: {}, of {} folders", merged.rows.len(), folders.len());
     if merged.twice > 0 {
         say!(
             "measured on several machines or at several times: {}; the times of the first stay, the others are in history/",
             merged.twice
         );
     }
-    if missing > 0 {
-        say!("rows that are in none of the folders: {missing}");
+    if merged.missing > 0 {
+        say!("rows that are in none of the folders: {}", merged.missing);
     }
     say!("wrote {}", store.path("index.html").display());
     Ok(())

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::Args;
+use twobounce::Result;
 
 use super::args::memory_size;
-use super::{out, words};
+use super::{interrupt, out, words};
 use crate::say;
 
 /// One of several parts of some work: those rows whose address has this remainder.
@@ -46,6 +46,22 @@ impl RowArgs {
         self.shard.map_or(String::new(), |shard| format!("part {} of {}", shard.index + 1, shard.count))
     }
 
+    /// Says how a run ended that has `there` of `planned` rows. `spent`: whether its budget ended it.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](twobounce::Error::Interrupted) if Ctrl-C ended it.
+    pub fn say_end(&self, there: usize, planned: usize, spent: bool) -> Result<()> {
+        if planned == 0 {
+            say!("no row is in {}", self.words());
+        }
+        if spent {
+            say!("the budget is spent after {there} of {planned} rows; the same command continues from there");
+        }
+        interrupt::check().inspect_err(|_| {
+            out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
+        })
+    }
+
     pub fn machine(&self) -> String {
         self.machine.clone().unwrap_or_else(|| gethostname::gethostname().to_string_lossy().into_owned())
     }
@@ -70,11 +86,6 @@ fn shard(text: &str) -> std::result::Result<Shard, &'static str> {
 fn machine(text: &str) -> std::result::Result<String, &'static str> {
     let is_name = !text.trim().is_empty() && text.len() <= 64 && !text.chars().any(char::is_control);
     is_name.then(|| text.to_owned()).ok_or("write a name of at most 64 characters")
-}
-
-/// Seconds since 1970, UTC.
-pub fn unix_s() -> u64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
 /// The shards of a folder of rows: values of `--shard`.

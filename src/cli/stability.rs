@@ -130,12 +130,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         table.write(false)?;
         say!("wrote {}", table.store.path("index.html").display());
     }
-    if planned == 0 {
-        say!("no row is in {}", args.rows.words());
-    }
-    interrupt::check().inspect_err(|_| {
-        out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
-    })?;
+    args.rows.say_end(there, planned, false)?;
     let Some((path, before)) = before else { return Ok(ExitCode::SUCCESS) };
     held_against(path, &changes(&before, &read_table(&table.store.path("rows.csv"), read_csv)?))
 }
@@ -235,10 +230,6 @@ impl Table<'_> {
         self.rows.push(PlannedRow { case, row, stored });
         Ok(())
     }
-
-    fn now(&self) -> Option<Origin> {
-        Some(Origin { unix_s: share::unix_s(), ..self.origin.clone() })
-    }
 }
 
 impl Experiment for Table<'_> {
@@ -266,13 +257,13 @@ impl Experiment for Table<'_> {
             frame_ms: Rc::default(),
         };
         let (kept, pictures) = cell.run(case, planned)?;
-        let kept = Row { origin: self.now(), ..kept };
+        let kept = Row { origin: Some(self.origin.now()), ..kept };
         self.rows[row].stored = Some(self.store.save(kept, Some(pictures))?);
         Ok(())
     }
 
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()> {
-        let kept = Row { failure: Some(error.to_string()), origin: self.now(), ..self.rows[row].row.clone() };
+        let kept = Row { failure: Some(error.to_string()), origin: Some(self.origin.now()), ..self.rows[row].row.clone() };
         self.rows[row].stored = Some(self.store.save(kept, None)?);
         Ok(())
     }

@@ -1,19 +1,21 @@
 //! Folders that several machines filled, as one. What determines a row also determines its numbers, its times excepted: rows that two
 //! folders have are held against each other.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::store::{Row, Store, Stored};
+use crate::output::file;
 use crate::{Error, Result};
 
 /// What folders have together.
 pub struct Merged<R: Row> {
     /// In the order of the whole chart; those of several devices in the order of their keys.
     pub rows: Vec<Stored<R>>,
-    pub folders: usize,
     /// Rows with further times, which become history.
     pub twice: usize,
+    /// Addresses that no row has.
+    pub missing: usize,
     history: Vec<Stored<R>>,
     /// Images of rows whose errors are not final.
     images: Vec<(PathBuf, String)>,
@@ -24,42 +26,38 @@ pub struct Merged<R: Row> {
 /// # Errors
 /// [`Error::Usage`]: rows of the same key differ, with the names of some of them.
 pub fn merge<R: Row>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
-    let mut merged =
-        Merged { rows: Vec::new(), folders: folders.len(), twice: 0, history: Vec::new(), images: Vec::new() };
     let places: BTreeMap<&str, usize> = order.iter().enumerate().map(|(place, address)| (*address, place)).collect();
     // By place and key: a row, and the folder that it is of.
     let mut rows: BTreeMap<(usize, String), (Stored<R>, &Path)> = BTreeMap::new();
-    let mut different = Vec::new();
+    let (mut history, mut twice, mut different) = (Vec::new(), 0, Vec::new());
     for folder in folders {
         let [now, before] = Store::<R>::read_all(folder);
-        merged.history.extend(before);
+        history.extend(before);
         for new in now {
             let Some(place) = places.get(new.row.address()) else {
-                merged.history.push(new);
+                history.push(new);
                 continue;
             };
             let key = (*place, new.row.key().to_owned());
-            let Some((old, of)) = rows.get_mut(&key) else {
+            let Some(kept) = rows.get_mut(&key) else {
                 rows.insert(key, (new, folder));
                 continue;
             };
-            let is_same = new.row.lasting() == old.row.lasting();
+            let (old, of) = &*kept;
             let both = new.row.is_measured() && old.row.is_measured();
-            if both && new.row.noise() == old.row.noise() && !is_same {
+            if both && new.row.noise() == old.row.noise() && new.row.lasting() != old.row.lasting() {
                 different.push(format!("{} ({} and {})", new.row.title(), of.display(), folder.display()));
                 continue;
             }
             let is_better = (!old.row.is_measured() && new.row.is_measured()) || new.row.noise() < old.row.noise();
             let other_time = both && new.row.unix_s() != old.row.unix_s();
-            let left = if is_better {
-                *of = folder;
-                std::mem::replace(old, new)
-            } else {
-                new
-            };
+            let mut left = (new, *folder);
+            if is_better {
+                std::mem::swap(&mut left, kept);
+            }
             if other_time {
-                merged.twice += 1;
-                merged.history.push(left);
+                twice += 1;
+                history.push(left.0);
             }
         }
     }
@@ -71,12 +69,12 @@ pub fn merge<R: Row>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
              twobounce? measure them again in one of the folders"
         )));
     }
-    for ((_, key), (_, folder)) in &rows {
-        let image = Store::<R>::image_in(folder, key);
-        merged.images.extend(image.exists().then(|| (image, key.clone())));
-    }
-    merged.rows = rows.into_values().map(|(stored, _)| stored).collect();
-    Ok(merged)
+    let there: BTreeSet<usize> = rows.keys().map(|(place, _)| *place).collect();
+    let image =
+        |((_, key), (_, folder)): (&(usize, String), &(_, &Path))| (Store::<R>::image_in(folder, key), key.clone());
+    let images = rows.iter().map(image).filter(|(image, _)| image.exists()).collect();
+    let missing = places.len() - there.len();
+    Ok(Merged { rows: rows.into_values().map(|(stored, _)| stored).collect(), twice, missing, history, images })
 }
 
 impl<R: Row> Merged<R> {
@@ -90,17 +88,11 @@ impl<R: Row> Merged<R> {
         }
         for (from, key) in &self.images {
             let to = store.image_path(key);
-            if !crate::output::file::is_same(from, &to) {
+            if !file::is_same(from, &to) {
                 let bytes = std::fs::read(from).map_err(|e| Error::file(from, format!("cannot be read: {e}")))?;
-                crate::output::file::write(&to, &bytes)?;
+                file::write(&to, &bytes)?;
             }
         }
         Ok(())
-    }
-
-    /// How many of the addresses no row has.
-    pub fn missing(&self, order: &[&str]) -> usize {
-        let there: std::collections::BTreeSet<&str> = self.rows.iter().map(|stored| stored.row.address()).collect();
-        order.iter().filter(|address| !there.contains(*address)).count()
     }
 }

@@ -1,9 +1,8 @@
 //! The shell of all pages: one file with its style, its programs, its data and its pictures inside.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
 use serde::Serialize;
 
+use super::store::unix_s;
 use crate::output::svg::escape;
 
 /// The parts of a page besides the shell.
@@ -35,8 +34,7 @@ struct Data<'a, T> {
 impl Page<'_> {
     /// The bytes of `index.html`. `data`: an object that the program reads, with the rows as they are kept.
     pub fn html(&self, data: &impl Serialize) -> String {
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        let data = Data { data, running: self.running, written_unix_s: now };
+        let data = Data { data, running: self.running, written_unix_s: unix_s() };
         let data = serde_json::to_string(&data)
             .expect("rows are plain data, which JSON can hold")
             // Inside a script nothing may look like the script's end.

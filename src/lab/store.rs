@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -86,6 +87,11 @@ impl Origin {
         Self { machine, device, driver, program, build: build.to_owned(), label, unix_s: 0 }
     }
 
+    /// The same of a row that was just measured.
+    pub fn now(&self) -> Self {
+        Self { unix_s: unix_s(), ..self.clone() }
+    }
+
     /// Whose times may be compared: those of one device in one machine.
     pub fn place(&self) -> [&str; 3] {
         [&self.machine, &self.device, &self.driver]
@@ -96,6 +102,11 @@ impl Origin {
         let devices = origins.into_iter().map(|origin| format!("{} ({})", origin.device, origin.driver));
         devices.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join("; ")
     }
+}
+
+/// Seconds since 1970, UTC.
+pub fn unix_s() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
 impl Kind {

@@ -7,7 +7,7 @@ use crate::Result;
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::Still;
 use crate::settings::Settings;
-use crate::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog, ZoneLog};
+use crate::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog};
 
 /// A resource below so many bytes is a placeholder: shaders that may read it must be given something.
 pub const PLACEHOLDER: u64 = 1024;
@@ -27,11 +27,9 @@ pub struct Audit {
 #[derive(Clone, Debug)]
 pub struct PassUse {
     pub name: &'static str,
-    /// Draws, dispatches, and other commands.
-    pub draws: usize,
-    pub dispatches: usize,
-    pub others: usize,
-    /// Draws and dispatches that are known to do nothing: of no vertices or groups.
+    /// Draws and dispatches.
+    pub calls: usize,
+    /// Of these, those that are known to do nothing: of no vertices or groups.
     pub empty: usize,
 }
 
@@ -40,10 +38,8 @@ pub struct PassUse {
 pub struct ResourceUse {
     pub name: &'static str,
     pub bytes: u64,
-    /// Passes whose shaders are given it, or that draw into it or copy it.
+    /// Passes whose shaders are given it, or that draw into it or copy it; not those that only fill it.
     pub used_by: BTreeSet<&'static str>,
-    /// Passes that only fill it.
-    pub filled_by: BTreeSet<&'static str>,
 }
 
 impl ResourceUse {
@@ -72,7 +68,11 @@ impl Audit {
         renderer.render(pose, view)?;
         let pipelines = context.compiled_pipelines() - before;
         let log = renderer.log().cloned().unwrap_or_default();
-        let resources = renderer.plan().rows.iter().map(|&(name, bytes)| resource(&log, name, bytes)).collect();
+        let resource = |&(name, bytes): &(&'static str, u64)| {
+            let using = log.zones.iter().filter(|zone| zone.commands.iter().any(|command| uses(command, name)));
+            ResourceUse { name, bytes, used_by: using.map(|zone| zone.name).collect() }
+        };
+        let resources = renderer.plan().rows.iter().map(resource).collect();
         let used = log.zones.iter().flat_map(|zone| &zone.commands).filter_map(shaders).collect();
         Ok(Self { passes: passes(&log), resources, pipelines, used })
     }
@@ -85,10 +85,7 @@ impl Audit {
     pub fn superfluous(&self) -> Vec<String> {
         let bytes = |r: &ResourceUse| format!("{}: {} bytes that no pass uses", r.name, r.bytes);
         let mut said: Vec<String> = self.resources.iter().filter(|r| r.superfluous()).map(bytes).collect();
-        let idle = self
-            .passes
-            .iter()
-            .filter(|pass| pass.draws + pass.dispatches > 0 && pass.empty == pass.draws + pass.dispatches);
+        let idle = self.passes.iter().filter(|pass| pass.calls > 0 && pass.empty == pass.calls);
         said.extend(idle.map(|pass| format!("{}: a pass of nothing", pass.name)));
         said
     }
@@ -117,33 +114,15 @@ impl Audit {
 fn passes(log: &FrameLog) -> Vec<PassUse> {
     let mut passes: Vec<PassUse> = Vec::new();
     for zone in log.zones.iter().filter(|zone| !zone.name.is_empty()) {
-        let draws = zone.draws().count();
-        let dispatches = zone.dispatches().count();
-        let others = zone.commands.len() - draws - dispatches;
-        let empty = zone.draws().filter(|draw| draw.call.is_empty()).count()
-            + zone.dispatches().filter(|dispatch| dispatch.groups.is_some_and(|groups| groups.contains(&0))).count();
-        match passes.iter_mut().find(|pass| pass.name == zone.name) {
-            Some(pass) => {
-                (pass.draws, pass.dispatches) = (pass.draws + draws, pass.dispatches + dispatches);
-                (pass.others, pass.empty) = (pass.others + others, pass.empty + empty);
-            }
-            None => passes.push(PassUse { name: zone.name, draws, dispatches, others, empty }),
+        let place = passes.iter().position(|pass| pass.name == zone.name).unwrap_or(passes.len());
+        if place == passes.len() {
+            passes.push(PassUse { name: zone.name, calls: 0, empty: 0 });
         }
+        passes[place].calls += zone.draws().count() + zone.dispatches().count();
+        passes[place].empty += zone.draws().filter(|draw| draw.call.is_empty()).count()
+            + zone.dispatches().filter(|dispatch| dispatch.groups.is_some_and(|groups| groups.contains(&0))).count();
     }
     passes
-}
-
-fn resource(log: &FrameLog, name: &'static str, bytes: u64) -> ResourceUse {
-    let zones = |touches: &dyn Fn(&CommandLog) -> bool| -> BTreeSet<&'static str> {
-        let touching = log.zones.iter().filter(|zone: &&ZoneLog| zone.commands.iter().any(touches));
-        touching.map(|zone| if zone.name.is_empty() { "upload" } else { zone.name }).collect()
-    };
-    ResourceUse {
-        name,
-        bytes,
-        used_by: zones(&|command| uses(command, name)),
-        filled_by: zones(&|command| fills(command, name)),
-    }
 }
 
 /// Whether a label names a resource of a plan, or a part of one.
@@ -174,14 +153,6 @@ fn uses(command: &CommandLog, name: &str) -> bool {
         CommandLog::Dispatch(dispatch) => {
             bound(&dispatch.resources) || dispatch.indirect.as_ref().is_some_and(|(buffer, _)| is(buffer, name))
         }
-        _ => false,
-    }
-}
-
-fn fills(command: &CommandLog, name: &str) -> bool {
-    match command {
-        CommandLog::Fill { buffer, .. } | CommandLog::Update { buffer, .. } => is(buffer, name),
-        CommandLog::Clear { image } => is(image, name),
         _ => false,
     }
 }

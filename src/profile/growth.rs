@@ -17,7 +17,7 @@ use crate::vk::Context;
 /// Grid edges that are tried.
 const VOXELS: [u32; 4] = [16, 32, 64, 128];
 /// Times that every triangle is cut into four.
-const SUBDIVISIONS: u32 = 2;
+const SUBDIVISIONS: usize = 2;
 /// Divisors of the image's sides.
 const SHRINKS: [u32; 3] = [4, 2, 1];
 
@@ -71,26 +71,26 @@ pub fn runs(subject: &Subject) -> Vec<Along> {
         settings: settings.clone(),
         options: options.clone(),
     };
-    let mut runs = Vec::new();
-    for voxels in VOXELS {
-        let settings = Settings { voxels, ..settings.clone() };
-        runs.push(Along { settings, ..along("voxels", format!("{voxels} voxels"), Some(f64::from(voxels))) });
-    }
-    let mut scene = subject.scene.clone();
-    for cuts in 0..=SUBDIVISIONS {
-        if cuts > 0 {
-            scene.meshes.iter_mut().for_each(|mesh| *mesh = subdivided(mesh));
-        }
-        let what = format!("{} triangles", scene.triangle_count());
-        runs.push(Along { scene: Some(scene.clone()), ..along("triangles", what, None) });
-    }
-    for shrink in SHRINKS {
+    let voxels = VOXELS.map(|voxels| {
+        let along = along("voxels", format!("{voxels} voxels"), Some(f64::from(voxels)));
+        Along { settings: Settings { voxels, ..settings.clone() }, ..along }
+    });
+    let finer = |scene: &Scene| {
+        let meshes = scene.meshes.iter().map(subdivided).collect();
+        Some(Scene { meshes, ..scene.clone() })
+    };
+    let scenes = std::iter::successors(Some(subject.scene.clone()), finer).take(1 + SUBDIVISIONS);
+    let triangles = scenes.map(|scene| {
+        let along = along("triangles", format!("{} triangles", scene.triangle_count()), None);
+        Along { scene: Some(scene), ..along }
+    });
+    let pixels = SHRINKS.map(|shrink| {
         let (width, height) = ((options.size.0 / shrink).max(1), (options.size.1 / shrink).max(1));
-        let pixels = Some(f64::from(width) * f64::from(height));
-        let options = RenderOptions { size: (width, height), ..options.clone() };
-        runs.push(Along { options, ..along("pixels", format!("{width}x{height} pixels"), pixels) });
-    }
-    runs
+        let pixels = f64::from(width) * f64::from(height);
+        let along = along("pixels", format!("{width}x{height} pixels"), Some(pixels));
+        Along { options: RenderOptions { size: (width, height), ..options.clone() }, ..along }
+    });
+    voxels.into_iter().chain(triangles).chain(pixels).collect()
 }
 
 impl Along {
@@ -112,8 +112,8 @@ pub fn growth(runs: &[Along], found: &[Found]) -> Vec<Growth> {
 }
 
 fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a Found)>) -> Growth {
-    let (mut values, mut occupied_voxels, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
-    let mut passes: Vec<PassGrowth> = Vec::new();
+    let mut growth = Growth { axis, ..Growth::default() };
+    let Growth { values, occupied_voxels, passes, left_out, .. } = &mut growth;
     for (run, found) in runs {
         let timings = match found {
             Ok(timings) => timings,
@@ -130,7 +130,7 @@ fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a Fo
         }
         let timed = timings.passes();
         if values.is_empty() {
-            passes = timed.iter().map(|pass| PassGrowth { name: pass.name, gpu_ms: vec![], exponent: None }).collect();
+            *passes = timed.iter().map(|pass| PassGrowth { name: pass.name, ..PassGrowth::default() }).collect();
         }
         // A pass that a run lacks does not grow with the axis alone.
         passes.retain_mut(|pass| {
@@ -141,8 +141,8 @@ fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a Fo
         values.push(value);
         occupied_voxels.push(counters.occupied_voxels);
     }
-    passes.iter_mut().for_each(|pass| pass.exponent = exponent(&values, &pass.gpu_ms));
-    Growth { axis, passes, occupied_voxels, values, left_out }
+    passes.iter_mut().for_each(|pass| pass.exponent = exponent(values, &pass.gpu_ms));
+    growth
 }
 
 /// One axis as a table.

@@ -1,6 +1,6 @@
 //! Whether a scene meets a known failure: looked for in the boxes about its meshes alone, which takes no time.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use crate::gi::Method;
 use crate::ground::grid::Grid;
@@ -23,9 +23,8 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
             "the grid does not cover {percent} % of the scene's box, which sends and blocks no light there"
         ));
     }
-    let boxes: Vec<Part> = parts(scene, pose).collect();
     if !matches!(settings.method, Method::Rays | Method::None)
-        && let Some(thin) = thinnest_wall(&boxes, bounds, grid.voxel_m).filter(|voxels| *voxels < LEAKS_BELOW)
+        && let Some(thin) = thinnest(scene, pose, bounds, settings).filter(|voxels| *voxels < LEAKS_BELOW)
     {
         let method = settings.method.name();
         found.push(format!(
@@ -33,19 +32,28 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
         ));
     }
     let gathered = settings.lights.lamps == LampLight::Gathered && settings.method != Method::None;
-    let small = |part: &&Part| part.lamp && part.sides().max_element() < grid.voxel_m;
-    let lamps = boxes.iter().filter(small).count();
+    let small = |part: &Part| part.lamp && part.sides.max_element() < grid.voxel_m;
+    let lamps = parts(scene, pose).filter(small).count();
     if gathered && lamps > 0 {
         found.push(format!("{lamps} lamps are smaller than a voxel and gathered: set lights.lamps to sampled"));
     }
     found
 }
 
-/// Voxels of the thinnest wall that the boxes show; `None` without such a wall. `bounds`: of the scene.
+/// Voxels of the thinnest wall that the boxes show; `None` without such a wall. Nothing is behind what stands at the scene's border.
+/// `bounds`: of the scene.
 pub fn thinnest(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Settings) -> Option<f64> {
-    let grid = Grid::place(bounds, settings).ok()?;
-    let boxes: Vec<Part> = parts(scene, pose).collect();
-    thinnest_wall(&boxes, bounds, grid.voxel_m)
+    let voxel_m = Grid::place(bounds, settings).ok()?.voxel_m;
+    let thickness = |Part { sides, center, axes, .. }: Part| {
+        let axis = (0..3).min_by(|a, b| sides[*a].total_cmp(&sides[*b]))?;
+        let is_long = |other: usize| sides[other] > WALL * bounds.size().max_element();
+        let normal = axes.col(axis).normalize_or_zero();
+        let near = 2.0 * voxel_m + sides[axis];
+        let at_border = [bounds.min, bounds.max].iter().any(|border| (center - border).dot(normal).abs() < near);
+        let wide = (0..3).filter(|other| *other != axis).all(is_long);
+        (wide && !at_border).then(|| sides[axis] / voxel_m)
+    };
+    parts(scene, pose).filter_map(thickness).min_by(f64::total_cmp)
 }
 
 /// Share of the box's volume that is not in the grid; of a flat box, of its area or length.
@@ -66,57 +74,27 @@ fn outside(grid: &Grid, bounds: Bounds) -> f64 {
     1.0 - share(0) * share(1) * share(2)
 }
 
-/// The box about a mesh, in the mesh's own space.
+/// The box about a mesh, where an instance of it stands.
 struct Part {
-    least: Vec3,
-    most: Vec3,
-    world: DAffine3,
+    /// Metres along its axes.
+    sides: DVec3,
+    center: DVec3,
+    axes: DMat3,
     lamp: bool,
-}
-
-impl Part {
-    /// Metres along the mesh's axes.
-    fn sides(&self) -> DVec3 {
-        let side = |axis: usize| {
-            let along = DVec3::AXES[axis] * f64::from((self.most - self.least)[axis]);
-            self.world.transform_vector3(along).length()
-        };
-        DVec3::new(side(0), side(1), side(2))
-    }
-
-    fn center(&self) -> DVec3 {
-        self.world.transform_point3(0.5 * (self.least + self.most).as_dvec3())
-    }
 }
 
 fn parts(scene: &Scene, pose: &Pose) -> impl Iterator<Item = Part> {
     let bounds = |mesh: &Mesh| {
         let least = mesh.positions.iter().copied().reduce(Vec3::min)?;
-        Some((least, mesh.positions.iter().copied().reduce(Vec3::max)?))
+        Some((least.as_dvec3(), mesh.positions.iter().copied().reduce(Vec3::max)?.as_dvec3()))
     };
     let of_mesh: Vec<_> = scene.meshes.iter().map(bounds).collect();
-    let places = scene.instances.iter().zip(&pose.world_from_instance);
-    places.filter_map(move |(instance, world)| {
-        let (least, most) = of_mesh[instance.mesh]?;
+    scene.instances.iter().zip(&pose.world_from_instance).filter_map(move |(instance, world)| {
+        let ((least, most), axes) = (of_mesh[instance.mesh]?, world.matrix3);
+        let lengths = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
         let lamp = scene.materials[scene.meshes[instance.mesh].material].emissive != Vec3::ZERO;
-        Some(Part { least, most, world: *world, lamp })
+        Some(Part { sides: lengths * (most - least), center: world.transform_point3(0.5 * (least + most)), axes, lamp })
     })
-}
-
-/// Voxels. Nothing is behind what stands at the scene's border.
-fn thinnest_wall(parts: &[Part], bounds: Bounds, voxel_m: f64) -> Option<f64> {
-    let longest = bounds.size().max_element();
-    let thickness = |part: &Part| {
-        let sides = part.sides();
-        let axis = (0..3).min_by(|a, b| sides[*a].total_cmp(&sides[*b]))?;
-        let wide = (0..3).filter(|other| *other != axis).all(|other| sides[other] > WALL * longest);
-        let normal = part.world.transform_vector3(DVec3::AXES[axis]).normalize_or_zero();
-        let near = 2.0 * voxel_m + sides[axis];
-        let beside = |border: DVec3| ((part.center() - border).dot(normal)).abs() < near;
-        let at_border = beside(bounds.min) || beside(bounds.max);
-        (wide && !at_border).then(|| sides[axis] / voxel_m)
-    };
-    parts.iter().filter_map(thickness).min_by(f64::total_cmp)
 }
 
 #[cfg(test)]
@@ -154,12 +132,8 @@ mod tests {
 
     #[test]
     fn small_lamps_matter_where_they_are_gathered() {
-        let scene = room_with(|scene| {
-            add_lamp(scene, 1.0, 0.01, at(0.0, 0.5, 0.0));
-        });
-        assert!(
-            found(&scene.scene, &Settings { voxels: 64, ..Settings::printed() }).iter().any(|s| s.contains("1 lamps"))
-        );
-        assert!(found(&scene.scene, &Settings::default()).is_empty());
+        let scene = room_with(|scene| add_lamp(scene, 1.0, 0.01, at(0.0, 0.5, 0.0))).scene;
+        assert!(found(&scene, &Settings { voxels: 64, ..Settings::printed() }).iter().any(|s| s.contains("1 lamps")));
+        assert!(found(&scene, &Settings::default()).is_empty());
     }
 }

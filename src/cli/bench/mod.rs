@@ -157,15 +157,7 @@ impl Bench<'_> {
         if failed > 0 {
             say!("settings that could not run: {failed} of {planned}; their rows say why");
         }
-        if planned == 0 {
-            say!("no row is in {}", self.args.rows.words());
-        }
-        if spent {
-            say!("the budget is spent after {there} of {planned} rows; the same command continues from there");
-        }
-        interrupt::check().inspect_err(|_| {
-            out::warn(&format!("{there} of {planned} rows are kept; the same command continues from there"));
-        })?;
+        self.args.rows.say_end(there, planned, spent)?;
         Ok(ExitCode::SUCCESS)
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use twobounce::chart::measure::{Images, ReferenceImage};
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::{Measured, Row, Source};
-use twobounce::lab::store::{Origin, Row as _, Stored};
+use twobounce::lab::store::{Row as _, Stored};
 use twobounce::layers::Layers;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
@@ -14,10 +14,10 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::Filling;
+use crate::cli::interrupt;
 use crate::cli::lab::{Experiment, Pages};
 use crate::cli::reference::traced;
 use crate::cli::report::say_compiled;
-use crate::cli::{interrupt, share};
 use crate::say;
 
 /// A round makes references this much less noisy, in about ten times the time.
@@ -49,7 +49,7 @@ impl Experiment for Filling<'_> {
         let (measured, pictures, images) = scene.measure(context, &planned.row, &interrupt::PRESSED, go_on)?;
         // Where and when an image of another program was judged says nothing about it, and it stays in its own file.
         let is_import = planned.row.is_import();
-        let origin = (!is_import).then(|| self.now());
+        let origin = (!is_import).then(|| self.origin.now());
         let kept = Row { measured: Some(measured), origin, ..planned.row.clone() };
         if !is_import && kept.noise() > self.bench.args.reference_noise {
             // For the rounds: layers without a word about them.
@@ -68,7 +68,7 @@ impl Experiment for Filling<'_> {
         if planned.is_import() {
             return Err(error);
         }
-        let kept = Row { failure: Some(error.to_string()), origin: Some(self.now()), ..planned.clone() };
+        let kept = Row { failure: Some(error.to_string()), origin: Some(self.origin.now()), ..planned.clone() };
         self.rows[row].stored = Some(self.store.save(kept, None)?);
         Ok(())
     }
@@ -83,10 +83,6 @@ impl Experiment for Filling<'_> {
 }
 
 impl Filling<'_> {
-    fn now(&self) -> Origin {
-        Origin { unix_s: share::unix_s(), ..self.origin.clone() }
-    }
-
     /// The scene of a row, and the depths of the references that it is compared with.
     fn depths(&self, index: usize) -> (usize, [Depth; 2]) {
         let planned = &self.rows[index];

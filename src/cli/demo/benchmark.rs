@@ -11,7 +11,6 @@ use twobounce::output::file;
 use twobounce::profile::WARM_UP;
 use twobounce::renderer::Renderer;
 use twobounce::settings::Settings;
-use twobounce::vk::Context;
 use twobounce::vk::ZoneKind;
 
 use super::DemoArgs;
@@ -73,7 +72,24 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     }
     drop(progress);
     refuse_invalid(&context)?;
-    let report = Report::of(args, settings, &context, &timings);
+    let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| {
+        Pass { name, kind, frames: frames_gpu_ms.len(), gpu_ms: Percentiles::of(frames_gpu_ms) }
+    };
+    let report = Report {
+        version: VERSION,
+        program: format!("twobounce {}", env!("CARGO_PKG_VERSION")),
+        device: context.name.clone(),
+        driver: context.driver.clone(),
+        width: args.size.0,
+        height: args.size.1,
+        fps: args.fps,
+        frames: timings.frames().len(),
+        frame_wall_ms: Percentiles::of(timings.frames().map(|frame| frame.wall_ms)),
+        frame_gpu_ms: Percentiles::of(timings.frames().map(|frame| frame.gpu_ms)),
+        passes: timings.passes().into_iter().map(pass).collect(),
+        method: settings.method.name(),
+        settings,
+    };
     out::write(&report.table(&args.settings.preset));
     if let Some(path) = &args.json {
         file::write_json(path, &report)?;
@@ -82,30 +98,6 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
 }
 
 impl Report {
-    fn of(args: &DemoArgs, settings: Settings, context: &Context, timings: &Timings) -> Self {
-        let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| Pass {
-            name,
-            kind,
-            frames: frames_gpu_ms.len(),
-            gpu_ms: Percentiles::of(frames_gpu_ms),
-        };
-        Self {
-            version: VERSION,
-            program: format!("twobounce {}", env!("CARGO_PKG_VERSION")),
-            device: context.name.clone(),
-            driver: context.driver.clone(),
-            width: args.size.0,
-            height: args.size.1,
-            fps: args.fps,
-            frames: timings.frames().len(),
-            frame_wall_ms: Percentiles::of(timings.frames().map(|frame| frame.wall_ms)),
-            frame_gpu_ms: Percentiles::of(timings.frames().map(|frame| frame.gpu_ms)),
-            passes: timings.passes().into_iter().map(pass).collect(),
-            method: settings.method.name(),
-            settings,
-        }
-    }
-
     /// A table in Markdown, with all that one must know to compare it.
     fn table(&self, preset: &str) -> String {
         let Self { program, device, driver, width, height, fps, frames, .. } = self;

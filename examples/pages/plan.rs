@@ -153,7 +153,7 @@ impl Plan {
         let mut specimen = Specimen::load(subject.path)?;
         specimen.scene.sky += Vec3::splat(subject.sky);
         let Specimen { scene, pose, view } = &specimen;
-        let seen = Seen { words: "the view".into(), pose: pose.clone(), view: *view };
+        let seen = Seen { words: "the view".into(), flags: vec![], pose: pose.clone(), view: *view };
         let context = Context::new(&ContextOptions::default())?;
         let cache = Cache::at(subject.folder.join("films"));
         let store = Results::new(None, "", true)?;

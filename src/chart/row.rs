@@ -5,7 +5,6 @@ use serde_json::json;
 
 use super::import::Claim;
 use super::measure::{ChartScene, SEED, same_depth};
-use super::plan::Trial;
 use crate::lab::store::{self as lab, Kind, Origin, short_hash};
 use crate::measure::metrics::{Metrics, Part, Parts};
 use crate::measure::terms::Subtract;
@@ -152,17 +151,13 @@ impl lab::Row for Row {
 }
 
 impl Row {
-    /// Settings, without a scene and a result yet.
-    pub fn of_settings(trial: &Trial) -> Self {
-        let Trial { preset, swept, settings } = trial.clone();
-        Self {
-            name: trial.name(),
-            preset,
-            swept,
-            changes: trial.changes(),
-            settings: Some(settings),
-            ..Self::default()
-        }
+    /// Settings on top of a preset, without a scene and a result yet. A base that is no preset shows all that differs from the default
+    /// one.
+    pub fn of_settings(preset: &str, swept: &[String], settings: Settings) -> Self {
+        let name = [&[preset.to_owned()], swept].concat().join(" ");
+        let changes = settings.changes_from(&Settings::preset(preset).unwrap_or_default());
+        let (preset, swept) = (preset.to_owned(), swept.to_vec());
+        Self { name, preset, swept, changes, settings: Some(settings), ..Self::default() }
     }
 
     /// The path tracer along so many paths a pixel.

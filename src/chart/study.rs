@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use super::export::Chart;
 use super::frontier::frontiers;
+use super::marks::mark;
 use super::outline::SceneLine;
-use super::plan::{Trial, distinct, sweep, trials};
+use super::plan::{distinct, sweep, trials};
 use super::row::{Reference, Row};
 use crate::Result;
 use crate::lab::table;
@@ -81,12 +82,12 @@ pub const PRESETS_AXIS: &str = "preset";
 ///
 /// # Errors
 /// An axis names a setting that is not there, or `sets` does.
-pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Trial)>> {
+pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Row)>> {
     let base = |preset: &str| {
         let mut settings = Settings::preset(preset)?;
         let assignments = BASE.iter().copied().chain(sets.iter().map(String::as_str));
         assignments.into_iter().try_for_each(|assignment| settings.set(assignment))?;
-        Ok(Trial::base(preset, settings))
+        Ok(Row::of_settings(preset, &[], settings))
     };
     let presets = PRESETS.iter().map(|preset| Ok((PRESETS_AXIS, base(preset.name)?)));
     let mut lines = presets.collect::<Result<Vec<_>>>()?;
@@ -108,7 +109,7 @@ fn values(tried: &[&str]) -> Result<Vec<Vec<String>>> {
 }
 
 /// Every setting of `lines` once.
-pub fn settings(lines: &[(&'static str, Trial)]) -> Vec<Trial> {
+pub fn settings(lines: &[(&'static str, Row)]) -> Vec<Row> {
     distinct(lines.iter().map(|(_, trial)| trial.clone()))
 }
 
@@ -124,7 +125,7 @@ pub fn is_page(page: &str) -> bool {
 ///
 /// # Errors
 /// A mark of a table in the page without an end.
-pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String], page: &str) -> Result<String> {
+pub fn document(chart: &Chart, lines: &[(&'static str, Row)], sets: &[String], page: &str) -> Result<String> {
     table::fill(page, |name, old| {
         Ok(match name {
             "conditions" => conditions(chart, lines, sets),
@@ -134,7 +135,7 @@ pub fn document(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String],
     })
 }
 
-fn conditions(chart: &Chart, lines: &[(&'static str, Trial)], sets: &[String]) -> String {
+fn conditions(chart: &Chart, lines: &[(&'static str, Row)], sets: &[String]) -> String {
     let base = BASE.iter().copied().chain(sets.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
     let axes = match lines.iter().any(|(axis, _)| *axis != PRESETS_AXIS) {
         true => ", then every axis by itself, on top of the preset that starts its line",
@@ -158,15 +159,16 @@ const ERRORS: [(&str, Part, Reference); 4] = [
 ];
 
 /// The pictures, and a line for every setting: of each scene the time, then errors, those on a frontier of time and error bold.
-fn settings_table(chart: &Chart, lines: &[(&'static str, Trial)]) -> String {
+fn settings_table(chart: &Chart, lines: &[(&'static str, Row)]) -> String {
     let mut head = ["axis", "setting", "method"].map(str::to_owned).to_vec();
     let mut table: Vec<Vec<String>> = Vec::new();
     let mut last = "";
     for (axis, trial) in lines {
-        let mark = if terms::changes(&trial.settings).is_empty() { "" } else { "*" };
+        let is_changed = trial.settings.as_ref().is_some_and(|settings| !terms::changes(settings).is_empty());
+        let star = if is_changed { "*" } else { "" };
         let shown = if *axis == last { "" } else { axis };
         last = axis;
-        table.push(vec![shown.to_owned(), format!("`{}`{mark}", trial.name()), trial.settings.method.to_string()]);
+        table.push(vec![shown.to_owned(), format!("`{}`{star}", trial.name), mark(trial).method.to_owned()]);
     }
     let traced: BTreeSet<u32> = chart.rows().filter_map(Row::paths).collect();
     for (i, paths) in traced.iter().enumerate() {
@@ -175,9 +177,10 @@ fn settings_table(chart: &Chart, lines: &[(&'static str, Trial)]) -> String {
     }
     for SceneLine { name, .. } in chart.scenes() {
         let rows = chart.rows_of(name);
-        let of_line = lines.iter().map(|(_, trial)| {
-            rows.iter().position(|row| row.settings.as_ref().is_some_and(|own| own.means_same(&trial.settings)))
-        });
+        let is_of = |row: &&Row, trial: &Row| {
+            row.settings.as_ref().zip(trial.settings.as_ref()).is_some_and(|(own, meant)| own.means_same(meant))
+        };
+        let of_line = lines.iter().map(|(_, trial)| rows.iter().position(|row| is_of(row, trial)));
         let of_paths = traced.iter().map(|paths| rows.iter().position(|row| row.paths() == Some(*paths)));
         let found: Vec<Option<usize>> = of_line.chain(of_paths).collect();
         let mut column = |title: String, cell: &dyn Fn(usize) -> Option<String>| {
@@ -240,7 +243,7 @@ mod tests {
             let (hash, camera, command) = (String::new(), String::new(), String::new());
             let line = SceneLine { name: name.into(), hash, triangles: 0, camera, all_diffuse, command };
             chart.outline.scenes.push(Sketch { line, truths: vec![] });
-            let row = Row { measured: Some(measured.clone()), scene: name.into(), ..Row::of_settings(&lines[0].1) };
+            let row = Row { measured: Some(measured.clone()), scene: name.into(), ..lines[0].1.clone() };
             chart.rows.push(Stored { version: 0, program: String::new(), row, pictures: None });
         }
         let page = document(&chart, &lines[..2], &[], EMPTY).unwrap();

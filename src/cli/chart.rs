@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::slice;
 
 use clap::Args;
-use twobounce::chart::plan::{Trial, sweep, trials};
+use twobounce::chart::plan::{sweep, trials};
 use twobounce::chart::row::Row;
 use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
@@ -48,7 +48,7 @@ pub struct ChartArgs {
 /// Measures what is missing and writes the chart again.
 pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
-    let mut rows: Vec<Row> = args.trials()?.iter().map(Row::of_settings).chain(args.bench.traced()).collect();
+    let mut rows: Vec<Row> = args.trials()?.into_iter().chain(args.bench.traced()).collect();
     rows.extend(args.imports.open(args.scene.size, &rows)?);
     let bench = Bench { scene: &args.scene, paths, rows, folder: &args.output, args: &args.bench };
     match args.bench.list {
@@ -58,7 +58,7 @@ pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
 }
 
 impl ChartArgs {
-    fn trials(&self) -> Result<Vec<Trial>> {
+    fn trials(&self) -> Result<Vec<Row>> {
         let mut presets = self.presets.clone();
         if presets.is_empty() {
             presets.extend(PRESETS.iter().map(|preset| preset.name.to_owned()));
@@ -66,9 +66,9 @@ impl ChartArgs {
         let base = |preset: String| {
             let (config, sets) = (self.config.clone(), self.sets.clone());
             let args = SettingsArgs { preset, config, method: None, sets };
-            Ok(Trial::base(&args.preset, args.effective_with("--presets")?))
+            Ok(Row::of_settings(&args.preset, &[], args.effective_with("--presets")?))
         };
-        let bases: Vec<Trial> = presets.into_iter().map(base).collect::<Result<_>>()?;
+        let bases: Vec<Row> = presets.into_iter().map(base).collect::<Result<_>>()?;
         let values = self.sweeps.iter().map(|text| sweep(text)).collect::<Result<Vec<_>>>();
         let trials = values.and_then(|values| trials(&bases, &values.concat()));
         trials.map_err(|e| Error::Usage(format!("--sweep: {e}")))

@@ -18,7 +18,7 @@ use twobounce::plan::ask::{self, Question};
 use twobounce::plan::bench::{Bench, Seen, Setup};
 use twobounce::plan::limits::Limits;
 use twobounce::reference::Options;
-use twobounce::scene::{Projection, Scene};
+use twobounce::scene::Projection;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, SceneArgs, budget, memory_size, number};
@@ -135,11 +135,12 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
         trace: &trace,
         is_at: &is_at,
     });
+    let is_tried = |method: &&Method| args.methods.is_empty() || args.methods.iter().any(|name| name == method.name());
     let question = Question {
-        views: views.iter().map(|view| view.1.clone()).collect(),
+        views,
         held_out,
         limits,
-        methods: Method::ALL.iter().filter(|method| args.tries(**method)).copied().collect(),
+        methods: Method::ALL.iter().filter(is_tried).copied().collect(),
         fixed: args.sets.clone(),
         budget: args.budget,
     };
@@ -156,10 +157,13 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     work.take();
     let mut answer = asked?;
     store.save(&key, &answer);
-    answer.commands = views.iter().map(|(flags, _)| args.command(&typed, flags, &answer)).collect();
+    answer.commands = question.views.iter().map(|seen| args.command(&typed, &seen.flags, &answer)).collect();
     out::write(&answer.text());
     if let Some(path) = &args.output {
-        file::write(path, toml(&answer).as_bytes())?;
+        let Answer { scene, width, height, device, choice, error_of, .. } = &answer;
+        let (ms, error) = (choice.ms.median, choice.error);
+        let about = format!("{scene}, {width}x{height}, {device}: {ms:.1} ms a frame, error {error:.4} of {error_of}");
+        file::write(path, format!("# twobounce plan: {about}\n{}", choice.settings.to_toml()).as_bytes())?;
         say!("\nwrote {}", out::name(path));
     }
     if let Some(path) = &args.json {
@@ -169,10 +173,6 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
 }
 
 impl PlanArgs {
-    fn tries(&self, method: Method) -> bool {
-        self.methods.is_empty() || self.methods.iter().any(|name| name == method.name())
-    }
-
     fn limits(&self) -> Result<Limits> {
         let (error, ms) = (self.max_error, self.max_ms);
         let bytes = self.max_mib.map(|mib| (mib * f64::from(1 << 20)) as u64);
@@ -183,8 +183,8 @@ impl PlanArgs {
         Ok(Limits { error, ms, bytes })
     }
 
-    /// Every camera at every time: the flags that show it, and what is seen.
-    fn views(&self, opened: &Opened, cameras: Option<&str>) -> Result<Vec<(Vec<String>, Seen)>> {
+    /// Every camera at every time.
+    fn views(&self, opened: &Opened, cameras: Option<&str>) -> Result<Vec<Seen>> {
         let cameras: Vec<Option<&str>> = match cameras {
             None => vec![None],
             // A name may have a comma in it.
@@ -195,24 +195,24 @@ impl PlanArgs {
         moments.map(|(camera, time)| self.view(opened, camera, time)).collect()
     }
 
-    fn view(&self, opened: &Opened, camera: Option<&str>, time: f64) -> Result<(Vec<String>, Seen)> {
+    fn view(&self, opened: &Opened, camera: Option<&str>, time: f64) -> Result<Seen> {
         let args = SceneArgs { camera: camera.map(str::to_owned), time, ..self.scene.clone() };
         let (pose, view, _) = opened.seen(&args)?;
         let camera = camera.map(|name| format!("--camera={name}"));
         let moment = (time != 0.0).then(|| format!("--time={time}"));
         let flags: Vec<String> = camera.into_iter().chain(moment).collect();
         let words = if flags.is_empty() { "the view".to_owned() } else { flags.join(" ") };
-        Ok((flags, Seen { words, pose, view }))
+        Ok(Seen { words, flags, pose, view })
     }
 
     /// Two views that were not asked for: another camera of the file and another moment, or the first view turned aside.
-    fn held_out(&self, opened: &Opened, asked: &[(Vec<String>, Seen)]) -> Result<Vec<Seen>> {
-        let (scene, first): (&Scene, &Seen) = (&opened.scene, &asked[0].1);
+    fn held_out(&self, opened: &Opened, asked: &[Seen]) -> Result<Vec<Seen>> {
+        let first = &asked[0];
         let mut views = Vec::new();
         let seen = |seen: &Seen| format!("{:?}", (seen.view.eye, seen.view.forward));
-        let known: Vec<String> = asked.iter().map(|view| seen(&view.1)).collect();
-        for index in (0..scene.cameras.len()).filter(|_| self.scene.eye.is_none()) {
-            let (_, other) = self.view(opened, Some(&index.to_string()), self.times[0])?;
+        let known: Vec<String> = asked.iter().map(seen).collect();
+        for index in (0..opened.scene.cameras.len()).filter(|_| self.scene.eye.is_none()) {
+            let other = self.view(opened, Some(&index.to_string()), self.times[0])?;
             if !known.contains(&seen(&other)) && views.is_empty() {
                 views.push(other);
             }
@@ -221,10 +221,11 @@ impl PlanArgs {
             let last = self.times.iter().copied().fold(0.0, f64::max);
             let time = if last > 0.0 { 0.5 * (self.times[0] + last) } else { 0.5 * opened.duration_s() };
             if !self.times.contains(&time) {
-                let (_, mut then) = self.view(opened, None, time)?;
-                then.view = first.view;
-                then.words = format!("--time={time}");
-                views.push(then);
+                views.push(Seen {
+                    view: first.view,
+                    words: format!("--time={time}"),
+                    ..self.view(opened, None, time)?
+                });
             }
         }
         for degrees in [15.0f64, -15.0] {
@@ -264,15 +265,4 @@ impl PlanArgs {
         command.extend(["-o".to_owned(), "image.png".to_owned()]);
         words::line(&command)
     }
-}
-
-/// The settings as a file, with what they give.
-fn toml(answer: &Answer) -> String {
-    let Answer { scene, width, height, device, choice, .. } = answer;
-    let (ms, error) = (choice.ms.median, choice.error);
-    format!(
-        "# twobounce plan: {scene}, {width}x{height}, {device}: {ms:.1} ms a frame, error {error:.4} of {}\n{}",
-        answer.error_of,
-        choice.settings.to_toml()
-    )
 }

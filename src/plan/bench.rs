@@ -30,6 +30,7 @@ use crate::{Error, Result, measure};
 #[derive(Clone, Debug)]
 pub struct Seen {
     /// The flags that show it, such as `--camera 1`.
+    pub flags: Vec<String>,
     pub words: String,
     pub pose: Pose,
     pub view: View,

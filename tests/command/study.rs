@@ -22,10 +22,10 @@ fn table(page: &str) -> Vec<String> {
 fn today(sets: &[String]) -> Vec<String> {
     let mut last = "";
     let lines = lines(sets).unwrap();
-    let line = |(axis, trial): &(&'static str, twobounce::chart::plan::Trial)| {
+    let line = |(axis, row): &(&'static str, twobounce::chart::row::Row)| {
         let shown = if *axis == last { "" } else { axis };
         last = axis;
-        format!("{shown} `{}`", trial.name())
+        format!("{shown} `{}`", row.name)
     };
     lines.iter().map(line).collect()
 }

@@ -134,19 +134,18 @@ impl Chart {
 
     /// A row's cells, each with the name of its column.
     fn cells(&self, row: &Row, passes: &[&str]) -> Vec<(String, String)> {
-        let value = json!(row);
+        let mut value = json!(row);
+        value["size"] = json!([self.outline.width, self.outline.height]);
         let at = |path: &str| text(value.pointer(path).unwrap_or(&Value::Null));
         let of = |(name, path): &(&str, &str)| ((*name).to_owned(), at(path));
-        let mut cells: Vec<(String, String)> = BEFORE_SIZE.iter().map(of).collect();
-        for (name, side) in [("width_pixels", self.outline.width), ("height_pixels", self.outline.height)] {
-            cells.push((name.to_owned(), side.to_string()));
-        }
-        cells.extend(TIMES.iter().map(of));
+        let mut cells: Vec<(String, String)> = COLUMNS.iter().map(of).collect();
         for reference in ["full", "same"] {
+            let bounces = at(&format!("/measured/{reference}/bounces"));
+            let is_all = bounces.is_empty() && row.measured.is_some();
+            cells.push((format!("{reference}_bounces"), if is_all { "all".to_owned() } else { bounces }));
             let mut add = |name: &str, path: &str| {
                 cells.push((format!("{reference}_{name}"), at(&format!("/measured/{reference}/{path}"))));
             };
-            add("bounces", "bounces");
             add("noise", "noise");
             for part in ["total", "indirect", "diffuse"] {
                 Metrics::NAMES.iter().for_each(|name| add(&format!("{part}_{name}"), &format!("{part}/{name}")));
@@ -156,11 +155,6 @@ impl Chart {
             }
             for part in ["total", "indirect", "diffuse"] {
                 add(&format!("{part}_noise_in_rel"), &format!("noise_in_rel/{part}"));
-            }
-        }
-        for (name, bounces) in &mut cells {
-            if name.ends_with("_bounces") && bounces.is_empty() && row.measured.is_some() {
-                *bounces = "all".to_owned();
             }
         }
         for name in passes {
@@ -177,8 +171,8 @@ impl Chart {
     }
 }
 
-/// Columns of `rows.csv`, each with its place in a row of `rows.json`: before those of the image's size,
-const BEFORE_SIZE: &[(&str, &str)] = &[
+/// Columns of `rows.csv`, each with its place in a row of `rows.json`: before those of errors and passes,
+const COLUMNS: &[(&str, &str)] = &[
     ("scene", "/scene"),
     ("name", "/name"),
     ("source", "/source/kind"),
@@ -192,10 +186,8 @@ const BEFORE_SIZE: &[(&str, &str)] = &[
     ("build", "/origin/build"),
     ("label", "/origin/label"),
     ("measured_unix_s", "/origin/unix_s"),
-];
-
-/// then times,
-const TIMES: &[(&str, &str)] = &[
+    ("width_pixels", "/size/0"),
+    ("height_pixels", "/size/1"),
     ("frames", "/measured/frames"),
     ("frame_gpu_ms", "/measured/frame_gpu_ms/median"),
     ("frame_gpu_ms_min", "/measured/frame_gpu_ms/min"),
@@ -207,7 +199,7 @@ const TIMES: &[(&str, &str)] = &[
     ("equal_terms", "/measured/equal_terms"),
 ];
 
-/// and after errors and passes those of rows without settings.
+/// and after them, of rows without settings.
 const GIVEN: &[(&str, &str)] = &[
     ("paths", "/source/paths"),
     ("given_ms", "/source/milliseconds"),

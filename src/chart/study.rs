@@ -6,7 +6,7 @@ use super::export::Chart;
 use super::frontier::frontiers;
 use super::marks::mark;
 use super::outline::SceneLine;
-use super::plan::{distinct, sweep, trials};
+use super::plan::{sweep, trials};
 use super::row::{Reference, Row};
 use crate::Result;
 use crate::lab::table;
@@ -108,11 +108,6 @@ fn values(tried: &[&str]) -> Result<Vec<Vec<String>>> {
     Ok(tried.iter().map(one).collect::<Result<Vec<_>>>()?.concat())
 }
 
-/// Every setting of `lines` once.
-pub fn settings(lines: &[(&'static str, Row)]) -> Vec<Row> {
-    distinct(lines.iter().map(|(_, trial)| trial.clone()))
-}
-
 /// A new page, without its tables.
 pub const EMPTY: &str = include_str!("study.md");
 
@@ -207,6 +202,7 @@ fn settings_table(chart: &Chart, lines: &[(&'static str, Row)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::outline::Sketch;
+    use super::super::plan::distinct;
     use super::super::row::{Errors, Measured};
     use super::*;
     use crate::lab::store::Stored;
@@ -220,7 +216,11 @@ mod tests {
             let found = lines.iter().filter(|(axis, _)| axis == name).count();
             assert_eq!(found, values(tried).unwrap().len(), "{name}: a value is the base's own, or there twice");
         }
-        assert_eq!(settings(&lines).len(), lines.len(), "two lines are the same setting");
+        assert_eq!(
+            distinct(lines.iter().map(|line| line.1.clone())).len(),
+            lines.len(),
+            "two lines are the same setting"
+        );
     }
 
     #[test]

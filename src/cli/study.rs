@@ -6,7 +6,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::chart::export::Chart;
-use twobounce::chart::study::{EMPTY, PRESETS_AXIS, SCENES, document, is_page, lines, settings};
+use twobounce::chart::plan::distinct;
+use twobounce::chart::study::{EMPTY, PRESETS_AXIS, SCENES, document, is_page, lines};
 use twobounce::chart::svg;
 use twobounce::output::file;
 use twobounce::{Error, Result};
@@ -46,7 +47,7 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     page(&args.output)?; // before anything is measured
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);
-    let rows = settings(&lines).into_iter().chain(args.bench.traced()).collect();
+    let rows = distinct(lines.iter().map(|line| line.1.clone())).into_iter().chain(args.bench.traced()).collect();
     let bench = Bench { scene, paths, rows, folder: &args.rows, args: &args.bench };
     if let Some(count) = args.bench.list {
         return Ok(bench.list(count, &["--rows"])?);

@@ -4,16 +4,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use twobounce::ground::Ground;
-use twobounce::ground::cell_passes::CellVolume;
-use twobounce::ground::constants::{Features, SHADOWS_NONE, constants, with};
-use twobounce::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
+use twobounce::ground::constants::{Features, constants, with};
+use twobounce::ground::volume::{FACE_VOLUME, FACES, FORMAT, LightVolume};
 use twobounce::lab::specimen::Specimen;
 use twobounce::lab::table::{fill_file, markdown};
 use twobounce::measure::timing::Spread;
-use twobounce::settings::Settings;
+use twobounce::settings::{Settings, Shadows};
 use twobounce::vk::{
     Bind, Compute, ComputeDesc, Constant, Context, ContextOptions, DrawCall, Raster, RasterDesc, Recorder,
-    RecorderOptions, RenderTarget, SamplerAddressMode, ZoneKind, ZoneTiming, download_image,
+    RecorderOptions, RenderTarget, ZoneKind, ZoneTiming, download_image,
 };
 use twobounce::{Error, Result};
 
@@ -111,7 +110,7 @@ pub fn measure(
     renderer.render(&specimen.pose, &specimen.view)?;
     let frame = renderer.frame();
     let shading = with(constants(settings, Features::of(&specimen.scene, settings)), frame.method.constants());
-    let unshadowed = with(shading.clone(), &[("SHADOWS", SHADOWS_NONE.into())]);
+    let unshadowed = with(shading.clone(), &[("SHADOWS", Shadows::None.into())]);
     let pass = |name, fragment, compute, constants: &Vec<_>, mips| Pass {
         name,
         fragment,
@@ -125,7 +124,7 @@ pub fn measure(
         pass("mips", "gi/cones/mips.frag", "gi/cones/measured/mips.comp", &shading, true),
     ];
     // One volume per form: what shade 2 leaves in them, mips sum up.
-    let volume = |_| FaceVolume::new(context, 0, settings.voxels, SamplerAddressMode::CLAMP_TO_EDGE);
+    let volume = |_| LightVolume::new(context, FACE_VOLUME, 0, settings.voxels);
     let volumes = (0..3).map(volume).collect::<Result<Vec<_>>>()?;
     let look_up = frame.method.binds(&frame.ground);
     let run = |pass: &Pass| {
@@ -142,9 +141,9 @@ pub fn measure(
                 measured.rounds.push(times);
             }
         }
-        let bits = |volume: &FaceVolume| {
+        let bits = |volume: &LightVolume| {
             let levels = if pass.mips { 1..volume.levels } else { 0..1 };
-            let texels = levels.flat_map(|level| volume.faces.iter().map(move |face| (face, level)));
+            let texels = levels.flat_map(|level| volume.images.iter().map(move |face| (face, level)));
             texels.map(|(face, level)| download_image::<[u16; 4]>(context, face, level)).collect::<Result<Vec<_>>>()
         };
         let drawn = bits(&volumes[0])?;
@@ -174,7 +173,7 @@ impl Pass<'_> {
             vertex: "gi/cones/layered.vert",
             fragment: Some(self.fragment),
             constants: &self.constants,
-            color_formats: &[FACE_FORMAT; FACES],
+            color_formats: &[FORMAT; FACES],
             ..Default::default()
         };
         let mut forms = vec![Form::Draw(Raster::new(context, &desc)?)];
@@ -188,7 +187,7 @@ impl Pass<'_> {
     }
 
     #[allow(clippy::too_many_arguments, reason = "one call records a form of a pass")]
-    fn record(&self, r: &mut Recorder, form: &Form, ground: &Ground, volume: &FaceVolume, look_up: &[Bind]) {
+    fn record(&self, r: &mut Recorder, form: &Form, ground: &Ground, volume: &LightVolume, look_up: &[Bind]) {
         let kind = if matches!(form, Form::Draw(..)) { ZoneKind::Raster } else { ZoneKind::Compute };
         r.zone(self.name, kind, 0, |r| {
             let levels = if self.mips { 1..volume.levels } else { 0..1 };

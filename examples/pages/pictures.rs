@@ -8,10 +8,10 @@ use glam::{Vec2, Vec3};
 use half::f16;
 use image::{ImageFormat, Rgb, RgbImage};
 use twobounce::frame::{Frame, FrameDesc, Seen};
-use twobounce::ground::faces::FaceVolume;
 use twobounce::ground::image::target::{self, Readback};
 use twobounce::ground::layout::{Globals, ListItem, Triangle};
 use twobounce::ground::scene_on_gpu::ScenePacked;
+use twobounce::ground::volume::LightVolume;
 use twobounce::layers::Aov;
 use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
 use twobounce::scene::{LoadOptions, Pose, Scene};
@@ -178,12 +178,12 @@ fn lists(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
 /// A level of one face, cut at [`SLICE`], every texel as large as it is in the world; what is empty is grey.
 fn slice(
     context: &Arc<Context>,
-    volume: &FaceVolume,
+    volume: &LightVolume,
     (level, face): (u32, usize),
     (scale, ev): (f32, f32),
 ) -> Result<RgbImage> {
     const EMPTY: f32 = 0.05;
-    let texels: Vec<[u16; 4]> = download_image(context, &volume.faces[face], level)?;
+    let texels: Vec<[u16; 4]> = download_image(context, &volume.images[face], level)?;
     let edge = volume.edge >> level;
     Ok(tile(|x, z| {
         let [x, y, z] = [x * EDGE / TILE, SLICE, z * EDGE / TILE].map(|at| at >> level);

@@ -8,9 +8,9 @@ use glam::Vec3;
 
 use crate::Result;
 use crate::ground::constants::Features;
-use crate::ground::faces::FaceVolume;
 use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
+use crate::ground::volume::LightVolume;
 pub use crate::ground::wants::{CoarseLight, Wants};
 use crate::ground::{Counts, Ground};
 pub use crate::settings::Method;
@@ -94,18 +94,18 @@ pub trait Gi: Send {
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>>;
 
     /// The volumes of faces that it holds, one per bounce.
-    fn volumes(&self) -> &[FaceVolume] {
+    fn volumes(&self) -> &[LightVolume] {
         &[]
     }
 
     /// All images that hold its light.
     fn images(&self) -> Vec<&Image> {
-        self.volumes().iter().flat_map(|volume| &volume.faces).collect()
+        self.volumes().iter().flat_map(|volume| &volume.images).collect()
     }
 
     /// What shows, coarsely, all light that it holds: feedback has settled once it does not change.
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
-        self.volumes().last().map(FaceVolume::coarse)
+        self.volumes().last().map(LightVolume::coarse)
     }
 }
 

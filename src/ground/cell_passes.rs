@@ -5,38 +5,12 @@ use std::sync::Arc;
 
 use super::Ground;
 use super::constants::with;
+use super::volume::LightVolume;
 use crate::Result;
-use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Image, Recorder, ZoneKind};
+use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind};
 
 /// Workgroups of 64 threads; each goes through many cells, most of which are occupied again.
 const EMPTYING_GROUPS: u32 = 16;
-
-/// A volume with a full mip chain, of one bounce.
-pub trait CellVolume {
-    /// Of the finest level, cells.
-    fn edge(&self) -> u32;
-
-    /// 0 or 1.
-    fn bounce(&self) -> usize;
-
-    /// All that it consists of.
-    fn images(&self) -> Vec<&Image>;
-
-    /// The level below `level`, to be read by the mips.
-    fn sources(&self, level: u32) -> Vec<Bind<'_>>;
-
-    /// A level, to be stored to.
-    fn targets(&self, level: u32) -> Vec<Bind<'_>>;
-
-    fn levels(&self) -> u32 {
-        self.edge().ilog2() + 1
-    }
-
-    /// What the pass is called that makes its mips.
-    fn mips_zone(&self) -> &'static str {
-        ["mips 1", "mips 2"][self.bounce()]
-    }
-}
 
 /// Empties what the frame before filled and this one does not. Reads: both frames' cells. Writes: a volume.
 pub struct EmptyCells {
@@ -49,15 +23,15 @@ impl EmptyCells {
     }
 
     /// `known`: whether the volume holds what the frame before filled and nothing else; else all of it is emptied.
-    pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &dyn CellVolume, known: bool) {
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &LightVolume, known: bool) {
         let lists = ground.base();
-        r.zone(["empty 1", "empty 2"][volume.bounce()], ZoneKind::Compute, 0, |r| {
+        r.zone(["empty 1", "empty 2"][volume.bounce], ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the cells are listed; the volume may have been read
             if !known {
-                volume.images().into_iter().for_each(|image| r.clear(image));
+                volume.images.iter().for_each(|image| r.clear(image));
                 return;
             }
-            for level in 0..volume.levels() {
+            for level in 0..volume.levels {
                 let (list, push) = lists.last_cells.level(level);
                 let mut binds = vec![
                     list,
@@ -110,7 +84,7 @@ impl FillCells {
     }
 
     /// `look_up`: what the method's look-up binds.
-    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &dyn CellVolume, look_up: Vec<Bind<'_>>) {
+    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &LightVolume, look_up: Vec<Bind<'_>>) {
         let lists = ground.base();
         recorder.zone(self.label, ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists and the volume that is gathered from were written
@@ -141,9 +115,9 @@ impl MipCells {
         Ok(Self { mips: forms.iter().map(mips).collect::<Result<_>>()? })
     }
 
-    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, volume: &dyn CellVolume) {
+    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, volume: &LightVolume) {
         recorder.zone(volume.mips_zone(), ZoneKind::Compute, 0, |r| {
-            for level in 1..volume.levels() {
+            for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written
                 let mut binds = volume.sources(level);
                 binds.extend(volume.targets(level));

@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::scene::{Alpha, Scene};
-use crate::settings::{DirectLight, LampLight, Settings, Shadows};
+use crate::settings::{DirectLight, Settings};
 use crate::vk::Constant;
 
 /// Values of `DIRECT`: direct light is found; found and kept; or the kept light is read.
@@ -13,8 +13,6 @@ pub const DIRECT_READ: u32 = 2;
 /// Values of `LIT`: each list item is lit, or one for all that are alike.
 pub const LIT_EACH: u32 = 0;
 pub const LIT_ALIKE: u32 = 1;
-/// Value of `SHADOWS` without any.
-pub const SHADOWS_NONE: u32 = 0;
 
 /// A metal that is rougher sends what it mirrors as a lobe: the root of `LEAST_ITEM_ALPHA` in `glsl/gi/rays/item_lobes.glsl`.
 const MIRROR_ROUGHNESS: f32 = 0.388;
@@ -117,16 +115,11 @@ impl Features {
 /// All constants that the ground declares. A pass that needs other values, such as one that lights list items, replaces
 /// them by [`with`].
 pub fn constants(settings: &Settings, features: Features) -> Vec<Constant> {
-    let shadows = match settings.lights.shadows {
-        Shadows::None => SHADOWS_NONE,
-        Shadows::Method => 1,
-        Shadows::Rays => 2,
-    };
     vec![
         ("EDGE", settings.voxels.into()),
-        ("SHADOWS", shadows.into()),
+        ("SHADOWS", settings.lights.shadows.into()),
         ("FEATURES", features.0.into()),
-        ("LAMPS", u32::from(settings.lights.lamps == LampLight::Sampled).into()),
+        ("LAMPS", settings.lights.lamps.into()),
         ("LAMP_POINTS", settings.lights.lamp_points.into()),
         ("GATHER_SCALE", settings.image.gather_resolution.scale().into()),
         ("INTERLEAVE", settings.image.interleave.into()),

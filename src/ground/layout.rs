@@ -3,83 +3,72 @@
 
 use super::boxes::MOST_BOXES;
 
-/// A struct shared with GLSL: with its fields' names and offsets, for the test against reflection.
+/// Structs shared with GLSL: with their fields' names and offsets, for the test against reflection.
 macro_rules! shared {
-    ($(#[$doc:meta])* $name:ident { $($(#[$fdoc:meta])* $field:ident: $type:ty),+ $(,)? }) => {
+    ($($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty),+ $(,)? })+) => {$(
         $(#[$doc])*
         #[repr(C)]
         #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-        pub struct $name { $($(#[$fdoc])* pub $field: $type),+ }
+        pub struct $name { $(pub $field: $type),+ }
+
         impl $name {
             /// (name, offset in bytes) of every field, in order.
             pub const FIELDS: &'static [(&'static str, usize)] = &[$((stringify!($field), std::mem::offset_of!($name, $field))),+];
         }
-    };
+    )+};
 }
 pub(crate) use shared;
 
 shared! {
     /// What the recording pass appends, beside [attributes](super::attributes); corners in voxels.
     Triangle { corners: [[f32; 3]; 3], material: u32, source: u32, translucent: u32 }
-}
-shared! {
+
     /// Counters; the first four are a `VkDrawIndirectCommand`.
     Globals {
         vertex_count: u32, instance_count: u32, first_vertex: u32, first_instance: u32,
         item_count: u32, cell_count: u32, triangle_overflow: u32, item_overflow: u32, cell_overflow: u32,
         degenerate_count: u32,
     }
-}
-shared! {
+
     /// How many cells of one level are occupied; the first three are a `VkDispatchIndirectCommand`.
     CellCount { groups_x: u32, groups_y: u32, groups_z: u32, count: u32 }
-}
-shared! {
+
     /// One entry of the list of `voxel`; `next` is 1-based, 0 ends the list.
     ListItem { triangle: u32, next: u32, voxel: u32 }
-}
-shared! {
+
     /// What an item of a list sends, stored radiance, and how much of its voxel it fills.
     ItemLight { front: [f32; 3], opacity: f32, back: [f32; 3], area: f32 }
-}
-shared! {
+
     /// For a list item: the item whose light it copies, the area of its triangle inside the voxel, over a face's, the
     /// triangle's source, and whether it is lit for everything in its voxel. Where another surface splits that part: the item
     /// that is lit for what cannot be seen from `anchor` (1-based), two coordinates in its voxel of 16 bits each.
     ItemPart { lit_by: u32, area: f32, source: u32, alone: u32, twin: u32, anchor: u32 }
-}
-shared! {
+
     /// A texture as a material uses it: a mip chain in the atlas, of no levels where there is none.
     TextureSlot {
         layer: u32, first_level: u32, level_count: u32, flags: u32, uv_set: u32, linear: [f32; 4], offset: [f32; 2],
     }
-}
-shared! {
+
     Material {
         base_color: [f32; 4], emissive: [f32; 3], metallic: f32, roughness: f32, normal_scale: f32, alpha_cutoff: f32,
         ior: f32, specular: f32, specular_color: [f32; 3], transmission: f32, thickness_m: f32,
         attenuation_color: [f32; 3], attenuation_distance_m: f32, flags: u32, slots: [TextureSlot; 8],
     }
-}
-shared! {
+
     Light {
         position: [f32; 3], kind: u32, direction: [f32; 3], range_m: f32, intensity: [f32; 3], radius: f32,
         spot_scale: f32, spot_offset: f32,
     }
-}
-shared! {
+
     /// A piece of an emissive triangle, evenly bright; positions in voxels.
     Lamp { a: [f32; 3], b: [f32; 3], c: [f32; 3], radiance: [f32; 3], two_sided: u32 }
-}
-shared! {
+
     /// A sphere about neighbouring pieces, voxels, a cone about their normals, and what they send together, up to a factor.
     LampNode { center: [f32; 3], radius: f32, axis: [f32; 3], spread_cosine: f32, power: f32 }
-}
-shared! {
+
     /// Where a level lies in its layer, texels.
     TextureLevel { x: u32, y: u32, width: u32, height: u32 }
-}
-shared! {
+
     /// What changes from frame to frame. Lengths in voxels unless a name ends in `_m`.
     Frame {
         clip_from_voxel: [[f32; 4]; 4],
@@ -95,48 +84,38 @@ shared! {
         image_shift: [f32; 2], ndc_shift: [f32; 2],
         boxes: [[f32; 3]; MOST_BOXES], last_boxes: [[f32; 3]; MOST_BOXES],
     }
-}
-shared! {
+
     /// Push constants of the recording pass: rows of `voxel_from_object` and of its inverse transpose.
     RecordPush { rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32 }
-}
-shared! {
+
     /// Push constants of the pass that deforms a mesh: where in the words, the pose and the vertices its own begin.
     DeformPush {
         first_word: u32, vertices: u32, targets: u32, influences: u32, first_weight: u32, first_joint: u32, first_vertex: u32,
         vertex_words: u32, flags: u32,
     }
-}
-shared! {
+
     /// Push constants of the voxeliser: where a grid, or a box of finer voxels in it, lies among the base grid's voxels, and what a finer
     /// box lists.
     GridPush { offset: [f32; 3], scale: f32, first: u32, hole: [i32; 3], hole_edge: i32 }
-}
-shared! {
+
     /// Push constants of the passes over the cells of one level.
     LevelPush { level: u32, first: u32 }
-}
-shared! {
+
     /// Push constants of the passes that light items: which share of them.
     SharesPush { first: u32, end: u32 }
-}
-shared! {
+
     /// Push constants of the passes that go along one axis: 0, 1, 2.
     AxisPush { axis: u32 }
-}
-shared! {
+
     /// Push constants of the image passes.
     BandPush { first_row: u32 }
-}
-shared! {
+
     /// Push constants of the pass that lists fragments: pixels of a band.
     PixelsPush { first: u32, end: u32 }
-}
-shared! {
+
     /// Push constants of the passes that shade and spread fragments.
     FragmentsPush { first_row: u32, width: u32, rows: u32 }
-}
-shared! {
+
     /// Push constants of the sharing pass.
     SharePush { rows: u32 }
 }

@@ -11,7 +11,6 @@ pub mod clearance;
 pub mod constants;
 pub mod deform;
 pub mod expected_items;
-pub mod faces;
 pub mod finish;
 pub mod grid;
 pub mod image;
@@ -24,6 +23,7 @@ pub mod reset;
 pub mod scene_on_gpu;
 pub mod tree;
 pub mod uniforms;
+pub mod volume;
 pub mod voxelise;
 pub mod wants;
 

@@ -1,21 +1,35 @@
 //! The settings that are one of a few words.
 
-/// Closed lists of named choices: parsed from and printed as the names used in files and flags.
+/// Closed lists of named choices: parsed from and printed as the names used in files and flags. Shaders are given the place of a choice
+/// in its list.
 macro_rules! choices {
-    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal),+ $(,)? }) => {
+    ($($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal),+ $(,)? })+) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
         pub enum $name { $($(#[$vdoc])* #[serde(rename = $text)] $variant),+ }
+
         impl $name {
             /// Every choice, in the order of the docs.
             pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+
             /// The name used in files and flags.
-            pub const fn name(self) -> &'static str { match self { $(Self::$variant => $text),+ } }
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $text),+ }
+            }
         }
+
         impl std::fmt::Display for $name {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result { f.write_str(self.name()) }
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
         }
-    };
+
+        impl From<$name> for $crate::vk::Value {
+            fn from(choice: $name) -> Self {
+                Self::Uint(choice as u32)
+            }
+        }
+    )+};
 }
 pub(crate) use choices;
 
@@ -26,9 +40,7 @@ choices! {
         /// The last frame's second volume lights the first: two more bounces per frame.
         All = "all",
     }
-}
 
-choices! {
     /// How every voxel column that a triangle touches gets a fragment.
     Conservative {
         /// A geometry shader dilates triangles: on every device.
@@ -36,9 +48,7 @@ choices! {
         /// `VK_EXT_conservative_rasterization`, where a device has it.
         Hardware = "hardware",
     }
-}
 
-choices! {
     /// Where the light of point, spot and directional lights is computed.
     DirectLight {
         /// At every sample: shadows' edges are anti-aliased.
@@ -46,9 +56,7 @@ choices! {
         /// Once per pixel and surface.
         Pixels = "pixels",
     }
-}
 
-choices! {
     /// How what is seen is shaded.
     Shading {
         /// Packed where triangles are small: where there is one for every 64 pixels of the image.
@@ -58,14 +66,10 @@ choices! {
         /// Every pixel's fragments in a list, one beside the other.
         Packed = "packed",
     }
-}
 
-choices! {
     /// At how many pixels diffuse light is gathered.
     GatherResolution { Full = "full", Half = "half", Quarter = "quarter" }
-}
 
-choices! {
     /// How lights are shadowed.
     Shadows {
         None = "none",
@@ -74,8 +78,7 @@ choices! {
         /// By exact rays.
         Rays = "rays",
     }
-}
-choices! {
+
     /// How emissive surfaces light the scene.
     LampLight {
         /// By the method's gathering alone, as in the talk: the first gather finds a lamp's light.

@@ -73,8 +73,8 @@ fn span(least: f64, most: f64) -> String {
 
 /// The names of a closed list of choices, as a [`Range`].
 macro_rules! names {
-    ($choice:ident) => {
-        $crate::settings::Range::Choice(|| $choice::ALL.iter().map(|c| c.name()).collect())
+    ($choice:ty) => {
+        $crate::settings::Range::Choice(|| <$choice>::ALL.iter().map(|choice| choice.name()).collect())
     };
 }
 pub(crate) use names;
@@ -95,33 +95,40 @@ pub(crate) const fn rare(key: Key) -> Key {
     Key { rare: true, ..key }
 }
 
-/// A table of settings: each field with its type, its default, and what [`Key`] says of it.
+/// Tables of settings: each field with its type, its default, and what [`Key`] says of it, then the tables within it.
 macro_rules! table {
-    ($(#[$doc:meta])* $name:ident as $table:literal {$(
+    ($($(#[$doc:meta])* $name:ident as $table:literal {$(
         $(#[$field_attribute:meta])*
         $field:ident: $type:ty = $default:expr, in $unit:literal $($rare:ident)?, $range:expr;
         $meaning:literal;
-        $cost:literal;
-    )+}) => {
+        $cost:expr;
+    )+} $(+ { $($inner:ident: $inner_type:ty),+ })?)+) => {$(
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(default, deny_unknown_fields)]
-        pub struct $name { $(#[doc = $meaning] $(#[$field_attribute])* pub $field: $type),+ }
+        pub struct $name {
+            $(#[doc = $meaning] $(#[$field_attribute])* pub $field: $type,)+
+            $($(pub $inner: $inner_type,)+)?
+        }
 
         impl Default for $name {
             fn default() -> Self {
-                Self { $($field: $default),+ }
+                Self { $($field: $default,)+ $($($inner: Default::default(),)+)? }
             }
         }
 
         impl $name {
-            pub(super) const KEYS: &[Key] = &[
-                $($($rare)?(key(concat!($table, ".", stringify!($field)), $unit, $range, $meaning, $cost))),+
-            ];
+            pub(super) const KEYS: &[$crate::settings::Key] = &[$($($crate::settings::$rare)?($crate::settings::key(
+                concat!($table, ".", stringify!($field)),
+                $unit,
+                $range,
+                $meaning,
+                $cost,
+            ))),+];
         }
-    };
+    )+};
 }
-pub(super) use table;
+pub(crate) use table;
 
 /// The settings outside of tables.
 const TOP: &[Key] = &[

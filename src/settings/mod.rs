@@ -21,7 +21,7 @@ pub use choices::{Bounces, Conservative, DirectLight, GatherResolution, LampLigh
 pub use docs::markdown;
 #[cfg_attr(not(internals), doc(hidden))]
 pub use keys::{Key, Range, keys};
-pub(crate) use keys::{key, names, rare};
+pub(crate) use keys::{key, names, rare, table};
 pub use methods::Method;
 use methods::Tables;
 pub(crate) use methods::methods;

@@ -7,13 +7,18 @@ choices! {
     Form { Printed = "printed", Right = "right" }
 }
 
-/// Declares a `Ledger` of settings, the rows that are switched one by one: fields, keys and bits of one list.
+/// Declares a `Ledger` of settings, the rows that are switched one by one: a table, and the bit of each row.
 macro_rules! switches {
-    ($(#[$doc:meta])+ $cost:literal; $($row:ident $bit:literal $name:literal $meaning:literal),+ $(,)?) => {
-        $(#[$doc])+
-        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(default, deny_unknown_fields)]
-        pub struct Ledger { $(#[doc = $meaning] pub $row: $crate::settings::Form),+ }
+    ($(#[$doc:meta])+ $table:literal, $cost:literal; $($row:ident $bit:literal $meaning:literal),+ $(,)?) => {
+        $crate::settings::table! {
+            $(#[$doc])+
+            Ledger as $table {$(
+                $row: $crate::settings::Form = $crate::settings::Form::Right, in "form" rare,
+                    $crate::settings::names!($crate::settings::Form);
+                $meaning;
+                $cost;
+            )+}
+        }
 
         impl Ledger {
             /// Every row in one form.
@@ -27,20 +32,6 @@ macro_rules! switches {
                 rows.iter().filter(|(_, form)| *form == $crate::settings::Form::Printed).map(|(bit, _)| 1 << bit).sum()
             }
         }
-
-        impl Default for Ledger {
-            fn default() -> Self {
-                Self::all($crate::settings::Form::Right)
-            }
-        }
-
-        const LEDGER_KEYS: &[$crate::settings::Key] = &[$($crate::settings::rare($crate::settings::key(
-            $name,
-            "form",
-            $crate::settings::Range::Choice(|| $crate::settings::Form::ALL.iter().map(|form| form.name()).collect()),
-            $meaning,
-            $cost,
-        ))),+];
     };
 }
 pub(crate) use switches;

@@ -1,9 +1,7 @@
 //! The tables that all methods share.
 
-use super::keys::table;
 use super::{
-    Center, Conservative, DirectLight, GatherResolution, Key, LampLight, Range, Shading, Shadows, auto, key, names,
-    rare,
+    Center, Conservative, DirectLight, GatherResolution, LampLight, Range, Shading, Shadows, auto, names, table,
 };
 
 table! {
@@ -27,9 +25,7 @@ table! {
          where a device has it: the same lists";
         "unknown: hardware has not been run yet";
     }
-}
 
-table! {
     /// Direct light and its shadows.
     LightSettings as "lights" {
         shadows: Shadows = Shadows::Rays, in "choice", names!(Shadows);
@@ -49,9 +45,7 @@ table! {
         "points on lamps per voxel side";
         "a ray each";
     }
-}
 
-table! {
     /// The final image.
     ImageSettings as "image" {
         samples: u32 = 4, in "samples per pixel", Range::OneOf(&[1, 4]);

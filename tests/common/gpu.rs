@@ -10,8 +10,8 @@ use std::sync::{Arc, LazyLock};
 use half::f16;
 use twins::volume::Volume;
 use twins::voxelise::Pair;
-use twobounce::ground::faces::FaceVolume;
 use twobounce::ground::layout::{Globals, ItemPart, ListItem, Triangle};
+use twobounce::ground::volume::LightVolume;
 use twobounce::layers::Aov;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Scene, View};
@@ -121,13 +121,13 @@ pub fn listed_pairs_of(context: &Arc<Context>, renderer: &Renderer, grid: usize)
 }
 
 /// The bits of every texel of a volume: level by level, face by face.
-pub fn volume_bits(context: &Arc<Context>, images: &FaceVolume) -> Vec<Vec<Vec<[u16; 4]>>> {
-    let level = |k: u32| images.faces.iter().map(|face| download_image(context, face, k).expect("a level")).collect();
+pub fn volume_bits(context: &Arc<Context>, images: &LightVolume) -> Vec<Vec<Vec<[u16; 4]>>> {
+    let level = |k: u32| images.images.iter().map(|face| download_image(context, face, k).expect("a level")).collect();
     (0..images.levels).map(level).collect()
 }
 
 /// A volume as its twin holds it.
-pub fn volume(context: &Arc<Context>, images: &FaceVolume) -> Volume {
+pub fn volume(context: &Arc<Context>, images: &LightVolume) -> Volume {
     let texel = |bits: &[u16; 4]| Vec4::from_array(bits.map(|b| f16::from_bits(b).to_f32()));
     let levels = volume_bits(context, images);
     let face = |face: &Vec<[u16; 4]>| face.iter().map(texel).collect();

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use half::f16;
-use twobounce::gi::photons::{PhotonVolume, constants};
-use twobounce::ground::cell_passes::CellVolume;
+use twobounce::gi::photons::{PHOTON_VOLUME, constants};
 use twobounce::ground::constants::with;
 use twobounce::ground::layout;
+use twobounce::ground::volume::LightVolume;
 use twobounce::settings::Settings;
 use twobounce::vk::*;
 
@@ -50,13 +50,13 @@ pub const EDGE: u32 = 16;
 /// A device with an empty volume.
 pub struct Gpu {
     context: Arc<Context>,
-    volume: PhotonVolume,
+    volume: LightVolume,
 }
 
 impl Gpu {
     pub fn new() -> Self {
         let context = gpu::context();
-        let volume = PhotonVolume::new(&context, 0, EDGE).expect("a volume");
+        let volume = LightVolume::new(&context, PHOTON_VOLUME, 0, EDGE).expect("a volume");
         let this = Self { context, volume };
         this.fill(|_, _| (Vec4::ZERO, Vec4::ZERO));
         this
@@ -88,7 +88,7 @@ impl Gpu {
             };
             let sent = texels(4, &|at, texel| of(level, at, texel).0);
             let hidden = texels(1, &|at, _| of(level, at, 0).1);
-            for (image, texels) in self.volume.images().into_iter().zip([&sent, &hidden, &hidden]) {
+            for (image, texels) in self.volume.images.iter().zip([&sent, &hidden, &hidden]) {
                 upload_image(&self.context, image, ImageRegion::level(image, level), texels).expect("an upload");
             }
         }

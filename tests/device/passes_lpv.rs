@@ -11,7 +11,7 @@ use bytemuck::Zeroable;
 use glam::{DVec3, IVec3, Vec3};
 use gpu::twins::propagation::{Cell, Cells, PUBLISHED, Rules, Texture, WAYS, as_coefficients, shares};
 use steps::{Steps, pack, propagation, volume};
-use twobounce::gi::lpv::LpvPush;
+use twobounce::gi::lpv::{self, LpvPush};
 use twobounce::ground::layout;
 use twobounce::vk::*;
 
@@ -228,7 +228,7 @@ fn a_finer_grid_takes_in_what_the_coarser_one_has_there() {
     let constants = propagation(&[
         ("LPV_EDGE", edge.into()),
         ("CASCADES", 2u32.into()),
-        ("LOBE", 1u32.into()),
+        ("LOBE", lpv::Lobe::Beam.into()),
         ("FIRST_STEP", true.into()),
         ("SHARPNESS", 0.5.into()),
     ]);

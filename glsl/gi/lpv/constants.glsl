@@ -4,7 +4,7 @@
 
 layout(constant_id) const uint LPV_EDGE = 32u; // of each of its grids, cells
 layout(constant_id) const uint CASCADES = 1u;
-layout(constant_id) const uint LOBE = 1u; // how a cell's light is spread over directions
+layout(constant_id) const uint LOBE = 2u; // how a cell's light is spread over directions
 layout(constant_id) const uint OCCLUSION = 2u;
 layout(constant_id) const uint SUM = 1u; // where the light of all steps is added up
 layout(constant_id) const uint INJECTION = 1u; // where a surface's light starts
@@ -13,8 +13,8 @@ layout(constant_id) const float SHARPNESS = 0.5; // mean cosine of the narrowest
 layout(constant_id) const bool FIRST_STEP = false; // of propagation
 
 const uint LOBE_COSINE = 0u; // 1 + 2 cos θ, the clamped cosine in two bands: negative behind, where it is cut off
-const uint LOBE_BEAM = 1u; // as narrow as the light in the cell
-const uint LOBE_COSINE_PI = 2u; // the cosine, with the coefficients of integral π that the source's author published
+const uint LOBE_COSINE_PI = 1u; // the cosine, with the coefficients of integral π that the source's author published
+const uint LOBE_BEAM = 2u; // as narrow as the light in the cell
 const uint OCCLUSION_NONE = 0u;
 const uint OCCLUSION_SH = 1u;
 const uint OCCLUSION_SHEETS = 2u;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 use twobounce::gi::rays::inspect::Inspect;
-use twobounce::ground::faces::FACES;
 use twobounce::ground::layout::ListItem;
+use twobounce::ground::volume::FACES;
 use twobounce::layers::{Aov, Layers};
 use twobounce::output::png::{srgb_code, tone_curve};
 use twobounce::renderer::Renderer;
@@ -182,7 +182,7 @@ impl Grid<'_> {
             return Err(Error::Usage(words));
         };
         let level = side.level.min(volume.levels - 1);
-        let texels: Vec<[u16; 4]> = download_image(self.context, &volume.faces[side.face], level)?;
+        let texels: Vec<[u16; 4]> = download_image(self.context, &volume.images[side.face], level)?;
         Ok((texels.into_iter().map(|texel| texel.map(|bits| half::f16::from_bits(bits).to_f32())).collect(), level))
     }
 }

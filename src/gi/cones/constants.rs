@@ -1,7 +1,7 @@
 //! Specialisation constants and uniform block of the method: `glsl/gi/cones/constants.glsl` is their twin.
 
 use super::Settings;
-use super::choices::{Blend, ConeSet, Fill, Form, RoughnessFit, Weights};
+use super::choices::{ConeSet, Form};
 use crate::ground::layout::shared;
 use crate::vk::Constant;
 
@@ -56,32 +56,13 @@ pub fn constants(settings: &Settings) -> [Constant; 8] {
         (_, ConeSet::Sixteen) => (4, 16),
         (_, _) => (0, 1),
     };
-    let fill: u32 = match settings.fill {
-        Fill::Uniform => 0,
-        Fill::Facing => 1,
-        Fill::Coverage => 2,
-        Fill::Sided => 3,
-        Fill::Front => 4,
-    };
-    let weights: u32 = match settings.weights {
-        Weights::D2 => 0,
-        Weights::Norm1 => 1,
-        Weights::Abs => 2,
-        Weights::Extinction => 3,
-    };
-    let fit: u32 = match settings.roughness_fit {
-        RoughnessFit::Polynomial => 0,
-        RoughnessFit::Power => 1,
-        RoughnessFit::Linear => 2,
-        RoughnessFit::Ggx => 3,
-    };
     [
         ("CONE_SET", set.into()),
         ("CONE_COUNT", count.into()),
-        ("FILL", fill.into()),
-        ("WEIGHTS", weights.into()),
-        ("BLEND", u32::from(settings.blend == Blend::Sum).into()),
-        ("ROUGHNESS_FIT", fit.into()),
+        ("FILL", settings.fill.into()),
+        ("WEIGHTS", settings.weights.into()),
+        ("BLEND", settings.blend.into()),
+        ("ROUGHNESS_FIT", settings.roughness_fit.into()),
         ("PRINTED", settings.ledger.printed_bits().into()),
         ("JITTER", (u32::from(settings.jitter) + 2 * u32::from(settings.shadow_jitter)).into()),
     ]

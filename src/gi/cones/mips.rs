@@ -8,8 +8,8 @@ use super::choices::Passes;
 use super::layered_target;
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::cell_passes::{CellVolume, MipCells};
-use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
+use crate::ground::cell_passes::MipCells;
+use crate::ground::volume::{FACES, FORMAT, LightVolume};
 use crate::vk::{Constant, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub enum Mips {
@@ -26,7 +26,7 @@ impl Mips {
                     vertex: "gi/cones/layered.vert",
                     fragment: Some("gi/cones/mips.frag"),
                     constants,
-                    color_formats: &[FACE_FORMAT; FACES],
+                    color_formats: &[FORMAT; FACES],
                     ..Default::default()
                 };
                 Self::Layered(Raster::new(context, &desc)?)
@@ -35,7 +35,7 @@ impl Mips {
         })
     }
 
-    pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &FaceVolume) {
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &LightVolume) {
         let pipeline = match self {
             Self::Layered(pipeline) => pipeline,
             Self::Cells(mips) => return mips.record(r, ground, volume),

@@ -11,10 +11,10 @@ use super::bounces::{BounceDesc, PerBounce};
 use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::cell_passes::{CellVolume, EmptyCells, FillDesc};
-use crate::ground::constants::{SHADOWS_NONE, with};
-use crate::ground::faces::{FACES, FaceVolume};
+use crate::ground::cell_passes::{EmptyCells, FillDesc};
+use crate::ground::constants::with;
 use crate::ground::memory_plan::MemoryRow;
+use crate::ground::volume::{FACE_VOLUME, LightVolume, VolumeKind};
 use crate::settings::{LampLight, Settings as AllSettings, Shadows};
 use crate::vk::{self, Bind, Buffer, ColorTarget, Constant, Recorder, RenderTarget};
 use choices::{Form, Passes};
@@ -33,7 +33,7 @@ pub struct Lighting {
     /// Whether the second bounce voxelises again.
     relists: bool,
     /// One per bounce.
-    volumes: Vec<FaceVolume>,
+    volumes: Vec<LightVolume>,
     /// The uniform block.
     block: Buffer,
     constants: [Constant; 8],
@@ -60,7 +60,7 @@ impl Gi for Lighting {
 
     fn plan(settings: &AllSettings) -> Vec<MemoryRow> {
         let mut rows = vec![("cones", size_of::<constants::Cones>() as u64)];
-        rows.extend(FaceVolume::plan(settings));
+        rows.extend(LightVolume::plan(&FACE_VOLUME, settings));
         rows
     }
 
@@ -71,19 +71,20 @@ impl Gi for Lighting {
         let voxels = with(crate::ground::constants::constants(settings, features), &constants);
         let voxels = with(voxels, &[("LAMP_POINTS", settings.lights.voxel_lamp_points.into())]);
         // The talk's first bounce has no volume that could shadow it.
-        let unshadowed = with(voxels.clone(), &[("SHADOWS", SHADOWS_NONE.into())]);
+        let unshadowed = with(voxels.clone(), &[("SHADOWS", Shadows::None.into())]);
         let plain = if own.first_bounce_shadows { &voxels } else { &unshadowed };
         let shade = |BounceDesc { bounce, gathers, direct }| {
             let (label, constants) = (["shade 1", "shade 2"][bounce], if gathers { &voxels } else { plain });
             let desc = FillDesc { label, folder: "cones", forms: &[""], gathers, direct, constants };
             Shade::new(context, own.passes, &desc)
         };
+        let kind = VolumeKind { outside: own.address_mode(), ..FACE_VOLUME };
         Ok(Self {
             shade: PerBounce::new(settings.bounces, keeps_direct_light(settings), shade)?,
             empty: (own.passes == Passes::Cells).then(|| EmptyCells::new(context, "ground/faces/empty.comp", &voxels)).transpose()?,
             mips: Mips::new(context, own.passes, &voxels)?,
             relists: own.passes == Passes::Layered,
-            volumes: FaceVolume::per_bounce(context, settings, own.address_mode())?,
+            volumes: LightVolume::per_bounce(context, kind, settings)?,
             block: vk::upload(context, "cones", &[constants::Cones::new(own, settings.voxels)])?,
             constants,
         })
@@ -91,7 +92,7 @@ impl Gi for Lighting {
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
         self.shade.each(&self.volumes, update.history, |shade, from, to| {
-            if self.relists && update.lists && to.bounce() == 1 {
+            if self.relists && update.lists && to.bounce == 1 {
                 // 3, 4a. The lists are made once more; the triangles stay.
                 ground.relist(r);
             }
@@ -115,14 +116,14 @@ impl Gi for Lighting {
         self.volumes.last().map_or_else(Vec::new, |volume| self.look_up(volume))
     }
 
-    fn volumes(&self) -> &[FaceVolume] {
+    fn volumes(&self) -> &[LightVolume] {
         &self.volumes
     }
 }
 
 impl Lighting {
     /// A volume to be looked up.
-    fn look_up<'a>(&'a self, volume: &'a FaceVolume) -> Vec<Bind<'a>> {
+    fn look_up<'a>(&'a self, volume: &'a LightVolume) -> Vec<Bind<'a>> {
         let mut binds: Vec<Bind> = volume.binds().collect();
         binds.push(Bind::buffer("cones", &self.block));
         binds
@@ -141,6 +142,6 @@ fn keeps_direct_light(settings: &AllSettings) -> bool {
 }
 
 /// `edge` slices of `edge`² texels.
-fn layered_target<'a>(colors: &'a [ColorTarget<'a>; FACES], edge: u32) -> RenderTarget<'a> {
+fn layered_target<'a>(colors: &'a [ColorTarget<'a>], edge: u32) -> RenderTarget<'a> {
     RenderTarget { colors, width: edge, height: edge, layers: edge, ..Default::default() }
 }

@@ -10,7 +10,7 @@ use super::layered_target;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{FillCells, FillDesc};
-use crate::ground::faces::{FACE_FORMAT, FACES, FaceVolume};
+use crate::ground::volume::{FACES, FORMAT, LightVolume};
 use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
 
 pub enum Shade {
@@ -28,7 +28,7 @@ impl Shade {
                     vertex: "gi/cones/layered.vert",
                     fragment: Some(if desc.gathers { "gi/cones/shade.frag LOOK_UP" } else { "gi/cones/shade.frag" }),
                     constants,
-                    color_formats: &[FACE_FORMAT; FACES],
+                    color_formats: &[FORMAT; FACES],
                     ..Default::default()
                 };
                 Self::Layered(Raster::new(context, &shade)?, label)
@@ -38,7 +38,7 @@ impl Shade {
     }
 
     /// `look_up`: what is bound beside the ground's.
-    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &FaceVolume, look_up: Vec<Bind<'_>>) {
+    pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &LightVolume, look_up: Vec<Bind<'_>>) {
         let (pipeline, label) = match self {
             Self::Layered(pipeline, label) => (pipeline, *label),
             Self::Cells(fill) => return fill.record(recorder, ground, target, look_up),

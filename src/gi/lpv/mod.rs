@@ -294,24 +294,14 @@ fn sum_of<'a>(own: &Settings, label: &'a str) -> FieldDesc<'a> {
 
 /// All constants that the method declares.
 pub fn constants(own: &Settings) -> Vec<Constant> {
-    let lobe: u32 = match own.lobe {
-        Lobe::Cosine => 0,
-        Lobe::Beam => 1,
-        Lobe::CosinePi => 2,
-    };
-    let occlusion: u32 = match own.occlusion {
-        Occlusion::None => 0,
-        Occlusion::Sh => 1,
-        Occlusion::Sheets => 2,
-    };
     vec![
         ("LPV_EDGE", own.edge.into()),
         ("CASCADES", own.cascades.into()),
-        ("LOBE", lobe.into()),
-        ("OCCLUSION", occlusion.into()),
-        ("SUM", u32::from(own.sum == Sum::Apart).into()),
-        ("INJECTION", u32::from(own.injection == Injection::Front).into()),
-        ("APPLY", u32::from(own.apply == Apply::Flux).into()),
+        ("LOBE", own.lobe.into()),
+        ("OCCLUSION", own.occlusion.into()),
+        ("SUM", own.sum.into()),
+        ("INJECTION", own.injection.into()),
+        ("APPLY", own.apply.into()),
         ("SHARPNESS", own.sharpness.into()),
         ("FIRST_STEP", false.into()),
     ]

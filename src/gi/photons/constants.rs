@@ -1,29 +1,17 @@
 //! Specialisation constants of the method: `glsl/gi/photons/constants.glsl` is their twin.
 
-use super::{AoMultiplies, Composite, Opacity, Settings};
+use super::Settings;
 use crate::vk::Constant;
 
 /// All constants that the method declares.
 pub fn constants(settings: &Settings) -> Vec<Constant> {
-    let composite: u32 = match settings.composite {
-        Composite::Over => 0,
-        Composite::Sum => 1,
-    };
-    let opacity: u32 = match settings.opacity {
-        Opacity::Samples => 0,
-        Opacity::Sided => 1,
-    };
-    let ao_multiplies: u32 = match settings.ao_multiplies {
-        AoMultiplies::Nothing => 0,
-        AoMultiplies::Light => 1,
-    };
     vec![
         ("DIFFUSE_CONES", settings.diffuse.into()),
         ("GLOSSY_CONES", settings.glossy.into()),
         ("PRINTED", settings.ledger.printed_bits().into()),
-        ("COMPOSITE", composite.into()),
-        ("OPACITY_KIND", opacity.into()),
-        ("AO_MULTIPLIES", ao_multiplies.into()),
+        ("COMPOSITE", settings.composite.into()),
+        ("OPACITY_KIND", settings.opacity.into()),
+        ("AO_MULTIPLIES", settings.ao_multiplies.into()),
         ("KEEPS_BACKS", u32::from(settings.keep_backs).into()),
         ("TURNED", u32::from(settings.turn).into()),
         ("LEAST_STEP", settings.least_step.into()),

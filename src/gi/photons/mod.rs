@@ -8,28 +8,43 @@
 
 pub mod constants;
 pub mod cover;
-mod volume;
 
 use super::bounces::{BounceDesc, PerBounce};
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::cell_passes::{CellVolume, EmptyCells, FillCells, FillDesc, MipCells};
+use crate::ground::cell_passes::{EmptyCells, FillCells, FillDesc, MipCells};
 use crate::ground::constants::{LIT_ALIKE, with};
 use crate::ground::memory_plan::MemoryRow;
+use crate::ground::volume::{LightVolume, Part, VolumeKind};
 use crate::ground::voxelise::samples_per_pixel;
 use crate::settings::Settings as AllSettings;
-use crate::vk::{Bind, Constant, Image, Recorder};
+use crate::vk::{Bind, Constant, Image, Recorder, SamplerAddressMode};
 use cover::Cover;
 pub use crate::settings::Form;
 pub use crate::settings::methods::photons::{AoMultiplies, Composite, Ledger, Opacity, Settings, Voxels};
-pub use volume::PhotonVolume;
 
 pub const PASS_UNITS: &[(&str, PassUnit)] =
     &[("cover", PassUnit::WalkedItems), ("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 
 /// Of fill and mips: the map of what is sent, and opacity. `tests/device/passes_photons.rs` holds both.
 const PARTS: &[&str] = &["", " OPACITY"];
+
+/// What every voxel sends in sixteen directions, a texel of an octahedral map each: stored radiance times the area that faces the
+/// direction, and that area, over a voxel's face. Every level of the map is 4 × 4 blocks of the level's grid. Beside it the opacity that
+/// travellers along +x +y +z meet, with the share of samples, and that of travellers along −x −y −z.
+pub const PHOTON_VOLUME: VolumeKind = VolumeKind {
+    labels: ["first bounce's", "second bounce's"],
+    rows: ["first bounce's photons", "second bounce's photons"],
+    parts: &[
+        Part { label: "photons", across: 4, looked_up: "photons", below: "map_below", stored: "photon_map" },
+        Part { label: "opacity forth", across: 1, looked_up: "met_forth", below: "forth_below", stored: "opacity_forth" },
+        Part { label: "opacity back", across: 1, looked_up: "met_back", below: "back_below", stored: "opacity_back" },
+    ],
+    coarse: 0,
+    drawn: false,
+    outside: SamplerAddressMode::CLAMP_TO_BORDER,
+};
 
 pub struct Lighting {
     /// Unless the lists are made of samples.
@@ -38,7 +53,7 @@ pub struct Lighting {
     empty: EmptyCells,
     mips: MipCells,
     /// One per bounce.
-    volumes: Vec<PhotonVolume>,
+    volumes: Vec<LightVolume>,
     constants: Vec<Constant>,
 }
 
@@ -61,7 +76,7 @@ impl Gi for Lighting {
     }
 
     fn plan(settings: &AllSettings) -> Vec<MemoryRow> {
-        PhotonVolume::plan(settings)
+        LightVolume::plan(&PHOTON_VOLUME, settings)
     }
 
     fn new(maker: &Maker) -> Result<Self> {
@@ -89,7 +104,7 @@ impl Gi for Lighting {
             shade: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, shade)?,
             empty: EmptyCells::new(context, "gi/photons/empty.comp", &voxels)?,
             mips: MipCells::new(context, "photons", PARTS, &voxels)?,
-            volumes: PhotonVolume::per_bounce(context, settings)?,
+            volumes: LightVolume::per_bounce(context, PHOTON_VOLUME, settings)?,
             constants,
         })
     }
@@ -121,10 +136,10 @@ impl Gi for Lighting {
 
     /// Of each bounce the map, then opacity forth and back.
     fn images(&self) -> Vec<&Image> {
-        self.volumes.iter().flat_map(CellVolume::images).collect()
+        self.volumes.iter().flat_map(|volume| &volume.images).collect()
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
-        self.volumes.last().map(PhotonVolume::coarse)
+        self.volumes.last().map(LightVolume::coarse)
     }
 }

@@ -13,7 +13,7 @@ use crate::ground::layout::{FragmentsPush, PixelsPush};
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
     Bind, Buffer, BufferKind, ColorTarget, CompareOp, Compute, ComputeDesc, Context, DepthDesc, DrawCall, Image,
-    ImageDesc, ImageDim, ImageUsageFlags, Load, Raster, RasterDesc, RasterPass, Recorder, RenderTarget,
+    ImageDesc, ImageDim, ImageUsageFlags, Raster, RasterDesc, RasterPass, Recorder, RenderTarget,
 };
 
 /// An entry of the list.
@@ -123,12 +123,7 @@ impl Fragments {
         r.full_barrier();
         let mut all = binds.to_vec();
         all.extend(self.binds());
-        let written = |image: &'a Image| ColorTarget {
-            view: image.attachment_view(0),
-            resolve: None,
-            load: Load::DontCare,
-            store: true,
-        };
+        let written = |image: &'a Image| ColorTarget::overwritten(image.attachment_view(0));
         let colors: Vec<_> = self.shaded.iter().map(written).collect();
         let height = part.rows * target.shape().samples;
         let push = FragmentsPush { first_row: part.band.first_row, width, rows: height };

@@ -161,12 +161,7 @@ impl Gather {
         let (first_row, rows) = self.images.extent.rows(band);
         r.full_barrier(); // the method wrote its light; the band before read the same targets
         let Extent { width, height, .. } = self.images.extent;
-        let written = |image: &'a Image| ColorTarget {
-            view: image.attachment_view(0),
-            resolve: None,
-            load: Load::DontCare,
-            store: true,
-        };
+        let written = |image: &'a Image| ColorTarget::overwritten(image.attachment_view(0));
         let depth = DepthTarget { view: self.images.depth.attachment_view(0), load: Load::Clear(0.0), store: false };
         let viewport = Some(Rect { x: 0, y: -(first_row as i32), width, height });
         let target = RenderTarget { depth: Some(depth), width, height: rows, viewport, ..Default::default() };

@@ -33,6 +33,13 @@ pub struct ColorTarget<'a> {
     pub store: bool,
 }
 
+impl<'a> ColorTarget<'a> {
+    /// Written as a whole, whatever it held before.
+    pub fn overwritten(view: ImageView<'a>) -> Self {
+        Self { view, resolve: None, load: Load::DontCare, store: true }
+    }
+}
+
 /// The depth attachment.
 #[derive(Clone, Copy)]
 pub struct DepthTarget<'a> {

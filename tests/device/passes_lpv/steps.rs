@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
-use twobounce::gi::lpv::{self, LpvPush};
+use twobounce::gi::lpv::{self, Lobe, LpvPush};
 use twobounce::ground::constants::with;
 use twobounce::ground::layout;
 use twobounce::vk::*;
@@ -57,11 +57,12 @@ pub struct Steps {
 impl Steps {
     pub fn new(context: &Arc<Context>, edge: u32, rules: Rules) -> Self {
         let pipeline = |first: bool| {
-            let (shader, lobe, apart, sharpness): (_, u32, _, _) = match rules {
+            let (shader, lobe, apart, sharpness) = match rules {
                 Rules::Lobes { own, integral } => {
-                    ("gi/lpv/propagate.comp", if integral == PI { 2 } else { 0 }, u32::from(!own), 0.0)
+                    let lobe = if integral == PI { Lobe::CosinePi } else { Lobe::Cosine };
+                    ("gi/lpv/propagate.comp", lobe, u32::from(!own), 0.0)
                 }
-                Rules::Beams(sharpness) => ("gi/lpv/propagate_beams.comp", 1, 1, sharpness as f32),
+                Rules::Beams(sharpness) => ("gi/lpv/propagate_beams.comp", Lobe::Beam, 1, sharpness as f32),
             };
             let constants = propagation(&[
                 ("LPV_EDGE", edge.into()),

@@ -10,9 +10,7 @@ choices! {
         G1 = "g1", G2 = "g2", G4 = "g4", G6 = "g6", G8 = "g8", G12 = "g12", G16 = "g16", G24 = "g24", G32 = "g32",
         G48 = "g48", G64 = "g64", G128 = "g128",
     }
-}
 
-choices! {
     /// How a voxel's triangles fill its seven level-0 targets.
     Fill {
         /// The average of the shaded fronts in all seven, alpha 1. The slides can be read so.
@@ -27,14 +25,10 @@ choices! {
         /// number of triangles. The author's later engine does so (PasVulkan, 2023).
         Front = "front",
     }
-}
 
-choices! {
     /// How three directional volumes are mixed along a cone's direction d.
     Weights { D2 = "d2", Norm1 = "norm1", Abs = "abs", Extinction = "extinction" }
-}
 
-choices! {
     /// How a cone's samples are composited.
     Blend {
         /// Front hides back.
@@ -42,9 +36,7 @@ choices! {
         /// Alphas add up to 1: exact for a wall read with linear filtering, at any phase.
         Sum = "sum",
     }
-}
 
-choices! {
     /// The talk's three maps from roughness to a cone's aperture (tangent of the half angle), and one of GGX.
     RoughnessFit {
         /// The polynomial that the intro used: 47.5° at roughness 1.
@@ -56,14 +48,20 @@ choices! {
         /// As wide as half of GGX's lobe: 0.1° at roughness 0.03, 44° at roughness 1.
         Ggx = "ggx",
     }
-}
 
-choices! {
     /// A sampler's wrap; the talk does not state it.
     Wrap {
         Clamp = "clamp",
         /// OpenGL's default.
         Repeat = "repeat",
+    }
+
+    /// What a pass over a volume goes through: the same image.
+    Passes {
+        /// As in the talk: a fragment per voxel of the whole grid, a layer per slice; the second bounce voxelises again.
+        Layered = "layered",
+        /// A thread per list item, occupied voxel, or parent of one; the lists are kept.
+        Cells = "cells",
     }
 }
 
@@ -71,15 +69,5 @@ impl ConeSet {
     /// The number of directions of a cosine-distributed set; `None` for the talk's own.
     pub fn cosine_count(self) -> Option<u32> {
         self.name().strip_prefix('g').and_then(|count| count.parse().ok())
-    }
-}
-
-choices! {
-    /// What a pass over a volume goes through: the same image.
-    Passes {
-        /// As in the talk: a fragment per voxel of the whole grid, a layer per slice; the second bounce voxelises again.
-        Layered = "layered",
-        /// A thread per list item, occupied voxel, or parent of one; the lists are kept.
-        Cells = "cells",
     }
 }

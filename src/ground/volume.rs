@@ -1,0 +1,155 @@
+//! Volumes of light, RGBA16F with all mips: a few images over one grid of voxels. Methods differ in what the images hold.
+
+use std::sync::Arc;
+
+use super::memory_plan::MemoryRow;
+use super::wants::CoarseLight;
+use crate::Result;
+use crate::settings::Settings;
+use crate::vk::{
+    Bind, ColorTarget, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Sampler,
+    SamplerAddressMode,
+};
+
+pub const FORMAT: Format = Format::R16G16B16A16_SFLOAT;
+
+/// An image of a volume.
+pub struct Part {
+    /// What its label ends with.
+    pub label: &'static str,
+    /// Texels of a voxel along x, and along y.
+    pub across: u32,
+    /// Names in shaders: to be looked up, to be filtered from and to be stored to.
+    pub looked_up: &'static str,
+    pub below: &'static str,
+    pub stored: &'static str,
+}
+
+/// What volumes are made of.
+#[derive(Clone, Copy)]
+pub struct VolumeKind {
+    /// What the labels of the first and the second bounce's images begin with, and how the memory plan calls these volumes.
+    pub labels: [&'static str; 2],
+    pub rows: [&'static str; 2],
+    pub parts: &'static [Part],
+    /// The part that shows, coarsely, all light.
+    pub coarse: usize,
+    /// Whether levels are colour targets too, a layer per slice.
+    pub drawn: bool,
+    /// What a look-up finds outside of the grid.
+    pub outside: SamplerAddressMode,
+}
+
+/// Images of a face each.
+pub const FACES: usize = 7;
+
+/// What is seen along a ray that travels along +x +y +z −x −y −z, and on average (`glsl/ground/faces/`).
+pub const FACE_VOLUME: VolumeKind = VolumeKind {
+    labels: ["first bounce", "second bounce"],
+    rows: ["first bounce's volume", "second bounce's volume"],
+    parts: &[
+        Part { label: "+x", across: 1, looked_up: "volume_0", below: "source_0", stored: "faces_0" },
+        Part { label: "+y", across: 1, looked_up: "volume_1", below: "source_1", stored: "faces_1" },
+        Part { label: "+z", across: 1, looked_up: "volume_2", below: "source_2", stored: "faces_2" },
+        Part { label: "-x", across: 1, looked_up: "volume_3", below: "source_3", stored: "faces_3" },
+        Part { label: "-y", across: 1, looked_up: "volume_4", below: "source_4", stored: "faces_4" },
+        Part { label: "-z", across: 1, looked_up: "volume_5", below: "source_5", stored: "faces_5" },
+        Part { label: "isotropic", across: 1, looked_up: "volume_6", below: "source_6", stored: "faces_6" },
+    ],
+    coarse: FACES - 1,
+    drawn: true,
+    outside: SamplerAddressMode::CLAMP_TO_EDGE,
+};
+
+pub struct LightVolume {
+    kind: VolumeKind,
+    /// One per part.
+    pub images: Vec<Image>,
+    /// Voxels of the finest level.
+    pub edge: u32,
+    pub levels: u32,
+    /// 0 or 1.
+    pub bounce: usize,
+    sampler: Sampler,
+}
+
+impl LightVolume {
+    /// Of bounce 0 or 1, of `edge`³ voxels.
+    ///
+    /// # Errors
+    /// Too little memory, or a grid with images larger than the device's may be.
+    pub fn new(context: &Arc<Context>, kind: VolumeKind, bounce: usize, edge: u32) -> Result<Self> {
+        let levels = edge.ilog2() + 1;
+        let copied = ImageUsageFlags::TRANSFER_SRC | ImageUsageFlags::TRANSFER_DST;
+        let mut usage = copied | ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE;
+        if kind.drawn {
+            usage |= ImageUsageFlags::COLOR_ATTACHMENT;
+        }
+        let image = |part: &Part| {
+            let desc = ImageDesc {
+                label: &format!("{} {}", kind.labels[bounce], part.label),
+                dim: ImageDim::D3,
+                format: FORMAT,
+                width: part.across * edge,
+                height: part.across * edge,
+                depth_or_layers: edge,
+                mips: levels,
+                usage,
+                ..Default::default()
+            };
+            Image::new(context, &desc)
+        };
+        let images = kind.parts.iter().map(image).collect::<Result<_>>()?;
+        Ok(Self { kind, images, edge, levels, bounce, sampler: Sampler::new(context, Filter::LINEAR, kind.outside)? })
+    }
+
+    /// One for each bounce that is stored.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn per_bounce(context: &Arc<Context>, kind: VolumeKind, settings: &Settings) -> Result<Vec<Self>> {
+        let bounces = 0..settings.bounces.volumes() as usize;
+        bounces.map(|bounce| Self::new(context, kind, bounce, settings.voxels)).collect()
+    }
+
+    /// Bytes of [`Self::per_bounce`].
+    pub fn plan(kind: &VolumeKind, settings: &Settings) -> Vec<MemoryRow> {
+        let voxels: u64 = (0..=settings.voxels.ilog2()).map(|level| u64::from(settings.voxels >> level).pow(3)).sum();
+        let bytes = kind.parts.iter().map(|part| 8 * u64::from(part.across).pow(2) * voxels).sum();
+        kind.rows[..settings.bounces.volumes() as usize].iter().map(|row| (*row, bytes)).collect()
+    }
+
+    fn parts(&self) -> impl Iterator<Item = (&'static Part, &Image)> {
+        self.kind.parts.iter().zip(&self.images)
+    }
+
+    /// To be looked up.
+    pub fn binds(&self) -> impl Iterator<Item = Bind<'_>> {
+        self.parts().map(|(part, image)| Bind::image(part.looked_up, image.view(), &self.sampler))
+    }
+
+    /// The level below `level`, to be read by the mips.
+    pub fn sources(&self, level: u32) -> Vec<Bind<'_>> {
+        self.parts().map(|(part, image)| Bind::image(part.below, image.mip_view(level - 1), &self.sampler)).collect()
+    }
+
+    /// A level, to be stored to.
+    pub fn targets(&self, level: u32) -> Vec<Bind<'_>> {
+        self.parts().map(|(part, image)| Bind::storage_image(part.stored, image.mip_view(level))).collect()
+    }
+
+    /// A level as layered colour targets; every texel is written.
+    pub fn colors(&self, level: u32) -> Vec<ColorTarget<'_>> {
+        self.images.iter().map(|image| ColorTarget::overwritten(image.attachment_view(level))).collect()
+    }
+
+    /// The name of the pass that makes its mips.
+    pub fn mips_zone(&self) -> &'static str {
+        ["mips 1", "mips 2"][self.bounce]
+    }
+
+    /// All light that it holds, coarsely: a level of 8³ voxels.
+    pub fn coarse(&self) -> CoarseLight<'_> {
+        CoarseLight::Image(&self.images[self.kind.coarse], self.levels - 4)
+    }
+}

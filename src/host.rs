@@ -280,8 +280,10 @@ impl Prepared {
         let given = self.given.as_ref().expect("checked by `inputs`");
         // SAFETY: the caller's.
         let mut recorder = unsafe { Recorder::on(&self.context, commands, &mut self.slots[slot]) };
-        // SAFETY: `inputs` checked them; the rest is the caller's.
-        unsafe { recorder.read_host_images(inputs.images.into_iter().zip(given.inputs())) };
+        for (host, own) in inputs.images.iter().zip(given.inputs()) {
+            // SAFETY: `inputs` checked them; the rest is the caller's.
+            unsafe { recorder.convert(own, host, true) };
+        }
         self.frame.record_given(&mut recorder, slot, seen, given);
         // SAFETY: the caller's.
         unsafe {
@@ -375,8 +377,10 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Resu
 unsafe fn write<'a>(r: &mut Recorder, outputs: &[Output], own: impl Fn(&Output) -> &'a Image) {
     if !outputs.is_empty() {
         r.full_barrier(); // it was drawn
+    }
+    for output in outputs {
         // SAFETY: the caller's.
-        unsafe { r.write_host_images(outputs.iter().map(|output| (own(output), output.image))) };
+        unsafe { r.convert(own(output), &output.image, false) };
     }
 }
 

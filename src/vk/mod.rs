@@ -25,7 +25,7 @@ pub use ash::vk::{
     SamplerMipmapMode,
 };
 pub use device::context::{Context, ContextOptions};
-pub use device::features::{FeatureStructs, Features, Requirements, required_extensions, required_features};
+pub use device::features::{FeatureStructs, Features, required_extensions, required_features};
 pub use device::host::{HostDevice, missing};
 pub use device::instance::{DeviceKind, DeviceReport, devices};
 pub use device::needs::Need;

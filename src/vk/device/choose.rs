@@ -3,7 +3,6 @@
 use super::features::required_features;
 use super::instance::{DeviceKind, Instance, VERSION};
 use super::needs::Capabilities;
-use super::requirements::REQUIREMENTS;
 use crate::{Error, Result};
 use ash::vk;
 
@@ -22,12 +21,12 @@ pub(in crate::vk) fn choose(instance: &Instance, wanted: Option<&str>) -> Result
         None => {
             let rank = |&i: &usize| {
                 let (_, capabilities) = &found[i];
-                (!capabilities.missing(&REQUIREMENTS).is_empty(), DeviceKind::of(capabilities.properties.device_type))
+                (!capabilities.missing().is_empty(), DeviceKind::of(capabilities.properties.device_type))
             };
             (0..found.len()).min_by_key(rank).expect("the list is not empty")
         }
     };
-    let missing = found[index].1.missing(&REQUIREMENTS);
+    let missing = found[index].1.missing();
     if missing.is_empty() {
         return Ok(found.swap_remove(index));
     }

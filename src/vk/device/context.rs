@@ -1,8 +1,10 @@
 //! The device that everything runs on.
 
 use super::choose::{choose, open};
-use super::functions::Functions;
-use super::instance::{DeviceKind, Instance, heap_budgets};
+use super::features::required_features;
+use super::functions::{Functions, with_promoted};
+use super::host::HostDevice;
+use super::instance::{DeviceKind, Instance, VERSION, heap_budgets, version_of};
 use super::label::Labels;
 use super::needs::Capabilities;
 use super::pipeline_cache::PipelineCache;
@@ -26,10 +28,8 @@ pub struct ContextOptions {
     pub validation: bool,
 }
 
-/// An image that is still to be brought into its layout.
-pub(in crate::vk) trait FirstTransition: Any + Send + Sync {
-    fn record_first_transition(&self, commands: vk::CommandBuffer);
-}
+/// An image that is still to be brought into its layout, and the barrier that does.
+pub(in crate::vk) type FirstTransition = (Weak<dyn Any + Send + Sync>, vk::ImageMemoryBarrier2<'static>);
 
 /// A logical device with one queue, its limits, its pipeline cache and the account of its memory.
 pub struct Context {
@@ -63,7 +63,7 @@ pub struct Context {
     pub(in crate::vk) queue_family: u32,
     pub(in crate::vk) commands: Mutex<Vec<CommandSet>>,
     /// Without a queue: images that the next recording brings into their layout.
-    untransitioned: Mutex<Vec<Weak<dyn FirstTransition>>>,
+    untransitioned: Mutex<Vec<FirstTransition>>,
     pub(in crate::vk) pipeline_cache: PipelineCache,
     pub(in crate::vk) pipelines: Pipelines,
     pub(in crate::vk) functions: Functions,
@@ -74,24 +74,6 @@ pub struct Context {
     pub(in crate::vk) instance: ash::Instance,
     /// The instance, where it and the device were made here: they are destroyed with the context, a host's are not.
     own: Option<Instance>,
-}
-
-/// What a context is made of: made here, or handed over by a host.
-pub(in crate::vk) struct Parts {
-    pub(in crate::vk) own: Option<Instance>,
-    pub(in crate::vk) instance: ash::Instance,
-    pub(in crate::vk) debug_utils: bool,
-    pub(in crate::vk) physical: vk::PhysicalDevice,
-    pub(in crate::vk) device: ash::Device,
-    pub(in crate::vk) capabilities: Capabilities,
-    pub(in crate::vk) conservative_rasterization: bool,
-    pub(in crate::vk) post_depth_coverage: bool,
-    pub(in crate::vk) queue: Option<Arc<Mutex<vk::Queue>>>,
-    pub(in crate::vk) queue_family: u32,
-    /// `None`: one is made.
-    pub(in crate::vk) allocator: Option<Arc<Mutex<Allocator>>>,
-    pub(in crate::vk) pipeline_cache: PipelineCache,
-    pub(in crate::vk) counting: bool,
 }
 
 impl Context {
@@ -116,21 +98,20 @@ impl Context {
             .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
         // SAFETY: the family has at least one queue, which `open` asked for.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
-        Self::assemble(Parts {
-            debug_utils: instance.debug_utils,
+        let host = HostDevice {
             instance: instance.raw.clone(),
-            own: Some(instance),
-            physical,
-            queue: Some(Arc::new(Mutex::new(queue))),
-            queue_family,
-            allocator: None,
-            pipeline_cache: PipelineCache::open(&device, &capabilities),
+            api_version: VERSION,
+            physical_device: physical,
             device,
-            conservative_rasterization: capabilities.has_extension(ash::ext::conservative_rasterization::NAME),
-            post_depth_coverage: capabilities.has_extension(ash::ext::post_depth_coverage::NAME),
-            capabilities,
-            counting,
-        })
+            queue_family,
+            queue: Some(Arc::new(Mutex::new(queue))),
+            allocator: None,
+            pipeline_cache: None,
+            instance_extensions: if instance.debug_utils { &[ash::ext::debug_utils::NAME] } else { &[] },
+            device_extensions: &capabilities.enabled_extensions(),
+            features: required_features(),
+        };
+        Self::assemble(host, capabilities, Some(instance), counting)
     }
 
     /// How many pipelines were compiled so far.
@@ -145,27 +126,35 @@ impl Context {
         Some(self.compiled_pipelines()).filter(|_| self.pipeline_cache.is_cold())
     }
 
-    /// The context over a device that has everything that is needed.
-    pub(in crate::vk) fn assemble(parts: Parts) -> Result<Arc<Self>> {
-        let Parts { own, instance, debug_utils, physical, device, capabilities, counting, .. } = parts;
+    /// The context over a device that has everything that is needed: a host's, or one of `own`.
+    pub(in crate::vk) fn assemble(
+        host: HostDevice<'_>,
+        capabilities: Capabilities,
+        own: Option<Instance>,
+        counting: bool,
+    ) -> Result<Arc<Self>> {
+        let HostDevice { instance, physical_device: physical, queue, queue_family, .. } = host;
         let name = capabilities.name();
-        let allocator = match parts.allocator {
+        let device =
+            if capabilities.is_1_3() { host.device } else { with_promoted(&instance, host.device.handle()) };
+        let allocator = match host.allocator {
             Some(shared) => shared,
             None => Arc::new(Mutex::new(allocator(&name, &instance, physical, &device)?)),
         };
-        let version = capabilities.properties.api_version;
+        let pipeline_cache = match own {
+            Some(_) => PipelineCache::open(&device, &capabilities),
+            None => PipelineCache::of_host(host.pipeline_cache.unwrap_or_default()),
+        };
+        let debug_utils = host.instance_extensions.contains(&ash::ext::debug_utils::NAME);
+        let enabled = |name| host.device_extensions.contains(&name);
         Ok(Arc::new(Self {
             driver: capabilities.driver.clone(),
-            api_version: (
-                vk::api_version_major(version),
-                vk::api_version_minor(version),
-                vk::api_version_patch(version),
-            ),
+            api_version: version_of(&capabilities.properties),
             counting,
             is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
             limits: capabilities.properties.limits,
-            conservative_rasterization: parts.conservative_rasterization,
-            post_depth_coverage: parts.post_depth_coverage,
+            conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),
+            post_depth_coverage: enabled(ash::ext::post_depth_coverage::NAME),
             max_push_descriptors: capabilities.max_push_descriptors,
             max_allocation_bytes: capabilities.max_allocation_bytes,
             allocated: AtomicU64::new(0),
@@ -173,13 +162,13 @@ impl Context {
             stuck: AtomicBool::new(false),
             lost: AtomicBool::new(false),
             loses: AtomicBool::new(false),
-            queue: parts.queue,
+            queue,
             untransitioned: Mutex::default(),
-            queue_family: parts.queue_family,
+            queue_family,
             commands: Mutex::default(),
-            pipeline_cache: parts.pipeline_cache,
+            pipeline_cache,
             pipelines: Pipelines::default(),
-            functions: Functions::load(&instance, &device, capabilities.is_1_3(), debug_utils),
+            functions: Functions::load(&instance, &device, debug_utils),
             labels: Labels::default(),
             name,
             capabilities,
@@ -235,16 +224,16 @@ impl Context {
     }
 
     /// Brings a new image into its layout: now where there is a queue, else in the next recording.
-    pub(in crate::vk) fn transition_first(self: &Arc<Self>, image: Arc<dyn FirstTransition>) -> Result<()> {
+    pub(in crate::vk) fn transition_first(self: &Arc<Self>, transition: FirstTransition) -> Result<()> {
         if self.queue.is_some() {
-            return submit::immediate(self, |commands| image.record_first_transition(commands));
+            return submit::immediate(self, |commands| submit::record_image_barrier(self, commands, transition.1));
         }
-        self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::downgrade(&image));
+        self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner).push(transition);
         Ok(())
     }
 
     /// The images that are still to be brought into their layout, and are then no longer.
-    pub(in crate::vk) fn take_untransitioned(&self) -> Vec<Weak<dyn FirstTransition>> {
+    pub(in crate::vk) fn take_untransitioned(&self) -> Vec<FirstTransition> {
         std::mem::take(&mut *self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner))
     }
 

@@ -1,45 +1,51 @@
-//! Features and extensions of Vulkan that passes need: named, compared, and in the form that device creation takes.
+//! Features, extensions and limits of Vulkan that passes need: named, and in the form that device creation takes.
 
-use super::requirements::REQUIREMENTS;
 use ash::vk;
 use std::ffi::CStr;
 
-/// The features that are ever asked for, by the names of the Vulkan specification.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Features {
-    pub geometry_shader: bool,
-    pub vertex_pipeline_stores_and_atomics: bool,
-    pub fragment_stores_and_atomics: bool,
-    pub shader_output_layer: bool,
-    pub scalar_block_layout: bool,
-    pub dynamic_rendering: bool,
-    pub synchronization2: bool,
+/// Least `maxColorAttachments`: the voxel shading pass writes six faces and the isotropic volume at once.
+pub(in crate::vk) const COLOR_ATTACHMENTS: u32 = 7;
+/// Least `maxFramebufferLayers`: one layer per slice of the largest grid.
+pub(in crate::vk) const FRAMEBUFFER_LAYERS: u32 = 256;
+
+/// The features that are needed, each with its name in the Vulkan specification.
+macro_rules! features {
+    ($($(#[$doc:meta])* $field:ident $name:literal),+ $(,)?) => {
+        /// The features that are ever asked for, by the names of the Vulkan specification.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub struct Features { $($(#[$doc])* pub $field: bool),+ }
+
+        impl Features {
+            /// Each feature's name, and whether it is among these.
+            pub(in crate::vk) fn list(&self) -> impl Iterator<Item = (&'static str, bool)> {
+                [$(($name, self.$field)),+].into_iter()
+            }
+        }
+
+        /// Every feature that a device must have enabled to be used by twobounce.
+        pub fn required_features() -> Features {
+            Features { $($field: true),+ }
+        }
+    };
 }
 
-/// What passes need of a device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Requirements {
-    /// With those of [`Features::RECORDER`], which are needed in any case.
-    pub features: Features,
-    /// Least `maxColorAttachments`.
-    pub color_attachments: u32,
-    /// Least `maxFramebufferLayers`.
-    pub framebuffer_layers: u32,
+features! {
+    /// Triangles are recorded, and turned to the axis that they fill most, one by one.
+    geometry_shader "geometryShader",
+    /// Vertex and geometry shaders keep triangles in lists on the way,
+    vertex_pipeline_stores_and_atomics "vertexPipelineStoresAndAtomics",
+    /// and so do fragment shaders.
+    fragment_stores_and_atomics "fragmentStoresAndAtomics",
+    /// Volumes are drawn slice by slice.
+    shader_output_layer "shaderOutputLayer",
+    scalar_block_layout "scalarBlockLayout",
+    /// Every recording needs it, whatever the passes are,
+    dynamic_rendering "dynamicRendering",
+    /// and this.
+    synchronization2 "synchronization2",
 }
 
 impl Features {
-    /// What every recording needs, whatever the passes are.
-    #[cfg_attr(not(internals), doc(hidden))]
-    pub const RECORDER: Self = Self {
-        geometry_shader: false,
-        vertex_pipeline_stores_and_atomics: false,
-        fragment_stores_and_atomics: false,
-        shader_output_layer: false,
-        scalar_block_layout: false,
-        dynamic_rendering: true,
-        synchronization2: true,
-    };
-
     /// The features that these structures hold. A host that enables dynamic rendering and synchronisation by the
     /// structures of their extensions sets those two fields itself.
     pub fn of(
@@ -74,31 +80,6 @@ impl Features {
                 .synchronization2(self.synchronization2),
         }
     }
-
-    /// Each feature's name, and whether it is among these.
-    pub(in crate::vk) fn list(&self) -> [(&'static str, bool); 7] {
-        [
-            ("geometryShader", self.geometry_shader),
-            ("vertexPipelineStoresAndAtomics", self.vertex_pipeline_stores_and_atomics),
-            ("fragmentStoresAndAtomics", self.fragment_stores_and_atomics),
-            ("shaderOutputLayer", self.shader_output_layer),
-            ("scalarBlockLayout", self.scalar_block_layout),
-            ("dynamicRendering", self.dynamic_rendering),
-            ("synchronization2", self.synchronization2),
-        ]
-    }
-
-    /// The names of those that `wanted` has, and whether they are among these.
-    pub(in crate::vk) fn hold(&self, wanted: &Self) -> impl Iterator<Item = (&'static str, bool)> {
-        self.list().into_iter().zip(wanted.list()).filter(|(_, (_, wanted))| *wanted).map(|(own, _)| own)
-    }
-}
-
-impl Requirements {
-    /// All features that are needed.
-    pub(in crate::vk) fn all_features(&self) -> Features {
-        Features { dynamic_rendering: true, synchronization2: true, ..self.features }
-    }
 }
 
 /// Features as device creation takes them. A host may set further fields before it chains them, and takes the values
@@ -119,11 +100,6 @@ impl FeatureStructs {
             .push_next(&mut self.dynamic_rendering)
             .push_next(&mut self.synchronization2)
     }
-}
-
-/// Every feature that a device must have enabled to be used by twobounce.
-pub fn required_features() -> Features {
-    REQUIREMENTS.all_features()
 }
 
 /// Every device extension that must be enabled on a device of that Vulkan version: the lower one of the device's and of

@@ -1,10 +1,8 @@
 //! A device that a host made.
 
-use super::context::{Context, Parts};
-use super::features::{Features, required_extensions, required_features};
+use super::context::Context;
+use super::features::{Features, required_extensions};
 use super::needs::{Capabilities, serves};
-use super::pipeline_cache::PipelineCache;
-use super::requirements::REQUIREMENTS;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::Allocator;
@@ -51,21 +49,7 @@ impl Context {
     pub unsafe fn adopt(host: HostDevice<'_>) -> Result<Arc<Self>> {
         let capabilities = Capabilities::query(&host.instance, host.api_version, host.physical_device);
         check(&host, &capabilities)?;
-        Self::assemble(Parts {
-            own: None,
-            debug_utils: host.instance_extensions.contains(&ash::ext::debug_utils::NAME),
-            instance: host.instance,
-            physical: host.physical_device,
-            device: host.device,
-            conservative_rasterization: host.device_extensions.contains(&ash::ext::conservative_rasterization::NAME),
-            post_depth_coverage: host.device_extensions.contains(&ash::ext::post_depth_coverage::NAME),
-            capabilities,
-            queue: host.queue,
-            queue_family: host.queue_family,
-            allocator: host.allocator,
-            pipeline_cache: PipelineCache::of_host(host.pipeline_cache.unwrap_or_default()),
-            counting: false,
-        })
+        Self::assemble(host, capabilities, None, false)
     }
 }
 
@@ -75,7 +59,7 @@ impl Context {
 /// # Safety
 /// The handle comes from `instance`.
 pub unsafe fn missing(instance: &ash::Instance, api_version: u32, physical_device: vk::PhysicalDevice) -> Vec<String> {
-    Capabilities::query(instance, api_version, physical_device).missing(&REQUIREMENTS)
+    Capabilities::query(instance, api_version, physical_device).missing()
 }
 
 fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
@@ -88,7 +72,7 @@ fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
              hand over a newer device"
         )));
     }
-    let missing = capabilities.missing(&REQUIREMENTS);
+    let missing = capabilities.missing();
     if !missing.is_empty() {
         return Err(Error::Device(format!("{name} lacks {}: hand over another device", missing.join(", "))));
     }
@@ -113,8 +97,7 @@ fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
 
 /// The names of needed extensions and features that the host does not say it enabled.
 fn not_enabled(host: &HostDevice<'_>, version: u32) -> Vec<String> {
-    let wanted = required_features();
-    let features = host.features.hold(&wanted).filter(|(_, enabled)| !enabled).map(|(name, _)| name.to_owned());
+    let features = host.features.list().filter(|(_, enabled)| !enabled).map(|(name, _)| name.to_owned());
     let extensions = required_extensions(version).into_iter().filter(|name| !host.device_extensions.contains(name));
     extensions.map(|name| name.to_string_lossy().into_owned()).chain(features).collect()
 }

@@ -1,7 +1,6 @@
 //! The loader, the instance, the validation layer's messages, and the list of devices.
 
 use super::needs::{Capabilities, Need};
-use super::requirements::REQUIREMENTS;
 use crate::{Error, Result};
 use ash::vk;
 use std::ffi::{CStr, c_void};
@@ -247,7 +246,6 @@ pub fn devices() -> Result<Vec<DeviceReport>> {
 
 fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceReport {
     let found = Capabilities::query(instance, VERSION, physical);
-    let version = found.properties.api_version;
     let heaps = found.memory.memory_heaps_as_slice().iter();
     let samples = |format, usage| {
         // SAFETY: the handle comes from this instance.
@@ -268,8 +266,8 @@ fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceRepor
     DeviceReport {
         name: found.name(),
         kind: DeviceKind::of(found.properties.device_type),
-        api_version: (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version)),
-        needs: found.needs(&REQUIREMENTS),
+        api_version: version_of(&found.properties),
+        needs: found.needs(),
         limits: found.properties.limits,
         max_allocation_bytes: found.max_allocation_bytes,
         max_push_descriptors: found.max_push_descriptors,
@@ -279,6 +277,12 @@ fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceRepor
         depth_samples: samples(vk::Format::D32_SFLOAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT),
         driver: found.driver,
     }
+}
+
+/// (major, minor, patch)
+pub(in crate::vk) fn version_of(properties: &vk::PhysicalDeviceProperties) -> (u32, u32, u32) {
+    let version = properties.api_version;
+    (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version))
 }
 
 /// Bytes left per heap by `VK_EXT_memory_budget`, `None` where the device lacks it.

@@ -10,5 +10,4 @@ pub(in crate::vk) mod label;
 pub(in crate::vk) mod needs;
 pub(in crate::vk) mod pipeline_cache;
 pub(in crate::vk) mod pipelines;
-pub(in crate::vk) mod requirements;
 pub(in crate::vk) mod submit;

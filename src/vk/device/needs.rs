@@ -1,6 +1,6 @@
 //! What a device has of what is needed. One list serves the choice of a device, the error that refuses one, and `info`.
 
-use super::features::{Features, Requirements, required_extensions};
+use super::features::{COLOR_ATTACHMENTS, FRAMEBUFFER_LAYERS, Features, required_extensions};
 use ash::vk;
 use std::collections::BTreeSet;
 use std::ffi::CStr;
@@ -127,7 +127,7 @@ impl Capabilities {
     }
 
     /// Everything that is needed, present or not.
-    pub(in crate::vk) fn needs(&self, wanted: &Requirements) -> Vec<Need> {
+    pub(in crate::vk) fn needs(&self) -> Vec<Need> {
         let limits = &self.properties.limits;
         let need = |name: &str, present: bool| Need { name: name.to_owned(), present };
         let least = |name: &str, least: u32, has: u32| need(&format!("{name} {least}"), has >= least);
@@ -135,11 +135,11 @@ impl Capabilities {
             need("Vulkan 1.2", self.version >= vk::API_VERSION_1_2),
             need("a queue with graphics, compute and timestamps", self.queue_family.is_some()),
         ];
-        needs.extend(self.features.hold(&wanted.all_features()).map(|(name, present)| need(name, present)));
+        needs.extend(self.features.list().map(|(name, present)| need(name, present)));
         needs.extend([
             need("VK_KHR_push_descriptor", self.has_extension(ash::khr::push_descriptor::NAME)),
-            least("maxColorAttachments", wanted.color_attachments, limits.max_color_attachments),
-            least("maxFramebufferLayers", wanted.framebuffer_layers, limits.max_framebuffer_layers),
+            least("maxColorAttachments", COLOR_ATTACHMENTS, limits.max_color_attachments),
+            least("maxFramebufferLayers", FRAMEBUFFER_LAYERS, limits.max_framebuffer_layers),
             need(
                 "R32_UINT images of 4 samples that are drawn into and sampled",
                 self.integer_samples.contains(vk::SampleCountFlags::TYPE_4),
@@ -149,8 +149,8 @@ impl Capabilities {
     }
 
     /// The names of what is missing, for a message; empty when the device will do.
-    pub(in crate::vk) fn missing(&self, wanted: &Requirements) -> Vec<String> {
-        self.needs(wanted).into_iter().filter(|need| !need.present).map(|need| need.name).collect()
+    pub(in crate::vk) fn missing(&self) -> Vec<String> {
+        self.needs().into_iter().filter(|need| !need.present).map(|need| need.name).collect()
     }
 
     /// Device extensions to enable: what is needed and not core, and what is used where it is there.

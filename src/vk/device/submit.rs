@@ -12,6 +12,7 @@ const TIMEOUT_S: u64 = 600;
 pub(in crate::vk) const MAX_TIMESTAMPS: u32 = 1024;
 
 /// What one recording needs; reused from frame to frame.
+#[derive(Default)]
 pub(in crate::vk) struct CommandSet {
     pool: vk::CommandPool,
     pub(in crate::vk) commands: vk::CommandBuffer,
@@ -21,38 +22,29 @@ pub(in crate::vk) struct CommandSet {
 
 impl CommandSet {
     fn new(context: &Context) -> std::result::Result<Self, vk::Result> {
+        let mut set = Self::default();
+        let filled = set.fill(context);
+        if filled.is_err() {
+            // SAFETY: not in use; null handles are allowed.
+            unsafe { set.destroy(context.device()) };
+        }
+        filled.map(|()| set)
+    }
+
+    fn fill(&mut self, context: &Context) -> std::result::Result<(), vk::Result> {
         let device = context.device();
-        let null = Self {
-            pool: vk::CommandPool::null(),
-            commands: vk::CommandBuffer::null(),
-            fence: vk::Fence::null(),
-            timestamps: vk::QueryPool::null(),
-        };
-        let fill = |mut set: Self| {
-            let pool = vk::CommandPoolCreateInfo::default()
-                .flags(vk::CommandPoolCreateFlags::TRANSIENT)
-                .queue_family_index(context.queue_family);
-            // SAFETY: the infos are complete.
-            let result = unsafe {
-                (|| {
-                    set.pool = device.create_command_pool(&pool, None)?;
-                    set.fence = device.create_fence(&vk::FenceCreateInfo::default(), None)?;
-                    set.timestamps = timestamps(context)?;
-                    let info = vk::CommandBufferAllocateInfo::default().command_pool(set.pool).command_buffer_count(1);
-                    set.commands = device.allocate_command_buffers(&info)?[0];
-                    Ok(())
-                })()
-            };
-            match result {
-                Ok(()) => Ok(set),
-                Err(error) => {
-                    // SAFETY: not in use; null handles are allowed.
-                    unsafe { set.destroy(device) };
-                    Err(error)
-                }
-            }
-        };
-        fill(null)
+        let pool = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+            .queue_family_index(context.queue_family);
+        // SAFETY: the infos are complete.
+        unsafe {
+            self.pool = device.create_command_pool(&pool, None)?;
+            self.fence = device.create_fence(&vk::FenceCreateInfo::default(), None)?;
+            self.timestamps = timestamps(context)?;
+            let info = vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
+            self.commands = device.allocate_command_buffers(&info)?[0];
+        }
+        Ok(())
     }
 
     pub(in crate::vk) unsafe fn destroy(&self, device: &ash::Device) {
@@ -99,7 +91,7 @@ impl Commands {
         };
         let this = Self { context: context.clone(), set: Some(set), in_flight: false };
         this.set().begin(context.device()).map_err(failed)?;
-        this.record_entry_barrier();
+        record_entry_barrier(context, this.set().commands);
         Ok(this)
     }
 
@@ -109,11 +101,11 @@ impl Commands {
 
     /// Submits what was recorded; `doing` is for the error.
     pub(in crate::vk) fn submit(&mut self, doing: &str) -> Result<()> {
-        self.record_exit_barrier();
         let set = self.set.as_ref().expect("taken only by drop");
         let failed = |result| self.context.error(doing, result);
         let commands = [set.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+        record_exit_barrier(&self.context, set.commands);
         // SAFETY: the buffer is recording, outside a rendering scope; the queue is locked.
         unsafe {
             let device = self.context.device();
@@ -166,29 +158,28 @@ impl Commands {
     pub(in crate::vk) fn begin_again(&mut self) -> Result<()> {
         let begun = self.set().begin(self.context.device());
         begun.map_err(|result| self.context.error("starting to record", result))?;
-        self.record_entry_barrier();
+        record_entry_barrier(&self.context, self.set().commands);
         Ok(())
-    }
-
-    /// Makes what earlier submissions wrote visible to everything that follows.
-    fn record_entry_barrier(&self) {
-        use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
-        self.record_barrier((S::ALL_COMMANDS, A::MEMORY_WRITE), (S::ALL_COMMANDS, A::MEMORY_READ | A::MEMORY_WRITE));
-    }
-
-    /// Makes everything written visible to the CPU.
-    fn record_exit_barrier(&self) {
-        use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
-        self.record_barrier((S::ALL_COMMANDS, A::MEMORY_WRITE), (S::HOST, A::HOST_READ));
-    }
-
-    fn record_barrier(&self, from: Scope, to: Scope) {
-        record_barrier(&self.context, self.set().commands, from, to);
     }
 }
 
+/// Everything that earlier commands wrote is visible to what follows.
+pub(in crate::vk) fn record_entry_barrier(context: &Context, commands: vk::CommandBuffer) {
+    use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+    record_barrier(context, commands, WRITTEN, (S::ALL_COMMANDS, A::MEMORY_READ | A::MEMORY_WRITE));
+}
+
+/// Everything written is visible to later commands and to the CPU.
+pub(in crate::vk) fn record_exit_barrier(context: &Context, commands: vk::CommandBuffer) {
+    use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+    let read = A::MEMORY_READ | A::MEMORY_WRITE | A::HOST_READ;
+    record_barrier(context, commands, WRITTEN, (S::ALL_COMMANDS | S::HOST, read));
+}
+
 /// Stages, and what they do.
-pub(in crate::vk) type Scope = (vk::PipelineStageFlags2, vk::AccessFlags2);
+type Scope = (vk::PipelineStageFlags2, vk::AccessFlags2);
+
+const WRITTEN: Scope = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
 
 /// Everything before that matches `from` happens before everything after that matches `to`. Outside a rendering scope.
 pub(in crate::vk) fn record_barrier(context: &Context, commands: vk::CommandBuffer, from: Scope, to: Scope) {
@@ -199,7 +190,19 @@ pub(in crate::vk) fn record_barrier(context: &Context, commands: vk::CommandBuff
         .dst_access_mask(to.1)];
     let info = vk::DependencyInfo::default().memory_barriers(&barrier);
     // SAFETY: the buffer is recording, outside a rendering scope.
-    unsafe { context.cmd_pipeline_barrier2(commands, &info) };
+    unsafe { context.device().cmd_pipeline_barrier2(commands, &info) };
+}
+
+/// The same for one image, whose layout may change. Outside a rendering scope.
+pub(in crate::vk) fn record_image_barrier(
+    context: &Context,
+    commands: vk::CommandBuffer,
+    barrier: vk::ImageMemoryBarrier2<'_>,
+) {
+    let barriers = [barrier];
+    let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+    // SAFETY: the buffer is recording, outside a rendering scope.
+    unsafe { context.device().cmd_pipeline_barrier2(commands, &info) };
 }
 
 impl Drop for Commands {

@@ -11,72 +11,60 @@ use crate::vk::resource::views::Views;
 /// Where counting shaders add up; bound by itself.
 pub(in crate::vk) const COUNTS: &str = "counted";
 
-#[derive(Clone)]
-pub(in crate::vk) enum Resource<'a> {
-    Buffer(&'a Buffer),
-    Sampled(Views<'a>, &'a Sampler),
-    Storage(Views<'a>),
-}
-
-/// A resource for the binding of that name.
+/// A resource for the binding of that name: a buffer, or images that are sampled or, without a sampler, stored to.
 #[derive(Clone)]
 pub struct Bind<'a> {
     pub(in crate::vk) name: &'a str,
-    pub(in crate::vk) resource: Resource<'a>,
+    pub(in crate::vk) buffer: Option<&'a Buffer>,
+    pub(in crate::vk) views: Views<'a>,
+    pub(in crate::vk) sampler: Option<&'a Sampler>,
 }
 
 impl<'a> Bind<'a> {
     /// A storage or uniform buffer, as the shader declares it.
     pub fn buffer(name: &'a str, buffer: &'a Buffer) -> Self {
-        Self { name, resource: Resource::Buffer(buffer) }
+        Self { name, buffer: Some(buffer), views: Views::of([]), sampler: None }
     }
 
     /// A combined image sampler.
     pub fn image(name: &'a str, view: ImageView<'a>, sampler: &'a Sampler) -> Self {
-        Self { name, resource: Resource::Sampled(Views::one(view), sampler) }
+        Self::images(name, [view], sampler)
     }
 
     /// An array of combined image samplers, such as `sampler3D volume[7]`.
     pub fn images(name: &'a str, views: impl IntoIterator<Item = ImageView<'a>>, sampler: &'a Sampler) -> Self {
-        Self { name, resource: Resource::Sampled(Views::of(views), sampler) }
+        Self { sampler: Some(sampler), ..Self::storage_images(name, views) }
     }
 
     pub fn storage_image(name: &'a str, view: ImageView<'a>) -> Self {
-        Self { name, resource: Resource::Storage(Views::one(view)) }
+        Self::storage_images(name, [view])
     }
 
     /// An array of storage images.
     pub fn storage_images(name: &'a str, views: impl IntoIterator<Item = ImageView<'a>>) -> Self {
-        Self { name, resource: Resource::Storage(Views::of(views)) }
+        Self { name, buffer: None, views: Views::of(views), sampler: None }
     }
 
     fn fits(&self, binding: &Binding) -> bool {
-        match &self.resource {
-            Resource::Buffer(_) => matches!(binding.kind, BindingKind::Storage | BindingKind::Uniform),
-            Resource::Sampled(views, _) => {
-                binding.kind == BindingKind::Sampled && views.as_slice().len() == binding.count as usize
-            }
-            Resource::Storage(views) => {
-                binding.kind == BindingKind::StorageImage && views.as_slice().len() == binding.count as usize
-            }
+        let images = self.buffer.is_none() && self.views.len() == binding.count as usize;
+        match binding.kind {
+            BindingKind::Storage | BindingKind::Uniform => self.buffer.is_some(),
+            BindingKind::Sampled => images && self.sampler.is_some(),
+            BindingKind::StorageImage => images && self.sampler.is_none(),
         }
     }
 
     fn describe(&self) -> String {
-        match &self.resource {
-            Resource::Buffer(_) => "a buffer".to_owned(),
-            Resource::Sampled(views, _) => format!("{} sampled image(s)", views.as_slice().len()),
-            Resource::Storage(views) => format!("{} storage image(s)", views.as_slice().len()),
+        match (self.buffer, self.sampler) {
+            (Some(_), _) => "a buffer".to_owned(),
+            (None, Some(_)) => format!("{} sampled image(s)", self.views.len()),
+            (None, None) => format!("{} storage image(s)", self.views.len()),
         }
     }
 
     fn labels(&self) -> Vec<String> {
-        match &self.resource {
-            Resource::Buffer(buffer) => vec![buffer.label().to_owned()],
-            Resource::Sampled(views, _) | Resource::Storage(views) => {
-                views.as_slice().iter().map(|view| view.raw.label.clone()).collect()
-            }
-        }
+        let buffer = self.buffer.map(|buffer| buffer.label().to_owned());
+        buffer.into_iter().chain(self.views.iter().map(|view| view.raw.label.clone())).collect()
     }
 }
 

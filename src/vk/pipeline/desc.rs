@@ -2,7 +2,7 @@
 
 use super::bind::Bind;
 use super::constants::{Constant, checked};
-use super::make_pipeline::{Making, RasterState};
+use super::make_pipeline::RasterState;
 use super::raw_pipeline::RawPipeline;
 use super::reflect::{Binding, StageInfo};
 use super::shader::generation;
@@ -141,9 +141,7 @@ impl Compute {
         let constants = checked(desc.label, &[desc.shader], desc.constants, context.counting);
         let desc = ComputeDesc { constants: &constants, ..*desc };
         let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
-            let mut raw = RawPipeline::new(context, desc.label, &[desc.shader])?;
-            raw.start(Making::new(context, &raw, &constants, None));
-            Ok(raw)
+            RawPipeline::new(context, desc.label, &[desc.shader], &constants, None)
         })?;
         Ok(Self { raw, _context: context.clone() })
     }
@@ -162,13 +160,7 @@ impl Raster {
             assert!(context.conservative_rasterization, "{}: conservative rasterisation is not enabled", desc.label);
         }
         let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
-            let mut raw = RawPipeline::new(context, desc.label, &shaders)?;
-            raw.color_formats = desc.color_formats.to_vec();
-            raw.depth = desc.depth;
-            raw.samples = desc.samples;
-            raw.color_write = desc.color_write;
-            raw.start(Making::new(context, &raw, &constants, Some(RasterState::new(&desc))));
-            Ok(raw)
+            RawPipeline::new(context, desc.label, &shaders, &constants, Some(RasterState::new(&desc)))
         })?;
         Ok(Self { raw, _context: context.clone() })
     }

@@ -2,13 +2,13 @@
 
 use super::constants::Constant;
 use super::desc::{Blend, DepthDesc, RasterDesc};
-use super::modules::Modules;
 use super::raw_pipeline::RawPipeline;
 use super::shader;
 use super::specialize::{Choices, specialize};
 use crate::vk::device::context::Context;
 use crate::vk::device::label::set_name;
 use ash::vk;
+use std::sync::Arc;
 
 /// The pipeline, or why there is none.
 pub(in crate::vk) type Made = Result<vk::Pipeline, vk::Result>;
@@ -27,17 +27,18 @@ pub(in crate::vk) struct Making {
     bindings: Vec<(String, u32)>,
     post_depth_coverage: bool,
     /// Of a raster pipeline.
-    raster: Option<RasterState>,
+    raster: Option<Arc<RasterState>>,
 }
 
 /// The fixed functions of a [`RasterDesc`].
 pub(in crate::vk) struct RasterState {
     vertex_bindings: Vec<vk::VertexInputBindingDescription>,
     vertex_attributes: Vec<vk::VertexInputAttributeDescription>,
-    color_formats: Vec<vk::Format>,
+    pub(in crate::vk) color_formats: Vec<vk::Format>,
+    pub(in crate::vk) color_write: bool,
     color_attachments: Vec<vk::PipelineColorBlendAttachmentState>,
-    depth: Option<DepthDesc>,
-    samples: u32,
+    pub(in crate::vk) depth: Option<DepthDesc>,
+    pub(in crate::vk) samples: u32,
     conservative: bool,
 }
 
@@ -52,6 +53,7 @@ impl RasterState {
             vertex_bindings: input.iter().map(|input| binding(input.stride)).collect(),
             vertex_attributes: input.iter().flat_map(|input| input.attributes).map(attribute).collect(),
             color_formats: desc.color_formats.to_vec(),
+            color_write: desc.color_write,
             color_attachments: vec![blend_state(desc); desc.color_formats.len()],
             depth: desc.depth,
             samples: desc.samples,
@@ -78,12 +80,7 @@ fn blend_state(desc: &RasterDesc<'_>) -> vk::PipelineColorBlendAttachmentState {
 
 impl Making {
     /// For `raw`, whose layout is there. `constants`: all that its shaders depend on.
-    pub(in crate::vk) fn new(
-        context: &Context,
-        raw: &RawPipeline,
-        constants: &[Constant],
-        raster: Option<RasterState>,
-    ) -> Self {
+    pub(in crate::vk) fn new(context: &Context, raw: &RawPipeline, constants: &[Constant]) -> Self {
         Self {
             device: context.device().clone(),
             debug_utils: context.functions.debug_utils.clone(),
@@ -94,7 +91,7 @@ impl Making {
             constants: constants.to_vec(),
             bindings: raw.bindings.iter().map(|binding| (binding.name.clone(), binding.binding)).collect(),
             post_depth_coverage: context.post_depth_coverage,
-            raster,
+            raster: raw.raster.clone(),
         }
     }
 
@@ -105,21 +102,36 @@ impl Making {
             bindings: &self.bindings,
             post_depth_coverage: self.post_depth_coverage,
         };
-        let words = self.stages.iter().map(|(_, words)| specialize(words, &choices));
-        let modules = Modules::new(&self.device, words)?;
-        let flags = self.stages.iter().map(|(flag, _)| *flag).enumerate();
-        let stages: Vec<_> = flags.map(|(index, flag)| modules.stage(index, flag)).collect();
+        let module = |(flag, words): &(vk::ShaderStageFlags, &[u32])| {
+            let words = specialize(words, &choices);
+            let info = vk::ShaderModuleCreateInfo::default().code(&words);
+            // SAFETY: the words are valid SPIR-V from the build.
+            unsafe { self.device.create_shader_module(&info, None) }.map(|module| (*flag, module))
+        };
+        let modules: Vec<_> = self.stages.iter().map(module).collect();
+        let stage = |made: &Result<_, _>| {
+            made.map(|(flag, module)| {
+                vk::PipelineShaderStageCreateInfo::default().stage(flag).module(module).name(c"main")
+            })
+        };
+        let made = modules.iter().map(stage).collect::<Result<Vec<_>, _>>().and_then(|stages| self.make_of(&stages));
+        for (_, module) in modules.into_iter().flatten() {
+            // SAFETY: pipelines do not need their modules once made.
+            unsafe { self.device.destroy_shader_module(module, None) };
+        }
+        made.inspect(|handle| set_name(self.debug_utils.as_ref(), *handle, &self.label))
+    }
+
+    fn make_of(&self, stages: &[vk::PipelineShaderStageCreateInfo<'_>]) -> Made {
         let made = match &self.raster {
-            Some(state) => self.make_raster(state, &stages),
+            Some(state) => self.make_raster(state, stages),
             None => {
                 let info = [vk::ComputePipelineCreateInfo::default().stage(stages[0]).layout(self.layout)];
                 // SAFETY: the info is complete and refers to live objects.
                 unsafe { self.device.create_compute_pipelines(self.cache, &info, None) }
             }
         };
-        let handle = made.map_err(|(_, result)| result)?[0];
-        set_name(self.debug_utils.as_ref(), handle, &self.label);
-        Ok(handle)
+        made.map(|pipelines| pipelines[0]).map_err(|(_, result)| result)
     }
 
     fn make_raster(

@@ -6,7 +6,6 @@ pub(in crate::vk) mod compile;
 pub(in crate::vk) mod constants;
 pub(in crate::vk) mod desc;
 pub(in crate::vk) mod make_pipeline;
-pub(in crate::vk) mod modules;
 pub(in crate::vk) mod raw_pipeline;
 pub(in crate::vk) mod reflect;
 #[cfg(feature = "hot-reload")]

@@ -1,8 +1,8 @@
 //! A pipeline as the context holds it: its layouts, what its shaders say, and its handle once a thread has compiled it.
 
 use super::bind::COUNTS;
-use super::desc::DepthDesc;
-use super::make_pipeline::{Made, Making};
+use super::constants::Constant;
+use super::make_pipeline::{Made, Making, RasterState};
 use super::reflect::{self, Binding, BindingKind, Stage, StageInfo};
 use super::shader;
 use crate::vk::device::context::Context;
@@ -28,11 +28,8 @@ pub(in crate::vk) struct RawPipeline {
     pub(in crate::vk) bindings: Vec<Binding>,
     pub(in crate::vk) push_bytes: u32,
     pub(in crate::vk) push_stages: vk::ShaderStageFlags,
-    /// For raster pipelines: to be held against the target at a draw.
-    pub(in crate::vk) color_formats: Vec<vk::Format>,
-    pub(in crate::vk) depth: Option<DepthDesc>,
-    pub(in crate::vk) samples: u32,
-    pub(in crate::vk) color_write: bool,
+    /// Of a raster pipeline.
+    pub(in crate::vk) raster: Option<Arc<RasterState>>,
     making: Mutex<Option<JoinHandle<Made>>>,
     made: OnceLock<Made>,
 }
@@ -64,8 +61,14 @@ impl Pipeline for RawPipeline {
 }
 
 impl RawPipeline {
-    /// Everything but the pipeline itself: reflection and layouts.
-    pub(in crate::vk) fn new(context: &Context, label: &str, shaders: &[&str]) -> Result<Self> {
+    /// Reflects the shaders, makes the layouts, and starts to compile. `constants`: all that the shaders depend on.
+    pub(in crate::vk) fn new(
+        context: &Context,
+        label: &str,
+        shaders: &[&str],
+        constants: &[Constant],
+        raster: Option<RasterState>,
+    ) -> Result<Self> {
         let mut modules: Vec<_> = shaders.iter().map(|name| reflect::module(shader::entry(name))).collect();
         if !context.counting {
             // Nothing reads it once the constant is set: `specialize` takes it out of the shaders too.
@@ -84,10 +87,7 @@ impl RawPipeline {
             stages: modules.into_iter().map(|module| module.info).collect(),
             push_bytes,
             push_stages,
-            color_formats: Vec::new(),
-            depth: None,
-            samples: 1,
-            color_write: true,
+            raster: raster.map(Arc::new),
             making: Mutex::default(),
             made: OnceLock::new(),
         };
@@ -110,11 +110,12 @@ impl RawPipeline {
         }
         this.create_layouts(context.device())
             .map_err(|result| context.error(&format!("creating the pass {label}"), result))?;
+        this.start(Making::new(context, &this, constants));
         Ok(this)
     }
 
     /// Compiles the pipeline on a thread of its own: a frame has about twenty, and drivers compile each on the caller's.
-    pub(in crate::vk) fn start(&mut self, making: Making) {
+    fn start(&mut self, making: Making) {
         let making = Arc::new(making);
         let on_thread = making.clone();
         let thread = thread::Builder::new().name("pipeline".into()).stack_size(STACK_BYTES);

@@ -1,12 +1,14 @@
 //! Binds a pipeline with its resources and its push block while a frame is recorded.
 
 use super::recorder::Recorder;
-use crate::vk::pipeline::bind::{Bind, COUNTS, Resource, check_names, find};
+use crate::vk::pipeline::bind::{Bind, COUNTS, check_names, find};
 use crate::vk::pipeline::raw_pipeline::RawPipeline;
 use crate::vk::pipeline::reflect::BindingKind;
+use crate::vk::resource::buffer::Buffer;
 use crate::vk::resource::image::ImageView;
 use ash::vk;
 use bytemuck::Pod;
+use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// The resources that descriptors point at while they are written; its capacity serves the next command.
@@ -23,20 +25,19 @@ impl Infos {
     }
 
     fn push(&mut self, bind: &Bind<'_>) {
-        let (views, sampler) = match &bind.resource {
-            Resource::Buffer(buffer) => {
-                let whole = vk::DescriptorBufferInfo { buffer: buffer.raw.handle, offset: 0, range: vk::WHOLE_SIZE };
-                return self.buffers.push(whole);
-            }
-            Resource::Sampled(views, sampler) => (views, sampler.raw.handle),
-            Resource::Storage(views) => (views, vk::Sampler::null()),
+        let whole = |buffer: &Buffer| vk::DescriptorBufferInfo {
+            buffer: buffer.raw.handle,
+            offset: 0,
+            range: vk::WHOLE_SIZE,
         };
+        self.buffers.extend(bind.buffer.map(whole));
+        let sampler = bind.sampler.map_or(vk::Sampler::null(), |sampler| sampler.raw.handle);
         let info = |view: &ImageView<'_>| vk::DescriptorImageInfo {
             sampler,
             image_view: view.handle,
             image_layout: vk::ImageLayout::GENERAL,
         };
-        self.images.extend(views.as_slice().iter().map(info));
+        self.images.extend(bind.views.iter().map(info));
     }
 }
 
@@ -83,30 +84,27 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
     binds.iter().for_each(|bind| recorder.keep_resources_of(bind));
 }
 
-/// Writes all bindings of the pipeline, in the order of `infos`, a few at a time: so no list of writes is allocated.
+/// Writes all bindings of the pipeline, in the order of `infos`.
 fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) {
-    const AT_ONCE: usize = 16;
-    let context = recorder.context();
-    let mut writes = [vk::WriteDescriptorSet::default(); AT_ONCE];
     let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
-    for bindings in pipeline.bindings.chunks(AT_ONCE) {
-        for (write, binding) in writes.iter_mut().zip(bindings) {
+    // So many that no pass has more: none is allocated.
+    let writes: SmallVec<[vk::WriteDescriptorSet<'_>; 48]> = (pipeline.bindings.iter())
+        .map(|binding| {
             let to = vk::WriteDescriptorSet::default()
                 .dst_binding(binding.binding)
                 .descriptor_type(binding.kind.descriptor_type());
-            *write = match binding.kind {
+            match binding.kind {
                 BindingKind::Storage | BindingKind::Uniform => to.buffer_info(take(&mut buffers, 1)),
                 BindingKind::Sampled | BindingKind::StorageImage => {
                     to.image_info(take(&mut images, binding.count as usize))
                 }
-            };
-        }
-        let (commands, point, writes) = (recorder.handle(), pipeline.bind_point(), &writes[..bindings.len()]);
-        // SAFETY: what is bound is kept, and of the kind that the layout states.
-        unsafe {
-            context.functions.push_descriptor.cmd_push_descriptor_set(commands, point, pipeline.layout, 0, writes)
-        };
-    }
+            }
+        })
+        .collect();
+    let (commands, point, layout) = (recorder.handle(), pipeline.bind_point(), pipeline.layout);
+    let functions = &recorder.context().functions;
+    // SAFETY: what is bound is kept, and of the kind that the layout states.
+    unsafe { functions.push_descriptor.cmd_push_descriptor_set(commands, point, layout, 0, &writes) };
 }
 
 /// The first `count` elements, which `from` then no longer has.
@@ -119,14 +117,12 @@ fn take<'a, T>(from: &mut &'a [T], count: usize) -> &'a [T] {
 impl Recorder {
     /// Keeps what `bind` refers to alive until the recording is over.
     fn keep_resources_of(&mut self, bind: &Bind<'_>) {
-        let views = match &bind.resource {
-            Resource::Buffer(buffer) => return self.keep(buffer.raw.clone()),
-            Resource::Sampled(views, sampler) => {
-                self.keep(sampler.raw.clone());
-                views
-            }
-            Resource::Storage(views) => views,
-        };
-        views.as_slice().iter().for_each(|view| self.keep(view.raw.clone()));
+        if let Some(buffer) = bind.buffer {
+            self.keep(buffer.raw.clone());
+        }
+        if let Some(sampler) = bind.sampler {
+            self.keep(sampler.raw.clone());
+        }
+        bind.views.iter().for_each(|view| self.keep(view.raw.clone()));
     }
 }

@@ -3,6 +3,7 @@
 use super::frame_log::CommandLog;
 use super::recorder::Recorder;
 use crate::vk::device::context::Context;
+use crate::vk::device::submit::record_image_barrier;
 use crate::vk::resource::image::Image;
 use crate::{Error, Result};
 use ash::vk;
@@ -95,38 +96,13 @@ impl HostImage {
 }
 
 impl Recorder {
-    /// Writes the finest level of `from`, RGBA in f32, to each of a host's images of the same size, in whatever format they
-    /// are. What was recorded before is done with `from`; the barriers of the host's images are recorded here.
+    /// Copies or blits between the finest level of `own`, RGBA in f32, and a host's image of the same size, in whatever format that is:
+    /// from it where it `reads`, else to it. What was recorded before is done with `own`, and what follows waits by a barrier of its own;
+    /// the barriers of the host's image are recorded here.
     ///
     /// # Safety
-    /// Each image is as it says, was checked ([`HostImage::check`]), and lives until the device is done.
-    pub(crate) unsafe fn write_host_images<'a>(&mut self, pairs: impl Iterator<Item = (&'a Image, HostImage)>) {
-        for (own, host) in pairs {
-            // SAFETY: the caller's.
-            unsafe { self.convert(own, &host, false) };
-        }
-    }
-
-    /// The same the other way: each of the host's images into one of RGBA in f32. What follows waits by a barrier of its own.
-    ///
-    /// # Safety
-    /// As for [`Self::write_host_images`].
-    pub(crate) unsafe fn read_host_images<'a>(&mut self, pairs: impl Iterator<Item = (HostImage, &'a Image)>) {
-        for (host, own) in pairs {
-            // SAFETY: the caller's.
-            unsafe { self.convert(own, &host, true) };
-        }
-    }
-
-    fn image_barrier(&mut self, barrier: vk::ImageMemoryBarrier2<'_>) {
-        let barriers = [barrier];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the command buffer is recording, outside of a rendering scope.
-        unsafe { self.context().cmd_pipeline_barrier2(self.handle(), &info) };
-    }
-
-    /// Copies or blits between the finest level of `own` and a host's image.
-    unsafe fn convert(&mut self, own: &Image, host: &HostImage, reads: bool) {
+    /// The host's image is as it says, was checked ([`HostImage::check`]), and lives until the device is done.
+    pub(crate) unsafe fn convert(&mut self, own: &Image, host: &HostImage, reads: bool) {
         let (width, height) = host.size;
         assert_eq!(own.extent(0), [width, height, 1], "{}: the host's image has another size", own.label());
         let (access, layout) = if reads {
@@ -135,7 +111,7 @@ impl Recorder {
             (vk::AccessFlags2::TRANSFER_WRITE, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
         };
         let used = ImageUse { stages: vk::PipelineStageFlags2::ALL_TRANSFER, access, layout };
-        self.image_barrier(host.barrier(host.before, used));
+        record_image_barrier(self.context(), self.handle(), host.barrier(host.before, used));
         let layers = |level, layer| {
             vk::ImageSubresourceLayers::default()
                 .aspect_mask(vk::ImageAspectFlags::COLOR)
@@ -174,7 +150,7 @@ impl Recorder {
             let (from, to) = if reads { (host, own) } else { (own, host) };
             CommandLog::Copy { from, to, bytes: None }
         });
-        self.image_barrier(host.barrier(used, host.after));
+        record_image_barrier(self.context(), self.handle(), host.barrier(used, host.after));
     }
 }
 

@@ -9,9 +9,7 @@ use crate::vk::resource::buffer::Buffer;
 use crate::vk::resource::image::ImageView;
 use ash::vk;
 use bytemuck::Pod;
-
-/// Colour attachments of one target, at most: what devices commonly offer.
-pub(in crate::vk) const MAX_COLORS: usize = 8;
+use smallvec::SmallVec;
 
 /// What an attachment holds when the scope begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -115,8 +113,8 @@ pub enum DrawCall<'a> {
 /// A rendering scope that is open.
 pub struct RasterPass<'r> {
     recorder: &'r mut Recorder,
-    /// Formats of the colour attachments: the first so many.
-    formats: ([vk::Format; MAX_COLORS], usize),
+    /// Of the colour attachments.
+    formats: SmallVec<[vk::Format; 8]>,
     depth_format: Option<vk::Format>,
     samples: u32,
     /// Where a log is kept.
@@ -126,13 +124,7 @@ pub struct RasterPass<'r> {
 impl<'r> RasterPass<'r> {
     pub(in crate::vk) fn begin(recorder: &'r mut Recorder, target: &RenderTarget<'_>) -> Self {
         let layers = target.layers.max(1);
-        let count = target.colors.len();
-        assert!(count <= MAX_COLORS, "{count} colour attachments, {MAX_COLORS} at most");
-        let mut colors = [vk::RenderingAttachmentInfo::default(); MAX_COLORS];
-        let mut formats = [vk::Format::UNDEFINED; MAX_COLORS];
-        for (index, color) in target.colors.iter().enumerate() {
-            (colors[index], formats[index]) = (color_attachment(color), color.view.raw.format);
-        }
+        let colors: SmallVec<[_; 8]> = target.colors.iter().map(color_attachment).collect();
         let depth = target.depth.as_ref().map(depth_attachment);
         let whole = Rect { x: 0, y: 0, width: target.width, height: target.height };
         let cut = target.area.unwrap_or(whole);
@@ -141,7 +133,7 @@ impl<'r> RasterPass<'r> {
             extent: vk::Extent2D { width: cut.width, height: cut.height },
         };
         let mut info =
-            vk::RenderingInfo::default().render_area(area).layer_count(layers).color_attachments(&colors[..count]);
+            vk::RenderingInfo::default().render_area(area).layer_count(layers).color_attachments(&colors);
         if let Some(depth) = &depth {
             info = info.depth_attachment(depth);
         }
@@ -158,7 +150,7 @@ impl<'r> RasterPass<'r> {
         let commands = recorder.handle();
         // SAFETY: the attachments are kept below; the buffer is recording, outside of another scope.
         unsafe {
-            context.cmd_begin_rendering(commands, &info);
+            context.device().cmd_begin_rendering(commands, &info);
             context.device().cmd_set_viewport(commands, 0, &viewport);
             context.device().cmd_set_scissor(commands, 0, &[area]);
         }
@@ -175,7 +167,7 @@ impl<'r> RasterPass<'r> {
         Self {
             log: recorder.logs().then(|| target_log(target)),
             recorder,
-            formats: (formats, count),
+            formats: target.colors.iter().map(|color| color.view.raw.format).collect(),
             depth_format: target.depth.map(|depth| depth.view.raw.format),
             samples: first.map_or(target.samples.max(1), |view| view.raw.samples),
         }
@@ -185,19 +177,19 @@ impl<'r> RasterPass<'r> {
     pub fn draw(&mut self, pipeline: &Raster, binds: &[Bind<'_>], push: &impl Pod, call: DrawCall<'_>) {
         let raw = &pipeline.raw;
         let pass = &raw.label;
-        let (formats, count) = &self.formats;
-        assert_eq!(raw.color_formats, formats[..*count], "pass {pass}: colour formats of pipeline and target");
-        let depth_format = raw.depth.map(|depth| depth.format);
+        let state = raw.raster.as_ref().expect("a raster pipeline has its fixed functions");
+        assert_eq!(state.color_formats, self.formats[..], "pass {pass}: colour formats of pipeline and target");
+        let depth_format = state.depth.map(|depth| depth.format);
         assert_eq!(depth_format, self.depth_format, "pass {pass}: depth formats of pipeline and target");
-        assert_eq!(raw.samples, self.samples, "pass {pass}: samples of pipeline and target");
+        assert_eq!(state.samples, self.samples, "pass {pass}: samples of pipeline and target");
         bind_pipeline(self.recorder, raw, binds, push);
         self.record(call);
         if let Some(target) = &self.log {
             let draw = DrawLog {
                 pipeline: raw.label.clone(),
                 stages: raw.stages.clone(),
-                color_write: raw.color_write,
-                depth_write: raw.depth.is_some_and(|depth| depth.write),
+                color_write: state.color_write,
+                depth_write: state.depth.is_some_and(|depth| depth.write),
                 call: call_log(call),
                 resources: labels(raw, binds),
                 target: target.clone(),
@@ -233,20 +225,13 @@ impl<'r> RasterPass<'r> {
     pub(in crate::vk) fn end(self) {
         let context = self.recorder.context().clone();
         // SAFETY: begun by `begin` in the same buffer: zones cannot start inside of a scope.
-        unsafe { context.cmd_end_rendering(self.recorder.handle()) };
+        unsafe { context.device().cmd_end_rendering(self.recorder.handle()) };
     }
 }
 
 fn color_attachment<'a>(color: &ColorTarget<'a>) -> vk::RenderingAttachmentInfo<'a> {
-    let mut info = attachment(color.view, color.store);
-    match color.load {
-        Load::Clear(value) => {
-            info.load_op = vk::AttachmentLoadOp::CLEAR;
-            info.clear_value = vk::ClearValue { color: vk::ClearColorValue { float32: value } };
-        }
-        Load::Load => info.load_op = vk::AttachmentLoadOp::LOAD,
-        Load::DontCare => info.load_op = vk::AttachmentLoadOp::DONT_CARE,
-    }
+    let clear = |float32| vk::ClearValue { color: vk::ClearColorValue { float32 } };
+    let info = attachment(color.view, color.load, clear, color.store);
     match color.resolve {
         None => info,
         Some(resolve) => info
@@ -257,22 +242,26 @@ fn color_attachment<'a>(color: &ColorTarget<'a>) -> vk::RenderingAttachmentInfo<
 }
 
 fn depth_attachment<'a>(depth: &DepthTarget<'a>) -> vk::RenderingAttachmentInfo<'a> {
-    let mut info = attachment(depth.view, depth.store);
-    match depth.load {
-        Load::Clear(depth) => {
-            info.load_op = vk::AttachmentLoadOp::CLEAR;
-            info.clear_value = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 } };
-        }
-        Load::Load => info.load_op = vk::AttachmentLoadOp::LOAD,
-        Load::DontCare => info.load_op = vk::AttachmentLoadOp::DONT_CARE,
-    }
-    info
+    let clear = |depth| vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 } };
+    attachment(depth.view, depth.load, clear, depth.store)
 }
 
-fn attachment<'a>(view: ImageView<'a>, store: bool) -> vk::RenderingAttachmentInfo<'a> {
+fn attachment<'a, T>(
+    view: ImageView<'a>,
+    load: Load<T>,
+    clear: impl Fn(T) -> vk::ClearValue,
+    store: bool,
+) -> vk::RenderingAttachmentInfo<'a> {
+    let (load, value) = match load {
+        Load::Clear(value) => (vk::AttachmentLoadOp::CLEAR, clear(value)),
+        Load::Load => (vk::AttachmentLoadOp::LOAD, vk::ClearValue::default()),
+        Load::DontCare => (vk::AttachmentLoadOp::DONT_CARE, vk::ClearValue::default()),
+    };
     vk::RenderingAttachmentInfo::default()
         .image_view(view.handle)
         .image_layout(vk::ImageLayout::GENERAL)
+        .load_op(load)
+        .clear_value(value)
         .store_op(if store { vk::AttachmentStoreOp::STORE } else { vk::AttachmentStoreOp::DONT_CARE })
 }
 

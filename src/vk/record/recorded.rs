@@ -3,7 +3,7 @@
 use super::bind::Infos;
 use super::counting::Counting;
 use super::frame_log::FrameLog;
-use super::zone::{ZoneKind, ZoneTiming, ZoneTimings};
+use super::zone::{ZoneTiming, ZoneTimings};
 use crate::Result;
 use crate::vk::device::context::Context;
 use ash::vk;
@@ -11,16 +11,9 @@ use std::any::Any;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// A zone that is over.
-pub(in crate::vk) struct Zone {
-    pub(in crate::vk) name: &'static str,
-    pub(in crate::vk) kind: ZoneKind,
-    pub(in crate::vk) bytes: u64,
-    /// Pairs of the beginning and the end of each submission that it is in.
-    pub(in crate::vk) timestamps: RangeInclusive<u32>,
-    pub(in crate::vk) cpu_ms: Option<f64>,
-    pub(in crate::vk) wall_ms: Option<f64>,
-}
+/// A zone that is over, its times on the device still to be filled in, and its timestamps: pairs of the beginning and the end of each
+/// submission that it is in.
+pub(in crate::vk) type Zone = (ZoneTiming, RangeInclusive<u32>);
 
 #[derive(Default)]
 pub(in crate::vk) struct Recorded {
@@ -105,20 +98,11 @@ impl Recorded {
             }
             sum + between(start, timestamp)
         };
-        let inside = |zone: &Zone| {
-            let (first, last) = (*zone.timestamps.start() as usize, *zone.timestamps.end() as usize);
-            (first..=last).step_by(2).map(|first| between(first, first + 1)).sum()
-        };
         let counts = |index| self.counting.as_ref().map_or_else(Vec::new, |counting| counting.read(index));
-        let timing = |(index, zone): (usize, &Zone)| ZoneTiming {
-            name: zone.name,
-            kind: zone.kind,
-            start_ms: before(*zone.timestamps.start() as usize),
-            gpu_ms: inside(zone),
-            cpu_ms: zone.cpu_ms,
-            wall_ms: zone.wall_ms,
-            bytes: zone.bytes,
-            counts: counts(index),
+        let timing = |(index, (zone, timestamps)): (usize, &Zone)| {
+            let (first, last) = (*timestamps.start() as usize, *timestamps.end() as usize);
+            let gpu_ms = (first..=last).step_by(2).map(|first| between(first, first + 1)).sum();
+            ZoneTiming { start_ms: before(first), gpu_ms, counts: counts(index), ..zone.clone() }
         };
         let zones = self.zones.iter().enumerate().map(timing).collect();
         ZoneTimings { zones, gpu_ms: before(ticks.len().saturating_sub(1)), wall_ms }

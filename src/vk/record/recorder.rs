@@ -4,10 +4,10 @@ use super::counting::Counting;
 use super::frame_log::{CommandLog, FrameLog};
 use super::pace::Pacing;
 use super::pending::Pending;
-use super::recorded::{Recorded, Zone};
-use super::zone::{ZoneKind, ZoneTimings, process_cpu_ms};
+use super::recorded::Recorded;
+use super::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 use crate::vk::device::context::Context;
-use crate::vk::device::submit::{Commands, MAX_TIMESTAMPS};
+use crate::vk::device::submit::{Commands, MAX_TIMESTAMPS, record_image_barrier};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
@@ -62,9 +62,9 @@ impl Recorder {
         let (context, started) = (context.clone(), Instant::now());
         let mut this = Self { context, target, options, zone: None, recorded, pacing: None, error: None, started };
         this.reset_timestamps();
-        for image in this.context.take_untransitioned() {
+        for (image, transition) in this.context.take_untransitioned() {
             if let Some(image) = image.upgrade() {
-                image.record_first_transition(this.handle());
+                record_image_barrier(&this.context, this.handle(), transition);
                 this.keep(image);
             }
         }
@@ -137,14 +137,17 @@ impl Recorder {
         if self.options.per_pass {
             self.flush();
         }
-        self.recorded.zones.push(Zone {
+        let timing = ZoneTiming {
             name,
             kind,
-            bytes: bytes_written,
-            timestamps: first_timestamp..=last_timestamp,
+            start_ms: 0.0,
+            gpu_ms: 0.0,
             cpu_ms: cpu.and_then(|before| Some(process_cpu_ms()? - before)),
             wall_ms: wall.map(|before| before.elapsed().as_secs_f64() * 1e3),
-        });
+            bytes: bytes_written,
+            counts: Vec::new(),
+        };
+        self.recorded.zones.push((timing, first_timestamp..=last_timestamp));
         self.pace_pass_end(name);
     }
 
@@ -192,8 +195,8 @@ impl Recorder {
     }
 
     /// What is left after the last command, and the milliseconds that recording took.
-    pub(in crate::vk) fn into_recorded(self) -> (Recorded, f64) {
-        (self.recorded, self.started.elapsed().as_secs_f64() * 1e3)
+    pub(in crate::vk) fn take_recorded(&mut self) -> (Recorded, f64) {
+        (std::mem::take(&mut self.recorded), self.started.elapsed().as_secs_f64() * 1e3)
     }
 
     /// Writes the next timestamp, once everything before is done; returns its index.

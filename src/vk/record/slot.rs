@@ -7,7 +7,7 @@ use super::recorder::{Recorder, RecorderOptions, Target};
 use super::zone::ZoneTimings;
 use crate::Result;
 use crate::vk::device::context::Context;
-use crate::vk::device::submit::{self, Scope, record_barrier};
+use crate::vk::device::submit::{self, record_entry_barrier, record_exit_barrier};
 use ash::vk;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -92,12 +92,9 @@ impl Drop for Slot {
 
 /// A [`Recorder`] over a host's command buffer. Dropping it ends the recording; the command buffer stays open.
 pub struct HostRecorder<'s> {
-    /// Taken when dropped.
-    recorder: Option<Recorder>,
+    recorder: Recorder,
     slot: &'s mut Slot,
 }
-
-const WRITTEN: Scope = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
 
 impl Recorder {
     /// Records into `command_buffer`, which a host has begun and ends and submits itself. Nothing is allocated from
@@ -127,12 +124,11 @@ impl Recorder {
     ) -> HostRecorder<'s> {
         slot.check(context);
         slot.recorded.clear();
-        use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
-        record_barrier(context, command_buffer, WRITTEN, (S::ALL_COMMANDS, A::MEMORY_READ | A::MEMORY_WRITE));
+        record_entry_barrier(context, command_buffer);
         let options = RecorderOptions { per_pass: false, log: slot.options.log };
         let recorded = std::mem::take(&mut slot.recorded);
         let recorder = Recorder::start(context, Target::Host(command_buffer, slot.timestamps), options, recorded);
-        HostRecorder { recorder: Some(recorder), slot }
+        HostRecorder { recorder, slot }
     }
 }
 
@@ -145,26 +141,24 @@ impl Deref for HostRecorder<'_> {
     type Target = Recorder;
 
     fn deref(&self) -> &Recorder {
-        self.recorder.as_ref().expect("taken only by drop")
+        &self.recorder
     }
 }
 
 impl DerefMut for HostRecorder<'_> {
     fn deref_mut(&mut self) -> &mut Recorder {
-        self.recorder.as_mut().expect("taken only by drop")
+        &mut self.recorder
     }
 }
 
 impl Drop for HostRecorder<'_> {
     fn drop(&mut self) {
-        let Some(mut recorder) = self.recorder.take() else { return };
+        let recorder = &mut self.recorder;
         // After a panic a rendering scope may be open, where neither may be recorded.
         if !std::thread::panicking() {
-            use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
             recorder.timestamp();
-            let read = A::MEMORY_READ | A::MEMORY_WRITE | A::HOST_READ;
-            record_barrier(recorder.context(), recorder.handle(), WRITTEN, (S::ALL_COMMANDS | S::HOST, read));
+            record_exit_barrier(recorder.context(), recorder.handle());
         }
-        (self.slot.recorded, self.slot.recording_ms) = recorder.into_recorded();
+        (self.slot.recorded, self.slot.recording_ms) = recorder.take_recorded();
     }
 }

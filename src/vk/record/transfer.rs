@@ -8,6 +8,13 @@ use crate::vk::resource::image::{Image, ImageRegion};
 use bytemuck::Pod;
 use std::sync::Arc;
 
+/// Submits what `record` records, and waits for it.
+fn once(context: &Arc<Context>, record: impl FnOnce(&mut Recorder)) -> Result<()> {
+    let mut recorder = Recorder::new(context, RecorderOptions::default())?;
+    record(&mut recorder);
+    recorder.finish().map(drop)
+}
+
 /// A new device-local buffer that holds `data`.
 pub fn upload<T: Pod>(context: &Arc<Context>, label: &str, data: &[T]) -> Result<Buffer> {
     let bytes = size_of_val(data) as u64;
@@ -29,18 +36,13 @@ pub fn upload_at<T: Pod>(context: &Arc<Context>, target: &Buffer, first: u64, da
     }
     let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload)?;
     staging.write(0, data);
-    let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    recorder.copy_range(staging.at(0), target.at(first), bytes);
-    recorder.finish()?;
-    Ok(())
+    once(context, |r| r.copy_range(staging.at(0), target.at(first), bytes))
 }
 
 /// All of `buffer` as elements of `T`; a rest too short for one is left out.
 pub fn download<T: Pod>(context: &Arc<Context>, buffer: &Buffer) -> Result<Vec<T>> {
     let staging = Buffer::new(context, "readback", buffer.bytes(), BufferKind::Readback)?;
-    let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    recorder.copy(buffer, &staging);
-    recorder.finish()?;
+    once(context, |r| r.copy(buffer, &staging))?;
     Ok(staging.read())
 }
 
@@ -49,10 +51,7 @@ pub fn upload_image<T: Pod>(context: &Arc<Context>, image: &Image, region: Image
     let bytes = size_of_val(texels) as u64;
     let staging = Buffer::new(context, "staging", bytes, BufferKind::Upload)?;
     staging.write(0, texels);
-    let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    recorder.copy_buffer_to_image(&staging, 0, image, region);
-    recorder.finish()?;
-    Ok(())
+    once(context, |r| r.copy_buffer_to_image(&staging, 0, image, region))
 }
 
 /// All texels of one level: layer by layer, slice by slice, row by row. `T` is one texel.
@@ -61,8 +60,6 @@ pub fn download_image<T: Pod>(context: &Arc<Context>, image: &Image, level: u32)
     let texels = region.extent.iter().product::<u32>() as usize * region.layers as usize;
     let bytes = (texels * size_of::<T>()) as u64;
     let staging = Buffer::new(context, "readback", bytes, BufferKind::Readback)?;
-    let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    recorder.copy_image_to_buffer(image, region, &staging, 0);
-    recorder.finish()?;
+    once(context, |r| r.copy_image_to_buffer(image, region, &staging, 0))?;
     Ok(staging.read_some(0, texels))
 }

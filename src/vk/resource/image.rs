@@ -1,7 +1,7 @@
 //! Images in `GENERAL` layout with all their views.
 
 use super::memory::{Memory, Owner};
-use crate::vk::device::context::{Context, FirstTransition};
+use crate::vk::device::context::Context;
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -117,8 +117,10 @@ impl Image {
         raw.memory = Some(Memory::bind(context, desc.label, &Owner::Image(raw.handle))?);
         context.set_name(raw.handle, desc.label);
         raw.create_views(desc).map_err(|result| context.error(&format!("creating {}", desc.label), result))?;
+        let transition = raw.first_transition();
         let raw = Arc::new(raw);
-        context.transition_first(raw.clone())?;
+        let weak = Arc::downgrade(&raw);
+        context.transition_first((weak, transition))?;
         Ok(Self { raw })
     }
 
@@ -241,6 +243,19 @@ impl RawImage {
             .layer_count(self.layers)
     }
 
+    /// Brings the new image into `GENERAL` layout.
+    fn first_transition(&self) -> vk::ImageMemoryBarrier2<'static> {
+        vk::ImageMemoryBarrier2::default()
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+            .old_layout(vk::ImageLayout::UNDEFINED)
+            .new_layout(vk::ImageLayout::GENERAL)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(self.handle)
+            .subresource_range(self.range(0..self.mips))
+    }
+
     fn create_view(
         &self,
         kind: vk::ImageViewType,
@@ -257,23 +272,6 @@ impl RawImage {
             .push_next(&mut usage);
         // SAFETY: the image is alive and has memory.
         unsafe { self.context.device().create_image_view(&info, None) }
-    }
-}
-
-impl FirstTransition for RawImage {
-    fn record_first_transition(&self, commands: vk::CommandBuffer) {
-        let barrier = [vk::ImageMemoryBarrier2::default()
-            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
-            .old_layout(vk::ImageLayout::UNDEFINED)
-            .new_layout(vk::ImageLayout::GENERAL)
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .image(self.handle)
-            .subresource_range(self.range(0..self.mips))];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-        // SAFETY: the command buffer is recording, outside a rendering scope.
-        unsafe { self.context.cmd_pipeline_barrier2(commands, &info) };
     }
 }
 

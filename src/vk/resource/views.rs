@@ -1,6 +1,7 @@
 //! The views of one binding, without a heap allocation where they are few.
 
 use super::image::ImageView;
+use std::ops::Deref;
 
 /// Views that need no heap: arrays of resources are rarely longer.
 const FEW: usize = 8;
@@ -13,10 +14,6 @@ pub(in crate::vk) enum Views<'a> {
 }
 
 impl<'a> Views<'a> {
-    pub(in crate::vk) fn one(view: ImageView<'a>) -> Self {
-        Self::Few([view; FEW], 1)
-    }
-
     pub(in crate::vk) fn of(views: impl IntoIterator<Item = ImageView<'a>>) -> Self {
         let mut views = views.into_iter();
         let Some(first) = views.next() else { return Self::Many(Vec::new()) };
@@ -30,8 +27,12 @@ impl<'a> Views<'a> {
         }
         Self::Few(few, count)
     }
+}
 
-    pub(in crate::vk) fn as_slice(&self) -> &[ImageView<'a>] {
+impl<'a> Deref for Views<'a> {
+    type Target = [ImageView<'a>];
+
+    fn deref(&self) -> &[ImageView<'a>] {
         match self {
             Self::Few(views, count) => &views[..*count],
             Self::Many(views) => views,

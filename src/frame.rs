@@ -30,7 +30,7 @@ use crate::settings::{Bounces, Settings};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
 
 pub use desc::{FrameDesc, first_plan};
-use desc::{Planned, ground_desc, lamps, of_light, plan, with_image_pass};
+use desc::{ground_desc, lamps, of_light, plan, shape, with_image_pass};
 pub use light::{LightProgress, LightRules, LightState, MOST_SETTLING, SETTLED};
 use order::back_to_front;
 
@@ -105,7 +105,7 @@ impl Frame {
         let ground =
             Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps, &scene_on_gpu.trees)?)?;
         let method = settings.method.make(&maker(context, settings, &ground))?;
-        let target = ImageTarget::new(context, shape(desc, &ground))?;
+        let target = ImageTarget::new(context, shape(desc, &ground.desc.counts))?;
         let image = image_pass(context, desc, &*method, &target)?;
         let counter = |_| {
             let bytes = size_of::<Globals>() as u64;
@@ -332,7 +332,7 @@ impl Frame {
             || desc.size != (self.target.width, self.target.height)
             || desc.outputs != self.target.outputs();
         let image = || {
-            let target = ImageTarget::new(context, shape(desc, &self.ground))?;
+            let target = ImageTarget::new(context, shape(desc, &self.ground.desc.counts))?;
             Ok((image_pass(context, desc, &**method.as_ref().unwrap_or(&self.method), &target)?, target))
         };
         let image = seen_anew.then(image).transpose()?;
@@ -382,17 +382,14 @@ impl Frame {
 
     /// What is allocated for buffers as large as `counts` and a grid of edge `voxels`.
     pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
-        plan(&self.planned((self.target.width, self.target.height)), counts, voxels)
+        let settings = Settings { voxels, ..self.settings.clone() };
+        plan(&settings, self.ground.desc.features, self.target.shape(), counts)
     }
 
     /// What would be allocated for images of another size.
     pub fn plan_at(&self, size: (u32, u32)) -> Vec<MemoryRow> {
-        plan(&self.planned(size), self.counts(), self.settings.voxels)
-    }
-
-    fn planned(&self, size: (u32, u32)) -> Planned<'_> {
-        let (features, outputs) = (self.ground.desc.features, self.target.outputs());
-        Planned { settings: &self.settings, features, size, outputs }
+        let shape = ImageShape::new(&self.settings.image, size, self.target.outputs(), self.counts().triangles);
+        plan(&self.settings, self.ground.desc.features, &shape, self.counts())
     }
 }
 
@@ -402,10 +399,6 @@ fn light_rules(desc: &FrameDesc, ground: &Ground, method: &dyn Gi) -> LightRules
         mean_passes: ground.desc.wants.mean_passes,
         waits: desc.waits,
     }
-}
-
-fn shape(desc: &FrameDesc, ground: &Ground) -> ImageShape {
-    ImageShape::new(&desc.settings.image, desc.size, desc.outputs, ground.desc.counts.triangles)
 }
 
 fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Ground) -> Maker<'a> {

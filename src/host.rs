@@ -38,8 +38,7 @@ use crate::ground::image::given::{self, GivenPass};
 use crate::ground::image::target;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::ScenePacked;
-use crate::memory::Limit;
-use crate::renderer::{MemoryCheck, memory_limit};
+use crate::renderer::MemoryCheck;
 use crate::scene::{Bounds, Pose, Scene};
 use crate::settings::Settings;
 use crate::vk::{Image, Recorder, Slot, SlotOptions};
@@ -87,8 +86,7 @@ pub struct Prepared {
     /// Whether anything was recorded over a slot that `poll` can tell of.
     recorded: Vec<bool>,
     prepare: Prepare,
-    limit: Limit,
-    triangles: u64,
+    memory: MemoryCheck,
     voxels: u32,
 }
 
@@ -146,12 +144,10 @@ impl Prepared {
         let slots = prepare.slots.max(1);
         let packed = ScenePacked::new(scene, pose);
         let desc = desc(scene, settings, prepare)?;
-        let limit = memory_limit(context, prepare.memory_limit);
-        let triangles = scene.triangle_count() as u64;
+        let memory = MemoryCheck::new(context, prepare.memory_limit, scene);
         let mut fixed = packed.plan();
         fixed.extend(given_plan(prepare));
-        MemoryCheck { context, limit: &limit, triangles, voxels: settings.voxels, fixed: &fixed }
-            .check(&|voxels| first_plan(&desc, &packed.trees, voxels))?;
+        memory.check(settings.voxels, &fixed, |voxels| first_plan(&desc, &packed.trees, voxels))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let options = SlotOptions { timestamps: prepare.timestamps, log: false };
         Ok(Self {
@@ -161,8 +157,7 @@ impl Prepared {
             context: context.clone(),
             frame,
             prepare: prepare.clone(),
-            limit,
-            triangles,
+            memory,
             voxels: settings.voxels,
         })
     }
@@ -320,7 +315,7 @@ impl Prepared {
     /// Too little memory.
     pub fn grow(&mut self, growth: Growth) -> Result<()> {
         let plan = |voxels| self.frame.plan(&growth.0, voxels);
-        self.memory_check(&given_plan(&self.prepare)).check(&plan)?;
+        self.memory.check(self.voxels, &given_plan(&self.prepare), plan)?;
         self.clear();
         self.frame.grow(&self.context, growth.0)
     }
@@ -334,8 +329,8 @@ impl Prepared {
     pub fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
         let desc = desc(scene, settings, &prepare)?;
-        MemoryCheck { voxels: settings.voxels, ..self.memory_check(&given_plan(&prepare)) }
-            .check(&|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels))?;
+        let plan = |voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels);
+        self.memory.check(settings.voxels, &given_plan(&prepare), plan)?;
         self.frame.change(&self.context, &desc)?;
         self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         self.clear();
@@ -346,11 +341,6 @@ impl Prepared {
     /// The next frame starts without the light of those before it: after a cut.
     pub fn forget_light(&mut self) {
         self.frame.forget_light();
-    }
-
-    fn memory_check<'a>(&'a self, fixed: &'a [MemoryRow]) -> MemoryCheck<'a> {
-        let Self { limit, triangles, voxels, .. } = self;
-        MemoryCheck { context: &self.context, limit, triangles: *triangles, voxels: *voxels, fixed }
     }
 
     /// Lets go of what the slots keep: the device is done with it.

@@ -88,8 +88,7 @@ pub struct Renderer {
     mean: Option<PassMean>,
     /// The scene on the device and the readback: what does not grow.
     fixed_plan: Vec<MemoryRow>,
-    /// Bytes that may be taken, and what sets the limit.
-    memory_limit: Limit,
+    memory: MemoryCheck,
     /// Where it is kept.
     log: Option<FrameLog>,
     /// How long what passes take, where submissions are short.
@@ -112,27 +111,13 @@ impl Renderer {
         let desc = desc(&scene, &settings, &options);
         let mut fixed_plan = packed.plan();
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
-        let memory_limit = memory_limit(context, options.memory_limit);
+        let memory = MemoryCheck::new(context, options.memory_limit, &scene);
         // Before anything is uploaded: what is too large is refused at once.
-        let (limit, triangles) = (&memory_limit, scene.triangle_count() as u64);
-        MemoryCheck { context, limit, triangles, voxels: settings.voxels, fixed: &fixed_plan }
-            .check(&|voxels| first_plan(&desc, &packed.trees, voxels))?;
+        memory.check(settings.voxels, &fixed_plan, |voxels| first_plan(&desc, &packed.trees, voxels))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let (pace, context) = (pace(context, &options), context.clone());
-        Ok(Self {
-            context,
-            scene,
-            settings,
-            options,
-            frame,
-            readback,
-            mean: None,
-            fixed_plan,
-            memory_limit,
-            log: None,
-            pace,
-        })
+        Ok(Self { context, scene, settings, options, frame, readback, mean: None, fixed_plan, memory, log: None, pace })
     }
 
     /// Changes to other settings and another size; only what depends on them is remade.
@@ -153,8 +138,8 @@ impl Renderer {
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
-        MemoryCheck { voxels: settings.voxels, fixed: &fixed_plan, ..self.memory_check() }
-            .check(&|voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels))?;
+        let plan = |voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels);
+        self.memory.check(settings.voxels, &fixed_plan, plan)?;
         self.frame.change(&self.context, &desc)?;
         self.pace = pace(&self.context, &options);
         if size != self.options.size || desc.outputs != target::outputs(&self.options.aovs) {
@@ -211,7 +196,7 @@ impl Renderer {
             let (counters, grown) = self.frame.poll(0);
             if let Some(counts) = grown {
                 let plan = |voxels| self.frame.plan(&counts, voxels);
-                self.memory_check().check(&plan)?;
+                self.memory.check(self.settings.voxels, &self.fixed_plan, plan)?;
                 self.frame.grow(&self.context, counts)?;
                 repeats += u32::from(!alone);
             } else if alone {
@@ -227,16 +212,6 @@ impl Renderer {
                 self.light_made()?;
                 return Ok(FrameReport { timings, counters, repeats, settling: 0, noise: None, cpu_ms: None });
             }
-        }
-    }
-
-    fn memory_check(&self) -> MemoryCheck<'_> {
-        MemoryCheck {
-            context: &self.context,
-            limit: &self.memory_limit,
-            triangles: self.scene.triangle_count() as u64,
-            voxels: self.settings.voxels,
-            fixed: &self.fixed_plan,
         }
     }
 
@@ -365,23 +340,31 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -
     FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1, waits: true }
 }
 
-/// The numbers that decide whether the resources of a frame fit.
-pub(crate) struct MemoryCheck<'a> {
-    pub context: &'a Context,
-    pub limit: &'a Limit,
-    pub triangles: u64,
-    pub voxels: u32,
-    /// The rows that do not depend on the grid.
-    pub fixed: &'a [MemoryRow],
+/// What decides whether the resources of a frame fit.
+pub(crate) struct MemoryCheck {
+    /// Bytes that may be taken, and what sets the limit.
+    limit: Limit,
+    /// Bytes that the device binds at once.
+    largest: Limit,
+    triangles: u64,
 }
 
-impl MemoryCheck<'_> {
-    /// Refuses a grid whose resources exceed the limit or what the device binds at once. `plan`: what a grid of that edge takes.
-    pub fn check(&self, plan: &dyn Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
-        let rows_at = |edge: u32| self.fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
-        memory_plan::check(self.voxels, self.limit, rows_at)?;
-        let words = format!("the largest buffer that {} binds", self.context.name);
-        let largest = Limit { bytes: self.context.limits.max_storage_buffer_range.into(), words };
-        memory_plan::check_buffers(&rows_at(self.voxels), self.triangles, &largest)
+impl MemoryCheck {
+    /// `limit`: bytes, where the caller sets them.
+    pub fn new(context: &Context, limit: Option<u64>, scene: &Scene) -> Self {
+        let words = format!("the largest buffer that {} binds", context.name);
+        Self {
+            limit: memory_limit(context, limit),
+            largest: Limit { bytes: context.limits.max_storage_buffer_range.into(), words },
+            triangles: scene.triangle_count() as u64,
+        }
+    }
+
+    /// Refuses a grid of edge `voxels` whose resources exceed the limit or what the device binds at once. `fixed`: those that do not
+    /// depend on the grid; `plan`: those that a grid of that edge takes.
+    pub fn check(&self, voxels: u32, fixed: &[MemoryRow], plan: impl Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
+        let rows_at = |edge: u32| fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
+        memory_plan::check(voxels, &self.limit, rows_at)?;
+        memory_plan::check_buffers(&rows_at(voxels), self.triangles, &self.largest)
     }
 }

@@ -9,7 +9,7 @@ use crate::ground::image::{ImagePassDesc, gather};
 use crate::ground::lamps::Lamps;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::tree::groups::{TreeSize, TreesOnce};
-use crate::ground::{self, Counts, ExpectedLists, GroundDesc};
+use crate::ground::{self, Counts, GroundDesc};
 use crate::scene::{Bounds, Scene};
 use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shading, Shadows};
 use crate::{Error, Result};
@@ -36,20 +36,22 @@ pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<Memor
     let settings = Settings { voxels, ..desc.settings.clone() };
     let desc = &FrameDesc { settings: &settings, ..*desc };
     let counts = first_counts(desc, &lamps(desc.scene, desc.settings), trees);
-    let FrameDesc { settings, size, outputs, .. } = *desc;
-    plan(&Planned { settings, features: Features::of_scene(desc.scene), size, outputs }, &counts, voxels)
+    plan(&settings, Features::of_scene(desc.scene), &shape(desc, &counts), &counts)
+}
+
+pub(super) fn shape(desc: &FrameDesc, counts: &Counts) -> ImageShape {
+    ImageShape::new(&desc.settings.image, desc.size, desc.outputs, counts.triangles)
 }
 
 fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let wants = wants(desc.settings, Features::of_scene(desc.scene));
     let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
     // A grid that cannot be placed is refused where it is made.
-    let mut expected = ExpectedLists { grids: wants.grids.len(), ..Default::default() };
-    if let Ok(grid) = Grid::place(desc.bounds, desc.settings) {
-        expected.items = expected_items(desc.scene, &trees.world_from_instance, &grid);
-        expected.boxes = grid.boxes;
-    }
-    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), expected, tree)
+    let items_and_boxes = |grid: Grid| (expected_items(desc.scene, &trees.world_from_instance, &grid), grid.boxes);
+    let (items, boxes) = Grid::place(desc.bounds, desc.settings).map_or((0.0, 0), items_and_boxes);
+    let mut counts = Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, items, boxes);
+    counts.lists.resize(1 + wants.grids.len(), counts.lists[0]);
+    counts
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
@@ -99,28 +101,14 @@ pub(super) fn of_light(settings: &Settings) -> Settings {
     Settings { image, ..settings.clone() }
 }
 
-/// A frame of which the memory is planned.
-pub(super) struct Planned<'a> {
-    pub settings: &'a Settings,
-    /// Of the scene.
-    pub features: Features,
-    /// Pixels.
-    pub size: (u32, u32),
-    /// As [`target::outputs`] counts them.
-    pub outputs: usize,
-}
-
-/// Bytes of every resource of a frame, with buffers as large as `counts` on a grid of edge `voxels`.
-pub(super) fn plan(of: &Planned, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
-    let Planned { settings, features, size, outputs } = *of;
-    let settings = Settings { voxels, ..settings.clone() };
-    let wants = wants(&settings, features);
-    let mut rows = ground::plan(voxels, &wants, counts);
-    rows.extend(settings.method.plan(&settings));
-    let shape = ImageShape::new(&settings.image, size, outputs, counts.triangles);
-    rows.extend(target::plan(&shape));
+/// Bytes of every resource of a frame, with buffers as large as `counts`. `features`: of the scene.
+pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, counts: &Counts) -> Vec<MemoryRow> {
+    let wants = wants(settings, features);
+    let mut rows = ground::plan(settings.voxels, &wants, counts);
+    rows.extend(settings.method.plan(settings));
+    rows.extend(target::plan(shape));
     if wants.diffuse && settings.image.gathers_apart() {
-        rows.push(gather::plan(&settings.image, wants.gathers_lobes, size, shape.band_rows()));
+        rows.push(gather::plan(&settings.image, wants.gathers_lobes, shape));
     }
     rows
 }

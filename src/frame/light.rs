@@ -152,6 +152,14 @@ mod tests {
         LightProgress::new(LightRules { feeds, mean_passes, waits })
     }
 
+    /// A pass after which all light is so much, if that is asked for.
+    fn pass(progress: &mut LightProgress, light: f64) {
+        progress.passed();
+        if progress.is_measured() {
+            progress.measured(vec![light]);
+        }
+    }
+
     #[test]
     fn light_without_feedback_is_whole_after_one_pass() {
         let mut light = progress(false, Some(8), true);
@@ -174,60 +182,46 @@ mod tests {
             light.passed();
         }
         // One pass without light before it, those that settle, those of the mean.
-        let settling = MOST_SETTLING as usize + 1;
-        assert_eq!(numbers.len(), settling + 3);
-        assert_eq!(numbers[..2], [(false, 0), (true, 0)]);
-        assert!(numbers[1..settling].iter().all(|pass| *pass == (true, 0)));
-        assert_eq!(numbers[settling..], [(true, 1), (true, 2), (true, 3)]);
+        let settling = std::iter::repeat_n((true, 0), MOST_SETTLING as usize);
+        assert_eq!(
+            numbers,
+            [(false, 0)].into_iter().chain(settling).chain([1, 2, 3].map(|n| (true, n))).collect::<Vec<_>>()
+        );
         assert_eq!(light.state(), Whole);
     }
 
     #[test]
     fn measured_light_settles_when_it_changes_little() {
-        let mut light = progress(true, Some(2), true);
-        for sum in [1.0, 1.5, 1.6] {
-            assert!(light.is_measured() && light.is_awaited());
-            light.passed();
-            assert!(light.is_measured());
-            light.measured(vec![sum, sum]);
+        let mut progress = progress(true, Some(2), true);
+        let a_little_more = 3.2 + 3.3 * SETTLED;
+        for (light, state) in [
+            (2.0, Settling { passes: 1 }),
+            (3.0, Settling { passes: 2 }),
+            (3.2, Settling { passes: 3 }),
+            (a_little_more, Settling { passes: 4 }),
+            (3.2, Settling { passes: 5 }),
+            (3.2, Averaging { passes: 0 }),
+            (3.2, Averaging { passes: 1 }),
+            (3.2, Whole),
+        ] {
+            assert!(progress.is_awaited() && progress.needs_pass());
+            pass(&mut progress, light);
+            assert_eq!(progress.state(), state, "{light}");
         }
-        assert_eq!(light.state(), Settling { passes: 3 });
-        light.passed();
-        light.measured(vec![1.6, 1.6 + 3.3 * SETTLED]);
-        assert_eq!((light.state(), light.mean_pass()), (Settling { passes: 4 }, 0), "a little more than the share");
-        light.passed();
-        light.measured(vec![1.6, 1.6]);
-        assert_eq!((light.state(), light.is_awaited(), light.mean_pass()), (Settling { passes: 5 }, true, 0));
-        light.passed();
-        light.measured(vec![1.6, 1.6]);
-        assert_eq!((light.state(), light.is_awaited(), light.mean_pass()), (Averaging { passes: 0 }, true, 1));
-        assert!(!light.is_measured());
-        light.passed();
-        assert_eq!((light.state(), light.is_awaited()), (Averaging { passes: 1 }, true));
-        light.passed();
-        assert_eq!((light.state(), light.is_awaited(), light.needs_pass()), (Whole, false, false));
-        assert_eq!(light.awaited_passes(), 8);
+        assert_eq!((progress.is_awaited(), progress.needs_pass(), progress.awaited_passes()), (false, false, 8));
     }
 
     #[test]
     fn light_that_never_settles_is_waited_for_so_long() {
         let mut light = progress(true, Some(0), true);
-        let mut sum = 1.0;
-        while light.is_awaited() {
-            light.passed();
-            light.measured(vec![sum]);
-            sum *= 2.0;
-        }
-        assert_eq!((light.state(), light.awaited_passes()), (Whole, MOST_SETTLING));
+        (0..MOST_SETTLING).for_each(|n| pass(&mut light, f64::from(n).exp2()));
+        assert_eq!((light.state(), light.is_awaited(), light.awaited_passes()), (Whole, false, MOST_SETTLING));
     }
 
     #[test]
     fn without_a_number_of_passes_the_mean_goes_on_and_nobody_waits() {
         let mut light = progress(true, None, true);
-        for _ in 0..2 {
-            light.passed();
-            light.measured(vec![1.0]);
-        }
+        (0..2).for_each(|_| pass(&mut light, 1.0));
         assert_eq!((light.state(), light.is_awaited(), light.needs_pass()), (Averaging { passes: 0 }, false, true));
         light.passed();
         assert_eq!((light.state(), light.mean_pass(), light.awaited_passes()), (Averaging { passes: 1 }, 2, 2));
@@ -236,43 +230,30 @@ mod tests {
     #[test]
     fn whole_light_is_brought_along_and_forgotten_light_is_waited_for() {
         let mut light = progress(true, Some(1), true);
-        while light.is_awaited() {
-            light.passed();
-            if light.is_measured() {
-                light.measured(vec![1.0]);
-            }
-        }
-        let passes = light.awaited_passes();
+        (0..3).for_each(|_| pass(&mut light, 1.0));
+        assert_eq!((light.state(), light.awaited_passes()), (Whole, 3));
         light.changed();
         assert_eq!((light.state(), light.has_history(), light.is_awaited()), (Settling { passes: 0 }, true, false));
         light.passed();
-        assert_eq!((light.state(), light.awaited_passes()), (Settling { passes: 1 }, passes));
+        assert_eq!((light.state(), light.awaited_passes()), (Settling { passes: 1 }, 3));
         light.forget();
         assert_eq!((light.state(), light.has_history(), light.is_awaited()), (Unlit, false, true));
         light.changed();
         assert_eq!(light.state(), Unlit, "there is nothing to go on from");
-        light.passed();
-        light.measured(vec![5.0]);
+        pass(&mut light, 5.0);
         assert_eq!((light.state(), light.awaited_passes()), (Settling { passes: 1 }, 1), "nothing to compare with");
     }
 
     #[test]
     fn a_change_while_light_is_waited_for_settles_again() {
         let mut light = progress(true, Some(9), true);
-        for _ in 0..3 {
-            light.passed();
-            if light.is_measured() {
-                light.measured(vec![1.0]);
-            }
-        }
+        (0..3).for_each(|_| pass(&mut light, 1.0));
         assert_eq!(light.state(), Averaging { passes: 1 });
         light.changed();
         assert!(light.is_awaited() && light.is_measured());
-        light.passed();
-        light.measured(vec![2.0]);
+        pass(&mut light, 2.0);
         assert_eq!(light.state(), Settling { passes: 1 });
-        light.passed();
-        light.measured(vec![2.0]);
+        pass(&mut light, 2.0);
         assert_eq!((light.state(), light.is_awaited()), (Averaging { passes: 0 }, true));
     }
 }

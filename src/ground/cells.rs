@@ -45,12 +45,7 @@ impl CellLists {
         (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, self.edge) })
     }
 
-    /// A thread per item that is lit. `binds`: besides the lists.
-    pub fn dispatch_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
-        self.dispatch_counted(recorder, pipeline, binds, LIT_COUNTS);
-    }
-
-    /// The same in parts, for pipelines that light items (`glsl/ground/light_items.glsl`).
+    /// A thread per item that is lit, in parts, for pipelines that light items (`glsl/ground/light_items.glsl`). `binds`: besides the lists.
     pub fn light_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
         binds.extend([self.level(0).0, Bind::buffer("cell_counts", &self.counts)]);
         let binds = pipeline.select(&binds);
@@ -60,27 +55,17 @@ impl CellLists {
         });
     }
 
-    /// The same while the list of such items grows by what `pipeline` adds.
+    /// The same at once, while the list of such items grows by what `pipeline` adds.
     pub fn dispatch_chosen<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
         let place = |entry: u32| self.counts.at(count_offset(entry));
         recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), size_of::<CellCount>() as u64);
         recorder.full_barrier(); // the count stands still
-        self.dispatch_counted(recorder, pipeline, binds, CHOSEN_COUNTS);
+        self.dispatch(recorder, pipeline, binds, CHOSEN_COUNTS);
     }
 
-    /// A thread per occupied cell of `level`. `binds`: besides the lists.
-    pub fn dispatch<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>, level: u32) {
-        self.dispatch_counted(recorder, pipeline, binds, level);
-    }
-
-    /// As many threads as the `entry` of the counts says: a level's, or one of items, which stand in the finest level's cells.
-    fn dispatch_counted<'a>(
-        &'a self,
-        recorder: &mut Recorder,
-        pipeline: &Compute,
-        mut binds: Vec<Bind<'a>>,
-        entry: u32,
-    ) {
+    /// As many threads as the `entry` of the counts says: a level's number, one per occupied cell, or [`LIT_COUNTS`], one per item that is
+    /// lit; items stand in the finest level's cells. `binds`: besides the lists.
+    pub fn dispatch<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>, entry: u32) {
         let (list, push) = self.level(if entry < CHOSEN_COUNTS { entry } else { 0 });
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
         let binds = pipeline.select(&binds);

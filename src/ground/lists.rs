@@ -6,7 +6,7 @@ use super::boxes::MOST_BOXES;
 use super::cells::{self, CellLists};
 use super::grid::GridPlace;
 use super::layout;
-use super::memory_plan::MemoryRow;
+use super::memory_plan::{MemoryRow, bytes_of};
 use super::wants::Wants;
 use crate::Result;
 use crate::vk::{Buffer, BufferKind, Context};
@@ -139,10 +139,6 @@ impl Lists {
             std::mem::swap(&mut self.seen_lights, &mut self.last.seen_lights);
         }
     }
-}
-
-fn bytes_of(plan: &[MemoryRow], name: &str) -> u64 {
-    plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1
 }
 
 /// Bytes of everything that [`Lists::new`] makes.

@@ -20,8 +20,14 @@ impl MemoryPlan {
     /// # Panics
     /// When there is no such row: a mistake in the program.
     pub fn bytes(&self, name: &str) -> u64 {
-        self.rows.iter().find(|r| r.0 == name).unwrap_or_else(|| panic!("no resource named {name} in the plan")).1
+        bytes_of(&self.rows, name)
     }
+}
+
+/// # Panics
+/// When there is no such row: a mistake in the program.
+pub fn bytes_of(rows: &[MemoryRow], name: &str) -> u64 {
+    rows.iter().find(|row| row.0 == name).unwrap_or_else(|| panic!("no resource named {name} in the plan")).1
 }
 
 impl std::fmt::Display for MemoryPlan {

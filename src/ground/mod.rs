@@ -35,16 +35,14 @@ use crate::Result;
 use crate::scene::sky::SkyMap;
 use crate::scene::{Alpha, Pose, Scene};
 use crate::settings::Conservative;
-use crate::vk::{
-    self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder,
-};
+use crate::vk::{self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder};
 use alike::Alike;
 use attributes::CornerWords;
 use cells::Cells;
 use constants::{Features, LIT_ALIKE, LIT_EACH};
 use grid::{Grid, GridPlace};
 use lists::{ListCapacity, Lists};
-use memory_plan::MemoryRow;
+use memory_plan::{MemoryRow, bytes_of};
 use record::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Record};
 use scene_on_gpu::SceneOnGpu;
 use tree::Tree;
@@ -71,21 +69,10 @@ pub struct Counts {
     pub lists: Vec<ListCapacity>,
 }
 
-/// The numbers of entries that the lists of a first frame are expected to hold.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ExpectedLists {
-    /// Grids beside the base.
-    pub grids: usize,
-    /// Of the base grid and its boxes: [`expected_items`].
-    pub items: f64,
-    /// Boxes of finer voxels within the base grid.
-    pub boxes: u32,
-}
-
 impl Counts {
-    /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces.
-    pub fn of(scene: &Scene, lamps: u32, expected: ExpectedLists, tree: TreeSize) -> Self {
-        let ExpectedLists { grids, items, boxes } = expected;
+    /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces; `items` of every grid:
+    /// [`expected_items`]; `boxes` of finer voxels within the base grid.
+    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, items: f64, boxes: u32) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;
@@ -101,7 +88,7 @@ impl Counts {
             triangle_capacity,
             corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
             tree,
-            lists: vec![ListCapacity { items, cells: 1 << 15, boxes }; 1 + grids],
+            lists: vec![ListCapacity { items, cells: 1 << 15, boxes }],
         }
     }
 
@@ -195,10 +182,7 @@ impl Ground {
         };
         let base = constants_of(grid.edge, wants.alike);
         let plan = shared_plan(wants, counts);
-        let buffer = |name: &str| {
-            let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
-            Buffer::new(context, name, bytes, BufferKind::Device)
-        };
+        let buffer = |name: &str| Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device);
         let places = || std::iter::once(GridPlace::base(grid.edge)).chain(wants.grids.iter().copied());
         let mut lists = Vec::new();
         let mut makers = Vec::new();
@@ -233,7 +217,6 @@ impl Ground {
                 context,
                 &ImageDesc {
                     label: "front view",
-                    dim: ImageDim::D2,
                     format: FRONT_VIEW_FORMAT,
                     width: FRONT_VIEW_EDGE,
                     height: FRONT_VIEW_EDGE,

@@ -41,17 +41,10 @@ impl FrameUniforms<'_> {
     pub fn layout(&self) -> layout::Frame {
         let image_shift = image_shift(self.image_pass);
         let ndc_shift = ndc_shift(image_shift, self.size, self.samples);
-        let camera = CameraInVoxels::new(self.view, self.grid, self.size, ndc_shift);
         let map = self.scene.sky_map.as_deref();
         layout::Frame {
-            clip_from_voxel: camera.clip_from_voxel.as_mat4().to_cols_array_2d(),
-            eye: camera.eye.as_vec3().into(),
             voxel_m: self.grid.voxel_m as f32,
-            forward: camera.forward.as_vec3().into(),
-            orthographic: u32::from(camera.orthographic),
-            right_per_ndc: camera.right_per_ndc.as_vec3().into(),
             scale: self.scale,
-            down_per_ndc: camera.down_per_ndc.as_vec3().into(),
             light_count: (self.scene.lights.len() + self.scene.sky_lights().count()) as u32,
             sky: map.map_or(self.scene.sky, |map| map.mean_of_rest).into(),
             turn: turn_at(self.time_s),
@@ -73,46 +66,18 @@ impl FrameUniforms<'_> {
             ndc_shift: ndc_shift.as_vec2().into(),
             boxes: self.boxes[0],
             last_boxes: self.boxes[1],
+            ..self.camera(ndc_shift)
         }
     }
-}
 
-/// Seeds of different times differ; the seed of the animation's start is 0.
-fn turn_at(time_s: f64) -> u32 {
-    let bits = time_s.to_bits();
-    (bits ^ (bits >> 32)) as u32
-}
-
-/// What a pass over the image moves random numbers by, in [0, 1)²; the first one by nothing. Even and odd passes are two R2 sequences
-/// (Roberts, 2018), of which the second starts anywhere: each half is spread evenly, and their difference tells how far off both are.
-fn image_shift(image_pass: u32) -> DVec2 {
-    let start = DVec2::new(0.2360679775, 0.6457513111) * f64::from(image_pass % 2);
-    (start + f64::from(image_pass / 2) * DVec2::new(0.7548776662, 0.5698402909)).fract()
-}
-
-/// How far that moves the image: within the part of a pixel that each sample stands for.
-fn ndc_shift(image_shift: DVec2, size: (u32, u32), samples: u32) -> DVec2 {
-    let place = (image_shift + 0.5).fract() - 0.5;
-    place * 2.0 / (DVec2::new(size.0.into(), size.1.into()) * f64::from(samples))
-}
-
-/// A view in voxels; Vulkan's clip space: y down, depth 1 at the near plane and 0 far away.
-struct CameraInVoxels {
-    eye: DVec3,
-    forward: DVec3,
-    orthographic: bool,
-    right_per_ndc: DVec3,
-    down_per_ndc: DVec3,
-    clip_from_voxel: DMat4,
-}
-
-impl CameraInVoxels {
-    fn new(view: &View, grid: &Grid, size: (u32, u32), ndc_shift: DVec2) -> Self {
+    /// The camera's part, a view in voxels; Vulkan's clip space: y down, depth 1 at the near plane and 0 far away.
+    fn camera(&self, ndc_shift: DVec2) -> layout::Frame {
+        let (view, grid) = (self.view, self.grid);
         let eye = grid.voxel_from_world().transform_point3(view.eye);
         let forward = view.forward.normalize();
         let right = forward.cross(view.up).normalize();
         let down = forward.cross(right);
-        let aspect = f64::from(size.0) / f64::from(size.1);
+        let aspect = f64::from(self.size.0) / f64::from(self.size.1);
         let (half_height, near_m, far_m, orthographic) = match view.projection {
             Projection::Perspective { fov, near, far } => ((f64::from(fov) / 2.0).tan(), near, far, false),
             Projection::Orthographic { half_height, near, far } => {
@@ -137,15 +102,35 @@ impl CameraInVoxels {
         };
         let (x_row, y_row) = (row(x, 0.0) + ndc_shift.x * w_row, row(y, 0.0) + ndc_shift.y * w_row);
         let rows = DMat4::from_cols(x_row, y_row, z_row, w_row);
-        Self {
-            eye,
-            forward,
-            orthographic,
-            right_per_ndc: right * half_height * aspect,
-            down_per_ndc: down * half_height,
-            clip_from_voxel: rows.transpose(),
+        layout::Frame {
+            clip_from_voxel: rows.transpose().as_mat4().to_cols_array_2d(),
+            eye: eye.as_vec3().into(),
+            forward: forward.as_vec3().into(),
+            orthographic: u32::from(orthographic),
+            right_per_ndc: (right * half_height * aspect).as_vec3().into(),
+            down_per_ndc: (down * half_height).as_vec3().into(),
+            ..Zeroable::zeroed()
         }
     }
+}
+
+/// Seeds of different times differ; the seed of the animation's start is 0.
+fn turn_at(time_s: f64) -> u32 {
+    let bits = time_s.to_bits();
+    (bits ^ (bits >> 32)) as u32
+}
+
+/// What a pass over the image moves random numbers by, in [0, 1)²; the first one by nothing. Even and odd passes are two R2 sequences
+/// (Roberts, 2018), of which the second starts anywhere: each half is spread evenly, and their difference tells how far off both are.
+fn image_shift(image_pass: u32) -> DVec2 {
+    let start = DVec2::new(0.2360679775, 0.6457513111) * f64::from(image_pass % 2);
+    (start + f64::from(image_pass / 2) * DVec2::new(0.7548776662, 0.5698402909)).fract()
+}
+
+/// How far that moves the image: within the part of a pixel that each sample stands for.
+fn ndc_shift(image_shift: DVec2, size: (u32, u32), samples: u32) -> DVec2 {
+    let place = (image_shift + 0.5).fract() - 0.5;
+    place * 2.0 / (DVec2::new(size.0.into(), size.1.into()) * f64::from(samples))
 }
 
 /// The `Lights` buffer's contents: the scene's lights, then those of the sky.

@@ -5,12 +5,12 @@
 use std::sync::Arc;
 
 use super::choices::Passes;
-use super::layered_target;
+use super::{draw_layers, layered};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::MipCells;
-use crate::ground::volume::{FACES, FORMAT, LightVolume};
-use crate::vk::{Constant, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
+use crate::ground::volume::{FACES, LightVolume};
+use crate::vk::{Constant, Context, Raster, Recorder, ZoneKind};
 
 pub enum Mips {
     Layered(Raster),
@@ -20,17 +20,7 @@ pub enum Mips {
 impl Mips {
     pub fn new(context: &Arc<Context>, passes: Passes, constants: &[Constant]) -> Result<Self> {
         Ok(match passes {
-            Passes::Layered => {
-                let desc = RasterDesc {
-                    label: "mips",
-                    vertex: "gi/cones/layered.vert",
-                    fragment: Some("gi/cones/mips.frag"),
-                    constants,
-                    color_formats: &[FORMAT; FACES],
-                    ..Default::default()
-                };
-                Self::Layered(Raster::new(context, &desc)?)
-            }
+            Passes::Layered => Self::Layered(layered(context, "mips", "gi/cones/mips.frag", constants)?),
             Passes::Cells => Self::Cells(MipCells::new(context, "cones", &[""], constants)?),
         })
     }
@@ -44,11 +34,7 @@ impl Mips {
         r.zone(volume.mips_zone(), ZoneKind::Raster, bytes, |r| {
             for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written by shade or just before
-                let binds = volume.sources(level);
-                r.raster(&layered_target(&volume.colors(level), volume.edge >> level), |pass| {
-                    let call = DrawCall::Direct { vertices: 3, instances: volume.edge >> level };
-                    pass.draw(pipeline, &binds, &(), call);
-                });
+                draw_layers(r, pipeline, &volume.sources(level), volume, level);
             }
         });
     }

@@ -14,9 +14,12 @@ use crate::ground::Ground;
 use crate::ground::cell_passes::{EmptyCells, FillDesc};
 use crate::ground::constants::with;
 use crate::ground::memory_plan::MemoryRow;
-use crate::ground::volume::{FACE_VOLUME, LightVolume, VolumeKind};
+use crate::ground::volume::{FACE_VOLUME, FACES, FORMAT, LightVolume, VolumeKind};
 use crate::settings::{LampLight, Settings as AllSettings, Shadows};
-use crate::vk::{self, Bind, Buffer, ColorTarget, Constant, Recorder, RenderTarget};
+use crate::vk::{
+    self, Bind, Buffer, Constant, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget,
+};
+use std::sync::Arc;
 use choices::{Form, Passes};
 use mips::Mips;
 use shade::Shade;
@@ -141,7 +144,22 @@ fn keeps_direct_light(settings: &AllSettings) -> bool {
     own.passes == Passes::Cells && settings.bounces.volumes() > 1 && same
 }
 
-/// `edge` slices of `edge`² texels.
-fn layered_target<'a>(colors: &'a [ColorTarget<'a>], edge: u32) -> RenderTarget<'a> {
-    RenderTarget { colors, width: edge, height: edge, layers: edge, ..Default::default() }
+/// A pass in layers: one triangle over the screen per slice of a volume's level.
+fn layered(context: &Arc<Context>, label: &str, fragment: &str, constants: &[Constant]) -> Result<Raster> {
+    let desc = RasterDesc {
+        label,
+        vertex: "gi/cones/layered.vert",
+        fragment: Some(fragment),
+        constants,
+        color_formats: &[FORMAT; FACES],
+        ..Default::default()
+    };
+    Raster::new(context, &desc)
+}
+
+/// Draws such a pass into a level.
+fn draw_layers(r: &mut Recorder, pipeline: &Raster, binds: &[Bind<'_>], volume: &LightVolume, level: u32) {
+    let (colors, edge) = (volume.colors(level), volume.edge >> level);
+    let target = RenderTarget { colors: &colors, width: edge, height: edge, layers: edge, ..Default::default() };
+    r.raster(&target, |pass| pass.draw(pipeline, binds, &(), DrawCall::Direct { vertices: 3, instances: edge }));
 }

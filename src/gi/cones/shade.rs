@@ -6,12 +6,12 @@
 use std::sync::Arc;
 
 use super::choices::Passes;
-use super::layered_target;
+use super::{draw_layers, layered};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{FillCells, FillDesc};
-use crate::ground::volume::{FACES, FORMAT, LightVolume};
-use crate::vk::{Bind, Context, DrawCall, Raster, RasterDesc, Recorder, ZoneKind};
+use crate::ground::volume::{FACES, LightVolume};
+use crate::vk::{Bind, Context, Raster, Recorder, ZoneKind};
 
 pub enum Shade {
     Layered(Raster, &'static str),
@@ -23,15 +23,8 @@ impl Shade {
         let FillDesc { label, constants, .. } = *desc;
         Ok(match passes {
             Passes::Layered => {
-                let shade = RasterDesc {
-                    label,
-                    vertex: "gi/cones/layered.vert",
-                    fragment: Some(if desc.gathers { "gi/cones/shade.frag LOOK_UP" } else { "gi/cones/shade.frag" }),
-                    constants,
-                    color_formats: &[FORMAT; FACES],
-                    ..Default::default()
-                };
-                Self::Layered(Raster::new(context, &shade)?, label)
+                let fragment = if desc.gathers { "gi/cones/shade.frag LOOK_UP" } else { "gi/cones/shade.frag" };
+                Self::Layered(layered(context, label, fragment, constants)?, label)
             }
             Passes::Cells => Self::Cells(FillCells::new(context, desc)?),
         })
@@ -48,10 +41,7 @@ impl Shade {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
             let mut binds = ground.item_binds();
             binds.extend(look_up);
-            r.raster(&layered_target(&target.colors(0), target.edge), |pass| {
-                let call = DrawCall::Direct { vertices: 3, instances: target.edge };
-                pass.draw(pipeline, &pipeline.select(&binds), &(), call);
-            });
+            draw_layers(r, pipeline, &pipeline.select(&binds), target, 0);
         });
     }
 }

@@ -17,7 +17,7 @@ use crate::ground::constants::with;
 use crate::ground::grid::GridPlace;
 use crate::ground::layout::{CellCount, shared};
 use crate::ground::lists::Lists;
-use crate::ground::memory_plan::MemoryRow;
+use crate::ground::memory_plan::{MemoryRow, bytes_of};
 use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Image, Recorder, ZoneKind};
 use field::{Field, FieldDesc};
@@ -118,10 +118,7 @@ impl Gi for Lighting {
             _ => ["gi/lpv/inject.comp", "gi/lpv/propagate.comp"],
         };
         let plan = Self::plan(settings);
-        let buffer = |name: &str| {
-            let bytes = plan.iter().find(|row| row.0 == name).expect("every buffer stands in the plan").1;
-            Buffer::new(context, name, bytes, BufferKind::Device)
-        };
+        let buffer = |name: &str| Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device);
         let sums = &SUM_NAMES[..settings.bounces.volumes() as usize];
         Ok(Self {
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,

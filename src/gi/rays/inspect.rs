@@ -10,7 +10,7 @@ use crate::ground::Ground;
 use crate::ground::constants::{constants, with};
 use crate::settings::Settings;
 use crate::vk::{
-    self, Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageDim, ImageUsageFlags,
+    self, Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageUsageFlags,
     Recorder, RecorderOptions,
 };
 
@@ -84,7 +84,6 @@ impl Inspect {
             context,
             &ImageDesc {
                 label: "kept light",
-                dim: ImageDim::D2,
                 format: Format::R32G32B32A32_SFLOAT,
                 width,
                 height,

@@ -11,6 +11,7 @@ use super::bounces::{BounceDesc, PerBounce};
 use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
+use crate::ground::cells::LIT_COUNTS;
 use crate::ground::constants::{LIT_ALIKE, constants, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
@@ -234,5 +235,5 @@ fn over_lit_items<'a>(r: &mut Recorder, ground: &'a Ground, pipeline: &Compute, 
     let lists = ground.base();
     binds.push(Bind::buffer("lit_items", &lists.lit_items));
     binds.push(Bind::buffer("seen_lights", &lists.seen_lights));
-    lists.cells.dispatch_items(r, pipeline, binds);
+    lists.cells.dispatch(r, pipeline, binds, LIT_COUNTS);
 }

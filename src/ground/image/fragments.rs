@@ -13,7 +13,7 @@ use crate::ground::layout::{FragmentsPush, PixelsPush};
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
     Bind, Buffer, BufferKind, ColorTarget, CompareOp, Compute, ComputeDesc, Context, DepthDesc, DrawCall, Image,
-    ImageDesc, ImageDim, ImageUsageFlags, Raster, RasterDesc, RasterPass, Recorder, RenderTarget,
+    ImageDesc, ImageUsageFlags, Raster, RasterDesc, RasterPass, Recorder, RenderTarget,
 };
 
 /// An entry of the list.
@@ -74,9 +74,9 @@ impl Fragments {
         let pixels = u64::from(width) * u64::from(rows);
         let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
         let shaded = |index: usize| {
-            let (label, dim, format) = (format!("fragments {}", index + 3), ImageDim::D2, COLOR_FORMAT);
+            let (label, format) = (format!("fragments {}", index + 3), COLOR_FORMAT);
             let (height, usage) = (rows * samples, ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED);
-            Image::new(context, &ImageDesc { label: &label, dim, format, width, height, usage, ..Default::default() })
+            Image::new(context, &ImageDesc { label: &label, format, width, height, usage, ..Default::default() })
         };
         let formats = vec![COLOR_FORMAT; outputs];
         let shade = RasterDesc {

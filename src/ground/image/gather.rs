@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::ImagePassDesc;
-use super::target::{Band, DEPTH_FORMAT, ImageTarget};
+use super::target::{Band, DEPTH_FORMAT, ImageShape, ImageTarget};
 use super::visibility::{SEEN_BYTES, Visibility, VisibilityDesc};
 use crate::Result;
 use crate::ground::Ground;
@@ -13,8 +13,8 @@ use crate::ground::layout::{BandPush, SharePush};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::ImageSettings;
 use crate::vk::{
-    Bind, ColorTarget, Compute, ComputeDesc, Context, DepthTarget, DrawCall, Format, Image, ImageDesc, ImageDim,
-    ImageUsageFlags, Load, Raster, RasterDesc, Recorder, Rect, RenderTarget,
+    Bind, ColorTarget, Compute, ComputeDesc, Context, DepthTarget, DrawCall, Format, Image, ImageDesc, ImageUsageFlags,
+    Load, Raster, RasterDesc, Recorder, Rect, RenderTarget,
 };
 
 const LIGHT_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
@@ -77,10 +77,10 @@ impl Extent {
     }
 }
 
-/// Bytes of what [`Gather::new`] makes; `lobes`: of [`ImagePassDesc`], `band_rows` of the image.
-pub fn plan(settings: &ImageSettings, lobes: bool, size: (u32, u32), band_rows: u32) -> MemoryRow {
-    let extent = Extent::new(settings, size);
-    let pixels = u64::from(extent.width) * u64::from(extent.most_rows(band_rows));
+/// Bytes of what [`Gather::new`] makes; `lobes`: of [`ImagePassDesc`].
+pub fn plan(settings: &ImageSettings, lobes: bool, shape: &ImageShape) -> MemoryRow {
+    let extent = Extent::new(settings, (shape.width, shape.height));
+    let pixels = u64::from(extent.width) * u64::from(extent.most_rows(shape.band_rows()));
     ("gathered light", pixels * pixel_bytes(lobes))
 }
 
@@ -106,8 +106,8 @@ impl GatherImages {
         let extent = Extent::new(desc.settings, (target.width, target.height));
         let image = |label: &str, format, usage| {
             let height = extent.most_rows(target.shape().band_rows());
-            let (dim, width) = (ImageDim::D2, extent.width);
-            Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
+            let width = extent.width;
+            Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
         };
         let lights = |stage: &str, usage| -> Result<Vec<Image>> {
             lights(desc.lobes).iter().map(|(name, _)| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage)).collect()

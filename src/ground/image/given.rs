@@ -8,7 +8,7 @@ use super::target::COLOR_FORMAT;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::memory_plan::MemoryRow;
-use crate::vk::{Bind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageDim, ImageUsageFlags, Recorder, ZoneKind};
+use crate::vk::{Bind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageUsageFlags, Recorder, ZoneKind};
 
 /// Depth, normal, albedo; direct, indirect.
 const NAMES: [&str; 5] = ["given_depth", "given_normal", "given_albedo", "given_direct", "given_indirect"];
@@ -35,8 +35,8 @@ impl GivenPass {
         let copied = ImageUsageFlags::TRANSFER_SRC | ImageUsageFlags::TRANSFER_DST;
         let usage = copied | ImageUsageFlags::SAMPLED | ImageUsageFlags::STORAGE;
         let image = |label: &&str| {
-            let (dim, format, (width, height)) = (ImageDim::D2, COLOR_FORMAT, size);
-            Image::new(context, &ImageDesc { label, dim, format, width, height, usage, ..Default::default() })
+            let (format, (width, height)) = (COLOR_FORMAT, size);
+            Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
         };
         Ok(Self {
             pass: Compute::new(context, &ComputeDesc { label: "given", shader: &shader, constants: desc.constants })?,

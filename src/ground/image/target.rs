@@ -11,8 +11,8 @@ use crate::ground::memory_plan::MemoryRow;
 use crate::layers::{Aov, Layers};
 use crate::settings::ImageSettings;
 use crate::vk::{
-    Buffer, BufferKind, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageDim, ImageRegion,
-    ImageUsageFlags, Load, Recorder, Rect, RenderTarget,
+    Buffer, BufferKind, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageRegion, ImageUsageFlags,
+    Load, Recorder, Rect, RenderTarget,
 };
 
 pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
@@ -128,10 +128,7 @@ impl ImageTarget {
         let ImageShape { width, height, samples, outputs, .. } = shape;
         let band_rows = shape.band_rows();
         let image = |label: &str, format: Format, (height, samples): (u32, u32), usage: ImageUsageFlags| {
-            Image::new(
-                context,
-                &ImageDesc { label, dim: ImageDim::D2, format, width, height, samples, usage, ..Default::default() },
-            )
+            Image::new(context, &ImageDesc { label, format, width, height, samples, usage, ..Default::default() })
         };
         let color = ImageUsageFlags::COLOR_ATTACHMENT;
         let source = color | ImageUsageFlags::TRANSFER_SRC;

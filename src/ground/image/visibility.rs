@@ -10,8 +10,8 @@ use crate::ground::Ground;
 use crate::ground::constants::Features;
 use crate::ground::layout::BandPush;
 use crate::vk::{
-    Bind, ColorTarget, CompareOp, Context, DepthDesc, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Load,
-    Raster, RasterDesc, Recorder, RenderTarget,
+    Bind, ColorTarget, CompareOp, Context, DepthDesc, Format, Image, ImageDesc, ImageUsageFlags, Load, Raster,
+    RasterDesc, Recorder, RenderTarget,
 };
 
 /// Of what is seen: 1 + 2 × the triangle's place + whether its back is; 0 is nothing.
@@ -52,8 +52,7 @@ impl Visibility {
             ..Default::default()
         };
         let usage = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
-        let dim = ImageDim::D2;
-        let seen = ImageDesc { label, dim, format: FORMAT, width, height, samples, usage, ..Default::default() };
+        let seen = ImageDesc { label, format: FORMAT, width, height, samples, usage, ..Default::default() };
         Ok(Self { seen: Image::new(context, &seen)?, pass: Raster::new(context, &pass)? })
     }
 

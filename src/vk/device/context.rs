@@ -2,7 +2,7 @@
 
 use super::choose::{choose, open};
 use super::features::required_features;
-use super::functions::{Functions, with_promoted};
+use super::functions::with_promoted;
 use super::host::HostDevice;
 use super::instance::{DeviceKind, Instance, VERSION, heap_budgets, version_of};
 use super::label::Labels;
@@ -66,7 +66,8 @@ pub struct Context {
     untransitioned: Mutex<Vec<FirstTransition>>,
     pub(in crate::vk) pipeline_cache: PipelineCache,
     pub(in crate::vk) pipelines: Pipelines,
-    pub(in crate::vk) functions: Functions,
+    pub(in crate::vk) push_descriptor: ash::khr::push_descriptor::Device,
+    pub(in crate::vk) debug_utils: Option<ash::ext::debug_utils::Device>,
     pub(in crate::vk) labels: Labels,
     capabilities: Capabilities,
     pub(in crate::vk) physical: vk::PhysicalDevice,
@@ -135,8 +136,7 @@ impl Context {
     ) -> Result<Arc<Self>> {
         let HostDevice { instance, physical_device: physical, queue, queue_family, .. } = host;
         let name = capabilities.name();
-        let device =
-            if capabilities.is_1_3() { host.device } else { with_promoted(&instance, host.device.handle()) };
+        let device = if capabilities.is_1_3() { host.device } else { with_promoted(&instance, host.device.handle()) };
         let allocator = match host.allocator {
             Some(shared) => shared,
             None => Arc::new(Mutex::new(allocator(&name, &instance, physical, &device)?)),
@@ -168,7 +168,8 @@ impl Context {
             commands: Mutex::default(),
             pipeline_cache,
             pipelines: Pipelines::default(),
-            functions: Functions::load(&instance, &device, debug_utils),
+            push_descriptor: ash::khr::push_descriptor::Device::new(&instance, &device),
+            debug_utils: debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance, &device)),
             labels: Labels::default(),
             name,
             capabilities,
@@ -187,12 +188,12 @@ impl Context {
     /// Every error and warning of the validation layer so far, advice on performance left out. Empty on a host's device:
     /// the host's own messenger gets them.
     pub fn validation_messages(&self) -> Vec<String> {
-        self.own.as_ref().map_or_else(Vec::new, Instance::messages)
+        self.own.as_ref().map_or_else(Vec::new, |own| own.messages().clone())
     }
 
     /// As [`Self::validation_messages`], and forgets them.
     pub fn take_validation_messages(&self) -> Vec<String> {
-        self.own.as_ref().map_or_else(Vec::new, Instance::take_messages)
+        self.own.as_ref().map_or_else(Vec::new, |own| std::mem::take(&mut *own.messages()))
     }
 
     /// Bytes of device memory taken from the driver now.

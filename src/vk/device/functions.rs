@@ -1,22 +1,7 @@
-//! Entry points that depend on the device's version and extensions.
+//! Entry points that depend on the device's version.
 
 use ash::vk;
 use std::ffi::{CStr, CString};
-
-/// Entry points of extensions.
-pub(in crate::vk) struct Functions {
-    pub(in crate::vk) push_descriptor: ash::khr::push_descriptor::Device,
-    pub(in crate::vk) debug_utils: Option<ash::ext::debug_utils::Device>,
-}
-
-impl Functions {
-    pub(in crate::vk) fn load(instance: &ash::Instance, device: &ash::Device, debug_utils: bool) -> Self {
-        Self {
-            push_descriptor: ash::khr::push_descriptor::Device::new(instance, device),
-            debug_utils: debug_utils.then(|| ash::ext::debug_utils::Device::new(instance, device)),
-        }
-    }
-}
 
 /// A device older than Vulkan 1.3 with what its extensions offer under the names that 1.3 gives it: dynamic rendering and barriers.
 pub(in crate::vk) fn with_promoted(instance: &ash::Instance, device: vk::Device) -> ash::Device {

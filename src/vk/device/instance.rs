@@ -11,14 +11,7 @@ pub(in crate::vk) const VERSION: u32 = vk::API_VERSION_1_3;
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// What the validation layer said, in order.
-#[derive(Default)]
-struct Messages(Mutex<Vec<String>>);
-
-impl Messages {
-    fn lock(&self) -> MutexGuard<'_, Vec<String>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
+type Messages = Mutex<Vec<String>>;
 
 /// The loader and an instance, with debug utilities where the system has them.
 pub(in crate::vk) struct Instance {
@@ -111,13 +104,8 @@ impl Instance {
     }
 
     /// Every error and warning of the validation layer so far, except advice on performance.
-    pub(in crate::vk) fn messages(&self) -> Vec<String> {
-        self.messages.lock().clone()
-    }
-
-    /// As `messages`, and forgets them.
-    pub(in crate::vk) fn take_messages(&self) -> Vec<String> {
-        std::mem::take(&mut *self.messages.lock())
+    pub(in crate::vk) fn messages(&self) -> MutexGuard<'_, Vec<String>> {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// All physical devices in the loader's order; never empty.
@@ -173,7 +161,7 @@ unsafe extern "system" fn on_message(
     };
     if kind.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION) {
         tracing::error!("validation: {text}");
-        messages.lock().push(text);
+        messages.lock().unwrap_or_else(PoisonError::into_inner).push(text);
     } else if severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR) {
         tracing::warn!("vulkan: {text}");
     } else {

@@ -21,11 +21,11 @@ pub(in crate::vk) fn set_name<T: vk::Handle>(debug: Option<&ash::ext::debug_util
 impl Context {
     /// Gives `handle` a name in validation messages and captures.
     pub(in crate::vk) fn set_name<T: vk::Handle>(&self, handle: T, name: &str) {
-        set_name(self.functions.debug_utils.as_ref(), handle, name);
+        set_name(self.debug_utils.as_ref(), handle, name);
     }
 
     pub(in crate::vk) fn begin_label(&self, commands: vk::CommandBuffer, name: &'static str) {
-        let Some(debug) = &self.functions.debug_utils else { return };
+        let Some(debug) = &self.debug_utils else { return };
         let mut known = self.labels.0.lock().unwrap_or_else(PoisonError::into_inner);
         // A zero in a name would end it early; no pass has one.
         let name = known.entry(name).or_insert_with(|| CString::new(name).unwrap_or_default());
@@ -35,7 +35,7 @@ impl Context {
     }
 
     pub(in crate::vk) fn end_label(&self, commands: vk::CommandBuffer) {
-        if let Some(debug) = &self.functions.debug_utils {
+        if let Some(debug) = &self.debug_utils {
             // SAFETY: begun by `begin_label`. With one submission per pass both lie in the same one.
             unsafe { debug.cmd_end_debug_utils_label(commands) };
         }

@@ -83,7 +83,7 @@ impl Making {
     pub(in crate::vk) fn new(context: &Context, raw: &RawPipeline, constants: &[Constant]) -> Self {
         Self {
             device: context.device().clone(),
-            debug_utils: context.functions.debug_utils.clone(),
+            debug_utils: context.debug_utils.clone(),
             cache: context.pipeline_cache.handle,
             layout: raw.layout,
             label: raw.label.clone(),

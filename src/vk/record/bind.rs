@@ -25,11 +25,8 @@ impl Infos {
     }
 
     fn push(&mut self, bind: &Bind<'_>) {
-        let whole = |buffer: &Buffer| vk::DescriptorBufferInfo {
-            buffer: buffer.raw.handle,
-            offset: 0,
-            range: vk::WHOLE_SIZE,
-        };
+        let whole =
+            |buffer: &Buffer| vk::DescriptorBufferInfo { buffer: buffer.raw.handle, offset: 0, range: vk::WHOLE_SIZE };
         self.buffers.extend(bind.buffer.map(whole));
         let sampler = bind.sampler.map_or(vk::Sampler::null(), |sampler| sampler.raw.handle);
         let info = |view: &ImageView<'_>| vk::DescriptorImageInfo {
@@ -73,11 +70,11 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
     }
     let device = recorder.context().device();
     // SAFETY: the pipeline is kept below.
-    unsafe { device.cmd_bind_pipeline(recorder.handle(), pipeline.bind_point(), pipeline.handle()) };
+    unsafe { device.cmd_bind_pipeline(recorder.handle, pipeline.bind_point(), pipeline.handle()) };
     push_descriptors(recorder, pipeline, &infos);
     if !push.is_empty() {
         // SAFETY: the block has the size that the layout states.
-        unsafe { device.cmd_push_constants(recorder.handle(), pipeline.layout, pipeline.push_stages, 0, push) };
+        unsafe { device.cmd_push_constants(recorder.handle, pipeline.layout, pipeline.push_stages, 0, push) };
     }
     recorder.recorded.infos = infos;
     recorder.keep(pipeline.clone());
@@ -101,10 +98,10 @@ fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) 
             }
         })
         .collect();
-    let (commands, point, layout) = (recorder.handle(), pipeline.bind_point(), pipeline.layout);
-    let functions = &recorder.context().functions;
+    let (commands, point, layout) = (recorder.handle, pipeline.bind_point(), pipeline.layout);
+    let push_descriptor = &recorder.context().push_descriptor;
     // SAFETY: what is bound is kept, and of the kind that the layout states.
-    unsafe { functions.push_descriptor.cmd_push_descriptor_set(commands, point, layout, 0, &writes) };
+    unsafe { push_descriptor.cmd_push_descriptor_set(commands, point, layout, 0, &writes) };
 }
 
 /// The first `count` elements, which `from` then no longer has.

@@ -17,14 +17,14 @@ impl Recorder {
     pub fn full_barrier(&mut self) {
         let all =
             (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
-        record_barrier(self.context(), self.handle(), all, all);
+        record_barrier(self.context(), self.handle, all, all);
     }
 
     /// Sets `bytes` bytes from `offset` on (both multiples of 4) to the word `value`.
     pub fn fill(&mut self, buffer: &Buffer, offset: u64, bytes: u64, value: u32) {
         check_range(buffer, offset, bytes);
         // SAFETY: in range; the buffer is kept.
-        unsafe { self.context().device().cmd_fill_buffer(self.handle(), buffer.raw.handle, offset, bytes, value) };
+        unsafe { self.context().device().cmd_fill_buffer(self.handle, buffer.raw.handle, offset, bytes, value) };
         self.keep(buffer.raw.clone());
         self.log(|| CommandLog::Fill { buffer: buffer.label().to_owned(), offset, bytes, value });
     }
@@ -39,7 +39,7 @@ impl Recorder {
         for (index, part) in data.chunks(MOST).enumerate() {
             let (offset, bytes) = (first + (index * MOST) as u64, part.len() as u64);
             // SAFETY: in range; the data is copied into the command buffer; the buffer is kept.
-            unsafe { self.context().device().cmd_update_buffer(self.handle(), buffer.raw.handle, offset, part) };
+            unsafe { self.context().device().cmd_update_buffer(self.handle, buffer.raw.handle, offset, part) };
             self.log(|| CommandLog::Update { buffer: buffer.label().to_owned(), offset, bytes });
         }
     }
@@ -53,7 +53,7 @@ impl Recorder {
         let (general, zero) = (vk::ImageLayout::GENERAL, vk::ClearColorValue::default());
         // SAFETY: the image is in that layout for good, outside a rendering scope; it is kept.
         unsafe {
-            self.context().device().cmd_clear_color_image(self.handle(), image.raw.handle, general, &zero, &range);
+            self.context().device().cmd_clear_color_image(self.handle, image.raw.handle, general, &zero, &range);
         }
         self.keep(image.raw.clone());
         self.log(|| CommandLog::Clear { image: image.label().to_owned() });
@@ -71,7 +71,7 @@ impl Recorder {
         check_range(to, to_offset, bytes);
         let region = [vk::BufferCopy { src_offset: from_offset, dst_offset: to_offset, size: bytes }];
         // SAFETY: in range; the buffers are kept.
-        unsafe { self.context().device().cmd_copy_buffer(self.handle(), from.raw.handle, to.raw.handle, &region) };
+        unsafe { self.context().device().cmd_copy_buffer(self.handle, from.raw.handle, to.raw.handle, &region) };
         self.keep(from.raw.clone());
         self.keep(to.raw.clone());
         let bytes = Some(bytes);
@@ -85,7 +85,7 @@ impl Recorder {
         // SAFETY: the image is in that layout for good; both are kept.
         unsafe {
             let (device, image, buffer) = (self.context().device(), image.raw.handle, buffer.raw.handle);
-            device.cmd_copy_image_to_buffer(self.handle(), image, general, buffer, &copy);
+            device.cmd_copy_image_to_buffer(self.handle, image, general, buffer, &copy);
         }
         self.keep(image.raw.clone());
         self.keep(buffer.raw.clone());
@@ -113,7 +113,7 @@ impl Recorder {
         // SAFETY: both images are in that layout for good, outside a rendering scope; both are kept.
         unsafe {
             let (device, from, to) = (self.context().device(), from.raw.handle, to.raw.handle);
-            device.cmd_copy_image(self.handle(), from, general, to, general, &copy);
+            device.cmd_copy_image(self.handle, from, general, to, general, &copy);
         }
         self.keep(from.raw.clone());
         self.keep(to.raw.clone());
@@ -127,7 +127,7 @@ impl Recorder {
         // SAFETY: the image is in that layout for good; both are kept.
         unsafe {
             let (device, image, buffer) = (self.context().device(), image.raw.handle, buffer.raw.handle);
-            device.cmd_copy_buffer_to_image(self.handle(), buffer, image, general, &copy);
+            device.cmd_copy_buffer_to_image(self.handle, buffer, image, general, &copy);
         }
         self.keep(image.raw.clone());
         self.keep(buffer.raw.clone());
@@ -149,7 +149,7 @@ impl Recorder {
         bind_pipeline(self, &pipeline.raw, binds, push);
         let [x, y, z] = groups;
         // SAFETY: a compute pipeline and all its bindings are set.
-        unsafe { self.context().device().cmd_dispatch(self.handle(), x, y, z) };
+        unsafe { self.context().device().cmd_dispatch(self.handle, x, y, z) };
         self.log(|| dispatch_log(pipeline, binds, Some(groups), None));
     }
 
@@ -159,7 +159,7 @@ impl Recorder {
         check_range(buffer, offset, 12);
         bind_pipeline(self, &pipeline.raw, binds, push);
         // SAFETY: in range; a compute pipeline and all its bindings are set; the buffer is kept.
-        unsafe { self.context().device().cmd_dispatch_indirect(self.handle(), buffer.raw.handle, offset) };
+        unsafe { self.context().device().cmd_dispatch_indirect(self.handle, buffer.raw.handle, offset) };
         self.keep(buffer.raw.clone());
         self.log(|| dispatch_log(pipeline, binds, None, Some((buffer.label().to_owned(), offset))));
     }

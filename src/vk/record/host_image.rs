@@ -111,7 +111,7 @@ impl Recorder {
             (vk::AccessFlags2::TRANSFER_WRITE, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
         };
         let used = ImageUse { stages: vk::PipelineStageFlags2::ALL_TRANSFER, access, layout };
-        record_image_barrier(self.context(), self.handle(), host.barrier(host.before, used));
+        record_image_barrier(self.context(), self.handle, host.barrier(host.before, used));
         let layers = |level, layer| {
             vk::ImageSubresourceLayers::default()
                 .aspect_mask(vk::ImageAspectFlags::COLOR)
@@ -127,7 +127,7 @@ impl Recorder {
             ends.reverse();
         }
         let [(from, from_layout, source), (to, to_layout, target)] = ends;
-        let (device, commands) = (self.context().device(), self.handle());
+        let (device, commands) = (self.context().device(), self.handle);
         if own.format() == host.format {
             let extent = vk::Extent3D { width, height, depth: 1 };
             let copy = [vk::ImageCopy::default().src_subresource(source).dst_subresource(target).extent(extent)];
@@ -150,7 +150,7 @@ impl Recorder {
             let (from, to) = if reads { (host, own) } else { (own, host) };
             CommandLog::Copy { from, to, bytes: None }
         });
-        record_image_barrier(self.context(), self.handle(), host.barrier(used, host.after));
+        record_image_barrier(self.context(), self.handle, host.barrier(used, host.after));
     }
 }
 

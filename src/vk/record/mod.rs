@@ -6,7 +6,6 @@ pub(in crate::vk) mod counting;
 pub(in crate::vk) mod frame_log;
 pub(in crate::vk) mod host_image;
 pub(in crate::vk) mod pace;
-pub(in crate::vk) mod pending;
 pub(in crate::vk) mod raster_pass;
 pub(in crate::vk) mod recorded;
 pub(in crate::vk) mod recorder;

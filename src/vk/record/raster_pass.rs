@@ -132,8 +132,7 @@ impl<'r> RasterPass<'r> {
             offset: vk::Offset2D { x: cut.x, y: cut.y },
             extent: vk::Extent2D { width: cut.width, height: cut.height },
         };
-        let mut info =
-            vk::RenderingInfo::default().render_area(area).layer_count(layers).color_attachments(&colors);
+        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(layers).color_attachments(&colors);
         if let Some(depth) = &depth {
             info = info.depth_attachment(depth);
         }
@@ -147,7 +146,7 @@ impl<'r> RasterPass<'r> {
             max_depth: 1.0,
         }];
         let context = recorder.context().clone();
-        let commands = recorder.handle();
+        let commands = recorder.handle;
         // SAFETY: the attachments are kept below; the buffer is recording, outside of another scope.
         unsafe {
             context.device().cmd_begin_rendering(commands, &info);
@@ -165,7 +164,7 @@ impl<'r> RasterPass<'r> {
         }
         let first = target.colors.first().map(|color| color.view).or(target.depth.map(|depth| depth.view));
         Self {
-            log: recorder.logs().then(|| target_log(target)),
+            log: recorder.options.log.then(|| target_log(target)),
             recorder,
             formats: target.colors.iter().map(|color| color.view.raw.format).collect(),
             depth_format: target.depth.map(|depth| depth.view.raw.format),
@@ -200,7 +199,7 @@ impl<'r> RasterPass<'r> {
 
     fn record(&mut self, call: DrawCall<'_>) {
         let context = self.recorder.context().clone();
-        let (device, commands) = (context.device(), self.recorder.handle());
+        let (device, commands) = (context.device(), self.recorder.handle);
         // SAFETY: a pipeline with all its bindings is set; buffers are kept.
         unsafe {
             match call {
@@ -225,7 +224,7 @@ impl<'r> RasterPass<'r> {
     pub(in crate::vk) fn end(self) {
         let context = self.recorder.context().clone();
         // SAFETY: begun by `begin` in the same buffer: zones cannot start inside of a scope.
-        unsafe { context.device().cmd_end_rendering(self.recorder.handle()) };
+        unsafe { context.device().cmd_end_rendering(self.recorder.handle) };
     }
 }
 

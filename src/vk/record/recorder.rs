@@ -3,11 +3,10 @@
 use super::counting::Counting;
 use super::frame_log::{CommandLog, FrameLog};
 use super::pace::Pacing;
-use super::pending::Pending;
 use super::recorded::Recorded;
 use super::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 use crate::vk::device::context::Context;
-use crate::vk::device::submit::{Commands, MAX_TIMESTAMPS, record_image_barrier};
+use crate::vk::device::submit::{CommandSet, Commands, MAX_TIMESTAMPS, record_image_barrier};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
@@ -23,20 +22,16 @@ pub struct RecorderOptions {
     pub log: bool,
 }
 
-/// Where commands go.
-pub(in crate::vk) enum Target {
-    Own(Commands),
-    /// A host's command buffer; timestamps are written where the query pool is not null.
-    Host(vk::CommandBuffer, vk::QueryPool),
-}
-
 /// Records commands, into a command buffer of its own that it then submits, or into a host's ([`Recorder::on`]).
 /// Recording cannot fail: errors come from [`Recorder::submit`], [`Recorder::finish`] and the wait.
 pub struct Recorder {
     context: Arc<Context>,
-    // Declared before what its commands use.
-    target: Target,
-    options: RecorderOptions,
+    /// Absent where a host submits. Declared before what its commands use: dropping it waits for them.
+    own: Option<Commands>,
+    pub(in crate::vk) handle: vk::CommandBuffer,
+    /// Null where there are no timestamps.
+    pool: vk::QueryPool,
+    pub(in crate::vk) options: RecorderOptions,
     zone: Option<(&'static str, ZoneKind)>,
     pub(in crate::vk) recorded: Recorded,
     pub(in crate::vk) pacing: Option<Pacing>,
@@ -49,22 +44,34 @@ impl Recorder {
     pub fn new(context: &Arc<Context>, options: RecorderOptions) -> Result<Self> {
         let commands = Commands::begin(context)?;
         let counting = context.counting.then(|| Counting::new(context)).transpose()?;
-        Ok(Self::start(context, Target::Own(commands), options, Recorded { counting, ..Recorded::default() }))
+        let CommandSet { commands: handle, timestamps: pool, .. } = *commands.set();
+        let recorded = Recorded { counting, ..Recorded::default() };
+        Ok(Self { own: Some(commands), options, ..Self::start(context, handle, pool, recorded) })
     }
 
-    /// Starts to record to `target`.
+    /// Starts to record into a command buffer, with timestamps where the query pool is not null.
     pub(in crate::vk) fn start(
         context: &Arc<Context>,
-        target: Target,
-        options: RecorderOptions,
+        handle: vk::CommandBuffer,
+        pool: vk::QueryPool,
         recorded: Recorded,
     ) -> Self {
-        let (context, started) = (context.clone(), Instant::now());
-        let mut this = Self { context, target, options, zone: None, recorded, pacing: None, error: None, started };
+        let mut this = Self {
+            context: context.clone(),
+            own: None,
+            handle,
+            pool,
+            options: RecorderOptions::default(),
+            zone: None,
+            recorded,
+            pacing: None,
+            error: None,
+            started: Instant::now(),
+        };
         this.reset_timestamps();
         for (image, transition) in this.context.take_untransitioned() {
             if let Some(image) = image.upgrade() {
-                record_image_barrier(&this.context, this.handle(), transition);
+                record_image_barrier(&this.context, this.handle, transition);
                 this.keep(image);
             }
         }
@@ -81,21 +88,6 @@ impl Recorder {
         &self.recorded.log
     }
 
-    pub(in crate::vk) fn handle(&self) -> vk::CommandBuffer {
-        match &self.target {
-            Target::Own(commands) => commands.set().commands,
-            Target::Host(commands, _) => *commands,
-        }
-    }
-
-    /// Null where there are no timestamps.
-    fn pool(&self) -> vk::QueryPool {
-        match &self.target {
-            Target::Own(commands) => commands.set().timestamps,
-            Target::Host(_, timestamps) => *timestamps,
-        }
-    }
-
     pub(in crate::vk) fn keep(&mut self, used: Arc<dyn Any + Send + Sync>) {
         self.recorded.keep.push(used);
     }
@@ -105,10 +97,6 @@ impl Recorder {
         if self.options.log {
             self.recorded.log.push(self.zone, command());
         }
-    }
-
-    pub(in crate::vk) fn logs(&self) -> bool {
-        self.options.log
     }
 
     /// Records `record` as one pass called `name`, timed and labelled. `bytes_written` is the pass's own estimate.
@@ -127,9 +115,9 @@ impl Recorder {
         let (cpu, wall) = if self.options.per_pass { (process_cpu_ms(), Some(Instant::now())) } else { (None, None) };
         self.zone = Some((name, kind));
         let first_timestamp = self.timestamp();
-        self.context.begin_label(self.handle(), name);
+        self.context.begin_label(self.handle, name);
         record(self);
-        self.context.end_label(self.handle());
+        self.context.end_label(self.handle);
         let last_timestamp = self.timestamp();
         self.zone = None;
         self.recorded.log.close();
@@ -172,12 +160,15 @@ impl Recorder {
     /// The device is lost or out of memory.
     pub fn submit(mut self) -> Result<Pending> {
         self.timestamp();
-        let Target::Own(mut commands) = self.target else { unreachable!("a host submits its own command buffer") };
-        match self.error {
+        match self.error.take() {
             Some(error) => return Err(error),
-            None => commands.submit("rendering")?,
+            None => self.commands().submit("rendering")?,
         }
-        Ok(Pending::new(self.context, commands, self.recorded, self.started))
+        Ok(Pending(self))
+    }
+
+    fn commands(&mut self) -> &mut Commands {
+        self.own.as_mut().expect("a host submits its own command buffer")
     }
 
     /// Submits, waits and reads the times.
@@ -201,33 +192,33 @@ impl Recorder {
 
     /// Writes the next timestamp, once everything before is done; returns its index.
     pub(in crate::vk) fn timestamp(&mut self) -> u32 {
-        let (index, pool) = (self.recorded.timestamps, self.pool());
+        let (index, pool) = (self.recorded.timestamps, self.pool);
         self.recorded.timestamps += 1;
         if pool != vk::QueryPool::null() {
             assert!(index < MAX_TIMESTAMPS, "more than {} zones in one submission", MAX_TIMESTAMPS / 2 - 1);
             let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
             // SAFETY: the query was reset and not written since.
-            unsafe { self.context.device().cmd_write_timestamp(self.handle(), stage, pool, index) };
+            unsafe { self.context.device().cmd_write_timestamp(self.handle, stage, pool, index) };
         }
         self.recorded.first_timestamp() + index
     }
 
     fn reset_timestamps(&self) {
-        if self.pool() != vk::QueryPool::null() {
+        if self.pool != vk::QueryPool::null() {
             let device = self.context.device();
             // SAFETY: the buffer is recording; the pool is not in use.
-            unsafe { device.cmd_reset_query_pool(self.handle(), self.pool(), 0, MAX_TIMESTAMPS) };
+            unsafe { device.cmd_reset_query_pool(self.handle, self.pool, 0, MAX_TIMESTAMPS) };
         }
     }
 
     /// Submits what was recorded, waits, and goes on recording. Returns the milliseconds that this took; `None` where there is
     /// nothing to submit or an error, the first of which is kept for `submit`.
     pub(in crate::vk) fn flush(&mut self) -> Option<f64> {
-        if matches!(self.target, Target::Host(..)) || self.error.is_some() {
+        if self.own.is_none() || self.error.is_some() {
             return None;
         }
         if self.zone.is_some() {
-            self.context.end_label(self.handle());
+            self.context.end_label(self.handle);
         }
         self.timestamp();
         let submitted = Instant::now();
@@ -240,16 +231,40 @@ impl Recorder {
         self.reset_timestamps();
         self.timestamp();
         if let Some((name, _)) = self.zone {
-            self.context.begin_label(self.handle(), name);
+            self.context.begin_label(self.handle, name);
         }
         Some(ms)
     }
 
     fn submit_and_begin_again(&mut self) -> Result<()> {
-        let pool = self.pool();
-        let Target::Own(commands) = &mut self.target else { return Ok(()) };
-        commands.submit_and_wait("rendering")?;
-        self.recorded.take_ticks(&self.context, pool)?;
-        commands.begin_again()
+        self.commands().submit_and_wait("rendering")?;
+        self.recorded.take_ticks(&self.context, self.pool)?;
+        self.commands().begin_again()
+    }
+}
+
+/// Commands that the device may still be at work on, with everything that they use. Several may be in flight at once:
+/// each starts after those submitted before it. Dropping one waits for it.
+pub struct Pending(Recorder);
+
+impl Pending {
+    /// Whether the device is done; does not wait.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn poll(&self) -> Result<bool> {
+        self.0.own.as_ref().expect("it was submitted here").poll("rendering")
+    }
+
+    /// Waits until the device is done, and reads the times.
+    ///
+    /// # Errors
+    /// The device is lost, or it took longer than ten minutes.
+    pub fn wait(mut self) -> Result<ZoneTimings> {
+        self.0.commands().wait("rendering")?;
+        let Recorder { context, recorded, pool, started, .. } = &self.0;
+        let wall_ms = started.elapsed().as_secs_f64() * 1e3;
+        let timings = recorded.timings(context, *pool, vk::QueryResultFlags::WAIT, wall_ms)?;
+        Ok(timings.expect("the query waits"))
     }
 }

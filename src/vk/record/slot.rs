@@ -3,7 +3,7 @@
 use super::counting::Counting;
 use super::frame_log::FrameLog;
 use super::recorded::Recorded;
-use super::recorder::{Recorder, RecorderOptions, Target};
+use super::recorder::Recorder;
 use super::zone::ZoneTimings;
 use crate::Result;
 use crate::vk::device::context::Context;
@@ -125,9 +125,9 @@ impl Recorder {
         slot.check(context);
         slot.recorded.clear();
         record_entry_barrier(context, command_buffer);
-        let options = RecorderOptions { per_pass: false, log: slot.options.log };
         let recorded = std::mem::take(&mut slot.recorded);
-        let recorder = Recorder::start(context, Target::Host(command_buffer, slot.timestamps), options, recorded);
+        let mut recorder = Recorder::start(context, command_buffer, slot.timestamps, recorded);
+        recorder.options.log = slot.options.log;
         HostRecorder { recorder, slot }
     }
 }
@@ -157,7 +157,7 @@ impl Drop for HostRecorder<'_> {
         // After a panic a rendering scope may be open, where neither may be recorded.
         if !std::thread::panicking() {
             recorder.timestamp();
-            record_exit_barrier(recorder.context(), recorder.handle());
+            record_exit_barrier(recorder.context(), recorder.handle);
         }
         (self.slot.recorded, self.slot.recording_ms) = recorder.take_recorded();
     }

@@ -47,8 +47,8 @@ pub struct Frame {
     pub scale: f32,
     /// Counters as the device left them, per slot and grid.
     counters: Vec<Vec<Buffer>>,
-    /// How far the method's light has come.
-    light: LightProgress,
+    /// How far the method's light has come. Who makes passes measures it after those of which it asks for that.
+    pub light: LightProgress,
     /// What lists and light on the device were made of; `None` where they cannot be gone on from.
     made_of: Option<MadeOf>,
     /// The next frame remakes lists and light, though nothing moved.
@@ -359,21 +359,6 @@ impl Frame {
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
     pub fn make_anew(&mut self) {
         self.stale = true;
-    }
-
-    /// The next frame starts without the light of those before it.
-    pub fn forget_light(&mut self) {
-        self.light.forget();
-    }
-
-    /// How far the light has come.
-    pub fn light(&self) -> &LightProgress {
-        &self.light
-    }
-
-    /// `light`: of [`Gi::coarse_light`] after a pass of which [`LightProgress::is_measured`] asks for it.
-    pub fn light_measured(&mut self, light: Vec<f64>) {
-        self.light.measured(light);
     }
 
     pub fn counts(&self) -> &Counts {

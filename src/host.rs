@@ -340,7 +340,7 @@ impl Prepared {
 
     /// The next frame starts without the light of those before it: after a cut.
     pub fn forget_light(&mut self) {
-        self.frame.forget_light();
+        self.frame.light.forget();
     }
 
     /// Lets go of what the slots keep: the device is done with it.

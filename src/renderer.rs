@@ -183,7 +183,7 @@ impl Renderer {
 
     /// With `bounces = all`: the next frame starts without the light of those before it, as the first one did.
     pub fn forget_light(&mut self) {
-        self.frame.forget_light();
+        self.frame.light.forget();
     }
 
     /// One frame, repeated only where buffers had to grow; without an `image`, of that pass, the light alone. A frame that starts from nothing
@@ -243,7 +243,7 @@ impl Renderer {
             Ok(timings) => Ok((timings, log)),
             Err(error) => {
                 // What was asked to end over its image has made its light.
-                if matches!(error, Error::Interrupted) && self.frame.light().state() != LightState::Unlit {
+                if matches!(error, Error::Interrupted) && self.frame.light.state() != LightState::Unlit {
                     self.light_made()?;
                 } else {
                     self.frame.start_over();

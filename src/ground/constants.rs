@@ -2,7 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::scene::{Alpha, Scene};
+use crate::scene::texture::ColorSpace;
+use crate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::settings::{DirectLight, Settings};
 use crate::vk::Constant;
 
@@ -69,18 +70,8 @@ impl Features {
         let mut bits = 0;
         let mut ask = |feature: Self, when: bool| bits |= if when { feature.0 } else { 0 };
         for m in scene.meshes.iter().map(|mesh| &scene.materials[mesh.material]) {
-            let textures = [
-                m.base_color_texture,
-                m.metallic_roughness_texture,
-                m.normal_texture,
-                m.emissive_texture,
-                m.specular_texture,
-                m.specular_color_texture,
-                m.transmission_texture,
-                m.thickness_texture,
-            ];
             let transmits = m.transmission > 0.0;
-            for (slot, texture) in textures.iter().enumerate() {
+            for (slot, (texture, _)) in texture_slots(m).iter().enumerate() {
                 ask(Self::texture_slot(slot), texture.is_some());
                 ask(Self::SECOND_UV, texture.is_some_and(|t| t.uv_set == 1));
             }
@@ -110,6 +101,20 @@ impl Features {
         ask(Self::SKY_MAP, scene.sky_map.is_some());
         Self(bits)
     }
+}
+
+/// The textures of `layout::Material::slots`, and what their texels mean.
+pub fn texture_slots(m: &Material) -> [(Option<TextureRef>, ColorSpace); 8] {
+    [
+        (m.base_color_texture, ColorSpace::Srgb),
+        (m.metallic_roughness_texture, ColorSpace::Linear),
+        (m.normal_texture, ColorSpace::Linear),
+        (m.emissive_texture, ColorSpace::Srgb),
+        (m.specular_texture, ColorSpace::Linear),
+        (m.specular_color_texture, ColorSpace::Srgb),
+        (m.transmission_texture, ColorSpace::Linear),
+        (m.thickness_texture, ColorSpace::Linear),
+    ]
 }
 
 /// All constants that the ground declares. A pass that needs other values, such as one that lights list items, replaces
@@ -142,7 +147,7 @@ pub fn with(mut constants: Vec<Constant>, others: &[Constant]) -> Vec<Constant> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Mesh};
+    use crate::scene::Mesh;
 
     #[test]
     fn mirrors_are_smooth_metals() {

@@ -19,7 +19,6 @@ pub mod layout;
 pub mod lists;
 pub mod memory_plan;
 pub mod record;
-pub mod reset;
 pub mod scene_on_gpu;
 pub mod tree;
 pub mod uniforms;
@@ -35,12 +34,15 @@ use crate::Result;
 use crate::scene::sky::SkyMap;
 use crate::scene::{Alpha, Pose, Scene};
 use crate::settings::Conservative;
-use crate::vk::{self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder};
+use crate::vk::{
+    self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder, ZoneKind,
+};
 use alike::Alike;
 use attributes::CornerWords;
 use cells::Cells;
 use constants::{Features, LIT_ALIKE, LIT_EACH};
 use grid::{Grid, GridPlace};
+use layout::Globals;
 use lists::{ListCapacity, Lists};
 use memory_plan::{MemoryRow, bytes_of};
 use record::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Record};
@@ -93,7 +95,7 @@ impl Counts {
     }
 
     /// What `counters` (one per grid, as the device left them) ask for; the same where nothing overflowed.
-    pub fn grown(&self, counters: &[layout::Globals]) -> Self {
+    pub fn grown(&self, counters: &[Globals]) -> Self {
         let grown = |capacity: u32, needed: u32, overflow: u32| {
             // An eighth to spare: a moving scene does not grow again at once.
             if overflow == 0 { capacity } else { needed.saturating_add(needed / 8) }
@@ -261,7 +263,7 @@ impl Ground {
     /// Records the scene in a pose and makes all lists.
     pub fn record_lists(&self, r: &mut Recorder, pose: &Pose) {
         // Counters and lists start empty.
-        reset::all(r, self);
+        self.reset(r);
         // Skins and morph targets move vertices.
         self.scene.deform(r, pose);
         // The scene is drawn into an empty screen; the geometry shader keeps its triangles.
@@ -284,9 +286,24 @@ impl Ground {
         }
     }
 
+    /// Resets all counters, the heads of all voxels of all grids, and slots.
+    pub fn reset(&self, recorder: &mut Recorder) {
+        let bytes = self.lists.iter().map(|lists| lists.heads.bytes()).sum();
+        recorder.zone("reset", ZoneKind::Transfer, bytes, |r| {
+            for lists in &self.lists {
+                r.fill(&lists.globals, 0, size_of::<Globals>() as u64, 0);
+                r.fill(&lists.heads, 0, lists.heads.bytes(), 0);
+            }
+            r.fill(&self.slots, 0, self.slots.bytes(), 0);
+            r.full_barrier();
+            // The counters' head is the indirect draw of the passes that fetch triangles: one instance.
+            r.fill(&self.base().globals, std::mem::offset_of!(Globals, instance_count) as u64, 4, 1);
+        });
+    }
+
     /// Makes the base grid's lists once more, as the talk does for its second bounce (D29).
     pub fn relist(&self, r: &mut Recorder) {
-        reset::lists(r, self.base());
+        self.base().reset(r);
         if let Some(voxelise) = &self.makers[0].voxelise {
             voxelise.record(r, "voxelise 2", self, self.base());
         }

@@ -40,7 +40,7 @@ impl Record {
                     attributes: &corner.vertex_input(),
                 }),
                 color_formats: &[FRONT_VIEW_FORMAT],
-                color_write: false,
+                masked: true,
                 ..Default::default()
             },
         )?;
@@ -102,9 +102,7 @@ fn push_of(voxel_from_object: &glam::DAffine3) -> RecordPush {
     RecordPush {
         rows: [row(0), row(1), row(2)],
         normal_rows: [normal_row(0), normal_row(1), normal_row(2)],
-        material: 0,
-        first_source: 0,
-        translucent: 0,
         mirrored: u32::from(determinant < 0.0),
+        ..bytemuck::Zeroable::zeroed()
     }
 }

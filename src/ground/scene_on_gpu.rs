@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::atlas::Atlas;
 use super::attributes::CornerWords;
-use super::constants::Features;
+use super::constants::{Features, texture_slots};
 use super::deform::{DeformOnGpu, DeformPacked};
 use super::finish::{self, PackedFinish};
 use super::layout::{self, material_flags};
@@ -363,17 +363,7 @@ fn pack_finish(scene: &Scene, m: &Material, index: usize, table: &mut TextureTab
 }
 
 fn pack_material(scene: &Scene, m: &Material, object_scale: f32, table: &mut TextureTable) -> layout::Material {
-    let mut slot = |texture, space| pack_slot(scene, texture, space, table);
-    let slots = [
-        slot(m.base_color_texture, ColorSpace::Srgb),
-        slot(m.metallic_roughness_texture, ColorSpace::Linear),
-        slot(m.normal_texture, ColorSpace::Linear),
-        slot(m.emissive_texture, ColorSpace::Srgb),
-        slot(m.specular_texture, ColorSpace::Linear),
-        slot(m.specular_color_texture, ColorSpace::Srgb),
-        slot(m.transmission_texture, ColorSpace::Linear),
-        slot(m.thickness_texture, ColorSpace::Linear),
-    ];
+    let slots = texture_slots(m).map(|(texture, space)| pack_slot(scene, texture, space, table));
     let (alpha_bit, alpha_cutoff) = match m.alpha {
         Alpha::Opaque => (0, 0.0),
         Alpha::Mask(cutoff) => (material_flags::MASK, cutoff),

@@ -41,7 +41,7 @@ impl Renderer {
 
     /// Whether what stands still is lit by as many passes as [`Self::render`] makes: with `bounces = all` that takes some.
     pub fn light_is_whole(&self) -> bool {
-        !self.frame.light().is_awaited()
+        !self.frame.light.is_awaited()
     }
 
     /// An image of one pass, with the light as far as it has come, and brings that further by one pass where it is not whole.
@@ -81,9 +81,9 @@ impl Renderer {
 
     /// A pass over the light was made: measures it, as long as it is waited for to settle.
     pub(super) fn light_made(&mut self) -> Result<()> {
-        if self.frame.light().is_measured() {
+        if self.frame.light.is_measured() {
             let light = self.coarse_light()?;
-            self.frame.light_measured(light);
+            self.frame.light.measured(light);
         }
         Ok(())
     }

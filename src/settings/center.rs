@@ -1,5 +1,6 @@
 //! Where the grid stands.
 
+use super::auto::Either;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -15,19 +16,12 @@ pub enum Center {
     Point([f64; 3]),
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(untagged)]
-enum Written {
-    Point([f64; 3]),
-    Word(String),
-}
-
 impl Serialize for Center {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         let written = match self {
-            Self::Scene => Written::Word("auto".into()),
-            Self::Camera => Written::Word("camera".into()),
-            Self::Point(point) => Written::Point(*point),
+            Self::Scene => Either::Word("auto".into()),
+            Self::Camera => Either::Word("camera".into()),
+            Self::Point(point) => Either::Value(*point),
         };
         written.serialize(to)
     }
@@ -35,11 +29,11 @@ impl Serialize for Center {
 
 impl<'de> Deserialize<'de> for Center {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        match Written::deserialize(from)? {
-            Written::Point(point) => Ok(Self::Point(point)),
-            Written::Word(word) if word == "auto" => Ok(Self::Scene),
-            Written::Word(word) if word == "camera" => Ok(Self::Camera),
-            Written::Word(word) => {
+        match Either::deserialize(from)? {
+            Either::Value(point) => Ok(Self::Point(point)),
+            Either::Word(word) if word == "auto" => Ok(Self::Scene),
+            Either::Word(word) if word == "camera" => Ok(Self::Camera),
+            Either::Word(word) => {
                 Err(D::Error::custom(format!("{word:?} is neither a point nor \"auto\" nor \"camera\"")))
             }
         }

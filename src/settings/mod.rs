@@ -71,7 +71,7 @@ pub(crate) mod auto {
 
     #[derive(Serialize, Deserialize)]
     #[serde(untagged)]
-    enum Either<T> {
+    pub enum Either<T> {
         Value(T),
         Word(String),
     }

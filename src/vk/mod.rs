@@ -31,7 +31,7 @@ pub use device::instance::{DeviceKind, DeviceReport, devices};
 pub use device::needs::Need;
 pub use pipeline::bind::Bind;
 pub use pipeline::constants::{Constant, Value};
-pub use pipeline::desc::{Blend, Compute, ComputeDesc, DepthDesc, Raster, RasterDesc, VertexInput};
+pub use pipeline::desc::{Compute, ComputeDesc, DepthDesc, Pipeline, Raster, RasterDesc, VertexInput};
 pub use pipeline::reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
 #[cfg(feature = "hot-reload")]
 pub use pipeline::reload::Reload;

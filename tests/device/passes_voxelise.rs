@@ -16,7 +16,6 @@ use gpu::twins::record::{in_voxels, record};
 use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise, voxelise_dilated};
 use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::layout::{GridPush, Triangle};
-use twobounce::ground::reset;
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
 use twobounce::settings::{Bounces, Center, Settings};
 use twobounce::vk::{Bind, Raster, RasterDesc, Recorder, RecorderOptions, RenderTarget, download};
@@ -289,7 +288,7 @@ fn outlines_are_their_twins() {
         let pipeline = Raster::new(&context, &desc).expect("a pipeline");
         let (ground, lists) = (renderer.ground(), renderer.ground().base());
         let mut recorder = Recorder::new(&context, RecorderOptions::default()).expect("a recorder");
-        reset::lists(&mut recorder, lists);
+        lists.reset(&mut recorder);
         recorder.full_barrier();
         recorder.raster(&RenderTarget { width: 64, height: 64, ..Default::default() }, |pass| {
             let mut binds = ground.binds();

@@ -249,7 +249,7 @@ fn masked_and_indirect_draws_and_rows() {
                 vertex: "test/slices.vert",
                 fragment: Some("test/slices.frag"),
                 color_formats: &[format, format],
-                color_write,
+                masked: !color_write,
                 ..Default::default()
             },
         )

@@ -231,7 +231,7 @@ impl Making<'_> {
             Ok(Beside { picture, image, gpu_ms: maker.report().timings.gpu_ms })
         });
         let renderer = &self.own.renderer;
-        let (light_passes, passes) = (renderer.frame().light().awaited_passes(), renderer.passes());
+        let (light_passes, passes) = (renderer.frame().light.awaited_passes(), renderer.passes());
         Ok(Frame {
             picture,
             image,
@@ -307,10 +307,10 @@ impl Maker {
         }
         self.made_for = (settings.clone(), size, job.layer);
         let now = Some(job.later_s);
-        if self.renderer.frame().light().has_history() && self.lit_at != now && !job.moving {
+        if self.renderer.frame().light.has_history() && self.lit_at != now && !job.moving {
             self.renderer.forget_light();
         }
-        if !self.renderer.frame().light().has_history() {
+        if !self.renderer.frame().light.has_history() {
             self.lit_at = now;
         } else if self.lit_at != now {
             self.lit_at = None;

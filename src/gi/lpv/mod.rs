@@ -147,9 +147,33 @@ impl Gi for Lighting {
             r.full_barrier(); // the frame before read them
             r.update(&self.places, 0, &places);
         }
-        // Every item is lit; what it sends starts to travel.
+        // Every item is lit; what it sends travels and adds up.
         let steps = self.settings.steps(update.sky);
-        self.light.each(&self.sums, update.history, |light, from, to| self.bounce(r, ground, &LightPass { light, steps, from, to }));
+        self.light.each(&self.sums, update.history, |light, from, to| {
+            r.zone(["light 1", "light 2"][light.bounce], ZoneKind::Compute, 0, |r| {
+                r.full_barrier(); // the lists, and the sum that is gathered from, were written
+                for (cascade, lists) in further(ground).enumerate() {
+                    let mut binds = ground.binds();
+                    binds.extend(from.into_iter().flat_map(|sum| self.look_up(sum)));
+                    binds.extend([
+                        Bind::buffer("direct_light", &lists.direct_light),
+                        Bind::buffer("item_lights", &lists.item_lights),
+                        Bind::buffer("grid_items", &lists.items),
+                        Bind::buffer("cell_counts", &lists.cells.counts),
+                    ]);
+                    let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
+                    let push = push_of(lists, cascade);
+                    let binds = light.pipeline.select(&binds);
+                    r.dispatch_indirect(&light.pipeline, &binds, &push, lists.cells.counts.at(offset));
+                }
+            });
+            // The coarsest first: its sum is what comes into the finer ones.
+            r.zone(["propagate 1", "propagate 2"][light.bounce], ZoneKind::Compute, 0, |r| {
+                for (cascade, lists) in further(ground).enumerate().collect::<Vec<_>>().into_iter().rev() {
+                    self.travel(r, ground, &Cascade { index: cascade, lists, steps }, to);
+                }
+            });
+        });
     }
 
     fn constants(&self) -> &[Constant] {
@@ -169,18 +193,6 @@ impl Gi for Lighting {
     }
 }
 
-/// A bounce of light.
-#[derive(Clone, Copy)]
-struct LightPass<'a> {
-    light: &'a Light,
-    /// Of propagation.
-    steps: u32,
-    /// The sum that items gather from, where they do.
-    from: Option<&'a Field>,
-    /// The sum that the light is added up in.
-    to: &'a Field,
-}
-
 /// A grid whose light travels.
 #[derive(Clone, Copy)]
 struct Cascade<'a> {
@@ -192,34 +204,6 @@ struct Cascade<'a> {
 }
 
 impl Lighting {
-    /// Items are lit, and their light travels and adds up.
-    fn bounce(&self, r: &mut Recorder, ground: &Ground, pass: &LightPass) {
-        let LightPass { light, steps, from, to } = *pass;
-        r.zone(["light 1", "light 2"][light.bounce], ZoneKind::Compute, 0, |r| {
-            r.full_barrier(); // the lists, and the sum that is gathered from, were written
-            for (cascade, lists) in further(ground).enumerate() {
-                let mut binds = ground.binds();
-                binds.extend(from.into_iter().flat_map(|sum| self.look_up(sum)));
-                binds.extend([
-                    Bind::buffer("direct_light", &lists.direct_light),
-                    Bind::buffer("item_lights", &lists.item_lights),
-                    Bind::buffer("grid_items", &lists.items),
-                    Bind::buffer("cell_counts", &lists.cells.counts),
-                ]);
-                let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
-                let push = push_of(lists, cascade);
-                let binds = light.pipeline.select(&binds);
-                r.dispatch_indirect(&light.pipeline, &binds, &push, lists.cells.counts.at(offset));
-            }
-        });
-        // The coarsest first: its sum is what comes into the finer ones.
-        r.zone(["propagate 1", "propagate 2"][light.bounce], ZoneKind::Compute, 0, |r| {
-            for (cascade, lists) in further(ground).enumerate().collect::<Vec<_>>().into_iter().rev() {
-                self.travel(r, ground, &Cascade { index: cascade, lists, steps }, to);
-            }
-        });
-    }
-
     /// What a grid's items send is injected, travels, and adds up in `sum`.
     fn travel(&self, r: &mut Recorder, ground: &Ground, cascade: &Cascade, sum: &Field) {
         let Cascade { index, lists, steps } = *cascade;

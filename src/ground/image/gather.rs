@@ -85,42 +85,15 @@ pub fn plan(settings: &ImageSettings, lobes: bool, shape: &ImageShape) -> Memory
 }
 
 pub struct Gather {
-    images: GatherImages,
-    visibility: Visibility,
-    gather: Raster,
-    share: Compute,
-}
-
-/// What depends on the image's size.
-struct GatherImages {
     extent: Extent,
     surfaces: Image,
     lights: Vec<Image>,
     depth: Image,
     /// What neighbours share; the image reads this.
     shared: Vec<Image>,
-}
-
-impl GatherImages {
-    fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
-        let extent = Extent::new(desc.settings, (target.width, target.height));
-        let image = |label: &str, format, usage| {
-            let height = extent.most_rows(target.shape().band_rows());
-            let width = extent.width;
-            Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
-        };
-        let lights = |stage: &str, usage| -> Result<Vec<Image>> {
-            lights(desc.lobes).iter().map(|(name, _)| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage)).collect()
-        };
-        let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
-        Ok(Self {
-            extent,
-            surfaces: image("gathered surfaces", SURFACE_FORMAT, drawn)?,
-            lights: lights("gathered", drawn)?,
-            depth: image("gathered depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
-            shared: lights("shared", ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
-        })
-    }
+    visibility: Visibility,
+    gather: Raster,
+    share: Compute,
 }
 
 impl Gather {
@@ -139,10 +112,21 @@ impl Gather {
             color_formats: &formats,
             ..Default::default()
         };
-        let images = GatherImages::new(context, desc, target)?;
-        let (width, height) = (images.extent.width, images.extent.most_rows(target.shape().band_rows()));
+        let extent = Extent::new(desc.settings, (target.width, target.height));
+        let (width, height) = (extent.width, extent.most_rows(target.shape().band_rows()));
+        let image = |label: &str, format, usage| {
+            Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
+        };
+        let images = |stage: &str, usage| -> Result<Vec<Image>> {
+            lights(desc.lobes).iter().map(|(name, _)| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage)).collect()
+        };
+        let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
         Ok(Self {
-            images,
+            extent,
+            surfaces: image("gathered surfaces", SURFACE_FORMAT, drawn)?,
+            lights: images("gathered", drawn)?,
+            depth: image("gathered depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
+            shared: images("shared", ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
             visibility: Visibility::new(context, desc, &VisibilityDesc { gathered: true, width, height, samples: 1 })?,
             gather: Raster::new(context, &gather)?,
             share: Compute::new(
@@ -158,11 +142,11 @@ impl Gather {
 
     /// Gathers for one band of the image. `look_up`: what the method's look-up binds.
     pub fn record<'a>(&'a self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], band: &Band) {
-        let (first_row, rows) = self.images.extent.rows(band);
+        let (first_row, rows) = self.extent.rows(band);
         r.full_barrier(); // the method wrote its light; the band before read the same targets
-        let Extent { width, height, .. } = self.images.extent;
+        let Extent { width, height, .. } = self.extent;
         let written = |image: &'a Image| ColorTarget::overwritten(image.attachment_view(0));
-        let depth = DepthTarget { view: self.images.depth.attachment_view(0), load: Load::Clear(0.0), store: false };
+        let depth = DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false };
         let viewport = Some(Rect { x: 0, y: -(first_row as i32), width, height });
         let target = RenderTarget { depth: Some(depth), width, height: rows, viewport, ..Default::default() };
         self.visibility.record(r, ground, &target, first_row);
@@ -170,19 +154,19 @@ impl Gather {
         binds.extend_from_slice(look_up);
         binds.push(self.visibility.bind(ground));
         let binds = self.gather.select(&binds);
-        let colors: Vec<_> = std::iter::once(&self.images.surfaces).chain(&self.images.lights).map(written).collect();
+        let colors: Vec<_> = std::iter::once(&self.surfaces).chain(&self.lights).map(written).collect();
         let target = RenderTarget { colors: &colors, width, height: rows, ..Default::default() };
         let call = DrawCall::Direct { vertices: 3, instances: 1 };
         target.draw_in_parts(r, |pass| pass.draw(&self.gather, &binds, &BandPush { first_row }, call));
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;
-        let surfaces = Bind::image("surfaces", self.images.surfaces.view(), texels);
+        let surfaces = Bind::image("surfaces", self.surfaces.view(), texels);
         let mut binds = vec![Bind::buffer("frame", &ground.frame), surfaces];
-        for ((light, shared), &(name, shared_name)) in self.images.lights.iter().zip(&self.images.shared).zip(&LIGHTS) {
+        for ((light, shared), &(name, shared_name)) in self.lights.iter().zip(&self.shared).zip(&LIGHTS) {
             binds.push(Bind::image(name, light.view(), texels));
             binds.push(Bind::storage_image(shared_name, shared.view()));
         }
-        let groups = [self.images.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
+        let groups = [self.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
         r.dispatch(&self.share, &binds, &SharePush { rows }, groups);
     }
 
@@ -190,15 +174,15 @@ impl Gather {
     pub fn binds<'a>(&'a self, ground: &'a Ground) -> impl Iterator<Item = Bind<'a>> {
         let texels = &ground.scene.texel_sampler;
         // What a shader may read but never does must be given something.
-        let shared = self.images.shared.iter().chain(std::iter::repeat(&self.images.shared[0])).zip(&LIGHTS);
-        std::iter::once(Bind::image("surfaces", self.images.surfaces.view(), texels))
+        let shared = self.shared.iter().chain(std::iter::repeat(&self.shared[0])).zip(&LIGHTS);
+        std::iter::once(Bind::image("surfaces", self.surfaces.view(), texels))
             .chain(shared.map(|(image, (_, name))| Bind::image(name, image.view(), texels)))
     }
 
     /// Bytes that a band writes.
     pub fn bytes(&self, band: &Band) -> u64 {
-        u64::from(self.images.extent.rows(band).1)
-            * u64::from(self.images.extent.width)
-            * pixel_bytes(self.images.lights.len() == LIGHTS.len())
+        u64::from(self.extent.rows(band).1)
+            * u64::from(self.extent.width)
+            * pixel_bytes(self.lights.len() == LIGHTS.len())
     }
 }

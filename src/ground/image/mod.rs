@@ -18,8 +18,7 @@ use crate::Result;
 use crate::scene::Scene;
 use crate::settings::ImageSettings;
 use crate::vk::{
-    Bind, Blend, CompareOp, Constant, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget,
-    ZoneKind,
+    Bind, CompareOp, Constant, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget, ZoneKind,
 };
 use fragments::{Fragments, FragmentsFrame, Part};
 use gather::Gather;
@@ -93,7 +92,7 @@ impl ImagePass {
             fragment: Some(&blended_fragment),
             constants: &with_blending,
             depth: depth(CompareOp::GREATER_OR_EQUAL, false),
-            blend: Some(Blend::PremultipliedOver),
+            blends: true,
             ..common
         };
         let sky = RasterDesc {

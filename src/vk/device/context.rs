@@ -9,7 +9,7 @@ use super::label::Labels;
 use super::needs::Capabilities;
 use super::pipeline_cache::PipelineCache;
 use super::pipelines::Pipelines;
-use super::submit::{self, CommandSet};
+use super::submit::{CommandSet, Commands, record_image_barrier};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -227,7 +227,9 @@ impl Context {
     /// Brings a new image into its layout: now where there is a queue, else in the next recording.
     pub(in crate::vk) fn transition_first(self: &Arc<Self>, transition: FirstTransition) -> Result<()> {
         if self.queue.is_some() {
-            return submit::immediate(self, |commands| submit::record_image_barrier(self, commands, transition.1));
+            let mut commands = Commands::begin(self)?;
+            record_image_barrier(self, commands.set().commands, transition.1);
+            return commands.submit_and_wait("setting up");
         }
         self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner).push(transition);
         Ok(())

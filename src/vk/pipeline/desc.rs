@@ -9,14 +9,8 @@ use super::shader::generation;
 use crate::Result;
 use crate::vk::device::context::Context;
 use ash::vk;
+use std::marker::PhantomData;
 use std::sync::Arc;
-
-/// How a fragment's colour joins what is there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Blend {
-    /// `source + (1 - source alpha) * destination`, for colours that were multiplied by their alpha.
-    PremultipliedOver,
-}
 
 /// Depth test of a raster pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +30,7 @@ pub struct VertexInput<'a> {
 }
 
 /// What to make a [`Raster`] of. Triangle lists, no culling; viewport and scissor come with the draw.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct RasterDesc<'a> {
     pub label: &'a str,
     /// Shaders by their path below `glsl/`.
@@ -48,32 +42,14 @@ pub struct RasterDesc<'a> {
     pub vertex_input: Option<VertexInput<'a>>,
     pub color_formats: &'a [vk::Format],
     pub depth: Option<DepthDesc>,
-    /// Samples per pixel: 1, 2, 4, …
+    /// Samples per pixel: 1, 2, 4, …; 0 means 1.
     pub samples: u32,
-    pub blend: Option<Blend>,
-    /// `false` masks every colour write.
-    pub color_write: bool,
+    /// Colours, which were multiplied by their alpha, go over what is there: `source + (1 - source alpha) * destination`.
+    pub blends: bool,
+    /// No colour is written.
+    pub masked: bool,
     /// The hardware makes a fragment of every pixel that a triangle touches; only on a context that can.
     pub conservative: bool,
-}
-
-impl Default for RasterDesc<'_> {
-    fn default() -> Self {
-        Self {
-            label: "",
-            vertex: "",
-            geometry: None,
-            fragment: None,
-            constants: &[],
-            vertex_input: None,
-            color_formats: &[],
-            depth: None,
-            samples: 1,
-            blend: None,
-            color_write: true,
-            conservative: false,
-        }
-    }
 }
 
 /// What to make a [`Compute`] of.
@@ -86,52 +62,47 @@ pub struct ComputeDesc<'a> {
     pub constants: &'a [Constant],
 }
 
-/// A graphics pipeline.
-pub struct Raster {
+/// A pipeline that was made of such a description.
+pub struct Pipeline<Desc> {
     pub(in crate::vk) raw: Arc<RawPipeline>,
     /// Destroys the pipeline when it goes.
     _context: Arc<Context>,
+    _made_of: PhantomData<Desc>,
 }
 
-/// A compute pipeline.
-pub struct Compute {
-    pub(in crate::vk) raw: Arc<RawPipeline>,
-    /// Destroys the pipeline when it goes.
-    _context: Arc<Context>,
+pub type Raster = Pipeline<RasterDesc<'static>>;
+pub type Compute = Pipeline<ComputeDesc<'static>>;
+
+impl<Desc> Pipeline<Desc> {
+    fn of(raw: Arc<RawPipeline>, context: &Arc<Context>) -> Self {
+        Self { raw, _context: context.clone(), _made_of: PhantomData }
+    }
+
+    pub fn label(&self) -> &str {
+        &self.raw.label
+    }
+
+    /// The bindings of set 0, merged over the stages, in the order of their names and numbers.
+    pub fn bindings(&self) -> &[Binding] {
+        &self.raw.bindings
+    }
+
+    /// Those of `binds` that the pipeline uses: passes that share resources list them once.
+    pub fn select<'a>(&self, binds: &[Bind<'a>]) -> Vec<Bind<'a>> {
+        let used = |bind: &&Bind<'a>| self.raw.bindings.iter().any(|binding| binding.name == bind.name);
+        binds.iter().filter(used).cloned().collect()
+    }
+
+    /// The stages in pipeline order, as their SPIR-V states them.
+    pub fn stages(&self) -> &[StageInfo] {
+        &self.raw.stages
+    }
+
+    /// Bytes of the push block, 0 without one.
+    pub fn push_bytes(&self) -> u32 {
+        self.raw.push_bytes
+    }
 }
-
-macro_rules! reflection {
-    ($pipeline:ty) => {
-        impl $pipeline {
-            pub fn label(&self) -> &str {
-                &self.raw.label
-            }
-
-            /// The bindings of set 0, merged over the stages, in the order of their names and numbers.
-            pub fn bindings(&self) -> &[Binding] {
-                &self.raw.bindings
-            }
-
-            /// Those of `binds` that the pipeline uses: passes that share resources list them once.
-            pub fn select<'a>(&self, binds: &[Bind<'a>]) -> Vec<Bind<'a>> {
-                let used = |bind: &&Bind<'a>| self.raw.bindings.iter().any(|binding| binding.name == bind.name);
-                binds.iter().filter(used).cloned().collect()
-            }
-
-            /// The stages in pipeline order, as their SPIR-V states them.
-            pub fn stages(&self) -> &[StageInfo] {
-                &self.raw.stages
-            }
-
-            /// Bytes of the push block, 0 without one.
-            pub fn push_bytes(&self) -> u32 {
-                self.raw.push_bytes
-            }
-        }
-    };
-}
-reflection!(Raster);
-reflection!(Compute);
 
 impl Compute {
     /// Starts to compile the pipeline, or takes the one that the context has already. Panics when the shader uses what
@@ -143,7 +114,7 @@ impl Compute {
         let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
             RawPipeline::new(context, desc.label, &[desc.shader], &constants, None)
         })?;
-        Ok(Self { raw, _context: context.clone() })
+        Ok(Self::of(raw, context))
     }
 }
 
@@ -162,6 +133,6 @@ impl Raster {
         let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
             RawPipeline::new(context, desc.label, &shaders, &constants, Some(RasterState::new(&desc)))
         })?;
-        Ok(Self { raw, _context: context.clone() })
+        Ok(Self::of(raw, context))
     }
 }

@@ -1,7 +1,7 @@
 //! The driver's part of making a pipeline, with all that it needs owned, so that a thread can do it.
 
 use super::constants::Constant;
-use super::desc::{Blend, DepthDesc, RasterDesc};
+use super::desc::{DepthDesc, RasterDesc};
 use super::raw_pipeline::RawPipeline;
 use super::shader;
 use super::specialize::{Choices, specialize};
@@ -53,29 +53,29 @@ impl RasterState {
             vertex_bindings: input.iter().map(|input| binding(input.stride)).collect(),
             vertex_attributes: input.iter().flat_map(|input| input.attributes).map(attribute).collect(),
             color_formats: desc.color_formats.to_vec(),
-            color_write: desc.color_write,
+            color_write: !desc.masked,
             color_attachments: vec![blend_state(desc); desc.color_formats.len()],
             depth: desc.depth,
-            samples: desc.samples,
+            samples: desc.samples.max(1),
             conservative: desc.conservative,
         }
     }
 }
 
 fn blend_state(desc: &RasterDesc<'_>) -> vk::PipelineColorBlendAttachmentState {
-    let mask = if desc.color_write { vk::ColorComponentFlags::RGBA } else { vk::ColorComponentFlags::empty() };
+    let mask = if desc.masked { vk::ColorComponentFlags::empty() } else { vk::ColorComponentFlags::RGBA };
     let state = vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask);
-    match desc.blend {
-        None => state,
-        Some(Blend::PremultipliedOver) => state
-            .blend_enable(true)
-            .src_color_blend_factor(vk::BlendFactor::ONE)
-            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-            .color_blend_op(vk::BlendOp::ADD)
-            .src_alpha_blend_factor(vk::BlendFactor::ONE)
-            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-            .alpha_blend_op(vk::BlendOp::ADD),
+    if !desc.blends {
+        return state;
     }
+    state
+        .blend_enable(true)
+        .src_color_blend_factor(vk::BlendFactor::ONE)
+        .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+        .color_blend_op(vk::BlendOp::ADD)
+        .src_alpha_blend_factor(vk::BlendFactor::ONE)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+        .alpha_blend_op(vk::BlendOp::ADD)
 }
 
 impl Making {

@@ -94,21 +94,13 @@ impl Recorder {
 
     /// Copies a region of one colour image to `at` of another's finest level.
     pub fn copy_image(&mut self, from: &Image, region: ImageRegion, to: &Image, at: [u32; 3]) {
-        let layers = |level, first| {
-            vk::ImageSubresourceLayers::default()
-                .aspect_mask(vk::ImageAspectFlags::COLOR)
-                .mip_level(level)
-                .base_array_layer(first)
-                .layer_count(region.layers)
-        };
-        let offset = |[x, y, z]: [u32; 3]| vk::Offset3D { x: x as i32, y: y as i32, z: z as i32 };
-        let [width, height, depth] = region.extent;
+        let target = ImageRegion { level: 0, first_layer: 0, ..region };
         let copy = [vk::ImageCopy::default()
-            .src_subresource(layers(region.level, region.first_layer))
+            .src_subresource(layers(from, region))
             .src_offset(offset(region.offset))
-            .dst_subresource(layers(0, 0))
+            .dst_subresource(layers(to, target))
             .dst_offset(offset(at))
-            .extent(vk::Extent3D { width, height, depth })];
+            .extent(extent(region))];
         let general = vk::ImageLayout::GENERAL;
         // SAFETY: both images are in that layout for good, outside a rendering scope; both are kept.
         unsafe {
@@ -181,16 +173,27 @@ fn check_range(buffer: &Buffer, offset: u64, bytes: u64) {
     assert!(fits, "{label}: {bytes} bytes at {offset} do not fit into {size}");
 }
 
+fn layers(image: &Image, region: ImageRegion) -> vk::ImageSubresourceLayers {
+    vk::ImageSubresourceLayers {
+        aspect_mask: image.raw.aspect(),
+        mip_level: region.level,
+        base_array_layer: region.first_layer,
+        layer_count: region.layers,
+    }
+}
+
+fn offset([x, y, z]: [u32; 3]) -> vk::Offset3D {
+    vk::Offset3D { x: x as i32, y: y as i32, z: z as i32 }
+}
+
+fn extent(ImageRegion { extent: [width, height, depth], .. }: ImageRegion) -> vk::Extent3D {
+    vk::Extent3D { width, height, depth }
+}
+
 fn image_copy(image: &Image, region: ImageRegion, buffer_offset: u64) -> vk::BufferImageCopy {
-    let ImageRegion { level, first_layer, layers, offset, extent } = region;
     vk::BufferImageCopy::default()
         .buffer_offset(buffer_offset)
-        .image_subresource(vk::ImageSubresourceLayers {
-            aspect_mask: image.raw.aspect(),
-            mip_level: level,
-            base_array_layer: first_layer,
-            layer_count: layers,
-        })
-        .image_offset(vk::Offset3D { x: offset[0] as i32, y: offset[1] as i32, z: offset[2] as i32 })
-        .image_extent(vk::Extent3D { width: extent[0], height: extent[1], depth: extent[2] })
+        .image_subresource(layers(image, region))
+        .image_offset(offset(region.offset))
+        .image_extent(extent(region))
 }

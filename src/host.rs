@@ -245,12 +245,15 @@ impl Prepared {
     /// - The images of `outputs` are as they say, and live until the device is done.
     /// - The device is done with everything recorded before `self` is dropped, changed or grown.
     pub unsafe fn record(&mut self, commands: vk::CommandBuffer, slot: usize, seen: &Seen, outputs: &[Output]) {
+        let Self { context, frame, slots, .. } = self;
+        let record = |recorder: &mut Recorder| {
+            frame.record(recorder, slot, seen);
+            let layer = |output: &Output| (!output.given).then(|| frame.target.layer(output.layer)).flatten();
+            // SAFETY: the caller's.
+            unsafe { write(recorder, outputs, |output| layer(output).expect("checked by `output`").0) };
+        };
         // SAFETY: the caller's.
-        let mut recorder = unsafe { Recorder::on(&self.context, commands, &mut self.slots[slot]) };
-        self.frame.record(&mut recorder, slot, seen);
-        let layer = |output: &Output| (!output.given).then(|| self.frame.target.layer(output.layer)).flatten();
-        // SAFETY: the caller's.
-        unsafe { write(&mut recorder, outputs, |output| layer(output).expect("checked by `output`").0) };
+        unsafe { Recorder::on(context, commands, &mut slots[slot], record) };
         self.recorded[slot] = true;
     }
 
@@ -272,21 +275,23 @@ impl Prepared {
         inputs: &Inputs,
         outputs: &[Output],
     ) {
-        let given = self.given.as_ref().expect("checked by `inputs`");
+        let Self { context, frame, slots, given, .. } = self;
+        let given = given.as_ref().expect("checked by `inputs`");
+        let own = |output: &Output| {
+            assert!(output.given, "an output of `record`");
+            given.light(output.layer == Aov::Direct)
+        };
+        let record = |recorder: &mut Recorder| {
+            for (host, own) in inputs.images.iter().zip(given.inputs()) {
+                // SAFETY: `inputs` checked them; the rest is the caller's.
+                unsafe { recorder.convert(own, host, true) };
+            }
+            frame.record_given(recorder, slot, seen, given);
+            // SAFETY: the caller's.
+            unsafe { write(recorder, outputs, own) };
+        };
         // SAFETY: the caller's.
-        let mut recorder = unsafe { Recorder::on(&self.context, commands, &mut self.slots[slot]) };
-        for (host, own) in inputs.images.iter().zip(given.inputs()) {
-            // SAFETY: `inputs` checked them; the rest is the caller's.
-            unsafe { recorder.convert(own, host, true) };
-        }
-        self.frame.record_given(&mut recorder, slot, seen, given);
-        // SAFETY: the caller's.
-        unsafe {
-            write(&mut recorder, outputs, |output| {
-                assert!(output.given, "an output of `record`");
-                given.light(output.layer == Aov::Direct)
-            });
-        }
+        unsafe { Recorder::on(context, commands, &mut slots[slot], record) };
         self.recorded[slot] = true;
     }
 

@@ -54,16 +54,11 @@ pub struct Lists {
     pub seen_lobes: Buffer,
     /// The items that are lit, where alike triangles are lit as one.
     pub lit_items: Buffer,
-    /// The lists before these, for light to be carried on.
-    pub last: LastLists,
-}
-
-/// Of lists that newer ones replaced: what tells the light of a triangle in a voxel.
-pub struct LastLists {
-    pub heads: Buffer,
-    pub items: Buffer,
-    pub item_parts: Buffer,
-    pub seen_lights: Buffer,
+    /// Of the lists before these, for light to be carried on: what tells the light of a triangle in a voxel.
+    pub last_heads: Buffer,
+    pub last_items: Buffer,
+    pub last_item_parts: Buffer,
+    pub last_seen_lights: Buffer,
 }
 
 impl Lists {
@@ -91,12 +86,10 @@ impl Lists {
             seen_lights: buffer("seen lights")?,
             seen_lobes: buffer("seen lobes")?,
             lit_items: buffer("lit items")?,
-            last: LastLists {
-                heads: buffer("last voxels")?,
-                items: buffer("last list items")?,
-                item_parts: buffer("last item parts")?,
-                seen_lights: buffer("last seen lights")?,
-            },
+            last_heads: buffer("last voxels")?,
+            last_items: buffer("last list items")?,
+            last_item_parts: buffer("last item parts")?,
+            last_seen_lights: buffer("last seen lights")?,
         })
     }
 
@@ -115,7 +108,7 @@ impl Lists {
             &mut self.cells.cells,
             &mut self.last_cells.cells,
         ];
-        let last = [&mut self.last.items, &mut self.last.item_parts, &mut self.last.seen_lights, &mut self.seen_lights];
+        let last = [&mut self.last_items, &mut self.last_item_parts, &mut self.last_seen_lights, &mut self.seen_lights];
         for buffer in of_items.into_iter().chain(others).chain(last) {
             let bytes = bytes_of(&plan, buffer.label());
             if bytes > buffer.bytes() {
@@ -142,19 +135,21 @@ impl Lists {
             std::mem::swap(&mut self.cells, &mut self.last_cells);
         }
         if wants.carried_light {
-            std::mem::swap(&mut self.heads, &mut self.last.heads);
-            std::mem::swap(&mut self.items, &mut self.last.items);
-            std::mem::swap(&mut self.item_parts, &mut self.last.item_parts);
-            std::mem::swap(&mut self.seen_lights, &mut self.last.seen_lights);
+            std::mem::swap(&mut self.heads, &mut self.last_heads);
+            std::mem::swap(&mut self.items, &mut self.last_items);
+            std::mem::swap(&mut self.item_parts, &mut self.last_item_parts);
+            std::mem::swap(&mut self.seen_lights, &mut self.last_seen_lights);
         }
     }
 }
 
+/// Bytes of so many elements, one at least.
+pub fn array<T>(count: u32) -> u64 {
+    u64::from(count.max(1)) * size_of::<T>() as u64
+}
+
 /// Bytes of everything that [`Lists::new`] makes.
 pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> {
-    fn array<T>(count: u32) -> u64 {
-        u64::from(count.max(1)) * size_of::<T>() as u64
-    }
     let items = |needed: bool| if needed { capacity.items } else { 1 };
     let lobes = |words: u32| u64::from(words.max(1)) * array::<[u32; 2]>(items(words > 0));
     let listed = |count: u32| if wants.lists { count } else { 1 };

@@ -43,7 +43,7 @@ use cells::Cells;
 use constants::{Features, LIT_ALIKE, LIT_EACH};
 use grid::{Grid, GridPlace};
 use layout::Globals;
-use lists::{ListCapacity, Lists};
+use lists::{ListCapacity, Lists, array};
 use memory_plan::{MemoryRow, bytes_of};
 use record::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Record};
 use scene_on_gpu::SceneOnGpu;
@@ -382,9 +382,6 @@ fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
 
 /// Bytes of what all grids share.
 fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
-    fn array<T>(count: u32) -> u64 {
-        u64::from(count.max(1)) * size_of::<T>() as u64
-    }
     let slots = if wants.rays || counts.blended > 0 { counts.triangles } else { 1 };
     let mut rows = vec![
         ("frame", array::<layout::Frame>(1) + array::<u32>(counts.sky_words)),

@@ -93,11 +93,26 @@ impl Voxelise {
     /// As [`samples_per_pixel`].
     pub fn by_samples(context: &Arc<Context>, constants: &[Constant], wanted: u32) -> Result<Self> {
         let samples = samples_per_pixel(context, wanted)?;
+        let constants = with(constants.to_vec(), &[("SAMPLES", samples.into())]);
+        Self::of_samples(context, "voxelise", "ground/voxelise_samples.frag", &constants, samples)
+    }
+
+    /// Gives `fragment` the samples of every triangle, `samples` per pixel; `constants` say so too.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn of_samples(
+        context: &Arc<Context>,
+        label: &str,
+        fragment: &str,
+        constants: &[Constant],
+        samples: u32,
+    ) -> Result<Self> {
         let desc = RasterDesc {
-            label: "voxelise",
+            label,
             vertex: "ground/voxelise_samples.vert",
-            fragment: Some("ground/voxelise_samples.frag"),
-            constants: &with(constants.to_vec(), &[("SAMPLES", samples.into())]),
+            fragment: Some(fragment),
+            constants,
             samples,
             ..Default::default()
         };
@@ -108,22 +123,26 @@ impl Voxelise {
     pub fn record(&self, recorder: &mut Recorder, zone: &'static str, ground: &Ground, lists: &Lists) {
         recorder.zone(zone, ZoneKind::Raster, lists.items.bytes(), |r| {
             r.full_barrier(); // record wrote the triangles and the draw's count, reset the lists
-            let edge = lists.place.edge;
-            let target = RenderTarget { width: edge, height: edge, samples: self.samples, ..Default::default() };
-            let pushes = pushes(lists, ground.desc.grid.boxes);
-            r.raster(&target, |pass| {
-                let binds = [
-                    Bind::buffer("globals", &lists.globals),
-                    Bind::buffer("triangles", &ground.triangles),
-                    Bind::buffer("list_items", &lists.items),
-                    Bind::buffer("heads", &lists.heads),
-                    Bind::buffer("cells", &lists.cells.cells),
-                    Bind::buffer("item_samples", &lists.item_samples),
-                ];
-                for push in &pushes {
-                    pass.draw(&self.pipeline, &self.pipeline.select(&binds), push, ground.recorded());
-                }
-            });
+            self.draw(r, ground, lists);
+        });
+    }
+
+    /// Draws everything that was recorded into a grid.
+    pub fn draw(&self, recorder: &mut Recorder, ground: &Ground, lists: &Lists) {
+        let edge = lists.place.edge;
+        let target = RenderTarget { width: edge, height: edge, samples: self.samples, ..Default::default() };
+        let binds = self.pipeline.select(&[
+            Bind::buffer("globals", &lists.globals),
+            Bind::buffer("triangles", &ground.triangles),
+            Bind::buffer("list_items", &lists.items),
+            Bind::buffer("heads", &lists.heads),
+            Bind::buffer("cells", &lists.cells.cells),
+            Bind::buffer("item_samples", &lists.item_samples),
+        ]);
+        recorder.raster(&target, |pass| {
+            for push in &pushes(lists, ground.desc.grid.boxes) {
+                pass.draw(&self.pipeline, &binds, push, ground.recorded());
+            }
         });
     }
 }

@@ -17,7 +17,7 @@ impl Settings {
         let found = PRESETS.iter().find(|preset| preset.name == name);
         found.map(|preset| (preset.settings)()).ok_or_else(|| {
             let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-            usage(format!("there is no preset {name:?}; {}", suggestion(name, &names)))
+            Error::Usage(format!("there is no preset {name:?}; {}", suggestion(name, &names)))
         })
     }
 
@@ -28,7 +28,7 @@ impl Settings {
     pub fn merge_toml(&mut self, text: &str) -> Result<()> {
         let table: Table = text.parse().map_err(|e: toml::de::Error| {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
-            usage(format!("line {line} is not valid TOML: {}", said(&e.message())))
+            Error::Usage(format!("line {line} is not valid TOML: {}", said(&e.message())))
         })?;
         // A known group without keys changes nothing.
         let leaves =
@@ -43,15 +43,17 @@ impl Settings {
     pub fn set(&mut self, assignment: &str) -> Result<()> {
         let (name, text) = assignment
             .split_once('=')
-            .ok_or_else(|| usage(format!("{assignment:?} has no value: write key=value, such as voxels=64")))?;
+            .ok_or_else(|| Error::Usage(format!("{assignment:?} has no value: write key=value, such as voxels=64")))?;
         let key = known(name.trim())?;
         self.replace(&[(key, parse(key, text.trim()))])
     }
 
-    /// Every key that has an effect and its value as TOML, in the order of [`keys()`]: `merge_toml` of it gives settings that
+    /// Every key that has an effect (the tables of other methods have none) and its value as TOML, in the order of [`keys()`]: `merge_toml` of it gives settings that
     /// mean the same.
     pub fn to_toml(&self) -> String {
-        self.values().iter().map(|(key, value)| format!("{} = {}\n", key.name, write(value))).collect()
+        let has_effect = |key: &Key| key.method().is_none_or(|method| method == self.method);
+        let values = self.all_values().into_iter().filter(|(key, _)| has_effect(key));
+        values.map(|(key, value)| format!("{} = {}\n", key.name, write(&value))).collect()
     }
 
     /// Whether both give the same image; tables of other methods may differ.
@@ -78,13 +80,6 @@ impl Settings {
         self.all_values().iter().map(|(key, value)| (*key, bare(value))).collect()
     }
 
-    /// Every key that has an effect, and its value: the tables of other methods have none.
-    fn values(&self) -> Vec<(&'static Key, Value)> {
-        let mut values = self.all_values();
-        values.retain(|(key, _)| key.method().is_none_or(|method| method == self.method));
-        values
-    }
-
     /// Every key and its value.
     fn all_values(&self) -> Vec<(&'static Key, Value)> {
         let mut leaves = self.leaves();
@@ -103,13 +98,9 @@ impl Settings {
             leaves.insert(key.name.to_owned(), check(key, value)?);
         }
         let text: String = leaves.iter().map(|(name, value)| format!("{name} = {value}\n")).collect();
-        *self = toml::from_str(&text).map_err(|e| usage(said(&e.message())))?;
+        *self = toml::from_str(&text).map_err(|e| Error::Usage(said(&e.message())))?;
         Ok(())
     }
-}
-
-fn usage(sentence: String) -> Error {
-    Error::Usage(sentence)
 }
 
 /// The leaves of a table by their dotted names; an empty table is one.
@@ -125,10 +116,13 @@ fn leaves(prefix: &str, table: &Table) -> Vec<(String, Value)> {
 fn known(name: &str) -> Result<&'static Key> {
     Key::named(name).ok_or_else(|| {
         if let Some(inner) = first_of_group(name) {
-            return usage(format!("{name:?} is a group of settings; name one of its keys, such as {:?}", inner.name));
+            return Error::Usage(format!(
+                "{name:?} is a group of settings; name one of its keys, such as {:?}",
+                inner.name
+            ));
         }
         let names: Vec<&str> = keys().iter().map(|k| k.name).collect();
-        usage(format!("there is no setting {name:?}; {}", suggestion(name, &names)))
+        Error::Usage(format!("there is no setting {name:?}; {}", suggestion(name, &names)))
     })
 }
 
@@ -202,7 +196,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
             Range::Choice(names) => nearest_choice(&given, &names()),
             _ => value.as_str().and_then(|text| unquoted(key, text)).unwrap_or_default(),
         };
-        usage(format!("setting {:?} takes {}, not {given:?}{hint}", key.name, key.range))
+        Error::Usage(format!("setting {:?} takes {}, not {given:?}{hint}", key.name, key.range))
     })
 }
 

@@ -40,7 +40,7 @@ pub use record::host_image::{HostImage, ImageUse};
 pub use record::pace::{Pace, Step, Watch};
 pub use record::raster_pass::{ColorTarget, DepthTarget, DrawCall, Load, RasterPass, Rect, RenderTarget};
 pub use record::recorder::{Pending, Recorder, RecorderOptions};
-pub use record::slot::{HostRecorder, Slot, SlotOptions};
+pub use record::slot::{Slot, SlotOptions};
 pub use record::transfer::{download, download_image, upload, upload_at, upload_image, upload_into};
 pub use record::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 pub use resource::buffer::{Buffer, BufferAt, BufferKind};

@@ -95,10 +95,12 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
             }
             commands[slot].begin();
             // SAFETY: the buffer is recording and the slot's last frame was waited for.
-            let mut recorder = unsafe { Recorder::on(&context, commands[slot].commands, &mut slots[slot]) };
-            frame.record(&mut recorder, slot, &Seen { scene: &scene, pose: &pose, view, image: Some(0) });
-            readbacks[slot].record(&mut recorder, &frame.target);
-            recorder.end();
+            unsafe {
+                Recorder::on(&context, commands[slot].commands, &mut slots[slot], |recorder| {
+                    frame.record(recorder, slot, &Seen { scene: &scene, pose: &pose, view, image: Some(0) });
+                    readbacks[slot].record(recorder, &frame.target);
+                });
+            }
             commands[slot].submit(&host);
         }
         assert_eq!(context.allocated_bytes(), taken, "a frame takes no memory");

@@ -61,7 +61,6 @@ fn what_a_host_holds_goes_to_other_threads() {
     send::<Recorder>();
     send::<vk::Pending>();
     send::<vk::Slot>();
-    send::<vk::HostRecorder<'static>>();
     sync::<vk::Context>();
     send::<vk::Context>();
 }

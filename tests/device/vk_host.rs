@@ -102,9 +102,7 @@ impl InFlight {
         self.frame.begin();
         unsafe {
             host.device.cmd_update_buffer(commands, passes.source.handle(), 0, bytemuck::cast_slice(&items));
-            let mut recorder = Recorder::on(context, commands, &mut self.slot);
-            passes.record(&mut recorder, &self.texels);
-            recorder.end();
+            Recorder::on(context, commands, &mut self.slot, |recorder| passes.record(recorder, &self.texels));
             let whole = [raw::BufferCopy { src_offset: 0, dst_offset: 0, size: passes.target.bytes() }];
             host.device.cmd_copy_buffer(commands, passes.target.handle(), self.numbers.handle(), &whole);
             let barrier = [raw::MemoryBarrier::default()
@@ -184,9 +182,11 @@ fn a_slot_measures_and_logs_only_on_demand() {
         let mut slot = Slot::new(&context, SlotOptions { timestamps, log }).unwrap();
         frame.begin();
         // SAFETY: the frame is waited for before the slot is dropped.
-        let mut recorder = unsafe { Recorder::on(&context, frame.commands, &mut slot) };
-        recorder.zone("reset", ZoneKind::Transfer, 64, |r| r.fill(&values, 0, 64, 1));
-        recorder.end();
+        unsafe {
+            Recorder::on(&context, frame.commands, &mut slot, |recorder| {
+                recorder.zone("reset", ZoneKind::Transfer, 64, |r| r.fill(&values, 0, 64, 1));
+            });
+        }
         frame.submit(&host);
         frame.wait();
         assert_eq!(slot.timings(&context).unwrap().is_some(), timestamps);

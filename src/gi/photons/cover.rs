@@ -8,13 +8,10 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::voxelise::pushes;
-use crate::vk::{Constant, Context, Raster, RasterDesc, Recorder, RenderTarget, ZoneKind};
+use crate::ground::voxelise::Voxelise;
+use crate::vk::{Constant, Context, Recorder, ZoneKind};
 
-pub struct Cover {
-    pipeline: Raster,
-    samples: u32,
-}
+pub struct Cover(Voxelise);
 
 impl Cover {
     /// `samples`: per pixel, as many as the device has; `constants` have them too.
@@ -22,15 +19,7 @@ impl Cover {
     /// # Errors
     /// A lost device.
     pub fn new(context: &Arc<Context>, constants: &[Constant], samples: u32) -> Result<Self> {
-        let desc = RasterDesc {
-            label: "cover",
-            vertex: "ground/voxelise_samples.vert",
-            fragment: Some("gi/photons/cover.frag"),
-            constants,
-            samples,
-            ..Default::default()
-        };
-        Ok(Self { pipeline: Raster::new(context, &desc)?, samples })
+        Voxelise::of_samples(context, "cover", "gi/photons/cover.frag", constants, samples).map(Self)
     }
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground) {
@@ -39,14 +28,7 @@ impl Cover {
             r.full_barrier(); // the lists were made; the frame before read the counts
             r.fill(&lists.item_samples, 0, lists.item_samples.bytes(), 0);
             r.full_barrier();
-            let edge = lists.place.edge;
-            let target = RenderTarget { width: edge, height: edge, samples: self.samples, ..Default::default() };
-            r.raster(&target, |pass| {
-                let binds = self.pipeline.select(&ground.item_binds());
-                for push in &pushes(lists, 0) {
-                    pass.draw(&self.pipeline, &binds, push, ground.recorded());
-                }
-            });
+            self.0.draw(r, ground, lists);
         });
     }
 }

@@ -158,7 +158,7 @@ impl Lighting {
     /// triangles, materials, lights, lamps, kept direct light, seen lights. Writes: item lights, kept direct light, seen lights.
     fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light, averages: bool) {
         let lists = ground.base();
-        let gathered = if averages { &lists.last.seen_lights } else { &lists.seen_lights };
+        let gathered = if averages { &lists.last_seen_lights } else { &lists.seen_lights };
         r.zone(pass.label, ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists and what is gathered from were written
             let mut binds = ground.item_binds();
@@ -177,7 +177,7 @@ impl Lighting {
                 Bind::buffer("item_parts", &lists.item_parts),
             ];
             if self.feedback.is_some() {
-                binds.push(Bind::buffer("own_lights", &lists.last.seen_lights));
+                binds.push(Bind::buffer("own_lights", &lists.last_seen_lights));
                 binds.push(Bind::buffer("item_lobes", &lists.item_lobes));
                 binds.push(self.seen_lobes(ground));
             }
@@ -189,16 +189,16 @@ impl Lighting {
 impl Feedback {
     /// New lists take over the light of those before them.
     fn carry(&self, r: &mut Recorder, ground: &Ground) {
-        let last = &ground.base().last;
+        let lists = ground.base();
         let binds = vec![
             Bind::buffer("frame", &ground.frame),
             Bind::buffer("triangles", &ground.triangles),
             Bind::buffer("list_items", &ground.base().items),
             Bind::buffer("item_parts", &ground.base().item_parts),
-            Bind::buffer("last_heads", &last.heads),
-            Bind::buffer("last_items", &last.items),
-            Bind::buffer("last_parts", &last.item_parts),
-            Bind::buffer("last_lights", &last.seen_lights),
+            Bind::buffer("last_heads", &lists.last_heads),
+            Bind::buffer("last_items", &lists.last_items),
+            Bind::buffer("last_parts", &lists.last_item_parts),
+            Bind::buffer("last_lights", &lists.last_seen_lights),
             Bind::buffer("seen_lobes", &ground.base().seen_lobes),
         ];
         r.zone("carry", ZoneKind::Compute, 0, |r| {

@@ -9,12 +9,8 @@ use glam::{DAffine3, DVec3};
 use super::links::{Corners, Links, MOST_IN_LEAF, Node, WORDS, bounds, moved, primitives, union};
 use crate::scene::{Mesh, Scene};
 
-/// Instances whose triangles keep their places to each other.
-#[derive(Debug, Default)]
-struct Group {
-    /// Each with the bounds of its mesh.
-    instances: Vec<(usize, Corners)>,
-}
+/// Instances whose triangles keep their places to each other, each with the bounds of its mesh.
+type Group = Vec<(usize, Corners)>;
 
 #[derive(Debug, Default)]
 pub struct SceneTrees {
@@ -95,7 +91,7 @@ impl SceneTrees {
             links.primitives.iter_mut().for_each(|source| *source = sources[*source as usize]);
             all.push(links);
             let with_bounds = |index: usize| (index, mesh_bounds[scene.instances[index].mesh]);
-            trees.groups.push(Group { instances: instances.into_iter().map(with_bounds).collect() });
+            trees.groups.push(instances.into_iter().map(with_bounds).collect());
         }
         trees.join(&all);
         trees
@@ -143,7 +139,7 @@ impl SceneTrees {
     pub fn top(&self, world_from_instance: &[DAffine3]) -> Top {
         let size = self.size();
         let about = |group: &Group| {
-            let boxes = group.instances.iter().map(|(index, bounds)| placed(bounds, &world_from_instance[*index]));
+            let boxes = group.iter().map(|(index, bounds)| placed(bounds, &world_from_instance[*index]));
             boxes.reduce(union).expect("a group has instances")
         };
         let tree = Links::over(&self.groups.iter().map(about).collect::<Vec<_>>(), 1);

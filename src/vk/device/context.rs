@@ -49,8 +49,6 @@ pub struct Context {
     /// `VK_EXT_post_depth_coverage` is enabled. Without it direct light on blended surfaces is, where a nearer one hides part of
     /// a pixel, a mean that takes in hidden samples.
     pub(in crate::vk) post_depth_coverage: bool,
-    pub(in crate::vk) max_push_descriptors: u32,
-    pub(in crate::vk) max_allocation_bytes: u64,
     pub(in crate::vk) allocated: AtomicU64,
     /// Dropped before the device.
     pub(in crate::vk) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
@@ -69,7 +67,7 @@ pub struct Context {
     pub(in crate::vk) push_descriptor: ash::khr::push_descriptor::Device,
     pub(in crate::vk) debug_utils: Option<ash::ext::debug_utils::Device>,
     pub(in crate::vk) labels: Labels,
-    capabilities: Capabilities,
+    pub(in crate::vk) capabilities: Capabilities,
     pub(in crate::vk) physical: vk::PhysicalDevice,
     device: ash::Device,
     pub(in crate::vk) instance: ash::Instance,
@@ -155,8 +153,6 @@ impl Context {
             limits: capabilities.properties.limits,
             conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),
             post_depth_coverage: enabled(ash::ext::post_depth_coverage::NAME),
-            max_push_descriptors: capabilities.max_push_descriptors,
-            max_allocation_bytes: capabilities.max_allocation_bytes,
             allocated: AtomicU64::new(0),
             allocator: ManuallyDrop::new(allocator),
             stuck: AtomicBool::new(false),

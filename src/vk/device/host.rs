@@ -64,7 +64,7 @@ pub unsafe fn missing(instance: &ash::Instance, api_version: u32, physical_devic
 
 fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
     let name = capabilities.name();
-    let version = capabilities.version();
+    let version = capabilities.version;
     if version < vk::API_VERSION_1_2 {
         let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
         return Err(Error::Device(format!(

@@ -17,7 +17,6 @@ pub struct Need {
 pub(in crate::vk) struct Capabilities {
     pub(in crate::vk) properties: vk::PhysicalDeviceProperties,
     pub(in crate::vk) driver: String,
-    pub(in crate::vk) pipeline_cache_uuid: [u8; 16],
     pub(in crate::vk) max_push_descriptors: u32,
     pub(in crate::vk) max_allocation_bytes: u64,
     /// Samples of images that hold whole numbers, are drawn into and then read.
@@ -28,7 +27,7 @@ pub(in crate::vk) struct Capabilities {
     pub(in crate::vk) extensions: BTreeSet<String>,
     features: Features,
     /// The lower one of the device's version and of what the instance was made with.
-    version: u32,
+    pub(in crate::vk) version: u32,
 }
 
 impl Capabilities {
@@ -50,7 +49,6 @@ impl Capabilities {
         let mut this = Self {
             properties,
             driver: String::from("unknown"),
-            pipeline_cache_uuid: properties.pipeline_cache_uuid,
             max_push_descriptors: 0,
             max_allocation_bytes: u64::MAX,
             integer_samples: vk::SampleCountFlags::empty(),
@@ -112,10 +110,6 @@ impl Capabilities {
 
     pub(in crate::vk) fn is_1_3(&self) -> bool {
         self.version >= vk::API_VERSION_1_3
-    }
-
-    pub(in crate::vk) fn version(&self) -> u32 {
-        self.version
     }
 
     pub(in crate::vk) fn has_extension(&self, name: &CStr) -> bool {

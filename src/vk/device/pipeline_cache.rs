@@ -69,7 +69,7 @@ fn file_name(capabilities: &Capabilities) -> String {
     for part in [properties.vendor_id, properties.device_id, properties.driver_version, properties.api_version] {
         hash.update(&part.to_le_bytes());
     }
-    hash.update(&capabilities.pipeline_cache_uuid);
+    hash.update(&properties.pipeline_cache_uuid);
     hash.update(capabilities.name().as_bytes());
     hash.update(capabilities.driver.as_bytes());
     format!("pipelines-{}.bin", &hash.finalize().to_hex()[..16])

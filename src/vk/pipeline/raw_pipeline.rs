@@ -92,10 +92,11 @@ impl RawPipeline {
             made: OnceLock::new(),
         };
         let descriptors: u32 = this.bindings.iter().map(|binding| binding.count).sum();
-        if descriptors > context.max_push_descriptors {
+        let most = context.capabilities.max_push_descriptors;
+        if descriptors > most {
             return Err(Error::Device(format!(
-                "{} pushes at most {} descriptors, but the pass {label} needs {descriptors}: choose another device",
-                context.name, context.max_push_descriptors
+                "{} pushes at most {most} descriptors, but the pass {label} needs {descriptors}: choose another device",
+                context.name
             )));
         }
         let storage_images =

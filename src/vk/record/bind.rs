@@ -83,6 +83,9 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
 
 /// Writes all bindings of the pipeline, in the order of `infos`.
 fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) {
+    if pipeline.bindings.is_empty() {
+        return;
+    }
     let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
     // So many that no pass has more: none is allocated.
     let writes: SmallVec<[vk::WriteDescriptorSet<'_>; 48]> = (pipeline.bindings.iter())

@@ -186,8 +186,8 @@ impl Recorder {
     }
 
     /// What is left after the last command, and the milliseconds that recording took.
-    pub(in crate::vk) fn take_recorded(&mut self) -> (Recorded, f64) {
-        (std::mem::take(&mut self.recorded), self.started.elapsed().as_secs_f64() * 1e3)
+    pub(in crate::vk) fn into_recorded(self) -> (Recorded, f64) {
+        (self.recorded, self.started.elapsed().as_secs_f64() * 1e3)
     }
 
     /// Writes the next timestamp, once everything before is done; returns its index.

@@ -9,7 +9,7 @@ use crate::Result;
 use crate::vk::device::context::Context;
 use crate::vk::device::submit::{self, record_entry_barrier, record_exit_barrier};
 use ash::vk;
-use std::ops::{Deref, DerefMut};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
 /// What a [`Slot`] measures and keeps.
@@ -90,19 +90,13 @@ impl Drop for Slot {
     }
 }
 
-/// A [`Recorder`] over a host's command buffer. Dropping it ends the recording; the command buffer stays open.
-pub struct HostRecorder<'s> {
-    recorder: Recorder,
-    slot: &'s mut Slot,
-}
-
 impl Recorder {
-    /// Records into `command_buffer`, which a host has begun and ends and submits itself. Nothing is allocated from
-    /// Vulkan, submitted or waited for. `slot` keeps alive what the commands use until it is recorded over again.
+    /// Records what `record` does into `command_buffer`, which a host has begun and ends and submits itself. Nothing is
+    /// allocated from Vulkan, submitted or waited for. `slot` keeps alive what the commands use until it is recorded over
+    /// again.
     ///
     /// The first command is a barrier: everything that the host's earlier commands wrote is visible to all that
-    /// follows. The last, recorded as the recorder is dropped, makes everything written here visible to the host's later
-    /// commands and to the CPU. Both are memory barriers over all commands. Images of the host are not touched, and
+    /// follows. The last makes everything written here visible to the host's later commands and to the CPU. Both are memory barriers over all commands. Images of the host are not touched, and
     /// those made here are in `GENERAL` layout before and after.
     ///
     /// Clobbered are: the compute and the graphics pipeline, the descriptor sets of both bind points (set 0 is pushed),
@@ -117,48 +111,25 @@ impl Recorder {
     /// - `slot` is recorded over again, cleared or dropped only when the device is done with this recording.
     /// - Recordings of one context that share resources are submitted in the order in which they were recorded, to one
     ///   queue, or the host orders them by semaphores.
-    pub unsafe fn on<'s>(
+    pub unsafe fn on(
         context: &Arc<Context>,
         command_buffer: vk::CommandBuffer,
-        slot: &'s mut Slot,
-    ) -> HostRecorder<'s> {
+        slot: &mut Slot,
+        record: impl FnOnce(&mut Self),
+    ) {
         slot.check(context);
         slot.recorded.clear();
         record_entry_barrier(context, command_buffer);
         let recorded = std::mem::take(&mut slot.recorded);
-        let mut recorder = Recorder::start(context, command_buffer, slot.timestamps, recorded);
+        let mut recorder = Self::start(context, command_buffer, slot.timestamps, recorded);
         recorder.options.log = slot.options.log;
-        HostRecorder { recorder, slot }
-    }
-}
-
-impl HostRecorder<'_> {
-    /// Ends the recording, as dropping does.
-    pub fn end(self) {}
-}
-
-impl Deref for HostRecorder<'_> {
-    type Target = Recorder;
-
-    fn deref(&self) -> &Recorder {
-        &self.recorder
-    }
-}
-
-impl DerefMut for HostRecorder<'_> {
-    fn deref_mut(&mut self) -> &mut Recorder {
-        &mut self.recorder
-    }
-}
-
-impl Drop for HostRecorder<'_> {
-    fn drop(&mut self) {
-        let recorder = &mut self.recorder;
-        // After a panic a rendering scope may be open, where neither may be recorded.
-        if !std::thread::panicking() {
+        let outcome = catch_unwind(AssertUnwindSafe(|| record(&mut recorder)));
+        // After a panic a rendering scope may be open, where neither may be recorded; what was used is kept all the same.
+        if outcome.is_ok() {
             recorder.timestamp();
-            record_exit_barrier(recorder.context(), recorder.handle);
+            record_exit_barrier(context, command_buffer);
         }
-        (self.slot.recorded, self.slot.recording_ms) = recorder.take_recorded();
+        (slot.recorded, slot.recording_ms) = recorder.into_recorded();
+        outcome.unwrap_or_else(|panic| resume_unwind(panic));
     }
 }

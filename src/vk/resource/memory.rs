@@ -90,7 +90,7 @@ fn allocate(context: &Context, label: &str, requirements: vk::MemoryRequirements
             mebibytes(context.memory_budget())
         ))
     };
-    if requirements.size > context.max_allocation_bytes.min(context.memory_budget()) {
+    if requirements.size > context.capabilities.max_allocation_bytes.min(context.memory_budget()) {
         return Err(too_much());
     }
     let (location, linear, allocation_scheme) = match *owner {

@@ -30,7 +30,7 @@ use crate::settings::{Bounces, Settings};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
 
 pub use desc::{FrameDesc, first_plan};
-use desc::{ground_desc, lamps, of_light, plan, shape, with_image_pass};
+use desc::{ground_desc, image_pass_desc, lamps, of_light, plan, shape};
 pub use light::{LightProgress, LightRules, LightState, MOST_SETTLING, SETTLED};
 use order::back_to_front;
 
@@ -106,7 +106,7 @@ impl Frame {
             Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps, &scene_on_gpu.trees)?)?;
         let method = settings.method.make(&maker(context, settings, &ground))?;
         let target = ImageTarget::new(context, shape(desc, &ground.desc.counts))?;
-        let image = image_pass(context, desc, &*method, &target)?;
+        let image = ImagePass::new(context, &image_pass_desc(desc, &*method), &target)?;
         let counter = |_| {
             let bytes = size_of::<Globals>() as u64;
             Buffer::new(context, "counters, readback", bytes, BufferKind::Readback)
@@ -306,7 +306,7 @@ impl Frame {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn given(&self, context: &Arc<Context>, desc: &FrameDesc) -> Result<GivenPass> {
-        let given = with_image_pass(desc, &*self.method, |pass| GivenPass::new(context, pass, desc.size))?;
+        let given = GivenPass::new(context, &image_pass_desc(desc, &*self.method), desc.size)?;
         context.wait_for_pipelines()?;
         Ok(given)
     }
@@ -333,7 +333,8 @@ impl Frame {
             || desc.outputs != self.target.outputs();
         let image = || {
             let target = ImageTarget::new(context, shape(desc, &self.ground.desc.counts))?;
-            Ok((image_pass(context, desc, &**method.as_ref().unwrap_or(&self.method), &target)?, target))
+            let desc = image_pass_desc(desc, &**method.as_ref().unwrap_or(&self.method));
+            Ok((ImagePass::new(context, &desc, &target)?, target))
         };
         let image = seen_anew.then(image).transpose()?;
         context.wait_for_pipelines()?;
@@ -388,8 +389,4 @@ fn light_rules(desc: &FrameDesc, ground: &Ground, method: &dyn Gi) -> LightRules
 
 fn maker<'a>(context: &'a Arc<Context>, settings: &'a Settings, ground: &'a Ground) -> Maker<'a> {
     Maker { context, settings, features: ground.desc.features, counts: &ground.desc.counts }
-}
-
-fn image_pass(context: &Arc<Context>, desc: &FrameDesc, method: &dyn Gi, target: &ImageTarget) -> Result<ImagePass> {
-    with_image_pass(desc, method, |pass| ImagePass::new(context, pass, target))
 }

@@ -113,21 +113,17 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
     rows
 }
 
-/// Hands over what passes over the image are made for.
-pub(super) fn with_image_pass<T>(
-    desc: &FrameDesc,
-    method: &dyn Gi,
-    make: impl FnOnce(&ImagePassDesc) -> Result<T>,
-) -> Result<T> {
+/// What passes over the image are made for.
+pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi) -> ImagePassDesc<'a> {
     let settings = desc.settings;
     let features = Features::of(desc.scene, settings);
     let wants = wants(settings, features);
-    make(&ImagePassDesc {
+    ImagePassDesc {
         settings: &settings.image,
         features,
         method: settings.method.name(),
         apart: wants.diffuse && settings.image.gathers_apart(),
         lobes: wants.gathers_lobes,
-        constants: &with(constants(settings, features), method.constants()),
-    })
+        constants: with(constants(settings, features), method.constants()),
+    }
 }

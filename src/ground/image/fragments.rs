@@ -83,7 +83,7 @@ impl Fragments {
             label: "image",
             vertex: "ground/image/packed.vert",
             fragment: Some(fragment),
-            constants: desc.constants,
+            constants: &desc.constants,
             color_formats: &formats,
             ..Default::default()
         };

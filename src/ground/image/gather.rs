@@ -100,7 +100,7 @@ impl Gather {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
-        let ImagePassDesc { method, constants, .. } = *desc;
+        let ImagePassDesc { method, ref constants, .. } = *desc;
         let fragment = format!("ground/image/gather.frag {method}");
         let mut formats = vec![SURFACE_FORMAT];
         formats.resize(1 + lights(desc.lobes).len(), LIGHT_FORMAT);

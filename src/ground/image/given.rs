@@ -39,7 +39,7 @@ impl GivenPass {
             Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
         };
         Ok(Self {
-            pass: Compute::new(context, &ComputeDesc { label: "given", shader: &shader, constants: desc.constants })?,
+            pass: Compute::new(context, &ComputeDesc { label: "given", shader: &shader, constants: &desc.constants })?,
             images: NAMES.iter().map(image).collect::<Result<_>>()?,
             size,
         })

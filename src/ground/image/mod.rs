@@ -44,7 +44,6 @@ enum Opaque {
 }
 
 /// What an [`ImagePass`] is made for.
-#[derive(Clone, Copy)]
 pub struct ImagePassDesc<'a> {
     pub settings: &'a ImageSettings,
     pub features: Features,
@@ -55,14 +54,14 @@ pub struct ImagePassDesc<'a> {
     /// and what it finds for rough lobes beside it.
     pub lobes: bool,
     /// All constants of the shaders.
-    pub constants: &'a [Constant],
+    pub constants: Vec<Constant>,
 }
 
 impl ImagePass {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
-        let ImagePassDesc { settings, features, method, apart, constants, .. } = *desc;
+        let ImagePassDesc { settings, features, method, apart, ref constants, .. } = *desc;
         let layers = if target.outputs() > 1 { " AOVS" } else { "" };
         let apart_form = if apart { " GATHERED" } else { "" };
         let shader = |file: &str, form: &str| format!("ground/image/{file} {method}{form}{layers}");
@@ -86,7 +85,7 @@ impl ImagePass {
         };
         let (width, height) = (target.width, target.shape().band_rows());
         let seen = VisibilityDesc { gathered: false, width, height, samples: settings.samples };
-        let with_blending = with(constants.to_vec(), &[("BLENDED", 1u32.into())]);
+        let with_blending = with(constants.clone(), &[("BLENDED", 1u32.into())]);
         let blended = RasterDesc {
             label: "image blended",
             fragment: Some(&blended_fragment),

@@ -45,7 +45,7 @@ impl Visibility {
             label,
             vertex: "ground/image/image.vert",
             fragment: Some(&format!("ground/image/visibility.frag{masked}{form}")),
-            constants: desc.constants,
+            constants: &desc.constants,
             color_formats: &[FORMAT],
             depth: Some(DepthDesc { format: DEPTH_FORMAT, compare: CompareOp::GREATER, write: true }),
             samples,

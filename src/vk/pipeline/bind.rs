@@ -6,7 +6,7 @@ use super::shader;
 use crate::vk::resource::buffer::Buffer;
 use crate::vk::resource::image::ImageView;
 use crate::vk::resource::sampler::Sampler;
-use crate::vk::resource::views::Views;
+use arrayvec::ArrayVec;
 
 /// Where counting shaders add up; bound by itself.
 pub(in crate::vk) const COUNTS: &str = "counted";
@@ -16,14 +16,15 @@ pub(in crate::vk) const COUNTS: &str = "counted";
 pub struct Bind<'a> {
     pub(in crate::vk) name: &'a str,
     pub(in crate::vk) buffer: Option<&'a Buffer>,
-    pub(in crate::vk) views: Views<'a>,
+    /// Arrays in shaders are no longer.
+    pub(in crate::vk) views: ArrayVec<ImageView<'a>, 8>,
     pub(in crate::vk) sampler: Option<&'a Sampler>,
 }
 
 impl<'a> Bind<'a> {
     /// A storage or uniform buffer, as the shader declares it.
     pub fn buffer(name: &'a str, buffer: &'a Buffer) -> Self {
-        Self { name, buffer: Some(buffer), views: Views::of([]), sampler: None }
+        Self { name, buffer: Some(buffer), views: ArrayVec::new(), sampler: None }
     }
 
     /// A combined image sampler.
@@ -42,7 +43,7 @@ impl<'a> Bind<'a> {
 
     /// An array of storage images.
     pub fn storage_images(name: &'a str, views: impl IntoIterator<Item = ImageView<'a>>) -> Self {
-        Self { name, buffer: None, views: Views::of(views), sampler: None }
+        Self { name, buffer: None, views: views.into_iter().collect(), sampler: None }
     }
 
     fn fits(&self, binding: &Binding) -> bool {

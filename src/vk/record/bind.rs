@@ -6,9 +6,9 @@ use crate::vk::pipeline::raw_pipeline::RawPipeline;
 use crate::vk::pipeline::reflect::BindingKind;
 use crate::vk::resource::buffer::Buffer;
 use crate::vk::resource::image::ImageView;
+use arrayvec::ArrayVec;
 use ash::vk;
 use bytemuck::Pod;
-use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// The resources that descriptors point at while they are written; its capacity serves the next command.
@@ -87,8 +87,8 @@ fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) 
         return;
     }
     let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
-    // So many that no pass has more: none is allocated.
-    let writes: SmallVec<[vk::WriteDescriptorSet<'_>; 48]> = (pipeline.bindings.iter())
+    // No pass has as many.
+    let writes: ArrayVec<vk::WriteDescriptorSet<'_>, 64> = (pipeline.bindings.iter())
         .map(|binding| {
             let to = vk::WriteDescriptorSet::default()
                 .dst_binding(binding.binding)

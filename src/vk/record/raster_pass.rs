@@ -7,9 +7,9 @@ use crate::vk::pipeline::bind::{Bind, labels};
 use crate::vk::pipeline::desc::Raster;
 use crate::vk::resource::buffer::Buffer;
 use crate::vk::resource::image::ImageView;
+use arrayvec::ArrayVec;
 use ash::vk;
 use bytemuck::Pod;
-use smallvec::SmallVec;
 
 /// What an attachment holds when the scope begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -113,8 +113,8 @@ pub enum DrawCall<'a> {
 /// A rendering scope that is open.
 pub struct RasterPass<'r> {
     recorder: &'r mut Recorder,
-    /// Of the colour attachments.
-    formats: SmallVec<[vk::Format; 8]>,
+    /// Of the colour attachments: no more than devices commonly offer.
+    formats: ArrayVec<vk::Format, 8>,
     depth_format: Option<vk::Format>,
     samples: u32,
     /// Where a log is kept.
@@ -124,7 +124,7 @@ pub struct RasterPass<'r> {
 impl<'r> RasterPass<'r> {
     pub(in crate::vk) fn begin(recorder: &'r mut Recorder, target: &RenderTarget<'_>) -> Self {
         let layers = target.layers.max(1);
-        let colors: SmallVec<[_; 8]> = target.colors.iter().map(color_attachment).collect();
+        let colors: ArrayVec<_, 8> = target.colors.iter().map(color_attachment).collect();
         let depth = target.depth.as_ref().map(depth_attachment);
         let whole = Rect { x: 0, y: 0, width: target.width, height: target.height };
         let cut = target.area.unwrap_or(whole);

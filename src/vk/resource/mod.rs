@@ -4,4 +4,3 @@ pub(in crate::vk) mod buffer;
 pub(in crate::vk) mod image;
 pub(in crate::vk) mod memory;
 pub(in crate::vk) mod sampler;
-pub(in crate::vk) mod views;

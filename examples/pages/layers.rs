@@ -11,8 +11,8 @@ use twobounce::lab::table::{fill_file, markdown};
 use twobounce::measure::timing::Spread;
 use twobounce::settings::{Settings, Shadows};
 use twobounce::vk::{
-    Bind, Compute, ComputeDesc, Constant, Context, ContextOptions, DrawCall, Raster, RasterDesc, Recorder,
-    RecorderOptions, RenderTarget, ZoneKind, ZoneTiming, download_image,
+    Bind, Compute, ComputeDesc, Constant, Context, ContextOptions, Raster, RasterDesc, Recorder, RecorderOptions,
+    ZoneKind, ZoneTiming, download_image,
 };
 use twobounce::{Error, Result};
 
@@ -201,18 +201,7 @@ impl Pass<'_> {
                     binds.extend_from_slice(look_up);
                 }
                 match form {
-                    Form::Draw(pipeline) => {
-                        let colors = volume.colors(level);
-                        let target = RenderTarget {
-                            colors: &colors,
-                            width: edge,
-                            height: edge,
-                            layers: edge,
-                            ..Default::default()
-                        };
-                        let call = DrawCall::Direct { vertices: 3, instances: edge };
-                        r.raster(&target, |pass| pass.draw(pipeline, &pipeline.select(&binds), &(), call));
-                    }
+                    Form::Draw(pipeline) => volume.draw(r, pipeline, &pipeline.select(&binds), level),
                     Form::Dispatch(pipeline, shape) => {
                         binds.extend(volume.targets(level));
                         r.dispatch(

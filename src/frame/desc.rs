@@ -7,6 +7,7 @@ use crate::ground::grid::Grid;
 use crate::ground::image::target::{self, ImageShape};
 use crate::ground::image::{ImagePassDesc, gather};
 use crate::ground::lamps::Lamps;
+use crate::ground::lists::ListCapacity;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::tree::groups::{TreeSize, TreesOnce};
 use crate::ground::{self, Counts, GroundDesc};
@@ -47,11 +48,13 @@ fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let wants = wants(desc.settings, Features::of_scene(desc.scene));
     let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
     // A grid that cannot be placed is refused where it is made.
-    let items_and_boxes = |grid: Grid| (expected_items(desc.scene, &trees.world_from_instance, &grid), grid.boxes);
-    let (items, boxes) = Grid::place(desc.bounds, desc.settings).map_or((0.0, 0), items_and_boxes);
-    let mut counts = Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, items, boxes);
-    counts.lists.resize(1 + wants.grids.len(), counts.lists[0]);
-    counts
+    let grid = Grid::place(desc.bounds, desc.settings).ok();
+    let items = grid.map_or(0.0, |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));
+    // A sixteenth to spare, for twins and for walls that stand in planes between voxels.
+    let items = ((items * 17.0 / 16.0) as u32).max(1 << 16);
+    let list = ListCapacity { items, cells: 1 << 15, boxes: grid.map_or(0, |grid| grid.boxes) };
+    let lists = vec![list; 1 + wants.grids.len()];
+    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, lists)
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {

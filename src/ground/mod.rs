@@ -72,15 +72,12 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Room for every triangle of `scene`, and for list items and cells, to be grown if need be. `lamps`: pieces; `items` of every grid:
-    /// [`expected_items`]; `boxes` of finer voxels within the base grid.
-    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, items: f64, boxes: u32) -> Self {
+    /// Room for every triangle of `scene`. `lamps`: pieces; `lists`: of every grid.
+    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;
         let triangle_capacity = triangles.max(1);
-        // A sixteenth to spare, for twins and for walls that stand in planes between voxels.
-        let items = ((items * 17.0 / 16.0) as u32).max(1 << 16);
         Self {
             triangles,
             blended: blended.map(|i| scene.meshes[i.mesh].indices.len() / 3).sum::<usize>() as u32,
@@ -90,7 +87,7 @@ impl Counts {
             triangle_capacity,
             corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
             tree,
-            lists: vec![ListCapacity { items, cells: 1 << 15, boxes }],
+            lists,
         }
     }
 

@@ -7,8 +7,8 @@ use super::wants::CoarseLight;
 use crate::Result;
 use crate::settings::Settings;
 use crate::vk::{
-    Bind, ColorTarget, Context, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Sampler,
-    SamplerAddressMode,
+    Bind, ColorTarget, Context, DrawCall, Filter, Format, Image, ImageDesc, ImageDim, ImageUsageFlags, Raster,
+    Recorder, RenderTarget, Sampler, SamplerAddressMode,
 };
 
 pub const FORMAT: Format = Format::R16G16B16A16_SFLOAT;
@@ -138,9 +138,12 @@ impl LightVolume {
         self.parts().map(|(part, image)| Bind::storage_image(part.stored, image.mip_view(level))).collect()
     }
 
-    /// A level as layered colour targets; every texel is written.
-    pub fn colors(&self, level: u32) -> Vec<ColorTarget<'_>> {
-        self.images.iter().map(|image| ColorTarget::overwritten(image.attachment_view(level))).collect()
+    /// Draws a triangle over the screen for every slice of a level; every texel is written.
+    pub fn draw<'a>(&'a self, r: &mut Recorder, pipeline: &Raster, binds: &[Bind<'_>], level: u32) {
+        let color = |image: &'a Image| ColorTarget::overwritten(image.attachment_view(level));
+        let (colors, edge): (Vec<_>, _) = (self.images.iter().map(color).collect(), self.edge >> level);
+        let target = RenderTarget { colors: &colors, width: edge, height: edge, layers: edge, ..Default::default() };
+        r.raster(&target, |pass| pass.draw(pipeline, binds, &(), DrawCall::Direct { vertices: 3, instances: edge }));
     }
 
     /// The name of the pass that makes its mips.

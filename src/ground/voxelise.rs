@@ -83,7 +83,7 @@ impl Voxelise {
             conservative: hardware,
             ..Default::default()
         };
-        Ok(Self { pipeline: Raster::new(context, &desc)?, samples: 1 })
+        Self::made_of(context, &desc)
     }
 
     /// Lists the triangles of which samples fall into a voxel. `wanted`: samples per pixel, as far as the device has
@@ -93,30 +93,23 @@ impl Voxelise {
     /// As [`samples_per_pixel`].
     pub fn by_samples(context: &Arc<Context>, constants: &[Constant], wanted: u32) -> Result<Self> {
         let samples = samples_per_pixel(context, wanted)?;
-        let constants = with(constants.to_vec(), &[("SAMPLES", samples.into())]);
-        Self::of_samples(context, "voxelise", "ground/voxelise_samples.frag", &constants, samples)
-    }
-
-    /// Gives `fragment` the samples of every triangle, `samples` per pixel; `constants` say so too.
-    ///
-    /// # Errors
-    /// A lost device.
-    pub fn of_samples(
-        context: &Arc<Context>,
-        label: &str,
-        fragment: &str,
-        constants: &[Constant],
-        samples: u32,
-    ) -> Result<Self> {
         let desc = RasterDesc {
-            label,
+            label: "voxelise",
             vertex: "ground/voxelise_samples.vert",
-            fragment: Some(fragment),
-            constants,
+            fragment: Some("ground/voxelise_samples.frag"),
+            constants: &with(constants.to_vec(), &[("SAMPLES", samples.into())]),
             samples,
             ..Default::default()
         };
-        Ok(Self { pipeline: Raster::new(context, &desc)?, samples })
+        Self::made_of(context, &desc)
+    }
+
+    /// A raster without attachments that goes through every voxel column.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn made_of(context: &Arc<Context>, desc: &RasterDesc) -> Result<Self> {
+        Ok(Self { pipeline: Raster::new(context, desc)?, samples: desc.samples })
     }
 
     /// `zone`: what the pass is called.

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::choices::Passes;
-use super::{draw_layers, layered};
+use super::layered;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::MipCells;
@@ -34,7 +34,7 @@ impl Mips {
         r.zone(volume.mips_zone(), ZoneKind::Raster, bytes, |r| {
             for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written by shade or just before
-                draw_layers(r, pipeline, &volume.sources(level), volume, level);
+                volume.draw(r, pipeline, &volume.sources(level), level);
             }
         });
     }

@@ -7,6 +7,8 @@ pub mod constants;
 mod mips;
 mod shade;
 
+use std::sync::Arc;
+
 use super::bounces::{BounceDesc, PerBounce};
 use super::{Gi, Maker, PassUnit, Update, Wants};
 use crate::Result;
@@ -16,10 +18,7 @@ use crate::ground::constants::with;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::volume::{FACE_VOLUME, FACES, FORMAT, LightVolume, VolumeKind};
 use crate::settings::{LampLight, Settings as AllSettings, Shadows};
-use crate::vk::{
-    self, Bind, Buffer, Constant, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget,
-};
-use std::sync::Arc;
+use crate::vk::{self, Bind, Buffer, Constant, Context, Raster, RasterDesc, Recorder};
 use choices::{Form, Passes};
 use mips::Mips;
 use shade::Shade;
@@ -155,11 +154,4 @@ fn layered(context: &Arc<Context>, label: &str, fragment: &str, constants: &[Con
         ..Default::default()
     };
     Raster::new(context, &desc)
-}
-
-/// Draws such a pass into a level.
-fn draw_layers(r: &mut Recorder, pipeline: &Raster, binds: &[Bind<'_>], volume: &LightVolume, level: u32) {
-    let (colors, edge) = (volume.colors(level), volume.edge >> level);
-    let target = RenderTarget { colors: &colors, width: edge, height: edge, layers: edge, ..Default::default() };
-    r.raster(&target, |pass| pass.draw(pipeline, binds, &(), DrawCall::Direct { vertices: 3, instances: edge }));
 }

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::choices::Passes;
-use super::{draw_layers, layered};
+use super::layered;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{FillCells, FillDesc};
@@ -41,7 +41,7 @@ impl Shade {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
             let mut binds = ground.item_binds();
             binds.extend(look_up);
-            draw_layers(r, pipeline, &pipeline.select(&binds), target, 0);
+            target.draw(r, pipeline, &pipeline.select(&binds), 0);
         });
     }
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::voxelise::Voxelise;
-use crate::vk::{Constant, Context, Recorder, ZoneKind};
+use crate::vk::{Constant, Context, RasterDesc, Recorder, ZoneKind};
 
 pub struct Cover(Voxelise);
 
@@ -19,7 +19,15 @@ impl Cover {
     /// # Errors
     /// A lost device.
     pub fn new(context: &Arc<Context>, constants: &[Constant], samples: u32) -> Result<Self> {
-        Voxelise::of_samples(context, "cover", "gi/photons/cover.frag", constants, samples).map(Self)
+        let desc = RasterDesc {
+            label: "cover",
+            vertex: "ground/voxelise_samples.vert",
+            fragment: Some("gi/photons/cover.frag"),
+            constants,
+            samples,
+            ..Default::default()
+        };
+        Voxelise::made_of(context, &desc).map(Self)
     }
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground) {

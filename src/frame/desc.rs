@@ -60,10 +60,17 @@ fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
     let (scene, settings) = (desc.scene, desc.settings);
     let features = Features::of(scene, settings);
+    let wants = wants(settings, features);
+    if settings.lights.shadows == Shadows::Method && !wants.shadows {
+        return Err(Error::Usage(format!(
+            "lights.shadows = method: the method {} has no shadows of its own; set lights.shadows to rays or none",
+            settings.method
+        )));
+    }
     Ok(GroundDesc {
         grid: Grid::place(desc.bounds, settings)?,
         conservative: settings.grid.conservative,
-        wants: checked_wants(settings, features)?,
+        wants,
         features,
         sky_map: scene.sky_map.clone(),
         counts: first_counts(desc, lamps, trees),
@@ -83,18 +90,6 @@ pub(super) fn wants(settings: &Settings, features: Features) -> Wants {
     let direct = settings.lights.shadows == Shadows::Rays || settings.lights.lamps == LampLight::Sampled;
     wants.rays |= direct;
     wants
-}
-
-/// The same, of settings that make sense.
-fn checked_wants(settings: &Settings, features: Features) -> Result<Wants> {
-    let wants = wants(settings, features);
-    if settings.lights.shadows == Shadows::Method && !wants.shadows {
-        return Err(Error::Usage(format!(
-            "lights.shadows = method: the method {} has no shadows of its own; set lights.shadows to rays or none",
-            settings.method
-        )));
-    }
-    Ok(wants)
 }
 
 /// The same settings with those parts of `image` at their defaults that neither lists nor light depend on.

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use glam::{DAffine3, DVec3};
 
 use super::links::{Corners, Links, MOST_IN_LEAF, Node, WORDS, bounds, moved, primitives, union};
-use crate::scene::{Mesh, Scene};
+use crate::scene::Scene;
 
 /// Instances whose triangles keep their places to each other, each with the bounds of its mesh.
 type Group = Vec<(usize, Corners)>;
@@ -83,9 +83,10 @@ impl SceneTrees {
         for instances in groups(scene) {
             let (mut boxes, mut sources) = (Vec::new(), Vec::new());
             for &index in &instances {
-                let own = triangle_boxes(&scene.meshes[scene.instances[index].mesh], &world_from_instance[index]);
-                sources.extend((first_source[index]..).take(own.len()));
-                boxes.extend(own);
+                let (mesh, place) = (&scene.meshes[scene.instances[index].mesh], &world_from_instance[index]);
+                let point = |&i: &u32| place.transform_point3(mesh.positions[i as usize].as_dvec3());
+                boxes.extend(mesh.indices.chunks_exact(3).map(|corners| bounds(corners.iter().map(point))));
+                sources.extend((first_source[index]..).take(mesh.indices.len() / 3));
             }
             let mut links = Links::over(&boxes, MOST_IN_LEAF);
             links.primitives.iter_mut().for_each(|source| *source = sources[*source as usize]);
@@ -171,11 +172,6 @@ fn groups(scene: &Scene) -> Vec<Vec<usize>> {
     });
     let still = (!still.is_empty()).then_some(still);
     still.into_iter().chain(moving.into_iter().map(|index| vec![index])).collect()
-}
-
-fn triangle_boxes(mesh: &Mesh, place: &DAffine3) -> Vec<Corners> {
-    let point = |&i: &u32| place.transform_point3(mesh.positions[i as usize].as_dvec3());
-    mesh.indices.chunks_exact(3).map(|corners| bounds(corners.iter().map(point))).collect()
 }
 
 /// The box about a placed box.

@@ -84,7 +84,9 @@ fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
             "queue family {family} of {name} lacks graphics, compute or timestamps: hand over one that has all of them"
         )));
     }
-    let disabled = not_enabled(host, version);
+    let features = host.features.list().filter(|(_, enabled)| !enabled).map(|(name, _)| name.to_owned());
+    let extensions = required_extensions(version).into_iter().filter(|name| !host.device_extensions.contains(name));
+    let disabled: Vec<_> = extensions.map(|name| name.to_string_lossy().into_owned()).chain(features).collect();
     if !disabled.is_empty() {
         return Err(Error::Device(format!(
             "the device handed over for {name} was made without {}: enable all that required_extensions and \
@@ -93,11 +95,4 @@ fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-/// The names of needed extensions and features that the host does not say it enabled.
-fn not_enabled(host: &HostDevice<'_>, version: u32) -> Vec<String> {
-    let features = host.features.list().filter(|(_, enabled)| !enabled).map(|(name, _)| name.to_owned());
-    let extensions = required_extensions(version).into_iter().filter(|name| !host.device_extensions.contains(name));
-    extensions.map(|name| name.to_string_lossy().into_owned()).chain(features).collect()
 }

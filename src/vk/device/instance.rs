@@ -48,7 +48,14 @@ impl Instance {
         }
         let mut layers = Vec::new();
         if validation {
-            require_validation_layer(&entry)?;
+            // SAFETY: no arguments.
+            let known = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
+            if known.iter().all(|layer| layer.layer_name_as_c_str() != Ok(VALIDATION_LAYER)) {
+                return Err(Error::Device(
+                    "the Vulkan validation layer is missing: install it (package vulkan-validationlayers on Debian and Ubuntu)"
+                        .into(),
+                ));
+            }
             layers.push(VALIDATION_LAYER.as_ptr());
         }
         // SAFETY: no layer name, or the name of one that exists.
@@ -134,18 +141,6 @@ impl Drop for Instance {
 
 const NO_DRIVER: &str = "there is no Vulkan device: install a driver \
      (package mesa-vulkan-drivers on Debian and Ubuntu brings one that runs on the CPU)";
-
-fn require_validation_layer(entry: &ash::Entry) -> Result<()> {
-    // SAFETY: no arguments.
-    let layers = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
-    if layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
-        return Ok(());
-    }
-    Err(Error::Device(
-        "the Vulkan validation layer is missing: install it (package vulkan-validationlayers on Debian and Ubuntu)"
-            .into(),
-    ))
-}
 
 /// Called by the layer, on whichever thread made the faulty call.
 unsafe extern "system" fn on_message(

@@ -42,10 +42,6 @@ impl Value {
             Self::Bool(value) => u32::from(value),
         }
     }
-
-    fn is_like(self, other: Self) -> bool {
-        std::mem::discriminant(&self) == std::mem::discriminant(&other)
-    }
 }
 
 /// The values of all constants that the shaders of the pass `label` depend on.
@@ -62,7 +58,7 @@ pub(in crate::vk) fn checked(label: &str, shaders: &[&str], given: &[Constant], 
                 panic!("pass {label}: glsl/{shader} depends on the constant {name}, which is not given")
             });
             assert!(
-                value.is_like(default),
+                std::mem::discriminant(&value) == std::mem::discriminant(&default),
                 "pass {label}: glsl/{shader} declares {name} like {default:?}, but gets {value:?}"
             );
             if !used.contains(&(known, value)) {

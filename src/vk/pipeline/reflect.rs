@@ -121,7 +121,12 @@ pub(in crate::vk) fn module((name, words): Shader) -> Module {
     for variable in &entry.vars {
         match variable {
             Variable::Descriptor { .. } => bindings.push(binding(name, stage, variable)),
-            Variable::PushConstant { ty, .. } => push_bytes = end_of(ty) as u32,
+            Variable::PushConstant { ty, .. } => {
+                // One past the last byte that it uses, without padding at its end.
+                let members = ty.as_struct().map_or(&[][..], |block| &block.members);
+                let end = members.iter().map(|m| m.offset.unwrap_or(0) + m.ty.nbyte().unwrap_or(0)).max();
+                push_bytes = end.unwrap_or(0) as u32;
+            }
             Variable::Output { .. } => outputs += 1,
             Variable::Input { .. } | Variable::SpecConstant { .. } => {}
         }
@@ -221,12 +226,6 @@ fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
     };
     assert!(*nbind > 0, "{shader}: {name} is an array without a size");
     Binding { binding: desc_bind.bind(), name, kind, count: *nbind, stages: vec![stage], read_only }
-}
-
-/// One past the last byte that a block uses, without padding at its end.
-fn end_of(ty: &Type) -> usize {
-    let members = ty.as_struct().map_or(&[][..], |block| &block.members);
-    members.iter().map(|m| m.offset.unwrap_or(0) + m.ty.nbyte().unwrap_or(0)).max().unwrap_or(0)
 }
 
 /// Merges the bindings of several stages by name, and numbers them. Panics when two stages disagree on one.

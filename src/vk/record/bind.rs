@@ -78,7 +78,12 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
     }
     recorder.recorded.infos = infos;
     recorder.keep(pipeline.clone());
-    binds.iter().for_each(|bind| recorder.keep_resources_of(bind));
+    let keep = &mut recorder.recorded.keep;
+    for bind in binds {
+        keep.extend(bind.buffer.map(|buffer| buffer.raw.clone() as _));
+        keep.extend(bind.sampler.map(|sampler| sampler.raw.clone() as _));
+        keep.extend(bind.views.iter().map(|view| view.raw.clone() as _));
+    }
 }
 
 /// Writes all bindings of the pipeline, in the order of `infos`.
@@ -112,17 +117,4 @@ fn take<'a, T>(from: &mut &'a [T], count: usize) -> &'a [T] {
     let (taken, rest) = from.split_at(count);
     *from = rest;
     taken
-}
-
-impl Recorder {
-    /// Keeps what `bind` refers to alive until the recording is over.
-    fn keep_resources_of(&mut self, bind: &Bind<'_>) {
-        if let Some(buffer) = bind.buffer {
-            self.keep(buffer.raw.clone());
-        }
-        if let Some(sampler) = bind.sampler {
-            self.keep(sampler.raw.clone());
-        }
-        bind.views.iter().for_each(|view| self.keep(view.raw.clone()));
-    }
 }

@@ -18,7 +18,7 @@ const BYTES: u64 = KINDS as u64 * 8;
 pub(in crate::vk) struct Counting {
     counts: Arc<Buffer>,
     results: Arc<Buffer>,
-    zones: u64,
+    pub(in crate::vk) zones: u64,
 }
 
 impl Counting {
@@ -32,11 +32,6 @@ impl Counting {
             results: buffer("counts of all zones", zones, BufferKind::Readback)?,
             zones: 0,
         })
-    }
-
-    /// Begins with the first zone again.
-    pub(in crate::vk) fn restart(&mut self) {
-        self.zones = 0;
     }
 
     /// The counts of zone `zone`, once the work was waited for.

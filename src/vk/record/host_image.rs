@@ -65,7 +65,9 @@ impl HostImage {
             )));
         }
         let feature = if reads { vk::FormatFeatureFlags::BLIT_SRC } else { vk::FormatFeatureFlags::BLIT_DST };
-        if format != vk::Format::R32G32B32A32_SFLOAT && !context.can_blit(format, feature) {
+        // SAFETY: the handle comes from this instance.
+        let found = unsafe { context.instance.get_physical_device_format_properties(context.physical, format) };
+        if format != vk::Format::R32G32B32A32_SFLOAT && !found.optimal_tiling_features.contains(feature) {
             let exact = "R32G32B32A32_SFLOAT";
             return Err(Error::Device(format!(
                 "{name} cannot convert images of format {format:?}: use {exact}, which is copied"
@@ -151,13 +153,5 @@ impl Recorder {
             CommandLog::Copy { from, to, bytes: None }
         });
         record_image_barrier(self.context(), self.handle, host.barrier(used, host.after));
-    }
-}
-
-impl Context {
-    fn can_blit(&self, format: vk::Format, feature: vk::FormatFeatureFlags) -> bool {
-        // SAFETY: the handle comes from this instance.
-        let found = unsafe { self.instance.get_physical_device_format_properties(self.physical, format) };
-        found.optimal_tiling_features.contains(feature)
     }
 }

@@ -201,7 +201,7 @@ impl Recorder {
     /// Records a pass's work over `units` of anything, such as rows, in parts that are multiples of `step` and may each be a
     /// submission, or at once.
     pub fn in_parts(&mut self, units: u32, step: u32, mut record: impl FnMut(&mut Self, Range<u32>)) {
-        let (Some(pass), Some(pacing)) = (self.zone_name(), &mut self.pacing) else { return record(self, 0..units) };
+        let (Some((pass, _)), Some(pacing)) = (self.zone, &mut self.pacing) else { return record(self, 0..units) };
         let key = (pass, pacing.works);
         pacing.works += 1;
         let (mut at, mut last) = (0, None);

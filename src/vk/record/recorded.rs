@@ -42,7 +42,7 @@ impl Recorded {
         self.ends.clear();
         self.log.zones.clear();
         if let Some(counting) = &mut self.counting {
-            counting.restart();
+            counting.zones = 0;
         }
     }
 

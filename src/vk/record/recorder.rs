@@ -32,7 +32,8 @@ pub struct Recorder {
     /// Null where there are no timestamps.
     pool: vk::QueryPool,
     pub(in crate::vk) options: RecorderOptions,
-    zone: Option<(&'static str, ZoneKind)>,
+    /// The open pass.
+    pub(in crate::vk) zone: Option<(&'static str, ZoneKind)>,
     pub(in crate::vk) recorded: Recorded,
     pub(in crate::vk) pacing: Option<Pacing>,
     error: Option<Error>,
@@ -137,11 +138,6 @@ impl Recorder {
         };
         self.recorded.zones.push((timing, first_timestamp..=last_timestamp));
         self.pace_pass_end(name);
-    }
-
-    /// The open pass.
-    pub(in crate::vk) fn zone_name(&self) -> Option<&'static str> {
-        self.zone.map(|(name, _)| name)
     }
 
     /// Whether nothing has failed so far: what is recorded afterwards is never submitted.

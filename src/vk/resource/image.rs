@@ -197,7 +197,12 @@ impl RawImage {
     }
 
     pub(in crate::vk) fn aspect(&self) -> vk::ImageAspectFlags {
-        if is_depth(self.format) { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR }
+        match self.format {
+            vk::Format::D16_UNORM | vk::Format::D32_SFLOAT | vk::Format::X8_D24_UNORM_PACK32 => {
+                vk::ImageAspectFlags::DEPTH
+            }
+            _ => vk::ImageAspectFlags::COLOR,
+        }
     }
 
     fn create_views(&mut self, desc: &ImageDesc<'_>) -> std::result::Result<(), vk::Result> {
@@ -273,10 +278,6 @@ impl RawImage {
         // SAFETY: the image is alive and has memory.
         unsafe { self.context.device().create_image_view(&info, None) }
     }
-}
-
-fn is_depth(format: vk::Format) -> bool {
-    matches!(format, vk::Format::D16_UNORM | vk::Format::D32_SFLOAT | vk::Format::X8_D24_UNORM_PACK32)
 }
 
 fn check_size(context: &Context, desc: &ImageDesc<'_>) -> Result<()> {

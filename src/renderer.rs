@@ -340,7 +340,7 @@ fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -
     FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1, waits: true }
 }
 
-/// What decides whether the resources of a frame fit.
+/// The numbers that decide whether the resources of a frame fit.
 pub(crate) struct MemoryCheck {
     /// Bytes that may be taken, and what sets the limit.
     limit: Limit,

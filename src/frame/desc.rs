@@ -111,7 +111,7 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
     rows
 }
 
-/// What passes over the image are made for.
+/// The description from which the passes over the image are made.
 pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi) -> ImagePassDesc<'a> {
     let settings = desc.settings;
     let features = Features::of(desc.scene, settings);

@@ -15,7 +15,7 @@ pub const FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 
 /// An image of a volume.
 pub struct Part {
-    /// What its label ends with.
+    /// The end of its label.
     pub label: &'static str,
     /// Texels of a voxel along x, and along y.
     pub across: u32,
@@ -25,10 +25,10 @@ pub struct Part {
     pub stored: &'static str,
 }
 
-/// What volumes are made of.
+/// A description of volumes.
 #[derive(Clone, Copy)]
 pub struct VolumeKind {
-    /// What the labels of the first and the second bounce's images begin with, and how the memory plan calls these volumes.
+    /// The beginnings of the labels of the first and the second bounce's images, and the names of these volumes in the memory plan.
     pub labels: [&'static str; 2],
     pub rows: [&'static str; 2],
     pub parts: &'static [Part],
@@ -36,14 +36,14 @@ pub struct VolumeKind {
     pub coarse: usize,
     /// Whether levels are colour targets too, a layer per slice.
     pub drawn: bool,
-    /// What a look-up finds outside of the grid.
+    /// The rule by which a look-up reads outside of the grid.
     pub outside: SamplerAddressMode,
 }
 
 /// Images of a face each.
 pub const FACES: usize = 7;
 
-/// What is seen along a ray that travels along +x +y +z −x −y −z, and on average (`glsl/ground/faces/`).
+/// Seven images: the light that is seen along rays that travel along +x +y +z −x −y −z, and on average (`glsl/ground/faces/`).
 pub const FACE_VOLUME: VolumeKind = VolumeKind {
     labels: ["first bounce", "second bounce"],
     rows: ["first bounce's volume", "second bounce's volume"],

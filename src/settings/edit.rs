@@ -48,8 +48,8 @@ impl Settings {
         self.replace(&[(key, parse(key, text.trim()))])
     }
 
-    /// Every key that has an effect (the tables of other methods have none) and its value as TOML, in the order of [`keys()`]: `merge_toml` of it gives settings that
-    /// mean the same.
+    /// Every key that has an effect and its value as TOML, in the order of [`keys()`]; the tables of other methods have none.
+    /// `merge_toml` of it gives settings that mean the same.
     pub fn to_toml(&self) -> String {
         let has_effect = |key: &Key| key.method().is_none_or(|method| method == self.method);
         let values = self.all_values().into_iter().filter(|(key, _)| has_effect(key));

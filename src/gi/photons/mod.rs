@@ -30,7 +30,7 @@ pub const PASS_UNITS: &[(&str, PassUnit)] =
 /// Of fill and mips: the map of what is sent, and opacity. `tests/device/passes_photons.rs` holds both.
 const PARTS: &[&str] = &["", " OPACITY"];
 
-/// What every voxel sends in sixteen directions, a texel of an octahedral map each: stored radiance times the area that faces the
+/// The light that every voxel sends in sixteen directions, a texel of an octahedral map each: stored radiance times the area that faces the
 /// direction, and that area, over a voxel's face. Every level of the map is 4 × 4 blocks of the level's grid. Beside it the opacity that
 /// travellers along +x +y +z meet, with the share of samples, and that of travellers along −x −y −z.
 pub const PHOTON_VOLUME: VolumeKind = VolumeKind {

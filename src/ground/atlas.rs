@@ -62,19 +62,14 @@ fn chain_rect(levels: &[(u32, u32)]) -> (u32, u32) {
 }
 
 fn place_levels(levels: &[(u32, u32)], x: u32, y: u32) -> Vec<TextureLevel> {
-    let mut along = x;
-    levels
-        .iter()
-        .enumerate()
-        .map(|(i, &(width, height))| {
-            if i == 0 {
-                return TextureLevel { x, y, width, height };
-            }
-            let level = TextureLevel { x: along, y: y + levels[0].1, width, height };
-            along += width;
-            level
-        })
-        .collect()
+    let (width, height) = levels[0];
+    let mut placed = vec![TextureLevel { x, y, width, height }];
+    let (mut along, below) = (x, y + height);
+    for &(width, height) in &levels[1..] {
+        placed.push(TextureLevel { x: along, y: below, width, height });
+        along += width;
+    }
+    placed
 }
 
 /// Shelf packing, tallest first: (x, y, layer) of each rectangle.

@@ -81,6 +81,10 @@ const MOST_CUTS: u32 = 6;
 /// hides it; to a twelfth. `None` without triangles.
 pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
     let places = scene.instances.iter().zip(&pose.world_from_instance);
+    let sum = |mut bins: Vec<u64>, more: Vec<u64>| {
+        bins.iter_mut().zip(more).for_each(|(bin, more)| *bin += more);
+        bins
+    };
     let mut bins = vec![0u64; ALL_BINS];
     for (instance, world) in places {
         let eye_from_object = DAffine3::from_translation(-eye) * *world;
@@ -93,20 +97,13 @@ pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
             }
             bins
         };
-        let of_mesh = mesh.indices.par_chunks(3 << 12).map(of_part).reduce(
-            || vec![0; ALL_BINS],
-            |mut a, b| {
-                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-                a
-            },
-        );
-        bins.iter_mut().zip(of_mesh).for_each(|(all, more)| *all += more);
+        bins = sum(bins, mesh.indices.par_chunks(3 << 12).map(of_part).reduce(|| vec![0; ALL_BINS], sum));
     }
     let total: u64 = bins.iter().sum();
-    let mut sum = 0;
+    let mut seen = 0;
     let reaches_half = |bin: &u64| {
-        sum += bin;
-        2 * sum >= total
+        seen += bin;
+        2 * seen >= total
     };
     let median = bins.iter().position(reaches_half).filter(|_| total > 0)?;
     Some(((median as i32 - BELOW) as f64 / BINS).exp2())

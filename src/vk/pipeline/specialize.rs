@@ -78,15 +78,20 @@ fn number_bindings(module: &mut Module, names: &Names, bindings: &[(String, u32)
     }
 }
 
-fn scalar_types(module: &Module) -> HashSet<Word> {
-    let is_scalar = |i: &&Instruction| {
-        i.class.opcode == Op::TypeBool || i.class.opcode == Op::TypeInt && i.operands[0] == Operand::LiteralBit32(32)
+/// The types of scalars that are integers of 32 bits or booleans, and whether they are the latter.
+type Scalars = HashMap<Word, bool>;
+
+fn scalar_types(module: &Module) -> Scalars {
+    let scalar = |i: &Instruction| match (i.class.opcode, i.operands.first()) {
+        (Op::TypeBool, _) => Some((i.result_id?, true)),
+        (Op::TypeInt, Some(Operand::LiteralBit32(32))) => Some((i.result_id?, false)),
+        _ => None,
     };
-    module.types_global_values.iter().filter(is_scalar).filter_map(|i| i.result_id).collect()
+    module.types_global_values.iter().filter_map(scalar).collect()
 }
 
 /// Turns specialization constants into constants, with what is computed from them; all constants known.
-fn set_constants(module: &mut Module, scalars: &HashSet<Word>, names: &Names, constants: &[Constant]) -> Known {
+fn set_constants(module: &mut Module, scalars: &Scalars, names: &Names, constants: &[Constant]) -> Known {
     let is_number = |i: &Instruction| i.operands.get(1) == Some(&Operand::Decoration(Decoration::SpecId));
     let value = |i: &Instruction| {
         let (id, name) = (target(&i.operands[0]), names.get(&target(&i.operands[0]))?);
@@ -95,10 +100,6 @@ fn set_constants(module: &mut Module, scalars: &HashSet<Word>, names: &Names, co
     let set: HashMap<Word, u32> = module.annotations.iter().filter(|i| is_number(i)).filter_map(value).collect();
     module.annotations.retain(|i| !is_number(i));
 
-    let bools: HashSet<Word> = (module.types_global_values.iter())
-        .filter(|i| i.class.opcode == Op::TypeBool)
-        .filter_map(|i| i.result_id)
-        .collect();
     let mut known = Known::new();
     for i in &mut module.types_global_values {
         let (Some(id), Some(kind)) = (i.result_id, i.result_type) else { continue };
@@ -113,20 +114,20 @@ fn set_constants(module: &mut Module, scalars: &HashSet<Word>, names: &Names, co
             Op::ConstantFalse => Some(0),
             Op::SpecConstantTrue => Some(set.get(&id).copied().unwrap_or(1)),
             Op::SpecConstantFalse => Some(set.get(&id).copied().unwrap_or(0)),
-            Op::SpecConstantOp if scalars.contains(&kind) => match &i.operands[..] {
+            Op::SpecConstantOp if scalars.contains_key(&kind) => match &i.operands[..] {
                 [Operand::LiteralSpecConstantOpInteger(op), of @ ..] => value_of(*op, of, &known),
                 _ => None,
             },
             _ => None,
         };
         let Some(value) = value else { continue };
-        *i = if bools.contains(&kind) {
+        *i = if scalars.get(&kind) == Some(&true) {
             let op = if value == 0 { Op::ConstantFalse } else { Op::ConstantTrue };
             Instruction::new(op, Some(kind), Some(id), vec![])
         } else {
             Instruction::new(Op::Constant, Some(kind), Some(id), vec![Operand::LiteralBit32(value)])
         };
-        if scalars.contains(&kind) {
+        if scalars.contains_key(&kind) {
             known.insert(id, value);
         }
     }
@@ -222,7 +223,7 @@ struct Walk {
 }
 
 impl Walk {
-    fn new(function: &Function, scalars: &HashSet<Word>, constants: &Known, results: &Known) -> Self {
+    fn new(function: &Function, scalars: &Scalars, constants: &Known, results: &Known) -> Self {
         let mut walk = Self { reached: function.blocks.first().map(label).into_iter().collect(), known: Known::new() };
         // Once more whenever something was reached, so that a block may stand before one that leads to it.
         loop {
@@ -241,7 +242,7 @@ impl Walk {
         }
     }
 
-    fn through(&mut self, block: &Block, scalars: &HashSet<Word>, results: &Known, passed: &HashSet<Word>) {
+    fn through(&mut self, block: &Block, scalars: &Scalars, results: &Known, passed: &HashSet<Word>) {
         for i in &block.instructions {
             let value = match i.class.opcode {
                 Op::Phi => self.phi(i, passed),
@@ -249,7 +250,7 @@ impl Walk {
                 op => value_of(op, &i.operands, &self.known),
             };
             if let (Some(value), Some(id), Some(kind)) = (value, i.result_id, i.result_type)
-                && scalars.contains(&kind)
+                && scalars.contains_key(&kind)
             {
                 self.known.insert(id, value);
             }

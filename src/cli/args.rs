@@ -6,9 +6,11 @@ use std::time::Duration;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use glam::{DVec3, Vec3};
+use twobounce::Error;
 use twobounce::gi::Method;
 use twobounce::layers::Aov;
 use twobounce::renderer::Submit;
+use twobounce::scene::{Scene, sky};
 use twobounce::settings::PRESETS;
 
 /// A scene and how to look at it.
@@ -79,6 +81,63 @@ pub struct SkyArgs {
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|_| true, "write degrees, a finite number"))]
     pub sky_rotation: f64,
+}
+
+impl SkyArgs {
+    /// Refuses what can be found wrong without opening the file.
+    pub fn check(&self) -> twobounce::Result<()> {
+        if self.sky_rotation != 0.0 && self.map().is_none() {
+            return Err(Error::Usage(
+                "--sky-rotation turns a map; name one with --sky FILE.hdr or leave it out".into(),
+            ));
+        }
+        if self.sky_intensity != 1.0 && !self.given() {
+            return Err(Error::Usage("--sky-intensity is for a sky; give one with --sky or leave it out".into()));
+        }
+        Ok(())
+    }
+
+    /// Whether there is a sky, black or not.
+    pub fn given(&self) -> bool {
+        self.sky != Sky::Even(Vec3::ZERO)
+    }
+
+    /// The file that is read.
+    pub fn map(&self) -> Option<&PathBuf> {
+        match &self.sky {
+            Sky::Map(path) => Some(path),
+            Sky::Even(_) => None,
+        }
+    }
+
+    /// Gives `scene` the sky. Returns what is to be said about that.
+    pub fn add_to(&self, scene: &mut Scene, max_texture: Option<u32>) -> twobounce::Result<Vec<String>> {
+        let intensity = self.sky_intensity as f32;
+        let path = match &self.sky {
+            Sky::Even(radiance) => {
+                scene.sky = *radiance * intensity;
+                return Ok(Vec::new());
+            }
+            Sky::Map(path) => path,
+        };
+        let (map, mut notes) = sky::read(path, max_texture)?;
+        scene.set_sky_map(map, intensity, self.sky_rotation);
+        if scene.sky == Vec3::ZERO {
+            notes.push(format!("the sky's map {} is black", path.display()));
+        }
+        Ok(notes)
+    }
+
+    /// The sky of `scene` in words, for headers.
+    pub fn words(&self, scene: &Scene) -> String {
+        match (&scene.sky_map, self.map()) {
+            (Some(map), Some(path)) => {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                format!("{name} {} intensity {} rotation {}", map.hash.to_hex(), self.sky_intensity, self.sky_rotation)
+            }
+            _ => scene.sky.to_string(),
+        }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]

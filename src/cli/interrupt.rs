@@ -10,16 +10,13 @@ use twobounce::output::file;
 const PATIENCE: Duration = Duration::from_millis(1200);
 const LAST_WORDS: Duration = Duration::from_millis(300);
 
+pub use imp::install;
+
 /// The flag.
 pub static PRESSED: AtomicBool = AtomicBool::new(false);
 
 /// 128 and the number of the signal.
 static EXIT_CODE: AtomicU8 = AtomicU8::new(130);
-
-/// From now on these signals set the flag. Called before anything that takes long, and before other threads are started.
-pub fn install() -> anyhow::Result<()> {
-    imp::install()
-}
 
 /// [`twobounce::Error::Interrupted`] once the flag is set.
 pub fn check() -> twobounce::Result<()> {
@@ -56,8 +53,9 @@ fn end() -> ! {
 
 #[cfg(unix)]
 mod imp {
-    /// Takes the signals in a thread of its own, so that they interrupt no call.
-    pub(super) fn install() -> anyhow::Result<()> {
+    /// From now on these signals set the flag: a thread of its own takes them, so that they interrupt no call. Called before anything that
+    /// takes long, and before other threads are started.
+    pub fn install() -> anyhow::Result<()> {
         // SAFETY: the set is initialised before it is used, and all pointers are valid for their calls.
         let signals = unsafe {
             let mut signals = std::mem::zeroed();
@@ -94,7 +92,8 @@ mod imp {
 
 #[cfg(not(unix))]
 mod imp {
-    pub(super) fn install() -> anyhow::Result<()> {
+    /// From now on Ctrl-C sets the flag.
+    pub fn install() -> anyhow::Result<()> {
         Ok(ctrlc::set_handler(|| super::signalled(130))?)
     }
 

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use twobounce::vk::Step;
 
-use course::{Course, Left};
+use course::Course;
 
 /// How often the line is written again where there is no terminal, and on one.
 const EVERY: Duration = Duration::from_secs(10);
@@ -35,16 +35,8 @@ struct Shown {
     /// How long the work still takes, as far as that is known, and since when.
     left: Option<(Instant, Duration)>,
     pass: Option<Pass>,
-    frame: Option<Frame>,
-}
-
-/// A frame of a run.
-struct Frame {
-    course: Course,
-    /// Frames that come after it.
-    after: u32,
-    /// The mean time of those before it.
-    mean: Option<Duration>,
+    /// Of a frame of a run.
+    frame: Option<Course>,
 }
 
 struct Pass {
@@ -62,8 +54,7 @@ impl Work {
     pub fn begin(text: &str) -> Self {
         static WRITER: Once = Once::new();
         WRITER.call_once(|| drop(std::thread::spawn(write_now_and_then)));
-        let (began, text) = (Instant::now(), text.to_owned());
-        line().work = Some(Shown { began, written: began, text, left: None, pass: None, frame: None });
+        line().work = Some(Shown::new(text.to_owned(), Instant::now()));
         Self(())
     }
 
@@ -71,18 +62,15 @@ impl Work {
     pub fn is_at(&self, text: String, left: Option<Duration>) {
         let (mut line, now) = (line(), Instant::now());
         // Other work in between took the line along when it ended.
-        let shown = Shown { began: now, written: now, text: String::new(), left: None, pass: None, frame: None };
-        let work = line.work.get_or_insert(shown);
+        let work = line.work.get_or_insert_with(|| Shown::new(String::new(), now));
         (work.text, work.pass, work.frame) = (text, None, None);
         work.left = left.map(|left| (now, left));
     }
 
-    /// Begins a frame of a run: how many come after it, and what those before it took in the mean. `bands`: see
-    /// [`twobounce::renderer::Renderer::bands`].
-    pub fn frame(&self, bands: (u32, u32), after: u32, mean: Option<Duration>) {
-        let frame = Frame { course: Course::new(Instant::now(), bands.0, bands.1), after, mean };
+    /// Begins a frame of a run.
+    pub fn frame(&self, course: Course) {
         if let Some(work) = &mut line().work {
-            work.frame = Some(frame);
+            work.frame = Some(course);
         }
     }
 }
@@ -94,9 +82,13 @@ impl Drop for Work {
     }
 }
 
-/// Says nothing from now on.
+/// From now on, progress and what is said go nowhere, or where they went before. Notes and errors are written all the same.
 pub fn be_quiet(quiet: bool) {
     line().quiet = quiet;
+}
+
+pub fn is_quiet() -> bool {
+    line().quiet
 }
 
 /// Takes the line off the terminal, before something else is written there.
@@ -109,9 +101,7 @@ pub fn clear() {
 
 /// Shows how far a frame's passes are.
 pub fn step(step: Step) {
-    if let Some(work) = &mut line().work {
-        work.step(step, Instant::now());
-    }
+    line().work.iter_mut().for_each(|work| work.step(step, Instant::now()));
 }
 
 fn line() -> MutexGuard<'static, Line> {
@@ -133,9 +123,13 @@ fn write_now_and_then() {
 }
 
 impl Shown {
+    fn new(text: String, began: Instant) -> Self {
+        Self { began, written: began, text, left: None, pass: None, frame: None }
+    }
+
     fn step(&mut self, step: Step, now: Instant) {
         if let Some(frame) = &mut self.frame {
-            frame.course.step(step, now);
+            frame.step(step, now);
         }
         let began = self.pass.as_ref().filter(|pass| pass.name == step.pass && step.share > 0.0);
         let began = began.map_or(now, |pass| pass.began);
@@ -155,30 +149,17 @@ impl Shown {
     fn words(&self, now: Instant) -> String {
         let mut words = self.text.clone();
         if let Some(pass) = &self.pass {
-            let band = self.frame.as_ref().and_then(|frame| frame.course.band(pass.name));
+            let band = self.frame.as_ref().and_then(|frame| frame.band(pass.name));
             let band = band.map_or(String::new(), |band| band + ",");
             words += &format!(": {}{band} {:.0} %", pass.name, 100.0 * pass.share);
         }
-        let own = self.left.map(|(since, left)| Left { time: left.saturating_sub(now - since), at_least: false });
-        if let Some(left) = own.or_else(|| self.frame.as_ref()?.left(now)) {
-            words + &format!(", {}{} left", if left.at_least { "at least " } else { "" }, duration(left.time))
+        let own = self.left.map(|(since, left)| (left.saturating_sub(now - since), false));
+        if let Some((left, at_least)) = own.or_else(|| self.frame.as_ref()?.left(now)) {
+            words + &format!(", {}{} left", if at_least { "at least " } else { "" }, duration(left))
         } else {
             let left = self.pass.as_ref().and_then(|pass| pass.left(now));
             words + &left.map_or(String::new(), |left| format!(", {} left of this pass", duration(left)))
         }
-    }
-}
-
-impl Frame {
-    /// Of it and of those after it.
-    fn left(&self, now: Instant) -> Option<Left> {
-        let spent = self.course.spent(now);
-        let of_mean = || Some(Left { time: self.mean?.saturating_sub(spent), at_least: false });
-        // The times of frames before are known better than that of an image beyond its first pass.
-        let whole = self.course.left(now).filter(|left| !left.at_least || self.mean.is_none());
-        let left = whole.or_else(of_mean)?;
-        let each = self.mean.unwrap_or(spent + left.time);
-        Some(Left { time: left.time + self.after * each, ..left })
     }
 }
 
@@ -220,7 +201,7 @@ mod tests {
     fn a_line_says_what_is_done_and_what_is_left() {
         let began = Instant::now();
         let at = |seconds| began + Duration::from_secs(seconds);
-        let mut work = Shown { began, written: began, text: "duck".into(), left: None, pass: None, frame: None };
+        let mut work = Shown::new("duck".into(), began);
         assert_eq!(work.due(at(0), true), None, "nothing at once");
         assert_eq!(work.due(at(9), false), None, "nothing before ten seconds without a terminal");
         work.step(Step { pass: "gather", turn: 0, share: 0.0 }, at(2));
@@ -238,13 +219,16 @@ mod tests {
     fn frames_after_this_one_take_as_long() {
         let began = Instant::now();
         let at = |seconds| began + Duration::from_secs(seconds);
-        let course = |since| Some(Course::new(at(since), 4, 1));
-        let text = "duck, frame 1 of 3".to_owned();
-        let frame = course(0).map(|course| Frame { course, after: 2, mean: None });
-        let mut work = Shown { began, written: began, text, left: None, pass: None, frame };
+        let course = |since, after, mean| {
+            let mut course = Course::new(at(since), 4, 1);
+            (course.after, course.mean) = (after, mean);
+            Some(course)
+        };
+        let mut work = Shown::new("duck, frame 1 of 3".to_owned(), began);
+        work.frame = course(0, 2, None);
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(1));
         assert_eq!(work.words(at(1)), "duck, frame 1 of 3: image 1 of 4, 50 %, 23 s left");
-        work.frame = course(10).map(|course| Frame { course, after: 1, mean: Some(Duration::from_secs(10)) });
+        work.frame = course(10, 1, Some(Duration::from_secs(10)));
         work.pass = None;
         assert_eq!(work.words(at(12)), "duck, frame 1 of 3, 18 s left", "before the image the mean tells");
     }

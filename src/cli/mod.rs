@@ -8,7 +8,6 @@ mod bench;
 mod blank;
 mod chart;
 mod compare;
-mod completions;
 mod demo;
 mod info;
 mod interrupt;
@@ -16,7 +15,6 @@ mod lab;
 mod ledger;
 mod line;
 mod make_assets;
-mod man;
 mod merge;
 pub mod out;
 mod outputs;
@@ -29,7 +27,7 @@ mod report;
 mod scene;
 mod settings;
 mod share;
-mod sky;
+mod shell;
 mod stability;
 mod study;
 #[cfg(feature = "window")]
@@ -84,9 +82,9 @@ enum Command {
     /// List the Vulkan devices, what twobounce needs of them, and what they lack
     Info(info::InfoArgs),
     /// Print what a shell completes: bash, zsh, fish, elvish, powershell
-    Completions(completions::CompletionsArgs),
+    Completions(shell::CompletionsArgs),
     /// Print the manual page, or write a page per command
-    Man(man::ManArgs),
+    Man(shell::ManArgs),
     /// Run the default study and write docs/study again
     #[command(hide = true)]
     Study(study::StudyArgs),
@@ -156,7 +154,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Stability(args) => stability::run(args),
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
-        Command::Completions(args) => completions::run(args, Cli::command()),
-        Command::Man(args) => man::run(args, Cli::command()),
+        Command::Completions(args) => shell::complete(args, Cli::command()),
+        Command::Man(args) => shell::man(args, Cli::command()),
     }
 }

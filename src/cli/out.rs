@@ -14,18 +14,10 @@ use tracing_subscriber::registry::LookupSpan;
 use twobounce::output::file;
 
 use super::line;
+pub use super::line::be_quiet;
 
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
-
-/// Whether nothing goes to standard output.
-static QUIET: AtomicBool = AtomicBool::new(false);
-
-/// From now on, what is said goes nowhere, or again to standard output. Notes and errors are written all the same.
-pub fn be_quiet(quiet: bool) {
-    QUIET.store(quiet, Ordering::Relaxed);
-    line::be_quiet(quiet);
-}
 
 /// Whether a file goes to standard output, so that what is said goes to standard error.
 static GIVEN_AWAY: AtomicBool = AtomicBool::new(false);
@@ -48,7 +40,7 @@ macro_rules! say {
 
 /// Writes text to standard output. A closed pipe is no error: the work continues.
 pub fn write(text: &str) {
-    if QUIET.load(Ordering::Relaxed) {
+    if line::is_quiet() {
         return;
     }
     line::clear();

@@ -11,15 +11,8 @@ pub struct ImageFiles {
     /// Linear radiance in an .exr; else exposed in a .png.
     pub exr: bool,
     path: PathBuf,
-    number: Option<Number>,
-}
-
-/// The place of the frame's number in a name: `before%0<digits>dafter`.
-#[derive(Clone, Debug, PartialEq)]
-struct Number {
-    before: String,
-    digits: usize,
-    after: String,
+    /// The place of the frame's number in the name: what stands before it, its digits, and what stands after it.
+    number: Option<(String, usize, String)>,
 }
 
 /// Every file to be written, where one is named, can be, is no input, and is written once; `-` is standard output.
@@ -53,7 +46,7 @@ impl ImageFiles {
             Some("exr") => true,
             _ => return Err(Error::file(path, "has an unknown ending; end the output in .png or .exr")),
         };
-        let number = path.to_str().and_then(Number::in_name);
+        let number = path.to_str().and_then(number_in);
         match (&number, sequence) {
             (None, true) => Err(Error::file(path, "has no place for the frame's number; name it like out_%04d.png")),
             (Some(_), false) => {
@@ -67,20 +60,18 @@ impl ImageFiles {
     pub fn path(&self, frame: u32) -> PathBuf {
         match &self.number {
             None => self.path.clone(),
-            Some(Number { before, digits, after }) => format!("{before}{frame:0digits$}{after}").into(),
+            Some((before, digits, after)) => format!("{before}{frame:0digits$}{after}").into(),
         }
     }
 }
 
-impl Number {
-    /// Exactly one `%d` or `%04d`.
-    fn in_name(text: &str) -> Option<Self> {
-        let (before, rest) = text.split_once('%')?;
-        let (width, after) = rest.split_once('d')?;
-        // 20 digits hold any count; more would be a slip of the hand.
-        let digits = if width.is_empty() { 1 } else { width.parse().ok().filter(|n| (1..=20).contains(n))? };
-        (!after.contains('%')).then(|| Self { before: before.into(), digits, after: after.into() })
-    }
+/// Exactly one `%d` or `%04d`.
+fn number_in(text: &str) -> Option<(String, usize, String)> {
+    let (before, rest) = text.split_once('%')?;
+    let (width, after) = rest.split_once('d')?;
+    // 20 digits hold any count; more would be a slip of the hand.
+    let digits = if width.is_empty() { 1 } else { width.parse().ok().filter(|n| (1..=20).contains(n))? };
+    (!after.contains('%')).then(|| (before.into(), digits, after.into()))
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use twobounce::vk::Watch;
 pub use super::line::{Work, course, duration, left};
 use super::{interrupt, line};
 use crate::say;
+use course::Course;
 
 /// Shows how far a frame's passes are, and ends it after Ctrl-C.
 pub fn watch() -> Watch {
@@ -36,8 +37,9 @@ impl FrameProgress {
         let (done, all) = (self.done, self.all);
         let text = if all > 1 { format!("{name}, frame {} of {all}", done + 1) } else { name.to_owned() };
         self.work.is_at(text, None);
-        let mean = (done > 0).then(|| self.began.elapsed() / done);
-        self.work.frame(bands, all - done - 1, mean);
+        let mut course = Course::new(Instant::now(), bands.0, bands.1);
+        (course.after, course.mean) = (all - done - 1, (done > 0).then(|| self.began.elapsed() / done));
+        self.work.frame(course);
     }
 
     pub fn finish(&mut self) {

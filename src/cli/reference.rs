@@ -77,34 +77,21 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
     }
 }
 
-/// Renders the image, or takes it from the cache, and writes it.
+/// Renders the image, or takes it from the cache, and writes it; or some of its samples, as sums.
 pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
     args.scene.check()?;
-    if let Some(samples) = &args.samples {
-        return part(args, samples.clone());
-    }
-    if !file::is_standard(&args.output) && args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        let text = "is no .exr; a reference holds linear radiance, name it something.exr";
+    let (ending, text) = match args.samples {
+        None => ("exr", "is no .exr; a reference holds linear radiance, name it something.exr"),
+        Some(_) => {
+            ("film", "is no .film; samples are kept as sums, name it something.film and merge it with the others")
+        }
+    };
+    let standard = args.samples.is_none() && file::is_standard(&args.output);
+    if !standard && args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case(ending)) {
         return Err(Error::file(&args.output, text).into());
     }
-    outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[Some(&args.output)])?;
-    let stop = args.spp.map_or(Stop::Noise(args.noise), Stop::Samples);
-    let (film, traced, about, key) = trace(args, stop)?;
-    let whole = Part { key, about, film };
-    let (image, header) = whole.image();
-    image.write_exr(&args.output, &header)?;
-    report(args, &whole.film, &traced);
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Traces some of the samples, and writes them as sums.
-fn part(args: &ReferenceArgs, samples: Range<u32>) -> anyhow::Result<ExitCode> {
-    if args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("film")) {
-        let text = "is no .film; samples are kept as sums, name it something.film and merge it with the others";
-        return Err(Error::file(&args.output, text).into());
-    }
-    if let Some(count) = args.list {
+    if let (Some(samples), Some(count)) = (&args.samples, args.list) {
         let parts: Vec<String> = share::chunks(samples.len() as u32, count)
             .map(|part| format!("{}-{}", samples.start + part.start, samples.start + part.end - 1))
             .collect();
@@ -113,16 +100,32 @@ fn part(args: &ReferenceArgs, samples: Range<u32>) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[Some(&args.output)])?;
-    let (film, traced, about, key) = trace(args, Stop::Range { first: samples.start, end: samples.end })?;
-    let part = Part { key, about, film };
-    part.write(&args.output)?;
-    say!("{}: samples {}", out::name(&args.output), part.samples());
+    let (part, traced) = trace(args)?;
+    let (film, name) = (&part.film, out::name(&args.output));
+    if args.samples.is_some() {
+        part.write(&args.output)?;
+        say!("{name}: samples {}", part.samples());
+        traced.say();
+        return Ok(ExitCode::SUCCESS);
+    }
+    let (image, header) = part.image();
+    image.write_exr(&args.output, &header)?;
+    let (width, height) = (film.width, film.rows.len());
+    let (samples, noise) = (film.done(), 100.0 * film.noise());
+    say!("{name}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS");
     traced.say();
+    if film.rejected() > 0 {
+        say!("{} samples were not finite and count as black", film.rejected());
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-/// The film of what the arguments name, what was done for it, what its image says of itself, and the key of its samples.
-fn trace(args: &ReferenceArgs, stop: Stop) -> anyhow::Result<(Film, Traced, About, blake3::Hash)> {
+/// The film of what the arguments name, and what was done for it.
+fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, Traced)> {
+    let stop = match &args.samples {
+        Some(samples) => Stop::Range { first: samples.start, end: samples.end },
+        None => args.spp.map_or(Stop::Noise(args.noise), Stop::Samples),
+    };
     check_memory(args.scene.size)?;
     interrupt::install()?;
     let mut opened = args.scene.open()?;
@@ -149,7 +152,7 @@ fn trace(args: &ReferenceArgs, stop: Stop) -> anyhow::Result<(Film, Traced, Abou
     ]);
     let alpha = args.transparent.then_some(Aov::Alpha);
     let layers = args.aov.iter().copied().chain(alpha).map(|aov| aov.name().to_owned()).collect();
-    Ok((film, traced, About { header, layers }, cache::key(of, &options)))
+    Ok((Part { key: cache::key(of, &options), about: About { header, layers }, film }, traced))
 }
 
 /// The user's cache, with a note where nothing can be kept in it.
@@ -169,16 +172,6 @@ pub fn check_memory((width, height): (u32, u32)) -> Result<()> {
     let text =
         format!("a reference of {width}x{height} needs {needed} MiB, {available} are free; choose a smaller --size");
     Err(Error::Memory(text))
-}
-
-fn report(args: &ReferenceArgs, film: &Film, traced: &Traced) {
-    let (width, height) = (film.width, film.rows.len());
-    let (samples, noise) = (film.done(), 100.0 * film.noise());
-    say!("{}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS", out::name(&args.output));
-    traced.say();
-    if film.rejected() > 0 {
-        say!("{} samples were not finite and count as black", film.rejected());
-    }
 }
 
 /// Work that was done in this call.

@@ -144,7 +144,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let frames = FrameProgress::new(work, warm_up + args.frames.map_or(args.repeat, Frames::count));
     let mut session = Session { args, files, context: &context, renderer, shot, header, report, timings, frames };
     if args.timings || args.verbose {
-        session.print_memory(budget_bytes);
+        say!("memory plan:\n{}", session.renderer.plan());
+        say!("  {:<24} {:>10.2} MiB", "allocated by the driver", mib(context.allocated_bytes()));
+        say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(budget_bytes));
     }
     (0..warm_up).try_for_each(|_| session.frame(0.0))?;
     match args.frames {
@@ -230,8 +232,7 @@ impl Session<'_> {
         if !self.args.still && self.args.frames.is_none() {
             self.renderer.make_anew();
         }
-        let pose = self.shot.pose(self.renderer.scene(), later_s);
-        let view = self.shot.view(self.renderer.scene(), &pose);
+        let (pose, view) = self.shot.at(self.renderer.scene(), later_s);
         self.timings.push(self.renderer.render(&pose, &view)?);
         self.frames.finish();
         interrupt::check()
@@ -242,8 +243,7 @@ impl Session<'_> {
         if frames.first == 0 || self.files.exr || self.report.exposure_ev.is_some() {
             return Ok(());
         }
-        let pose = self.shot.pose(self.renderer.scene(), 0.0);
-        let view = self.shot.view(self.renderer.scene(), &pose);
+        let (pose, view) = self.shot.at(self.renderer.scene(), 0.0);
         self.renderer.render(&pose, &view)?;
         let image = self.renderer.read();
         self.exposure_ev(&image, &view);
@@ -265,10 +265,12 @@ impl Session<'_> {
         refuse_invalid(self.context)?;
         let path = self.files.path(frame);
         let mut image = self.renderer.read();
-        warn_of_non_finite(&image);
-        let scene = self.renderer.scene();
-        let pose = self.shot.pose(scene, later_s);
-        let view = self.shot.view(scene, &pose);
+        // They are a fault of the program, and hard to see.
+        let broken = image.beauty().iter().filter(|p| !p.iter().all(|c| c.is_finite())).count();
+        if broken > 0 {
+            out::warn(&format!("warning: {broken} pixels are not finite"));
+        }
+        let (pose, view) = self.shot.at(self.renderer.scene(), later_s);
         let exposure_ev = (!self.files.exr).then(|| self.exposure_ev(&image, &view));
         let scene = self.renderer.scene();
         if frame == self.args.frames.map_or(0, |frames| frames.first) {
@@ -289,12 +291,6 @@ impl Session<'_> {
         Ok(())
     }
 
-    fn print_memory(&self, budget_bytes: u64) {
-        say!("memory plan:\n{}", self.renderer.plan());
-        say!("  {:<24} {:>10.2} MiB", "allocated by the driver", mib(self.context.allocated_bytes()));
-        say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(budget_bytes));
-    }
-
     /// The counters, and the table, the JSON and the trace as far as they were asked for.
     fn finish(mut self) -> Result<()> {
         out::write(&report::counters_text(&self.timings));
@@ -311,13 +307,5 @@ impl Session<'_> {
             file::write_json(path, &self.report)?;
         }
         Ok(())
-    }
-}
-
-/// Pixels that are not finite are a fault of the program, and hard to see.
-fn warn_of_non_finite(image: &Layers) {
-    let broken = image.beauty().iter().filter(|p| !p.iter().all(|c| c.is_finite())).count();
-    if broken > 0 {
-        out::warn(&format!("warning: {broken} pixels are not finite"));
     }
 }

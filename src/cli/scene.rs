@@ -41,14 +41,16 @@ pub struct Shot {
     playback: Playback,
     time_s: f64,
     camera: Camera,
-    /// What a file's camera has instead of its own, radians.
-    fov: Option<f32>,
 }
 
 /// A camera of the file moves with its node; the others stand still.
 #[derive(Clone, Copy)]
 enum Camera {
-    OfFile(usize),
+    OfFile {
+        index: usize,
+        /// Radians; its own where absent.
+        fov: Option<f32>,
+    },
     Fixed(View),
 }
 
@@ -107,7 +109,7 @@ impl SceneArgs {
         };
         let playback = Playback { animations, repeats: self.repeats == Loop::On };
         let (camera, words) = self.choose_camera(&scene, &playback)?;
-        let shot = Shot { playback, time_s: self.time, camera, fov: self.fov_rad() };
+        let shot = Shot { playback, time_s: self.time, camera };
         let mut notes = std::mem::take(&mut scene.warnings);
         notes.extend(of_sky);
         if let Some(note) = self.light(&mut scene, &shot)? {
@@ -120,8 +122,7 @@ impl SceneArgs {
 
     /// Adds light where the scene needs some. Returns what is to be said about that.
     fn light(&self, scene: &mut Scene, shot: &Shot) -> Result<Option<String>> {
-        let pose = shot.pose(scene, 0.0);
-        let view = shot.view(scene, &pose);
+        let (pose, view) = shot.at(scene, 0.0);
         let why = match (scene.has_light(), scene.has_light_beside_emission()) {
             (false, _) => "the scene has no light, emission or sky",
             (_, true) => "",
@@ -165,6 +166,8 @@ impl SceneArgs {
             let words = format!("eye {} target {} up {} fov {}", point(eye), point(target), point(self.up), fov);
             return Ok((Camera::Fixed(view), words));
         }
+        let fov = self.fov.map(|fov| fov.to_radians() as f32);
+        let fov_words = self.fov.map_or(String::new(), |fov| format!(" fov {fov}"));
         let index = match &self.camera {
             Some(name) => Some(scene.camera_named(name)?),
             None => (!scene.cameras.is_empty()).then_some(0),
@@ -177,22 +180,14 @@ impl SceneArgs {
                         format!("--fov: camera {index} is orthographic; leave it out or look with --eye and --target");
                     return Err(Error::Usage(text));
                 }
-                (Camera::OfFile(index), format!("{index} {:?}{}", camera.name, self.fov_words()))
+                (Camera::OfFile { index, fov }, format!("{index} {:?}{fov_words}", camera.name))
             }
             None => {
-                let fov = self.fov_rad().unwrap_or(DEFAULT_FOV_DEGREES.to_radians());
+                let fov = fov.unwrap_or(DEFAULT_FOV_DEGREES.to_radians());
                 let view = View::framing_within(scene.bounds_of(playback), fov);
-                (Camera::Fixed(view), format!("framing the scene{}", self.fov_words()))
+                (Camera::Fixed(view), format!("framing the scene{fov_words}"))
             }
         })
-    }
-
-    fn fov_rad(&self) -> Option<f32> {
-        self.fov.map(|fov| fov.to_radians() as f32)
-    }
-
-    fn fov_words(&self) -> String {
-        self.fov.map_or(String::new(), |fov| format!(" fov {fov}"))
     }
 }
 
@@ -214,9 +209,7 @@ impl Opened {
 
     /// The pose at --time, and the camera in it.
     pub fn at_time(&self) -> (Pose, View) {
-        let pose = self.shot.pose(&self.scene, 0.0);
-        let view = self.shot.view(&self.scene, &pose);
-        (pose, view)
+        self.shot.at(&self.scene, 0.0)
     }
 
     /// The settings, with smaller voxels about the camera where the scene asks for them; says so then.
@@ -236,8 +229,7 @@ impl Opened {
     pub fn seen(&self, args: &SceneArgs) -> Result<(Pose, View, String)> {
         let (camera, words) = args.choose_camera(&self.scene, &self.shot.playback)?;
         let shot = Shot { time_s: args.time, camera, ..self.shot.clone() };
-        let pose = shot.pose(&self.scene, 0.0);
-        let view = shot.view(&self.scene, &pose);
+        let (pose, view) = shot.at(&self.scene, 0.0);
         Ok((pose, view, words))
     }
 
@@ -275,18 +267,20 @@ impl Shot {
         scene.pose_of(&self.playback, self.time_s + later_s)
     }
 
-    /// The camera in a pose.
-    pub fn view(&self, scene: &Scene, pose: &Pose) -> View {
-        match self.camera {
-            Camera::OfFile(index) => {
-                let mut view = scene.view(pose, index);
-                if let (Some(own), Projection::Perspective { fov, .. }) = (self.fov, &mut view.projection) {
-                    *fov = own;
+    /// The same, and the camera in it.
+    pub fn at(&self, scene: &Scene, later_s: f64) -> (Pose, View) {
+        let pose = self.pose(scene, later_s);
+        let view = match self.camera {
+            Camera::OfFile { index, fov: asked } => {
+                let mut view = scene.view(&pose, index);
+                if let (Some(asked), Projection::Perspective { fov, .. }) = (asked, &mut view.projection) {
+                    *fov = asked;
                 }
                 view
             }
             Camera::Fixed(view) => view,
-        }
+        };
+        (pose, view)
     }
 
     /// Seconds within the animation, `later_s` after --time.
@@ -298,26 +292,27 @@ impl Shot {
 impl DeviceArgs {
     /// Opens the device for images of this size.
     pub fn open(&self, size: (u32, u32)) -> Result<Arc<Context>> {
-        fitting(Context::new(&self.options())?, size)
+        self.open_by(Context::new, size)
     }
 
     /// The same, with shaders that count what they read.
     pub fn open_counting(&self, size: (u32, u32)) -> Result<Arc<Context>> {
-        fitting(Context::counting(&self.options())?, size)
+        self.open_by(Context::counting, size)
     }
 
-    fn options(&self) -> ContextOptions {
-        ContextOptions { device: self.device.clone(), validation: self.validation }
+    fn open_by(
+        &self,
+        open: impl Fn(&ContextOptions) -> Result<Arc<Context>>,
+        (width, height): (u32, u32),
+    ) -> Result<Arc<Context>> {
+        let context = open(&ContextOptions { device: self.device.clone(), validation: self.validation })?;
+        let limits = &context.limits;
+        let most = limits.max_image_dimension2_d.min(limits.max_framebuffer_width).min(limits.max_framebuffer_height);
+        if width.max(height) > most {
+            let device = &context.name;
+            let text = format!("--size {width}x{height}: {device} makes images of up to {most} pixels a side");
+            return Err(Error::Usage(text));
+        }
+        Ok(context)
     }
-}
-
-fn fitting(context: Arc<Context>, (width, height): (u32, u32)) -> Result<Arc<Context>> {
-    let limits = &context.limits;
-    let most = limits.max_image_dimension2_d.min(limits.max_framebuffer_width).min(limits.max_framebuffer_height);
-    if width.max(height) > most {
-        let device = &context.name;
-        let text = format!("--size {width}x{height}: {device} makes images of up to {most} pixels a side");
-        return Err(Error::Usage(text));
-    }
-    Ok(context)
 }

@@ -263,7 +263,8 @@ impl Experiment for Table<'_> {
     }
 
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()> {
-        let kept = Row { failure: Some(error.to_string()), origin: Some(self.origin.now()), ..self.rows[row].row.clone() };
+        let kept =
+            Row { failure: Some(error.to_string()), origin: Some(self.origin.now()), ..self.rows[row].row.clone() };
         self.rows[row].stored = Some(self.store.save(kept, None)?);
         Ok(())
     }

@@ -39,18 +39,24 @@ pub fn flag(group: &[String]) -> &str {
     group[0].split('=').next().unwrap_or_default()
 }
 
+/// The typed flags that another command has too, with their values and without those `left_out`. `own`: flags of the command that was
+/// typed.
+pub fn kept(typed: &[String], own: &Command, other: &Command, left_out: &[&str]) -> Vec<String> {
+    let known = |command: &Command, flag: &str| {
+        let mut flags = command.get_arguments();
+        flags.find(|arg| arg.get_long().is_some_and(|long| flag.strip_prefix("--") == Some(long))).cloned()
+    };
+    let takes_value = |flag: &str| known(own, flag).is_none_or(|arg| arg.get_action().takes_values());
+    let stays = |group: &Vec<String>| known(other, flag(group)).is_some() && !left_out.contains(&flag(group));
+    grouped(typed, takes_value).into_iter().filter(stays).flatten().collect()
+}
+
 /// The start of the command that renders a scene as it is looked at: without settings. `typed`: the words of this command.
 pub fn render_command(typed: &[String], scene: &Path, (width, height): (u32, u32)) -> String {
     let flags = SceneArgs::augment_args(Command::new(""));
-    let known = |flag: &str| {
-        flags.get_arguments().find(|arg| arg.get_long().is_some_and(|long| flag.strip_prefix("--") == Some(long)))
-    };
-    let takes_value = |flag: &str| known(flag).is_none_or(|arg| arg.get_action().takes_values());
-    let groups = grouped(typed, takes_value);
-    let kept = groups.into_iter().filter(|group| known(flag(group)).is_some() && flag(group) != "--size");
     let start = ["twobounce", "render", &scene.display().to_string(), "-o", "image.png"].map(str::to_owned);
-    let size = vec![format!("--size={width}x{height}")];
-    line(&start.into_iter().chain(kept.flatten()).chain(size).collect::<Vec<_>>())
+    let kept = kept(typed, &flags, &flags, &["--size"]);
+    line(&start.into_iter().chain(kept).chain([format!("--size={width}x{height}")]).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -29,6 +29,8 @@ pub use device::features::{FeatureStructs, Features, required_extensions, requir
 pub use device::host::{HostDevice, missing};
 pub use device::instance::{DeviceKind, DeviceReport, devices};
 pub use device::needs::Need;
+#[cfg_attr(not(internals), doc(hidden))]
+pub use device::{presenter::Presenter, submit::immediate};
 pub use pipeline::bind::Bind;
 pub use pipeline::constants::{Constant, Value};
 pub use pipeline::desc::{Compute, ComputeDesc, DepthDesc, Pipeline, Raster, RasterDesc, VertexInput};

@@ -98,10 +98,7 @@ fn no_function_hides_arguments_in_a_tuple() {
         functions += all.len();
         let hiding: Vec<_> = all.iter().flatten().filter(|parameter| hides_arguments(parameter)).collect();
         let name = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
-        assert!(
-            hiding.is_empty(),
-            "{name}: {hiding:?}; give each argument a parameter, or make a struct of them"
-        );
+        assert!(hiding.is_empty(), "{name}: {hiding:?}; give each argument a parameter, or make a struct of them");
     }
     assert!(functions > 2000, "only {functions} functions were found");
 }

@@ -65,15 +65,17 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
         interrupt::check()?;
         progress.begin("demo", renderer.bands());
         let later_s = DEMO_S + (f64::from(frame) - f64::from(WARM_UP)) / args.fps;
-        let pose = opened.shot.pose(renderer.scene(), later_s);
-        let view = opened.shot.view(renderer.scene(), &pose);
+        let (pose, view) = opened.shot.at(renderer.scene(), later_s);
         timings.push(renderer.render(&pose, &view)?);
         progress.finish();
     }
     drop(progress);
     refuse_invalid(&context)?;
-    let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| {
-        Pass { name, kind, frames: frames_gpu_ms.len(), gpu_ms: Percentiles::of(frames_gpu_ms) }
+    let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| Pass {
+        name,
+        kind,
+        frames: frames_gpu_ms.len(),
+        gpu_ms: Percentiles::of(frames_gpu_ms),
     };
     let report = Report {
         version: VERSION,

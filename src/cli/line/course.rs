@@ -1,4 +1,4 @@
-//! How long a frame still takes. What comes after the light is known: the passes over the image, band after band of rows.
+//! How long a frame still takes, and those of its run that come after it. What comes after the light is known: the passes over the image, band after band of rows.
 
 use std::time::{Duration, Instant};
 
@@ -20,19 +20,17 @@ pub struct Course {
     band: u32,
     /// Of each pass: bands that are done, in all images, and the time that they took.
     done: [(f64, Duration); 2],
-}
-
-/// What is left of a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Left {
-    pub time: Duration,
-    /// Whether something comes besides that is not known yet.
-    pub at_least: bool,
+    /// Frames that come after it.
+    pub after: u32,
+    /// The mean time of those before it.
+    pub mean: Option<Duration>,
 }
 
 impl Course {
+    /// A frame by itself. `bands` and `images`: see [`twobounce::renderer::Renderer::bands`].
     pub fn new(began: Instant, bands: u32, images: u32) -> Self {
-        Self { began, bands, images, image: 0, at: began, band: 0, done: [(0.0, Duration::ZERO); 2] }
+        let done = [(0.0, Duration::ZERO); 2];
+        Self { began, bands, images, image: 0, at: began, band: 0, done, after: 0, mean: None }
     }
 
     /// A submission ended.
@@ -54,17 +52,19 @@ impl Course {
         shown.then(|| format!(" {} of {all}", (self.image * self.bands + self.band + 1).min(all)))
     }
 
-    /// How long the frame takes altogether if bands take as long as those before; unknown before the image.
-    pub fn left(&self, now: Instant) -> Option<Left> {
+    /// How long it and those after it still take if bands and frames take as long as those before, and whether something comes besides
+    /// that is not known yet; unknown before the image.
+    pub fn left(&self, now: Instant) -> Option<(Duration, bool)> {
         let all = f64::from(self.bands * self.images);
         let known = self.done.map(|(done, took)| (done > 0.01 && !took.is_zero()).then_some((done, took)));
         let rest = known.iter().flatten().map(|(done, took)| took.mul_f64((all / done - 1.0).max(0.0)));
         let rest = rest.sum::<Duration>().saturating_sub(now - self.at);
-        known.iter().any(Option::is_some).then_some(Left { time: rest, at_least: known[1].is_none() })
-    }
-
-    pub fn spent(&self, now: Instant) -> Duration {
-        now - self.began
+        let own = known.iter().any(Option::is_some).then_some((rest, known[1].is_none()));
+        let spent = now - self.began;
+        // The times of frames before are known better than that of an image beyond its first pass.
+        let own = own.filter(|(_, at_least)| !at_least || self.mean.is_none());
+        let (left, at_least) = own.or_else(|| Some((self.mean?.saturating_sub(spent), false)))?;
+        Some((left + self.after * self.mean.unwrap_or(spent + left), at_least))
     }
 }
 
@@ -78,7 +78,7 @@ mod tests {
         let at = |seconds| began + Duration::from_secs(seconds);
         let step = |pass, turn, share| Step { pass, turn, share };
         let left = |course: &Course, seconds| {
-            course.left(at(seconds)).map(|left| (left.time.as_secs_f64().round() as u64, left.at_least))
+            course.left(at(seconds)).map(|(left, at_least)| (left.as_secs_f64().round() as u64, at_least))
         };
         let mut course = Course::new(began, 4, 1);
         course.step(step("shade 1", 0, 0.5), at(8));
@@ -110,7 +110,7 @@ mod tests {
             course.step(Step { pass: "image", turn, share }, began + Duration::from_secs(2 * i as u64 + 2));
         }
         let now = began + Duration::from_secs(10);
-        assert_eq!(course.left(now), Some(Left { time: Duration::from_secs(5), at_least: false }));
+        assert_eq!(course.left(now), Some((Duration::from_secs(5), false)));
         assert_eq!(course.band("image").as_deref(), Some(" 4 of 6"));
     }
 }

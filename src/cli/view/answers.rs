@@ -1,32 +1,47 @@
-//! What comes back from other threads: frames, answers to questions, GLSL that was compiled anew.
+//! News of other threads: frames, answers to questions, how far a frame is from the truth, GLSL that was compiled anew. Devices that were
+//! lost, the window's own and the one that makes frames, are opened anew: a driver that was reset gives up every device at once. One that
+//! is lost again soon is not.
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
 
 use super::App;
-#[cfg(feature = "hot-reload")]
-use super::reload;
-use super::worker::Worker;
-#[cfg(feature = "hot-reload")]
+use super::job::{Frame, News};
 use crate::cli::out;
 #[cfg(feature = "hot-reload")]
 use crate::say;
 
+/// A device that is lost again within this time stays lost.
+const AGAIN: Duration = Duration::from_secs(10);
+
 impl App {
-    pub(super) fn take_answer(&mut self) -> anyhow::Result<()> {
-        if let Some(found) = self.worker.as_ref().and_then(Worker::found) {
-            self.panel.take(found);
-            self.script.found();
+    pub(super) fn take(&mut self, news: News) -> anyhow::Result<()> {
+        match news {
+            News::Frame(revision, frame) if revision >= self.first => self.take_frame(revision, frame)?,
+            News::Found(revision, found) if revision >= self.first => {
+                self.panel.take(found);
+                self.script.found();
+            }
+            News::Compared(cancelled, compared) if !cancelled.load(Ordering::Relaxed) => self.compared = Some(compared),
+            #[cfg(feature = "hot-reload")]
+            News::Shaders(said) => self.take_shaders(said),
+            _ => {} // of a worker that is gone, of a frame that is no longer shown
         }
-        let Some(answer) = self.worker.as_ref().and_then(Worker::answer) else { return Ok(()) };
-        self.answered = answer.revision;
-        self.whole = answer.frame.as_ref().map_or(true, |frame| frame.refined.whole);
-        match answer.frame {
+        Ok(())
+    }
+
+    fn take_frame(&mut self, revision: u64, frame: Result<Frame, String>) -> anyhow::Result<()> {
+        self.answered = revision;
+        self.whole = frame.as_ref().map_or(true, |frame| frame.whole);
+        match frame {
             Err(_) if self.context.is_lost() => self.renew_context()?,
             Err(words) => match self.before.take() {
                 // What was opened last cannot be shown.
                 Some((subject, settings, eye, later_s)) => {
                     (self.subject, self.eye, self.later_s) = (subject, eye, later_s);
-                    self.panel.settings = settings;
+                    self.panel.choice.settings = settings;
                     self.panel.error = Some(words);
                     self.start();
                 }
@@ -35,14 +50,14 @@ impl App {
             },
             Ok(frame) => {
                 (self.before, self.panel.frame_error) = (None, None);
-                if let Some(job) = self.asked.as_ref().filter(|job| job.revision == answer.revision) {
+                if let Some(job) = self.asked.as_ref().filter(|job| job.revision == revision) {
                     self.script.answered(self.asked_at.elapsed());
-                    self.script.unfinished += u32::from(!job.moving && !frame.refined.whole);
+                    self.script.unfinished += u32::from(!job.moving && !frame.whole);
                 }
                 (self.truth, self.compared, self.mixed) = (None, None, None);
                 self.panel.history.add(&frame);
-                self.frame = Some((answer.revision, frame));
-                self.set_title();
+                self.set_title(&frame);
+                self.frame = Some(frame);
             }
         }
         Ok(())
@@ -50,35 +65,63 @@ impl App {
 
     /// Shows what came of GLSL that was saved.
     #[cfg(feature = "hot-reload")]
-    pub(super) fn take_reload(&mut self) {
-        let Some(said) = self.reloading.as_ref().and_then(reload::Reloading::take) else { return };
+    fn take_shaders(&mut self, said: Result<usize, String>) {
         self.script.reloaded();
+        self.panel.shader_error = said.as_ref().err().cloned();
         match said {
             Ok(count) => {
                 say!("shaders compiled anew: {count}");
-                self.panel.shader_error = None;
-                if let Some(worker) = self.worker.as_ref().filter(|_| count > 0) {
-                    worker.renew();
+                if count > 0 {
+                    self.shaders += 1;
                     self.moves();
                 }
             }
-            Err(words) => {
-                out::warn(&words);
-                self.panel.shader_error = Some(words);
-            }
+            Err(words) => out::warn(&words),
         }
     }
 
-    pub(super) fn set_title(&self) {
-        let (Some(shown), Some((_, frame))) = (&self.shown, &self.frame) else { return };
+    /// Opens the window's device anew where it was lost; else returns the error.
+    pub(super) fn recover(&mut self, error: anyhow::Error) -> anyhow::Result<()> {
+        let Some(shown) = self.shown.take_if(|shown| shown.screen.context().is_lost()) else { return Err(error) };
+        note_loss(&mut self.lost.window, "the window's device")?;
+        shown.screen.close()?; // the window takes one swapchain at a time
+        self.show_in(shown.window)?;
+        self.redraw();
+        Ok(())
+    }
+
+    /// Opens the device that makes frames anew, and starts over.
+    pub(super) fn renew_context(&mut self) -> anyhow::Result<()> {
+        note_loss(&mut self.lost.frames, &self.context.name)?;
+        self.worker = None; // what it made goes with the device
+        self.context = self.run.device.open(self.subject.args.size)?;
+        self.start();
+        Ok(())
+    }
+
+    fn set_title(&self, frame: &Frame) {
+        let Some(shown) = &self.shown else { return };
         let (width, height) = shown.screen.size();
-        let coarse = match frame.divisor {
-            1 => String::new(),
-            by => format!(" at 1/{by}"),
-        };
-        let (name, ms) = (&self.subject.scene.name, frame.ms);
-        let refined = frame.refined.words(frame.report.noise);
+        let coarse = if frame.divisor > 1 { format!(" at 1/{}", frame.divisor) } else { String::new() };
+        let (name, ms, refined) = (&self.subject.scene.name, frame.ms, frame.refined());
         let title = format!("{name} · {width}x{height}{coarse} · {ms:.0} ms{refined} · {}", self.context.name);
         shown.window.set_title(&title);
     }
+}
+
+/// When devices were opened anew last.
+#[derive(Default)]
+pub struct Losses {
+    window: Option<Instant>,
+    frames: Option<Instant>,
+}
+
+fn note_loss(last: &mut Option<Instant>, what: &str) -> anyhow::Result<()> {
+    if last.is_some_and(|at| at.elapsed() < AGAIN) {
+        let remedy = "ask for less, such as a smaller window";
+        return Err(anyhow!("{what} was lost again, soon after it was opened anew: {remedy}"));
+    }
+    *last = Some(Instant::now());
+    out::warn(&format!("{what} was lost, and is opened anew"));
+    Ok(())
 }

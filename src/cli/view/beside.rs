@@ -5,10 +5,10 @@ use twobounce::gi::Method;
 use twobounce::layers::{Aov, Layers};
 use twobounce::settings::{Bounces, PRESETS, Settings};
 
+use super::job::Frame;
 use super::layer::Layer;
 use super::maker::encode;
 use super::screen::Picture;
-use super::worker::Frame;
 
 /// With which settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,7 +70,7 @@ impl Mix {
 }
 
 /// How a picture and what is beside it are shown in one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mixing {
     pub mix: Mix,
     /// Where the picture ends, from 0 to 1.

@@ -9,9 +9,10 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::WindowId;
 
-use super::App;
 use super::beside::{Mix, Other};
+use super::job::News;
 use super::question::Question;
+use super::{App, WAYS};
 use crate::cli::{interrupt, out};
 use crate::say;
 
@@ -24,7 +25,7 @@ const TURN: f64 = 2.0;
 /// By how much a notch of the mouse wheel changes the speed.
 const NOTCH: f64 = 1.25;
 
-impl ApplicationHandler<()> for App {
+impl ApplicationHandler<News> for App {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.shown.is_none() {
             let opened = self.open(event_loop);
@@ -32,10 +33,8 @@ impl ApplicationHandler<()> for App {
         }
     }
 
-    fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
-        #[cfg(feature = "hot-reload")]
-        self.take_reload();
-        let taken = self.take_answer();
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, news: News) {
+        let taken = self.take(news);
         self.or_fail(event_loop, taken);
         self.redraw();
     }
@@ -109,7 +108,7 @@ impl ApplicationHandler<()> for App {
         let acted = self.act(event_loop);
         self.or_fail(event_loop, acted);
         let busy = !self.rests() || self.plays || !self.script.is_done();
-        let flickers = self.panel.beside != Other::None && self.panel.mix == Mix::Flicker;
+        let flickers = self.panel.choice.beside != Other::None && self.panel.mixing.mix == Mix::Flicker;
         if (!self.rests() || flickers) && self.drawn.elapsed() > PROGRESS {
             self.redraw(); // how far the frame is, or the other's turn
         }
@@ -121,7 +120,7 @@ impl ApplicationHandler<()> for App {
 impl App {
     /// Asks for the rays of the pixel under the pointer.
     pub(super) fn ask_rays(&mut self) {
-        let (Some((x, y)), Some(shown), Some((_, frame))) = (self.pointer, &self.shown, &self.frame) else { return };
+        let (Some((x, y)), Some(shown), Some(frame)) = (self.pointer, &self.shown, &self.frame) else { return };
         let (size, window) = (frame.picture.size, shown.screen.size());
         let pixel = |at: f64, size: u32, window: u32| (at * f64::from(size) / f64::from(window.max(1))) as u32;
         let pixel = (pixel(x, size.0, window.0).min(size.0 - 1), pixel(y, size.1, window.1).min(size.1 - 1));
@@ -154,7 +153,7 @@ impl App {
                 let saved = self.save(&PathBuf::from(format!("{}.png", self.subject.scene.name)));
                 saved.unwrap_or_else(|error| out::warn(&format!("{error:#}")));
             }
-            KeyCode::KeyW | KeyCode::KeyA | KeyCode::KeyS | KeyCode::KeyD | KeyCode::KeyQ | KeyCode::KeyE => {
+            key if key == KeyCode::AltLeft || WAYS.iter().any(|(way, _)| *way == key) => {
                 if self.held.is_empty() {
                     self.stepped = Instant::now();
                 }

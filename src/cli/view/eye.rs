@@ -47,25 +47,23 @@ impl Eye {
 
     /// Looks about: radians to the left and up.
     pub fn turn(&mut self, left: f64, up: f64) {
-        let distance = (self.target - self.eye).length();
-        self.target = self.eye + turned(self.forward(), left, up) * distance;
-        self.up = DVec3::Y;
+        self.target = self.eye + self.turned(left, up);
     }
 
     /// Goes round the target: radians to the left and up.
     pub fn orbit(&mut self, left: f64, up: f64) {
-        let distance = (self.target - self.eye).length();
-        self.eye = self.target - turned(self.forward(), left, up) * distance;
-        self.up = DVec3::Y;
+        self.eye = self.target - self.turned(left, up);
     }
-}
 
-fn turned(forward: DVec3, left: f64, up: f64) -> DVec3 {
-    let forward = DQuat::from_rotation_y(left) * forward;
-    let height = forward.angle_between(DVec3::Y);
-    let to = (height - up).clamp(LEAST_TO_VERTICAL, std::f64::consts::PI - LEAST_TO_VERTICAL);
-    let right = forward.cross(DVec3::Y).normalize_or(DVec3::X);
-    (DQuat::from_axis_angle(right, height - to) * forward).normalize()
+    /// From the eye to its target once it is turned, upright then.
+    fn turned(&mut self, left: f64, up: f64) -> DVec3 {
+        self.up = DVec3::Y;
+        let forward = DQuat::from_rotation_y(left) * self.forward();
+        let height = forward.angle_between(DVec3::Y);
+        let to = (height - up).clamp(LEAST_TO_VERTICAL, std::f64::consts::PI - LEAST_TO_VERTICAL);
+        let right = forward.cross(DVec3::Y).normalize_or(DVec3::X);
+        (DQuat::from_axis_angle(right, height - to) * forward).normalize() * self.eye.distance(self.target)
+    }
 }
 
 #[cfg(test)]

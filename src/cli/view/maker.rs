@@ -11,16 +11,20 @@ use twobounce::ground::boxes::FACTOR;
 use twobounce::layers::{Aov, Layers};
 use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
 use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
+use twobounce::scene::Scene;
 use twobounce::settings::Settings;
-use twobounce::vk::{Context, Watch, ZoneTiming, ZoneTimings};
+use twobounce::vk::{Context, ZoneTiming, ZoneTimings};
 use twobounce::{Error, Result};
+use winit::event_loop::EventLoopProxy;
 
-use super::job::{Beside, Frame, Job, Refined, Stage, Wanted};
+use super::job::{Beside, Choice, Frame, Job, News};
 use super::layer::{Grid, Layer};
 use super::question::{self, Cost, Found, Question};
 use super::screen::Picture;
+use super::worker::Shared;
 use crate::cli::blank::sky_shown;
 use crate::cli::progress::course::IMAGE_PASSES;
+
 /// Milliseconds of the image while something moves: with encoding and showing it, an answer within 100.
 const MOVING_MS: f64 = 35.0;
 /// By how much a side of the image is divided while something moves.
@@ -30,86 +34,141 @@ const SHOW_AFTER: Duration = Duration::from_millis(250);
 /// and after so many times as long as showing it takes: pictures in between take a quarter of the time at most.
 const SHOW_SHARE: u32 = 3;
 
-/// Renderers of what is shown and of what is beside it.
+/// Renderers of what is shown and, second, of what is beside it.
 pub struct Makers {
-    stage: Stage,
-    own: Option<Maker>,
-    beside: Option<Maker>,
+    context: Arc<Context>,
+    scene: Arc<Scene>,
+    pub options: RenderOptions,
+    pub shared: Arc<Shared>,
+    news: EventLoopProxy<News>,
+    makers: Vec<Maker>,
+    /// As in the job that they were made for.
+    shaders: u32,
 }
 
 impl Makers {
-    /// Frames go on as long as `watch` says.
-    pub fn new(mut stage: Stage, watch: Watch) -> Self {
-        stage.options.watch = Some(watch);
-        Self { stage, own: None, beside: None }
+    pub fn new(context: Arc<Context>, scene: Arc<Scene>, options: RenderOptions, news: EventLoopProxy<News>) -> Self {
+        Self { context, scene, options, shared: Arc::default(), news, makers: vec![], shaders: 0 }
     }
 
-    /// The next job's renderers are made anew: their shaders are others.
-    pub fn renew(&mut self) {
-        (self.own, self.beside) = (None, None);
+    /// Tells the window something, which may be closed.
+    pub fn tell(&self, news: News) {
+        self.shared.lock().step = None;
+        let _ = self.news.send_event(news);
     }
 
-    /// Makes what a job asks for, and shows it each time that it is better than before.
+    /// Makes what a job asks for, and tells of it each time that it is better than before. At rest the light is brought as far as
+    /// `render` brings it; then comes the image of one pass, and then the mean over passes: as many as the settings ask for, then as
+    /// many as the job does.
     ///
     /// # Errors
     /// As [`Renderer::render`]; [`Error::Interrupted`] once another picture is wanted.
-    pub fn make(&mut self, job: &Job, wanted: &Wanted, show: &dyn Fn(Frame)) -> Result<()> {
+    pub fn make(&mut self, job: &Job) -> Result<()> {
         let began = Instant::now();
-        let mut making = self.making(job, began)?;
+        let divisor = self.prepare(job)?;
+        let show = |makers: &mut Self, whole| {
+            let frame = makers.frame(job, divisor, began, whole)?;
+            makers.tell(News::Frame(job.revision, Ok(frame)));
+            Ok::<_, Error>(())
+        };
         if job.moving {
-            return making.draw().and_then(|()| making.frame(false)).map(show);
+            self.draw(job)?;
+            return show(self, false);
         }
-        making.light(wanted, show)?;
-        while !self.making(job, began)?.refine(wanted, show)? {
-            self.answer(job, wanted);
+        // When what there is meanwhile is shown.
+        let mut due = began + SHOW_AFTER;
+        while !self.makers.iter().all(|maker| maker.renderer.light_is_whole()) {
+            if Instant::now() > due {
+                let begins = Instant::now();
+                self.draw(job)?;
+                show(self, false)?;
+                due = next_due(begins);
+            }
+            self.shared.check(job)?;
+            self.makers.iter_mut().try_for_each(|maker| maker.light_pass(job))?;
         }
-        Ok(())
+        self.draw(job)?;
+        show(self, !self.lacks_passes())?;
+        due = Instant::now() + SHOW_AFTER;
+        loop {
+            let (lacks, least) = (self.lacks_passes(), if self.shared.lock().holds { 1 } else { job.choice.refine });
+            let is_behind = |maker: &Maker| maker.renderer.passes() < maker.settings_passes().max(least);
+            if !self.makers.iter().any(is_behind) {
+                return Ok(());
+            }
+            self.shared.check(job)?;
+            if !lacks && self.shared.lock().question.is_some() {
+                self.answer(job);
+                continue;
+            }
+            let mut behind = self.makers.iter_mut().filter(|maker| is_behind(maker));
+            behind.try_for_each(|maker| maker.refine(job))?;
+            let whole = !self.lacks_passes();
+            if !self.makers.iter().any(is_behind) || whole && lacks || Instant::now() > due {
+                let begins = Instant::now();
+                show(self, whole)?;
+                due = next_due(begins);
+            }
+        }
     }
 
-    /// Prepares for a job.
-    fn making<'a>(&'a mut self, job: &'a Job, began: Instant) -> Result<Making<'a>> {
-        let Self { stage, own, beside } = self;
-        let own = Maker::of(own, stage, &job.settings, job)?;
-        let mut beside = match &job.beside {
-            Some(settings) => Some(Maker::of(beside, stage, settings, job)?),
-            None => {
-                *beside = None;
-                None
-            }
-        };
-        let ms_per_pixel = own.ms_per_pixel + beside.as_ref().map_or(0.0, |maker| maker.ms_per_pixel);
-        let divisor = if job.moving { divisor(job.size, ms_per_pixel) } else { 1 };
-        own.prepare(job, &job.settings, divisor)?;
-        if let (Some(maker), Some(settings)) = (&mut beside, &job.beside) {
-            maker.prepare(job, settings, divisor)?;
+    /// A new one for a job.
+    fn maker(&self, settings: &Settings, job: &Job) -> Result<Maker> {
+        let (size, aovs) = (job.size, job.choice.layer.needs());
+        let options = RenderOptions { size, aovs, responsive: true, ..self.options.clone() };
+        let scene = self.scene.as_ref().clone();
+        Ok(Maker {
+            renderer: Renderer::new(&self.context, scene, &job.pose, settings.clone(), options)?,
+            made_for: (settings.clone(), size, job.choice.layer),
+            lit_at: None,
+            ms_per_pixel: if self.context.is_cpu { 1.0 } else { 0.0 },
+            report: None,
+            light: vec![],
+            inspect: None,
+        })
+    }
+
+    /// Prepares for a job. Returns by how much a side of the image is divided.
+    fn prepare(&mut self, job: &Job) -> Result<u32> {
+        if std::mem::replace(&mut self.shaders, job.shaders) != job.shaders {
+            self.makers.clear();
         }
-        Ok(Making { job, stage, began, divisor, own, beside })
+        let Choice { settings, beside, .. } = &job.choice;
+        let settings: Vec<Settings> = [settings.clone()].into_iter().chain(beside.settings(settings)).collect();
+        self.makers.truncate(settings.len());
+        for settings in &settings[self.makers.len()..] {
+            let maker = self.maker(settings, job)?;
+            self.makers.push(maker);
+        }
+        let ms_per_pixel = self.makers.iter().map(|maker| maker.ms_per_pixel).sum();
+        let divisor = if job.moving { divisor(job.size, ms_per_pixel) } else { 1 };
+        let mut pairs = self.makers.iter_mut().zip(&settings);
+        pairs.try_for_each(|(maker, settings)| maker.prepare(job, settings, divisor))?;
+        Ok(divisor)
     }
 
     /// Answers what else is asked, if anything is.
-    pub fn answer(&mut self, job: &Job, wanted: &Wanted) {
-        let Some(question) = wanted.question() else { return };
-        let found = match (question, &mut self.own) {
-            (Question::Rays(pixel), Some(own)) => own.rays(&self.stage.context, pixel).map(Found::Rays),
+    pub fn answer(&mut self, job: &Job) {
+        let Some(question) = self.shared.lock().question.take() else { return };
+        let found = match (question, self.makers.first_mut()) {
+            (Question::Rays(pixel), Some(own)) => own.rays(&self.context, pixel).map(Found::Rays),
             (Question::Rays(_), None) => return,
-            (Question::Cost(key, settings), _) => {
-                self.costs(key, &settings, job, wanted).map(|costs| Found::Cost(key, costs))
-            }
+            (Question::Cost(key), _) => self.costs(key, job).map(|costs| Found::Cost(key, costs)),
         };
         match found {
             Err(Error::Interrupted) => {}
-            found => wanted.found(found.unwrap_or_else(|error| Found::Nothing(error.to_string()))),
+            found => self.tell(News::Found(job.revision, found.map_err(|error| error.to_string()))),
         }
     }
 
     /// What a frame takes with other values of a key, each on a renderer of its own.
-    fn costs(&self, name: &str, settings: &Settings, job: &Job, wanted: &Wanted) -> Result<Vec<Cost>> {
-        let entries = settings.entries();
+    fn costs(&self, name: &str, job: &Job) -> Result<Vec<Cost>> {
+        let entries = job.choice.settings.entries();
         let Some((key, now)) = entries.iter().find(|(key, _)| key.name == name) else { return Ok(vec![]) };
         let mut costs = vec![];
         for value in question::neighbours(key, now) {
-            wanted.check()?;
-            let taken = match self.cost(&format!("{name}={value}"), settings, job) {
+            self.shared.check(job)?;
+            let taken = match self.cost(&format!("{name}={value}"), job) {
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 taken => taken.map_err(|error| error.to_string()),
             };
@@ -118,33 +177,20 @@ impl Makers {
         Ok(costs)
     }
 
-    fn cost(&self, assignment: &str, settings: &Settings, job: &Job) -> Result<(f64, u64)> {
-        let mut settings = settings.clone();
+    fn cost(&self, assignment: &str, job: &Job) -> Result<(f64, u64)> {
+        let mut settings = job.choice.settings.clone();
         settings.set(assignment)?;
-        let mut maker = None;
-        let maker = Maker::of(&mut maker, &self.stage, &settings, job)?;
+        let mut maker = self.maker(&settings, job)?;
         maker.prepare(job, &settings, 1)?;
-        maker.draw(job, &self.stage)?; // warms up
+        maker.draw(job)?; // warms up
         maker.renderer.make_anew();
-        maker.draw(job, &self.stage)?;
+        maker.draw(job)?;
         Ok((maker.report().timings.gpu_ms, maker.renderer.plan().total()))
     }
-}
 
-/// A job under way.
-struct Making<'a> {
-    job: &'a Job,
-    stage: &'a Stage,
-    began: Instant,
-    divisor: u32,
-    own: &'a mut Maker,
-    beside: Option<&'a mut Maker>,
-}
-
-impl Making<'_> {
     /// Where the grids of the last frame stand.
     fn boxes(&self) -> Vec<[DVec3; 2]> {
-        let ground = &self.own.renderer.frame().ground;
+        let ground = &self.makers[0].renderer.frame().ground;
         let (base, places) = (&ground.desc.grid, ground.lists.iter().map(|lists| lists.place));
         let corners = places.map(|place| {
             let least = base.corner + DVec3::from(place.corner.map(f64::from)) * base.voxel_m;
@@ -159,94 +205,47 @@ impl Making<'_> {
         corners.chain(finer).collect()
     }
 
-    /// Brings the light as far as `render` does, and ends with the image of one pass.
-    fn light(&mut self, wanted: &Wanted, show: &dyn Fn(Frame)) -> Result<()> {
-        let (mut shown, mut took) = (Instant::now(), Duration::ZERO);
-        loop {
-            let whole = self.makers().all(|maker| maker.renderer.light_is_whole());
-            if whole || shown.elapsed() > SHOW_AFTER + SHOW_SHARE * took {
-                let begins = Instant::now();
-                self.draw()?;
-                let done = whole && !self.lacks_passes();
-                show(self.frame(done)?);
-                (shown, took) = (Instant::now(), begins.elapsed());
-            }
-            if whole {
-                return Ok(());
-            }
-            wanted.check()?;
-            let (job, stage) = (self.job, self.stage);
-            self.makers().try_for_each(|maker| maker.light_pass(job, stage))?;
-        }
-    }
-
-    /// Takes the mean over passes of the image: as many as the settings ask for, then as many as the job does. Returns whether that
-    /// is done, or something is asked meanwhile.
-    fn refine(&mut self, wanted: &Wanted, show: &dyn Fn(Frame)) -> Result<bool> {
-        let (mut shown, mut took) = (Instant::now(), Duration::ZERO);
-        let (job, stage) = (self.job, self.stage);
-        loop {
-            let (lacks, refines) = (self.lacks_passes(), wanted.refines());
-            let goal = |maker: &Maker| maker.made_for.0.image.passes.max(if refines { job.refine } else { 1 });
-            if !self.makers().any(|maker| maker.renderer.passes() < goal(maker)) {
-                return Ok(true);
-            }
-            wanted.check()?;
-            if wanted.asks() && !lacks {
-                return Ok(false);
-            }
-            let is_behind = |maker: &&mut Maker| maker.renderer.passes() < goal(maker);
-            self.makers().filter(is_behind).try_for_each(|maker| maker.refine(job, stage))?;
-            let last = !self.makers().any(|maker| maker.renderer.passes() < goal(maker));
-            let whole = !self.lacks_passes();
-            if last || whole && lacks || shown.elapsed() > SHOW_AFTER + SHOW_SHARE * took {
-                let begins = Instant::now();
-                show(self.frame(whole)?);
-                (shown, took) = (Instant::now(), begins.elapsed());
-            }
-        }
-    }
-
-    fn makers(&mut self) -> impl Iterator<Item = &mut Maker> {
-        std::iter::once(&mut *self.own).chain(self.beside.as_deref_mut())
-    }
-
     /// Whether the settings ask for more passes over the image.
-    fn lacks_passes(&mut self) -> bool {
-        self.makers().any(|maker| maker.renderer.passes() < maker.made_for.0.image.passes)
+    fn lacks_passes(&self) -> bool {
+        self.makers.iter().any(|maker| maker.renderer.passes() < maker.settings_passes())
     }
 
     /// An image of one pass.
-    fn draw(&mut self) -> Result<()> {
-        let (job, stage) = (self.job, self.stage);
-        self.makers().try_for_each(|maker| maker.draw(job, stage))
+    fn draw(&mut self, job: &Job) -> Result<()> {
+        self.makers.iter_mut().try_for_each(|maker| maker.draw(job))
     }
 
     /// What was drawn last, to be shown.
-    fn frame(&mut self, whole: bool) -> Result<Frame> {
-        let Self { job, stage, divisor, .. } = *self;
-        let (picture, image, exposure_ev) = self.own.picture(job, job.exposure, stage)?;
-        let beside = self.beside.as_deref_mut().map(|maker| {
-            let (picture, image, _) = maker.picture(job, Some(exposure_ev), stage)?;
-            Ok(Beside { picture, image, gpu_ms: maker.report().timings.gpu_ms })
+    fn frame(&mut self, job: &Job, divisor: u32, began: Instant, whole: bool) -> Result<Frame> {
+        let Self { context, makers, .. } = self;
+        let (picture, image, exposure_ev) = makers[0].picture(job, job.choice.exposure, context)?;
+        let beside = makers.get_mut(1).map(|maker| {
+            let (picture, image, _) = maker.picture(job, Some(exposure_ev), context)?;
+            Ok::<_, Error>(Beside { picture, image, gpu_ms: maker.report().timings.gpu_ms })
         });
-        let renderer = &self.own.renderer;
-        let (light_passes, passes) = (renderer.frame().light.awaited_passes(), renderer.passes());
+        let own = &makers[0];
         Ok(Frame {
+            job: job.clone(),
             picture,
             image,
             exposure_ev,
             divisor,
-            ms: 1e3 * self.began.elapsed().as_secs_f64(),
-            report: self.own.report().clone(),
-            allocated_bytes: stage.context.allocated_bytes(),
+            ms: 1e3 * began.elapsed().as_secs_f64(),
+            report: own.report().clone(),
+            allocated_bytes: context.allocated_bytes(),
             beside: beside.transpose()?,
-            light: self.own.light.clone(),
-            refined: Refined { whole, light_passes, passes },
+            light: own.light.clone(),
+            whole,
+            light_passes: own.renderer.frame().light.awaited_passes(),
+            passes: own.renderer.passes(),
             boxes: self.boxes(),
-            view: job.view,
         })
     }
+}
+
+/// When a picture comes next after one whose making began then.
+fn next_due(began: Instant) -> Instant {
+    Instant::now() + SHOW_AFTER + SHOW_SHARE * began.elapsed()
 }
 
 /// The least by which a side of the image is divided to be made soon.
@@ -277,35 +276,15 @@ struct Maker {
 }
 
 impl Maker {
-    /// What is there, or a new one.
-    fn of<'a>(there: &'a mut Option<Self>, stage: &Stage, settings: &Settings, job: &Job) -> Result<&'a mut Self> {
-        if there.is_none() {
-            let Stage { context, scene, shot, options } = stage;
-            let options =
-                RenderOptions { size: job.size, aovs: job.layer.needs(), responsive: true, ..options.clone() };
-            let pose = shot.pose(scene, job.later_s);
-            *there = Some(Self {
-                renderer: Renderer::new(context, scene.as_ref().clone(), &pose, settings.clone(), options)?,
-                made_for: (settings.clone(), job.size, job.layer),
-                lit_at: None,
-                ms_per_pixel: if context.is_cpu { 1.0 } else { 0.0 },
-                report: None,
-                light: vec![],
-                inspect: None,
-            });
-        }
-        Ok(there.as_mut().expect("just made"))
-    }
-
     /// Changes to what a job asks for. At rest, light of another moment is forgotten: the picture is to be the one that `render` makes.
     fn prepare(&mut self, job: &Job, settings: &Settings, divisor: u32) -> Result<()> {
         let size = ((job.size.0 / divisor).max(1), (job.size.1 / divisor).max(1));
         let (made_settings, made_size, layer) = &self.made_for;
-        if !made_settings.means_same(settings) || *made_size != size || *layer != job.layer {
-            self.renderer.change_layers(settings.clone(), size, job.layer.needs())?;
+        if !made_settings.means_same(settings) || *made_size != size || *layer != job.choice.layer {
+            self.renderer.change_layers(settings.clone(), size, job.choice.layer.needs())?;
             self.inspect = None;
         }
-        self.made_for = (settings.clone(), size, job.layer);
+        self.made_for = (settings.clone(), size, job.choice.layer);
         let now = Some(job.later_s);
         if self.renderer.frame().light.has_history() && self.lit_at != now && !job.moving {
             self.renderer.forget_light();
@@ -318,17 +297,15 @@ impl Maker {
         Ok(())
     }
 
-    fn light_pass(&mut self, job: &Job, stage: &Stage) -> Result<()> {
-        let pose = stage.shot.pose(self.renderer.scene(), job.later_s);
-        if let Some(report) = self.renderer.light_pass(&pose, &job.view)? {
+    fn light_pass(&mut self, job: &Job) -> Result<()> {
+        if let Some(report) = self.renderer.light_pass(&job.pose, &job.view)? {
             self.light = light_zones(&report.timings);
         }
         Ok(())
     }
 
-    fn draw(&mut self, job: &Job, stage: &Stage) -> Result<()> {
-        let pose = stage.shot.pose(self.renderer.scene(), job.later_s);
-        let report = self.renderer.render_now(&pose, &job.view)?;
+    fn draw(&mut self, job: &Job) -> Result<()> {
+        let report = self.renderer.render_now(&job.pose, &job.view)?;
         let zones = report.timings.zones.iter().filter(|zone| IMAGE_PASSES.contains(&zone.name));
         let (width, height) = self.made_for.1;
         self.ms_per_pixel = zones.map(|zone| zone.gpu_ms).sum::<f64>() / (f64::from(width) * f64::from(height));
@@ -341,11 +318,15 @@ impl Maker {
     }
 
     /// Times stay those of the first pass, which are a frame's.
-    fn refine(&mut self, job: &Job, stage: &Stage) -> Result<()> {
-        let pose = stage.shot.pose(self.renderer.scene(), job.later_s);
-        let noise = self.renderer.refine(&pose, &job.view)?.noise;
+    fn refine(&mut self, job: &Job) -> Result<()> {
+        let noise = self.renderer.refine(&job.pose, &job.view)?.noise;
         self.report.iter_mut().for_each(|report| report.noise = noise);
         Ok(())
+    }
+
+    /// Passes over the image that the settings ask for.
+    fn settings_passes(&self) -> u32 {
+        self.made_for.0.image.passes
     }
 
     fn report(&self) -> &FrameReport {
@@ -354,25 +335,17 @@ impl Maker {
 
     /// The rays of a pixel of the last image.
     fn rays(&mut self, context: &Arc<Context>, pixel: (u32, u32)) -> Result<Vec<question::Ray>> {
-        if self.inspect.is_none() {
-            self.inspect = Some(question::inspect(context, &self.renderer, &self.made_for.0)?);
-        }
-        let inspect = self.inspect.as_ref().expect("just made");
+        let inspect = question::inspect(&mut self.inspect, context, &self.renderer, &self.made_for.0)?;
         Ok(question::rays(&inspect.rays(context, question::inspected(&self.renderer), pixel)?, &self.renderer))
     }
 
     /// What was drawn last, the image itself and its exposure in stops.
-    fn picture(
-        &mut self,
-        job: &Job,
-        exposure: Option<f32>,
-        Stage { context, .. }: &Stage,
-    ) -> Result<(Picture, Layers, f32)> {
+    fn picture(&mut self, job: &Job, exposure: Option<f32>, context: &Arc<Context>) -> Result<(Picture, Layers, f32)> {
         let image = self.renderer.read();
         let scene = self.renderer.scene();
         let automatic = || automatic_exposure(image.beauty(), sky_shown(&image, scene, &job.view));
         let ev = exposure.unwrap_or_else(automatic);
-        let rgba = match job.layer {
+        let rgba = match job.choice.layer {
             Layer::Image(layer) => encode(&image, layer, ev),
             Layer::Grid(layer) => {
                 let (renderer, inspect, settings) = (&self.renderer, &mut self.inspect, &self.made_for.0);

@@ -1,8 +1,8 @@
-//! `twobounce view`: a scene in a window. [`worker`] makes frames on a thread, as [`maker`] says, [`answers`] takes them, [`mod@picture`] is
-//! what of them is on the [`screen`], [`panel`] has the settings and [`times`], [`overlay`] lines over the picture. [`subject`] is what is
-//! open, [`eye`] what keys and mouse move, [`events`] what they do; [`layer`] is what of a frame is shown, [`beside`] other settings next to
-//! it, [`truth`] the path tracer beside, [`question`] what else is asked of the thread. [`lost`] opens lost devices anew, [`script`] plays a
-//! user for tests.
+//! `twobounce view`: a scene in a window. [`worker`] makes frames of each [`job`] on a thread, as [`maker`] says, [`answers`] takes them,
+//! [`mod@picture`] is what of them is on the [`screen`], [`panel`] has the settings and [`times`], [`overlay`] lines over the picture.
+//! [`subject`] is what is open, [`eye`] what keys and mouse move, [`events`] what they do; [`layer`] is what of a frame is shown, [`beside`]
+//! other settings next to it, [`truth`] the path tracer beside, [`question`] what else is asked of the thread. [`script`] plays a user
+//! for tests.
 
 mod answers;
 mod beside;
@@ -11,7 +11,6 @@ mod events;
 mod eye;
 mod job;
 mod layer;
-mod lost;
 mod maker;
 mod overlay;
 mod panel;
@@ -35,6 +34,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use clap::Args;
 use glam::DVec3;
+use twobounce::measure::refuse_invalid;
 use twobounce::settings::{Center, Settings};
 use twobounce::vk::Context;
 use winit::dpi::PhysicalSize;
@@ -44,15 +44,17 @@ use winit::window::Window;
 
 use super::args::{RunArgs, SceneArgs, SettingsArgs, number};
 use super::interrupt;
+use answers::Losses;
 use eye::Eye;
-use lost::Losses;
+use job::{Choice, Frame, Job, News};
+use maker::Makers;
 use panel::Panel;
 use picture::Mixed;
 use screen::Screen;
 use script::Script;
 use subject::Subject;
 use truth::{Compared, Truth};
-use worker::{Frame, Job, Worker};
+use worker::Worker;
 
 #[derive(Args, Debug)]
 pub struct ViewArgs {
@@ -89,8 +91,15 @@ const LONGEST_STEP: Duration = Duration::from_millis(100);
 const LONGEST_LEAP: Duration = Duration::from_secs(1);
 /// The scene's diagonals that a held key goes in a second, at first.
 const SPEED: f64 = 0.15;
-/// Seconds that each of two pictures is shown by turns.
-const FLICKER_S: f64 = 0.5;
+/// Keys that move the eye: to the right, up, and ahead.
+const WAYS: [(KeyCode, DVec3); 6] = [
+    (KeyCode::KeyD, DVec3::X),
+    (KeyCode::KeyA, DVec3::NEG_X),
+    (KeyCode::KeyE, DVec3::Y),
+    (KeyCode::KeyQ, DVec3::NEG_Y),
+    (KeyCode::KeyW, DVec3::Z),
+    (KeyCode::KeyS, DVec3::NEG_Z),
+];
 
 pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nright button  rays of a pixel\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
 Space  play or pause\nR  read the scene's file again; a file dropped here is shown instead\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
@@ -123,24 +132,58 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     args.scene.check()?;
     let script = args.script.as_deref().map(Script::read).transpose()?.unwrap_or_default();
     interrupt::install()?;
-    let event_loop = EventLoop::new().map_err(NoWindow::because)?;
+    let event_loop = EventLoop::with_user_event().build().map_err(NoWindow::because)?;
     let (opened, context) = args.scene.open_on(&args.run)?;
     let settings = opened.fitted(settings);
-    let subject = Subject::new(args.scene.clone(), typed, opened, &args.run);
     #[cfg(feature = "hot-reload")]
-    let reloading = reload::Reloading::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
-    let mut app = App::new(args, settings, Stand { subject, context, script, proxy: event_loop.create_proxy() });
-    #[cfg(feature = "hot-reload")]
-    (app.reloading = reloading);
+    reload::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
+    let (exposure, refine) = (args.exposure.map(|ev| ev as f32), args.refine);
+    let choice = Choice { settings, exposure, refine, ..Choice::default() };
+    let now = Instant::now();
+    let mut app = App {
+        run: args.run.clone(),
+        context,
+        subject: Subject::new(args.scene.clone(), typed, opened, &args.run),
+        before: None,
+        opened: now,
+        proxy: event_loop.create_proxy(),
+        worker: None,
+        first: 1,
+        shaders: 0,
+        shown: None,
+        panel: Panel::new(&args.settings.preset, choice),
+        script,
+        eye: None,
+        speed: SPEED,
+        held: HashSet::new(),
+        pointer: None,
+        buttons: (false, false),
+        later_s: 0.0,
+        plays: args.play,
+        stepped: now,
+        played: now,
+        moved: None,
+        asked: None,
+        drawn: now,
+        asked_at: now,
+        answered: 0,
+        whole: false,
+        frame: None,
+        truth: None,
+        compared: None,
+        mixed: None,
+        lost: Losses::default(),
+        failed: None,
+    };
     event_loop.run_app(&mut app).map_err(NoWindow::because)?;
     drop(app.worker.take());
-    drop(app.shown.take());
+    let closed = app.shown.take().map_or(Ok(()), |shown| shown.screen.close());
     if let Some(error) = app.failed {
         return Err(error);
     }
     interrupt::check()?;
-    screen::refuse_invalid()?;
-    twobounce::measure::refuse_invalid(&app.context)?;
+    closed?;
+    refuse_invalid(&app.context)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -158,8 +201,12 @@ struct App {
     /// What was open before, until the first frame of what is.
     before: Option<(Subject, Settings, Option<Eye>, f64)>,
     opened: Instant,
-    proxy: EventLoopProxy<()>,
+    proxy: EventLoopProxy<News>,
     worker: Option<Worker>,
+    /// The first job of this worker: what comes of those before is of another.
+    first: u64,
+    /// How often shaders were compiled anew.
+    shaders: u32,
     shown: Option<Shown>,
     panel: Panel,
     script: Script,
@@ -184,65 +231,16 @@ struct App {
     answered: u64,
     /// With nothing better to come that was asked for.
     whole: bool,
-    frame: Option<(u64, Frame)>,
+    frame: Option<Frame>,
     truth: Option<Truth>,
     compared: Option<Compared>,
     /// What is on the screen of the frame; `None` where that is older.
     mixed: Option<Mixed>,
-    #[cfg(feature = "hot-reload")]
-    reloading: Option<reload::Reloading>,
     lost: Losses,
     failed: Option<anyhow::Error>,
 }
 
-/// The inputs of an [`App`].
-struct Stand {
-    subject: Subject,
-    context: Arc<Context>,
-    script: Script,
-    proxy: EventLoopProxy<()>,
-}
-
 impl App {
-    fn new(args: &ViewArgs, settings: Settings, stand: Stand) -> Self {
-        let Stand { subject, context, script, proxy } = stand;
-        Self {
-            run: args.run.clone(),
-            context,
-            subject,
-            before: None,
-            opened: Instant::now(),
-            proxy,
-            worker: None,
-            shown: None,
-            panel: Panel::new(&args.settings.preset, settings, args.exposure.map(|ev| ev as f32), args.refine),
-            script,
-            eye: None,
-            speed: SPEED,
-            held: HashSet::new(),
-            pointer: None,
-            buttons: (false, false),
-            later_s: 0.0,
-            plays: args.play,
-            stepped: Instant::now(),
-            played: Instant::now(),
-            moved: None,
-            asked: None,
-            drawn: Instant::now(),
-            asked_at: Instant::now(),
-            answered: 0,
-            whole: false,
-            frame: None,
-            truth: None,
-            compared: None,
-            mixed: None,
-            #[cfg(feature = "hot-reload")]
-            reloading: None,
-            lost: Losses::default(),
-            failed: None,
-        }
-    }
-
     fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
         let (width, height) = self.subject.args.size;
         let attributes = Window::default_attributes()
@@ -268,14 +266,16 @@ impl App {
     /// Starts to make frames of what is open.
     fn start(&mut self) {
         self.worker = None; // waits for its frame
-        self.worker = Some(Worker::start(self.subject.stage(&self.context), self.proxy.clone()));
+        self.first = self.next_revision();
+        let Subject { scene, options, .. } = &self.subject;
+        let makers = Makers::new(self.context.clone(), scene.clone(), options.clone(), self.proxy.clone());
+        self.worker = Some(Worker::start(makers));
         self.moves(); // a coarse picture comes first
     }
 
     /// Another scene, as `twobounce view` shows it without flags.
     fn dropped(&mut self, path: &Path) {
-        let typed = vec![path.to_string_lossy().into_owned()];
-        self.reopen(SceneArgs::plain(path, self.subject.args.size), typed);
+        self.reopen(SceneArgs::plain(path, self.subject.args.size), vec![]);
     }
 
     /// Opens a scene instead of the one that is shown; where that fails, says why, and keeps what there is.
@@ -287,11 +287,11 @@ impl App {
         self.panel.error = None;
         self.panel.rays.clear();
         // Voxels that were fitted to another scene are no measure for this one.
-        let mut settings = self.panel.settings.clone();
+        let mut settings = self.panel.choice.settings.clone();
         if settings.grid.center == Center::Camera {
             (settings.grid.center, settings.grid.side) = (Center::Scene, None);
         }
-        let settings = std::mem::replace(&mut self.panel.settings, opened.fitted(settings));
+        let settings = std::mem::replace(&mut self.panel.choice.settings, opened.fitted(settings));
         let again = args.path == self.subject.args.path;
         let before = std::mem::replace(&mut self.subject, Subject::new(args, typed, opened, &self.run));
         self.before.get_or_insert((before, settings, self.eye, self.later_s));
@@ -303,8 +303,8 @@ impl App {
 
     /// The eye to move: from now on the camera is not the one that was asked for.
     fn eye(&mut self) -> &mut Eye {
-        let (view, diagonal) = (self.subject.first_view(self.later_s), 0.5 * self.subject.diagonal_m);
-        self.eye.get_or_insert_with(|| Eye::of(&view, diagonal))
+        let Subject { scene, shot, diagonal_m, .. } = &self.subject;
+        self.eye.get_or_insert_with(|| Eye::of(&shot.at(scene, self.later_s).1, 0.5 * diagonal_m))
     }
 
     /// Asks for a frame of what is to be seen now.
@@ -314,21 +314,23 @@ impl App {
         if size.0 == 0 || size.1 == 0 {
             return; // minimised
         }
-        let view = self.eye.map_or_else(|| self.subject.first_view(self.later_s), |eye| eye.view());
+        let (pose, view) = self.subject.shot.at(&self.subject.scene, self.later_s);
         let job = Job {
-            revision: self.asked.as_ref().map_or(1, |job| job.revision + 1),
-            view,
+            revision: self.next_revision(),
+            shaders: self.shaders,
+            pose: Arc::new(pose),
             later_s: self.later_s,
-            settings: self.panel.settings.clone(),
+            view: self.eye.map_or(view, |eye| eye.view()),
             size,
-            layer: self.panel.layer,
-            beside: self.panel.beside.settings(&self.panel.settings),
-            exposure: self.panel.exposure,
             moving,
-            refine: self.panel.refine,
+            choice: self.panel.choice.clone(),
         };
-        worker.ask(job.clone());
+        worker.shared.change(|state| state.job = Some(job.clone()));
         (self.asked, self.asked_at) = (Some(job), Instant::now());
+    }
+
+    fn next_revision(&self) -> u64 {
+        self.asked.as_ref().map_or(1, |job| job.revision + 1)
     }
 
     fn moves(&mut self) {
@@ -340,14 +342,7 @@ impl App {
     fn step(&mut self) {
         let since = self.stepped.elapsed().min(LONGEST_STEP).as_secs_f64();
         self.stepped = Instant::now();
-        let along = |more, less| {
-            f64::from(u8::from(self.held.contains(&more))) - f64::from(u8::from(self.held.contains(&less)))
-        };
-        let by = DVec3::new(
-            along(KeyCode::KeyD, KeyCode::KeyA),
-            along(KeyCode::KeyE, KeyCode::KeyQ),
-            along(KeyCode::KeyW, KeyCode::KeyS),
-        );
+        let by: DVec3 = WAYS.iter().filter(|(key, _)| self.held.contains(key)).map(|(_, way)| way).sum();
         let walks = by != DVec3::ZERO;
         if walks {
             let metres = self.speed * self.subject.diagonal_m * since;
@@ -369,8 +364,8 @@ impl App {
 
     /// Whether the last thing asked for is answered, whole.
     fn rests(&self) -> bool {
-        let last = self.asked.as_ref().is_some_and(|job| !job.moving && job.revision == self.answered);
-        last && self.whole && self.moved.is_none()
+        let is_last = |job: &Job| !job.moving && job.revision == self.answered && job.choice == self.panel.choice;
+        self.asked.as_ref().is_some_and(is_last) && self.whole && self.moved.is_none()
     }
 
     fn redraw(&self) {

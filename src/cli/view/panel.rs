@@ -2,31 +2,24 @@
 
 use std::collections::BTreeMap;
 
-use twobounce::Result;
 use twobounce::settings::{PRESETS, Range, Settings};
 use twobounce::vk::Step;
 
-use super::beside::{Mix, Other};
+use super::beside::{Mix, Mixing, Other};
+use super::job::{Choice, Frame};
 use super::layer::{GridLayer, LEVELS, Layer, SIDES};
 use super::question::{Cost, Found, Question, Ray};
 use super::times::{self, History};
 use super::truth::Compared;
-use super::worker::Frame;
 use super::{KEYS, overlay};
 
+#[derive(Default)]
 pub struct Panel {
     pub open: bool,
     pub preset: String,
-    pub settings: Settings,
-    pub layer: Layer,
-    /// What is shown beside the picture, how, and where the line between both is, 0 to 1.
-    pub beside: Other,
-    pub mix: Mix,
-    pub split: f32,
-    /// Stops; automatic where absent.
-    pub exposure: Option<f32>,
-    /// Passes over the image that a picture at rest goes on to.
-    pub refine: u32,
+    pub choice: Choice,
+    /// How both are shown where something is beside.
+    pub mixing: Mixing,
     /// Whether the path tracer runs beside a picture at rest.
     pub truth: bool,
     /// From image to reference to error: see [`Compared::picture`].
@@ -52,48 +45,24 @@ pub struct Panel {
 }
 
 impl Panel {
-    pub fn new(preset: &str, settings: Settings, exposure: Option<f32>, refine: u32) -> Self {
+    pub fn new(preset: &str, choice: Choice) -> Self {
         Self {
             open: true,
             preset: preset.to_owned(),
-            costs: (BTreeMap::new(), settings.clone()),
-            settings,
-            layer: Layer::BEAUTY,
-            beside: Other::None,
-            mix: Mix::Split,
-            split: 0.5,
-            exposure,
-            refine,
-            truth: false,
-            fade: 0.0,
-            error: None,
-            frame_error: None,
-            shader_error: None,
-            typed: BTreeMap::new(),
-            all: false,
-            bounds: false,
-            history: History::default(),
-            question: None,
-            rays: vec![],
+            costs: (BTreeMap::new(), choice.settings.clone()),
+            choice,
+            mixing: Mixing { split: 0.5, ..Mixing::default() },
+            ..Self::default()
         }
     }
 
-    /// # Errors
-    /// As `--set`.
-    pub fn set(&mut self, assignment: &str) -> Result<()> {
-        let mut settings = self.settings.clone();
-        settings.set(assignment)?;
-        self.settings = settings;
-        Ok(())
-    }
-
     /// What came of a question.
-    pub fn take(&mut self, found: Found) {
+    pub fn take(&mut self, found: Result<Found, String>) {
         self.error = None;
         match found {
-            Found::Rays(rays) => self.rays = rays,
-            Found::Cost(key, costs) => drop(self.costs.0.insert(key, costs)),
-            Found::Nothing(words) => self.error = Some(words),
+            Ok(Found::Rays(rays)) => self.rays = rays,
+            Ok(Found::Cost(key, costs)) => drop(self.costs.0.insert(key, costs)),
+            Err(words) => self.error = Some(words),
         }
     }
 
@@ -106,14 +75,14 @@ impl Panel {
         self.costs.0.iter().map(of).collect::<Vec<_>>().join("; ")
     }
 
-    /// Shows it. Returns whether another picture is asked for.
+    /// Shows it.
     pub fn show(
         &mut self,
         context: &egui::Context,
         frame: Option<&Frame>,
         compared: Option<&Compared>,
         step: Option<Step>,
-    ) -> bool {
+    ) {
         if let Some(words) = &self.shader_error {
             let place = (egui::Align2::LEFT_BOTTOM, (8.0, -8.0));
             egui::Window::new("GLSL").anchor(place.0, place.1).show(context, |ui| {
@@ -121,32 +90,27 @@ impl Panel {
             });
         }
         if !self.open {
-            return false;
+            return;
         }
-        let mut changed = false;
         let height = context.content_rect().height() - 60.0;
         egui::Window::new("twobounce").default_size((320.0, height)).default_pos((8.0, 8.0)).show(context, |ui| {
             egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
                 for words in self.error.iter().chain(&self.frame_error) {
                     ui.colored_label(egui::Color32::LIGHT_RED, words);
                 }
-                match (step, frame) {
-                    (Some(step), _) => drop(ui.label(format!("{} {:.0} %", step.pass, 100.0 * step.share))),
-                    (None, Some(frame)) => drop(ui.label(format!(
-                        "{:.0} ms, input to picture{}",
-                        frame.ms,
-                        frame.refined.words(frame.report.noise)
-                    ))),
-                    (None, None) => drop(ui.label("preparing the scene")),
-                }
-                changed |= self.show_view(ui, frame);
+                ui.label(match (step, frame) {
+                    (Some(step), _) => format!("{} {:.0} %", step.pass, 100.0 * step.share),
+                    (None, Some(frame)) => format!("{:.0} ms, input to picture{}", frame.ms, frame.refined()),
+                    (None, None) => "preparing the scene".into(),
+                });
+                self.show_view(ui, frame);
                 ui.checkbox(&mut self.truth, "error against the truth");
                 if self.truth {
                     let slider = egui::Slider::new(&mut self.fade, 0.0..=2.0).show_value(false);
                     ui.add(slider.text("image, reference, FLIP"));
                     ui.label(compared.map_or("the path tracer starts when the picture rests".into(), Compared::words));
                 }
-                ui.collapsing("settings", |ui| changed |= self.show_settings(ui));
+                ui.collapsing("settings", |ui| self.show_settings(ui));
                 if let Some(frame) = frame {
                     ui.collapsing("times", |ui| times::show(ui, frame, &self.history));
                 }
@@ -156,30 +120,29 @@ impl Panel {
                 ui.collapsing("keys", |ui| ui.label(KEYS));
             });
         });
-        changed
     }
 
-    fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) -> bool {
-        let before = (self.preset.clone(), self.layer, self.beside, self.exposure, self.refine);
+    fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) {
         egui::ComboBox::from_label("preset").selected_text(&self.preset).show_ui(ui, |ui| {
             for preset in PRESETS {
                 let chosen = ui.selectable_label(self.preset == preset.name, preset.name).on_hover_text(preset.meaning);
                 if chosen.clicked() {
                     self.preset = preset.name.to_owned();
-                    self.settings = (preset.settings)();
+                    self.choice.settings = (preset.settings)();
                     self.typed.clear();
                 }
             }
         });
-        egui::ComboBox::from_label("layer").selected_text(self.layer.name()).height(400.0).show_ui(ui, |ui| {
+        let (name, meaning) = self.choice.layer.words();
+        egui::ComboBox::from_label("layer").selected_text(name).height(400.0).show_ui(ui, |ui| {
             for layer in Layer::all() {
-                ui.selectable_value(&mut self.layer, layer, layer.name());
+                ui.selectable_value(&mut self.choice.layer, layer, layer.words().0);
             }
         });
-        if !self.layer.meaning().is_empty() {
-            ui.label(self.layer.meaning());
+        if !meaning.is_empty() {
+            ui.label(meaning);
         }
-        if let Layer::Grid(GridLayer::Volume(side)) = &mut self.layer {
+        if let Layer::Grid(GridLayer::Volume(side)) = &mut self.choice.layer {
             ui.horizontal(|ui| {
                 egui::ComboBox::from_label("way").selected_text(SIDES[side.face]).show_ui(ui, |ui| {
                     for (face, name) in SIDES.into_iter().enumerate() {
@@ -192,45 +155,44 @@ impl Panel {
             });
         }
         ui.checkbox(&mut self.bounds, "bounds of the grids");
-        egui::ComboBox::from_label("beside").selected_text(self.beside.name()).show_ui(ui, |ui| {
+        egui::ComboBox::from_label("beside").selected_text(self.choice.beside.name()).show_ui(ui, |ui| {
             for other in Other::all() {
-                ui.selectable_value(&mut self.beside, other, other.name());
+                ui.selectable_value(&mut self.choice.beside, other, other.name());
             }
         });
         if let Some(beside) = frame.and_then(|frame| Some((frame.report.timings.gpu_ms, frame.beside.as_ref()?.gpu_ms)))
         {
             ui.horizontal(|ui| {
                 for (mix, name) in Mix::ALL {
-                    ui.selectable_value(&mut self.mix, mix, name);
+                    ui.selectable_value(&mut self.mixing.mix, mix, name);
                 }
-                if self.mix == Mix::Split {
-                    ui.add(egui::Slider::new(&mut self.split, 0.0..=1.0).show_value(false));
+                if self.mixing.mix == Mix::Split {
+                    ui.add(egui::Slider::new(&mut self.mixing.split, 0.0..=1.0).show_value(false));
                 }
             });
             ui.label(format!("passes {:.1} ms, beside {:.1} ms", beside.0, beside.1));
         }
         let automatic = frame.map_or(0.0, |frame| frame.exposure_ev);
         ui.horizontal(|ui| {
-            let mut own = self.exposure.is_some();
+            let mut own = self.choice.exposure.is_some();
             ui.checkbox(&mut own, "exposure");
-            self.exposure = own.then_some(self.exposure.unwrap_or(automatic));
-            match &mut self.exposure {
+            self.choice.exposure = own.then_some(self.choice.exposure.unwrap_or(automatic));
+            match &mut self.choice.exposure {
                 Some(ev) => drop(ui.add(egui::Slider::new(ev, -10.0..=10.0).suffix(" EV"))),
                 None => drop(ui.label(format!("{automatic} EV, automatic"))),
             }
         });
-        let refine = egui::Slider::new(&mut self.refine, 1..=4096).logarithmic(true);
+        let refine = egui::Slider::new(&mut self.choice.refine, 1..=4096).logarithmic(true);
         ui.add(refine.text("passes at rest")).on_hover_text("the mean over so many passes is shown; C prints as many");
-        before != (self.preset.clone(), self.layer, self.beside, self.exposure, self.refine)
     }
 
-    fn show_settings(&mut self, ui: &mut egui::Ui) -> bool {
+    fn show_settings(&mut self, ui: &mut egui::Ui) {
         ui.checkbox(&mut self.all, "all, also rare ones");
-        if self.costs.1 != self.settings {
-            self.costs = (BTreeMap::new(), self.settings.clone());
+        if self.costs.1 != self.choice.settings {
+            self.costs = (BTreeMap::new(), self.choice.settings.clone());
         }
         let mut sets = vec![];
-        for (key, value) in self.settings.entries() {
+        for (key, value) in self.choice.settings.entries() {
             if key.rare && !self.all {
                 continue;
             }
@@ -265,7 +227,7 @@ impl Panel {
                 }
                 ui.label(key.name).on_hover_text(hover);
                 if ui.small_button("ms").on_hover_text("measure a frame with this value and others").clicked() {
-                    self.question = Some(Question::Cost(key.name, Box::new(self.settings.clone())));
+                    self.question = Some(Question::Cost(key.name));
                 }
             });
             for cost in self.costs.0.get(key.name).into_iter().flatten() {
@@ -273,10 +235,8 @@ impl Panel {
                 ui.label(if cost.is_now { words.strong() } else { words });
             }
         }
-        let changed = !sets.is_empty();
         for set in sets {
-            self.error = self.set(&set).err().map(|error| error.to_string());
+            self.error = self.choice.settings.set(&set).err().map(|error| error.to_string());
         }
-        changed && self.error.is_none()
     }
 }

@@ -17,15 +17,13 @@ pub enum Question {
     /// The rays of this pixel of the last picture.
     Rays((u32, u32)),
     /// What a frame takes with a key's other values.
-    Cost(&'static str, Box<Settings>),
+    Cost(&'static str),
 }
 
 /// What came of it.
 pub enum Found {
     Rays(Vec<Ray>),
     Cost(&'static str, Vec<Cost>),
-    /// Why there is none.
-    Nothing(String),
 }
 
 /// A ray that diffuse light was gathered along. Metres in the world; radiance.
@@ -54,17 +52,25 @@ impl Cost {
     }
 }
 
-/// Passes that look at what a frame of the method `rays` did.
+/// Passes that look at what a frame of the method `rays` did, made when they are first asked for.
 ///
 /// # Errors
 /// Another method.
-pub fn inspect(context: &Arc<Context>, renderer: &Renderer, settings: &Settings) -> Result<Inspect> {
+pub fn inspect<'a>(
+    made: &'a mut Option<Inspect>,
+    context: &Arc<Context>,
+    renderer: &Renderer,
+    settings: &Settings,
+) -> Result<&'a Inspect> {
     if settings.method != Method::Rays {
         let words =
             format!("only the method rays keeps light on surfaces, not {}: choose such a preset", settings.method);
         return Err(Error::Usage(words));
     }
-    Inspect::new(context, settings, inspected(renderer))
+    if made.is_none() {
+        *made = Some(Inspect::new(context, settings, inspected(renderer))?);
+    }
+    Ok(made.as_ref().expect("just made"))
 }
 
 /// The last frame, to be looked at.

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use twobounce::memory::mib;
 use twobounce::vk::ZoneTiming;
 
-use super::worker::Frame;
+use super::job::Frame;
 use crate::cli::progress::course::IMAGE_PASSES;
 
 /// Frames in the graph.

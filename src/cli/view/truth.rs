@@ -1,19 +1,19 @@
 //! The error of what is shown: the path tracer runs beside it, on what is seen, and both are compared again as samples come in.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Comparison, compare};
 use twobounce::measure::terms::Subtract;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, render};
-use twobounce::scene::{Pose, Scene, Still, View};
+use twobounce::scene::{Scene, Still};
 use winit::event_loop::EventLoopProxy;
 
+use super::job::{Frame, News};
 use super::maker::encode;
 use super::screen::Picture;
-use super::worker::Frame;
 
 /// Samples per pixel after which both are compared.
 const ROUNDS: [u32; 7] = [1, 4, 16, 64, 256, 1024, 4096];
@@ -27,29 +27,20 @@ pub struct Compared {
     reference: Layers,
 }
 
-/// A frame that is compared with the truth.
-pub struct TruthOf {
-    pub revision: u64,
-    pub scene: Arc<Scene>,
-    pub pose: Pose,
-    pub view: View,
-    pub image: Layers,
-}
-
 /// A path tracer under way for one frame; it ends when this is dropped.
 pub struct Truth {
     /// The frame's.
     pub revision: u64,
     cancel: Arc<AtomicBool>,
-    found: Arc<Mutex<Option<Compared>>>,
 }
 
 impl Truth {
-    /// Starts it; `wake` is told of each round.
-    pub fn begin(of: TruthOf, wake: EventLoopProxy<()>) -> Self {
-        let TruthOf { revision, scene, pose, view, image } = of;
-        let (cancel, found) = (Arc::<AtomicBool>::default(), Arc::<Mutex<Option<Compared>>>::default());
-        let truth = Self { revision, cancel: cancel.clone(), found: found.clone() };
+    /// Starts it for a frame; it tells of each round.
+    pub fn begin(scene: Arc<Scene>, frame: &Frame, news: EventLoopProxy<News>) -> Self {
+        let cancel = Arc::<AtomicBool>::default();
+        let Frame { job, image, .. } = frame;
+        let truth = Self { revision: job.revision, cancel: cancel.clone() };
+        let (pose, view, image) = (job.pose.clone(), job.view, image.clone());
         std::thread::spawn(move || {
             let (width, height) = (image.width, image.height);
             let mut film = Film::new(width, height);
@@ -63,18 +54,12 @@ impl Truth {
                 let reference = film.layers(&[Aov::Direct, Aov::Diffuse]);
                 let Ok(comparison) = compare(&image, &reference, Subtract::in_scene(&scene)) else { return };
                 let compared = Compared { samples, noise: film.noise(), comparison, reference };
-                *found.lock().unwrap_or_else(PoisonError::into_inner) = Some(compared);
-                if wake.send_event(()).is_err() {
+                if news.send_event(News::Compared(cancel.clone(), compared)).is_err() {
                     return; // the window is closed
                 }
             }
         });
         truth
-    }
-
-    /// The newest round, once.
-    pub fn take(&self) -> Option<Compared> {
-        self.found.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 

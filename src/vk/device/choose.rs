@@ -1,10 +1,11 @@
 //! Which device is used, and how it is opened.
 
-use super::features::required_features;
+use super::features::Features;
 use super::instance::{DeviceKind, Instance, VERSION};
 use super::needs::Capabilities;
 use crate::{Error, Result};
 use ash::vk;
+use std::ffi::CStr;
 
 /// The device that was asked for, or the best one; `Error::Device` when it lacks something.
 pub(in crate::vk) fn choose(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, Capabilities)> {
@@ -51,19 +52,20 @@ fn pick(wanted: &str, names: &[String]) -> Result<usize> {
     })
 }
 
-/// Makes the device with exactly what is needed.
+/// Makes the device with exactly these extensions and features, and one queue.
 pub(in crate::vk) fn open(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
-    capabilities: &Capabilities,
     queue_family: u32,
+    extensions: &[&CStr],
+    features: Features,
 ) -> std::result::Result<ash::Device, vk::Result> {
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-    let extensions: Vec<_> = capabilities.enabled_extensions().iter().map(|name| name.as_ptr()).collect();
-    let mut features = required_features().structs();
+    let extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+    let mut features = features.structs();
     let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
     let info = features.chain(info);
-    // SAFETY: the needs were checked, so every extension and feature exists.
+    // SAFETY: the caller checked that every extension and feature exists.
     unsafe { instance.create_device(physical, &info, None) }
 }
 

@@ -9,7 +9,7 @@ use super::label::Labels;
 use super::needs::Capabilities;
 use super::pipeline_cache::PipelineCache;
 use super::pipelines::Pipelines;
-use super::submit::{CommandSet, Commands, record_image_barrier};
+use super::submit::{CommandSet, immediate, record_image_barrier};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -89,11 +89,12 @@ impl Context {
     }
 
     fn with(options: &ContextOptions, counting: bool) -> Result<Arc<Self>> {
-        let instance = Instance::new(options.validation)?;
+        let instance = Instance::new(options.validation, &[])?;
         let (physical, capabilities) = choose(&instance, options.device.as_deref())?;
         let name = capabilities.name();
         let queue_family = capabilities.queue_family.expect("checked among the needs");
-        let device = open(&instance.raw, physical, &capabilities, queue_family)
+        let extensions = capabilities.enabled_extensions();
+        let device = open(&instance.raw, physical, queue_family, &extensions, required_features())
             .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
         // SAFETY: the family has at least one queue, which `open` asked for.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
@@ -107,7 +108,7 @@ impl Context {
             allocator: None,
             pipeline_cache: None,
             instance_extensions: if instance.debug_utils { &[ash::ext::debug_utils::NAME] } else { &[] },
-            device_extensions: &capabilities.enabled_extensions(),
+            device_extensions: &extensions,
             features: required_features(),
         };
         Self::assemble(host, capabilities, Some(instance), counting)
@@ -139,9 +140,9 @@ impl Context {
             Some(shared) => shared,
             None => Arc::new(Mutex::new(allocator(&name, &instance, physical, &device)?)),
         };
-        let pipeline_cache = match own {
-            Some(_) => PipelineCache::open(&device, &capabilities),
-            None => PipelineCache::of_host(host.pipeline_cache.unwrap_or_default()),
+        let pipeline_cache = match (&own, host.pipeline_cache) {
+            (Some(_), None) => PipelineCache::open(&device, &capabilities),
+            (_, given) => PipelineCache::of_host(given.unwrap_or_default()),
         };
         let debug_utils = host.instance_extensions.contains(&ash::ext::debug_utils::NAME);
         let enabled = |name| host.device_extensions.contains(&name);
@@ -223,9 +224,7 @@ impl Context {
     /// Brings a new image into its layout: now where there is a queue, else in the next recording.
     pub(in crate::vk) fn transition_first(self: &Arc<Self>, transition: FirstTransition) -> Result<()> {
         if self.queue.is_some() {
-            let mut commands = Commands::begin(self)?;
-            record_image_barrier(self, commands.set().commands, transition.1);
-            return commands.submit_and_wait("setting up");
+            return immediate(self, |commands| record_image_barrier(self, commands, transition.1));
         }
         self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner).push(transition);
         Ok(())
@@ -258,7 +257,8 @@ impl Context {
     }
 
     /// The error to report when `result` came back while `doing` something.
-    pub(in crate::vk) fn error(&self, doing: &str, result: vk::Result) -> Error {
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn error(&self, doing: &str, result: vk::Result) -> Error {
         match result {
             vk::Result::ERROR_DEVICE_LOST => {
                 self.lost.store(true, Ordering::Relaxed);
@@ -305,7 +305,7 @@ impl Drop for Context {
     }
 }
 
-fn allocator(
+pub(in crate::vk) fn allocator(
     name: &str,
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,

@@ -3,7 +3,7 @@
 use super::needs::{Capabilities, Need};
 use crate::{Error, Result};
 use ash::vk;
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// What the instance is made with.
@@ -21,14 +21,14 @@ pub(in crate::vk) struct Instance {
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     /// Boxed: the messenger holds its address.
     messages: Box<Messages>,
-    entry: ash::Entry,
+    pub(in crate::vk) entry: ash::Entry,
     abandoned: bool,
 }
 
 impl Instance {
-    /// Loads the Vulkan library and makes an instance; with `validation`, under the validation layer with
+    /// Loads the Vulkan library and makes an instance with these extensions; with `validation`, under the validation layer with
     /// synchronisation validation. `Error::Device` names the package that is missing.
-    pub(in crate::vk) fn new(validation: bool) -> Result<Self> {
+    pub(in crate::vk) fn new(validation: bool, extensions: &[*const c_char]) -> Result<Self> {
         // SAFETY: loading the system's Vulkan library runs only its own initialisers.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| {
             Error::Device(format!(
@@ -63,7 +63,7 @@ impl Instance {
         let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
         // The validation layer brings debug utilities itself; without it they serve labels in a capture.
         let debug_utils = validation || has(ash::ext::debug_utils::NAME);
-        let mut extensions = Vec::new();
+        let mut extensions = extensions.to_vec();
         if debug_utils {
             extensions.push(ash::ext::debug_utils::NAME.as_ptr());
         }
@@ -223,7 +223,7 @@ pub struct DeviceReport {
 
 /// All Vulkan devices of this machine, in the order that an index chooses by.
 pub fn devices() -> Result<Vec<DeviceReport>> {
-    let instance = Instance::new(false)?;
+    let instance = Instance::new(false, &[])?;
     Ok(instance.physical_devices()?.into_iter().map(|physical| report(&instance.raw, physical)).collect())
 }
 

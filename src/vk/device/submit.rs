@@ -224,3 +224,11 @@ impl Drop for Commands {
         }
     }
 }
+
+/// Records with `record`, submits and waits. For set-up work outside of frames.
+#[cfg_attr(not(internals), doc(hidden))]
+pub fn immediate(context: &Arc<Context>, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+    let mut commands = Commands::begin(context)?;
+    record(commands.set().commands);
+    commands.submit_and_wait("setting up")
+}

@@ -1,0 +1,93 @@
+//! A device that presents to a window. It draws a picture and a panel: what passes need is not asked of it.
+
+use super::choose::open;
+use super::context::{Context, allocator};
+use super::features::Features;
+use super::host::HostDevice;
+use super::instance::{Instance, VERSION};
+use super::needs::Capabilities;
+use crate::{Error, Result};
+use ash::{khr, vk};
+use gpu_allocator::vulkan::Allocator;
+use std::ffi::c_char;
+use std::sync::{Arc, Mutex};
+
+/// The surface of a window, and a device that presents to it; a swapchain is destroyed before this is dropped.
+pub struct Presenter {
+    pub surface: vk::SurfaceKHR,
+    pub surfaces: khr::surface::Instance,
+    pub swapchains: khr::swapchain::Device,
+    pub physical: vk::PhysicalDevice,
+    pub queue: vk::Queue,
+    pub queue_family: u32,
+    /// Declared before the context, which destroys the device.
+    pub allocator: Arc<Mutex<Allocator>>,
+    pub context: Arc<Context>,
+}
+
+impl Presenter {
+    /// The device called `name` where it presents to the window, else the first one that does. `extensions`: those that the
+    /// instance needs for `surface`, which makes the window's.
+    ///
+    /// # Errors
+    /// One sentence: no loader, or no device that presents.
+    pub fn new(
+        name: &str,
+        validation: bool,
+        extensions: &[*const c_char],
+        surface: impl FnOnce(&ash::Entry, &ash::Instance) -> std::result::Result<vk::SurfaceKHR, vk::Result>,
+    ) -> Result<Self> {
+        let failed = |result: vk::Result| Error::Device(format!("Vulkan cannot present to this display: {result}"));
+        let instance = Instance::new(validation, extensions)?;
+        let surface = surface(&instance.entry, &instance.raw).map_err(failed)?;
+        let surfaces = khr::surface::Instance::new(&instance.entry, &instance.raw);
+        let mut found = vec![];
+        for physical in instance.physical_devices()? {
+            let capabilities = Capabilities::query(&instance.raw, VERSION, physical);
+            if !capabilities.is_1_3() || !capabilities.has_extension(khr::swapchain::NAME) {
+                continue;
+            }
+            // SAFETY: the handle comes from this instance.
+            let families = unsafe { instance.raw.get_physical_device_queue_family_properties(physical) };
+            // SAFETY: as above; the surface is alive.
+            let presents = |family| unsafe { surfaces.get_physical_device_surface_support(physical, family, surface) };
+            let family = (0..).zip(families).find(|(family, properties)| {
+                properties.queue_flags.contains(vk::QueueFlags::GRAPHICS) && presents(*family).unwrap_or(false)
+            });
+            found.extend(family.map(|(family, _)| (physical, family, capabilities)));
+        }
+        let (physical, queue_family, capabilities) = found
+            .into_iter()
+            .min_by_key(|(.., capabilities)| capabilities.name() != name)
+            .ok_or_else(|| Error::Device("no Vulkan 1.3 device presents to this display".into()))?;
+        let features = Features { dynamic_rendering: true, synchronization2: true, ..Features::default() };
+        let extensions = [khr::swapchain::NAME];
+        let device = open(&instance.raw, physical, queue_family, &extensions, features).map_err(failed)?;
+        // SAFETY: the family has at least one queue, which `open` asked for.
+        let queue = unsafe { device.get_device_queue(queue_family, 0) };
+        let allocator = Arc::new(Mutex::new(allocator(&capabilities.name(), &instance.raw, physical, &device)?));
+        let swapchains = khr::swapchain::Device::new(&instance.raw, &device);
+        let host = HostDevice {
+            instance: instance.raw.clone(),
+            api_version: VERSION,
+            physical_device: physical,
+            device,
+            queue_family,
+            queue: Some(Arc::new(Mutex::new(queue))),
+            allocator: Some(allocator.clone()),
+            pipeline_cache: Some(vk::PipelineCache::null()),
+            instance_extensions: if instance.debug_utils { &[ash::ext::debug_utils::NAME] } else { &[] },
+            device_extensions: &extensions,
+            features,
+        };
+        let context = Context::assemble(host, capabilities, Some(instance), false)?;
+        Ok(Self { surface, surfaces, swapchains, physical, queue, queue_family, allocator, context })
+    }
+}
+
+impl Drop for Presenter {
+    fn drop(&mut self) {
+        // SAFETY: no swapchain of it is left, and the instance lives as long as the context.
+        unsafe { self.surfaces.destroy_surface(self.surface, None) };
+    }
+}

@@ -25,18 +25,8 @@ const SHAPE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 pub fn run() -> Result<()> {
     let context = Context::new(&ContextOptions::default())?;
-    let head = [
-        "scene",
-        "pass",
-        "CPU ms: draw",
-        "8×8×1",
-        "4×4×4",
-        "CPU: draw / 8×8×1",
-        "draw / 4×4×4",
-        "time: draw / 8×8×1",
-        "draw / 4×4×4",
-        "busy: draw, 8×8×1, 4×4×4",
-    ];
+    let head = "scene|pass|CPU ms: draw|8×8×1|4×4×4|CPU: draw / 8×8×1|draw / 4×4×4|time: draw / 8×8×1|draw / 4×4×4|\
+                busy: draw, 8×8×1, 4×4×4";
     let mut rows = Vec::new();
     for (name, voxels) in [("cornell-point", 64), ("cornell-point", 128), ("gallery", 64)] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/{name}.glb"));
@@ -44,7 +34,8 @@ pub fn run() -> Result<()> {
             rows.push(pass.row(&format!("{name}, {voxels}³")));
         }
     }
-    let section = format!("## {} ({})\n\n{}", context.name, context.driver, markdown(head, "--:::::::-", rows));
+    let section =
+        format!("## {} ({})\n\n{}", context.name, context.driver, markdown(head.split('|'), "--:::::::-", rows));
     print!("{section}");
     fill_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/layers.md"), |_, old| Ok(with_section(old, &section)))?;
     Ok(())
@@ -71,18 +62,18 @@ pub struct Measured {
 }
 
 impl Measured {
-    fn row(&self, scene: &str) -> [String; 10] {
+    fn row(&self, scene: &str) -> Vec<String> {
         let median =
             |number: &dyn Fn(&[ZoneTiming]) -> f64| Spread::of(self.rounds.iter().map(|round| number(round))).median;
         let cpu = |zone: &ZoneTiming| zone.cpu_ms.unwrap_or(f64::NAN);
         let ms = |form: usize| format!("{:.1}", median(&|r| cpu(&r[form]) / f64::from(self.times)));
-        let ratio = |form: usize| format!("{:.2}", median(&|r| r[0].gpu_ms / r[form].gpu_ms));
         let cpu_ratio = |form: usize| format!("{:.2}", median(&|r| cpu(&r[0]) / cpu(&r[form])));
+        let ratio = |form: usize| format!("{:.2}", median(&|r| r[0].gpu_ms / r[form].gpu_ms));
         let busy = |form: usize| format!("{:.2}", median(&|r| cpu(&r[form]) / r[form].wall_ms.unwrap_or(f64::NAN)));
-        let [cpu, times] = [[cpu_ratio(1), cpu_ratio(2)], [ratio(1), ratio(2)]];
-        let ([by_tiles, by_cubes], [tiles, cubes]) = (cpu, times);
-        let all_busy = [busy(0), busy(1), busy(2)].join(", ");
-        [scene.to_owned(), self.pass.to_owned(), ms(0), ms(1), ms(2), by_tiles, by_cubes, tiles, cubes, all_busy]
+        let mut cells = vec![scene.to_owned(), self.pass.to_owned()];
+        cells.extend([ms(0), ms(1), ms(2), cpu_ratio(1), cpu_ratio(2), ratio(1), ratio(2)]);
+        cells.push([busy(0), busy(1), busy(2)].join(", "));
+        cells
     }
 }
 
@@ -91,7 +82,7 @@ struct Pass<'a> {
     name: &'static str,
     fragment: &'a str,
     compute: &'a str,
-    constants: Vec<Constant>,
+    constants: &'a [Constant],
     /// Fills levels from 1 on, each from the one below, instead of level 0.
     mips: bool,
 }
@@ -111,18 +102,18 @@ pub fn measure(
     let frame = renderer.frame();
     let shading = with(constants(settings, Features::of(&specimen.scene, settings)), frame.method.constants());
     let unshadowed = with(shading.clone(), &[("SHADOWS", Shadows::None.into())]);
-    let pass = |name, fragment, compute, constants: &Vec<_>, mips| Pass {
+    let passes = [
+        ("shade 1", "gi/cones/shade.frag", "gi/cones/measured/shade.comp", &unshadowed),
+        ("shade 2", "gi/cones/shade.frag LOOK_UP", "gi/cones/measured/shade.comp LOOK_UP", &shading),
+        ("mips", "gi/cones/mips.frag", "gi/cones/measured/mips.comp", &shading),
+    ];
+    let passes = passes.map(|(name, fragment, compute, constants)| Pass {
         name,
         fragment,
         compute,
-        constants: constants.clone(),
-        mips,
-    };
-    let passes = [
-        pass("shade 1", "gi/cones/shade.frag", "gi/cones/measured/shade.comp", &unshadowed, false),
-        pass("shade 2", "gi/cones/shade.frag LOOK_UP", "gi/cones/measured/shade.comp LOOK_UP", &shading, false),
-        pass("mips", "gi/cones/mips.frag", "gi/cones/measured/mips.comp", &shading, true),
-    ];
+        constants,
+        mips: name == "mips",
+    });
     // One volume per form: what shade 2 leaves in them, mips sum up.
     let volume = |_| LightVolume::new(context, FACE_VOLUME, 0, settings.voxels);
     let volumes = (0..3).map(volume).collect::<Result<Vec<_>>>()?;
@@ -172,14 +163,14 @@ impl Pass<'_> {
             label: self.name,
             vertex: "gi/cones/layered.vert",
             fragment: Some(self.fragment),
-            constants: &self.constants,
+            constants: self.constants,
             color_formats: &[FORMAT; FACES],
             ..Default::default()
         };
         let mut forms = vec![Form::Draw(Raster::new(context, &desc)?)];
         for shape in SHAPES {
             let sizes = [0, 1, 2].map(|axis| (SHAPE[axis], shape[axis].into()));
-            let constants = with(self.constants.clone(), &sizes);
+            let constants = with(self.constants.to_vec(), &sizes);
             let desc = ComputeDesc { label: self.name, shader: self.compute, constants: &constants };
             forms.push(Form::Dispatch(Compute::new(context, &desc)?, shape));
         }

@@ -85,14 +85,8 @@ fn presets(rows: &[CsvRow]) -> String {
         [format!("`{preset}`"), method, ms, whole, indirect, meaning.to_owned()]
     };
     let lines: Vec<_> = of_scene.iter().map(&mut line).collect();
-    let head = [
-        "preset",
-        "method",
-        "ms a frame",
-        "error: whole image",
-        "error: indirect light on diffuse surfaces",
-        "description",
-    ];
+    let head =
+        "preset|method|ms a frame|error: whole image|error: indirect light on diffuse surfaces|description".split('|');
     let table = markdown(head, "--:::-", lines);
     let mut notes = vec![of_scene.first().map_or(String::new(), |(_, row)| conditions(row))];
     notes.extend(all_terms.iter().enumerate().map(|(i, terms)| format!("{}: measured with {terms}", mark(i))));

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::rc::Rc;
 use std::sync::Arc;
 
 use clap::Args;
@@ -93,7 +92,7 @@ struct Rows {
     base: Settings,
     size: (u32, u32),
     /// The scene under many settings; each is rendered once.
-    made: BTreeMap<String, Rc<Pixels>>,
+    made: BTreeMap<String, Pixels>,
     lines: Vec<Line>,
     /// By the places of lines in the page.
     results: BTreeMap<usize, Vec<String>>,
@@ -163,7 +162,7 @@ impl Rows {
         Ok(vec![format!("{rel_percent:.2} %"), format!("{energy:.3}")])
     }
 
-    fn image(&mut self, context: &Arc<Context>, assignments: &[String]) -> Result<Rc<Pixels>> {
+    fn image(&mut self, context: &Arc<Context>, assignments: &[String]) -> Result<Pixels> {
         let key = assignments.join(" ");
         if let Some(image) = self.made.get(&key) {
             return Ok(image.clone());
@@ -179,7 +178,7 @@ impl Rows {
                 None => settings.set(assignment)?,
             }
         }
-        let image = Rc::new(render(context, &specimen, &settings, specimen.options(self.size))?.beauty().to_vec());
+        let image = render(context, &specimen, &settings, specimen.options(self.size))?.beauty().to_vec();
         self.made.insert(key, image.clone());
         Ok(image)
     }

@@ -88,9 +88,10 @@ fn machine(text: &str) -> std::result::Result<String, &'static str> {
     is_name.then(|| text.to_owned()).ok_or("write a name of at most 64 characters")
 }
 
-/// The shards of a folder of rows: values of `--shard`.
-pub fn shards(count: u32) -> Vec<String> {
-    (1..=count).map(|i| format!("{i}/{count}")).collect()
+/// Prints the commands of the shards of a folder of rows. `outputs`: the flags that name it.
+pub fn list_shards(count: u32, outputs: &[&str], folder: &Path) {
+    let shards: Vec<String> = (1..=count).map(|i| format!("{i}/{count}")).collect();
+    Parts { flag: "--shard", outputs, ending: "" }.list(&shards, Some(folder));
 }
 
 /// `count` items in so many parts that follow each other, none empty.

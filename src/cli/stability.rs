@@ -12,10 +12,9 @@ use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words, short
 use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
-use twobounce::stability::against::{Changes, changes};
 use twobounce::stability::case::Case;
 use twobounce::stability::cell::{Cell, Effort, settings};
-use twobounce::stability::export::{Outline, read_csv, write};
+use twobounce::stability::export::{Changes, Outline, changes, read_csv, write};
 use twobounce::stability::markdown::page;
 use twobounce::stability::row::Row;
 use twobounce::stability::{GRIDS, SIZE, VERSION, cases};
@@ -24,7 +23,7 @@ use twobounce::{Error, Result};
 
 use super::args::DeviceArgs;
 use super::lab::{Experiment, Pages, Runner};
-use super::share::{self, Parts, RowArgs};
+use super::share::{self, RowArgs};
 use super::{interrupt, out};
 use crate::say;
 
@@ -101,8 +100,7 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     let needs_folder = || Error::Usage("-o is missing: name the folder to write into".into());
     let folder = args.output.as_deref().ok_or_else(needs_folder)?;
     if let Some(Some(count)) = args.list {
-        let parts = Parts { flag: "--shard", outputs: &["-o", "--output"], ending: "" };
-        parts.list(&share::shards(count), Some(folder));
+        share::list_shards(count, &["-o", "--output"], folder);
         return Ok(ExitCode::SUCCESS);
     }
     let before = args.against.as_deref().map(|path| Ok::<_, Error>((path, read_table(path, read_csv)?))).transpose()?;

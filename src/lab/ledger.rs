@@ -18,20 +18,16 @@ pub struct Ledger {
 }
 
 pub const LEDGERS: &[Ledger] = &[
-    Ledger {
-        method: Method::Cones,
-        preset: "corrected",
-        page: "docs/ledger.md",
-        text: include_str!("../../docs/ledger.md"),
-    },
-    Ledger { method: Method::Lpv, preset: "lpv", page: "docs/lpv.md", text: include_str!("../../docs/lpv.md") },
-    Ledger {
-        method: Method::Photons,
-        preset: "photons",
-        page: "docs/photons.md",
-        text: include_str!("../../docs/photons.md"),
-    },
+    Ledger::new(Method::Cones, "corrected", "docs/ledger.md", include_str!("../../docs/ledger.md")),
+    Ledger::new(Method::Lpv, "lpv", "docs/lpv.md", include_str!("../../docs/lpv.md")),
+    Ledger::new(Method::Photons, "photons", "docs/photons.md", include_str!("../../docs/photons.md")),
 ];
+
+impl Ledger {
+    const fn new(method: Method, preset: &'static str, page: &'static str, text: &'static str) -> Self {
+        Self { method, preset, page, text }
+    }
+}
 
 /// The measurement for a line of a page. Settings are `key=value`; `sky=value` is the scene's.
 #[derive(Clone, Debug, PartialEq)]

@@ -96,19 +96,20 @@ fn cost(pass: &PassTiming, counted: &[(&'static str, Counts)], work: &Work) -> P
 /// The costs as a table.
 pub fn table(costs: &[PassCost], copy: &CopyRates) -> String {
     let width = costs.iter().map(|row| row.name.len()).max().unwrap_or(0).max(4);
-    let line = |name: &str, costs: [String; 6], rates: [String; 2]| {
+    let line = |name: &str, cells: [String; 8]| {
+        let (costs, rates) = cells.split_at(6);
         let costs: String = costs.iter().map(|cell| format!("  {cell:>10}")).collect();
         format!("{name:width$}{costs}  {:>8}  {:>8}\n", rates[0], rates[1])
     };
-    let heads = ["ns/voxel", "ns/item", "ns/pixel", "ns/step", "fetched", "written"];
-    let mut text = line("pass", heads.map(String::from), ["GB/s", "of copy"].map(String::from));
-    let cell = |ns: Option<f64>| ns.map_or(String::new(), |ns| format!("{ns:.2}"));
+    let heads = ["ns/voxel", "ns/item", "ns/pixel", "ns/step", "fetched", "written", "GB/s", "of copy"];
+    let mut text = line("pass", heads.map(String::from));
+    let ns = |ns: Option<f64>| ns.map_or(String::new(), |ns| format!("{ns:.2}"));
     for row in costs {
-        let [voxel, item] = [row.ns_per_occupied_voxel, row.ns_per_list_item].map(cell);
-        let [pixel, step] = [row.ns_per_pixel, row.ns_per_cone_step].map(cell);
         let [fetched, written] = [row.fetched_bytes, row.written_bytes].map(short_bytes);
-        let rates = [row.gb_per_s, row.share_of_copy].map(|rate| format!("{rate:.2}"));
-        text += &line(row.name, [voxel, item, pixel, step, fetched, written], rates);
+        let [rate, share] = [row.gb_per_s, row.share_of_copy].map(|rate| format!("{rate:.2}"));
+        let [voxel, item] = [row.ns_per_occupied_voxel, row.ns_per_list_item].map(ns);
+        let [pixel, step] = [row.ns_per_pixel, row.ns_per_cone_step].map(ns);
+        text += &line(row.name, [voxel, item, pixel, step, fetched, written, rate, share]);
     }
     let CopyRates { buffer_gb_per_s, shader_gb_per_s } = copy;
     let cut: u64 = costs.iter().map(|row| row.counts.rays_cut).sum();

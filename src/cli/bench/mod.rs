@@ -22,7 +22,7 @@ use twobounce::{Error, Result};
 use super::args::{DeviceArgs, SceneArgs, minutes, percent};
 use super::lab::{Pages, Runner};
 use super::reference::{cache, check_memory};
-use super::share::{self, Parts, RowArgs};
+use super::share::{self, RowArgs};
 use super::{interrupt, out, words};
 use crate::say;
 
@@ -163,7 +163,7 @@ impl Bench<'_> {
 
     /// Prints the commands that share the work. `outputs`: the flags that name the folder.
     pub fn list(&self, count: u32, outputs: &[&str]) -> Result<ExitCode> {
-        Parts { flag: "--shard", outputs, ending: "" }.list(&share::shards(count), Some(self.folder));
+        share::list_shards(count, outputs, self.folder);
         Ok(ExitCode::SUCCESS)
     }
 

@@ -3,7 +3,6 @@
 mod fine;
 mod invariance;
 mod light;
-mod many;
 mod time;
 mod walls;
 
@@ -22,7 +21,7 @@ type Run = fn(&Cell) -> Result<Vec<Sample>>;
 
 /// The functions of all cases.
 fn runs() -> impl Iterator<Item = &'static (&'static str, Run)> {
-    [walls::RUNS, light::RUNS, fine::RUNS, invariance::RUNS, time::RUNS, many::RUNS].into_iter().flatten()
+    [walls::RUNS, light::RUNS, fine::RUNS, invariance::RUNS, time::RUNS].into_iter().flatten()
 }
 
 /// Every case, in the order of the page.

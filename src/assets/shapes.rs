@@ -1,5 +1,4 @@
-//! Shapes as triangles, counter-clockwise seen from outside. Closed shapes are watertight: each edge has its reverse, by
-//! position.
+//! Shapes as triangles, counter-clockwise seen from outside. In closed ones each edge has its reverse, by position.
 
 use std::f64::consts::{PI, TAU};
 

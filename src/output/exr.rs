@@ -1,5 +1,4 @@
-//! OpenEXR files: linear float32, channels `R G B` for the image, `A` for what surfaces cover of it, and `direct.R` … for further
-//! layers, text in the header.
+//! OpenEXR files: linear float32, channels `R G B` for the image, `A` for its coverage, `direct.R` … for further layers; text in the header.
 
 use std::collections::BTreeMap;
 use std::fs::File;

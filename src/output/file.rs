@@ -68,8 +68,7 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     write(path, (text + "\n").as_bytes())
 }
 
-/// Writes what the program itself reads again, as TOML: its numbers come back with the same bits, where reading JSON changes the
-/// last bit of some.
+/// Writes what the program itself reads again, as TOML, whose numbers keep their bits; read from JSON some lose the last.
 pub fn write_kept(path: &Path, value: &impl Serialize) -> Result<()> {
     let text = toml::to_string(value).map_err(|e| Error::file(path, e.to_string()))?;
     write(path, text.as_bytes())

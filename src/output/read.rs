@@ -40,9 +40,7 @@ pub(crate) fn check_length(path: &Path, is_enough: bool) -> Result<()> {
 }
 
 /// The text of a small file, which may be a pipe but not one that never ends. `what` it is, for messages.
-///
-/// # Errors
-/// [`Error::File`]: it cannot be read, is no text, or is larger than 1 MiB.
+/// [`Error::File`] where it cannot be read, is no text, or is larger than 1 MiB.
 pub fn text(path: &Path, what: &str) -> Result<String> {
     const BYTES_MAX: u64 = 1 << 20;
     let mut text = String::new();

@@ -2,8 +2,7 @@
 //! _diffuse_transmission): evaluation, sampling, density. [`super::layers`] adds what lies over it.
 //!
 //! Four lobes: diffuse ρ/π, GGX reflection, GGX transmission (unrefracted through thin walls, refracted at volumes), diffuse
-//! to the far side. Below [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths and shadow rays pass it without a
-//! bounce, see [`Bsdf::unscattered`].
+//! to the far side. Below [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths and shadow rays pass it, see [`Bsdf::unscattered`].
 
 use glam::{Mat3, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -110,6 +109,12 @@ pub fn frame(n: Vec3) -> Mat3 {
     )
 }
 
+/// Whether a direction is on the same side of the triangle and of the plane of a shading normal; else light would leak.
+#[inline]
+pub fn is_consistent(geometric: Vec3, normal: Vec3, wi: Vec3) -> bool {
+    (geometric.dot(wi) > 0.0) == (normal.dot(wi) > 0.0)
+}
+
 /// A direction around +z with density cos/π.
 pub fn sample_cosine(u: [f32; 2]) -> Vec3 {
     let (sin, cos) = (TAU * u[0]).sin_cos();
@@ -194,8 +199,7 @@ impl Bsdf {
         self.frame.z_axis
     }
 
-    /// At the cosine between a direction and the half vector: the reflectance, and the remaining share of light for the other
-    /// lobes.
+    /// At the cosine to the half vector: the reflectance, and the share of light that remains for the other lobes.
     #[inline]
     fn fresnel(&self, cos: f32) -> (Vec3, f32) {
         let mut cos_outside = cos;
@@ -236,12 +240,6 @@ impl Bsdf {
         self.layers.as_ref().map_or(through, |layers| through * layers.leave_straight())
     }
 
-    /// Whether a direction is on the same side of the triangle and of the plane of the shading normal; else light would leak.
-    #[inline]
-    fn is_consistent(&self, wi: Vec3) -> bool {
-        (self.geometric.dot(wi) > 0.0) == (self.normal().dot(wi) > 0.0)
-    }
-
     /// f · |cos| and the density of [`Self::sample`] without mirrors, for unit `wi` (world space, away from the surface).
     #[inline]
     pub fn eval(&self, wi: Vec3) -> (Vec3, f32) {
@@ -251,7 +249,7 @@ impl Bsdf {
 
     #[inline]
     fn eval_base(&self, wi: Vec3) -> (Vec3, f32) {
-        if !self.is_consistent(wi) {
+        if !is_consistent(self.geometric, self.normal(), wi) {
             return (Vec3::ZERO, 0.0);
         }
         let wi = self.frame.transpose() * wi;
@@ -363,7 +361,10 @@ impl Bsdf {
         let wi = match (reflect, self.volume) {
             (true, _) => mirrored,
             (false, false) => mirrored.with_z(-mirrored.z),
-            (false, true) => self.refract(h, cos)?,
+            (false, true) => {
+                let sin2 = (1.0 - cos * cos) / (self.eta * self.eta);
+                (sin2 < 1.0).then(|| h * (cos / self.eta - (1.0 - sin2).sqrt()) - self.wo / self.eta)?
+            }
         };
         if reflect != (wi.z > 0.0) || wi.z == 0.0 {
             return None;
@@ -376,12 +377,13 @@ impl Bsdf {
         let weight =
             if reflect { reflected / reflection } else { self.transmitted * (rest * compression / transmission) };
         let direction = self.frame * wi;
-        self.is_consistent(direction).then_some(Scatter { direction, weight, density: 0.0, mirror: true, compression })
-    }
-
-    fn refract(&self, h: Vec3, cos: f32) -> Option<Vec3> {
-        let sin2 = (1.0 - cos * cos) / (self.eta * self.eta);
-        (sin2 < 1.0).then(|| h * (cos / self.eta - (1.0 - sin2).sqrt()) - self.wo / self.eta)
+        is_consistent(self.geometric, self.normal(), direction).then_some(Scatter {
+            direction,
+            weight,
+            density: 0.0,
+            mirror: true,
+            compression,
+        })
     }
 
     fn scattered(&self, wi: Vec3, compression: f32) -> Option<Scatter> {

@@ -1,8 +1,7 @@
 //! Path tracing from the camera, with light sampling at every vertex and multiple importance sampling.
 //!
 //! Reflection and refraction, smooth or rough, count as bounces. Passing unscattered through an alpha-blended or masked surface
-//! or a smooth thin wall does not. Light seen directly or scattered once is *direct*; light scattered n + 1 times has made n
-//! indirect bounces.
+//! or a smooth thin wall does not. Light seen directly or scattered once is *direct*; scattered n + 1 times, it has made n indirect bounces.
 
 use glam::Vec3;
 
@@ -18,8 +17,7 @@ use crate::scene::finish::dispersed;
 use crate::scene::{Pose, Scene};
 
 /// Set 0 of the random numbers: the place in the pixel and the light at vertex 0. Vertex k then uses set 2k + 1 for its
-/// direction and for the light at vertex k + 1, and set 2k + 2 for its choices: of the lobe, of roulette, of the punctual
-/// light.
+/// direction and for the light at vertex k + 1, and set 2k + 2 to choose a lobe, the path's end and a punctual light.
 pub const PIXEL_AND_LIGHT: u32 = 0;
 const OCCLUSION: u32 = u32::MAX;
 
@@ -149,8 +147,7 @@ impl<'a> Integrator<'a> {
         !vertex.surface.params.unlit && path.scattered <= self.bounces && shows
     }
 
-    /// Follows the path's ray to the next surface that it does not pass unscattered. At the sky the result is `None`, and
-    /// the sky's radiance is added.
+    /// Follows the path's ray to the next surface that it does not pass unscattered. At the sky, `None`, it adds the radiance.
     pub(super) fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
         let (mut travelled, mut clear) = (0.0, true);
         // The share of the sample that shows surfaces further along the ray, for `Sample::diffuse`.
@@ -241,8 +238,7 @@ impl<'a> Integrator<'a> {
         Vertex { hit, point, surface, bsdf, unscattered, clear: true }
     }
 
-    /// The origin of a ray that leaves a vertex in `direction`: slightly off the surface, so that the ray does not hit it
-    /// again.
+    /// The origin of a ray that leaves a vertex in `direction`: so far off the surface that the ray does not hit it again.
     pub(super) fn offset_origin(&self, vertex: &Vertex, direction: Vec3) -> Vec3 {
         let p = vertex.point.position;
         // A few times the spacing of f32 at the position; 16 units account for cancellation near the centre.

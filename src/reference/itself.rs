@@ -21,9 +21,6 @@ const LEAST: f32 = 1.0 / 512.0;
 const PERCENTILE: f64 = 0.95;
 
 /// Whether the scene's own emission lights the surfaces that `view` sees, so that one exposure can show both.
-///
-/// # Errors
-/// As for [`render`].
 pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
     let brightest = scene.instances.iter().map(|i| scene.materials[scene.meshes[i.mesh].material].emissive);
     let brightest = brightest.map(|emissive| luminance(emissive.into())).fold(0.0, f32::max);

@@ -6,7 +6,7 @@
 use glam::{Mat3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-use super::bsdf::{SMOOTH, Scatter, Viewing, frame, sample_cosine};
+use super::bsdf::{SMOOTH, Scatter, Viewing, frame, is_consistent, sample_cosine};
 use super::microfacet::{Ggx, schlick};
 use crate::scene::finish::FinishParams;
 use crate::scene::sheen;
@@ -102,11 +102,6 @@ impl Layers {
         self.leave(self.wo.z)
     }
 
-    /// Whether a direction is on the same side of the triangle and of the plane of `normal`.
-    fn is_consistent(&self, normal: Vec3, wi: Vec3) -> bool {
-        (self.geometric.dot(wi) > 0.0) == (normal.dot(wi) > 0.0)
-    }
-
     /// f · |cos| and the density of the whole, from those of the base.
     #[cold]
     pub fn eval(&self, wi: Vec3, base: Vec3, base_density: f32) -> (Vec3, f32) {
@@ -114,13 +109,13 @@ impl Layers {
         let cos = self.base_frame.z_axis.dot(wi);
         let mut f = base * self.leave(cos.abs().min(1.0));
         let mut density = (1.0 - coat - sheen).max(0.0) * base_density;
-        if self.sheen_max > 0.0 && cos > 0.0 && self.is_consistent(self.base_frame.z_axis, wi) {
+        if self.sheen_max > 0.0 && cos > 0.0 && is_consistent(self.geometric, self.base_frame.z_axis, wi) {
             let local = self.base_frame.transpose() * wi;
             let lobe = sheen::lobe(self.sheen_roughness, self.wo, local) * local.z;
             f += self.sheen * (lobe * (1.0 - self.coat_share));
             density += sheen * FRAC_1_PI * local.z;
         }
-        if coat > 0.0 && self.coat.x >= SMOOTH && self.is_consistent(self.coat_frame.z_axis, wi) {
+        if coat > 0.0 && self.coat.x >= SMOOTH && is_consistent(self.geometric, self.coat_frame.z_axis, wi) {
             let local = self.coat_frame.transpose() * wi;
             if local.z > 0.0 {
                 let h = (self.coat_wo + local).normalize();
@@ -140,7 +135,7 @@ impl Layers {
             let h = if self.coat.x < SMOOTH { Vec3::Z } else { self.coat.sample_visible(self.coat_wo, u) };
             let wi = h * (2.0 * self.coat_wo.dot(h)) - self.coat_wo;
             let direction = (self.coat_frame * wi).normalize();
-            if wi.z <= 0.0 || !self.is_consistent(self.coat_frame.z_axis, direction) {
+            if wi.z <= 0.0 || !is_consistent(self.geometric, self.coat_frame.z_axis, direction) {
                 return Choice::Nothing;
             }
             if self.coat.x >= SMOOTH {

@@ -157,8 +157,7 @@ impl PunctualLight {
         self.intensity * (falloff * range_window(distance, self.range) / distance2)
     }
 
-    /// Samples the light as seen from `p`. A light with a radius is a uniformly bright ball (a distant one a disc) of the same
-    /// irradiance.
+    /// Samples the light as seen from `p`. With a radius it is an even ball (a distant one an even disc) of the same irradiance.
     fn sample(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let irradiance = self.irradiance(p);
         if irradiance == Vec3::ZERO {

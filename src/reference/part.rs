@@ -40,10 +40,7 @@ impl Part {
         file::write(path, &[&MAGIC[..], &length, &about, &encode(&self.film, &self.key)].concat())
     }
 
-    /// Reads it.
-    ///
-    /// # Errors
-    /// [`Error::File`]: it is no such file, of another version, or damaged.
+    /// Reads it; [`Error::File`] where it is no such file, of another version, or damaged.
     pub fn read(path: &Path) -> Result<Self> {
         crate::output::read::about(path, "a film")?;
         let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;

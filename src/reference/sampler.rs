@@ -69,8 +69,7 @@ fn combine(a: u32, b: u32) -> u32 {
     hash(a ^ b.wrapping_mul(0x9e37_79b9).wrapping_add(0x85eb_ca6b))
 }
 
-/// Owen scrambling: each bit is flipped depending on a hash of the bits above it (Laine and Karras' hash with Vegdahl's
-/// constants).
+/// Owen scrambling: a hash of the bits above flips each bit (Laine and Karras' hash with Vegdahl's constants).
 #[inline]
 fn owen(x: u32, seed: u32) -> u32 {
     let mut x = x.reverse_bits();

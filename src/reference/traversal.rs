@@ -1,5 +1,4 @@
-//! Traversal of the tree of `src/reference/bvh.rs`: one ray against eight boxes or triangles at a time, or eight rays at a
-//! time.
+//! Traversal of the tree of `src/reference/bvh.rs`: one ray against eight boxes or triangles at a time, or eight rays.
 
 use glam::Vec3;
 use std::cell::Cell;

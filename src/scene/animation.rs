@@ -46,8 +46,7 @@ impl Scene {
         }
     }
 
-    /// Where an instance stands: at its node, or where its joints are. What is both skinned and instanced stands where instancing
-    /// puts it, from its node.
+    /// Where an instance stands: at its node, or where its joints are, moved as instancing moves it from the node.
     fn place(&self, instance: &Instance, world: &[DAffine3]) -> DAffine3 {
         let Some(deformer) = self.skinned(instance.mesh) else { return world[instance.node] };
         let frame = deformer.world_from_frame(world);

@@ -19,8 +19,7 @@ impl View {
         Self::from_axes(eye, target - eye, up, projection)
     }
 
-    /// A view from the front, slightly from above and the right, that shows all of `bounds` in an image at least as wide as
-    /// high.
+    /// From the front, slightly from above and the right: shows all of `bounds` in an image at least as wide as high.
     pub fn framing(bounds: Bounds) -> Self {
         Self::framing_within(bounds, DEFAULT_FOV_DEGREES.to_radians())
     }

@@ -101,15 +101,14 @@ impl Default for DiffuseTransmission {
     }
 }
 
+#[cfg_attr(not(internals), doc(hidden))]
 impl Finish {
     /// All texture slots in a fixed order, the renderer's, with the colour space of each.
-    #[cfg_attr(not(internals), doc(hidden))]
     pub fn slots(&self) -> [(Option<TextureRef>, ColorSpace); 10] {
         self.clone().slots_mut().map(|(slot, space)| (*slot, space))
     }
 
     /// The same slots, to be changed.
-    #[cfg_attr(not(internals), doc(hidden))]
     pub fn slots_mut(&mut self) -> [(&mut Option<TextureRef>, ColorSpace); 10] {
         use ColorSpace::{Linear, Srgb};
         [
@@ -124,6 +123,34 @@ impl Finish {
             (&mut self.diffuse_transmission.texture, Linear),
             (&mut self.diffuse_transmission.color_texture, Srgb),
         ]
+    }
+
+    /// At a point; `sample` reads a texture there, white where there is none.
+    #[cold]
+    pub fn evaluate(&self, sample: impl Fn(&Option<TextureRef>, ColorSpace) -> Vec4) -> FinishParams {
+        use ColorSpace::{Linear, Srgb};
+        let Self { clearcoat, sheen, anisotropy, iridescence, diffuse_transmission: diffuse, dispersion } = self;
+        let clearcoat_roughness = clearcoat.roughness * sample(&clearcoat.roughness_texture, Linear).y;
+        let bump = clearcoat.normal_texture.map(|_| sample(&clearcoat.normal_texture, Linear));
+        let grain = sample(&anisotropy.texture, Linear);
+        let [thin, thick] = iridescence.thickness_nm;
+        let film_nm = thin + (thick - thin) * sample(&iridescence.thickness_texture, Linear).y;
+        let film = if film_nm > 0.0 { iridescence.factor * sample(&iridescence.texture, Linear).x } else { 0.0 };
+        FinishParams {
+            clearcoat: clearcoat.factor * sample(&clearcoat.texture, Linear).x,
+            clearcoat_roughness: clearcoat_roughness.max(ROUGHNESS_MIN),
+            clearcoat_normal_tangent: bump.map_or(Vec3::Z, |texel| normal_map(texel, clearcoat.normal_scale)),
+            sheen_color: sheen.color * sample(&sheen.color_texture, Srgb).truncate(),
+            sheen_roughness: (sheen.roughness * sample(&sheen.roughness_texture, Linear).w).max(SHEEN_ROUGHNESS_MIN),
+            anisotropy: anisotropy.strength * grain.z,
+            anisotropy_direction: anisotropy.direction(Vec2::new(grain.x, grain.y)),
+            iridescence: film,
+            film_ior: iridescence.ior,
+            film_nm,
+            diffuse_transmission: diffuse.factor * sample(&diffuse.texture, Linear).w,
+            diffuse_transmission_color: diffuse.color * sample(&diffuse.color_texture, Srgb).truncate(),
+            dispersion: *dispersion,
+        }
     }
 }
 
@@ -151,37 +178,6 @@ pub struct FinishParams {
     pub diffuse_transmission: f32,
     pub diffuse_transmission_color: Vec3,
     pub dispersion: f32,
-}
-
-impl Finish {
-    /// At a point; `sample` reads a texture there, white where there is none.
-    #[cold]
-    #[cfg_attr(not(internals), doc(hidden))]
-    pub fn evaluate(&self, sample: impl Fn(&Option<TextureRef>, ColorSpace) -> Vec4) -> FinishParams {
-        use ColorSpace::{Linear, Srgb};
-        let Self { clearcoat, sheen, anisotropy, iridescence, diffuse_transmission: diffuse, dispersion } = self;
-        let clearcoat_roughness = clearcoat.roughness * sample(&clearcoat.roughness_texture, Linear).y;
-        let bump = clearcoat.normal_texture.map(|_| sample(&clearcoat.normal_texture, Linear));
-        let grain = sample(&anisotropy.texture, Linear);
-        let [thin, thick] = iridescence.thickness_nm;
-        let film_nm = thin + (thick - thin) * sample(&iridescence.thickness_texture, Linear).y;
-        let film = if film_nm > 0.0 { iridescence.factor * sample(&iridescence.texture, Linear).x } else { 0.0 };
-        FinishParams {
-            clearcoat: clearcoat.factor * sample(&clearcoat.texture, Linear).x,
-            clearcoat_roughness: clearcoat_roughness.max(ROUGHNESS_MIN),
-            clearcoat_normal_tangent: bump.map_or(Vec3::Z, |texel| normal_map(texel, clearcoat.normal_scale)),
-            sheen_color: sheen.color * sample(&sheen.color_texture, Srgb).truncate(),
-            sheen_roughness: (sheen.roughness * sample(&sheen.roughness_texture, Linear).w).max(SHEEN_ROUGHNESS_MIN),
-            anisotropy: anisotropy.strength * grain.z,
-            anisotropy_direction: anisotropy.direction(Vec2::new(grain.x, grain.y)),
-            iridescence: film,
-            film_ior: iridescence.ior,
-            film_nm,
-            diffuse_transmission: diffuse.factor * sample(&diffuse.texture, Linear).w,
-            diffuse_transmission_color: diffuse.color * sample(&diffuse.color_texture, Srgb).truncate(),
-            dispersion: *dispersion,
-        }
-    }
 }
 
 impl FinishParams {

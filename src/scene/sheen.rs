@@ -78,8 +78,7 @@ pub fn albedo(roughness: f32, cos: f32) -> f32 {
     a + (b - a) * part
 }
 
-/// The albedo by a midpoint rule over the hemisphere. Heights are squared twice, because much of the light comes from near
-/// the horizon.
+/// The albedo by a midpoint rule over the hemisphere. Heights are squared twice: much of the light comes from the horizon.
 fn integrated(roughness: f32, cos: f32) -> f32 {
     const HEIGHTS: usize = 96;
     const TURNS: usize = 96;

@@ -35,8 +35,7 @@ pub struct SurfaceParams {
     pub emissive: Vec3,
     /// Albedo of the diffuse part before Fresnel: base colour × (1 − metallic). Includes the share that is transmitted instead.
     pub diffuse: Vec3,
-    /// Reflectance at normal incidence: min(((ior−1)/(ior+1))² · specular colour, 1) · specular, mixed with the base colour
-    /// by metallic.
+    /// Reflectance at normal incidence: min(((ior−1)/(ior+1))² · specular colour, 1) · specular; by metallic the base colour.
     pub f0: Vec3,
     /// Reflectance at grazing angles: specular, mixed with 1 by metallic.
     pub f90: f32,
@@ -53,10 +52,10 @@ pub struct SurfaceParams {
     pub finish: Option<FinishParams>,
 }
 
+#[cfg_attr(not(internals), doc(hidden))]
 impl Material {
     /// The material at `point`.
     #[inline]
-    #[cfg_attr(not(internals), doc(hidden))]
     pub fn evaluate(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> SurfaceParams {
         let sample = |slot: &Option<_>, space| textures.sample(scene, slot.as_ref(), space, point);
         let base = self.base_color * sample(&self.base_color_texture, ColorSpace::Srgb) * point.color;
@@ -95,7 +94,6 @@ impl Material {
     }
 
     /// Only [`SurfaceParams::opacity`], for rays that pass the surface.
-    #[cfg_attr(not(internals), doc(hidden))]
     pub fn opacity(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> f32 {
         if self.alpha == Alpha::Opaque {
             return 1.0;
@@ -106,7 +104,6 @@ impl Material {
     }
 
     /// Whether this side of a triangle is visible, is lit and emits. The other side still blocks light.
-    #[cfg_attr(not(internals), doc(hidden))]
     pub fn shows(&self, front: bool) -> bool {
         front || self.double_sided
     }

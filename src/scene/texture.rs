@@ -260,8 +260,7 @@ impl Textures {
 
 /// Texture sampling, by which materials are evaluated.
 pub trait Sampling {
-    /// The texture of `slot` at the point's uv, filtered over its footprint. White without a texture, so that the factor alone
-    /// remains.
+    /// The texture of `slot` at the point's uv, filtered over its footprint; without one white, which leaves the factor alone.
     fn sample(&self, scene: &Scene, slot: Option<&TextureRef>, space: ColorSpace, point: &SurfacePoint) -> Vec4;
 }
 

@@ -23,7 +23,9 @@ pub fn document(data: &Data) -> Result<(), Problem> {
             data.view(index)?;
         }
     }
-    let packed: BTreeSet<usize> = primitives(data).filter(|p| draco::is_packed(p)).flat_map(stated).collect();
+    let packed = primitives(data).filter(|p| draco::is_packed(p));
+    let packed = packed.flat_map(|p| p.attributes.values().chain(&p.indices)).map(Index::value);
+    let packed: BTreeSet<usize> = packed.collect();
     for (index, accessor) in document.accessors.iter().enumerate() {
         let view = accessor.buffer_view.map(|v| v.value());
         exists("buffer view", view, document.buffer_views.len())?;
@@ -52,9 +54,4 @@ pub fn document(data: &Data) -> Result<(), Problem> {
 
 fn primitives<'a>(data: &Data<'a>) -> impl Iterator<Item = &'a Primitive> + use<'a> {
     data.document.meshes.iter().flat_map(|mesh| &mesh.primitives)
-}
-
-/// The accessors of a primitive's vertices and triangles.
-fn stated(primitive: &Primitive) -> impl Iterator<Item = usize> {
-    primitive.attributes.values().chain(&primitive.indices).map(|accessor| accessor.value())
 }

@@ -189,8 +189,7 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
     Ok(Container { json, binary: None })
 }
 
-/// Where the bytes of a buffer or an image are, and how many. Files are opened when they are read: a scene may have more of
-/// them than a process may open.
+/// The bytes of a buffer or an image. Files are opened when they are read: a scene may have more than a process may open.
 pub enum Source {
     File {
         path: PathBuf,

@@ -63,9 +63,7 @@ pub fn bytes(document: &Document, primitive: &Primitive) -> u64 {
 }
 
 /// Decodes a primitive; `None` if it is not compressed. `what` ("mesh 3 primitive 0") is for messages.
-///
-/// # Errors
-/// A sentence, for damaged streams and for streams that hold other vertices or triangles than the accessors state.
+/// The error is a sentence, for damaged streams and for streams that hold other vertices or triangles than the accessors state.
 pub fn unpack(data: &Data, primitive: &Primitive, what: &str) -> Result<Option<Unpacked>, Problem> {
     let Some(stated) = primitive.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(None) };
     let compressed = Compressed::deserialize(stated).map_err(|e| {

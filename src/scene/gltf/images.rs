@@ -295,8 +295,7 @@ impl Images<'_> {
         texels_of(self.size(image))
     }
 
-    /// Decodes all images into `scene` and adds their bytes to `hash`. Its materials lose the slots of those that cannot be
-    /// read: their factors alone remain.
+    /// Decodes all images into `scene` and hashes their bytes. Materials lose the slots of those that cannot be read.
     pub fn decode(self, document: &Document, scene: &mut Scene, hash: &mut blake3::Hasher) -> Result<(), Problem> {
         let of_colors = self.chains(scene.materials.iter().flat_map(Material::texture_slots));
         let halvings: Vec<u32> =

@@ -1,5 +1,4 @@
-//! EXT_mesh_gpu_instancing: a node that shows its mesh several times. Each time is a child node of its own, so that everything
-//! that moves the node moves them all.
+//! EXT_mesh_gpu_instancing: a node that shows its mesh several times, each at a child node of its own, which moves with it.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -31,10 +30,7 @@ pub fn count(document: &Document, node: &Node) -> u64 {
 
 /// Adds the nodes of all instances of the node with the document's index `node`: their indices in the scene, or those of the
 /// node itself if it is not instanced.
-///
-/// # Errors
-/// A sentence that names the node, for accessors that do not exist, do not fit or differ in length, and for numbers that are
-/// not finite.
+/// The error is a sentence that names the node, for accessors that do not exist or fit, and for numbers that are not finite.
 pub fn load(data: &Data, tree: &Tree, node: usize, scene: &mut Scene) -> Result<Range<usize>, Problem> {
     let at = tree.slot[node];
     let Some(attributes) = attributes(&data.document.nodes[node]).filter(|attributes| !attributes.is_empty()) else {

@@ -1,8 +1,7 @@
 //! KHR_texture_basisu: images in KTX 2 containers, with Basis Universal's ETC1S (BasisLZ) or UASTC, plain or with zstd.
 //!
 //! The container's header and index are read here (KTX File Format 2.0, sections 3 to 5), and everything that they state is held
-//! against the file before the crate `basisu` decodes the largest level. Smaller levels are made anew
-//! ([`crate::scene::texture`]).
+//! against the file before the crate `basisu` decodes the largest level. Smaller levels are made anew.
 
 use std::ops::Range;
 
@@ -35,9 +34,7 @@ pub fn is_ktx2(bytes: &[u8]) -> bool {
 }
 
 /// The size of the largest level in texels.
-///
-/// # Errors
-/// The end of a sentence, for what is no image of Basis Universal, and for parts that end outside the file.
+/// The error is the end of a sentence, for what is no image of Basis Universal, and for parts that end outside the file.
 pub fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
     let header = bytes.get(..HEADER).ok_or("ends within its header")?;
     let [format, width, height, depth] = [12, 20, 24, 28].map(|at| word(header, at));
@@ -93,9 +90,7 @@ fn slices_fit(global: &[u8], level: &[u8], levels: usize, with_alpha: bool) -> O
 }
 
 /// The largest level: 8-bit RGBA, rows from the top, 4 · width · height bytes of the [`size`].
-///
-/// # Errors
-/// The end of a sentence, for damaged data.
+/// The error is the end of a sentence, for damaged data.
 pub fn decode(bytes: &[u8]) -> Result<Vec<u8>, &'static str> {
     size(bytes)?;
     // Key/value data say nothing that is used, and basisu 0.1.0 reads on past damaged ones.

@@ -196,7 +196,10 @@ fn complete_normals(mesh: &mut Mesh) -> bool {
     if mesh.normals.is_empty() {
         // glTF 2.0, 3.7.2.1: tangents without normals are ignored.
         mesh.tangents.clear();
-        unweld(mesh);
+        // Every triangle gets three vertices of its own, in the order of the indices.
+        let indices = std::mem::take(&mut mesh.indices);
+        mesh.gather(&indices);
+        mesh.indices = (0..indices.len() as u32).collect();
         mesh.normals = (0..mesh.indices.len() / 3).flat_map(|t| [face_normal(mesh, t); 3]).collect();
         return true;
     }
@@ -229,13 +232,6 @@ fn compact(mesh: &mut Mesh) {
         *index = *new;
     }
     mesh.gather(&kept);
-}
-
-/// Gives every triangle three vertices of its own, in index order.
-fn unweld(mesh: &mut Mesh) {
-    let indices = std::mem::take(&mut mesh.indices);
-    mesh.gather(&indices);
-    mesh.indices = (0..indices.len() as u32).collect();
 }
 
 /// Computed in f64, so that squared differences of large coordinates stay finite. +Y for degenerate triangles.

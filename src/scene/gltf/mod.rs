@@ -2,8 +2,7 @@
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
 //! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials` with `finish`, `images` with `ktx2` and `webp`, `mesh`
-//! with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every index and every offset is checked before
-//! use.
+//! with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every index and offset is checked before use.
 
 mod accessor;
 mod animations;
@@ -58,8 +57,7 @@ pub struct LoadOptions {
     pub max_texture: Option<u32>,
 }
 
-/// The supported extensions. A file that requires another one is refused, unless this changes looks alone; one that only uses
-/// it causes a warning.
+/// The supported extensions. Another one that is required refuses a file, unless it changes looks alone; else it is a warning.
 const KNOWN_EXTENSIONS: [&str; 21] = [
     instancing::NAME,
     meshopt::NAMES[0],

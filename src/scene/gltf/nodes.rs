@@ -93,8 +93,7 @@ pub fn trs(translation: DVec3, rotation: DQuat, scale: DVec3) -> Transform {
     Transform::Trs { translation, rotation, scale }
 }
 
-/// The root nodes of the scene with the name or index `wanted`; without it, of the default scene, else of the first scene,
-/// else all nodes.
+/// The root nodes of the scene with the name or index `wanted`, else of the default scene, else of the first, else all nodes.
 pub fn choose_roots(document: &Document, wanted: Option<&str>) -> Result<Vec<usize>, Problem> {
     let scenes = &document.scenes;
     let index = match wanted {

@@ -7,8 +7,7 @@ use glam::{Affine2, Vec3, Vec4};
 
 use crate::scene::Mesh;
 
-/// Fills `mesh.tangents`. If one of the file's tangents has no direction, all are generated and the result is
-/// false.
+/// Fills `mesh.tangents`. If one of the file's has no direction, all are generated and the result is false.
 pub fn complete(mesh: &mut Mesh, uvs: (usize, Affine2)) -> bool {
     let usable = |t: &Vec4| t.truncate().as_dvec3().try_normalize().is_some() && t.w.is_finite();
     let valid = mesh.tangents.iter().all(usable);

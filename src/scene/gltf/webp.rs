@@ -7,9 +7,7 @@ const FILE: usize = 12;
 const CHUNK: usize = 8;
 
 /// Checks an extended file (WebP container, "Extended File Format"); other files have one size, in their only chunk.
-///
-/// # Errors
-/// The end of a sentence, for animations, and for a frame of another size than the file states.
+/// The error is the end of a sentence, for animations, and for a frame of another size than the file states.
 pub fn check(bytes: &[u8]) -> Result<(), &'static str> {
     let extended = bytes.starts_with(b"RIFF") && bytes.get(8..16) == Some(b"WEBPVP8X");
     let Some(head) = bytes.get(FILE + CHUNK..FILE + CHUNK + 10).filter(|_| extended) else { return Ok(()) };

@@ -1,5 +1,4 @@
-//! The bright part of a map, which few directions would find by chance: taken out, and sent by lights. A sun becomes one, a
-//! glow or a row of softboxes a few.
+//! The bright part of a map, which few directions find by chance, becomes lights: a sun one, a glow or softboxes a few.
 
 use std::f64::consts::PI;
 

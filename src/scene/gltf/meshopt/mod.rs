@@ -44,10 +44,7 @@ struct Compressed {
 }
 
 /// The content of every buffer view that is compressed; `None` for the others. `need` gets their sizes before they are made.
-///
-/// # Errors
-/// A sentence that names the buffer view, for sizes that the extension excludes or that `need` does not allow, and for damaged
-/// streams.
+/// The error is a sentence that names the buffer view, for sizes that are excluded or not allowed, and for damaged streams.
 pub fn decode(
     document: &Document,
     buffers: &[Option<Vec<u8>>],

@@ -70,12 +70,9 @@ fn stone(x: u32, y: u32) -> Stone {
     let rim = |i: u32| f64::from((i % size).min(size - 1 - i % size));
     let height = ((rim(x).min(rim(y)) - 1.0) / 4.0).clamp(0.0, 1.0);
     let tile = (x / size) + TILES * (y / size);
-    Stone { height: (height * TAU / 4.0).sin(), tone: f64::from(hash(tile) % 4) / 3.0, grain: grain(x, y) }
-}
-
-/// Speckles of 2×2 texels in four steps.
-fn grain(x: u32, y: u32) -> f64 {
-    f64::from(hash(1000 + x / 2 + (y / 2) * EDGE) % 4) / 3.0
+    // Speckles of 2×2 texels in four steps.
+    let grain = f64::from(hash(1000 + x / 2 + (y / 2) * EDGE) % 4) / 3.0;
+    Stone { height: (height * TAU / 4.0).sin(), tone: f64::from(hash(tile) % 4) / 3.0, grain }
 }
 
 /// PCG's output permutation: Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020.

@@ -55,7 +55,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     } else {
         let _writing = writing();
         let temporary = beside(&target);
-        let renamed = fill(&temporary, bytes).and_then(|()| fs::rename(&temporary, &target));
+        let fill = |mut file: File| file.write_all(bytes).and_then(|()| file.sync_all());
+        let renamed = File::create(&temporary).and_then(fill).and_then(|()| fs::rename(&temporary, &target));
         // Whether it was there is of no interest after the first error.
         renamed.inspect_err(|_| drop(fs::remove_file(&temporary)))
     };
@@ -172,12 +173,6 @@ fn is_special(target: &Path) -> bool {
 fn beside(target: &Path) -> PathBuf {
     let name = target.file_name().unwrap_or_default().to_string_lossy();
     target.with_file_name(format!(".{name}.{}.part", std::process::id()))
-}
-
-fn fill(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    file.write_all(bytes)?;
-    file.sync_all()
 }
 
 /// Follows links and refuses folders and read-only files.

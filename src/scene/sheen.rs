@@ -7,13 +7,6 @@ use glam::Vec3;
 
 use super::finish::SHEEN_ROUGHNESS_MIN;
 
-/// The normal distribution D at the half vector's height over the surface, 1/sr.
-fn d(alpha: f32, cos: f32) -> f32 {
-    let inverse = 1.0 / alpha;
-    let sin2 = (1.0 - cos * cos).max(0.0);
-    (2.0 + inverse) * sin2.powf(0.5 * inverse) / TAU
-}
-
 /// Λ of the visibility: a fit of the paper's.
 fn lambda(alpha: f32, cos: f32) -> f32 {
     const SHARP: [f32; 5] = [25.3245, 3.32435, 0.16801, -1.27393, -4.85967];
@@ -28,7 +21,10 @@ fn lambda(alpha: f32, cos: f32) -> f32 {
 pub fn lobe(roughness: f32, wo: Vec3, wi: Vec3) -> f32 {
     let alpha = roughness * roughness;
     let h = (wo + wi).normalize();
-    d(alpha, h.z) / ((1.0 + lambda(alpha, wo.z) + lambda(alpha, wi.z)) * 4.0 * wo.z * wi.z)
+    // The normal distribution D at the half vector's height over the surface, 1/sr.
+    let sin2 = (1.0 - h.z * h.z).max(0.0);
+    let d = (2.0 + 1.0 / alpha) * sin2.powf(0.5 * (1.0 / alpha)) / TAU;
+    d / ((1.0 + lambda(alpha, wo.z) + lambda(alpha, wi.z)) * 4.0 * wo.z * wi.z)
 }
 
 /// Steps of the table along each axis.

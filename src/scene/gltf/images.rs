@@ -126,7 +126,10 @@ struct Opened<'a> {
 pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
     let found: Vec<_> = used.images.iter().map(|&index| Found::new(data, folders, index)).collect();
     for found in found.iter().flatten() {
-        need.add(Kind::Bytes, found.bytes(), 1);
+        // A view's bytes are those of a buffer.
+        if let Encoded::Uri(source) = &found.source {
+            need.add(Kind::Bytes, source.bytes(), 1);
+        }
     }
     need.check()?;
     let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(Found::open)).collect();
@@ -164,14 +167,6 @@ impl<'a> Found<'a> {
             (None, None) => return Err(format!("{what} has neither a URI nor a buffer view; export the file again")),
         };
         Ok(Self { what: format!("{what} (\"{}\")", shorten(&name)), name, source: encoded })
-    }
-
-    /// A view's bytes are those of a buffer.
-    fn bytes(&self) -> u64 {
-        match &self.source {
-            Encoded::View(_) => 0,
-            Encoded::Uri(source) => source.bytes(),
-        }
     }
 
     fn open(self) -> Result<Opened<'a>, Problem> {

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use gltf::json;
-use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked::{Invalid, Valid};
@@ -165,19 +164,17 @@ impl Loader<'_> {
             self.document.warn(format!("{} uses uv set {uv_set}; only 0 and 1 are kept, so 0 is used", self.what));
             uv_set = 0;
         }
-        let transform = transform.map_or(Affine2::IDENTITY, uv_transform);
+        // Translation · rotation · scale. The rotation is counter-clockwise on the image, where v points down, so its matrix has the
+        // negative angle. (The example of KHR_texture_transform, a rotated lower left quadrant, determines the sign.)
+        let transform = transform.map_or(Affine2::IDENTITY, |t| Affine2 {
+            matrix2: Mat2::from_angle(-t.rotation.0) * Mat2::from_diagonal(Vec2::from(t.scale.0)),
+            translation: Vec2::from(t.offset.0),
+        });
         if !transform.is_finite() {
             return Err(format!("{} has a texture transform that is not finite; correct it", self.what));
         }
         Ok(Some(TextureRef { texture, uv_set, transform }))
     }
-}
-
-/// KHR_texture_transform: translation · rotation · scale. The rotation is counter-clockwise on the image, where v points down,
-/// so the matrix has the negative angle. (The extension's example, a rotated lower left quadrant, determines the sign.)
-fn uv_transform(t: &TextureTransform) -> Affine2 {
-    let linear = Mat2::from_angle(-t.rotation.0) * Mat2::from_diagonal(Vec2::from(t.scale.0));
-    Affine2 { matrix2: linear, translation: Vec2::from(t.offset.0) }
 }
 
 /// "a normal scale", "an index of refraction".

@@ -117,16 +117,38 @@ impl Scene {
         let mut hash = blake3::Hasher::new();
         hash_part(&mut hash, &document.source);
         let load = || -> Result<Self, Problem> {
-            check_extensions(&document, options.strict)?;
-            let scene = path.parent().unwrap_or(Path::new(""));
-            let folders = Folders { scene, assets: options.assets.as_deref() };
-            let buffers = load_buffers(&document, folders, file.binary, &mut need)?;
+            let document = &document;
+            check_extensions(document, options.strict)?;
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let folders = Folders { scene: folder, assets: options.assets.as_deref() };
+            let buffers = load_buffers(document, folders, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
-            let decoded = meshopt::decode(&document, &buffers, &mut need)?;
-            let data = Data { document: &document, buffers: &buffers, decoded: &decoded, unpacked: None };
-            check::document(&data)?;
-            let mut source = Loading { data: &data, folders, options, need, hash: &mut hash };
-            source.assemble()
+            let decoded = meshopt::decode(document, &buffers, &mut need)?;
+            let data = &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None };
+            check::document(data)?;
+            let tree = nodes::Tree::new(document)?;
+            let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref())?)?;
+            let mut scene = Self { nodes: tree.nodes(document)?, ..Self::default() };
+            let mut used = images::Used::new(options.strict, options.max_texture);
+            scene.materials = materials::load(document, &mut used)?;
+            nodes::load_cameras(document, &tree, &shown, &mut scene)?;
+            nodes::load_lights(document, &tree, &shown, &mut scene)?;
+            // All sizes are known before anything large is made.
+            need.add_meshes(document, &shown);
+            need.add_animations(document);
+            need.check()?;
+            if let Some((most, words)) = &options.triangles {
+                need.check_triangles(*most, words)?;
+            }
+            let images = images::open(data, folders, used, &mut need)?;
+            images.check(&scene.materials, &mut need)?;
+            if let Some(limit) = &options.texture_memory {
+                images.check_device(materials::drawn(document, &shown).map(|index| &scene.materials[index]), limit)?;
+            }
+            images.decode(document, &mut scene, &mut hash)?;
+            load_meshes(data, &tree, &shown, &mut scene)?;
+            animations::load(data, &tree, &mut scene)?;
+            Ok(scene)
         };
         let scene = load().map_err(|problem| Error::file(path, problem))?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -240,44 +262,6 @@ fn load_buffers(
         source.map(|source| source.read(&what(index), bytes)).transpose()
     };
     opened.into_iter().enumerate().map(read).collect()
-}
-
-/// A file whose buffers are read and checked.
-struct Loading<'a> {
-    data: &'a Data<'a>,
-    folders: Folders<'a>,
-    options: &'a LoadOptions,
-    need: Need,
-    hash: &'a mut blake3::Hasher,
-}
-
-impl Loading<'_> {
-    fn assemble(&mut self) -> Result<Scene, Problem> {
-        let (data, document) = (self.data, self.data.document);
-        let tree = nodes::Tree::new(document)?;
-        let shown = tree.reachable(document, &nodes::choose_roots(document, self.options.scene.as_deref())?)?;
-        let mut scene = Scene { nodes: tree.nodes(document)?, ..Scene::default() };
-        let mut used = images::Used::new(self.options.strict, self.options.max_texture);
-        scene.materials = materials::load(document, &mut used)?;
-        nodes::load_cameras(document, &tree, &shown, &mut scene)?;
-        nodes::load_lights(document, &tree, &shown, &mut scene)?;
-        // All sizes are known before anything large is made.
-        self.need.add_meshes(document, &shown);
-        self.need.add_animations(document);
-        self.need.check()?;
-        if let Some((most, words)) = &self.options.triangles {
-            self.need.check_triangles(*most, words)?;
-        }
-        let images = images::open(data, self.folders, used, &mut self.need)?;
-        images.check(&scene.materials, &mut self.need)?;
-        if let Some(limit) = &self.options.texture_memory {
-            images.check_device(materials::drawn(document, &shown).map(|index| &scene.materials[index]), limit)?;
-        }
-        images.decode(document, &mut scene, self.hash)?;
-        load_meshes(data, &tree, &shown, &mut scene)?;
-        animations::load(data, &tree, &mut scene)?;
-        Ok(scene)
-    }
 }
 
 /// One mesh per primitive, shared by all nodes that use it without deformation.

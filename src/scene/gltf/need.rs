@@ -70,30 +70,6 @@ const NODE: u64 = 768;
 const TEXEL: u64 = 4;
 const TEXEL_CHAIN: u64 = 12;
 
-/// Bytes of the largest object of a document. A list that grows holds three times its content while it moves.
-const OBJECT: u64 = 3 * {
-    let sizes = [
-        size_of::<Node>(),
-        size_of::<json::Mesh>(),
-        size_of::<Primitive>(),
-        size_of::<json::Material>(),
-        size_of::<json::Accessor>(),
-        size_of::<json::Image>(),
-        size_of::<json::Texture>(),
-        size_of::<json::Skin>(),
-        size_of::<json::Camera>(),
-        size_of::<json::buffer::View>(),
-        size_of::<json::Buffer>(),
-    ];
-    let (mut largest, mut i) = (0, 0);
-    while i < sizes.len() {
-        if sizes[i] > largest {
-            largest = sizes[i];
-        }
-        i += 1;
-    }
-    largest as u64
-};
 /// Bytes of an entry of a list of plain values, which extensions may keep as JSON.
 const ENTRY: u64 = 3 * size_of::<serde_json::Value>() as u64;
 
@@ -162,9 +138,24 @@ impl Need {
 
     /// Adds what parsing a document's text takes.
     pub fn add_json(&mut self, text: &[u8]) {
+        // A list that grows holds three times its content while it moves.
+        let sizes = [
+            size_of::<Node>(),
+            size_of::<json::Mesh>(),
+            size_of::<Primitive>(),
+            size_of::<json::Material>(),
+            size_of::<json::Accessor>(),
+            size_of::<json::Image>(),
+            size_of::<json::Texture>(),
+            size_of::<json::Skin>(),
+            size_of::<json::Camera>(),
+            size_of::<json::buffer::View>(),
+            size_of::<json::Buffer>(),
+        ];
+        let largest = sizes.into_iter().max();
         // In the text of strings these bytes count for nothing, but there they are few.
         let count = |byte: u8| text.iter().filter(|b| **b == byte).count() as u64;
-        self.add(Kind::Objects, count(b'{'), OBJECT);
+        self.add(Kind::Objects, count(b'{'), 3 * largest.unwrap_or_default() as u64);
         self.add(Kind::Objects, count(b','), ENTRY);
     }
 

@@ -2,7 +2,8 @@
 """Plants the faults of tests/faults/faults.toml, one at a time, and writes into docs/faults.md which test caught which.
 
 The tracked files are copied into target/faults/tree, and everything is built and run there: the repository itself is never
-touched but for the page. A fault is caught by the first test that fails; in the end, each test that caught one must pass
+touched but for the page. A fault of a shader is planted at run time first, in a copy of the GLSL that the tests on a device take
+(TWOBOUNCE_TEST_GLSL); if they let it pass, and for every other fault, the program is built with it. A fault is caught by the first test that fails; in the end, each test that caught one must pass
 without any fault. Exit code 1 if a fault was not caught.
 
     scripts/planted-faults.py                  # all of them: make faults
@@ -14,6 +15,7 @@ import argparse
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,6 +24,7 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCRATCH = ROOT / "target" / "faults"
 TREE = SCRATCH / "tree"
+GLSL = SCRATCH / "glsl"
 PAGE = ROOT / "docs" / "faults.md"
 # Most of the time goes into building: the package alone is built quickly, its dependencies as ever.
 CARGO = ["cargo", "--config", "profile.release.package.twobounce.opt-level=1"]
@@ -49,9 +52,9 @@ def copy_tree():
             to.chmod((ROOT / name).stat().st_mode)
 
 
-def run(command, seconds=None):
+def run(command, seconds=None, more={}):
     """Exit code and output; no code where it did not end in time."""
-    job = subprocess.Popen(command, cwd=TREE, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    job = subprocess.Popen(command, cwd=TREE, env={**ENVIRONMENT, **more}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                            start_new_session=True)
     try:
         output, _ = job.communicate(timeout=seconds)
@@ -64,18 +67,18 @@ def run(command, seconds=None):
         raise
 
 
-def first_failure(test):
-    """What fails first of a binary, of one of its files `binary::file`, or of one test `binary::file::test`; nothing if
-    all is well."""
+def first_failure(test, more={}):
+    """The test that fails first of a binary, of one of its files `binary::file`, or of one test `binary::file::test`; nothing if
+    all is well. `more`: variables of the environment."""
     binary, _, name = test.partition("::")
     is_file = name and "::" not in name and binary != "lib"
     chosen_tests = [name + "::"] if is_file else [name, "--exact"] if name else []
     skipped = [word for file in NOT_RUN for word in ("--skip", file)]
-    chosen = ["test", "--release", "--locked"] + (["--lib"] if binary == "lib" else ["--test", binary])
+    chosen = ["test", "--release", "--locked", "--features", "hot-reload"] + (["--lib"] if binary == "lib" else ["--test", binary])
     code, output = run([*CARGO, *chosen, "--no-run"])
     if code != 0:
         sys.exit(f"{binary} does not build:\n{output[-3000:]}")
-    code, output = run([*CARGO, *chosen, "--", *chosen_tests, *skipped], TEST_SECONDS)
+    code, output = run([*CARGO, *chosen, "--", *chosen_tests, *skipped], TEST_SECONDS, more)
     if name and "running 0 tests" in output:
         sys.exit(f"there is no test {test}")
     if code == 0:
@@ -105,7 +108,16 @@ def plant(fault, shaders, first_only):
     text = path.read_text()
     if text.count(fault["find"]) != 1:
         sys.exit(f"{fault['name']}: its text stands {text.count(fault['find'])} times in {fault['file']}, not once")
-    path.write_text(text.replace(fault["find"], fault["replace"]))
+    changed = text.replace(fault["find"], fault["replace"])
+    if fault["file"].startswith("glsl/"):
+        shutil.rmtree(GLSL, ignore_errors=True)
+        shutil.copytree(TREE / "glsl", GLSL)
+        (GLSL / fault["file"].removeprefix("glsl/")).write_text(changed)
+        for test in fault["first"]:
+            caught = test.startswith("device") and first_failure(test, {"TWOBOUNCE_TEST_GLSL": str(GLSL)})
+            if caught:
+                return caught
+    path.write_text(changed)
     try:
         rest = [] if first_only else [name for name in binaries() if name not in fault["first"]]
         for test in fault["first"] + rest:
@@ -122,7 +134,7 @@ def plant(fault, shaders, first_only):
 
 def driver():
     """Of the first device that `twobounce info` lists: the one that tests choose."""
-    _, output = run([*CARGO, "run", "--release", "--locked", "--quiet", "--", "info"])
+    _, output = run([*CARGO, "run", "--release", "--locked", "--features", "hot-reload", "--quiet", "--", "info"])
     found = re.search(r"^\s.*driver (.+)$", output, re.MULTILINE)
     return found[1] if found else "an unknown driver"
 
@@ -180,9 +192,11 @@ def main():
             write_page(faults, caught, device)
     names = [fault["name"] for fault in chosen]
     wrong = [name for name in names if caught[name] == NOT_CAUGHT]
-    # A test that fails anyway catches nothing.
+    # A test that fails anyway, or by shaders that are taken at run time, catches nothing.
+    shutil.rmtree(GLSL, ignore_errors=True)
+    shutil.copytree(TREE / "glsl", GLSL)
     for test in sorted({caught[name].split(" ")[0] for name in names if name not in wrong}):
-        if first_failure(test):
+        if first_failure(test, {"TWOBOUNCE_TEST_GLSL": str(GLSL)}):
             wrong += [name for name in names if caught[name].split(" ")[0] == test]
             print(f"{test} fails without a fault too", flush=True)
     if wrong:

@@ -27,6 +27,21 @@ pub fn context() -> Arc<Context> {
     SHARED.clone()
 }
 
+/// Shaders of the folder that `TWOBOUNCE_TEST_GLSL` names take the place of those that the build compiled: `make faults` plants
+/// most faults in this way, without building anything.
+#[cfg(feature = "hot-reload")]
+fn take_planted_shaders() {
+    static TAKEN: LazyLock<()> = LazyLock::new(|| {
+        if let Some(folder) = std::env::var_os("TWOBOUNCE_TEST_GLSL") {
+            twobounce::vk::Reload::take_all(folder.as_ref()).expect("shaders");
+        }
+    });
+    LazyLock::force(&TAKEN);
+}
+
+#[cfg(not(feature = "hot-reload"))]
+fn take_planted_shaders() {}
+
 /// Fails on any error or warning of the validation layer so far.
 pub fn assert_clean(context: &Context) {
     let messages = context.validation_messages();
@@ -35,11 +50,13 @@ pub fn assert_clean(context: &Context) {
 
 /// The same for one test alone, which counts what is taken or made.
 pub fn own_context() -> Arc<Context> {
+    take_planted_shaders();
     Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device that twobounce can use")
 }
 
 /// The same, and every shader that can counts what it reads.
 pub fn counting() -> Arc<Context> {
+    take_planted_shaders();
     let options = ContextOptions { validation: true, ..Default::default() };
     Context::counting(&options).expect("a device that twobounce can use")
 }

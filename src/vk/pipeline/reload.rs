@@ -42,6 +42,15 @@ impl Reload {
         Ok(Self { root: root.to_owned(), stamps, shaders: Shaders::default(), learnt: false })
     }
 
+    /// Takes all shaders of a folder in the place of those that the build compiled; how many there are.
+    ///
+    /// # Errors
+    /// The compiler's messages, or that a shader's interface is another one.
+    pub fn take_all(root: &Path) -> Result<usize> {
+        let this = Self::watch(root)?;
+        this.compile()
+    }
+
     /// Compiles what was saved since the last look; how many shaders pipelines now get anew, `None` where no file changed.
     /// Where anything is wrong, all stays as it is. The first look takes longer: it reads everything.
     ///

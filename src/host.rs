@@ -141,9 +141,11 @@ impl Prepared {
         settings: &Settings,
         prepare: &Prepare,
     ) -> Result<Self> {
+        scene.check()?;
+        pose.check(scene)?;
         let slots = prepare.slots.max(1);
-        let packed = ScenePacked::new(scene, pose);
         let desc = desc(scene, settings, prepare)?;
+        let packed = ScenePacked::new(scene, pose);
         let memory = MemoryCheck::new(context, prepare.memory_limit, scene);
         let mut fixed = packed.plan();
         fixed.extend(given_plan(prepare));
@@ -234,8 +236,8 @@ impl Prepared {
     /// counts passes over one image whose mean the host takes, or `None` for the light alone.
     ///
     /// # Panics
-    /// `slot` is none of those prepared, `seen.scene` has more lights than at the start, or an output is of another size than
-    /// the frame by now.
+    /// `slot` is none of those prepared, `seen.pose` is not of `seen.scene` ([`Pose::check`]), `seen.scene` has more lights than at
+    /// the start, or an output is of another size than the frame by now.
     ///
     /// # Safety
     /// - `commands` belongs to the context's device and queue family, it is recording, it is outside of a render pass or
@@ -245,6 +247,7 @@ impl Prepared {
     /// - The images of `outputs` are as they say, and live until the device is done.
     /// - The device is done with everything recorded before `self` is dropped, changed or grown.
     pub unsafe fn record(&mut self, commands: vk::CommandBuffer, slot: usize, seen: &Seen, outputs: &[Output]) {
+        seen.pose.check(seen.scene).expect("a pose of the scene");
         let Self { context, frame, slots, .. } = self;
         let record = |recorder: &mut Recorder| {
             frame.record(recorder, slot, seen);
@@ -297,12 +300,18 @@ impl Prepared {
 
     /// What must grow, once the device is done with what was recorded over `slot`: `None` where the frame is whole. Until then
     /// frames lack triangles or light, and do no other harm. A scene may have to grow two or three times, each after a frame.
-    pub fn poll(&self, slot: usize) -> Option<Growth> {
+    ///
+    /// # Safety
+    /// The device is done with what was recorded over `slot`: it writes the counters that are read here.
+    pub unsafe fn poll(&self, slot: usize) -> Option<Growth> {
         self.recorded[slot].then(|| self.frame.poll(slot).1).flatten().map(Growth)
     }
 
     /// What the frame over `slot` counted; `None` before the first.
-    pub fn counters(&self, slot: usize) -> Option<Counters> {
+    ///
+    /// # Safety
+    /// As for [`Self::poll`].
+    pub unsafe fn counters(&self, slot: usize) -> Option<Counters> {
         self.recorded[slot].then(|| self.frame.poll(slot).0)
     }
 
@@ -314,31 +323,39 @@ impl Prepared {
         self.slots[slot].timings(&self.context)
     }
 
-    /// Makes buffers larger. The next frame starts from nothing. No frame may be in flight.
+    /// Makes buffers larger. The next frame starts from nothing.
     ///
     /// # Errors
     /// Too little memory.
-    pub fn grow(&mut self, growth: Growth) -> Result<()> {
+    ///
+    /// # Safety
+    /// No frame is in flight: buffers that it uses are freed.
+    pub unsafe fn grow(&mut self, growth: Growth) -> Result<()> {
         let plan = |voxels| self.frame.plan(&growth.0, voxels);
         self.memory.check(self.voxels, &given_plan(&self.prepare), plan)?;
-        self.clear();
+        // SAFETY: the caller's.
+        unsafe { self.clear() };
         self.frame.grow(&self.context, growth.0)
     }
 
     /// Changes to other settings, another size and other layers, and to as many lights as `scene` has by now; only what depends
-    /// on what changed is made anew. Outputs and layer images are then asked for again. No frame may be in flight. The slots and
-    /// whether they measure stay as they were.
+    /// on what changed is made anew. Outputs and layer images are then asked for again. The slots and whether they measure stay as they
+    /// were.
     ///
     /// # Errors
     /// As for [`Prepared::new`]; all then is as before.
-    pub fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
+    ///
+    /// # Safety
+    /// No frame is in flight: buffers that it uses are freed.
+    pub unsafe fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
         let desc = desc(scene, settings, &prepare)?;
         let plan = |voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels);
         self.memory.check(settings.voxels, &given_plan(&prepare), plan)?;
         self.frame.change(&self.context, &desc)?;
         self.given = given(&self.context, &self.frame, &desc, &prepare)?;
-        self.clear();
+        // SAFETY: the caller's.
+        unsafe { self.clear() };
         (self.voxels, self.prepare) = (settings.voxels, prepare);
         Ok(())
     }
@@ -348,9 +365,12 @@ impl Prepared {
         self.frame.light.forget();
     }
 
-    /// Lets go of what the slots keep: the device is done with it.
-    fn clear(&mut self) {
-        // SAFETY: no frame is in flight, as the caller of the public method says.
+    /// Lets go of what the slots keep.
+    ///
+    /// # Safety
+    /// No frame is in flight.
+    unsafe fn clear(&mut self) {
+        // SAFETY: the caller's.
         self.slots.iter_mut().for_each(|slot| unsafe { slot.clear() });
         self.recorded.fill(false);
     }
@@ -358,11 +378,10 @@ impl Prepared {
 
 fn desc<'a>(scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Result<FrameDesc<'a>> {
     let Prepare { size, bounds, slots, .. } = *prepare;
-    if size.0.min(size.1) == 0 {
-        return Err(Error::Usage(format!("a frame of {}x{} has no pixels: prepare at least one", size.0, size.1)));
-    }
     let outputs = target::outputs(&prepare.layers);
-    Ok(FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1), waits: false })
+    let desc = FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1), waits: false };
+    desc.check()?;
+    Ok(desc)
 }
 
 /// Writes what was drawn to a host's images.

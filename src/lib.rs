@@ -37,9 +37,11 @@
 //!     (commands, slot): (vk::CommandBuffer, usize),
 //!     target: HostImage,
 //! ) -> twobounce::Result<()> {
-//!     if let Some(growth) = prepared.poll(slot) {
+//!     // SAFETY: the device is done with the slot.
+//!     if let Some(growth) = unsafe { prepared.poll(slot) } {
 //!         // The program waits for all frames in flight, and then:
-//!         prepared.grow(growth)?;
+//!         // SAFETY: none is in flight.
+//!         unsafe { prepared.grow(growth)? };
 //!     }
 //!     let output = prepared.output(Aov::Beauty, target)?;
 //!     let pose = scene.pose(None, 0.5);

@@ -107,8 +107,11 @@ impl Renderer {
         settings: Settings,
         options: RenderOptions,
     ) -> Result<Self> {
-        let packed = ScenePacked::new(&scene, pose);
+        scene.check()?;
+        pose.check(&scene)?;
         let desc = desc(&scene, &settings, &options);
+        desc.check()?;
+        let packed = ScenePacked::new(&scene, pose);
         let mut fixed_plan = packed.plan();
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
         let memory = MemoryCheck::new(context, options.memory_limit, &scene);
@@ -135,6 +138,7 @@ impl Renderer {
     pub fn change_layers(&mut self, settings: Settings, size: (u32, u32), aovs: Vec<Aov>) -> Result<()> {
         let options = RenderOptions { size, aovs, ..self.options.clone() };
         let desc = desc(&self.scene, &settings, &options);
+        desc.check()?;
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
@@ -156,6 +160,8 @@ impl Renderer {
     /// The device is lost, or has no room for more lights, or vertices have other attributes than before that shading reads, or a
     /// mesh of `moved` has a skin or morph targets: a pose moves these.
     pub fn change_scene(&mut self, scene: Scene, pose: &Pose, moved: &[usize]) -> Result<()> {
+        scene.check()?;
+        pose.check(&scene)?;
         let on_gpu = self.frame.ground.scene.clone();
         if CornerWords::of(Features::of_scene(&scene)) != on_gpu.corner {
             let words =
@@ -189,6 +195,7 @@ impl Renderer {
     /// One frame, repeated only where buffers had to grow; without an `image`, of that pass, the light alone. A frame that starts from nothing
     /// makes its lists first, as often as it takes until they fit: no light is made from lists that are not whole.
     fn draw(&mut self, pose: &Pose, view: &View, image: Option<u32>) -> Result<FrameReport> {
+        pose.check(&self.scene)?;
         let (mut repeats, mut listed) = (0, None);
         loop {
             let alone = self.frame.starts_from_nothing();

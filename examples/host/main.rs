@@ -107,9 +107,11 @@ unsafe fn travel(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)
 
 /// Makes what was too small larger, where the frame over `slot` was not whole.
 unsafe fn grow(gpu: &Gpu, prepared: &mut Prepared, slot: usize) -> Anything<bool> {
-    let Some(growth) = prepared.poll(slot) else { return Ok(false) };
-    unsafe { gpu.device.device_wait_idle()? };
-    prepared.grow(growth)?;
+    let Some(growth) = (unsafe { prepared.poll(slot) }) else { return Ok(false) };
+    unsafe {
+        gpu.device.device_wait_idle()?;
+        prepared.grow(growth)?;
+    }
     Ok(true)
 }
 

@@ -66,7 +66,7 @@ enum Page {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    Ok(match Page::parse() {
+    match Page::parse() {
         Page::Audit { scenes } => audit::run(&scenes)?,
         Page::Changes { scene } => changes::run(&scene)?,
         Page::Flight(flight) => flight.run()?,
@@ -78,5 +78,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Page::Refit { scenes } => refit::run(&scenes)?,
         Page::Strengths { presets } => strengths::run(&presets)?,
         Page::Talk { keep_times } => talk::run(keep_times)?,
-    })
+    }
+    Ok(())
 }

@@ -231,7 +231,7 @@ impl Named {
             files: Files { hash: hash(&images)?, images, size, bounces: self.bounces, direct },
         };
         let (name, scene) = (self.name, self.scene.unwrap_or_default());
-        Ok(Row { name, scene, source: Source::Import(claim), ..Row::default() })
+        Ok(Row { name, scene, source: Source::Import(Box::new(claim)), ..Row::default() })
     }
 }
 

@@ -54,7 +54,7 @@ pub enum Source {
         paths: u32,
     },
     /// Another program.
-    Import(Claim),
+    Import(Box<Claim>),
 }
 
 /// Times in milliseconds.

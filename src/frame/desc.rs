@@ -32,6 +32,17 @@ pub struct FrameDesc<'a> {
     pub waits: bool,
 }
 
+impl FrameDesc<'_> {
+    /// Checks that there are pixels, and every setting against its key.
+    pub fn check(&self) -> Result<()> {
+        let (width, height) = self.size;
+        if width.min(height) == 0 {
+            return Err(Error::Usage(format!("a frame of {width}x{height} has no pixels: ask for at least one")));
+        }
+        self.settings.check()
+    }
+}
+
 /// What [`super::Frame::new`] allocates on a grid of edge `voxels`, before any buffer grows.
 pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<MemoryRow> {
     let settings = Settings { voxels, ..desc.settings.clone() };

@@ -144,8 +144,14 @@ impl Stop {
     }
 }
 
-/// Adds samples to `film` until `options.stop`, on all threads. [`Error::Interrupted`] if `control.cancel` is set before.
+/// Adds samples to `film` until `options.stop`, on all threads.
+///
+/// # Errors
+/// [`Error::Interrupted`] if `control.cancel` is set before; [`Error::Usage`] for a scene or a pose that [`Scene::check`](crate::scene::Scene::check) or
+/// [`Pose::check`](crate::scene::Pose::check) refuses.
 pub fn render(Still { scene, pose, view }: Still, options: &Options, film: &mut Film, control: Control) -> Result<()> {
+    scene.check()?;
+    pose.check(scene)?;
     let Control { progress, save, cancel } = control;
     let integrator = Integrator::new(scene, pose, options);
     let camera = Camera::new(view, &integrator.geometry().units, options.width, options.height);

@@ -9,6 +9,7 @@ mod animation;
 mod bounds;
 mod builder;
 mod camera;
+mod check;
 pub mod deform;
 pub mod finish;
 mod gltf;

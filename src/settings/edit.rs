@@ -56,6 +56,14 @@ impl Settings {
         values.map(|(key, value)| format!("{} = {}\n", key.name, write(&value))).collect()
     }
 
+    /// Checks each value against its key, as every way to set one from text does: the fields are public and take any value.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], naming the key.
+    pub fn check(&self) -> Result<()> {
+        self.all_values().iter().try_for_each(|(key, value)| check(key, value).map(drop))
+    }
+
     /// Whether both give the same image; tables of other methods may differ.
     pub fn means_same(&self, other: &Self) -> bool {
         self.to_toml() == other.to_toml()

@@ -153,7 +153,7 @@ impl Line {
 /// A sentence about the line that cannot be read.
 pub fn read_csv(text: &str) -> std::result::Result<Vec<Line>, String> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
-    if reader.headers().is_ok_and(|head| head != &COLUMNS[..]) {
+    if reader.headers().is_ok_and(|head| *head != COLUMNS[..]) {
         return Err(format!("the first line is not {}", COLUMNS.join(",")));
     }
     let line = |(i, line): (usize, csv::Result<Line>)| line.map_err(|_| format!("line {} is not a row", i + 2));

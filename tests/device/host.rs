@@ -115,22 +115,22 @@ fn what_unfolds_is_told_and_grows() {
     }
     let settings = settings(&["voxels=64"]);
     let mut setup = Setup::new(scene, &settings, &[]);
-    assert!(setup.prepared.poll(0).is_none() && setup.prepared.counters(0).is_none(), "nothing was recorded");
+    assert!(setup.poll().is_none() && setup.counters().is_none(), "nothing was recorded");
     setup.draw(&[], |_| ());
-    assert!(setup.prepared.poll(0).is_none(), "what was expected fits");
+    assert!(setup.poll().is_none(), "what was expected fits");
     let shells = &mut setup.pose.world_from_instance[2..];
     shells.iter_mut().for_each(|place| *place = DAffine3::from_translation(DVec3::splat(2.0)));
     setup.draw(&[], |_| ());
     // Lists that were too small for triangles did not show yet how much their voxels take.
     let (mut grown, mut found) = (0, Vec::new());
-    while let Some(growth) = setup.prepared.poll(0) {
-        setup.prepared.grow(growth).expect("it fits");
-        assert!(setup.prepared.poll(0).is_none(), "nothing was recorded since");
+    while let Some(growth) = setup.poll() {
+        setup.grow(growth);
+        assert!(setup.poll().is_none(), "nothing was recorded since");
         found = setup.texels(Aov::Beauty);
         grown += 1;
     }
     assert!((1..4).contains(&grown), "grown {grown} times");
-    assert!(setup.prepared.counters(0).expect("a frame").list_items > 1 << 16);
+    assert!(setup.counters().expect("a frame").list_items > 1 << 16);
     let expected = rendered(&setup, &settings, &[], SIZE);
     assert!(found.iter().zip(expected.beauty()).all(|(a, b)| a[..3] == b[..]));
     setup.close();
@@ -151,7 +151,7 @@ fn surfaces_that_the_host_drew_get_the_same_light() {
         let expected = rendered(&setup, &settings, &aovs, SIZE);
         let bounds = setup.scene.bounds(None);
         let prepare = Prepare { layers: aovs.to_vec(), given: true, ..Prepare::new(SIZE, bounds) };
-        setup.prepared.change(&setup.scene, &settings, &prepare).expect("it fits");
+        setup.change(&settings, &prepare);
         let found = setup.given_light();
         for (aov, found) in [Aov::Direct, Aov::Indirect].into_iter().zip(&found) {
             let expected = expected.get(aov).expect("a layer");
@@ -186,7 +186,7 @@ fn passes_are_timed_where_that_was_asked_for() {
     let timings = setup.prepared.timings(0).expect("a device").expect("a frame");
     let image = timings.zones.iter().find(|zone| zone.name == "image").expect("a pass");
     assert!(timings.zones.len() > 5 && image.gpu_ms > 0.0 && image.gpu_ms < timings.gpu_ms);
-    assert!(setup.prepared.counters(0).expect("a frame").triangles == 24, "two boxes");
+    assert!(setup.counters().expect("a frame").triangles == 24, "two boxes");
     setup.close();
 }
 
@@ -233,12 +233,12 @@ fn a_change_of_size_is_as_if_prepared_anew() {
     setup.draw(&[], |_| ());
     let second = settings(&["rays.diffuse=3", "image.samples=4"]);
     let prepare = Prepare { layers: vec![Aov::Normal], ..Prepare::new(SIZE, setup.scene.bounds(None)) };
-    setup.prepared.change(&setup.scene, &second, &prepare).expect("it fits");
+    setup.change(&second, &prepare);
     let found = setup.texels(Aov::Beauty);
     let expected = rendered(&setup, &second, &[Aov::Normal], SIZE);
     assert!(found.iter().zip(expected.beauty()).all(|(a, b)| a[..3] == b[..]));
     let larger = Prepare { size: (40, 30), ..prepare };
-    setup.prepared.change(&setup.scene, &second, &larger).expect("it fits");
+    setup.change(&second, &larger);
     assert_eq!(setup.prepared.layer(Aov::Beauty).expect("prepared").size, (40, 30));
     setup.close();
 }

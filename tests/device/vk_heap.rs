@@ -93,7 +93,7 @@ fn recording_over_a_warm_slot_takes_nothing_from_the_heap() {
         frame.begin();
         let before = CALLS.get();
         // SAFETY: the last recording was waited for, and this one is before the slot is dropped.
-        unsafe { Recorder::on(&context, frame.commands, &mut slot, &record) };
+        unsafe { Recorder::on(&context, frame.commands, &mut slot, record) };
         let calls = CALLS.get() - before;
         frame.submit(&host);
         calls

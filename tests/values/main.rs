@@ -21,6 +21,7 @@ mod gltf;
 mod ledger_formulas;
 mod ledger_pages;
 mod ledger_sets;
+mod made_scenes;
 mod materials;
 mod metrics_faults;
 mod parameters;

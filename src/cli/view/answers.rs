@@ -19,7 +19,7 @@ const AGAIN: Duration = Duration::from_secs(10);
 impl App {
     pub(super) fn take(&mut self, news: News) -> anyhow::Result<()> {
         match news {
-            News::Frame(revision, frame) if revision >= self.first => self.take_frame(revision, frame)?,
+            News::Frame(revision, frame) if revision >= self.first => self.take_frame(revision, *frame)?,
             News::Found(revision, found) if revision >= self.first => {
                 self.panel.take(found);
                 self.script.found();

@@ -68,7 +68,7 @@ impl Makers {
         let divisor = self.prepare(job)?;
         let show = |makers: &mut Self, whole| {
             let frame = makers.frame(job, divisor, began, whole)?;
-            makers.tell(News::Frame(job.revision, Ok(frame)));
+            makers.tell(News::Frame(job.revision, Box::new(Ok(frame))));
             Ok::<_, Error>(())
         };
         if job.moving {

@@ -98,7 +98,7 @@ fn work(mut makers: Makers) {
                 made => {
                     done = job.revision;
                     if let Err(error) = made {
-                        makers.tell(News::Frame(job.revision, Err(error.to_string())));
+                        makers.tell(News::Frame(job.revision, Box::new(Err(error.to_string()))));
                     }
                 }
             }

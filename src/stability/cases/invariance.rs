@@ -34,7 +34,7 @@ const SYMMETRIES: [([usize; 3], [f64; 3], &str); 8] = [
 ];
 
 /// A number of the images under the symmetries, as if they were plain, and of the plain image.
-fn symmetry(cell: &Cell, number: fn(&[[f32; 3]], &[[f32; 3]]) -> f64) -> Result<Vec<Sample>> {
+fn symmetry(cell: &Cell, number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64) -> Result<Vec<Sample>> {
     let mut studio = Studio::new(cell, room())?;
     let plain = studio.shoot_at(&DAffine3::IDENTITY)?;
     let count = if cell.effort.places < SYMMETRIES.len() { 4 } else { SYMMETRIES.len() };

@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub struct SlotOptions {
     /// Make a query pool, and write a timestamp at both ends of each zone.
     pub timestamps: bool,
-    /// As [`RecorderOptions::log`].
+    /// As [`RecorderOptions::log`](crate::vk::RecorderOptions::log).
     pub log: bool,
 }
 

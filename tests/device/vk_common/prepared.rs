@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use twobounce::ash::vk;
-use twobounce::host::{Aov, Context, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Seen};
+use twobounce::host::{Aov, Context, Counters, Growth, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Seen};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
 use twobounce::settings::Settings;
@@ -52,6 +52,30 @@ impl Setup {
         let prepare = Prepare { layers: layers.to_vec(), ..Prepare::new(SIZE, scene.bounds(None)) };
         let prepared = Prepared::new(&context, &scene, &pose, settings, &prepare).expect("it fits");
         Self { prepared, context, frame: Frame::new(&host), scene, pose, host }
+    }
+
+    /// As [`Prepared::poll`] of slot 0.
+    pub fn poll(&self) -> Option<Growth> {
+        // SAFETY: every frame is waited for.
+        unsafe { self.prepared.poll(0) }
+    }
+
+    /// As [`Prepared::counters`] of slot 0.
+    pub fn counters(&self) -> Option<Counters> {
+        // SAFETY: every frame is waited for.
+        unsafe { self.prepared.counters(0) }
+    }
+
+    /// As [`Prepared::grow`]; it fits.
+    pub fn grow(&mut self, growth: Growth) {
+        // SAFETY: every frame is waited for.
+        unsafe { self.prepared.grow(growth) }.expect("it fits");
+    }
+
+    /// As [`Prepared::change`] with the same scene; it fits.
+    pub fn change(&mut self, settings: &Settings, prepare: &Prepare) {
+        // SAFETY: every frame is waited for.
+        unsafe { self.prepared.change(&self.scene, settings, prepare) }.expect("it fits");
     }
 
     /// Renders a frame over slot 0, with the host's commands after it, and waits.

@@ -103,25 +103,36 @@ impl Default for DiffuseTransmission {
 
 #[cfg_attr(not(internals), doc(hidden))]
 impl Finish {
-    /// All texture slots in a fixed order, the renderer's, with the colour space of each.
+    /// All texture slots in a fixed order, the renderer's, with the colour space of each. The path tracer reads them at every hit.
     pub fn slots(&self) -> [(Option<TextureRef>, ColorSpace); 10] {
-        self.clone().slots_mut().map(|(slot, space)| (*slot, space))
+        use ColorSpace::{Linear, Srgb};
+        [
+            (self.clearcoat.texture, Linear),
+            (self.clearcoat.roughness_texture, Linear),
+            (self.clearcoat.normal_texture, Linear),
+            (self.sheen.color_texture, Srgb),
+            (self.sheen.roughness_texture, Linear),
+            (self.anisotropy.texture, Linear),
+            (self.iridescence.texture, Linear),
+            (self.iridescence.thickness_texture, Linear),
+            (self.diffuse_transmission.texture, Linear),
+            (self.diffuse_transmission.color_texture, Srgb),
+        ]
     }
 
     /// The same slots, to be changed.
-    pub fn slots_mut(&mut self) -> [(&mut Option<TextureRef>, ColorSpace); 10] {
-        use ColorSpace::{Linear, Srgb};
+    pub fn slots_mut(&mut self) -> [&mut Option<TextureRef>; 10] {
         [
-            (&mut self.clearcoat.texture, Linear),
-            (&mut self.clearcoat.roughness_texture, Linear),
-            (&mut self.clearcoat.normal_texture, Linear),
-            (&mut self.sheen.color_texture, Srgb),
-            (&mut self.sheen.roughness_texture, Linear),
-            (&mut self.anisotropy.texture, Linear),
-            (&mut self.iridescence.texture, Linear),
-            (&mut self.iridescence.thickness_texture, Linear),
-            (&mut self.diffuse_transmission.texture, Linear),
-            (&mut self.diffuse_transmission.color_texture, Srgb),
+            &mut self.clearcoat.texture,
+            &mut self.clearcoat.roughness_texture,
+            &mut self.clearcoat.normal_texture,
+            &mut self.sheen.color_texture,
+            &mut self.sheen.roughness_texture,
+            &mut self.anisotropy.texture,
+            &mut self.iridescence.texture,
+            &mut self.iridescence.thickness_texture,
+            &mut self.diffuse_transmission.texture,
+            &mut self.diffuse_transmission.color_texture,
         ]
     }
 

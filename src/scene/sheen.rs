@@ -8,11 +8,14 @@ use glam::Vec3;
 use super::finish::SHEEN_ROUGHNESS_MIN;
 
 /// Λ of the visibility: a fit of the paper's.
+#[inline]
 fn lambda(alpha: f32, cos: f32) -> f32 {
     const SHARP: [f32; 5] = [25.3245, 3.32435, 0.16801, -1.27393, -4.85967];
     const BROAD: [f32; 5] = [21.5473, 3.82987, 0.19823, -1.97760, -4.32054];
     let share = (1.0 - alpha) * (1.0 - alpha);
-    let [a, b, c, d, e] = std::array::from_fn(|i| BROAD[i] + (SHARP[i] - BROAD[i]) * share);
+    // Not `std::array::from_fn`, which is not always inlined.
+    let mixed = |i: usize| BROAD[i] + (SHARP[i] - BROAD[i]) * share;
+    let [a, b, c, d, e] = [mixed(0), mixed(1), mixed(2), mixed(3), mixed(4)];
     let l = |x: f32| a / (1.0 + b * x.powf(c)) + d * x + e;
     if cos < 0.5 { l(cos).exp() } else { (2.0 * l(0.5) - l(1.0 - cos)).exp() }
 }

@@ -352,7 +352,7 @@ fn slots_mut(m: &mut Material) -> impl Iterator<Item = &mut Option<TextureRef>> 
         &mut m.transmission_texture,
         &mut m.thickness_texture,
     ];
-    plain.into_iter().chain(m.finish.iter_mut().flat_map(|finish| finish.slots_mut().map(|(slot, _)| slot)))
+    plain.into_iter().chain(m.finish.iter_mut().flat_map(|finish| finish.slots_mut()))
 }
 
 impl Opened<'_> {

@@ -9,7 +9,7 @@ use super::layout;
 use super::memory_plan::{MemoryRow, bytes_of};
 use super::wants::Wants;
 use crate::Result;
-use crate::vk::{Buffer, BufferKind, Context, Recorder, ZoneKind};
+use crate::vk::{Buffer, BufferKind, Context};
 
 /// How many list items and occupied voxels the buffers of a grid hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,15 +117,6 @@ impl Lists {
             }
         }
         Ok(())
-    }
-
-    /// Resets the counters of list items and cells, and the heads; not the triangles.
-    pub fn reset(&self, recorder: &mut Recorder) {
-        recorder.zone("reset lists", ZoneKind::Transfer, self.heads.bytes(), |r| {
-            r.full_barrier(); // the first bounce read the lists
-            r.fill(&self.globals, std::mem::offset_of!(layout::Globals, item_count) as u64, 8, 0);
-            r.fill(&self.heads, 0, self.heads.bytes(), 0);
-        });
     }
 
     /// New lists take the place of those before the last.

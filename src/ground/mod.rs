@@ -19,6 +19,7 @@ pub mod layout;
 pub mod lists;
 pub mod memory_plan;
 pub mod record;
+mod reset;
 pub mod scene_on_gpu;
 pub mod tree;
 pub mod uniforms;
@@ -34,9 +35,7 @@ use crate::Result;
 use crate::scene::sky::SkyMap;
 use crate::scene::{Alpha, Pose, Scene};
 use crate::settings::Conservative;
-use crate::vk::{
-    self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder, ZoneKind,
-};
+use crate::vk::{self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder};
 use alike::Alike;
 use attributes::CornerWords;
 use cells::Cells;
@@ -281,21 +280,6 @@ impl Ground {
         if let Some(alike) = &self.alike {
             alike.record(r, self);
         }
-    }
-
-    /// Resets all counters, the heads of all voxels of all grids, and slots.
-    pub fn reset(&self, recorder: &mut Recorder) {
-        let bytes = self.lists.iter().map(|lists| lists.heads.bytes()).sum();
-        recorder.zone("reset", ZoneKind::Transfer, bytes, |r| {
-            for lists in &self.lists {
-                r.fill(&lists.globals, 0, size_of::<Globals>() as u64, 0);
-                r.fill(&lists.heads, 0, lists.heads.bytes(), 0);
-            }
-            r.fill(&self.slots, 0, self.slots.bytes(), 0);
-            r.full_barrier();
-            // The counters' head is the indirect draw of the passes that fetch triangles: one instance.
-            r.fill(&self.base().globals, std::mem::offset_of!(Globals, instance_count) as u64, 4, 1);
-        });
     }
 
     /// Makes the base grid's lists once more, as the talk does for its second bounce (D29).

@@ -84,12 +84,13 @@ impl Pixel {
         self.hits += other.hits;
     }
 
+    #[inline]
     fn sum(&self, at: usize) -> DVec3 {
-        DVec3::from([0, 1, 2].map(|i| self.sums[at + i].get()))
+        DVec3::new(self.sums[at].get(), self.sums[at + 1].get(), self.sums[at + 2].get())
     }
 
     fn small(&self, at: usize) -> DVec3 {
-        DVec3::from([0, 1, 2].map(|i| self.small[at + i].get()))
+        DVec3::new(self.small[at].get(), self.small[at + 1].get(), self.small[at + 2].get())
     }
 
     fn beauty(&self, samples: f64) -> DVec3 {

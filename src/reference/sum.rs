@@ -28,6 +28,7 @@ impl Sum {
         Self([sum as u64, (sum >> 64) as u64])
     }
 
+    #[inline]
     pub fn add(&mut self, value: f64) {
         *self = self.plus((value.clamp(-MOST, MOST) / STEP) as i128);
     }
@@ -36,6 +37,7 @@ impl Sum {
         *self = self.plus(other.fixed());
     }
 
+    #[inline]
     pub fn get(self) -> f64 {
         self.fixed() as f64 * STEP
     }

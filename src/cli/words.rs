@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clap::{Args, Command};
+use clap::{Arg, Args, Command};
 
 use super::args::SceneArgs;
 
@@ -43,19 +43,23 @@ pub fn flag(group: &[String]) -> &str {
 /// typed.
 pub fn kept(typed: &[String], own: &Command, other: &Command, left_out: &[&str]) -> Vec<String> {
     let known = |command: &Command, flag: &str| {
-        let mut flags = command.get_arguments();
-        flags.find(|arg| arg.get_long().is_some_and(|long| flag.strip_prefix("--") == Some(long))).cloned()
+        let is_it = |arg: &&Arg| {
+            let short = arg.get_short().map(|short| format!("-{short}"));
+            flag.strip_prefix("--").is_some_and(|long| arg.get_long() == Some(long)) || short.as_deref() == Some(flag)
+        };
+        command.get_arguments().find(is_it).cloned()
     };
     let takes_value = |flag: &str| known(own, flag).is_none_or(|arg| arg.get_action().takes_values());
     let stays = |group: &Vec<String>| known(other, flag(group)).is_some() && !left_out.contains(&flag(group));
     grouped(typed, takes_value).into_iter().filter(stays).flatten().collect()
 }
 
-/// The start of the command that renders a scene as it is looked at: without settings. `typed`: the words of this command.
-pub fn render_command(typed: &[String], scene: &Path, (width, height): (u32, u32)) -> String {
+/// The start of the command that renders a scene as it is looked at: without settings. `typed`: the words of this command, which
+/// has the flags `Own` beside those of a scene.
+pub fn render_command<Own: Args>(typed: &[String], scene: &Path, (width, height): (u32, u32)) -> String {
     let flags = SceneArgs::augment_args(Command::new(""));
     let start = ["twobounce", "render", &scene.display().to_string(), "-o", "image.png"].map(str::to_owned);
-    let kept = kept(typed, &flags, &flags, &["--size"]);
+    let kept = kept(typed, &Own::augment_args(flags.clone()), &flags, &["--size"]);
     line(&start.into_iter().chain(kept).chain([format!("--size={width}x{height}")]).collect::<Vec<_>>())
 }
 
@@ -63,11 +67,30 @@ pub fn render_command(typed: &[String], scene: &Path, (width, height): (u32, u32
 mod tests {
     use super::*;
 
+    #[derive(Args)]
+    struct Own {
+        #[arg(short, long)]
+        quiet: bool,
+    }
+
     #[test]
     fn a_scene_is_rendered_as_it_is_looked_at() {
-        let typed =
-            ["a b.glb", "--size", "64x64", "--sky=0.5", "--strict", "--set", "voxels=32", "--time", "2", "-o", "x"];
-        let command = render_command(&typed.map(str::to_owned), Path::new("a b.glb"), (64, 64));
-        assert_eq!(command, "twobounce render 'a b.glb' -o image.png --sky=0.5 --strict --time 2 --size=64x64");
+        let typed = [
+            "a b.glb",
+            "-q",
+            "--size",
+            "64x64",
+            "--sky",
+            "0.5",
+            "--strict",
+            "--set",
+            "voxels=32",
+            "--time",
+            "2",
+            "-o",
+            "x",
+        ];
+        let command = render_command::<Own>(&typed.map(str::to_owned), Path::new("a b.glb"), (64, 64));
+        assert_eq!(command, "twobounce render 'a b.glb' -o image.png --sky 0.5 --strict --time 2 --size=64x64");
     }
 }

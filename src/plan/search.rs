@@ -211,7 +211,7 @@ mod tests {
     use super::super::space::spaces;
     use super::*;
 
-    /// A full sweep of a scene (`examples/plan_table.rs`): of each place its space, itself and its reading.
+    /// A full sweep of a scene (`examples/pages/plan.rs`): of each place its space, itself and its reading.
     type Swept = Vec<(usize, Place, Reading)>;
 
     /// The spaces that were swept.

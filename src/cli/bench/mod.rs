@@ -187,7 +187,7 @@ impl Bench<'_> {
                 pose,
                 options: opened.options(self.args.rows.memory_limit),
                 references: Vec::new(),
-                command: words::render_command(&typed, path, self.scene.size),
+                command: words::render_command::<BenchArgs>(&typed, path, self.scene.size),
                 header: opened.header([]),
                 camera: opened.camera,
                 scene: opened.scene,

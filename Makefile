@@ -57,7 +57,7 @@ test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and
 	cargo build --release --locked
 	scripts/compare-drivers.sh
 
-faults:  ## plants faults, one at a time, and writes into docs/faults.md which test catches which: half an hour
+faults:  ## plants faults, one at a time, and writes into docs/faults.md which test catches which: 40 minutes
 	scripts/setup.sh test
 	scripts/planted-faults.py
 

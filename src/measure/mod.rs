@@ -14,7 +14,12 @@ use crate::{Error, Result};
 /// # Errors
 /// [`Error::Device`] with the first of the validation layer's messages.
 pub fn refuse_invalid(context: &Context) -> Result<()> {
-    match context.validation_messages().first() {
+    refuse_messages(&context.validation_messages())
+}
+
+/// As [`refuse_invalid`], of messages that were taken from a context.
+pub fn refuse_messages(messages: &[String]) -> Result<()> {
+    match messages.first() {
         Some(first) => Err(Error::Device(format!("the validation layer reports: {first}"))),
         None => Ok(()),
     }

@@ -30,7 +30,9 @@ pub use device::host::{HostDevice, missing};
 pub use device::instance::{DeviceKind, DeviceReport, devices};
 pub use device::needs::Need;
 #[cfg_attr(not(internals), doc(hidden))]
-pub use device::{presenter::Presenter, submit::immediate};
+#[cfg(feature = "window")]
+pub use device::presenter::Presenter;
+pub use device::submit::immediate;
 pub use pipeline::bind::Bind;
 pub use pipeline::constants::{Constant, Value};
 pub use pipeline::desc::{Compute, ComputeDesc, DepthDesc, Pipeline, Raster, RasterDesc, VertexInput};

@@ -19,7 +19,12 @@ const AGAIN: Duration = Duration::from_secs(10);
 impl App {
     pub(super) fn take(&mut self, news: News) -> anyhow::Result<()> {
         match news {
-            News::Frame(revision, frame) if revision >= self.first => self.take_frame(revision, *frame)?,
+            News::Frame => {
+                let frame = self.worker.as_ref().and_then(|worker| worker.shared.lock().frame.take());
+                if let Some((revision, frame)) = frame.filter(|(revision, _)| *revision >= self.first) {
+                    self.take_frame(revision, frame)?;
+                }
+            }
             News::Found(revision, found) if revision >= self.first => {
                 self.panel.take(found);
                 self.script.found();

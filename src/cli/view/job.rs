@@ -49,8 +49,8 @@ pub struct Choice {
 
 /// News of other threads for the window.
 pub enum News {
-    /// Of a job by its revision: a frame that is done, or why there is none.
-    Frame(u64, Box<Result<Frame, String>>),
+    /// A frame is done: [`super::worker::State::frame`].
+    Frame,
     /// Of a job by its revision: what came of a question.
     Found(u64, Result<Found, String>),
     /// How far a frame is from the truth, unless that is no longer wanted.

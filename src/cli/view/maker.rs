@@ -57,6 +57,12 @@ impl Makers {
         let _ = self.news.send_event(news);
     }
 
+    /// Hands the window a job's frame, or says why there is none.
+    pub fn tell_frame(&self, job: &Job, frame: std::result::Result<Frame, String>) {
+        self.shared.lock().frame = Some((job.revision, frame));
+        self.tell(News::Frame);
+    }
+
     /// Makes what a job asks for, and tells of it each time that it is better than before. At rest the light is brought as far as
     /// `render` brings it; then comes the image of one pass, and then the mean over passes: as many as the settings ask for, then as
     /// many as the job does.
@@ -68,7 +74,7 @@ impl Makers {
         let divisor = self.prepare(job)?;
         let show = |makers: &mut Self, whole| {
             let frame = makers.frame(job, divisor, began, whole)?;
-            makers.tell(News::Frame(job.revision, Box::new(Ok(frame))));
+            makers.tell_frame(job, Ok(frame));
             Ok::<_, Error>(())
         };
         if job.moving {

@@ -314,13 +314,16 @@ impl App {
         if size.0 == 0 || size.1 == 0 {
             return; // minimised
         }
-        let (pose, view) = self.subject.shot.at(&self.subject.scene, self.later_s);
+        let Subject { scene, shot, .. } = &self.subject;
+        // Where only the eye moves, the pose stays.
+        let same = self.asked.as_ref().filter(|job| job.revision >= self.first && job.later_s == self.later_s);
+        let pose = same.map_or_else(|| Arc::new(shot.pose(scene, self.later_s)), |job| job.pose.clone());
         let job = Job {
             revision: self.next_revision(),
             shaders: self.shaders,
-            pose: Arc::new(pose),
             later_s: self.later_s,
-            view: self.eye.map_or(view, |eye| eye.view()),
+            view: self.eye.map_or_else(|| shot.view(scene, &pose), |eye| eye.view()),
+            pose,
             size,
             moving,
             choice: self.panel.choice.clone(),

@@ -33,7 +33,8 @@ impl App {
         }
         let panel = &self.panel;
         let turns = (self.opened.elapsed().as_secs_f64() / FLICKER_S) as u64;
-        let other = panel.mixing.mix == Mix::Flicker && turns % 2 == 1;
+        let is_beside = frame.beside.is_some() && self.compared.is_none();
+        let other = is_beside && panel.mixing.mix == Mix::Flicker && turns % 2 == 1;
         let mixing = Mixing { other, ..panel.mixing };
         let mixed = (panel.fade, self.compared.as_ref().map(|compared| compared.samples), mixing);
         if self.mixed == Some(mixed) {

@@ -16,10 +16,11 @@ const EVERY: Duration = Duration::from_millis(200);
 
 /// Watches the folder, or that of the program's source where there is one, and tells of each change.
 pub fn begin(folder: Option<&Path>, news: EventLoopProxy<News>) -> twobounce::Result<()> {
-    let folder = folder.unwrap_or(Path::new(OWN));
-    if folder == Path::new(OWN) && !folder.exists() {
-        return Ok(());
-    }
+    let folder = match folder {
+        Some(folder) => folder,
+        None if !Path::new(OWN).exists() => return Ok(()),
+        None => Path::new(OWN),
+    };
     let mut watched = Reload::watch(folder)?;
     say!("watches {}", folder.display());
     std::thread::spawn(move || {

@@ -8,7 +8,7 @@ use ash::vk;
 use egui_ash_renderer::allocator::GpuAllocator;
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer};
 use twobounce::Result;
-use twobounce::measure::refuse_invalid;
+use twobounce::measure::refuse_messages;
 use twobounce::vk::{
     Buffer, BufferKind, Context, Image, ImageDesc, ImageRegion, ImageUsageFlags, Presenter, immediate, upload_image,
 };
@@ -98,7 +98,7 @@ impl Screen {
         };
         let mut screen = Self {
             egui,
-            picture: new_picture(context, &Picture { size: (1, 1), rgba: vec![13, 13, 13, 255] })?,
+            picture: new_image(context, "picture", (1, 1))?,
             canvas: None,
             swapchain: vk::SwapchainKHR::null(),
             format: FORMAT,
@@ -110,6 +110,7 @@ impl Screen {
             made: 0,
             faults: VecDeque::new(),
         };
+        screen.set_picture(&Picture { size: (1, 1), rgba: vec![13, 13, 13, 255] })?;
         screen.remake(window)?;
         Ok(screen)
     }
@@ -123,14 +124,14 @@ impl Screen {
         &self.presenter.context
     }
 
-    /// Closes it.
+    /// Closes it, with its device.
     ///
     /// # Errors
     /// The validation layer said anything.
     pub fn close(self) -> Result<()> {
         let context = self.presenter.context.clone();
         drop(self);
-        refuse_invalid(&context)
+        refuse_messages(&context.close())
     }
 
     /// Makes the swapchain anew, until the window keeps its size meanwhile.
@@ -147,7 +148,7 @@ impl Screen {
 
     /// For a window of so many pixels.
     fn remake_once(&mut self, width: u32, height: u32) -> anyhow::Result<()> {
-        let Presenter { surfaces, swapchains, surface, physical, context, .. } = &self.presenter;
+        let Presenter { surfaces, surface, swapchains, physical, context, .. } = &self.presenter;
         let failed = |result| context.error("making a swapchain", result);
         // SAFETY: all handles are of this device and instance; nothing is in flight after the wait.
         unsafe {
@@ -181,21 +182,28 @@ impl Screen {
                     .present_mode(vk::PresentModeKHR::FIFO)
                     .clipped(true)
                     .old_swapchain(old);
-                self.swapchain = swapchains.create_swapchain(&info, None).map_err(failed)?;
+                let made = swapchains.create_swapchain(&info, None);
+                swapchains.destroy_swapchain(old, None);
+                self.swapchain = made.map_err(failed)?;
                 self.images = swapchains.get_swapchain_images(self.swapchain).map_err(failed)?;
                 self.format = format.format;
                 self.canvas = Some(new_image(context, "canvas", (extent.width, extent.height))?);
                 self.made += 1;
+            } else {
+                swapchains.destroy_swapchain(old, None);
             }
-            swapchains.destroy_swapchain(old, None);
         }
         Ok(())
     }
 
     /// Takes another picture to show.
     pub fn set_picture(&mut self, picture: &Picture) -> Result<()> {
-        self.picture = new_picture(&self.presenter.context, picture)?;
-        Ok(())
+        let context = &self.presenter.context;
+        if size_of(&self.picture) != picture.size {
+            self.picture = new_image(context, "picture", picture.size)?;
+        }
+        // Every draw is waited for, so the image is free.
+        upload_image(context, &self.picture, ImageRegion::level(&self.picture, 0), &picture.rgba)
     }
 
     /// Shows the picture, scaled to the whole window, and the panel over it; waits until the device is done. With `grab`, returns
@@ -376,12 +384,6 @@ fn barrier(context: &Context, commands: vk::CommandBuffer, image: vk::Image, [fr
 fn size_of(image: &Image) -> (u32, u32) {
     let [width, height, _] = image.extent(0);
     (width, height)
-}
-
-fn new_picture(context: &Arc<Context>, picture: &Picture) -> Result<Image> {
-    let image = new_image(context, "picture", picture.size)?;
-    upload_image(context, &image, ImageRegion::level(&image, 0), &picture.rgba)?;
-    Ok(image)
 }
 
 fn new_image(context: &Arc<Context>, label: &str, (width, height): (u32, u32)) -> Result<Image> {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use twobounce::vk::Step;
 use twobounce::{Error, Result};
 
-use super::job::{Job, News};
+use super::job::{Frame, Job};
 use super::maker::Makers;
 use super::question::Question;
 use crate::cli::interrupt;
@@ -28,6 +28,8 @@ pub struct Shared {
 pub struct State {
     /// The newest: a frame of it is asked for instead of any before.
     pub job: Option<Job>,
+    /// Of a job by its revision: the newest frame, or why there is none. A window that is slow to take frames misses those before.
+    pub frame: Option<(u64, std::result::Result<Frame, String>)>,
     /// Asked between frames.
     pub question: Option<Question>,
     pub step: Option<Step>,
@@ -98,7 +100,7 @@ fn work(mut makers: Makers) {
                 made => {
                     done = job.revision;
                     if let Err(error) = made {
-                        makers.tell(News::Frame(job.revision, Box::new(Err(error.to_string()))));
+                        makers.tell_frame(&job, Err(error.to_string()));
                     }
                 }
             }

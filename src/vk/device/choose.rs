@@ -1,11 +1,13 @@
 //! Which device is used, and how it is opened.
 
 use super::features::Features;
+use super::host::HostDevice;
 use super::instance::{DeviceKind, Instance, VERSION};
 use super::needs::Capabilities;
 use crate::{Error, Result};
 use ash::vk;
 use std::ffi::CStr;
+use std::sync::{Arc, Mutex};
 
 /// The device that was asked for, or the best one; `Error::Device` when it lacks something.
 pub(in crate::vk) fn choose(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, Capabilities)> {
@@ -53,20 +55,35 @@ fn pick(wanted: &str, names: &[String]) -> Result<usize> {
 }
 
 /// Makes the device with exactly these extensions and features, and one queue.
-pub(in crate::vk) fn open(
-    instance: &ash::Instance,
+pub(in crate::vk) fn open<'a>(
+    instance: &Instance,
     physical: vk::PhysicalDevice,
     queue_family: u32,
-    extensions: &[&CStr],
+    extensions: &'a [&'a CStr],
     features: Features,
-) -> std::result::Result<ash::Device, vk::Result> {
+) -> std::result::Result<HostDevice<'a>, vk::Result> {
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-    let extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
-    let mut features = features.structs();
-    let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
-    let info = features.chain(info);
+    let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+    let mut chained = features.structs();
+    let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&names);
+    let info = chained.chain(info);
     // SAFETY: the caller checked that every extension and feature exists.
-    unsafe { instance.create_device(physical, &info, None) }
+    let device = unsafe { instance.raw.create_device(physical, &info, None) }?;
+    // SAFETY: the family has the queue that was asked for.
+    let queue = unsafe { device.get_device_queue(queue_family, 0) };
+    Ok(HostDevice {
+        instance: instance.raw.clone(),
+        api_version: VERSION,
+        physical_device: physical,
+        device,
+        queue_family,
+        queue: Some(Arc::new(Mutex::new(queue))),
+        allocator: None,
+        pipeline_cache: None,
+        instance_extensions: if instance.debug_utils { &[ash::ext::debug_utils::NAME] } else { &[] },
+        device_extensions: extensions,
+        features,
+    })
 }
 
 #[cfg(test)]

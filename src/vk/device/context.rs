@@ -4,7 +4,7 @@ use super::choose::{choose, open};
 use super::features::required_features;
 use super::functions::with_promoted;
 use super::host::HostDevice;
-use super::instance::{DeviceKind, Instance, VERSION, heap_budgets, version_of};
+use super::instance::{DeviceKind, Instance, heap_budgets, lock, version_of};
 use super::label::Labels;
 use super::needs::Capabilities;
 use super::pipeline_cache::PipelineCache;
@@ -94,23 +94,8 @@ impl Context {
         let name = capabilities.name();
         let queue_family = capabilities.queue_family.expect("checked among the needs");
         let extensions = capabilities.enabled_extensions();
-        let device = open(&instance.raw, physical, queue_family, &extensions, required_features())
+        let host = open(&instance, physical, queue_family, &extensions, required_features())
             .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
-        // SAFETY: the family has at least one queue, which `open` asked for.
-        let queue = unsafe { device.get_device_queue(queue_family, 0) };
-        let host = HostDevice {
-            instance: instance.raw.clone(),
-            api_version: VERSION,
-            physical_device: physical,
-            device,
-            queue_family,
-            queue: Some(Arc::new(Mutex::new(queue))),
-            allocator: None,
-            pipeline_cache: None,
-            instance_extensions: if instance.debug_utils { &[ash::ext::debug_utils::NAME] } else { &[] },
-            device_extensions: &extensions,
-            features: required_features(),
-        };
         Self::assemble(host, capabilities, Some(instance), counting)
     }
 
@@ -138,7 +123,16 @@ impl Context {
         let device = if capabilities.is_1_3() { host.device } else { with_promoted(&instance, host.device.handle()) };
         let allocator = match host.allocator {
             Some(shared) => shared,
-            None => Arc::new(Mutex::new(allocator(&name, &instance, physical, &device)?)),
+            None => match allocator(&name, &instance, physical, &device) {
+                Ok(allocator) => Arc::new(Mutex::new(allocator)),
+                Err(error) => {
+                    if own.is_some() {
+                        // SAFETY: nothing was made with the device yet.
+                        unsafe { device.destroy_device(None) };
+                    }
+                    return Err(error);
+                }
+            },
         };
         let pipeline_cache = match (&own, host.pipeline_cache) {
             (Some(_), None) => PipelineCache::open(&device, &capabilities),
@@ -185,12 +179,20 @@ impl Context {
     /// Every error and warning of the validation layer so far, advice on performance left out. Empty on a host's device:
     /// the host's own messenger gets them.
     pub fn validation_messages(&self) -> Vec<String> {
-        self.own.as_ref().map_or_else(Vec::new, |own| own.messages().clone())
+        self.own.as_ref().map_or_else(Vec::new, |own| lock(&own.messages).clone())
     }
 
     /// As [`Self::validation_messages`], and forgets them.
     pub fn take_validation_messages(&self) -> Vec<String> {
-        self.own.as_ref().map_or_else(Vec::new, |own| std::mem::take(&mut *own.messages()))
+        self.own.as_ref().map_or_else(Vec::new, |own| std::mem::take(&mut *lock(&own.messages)))
+    }
+
+    /// Lets go of the context: all of [`Self::validation_messages`], with those about its end if nothing else holds it.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn close(self: Arc<Self>) -> Vec<String> {
+        let messages = self.own.as_ref().map(|own| own.messages.clone());
+        drop(self);
+        messages.map_or_else(Vec::new, |messages| lock(&messages).clone())
     }
 
     /// Bytes of device memory taken from the driver now.
@@ -305,7 +307,7 @@ impl Drop for Context {
     }
 }
 
-pub(in crate::vk) fn allocator(
+fn allocator(
     name: &str,
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,

@@ -32,16 +32,16 @@ macro_rules! features {
 features! {
     /// Triangles are recorded, and turned to the axis that they fill most, one by one.
     geometry_shader "geometryShader",
-    /// Vertex and geometry shaders keep triangles in lists on the way,
+    /// Vertex and geometry shaders write triangles to lists.
     vertex_pipeline_stores_and_atomics "vertexPipelineStoresAndAtomics",
-    /// and so do fragment shaders.
+    /// Fragment shaders write to lists.
     fragment_stores_and_atomics "fragmentStoresAndAtomics",
     /// Volumes are drawn slice by slice.
     shader_output_layer "shaderOutputLayer",
     scalar_block_layout "scalarBlockLayout",
-    /// Every recording needs it, whatever the passes are,
+    /// Every recording begins its rendering scopes by it.
     dynamic_rendering "dynamicRendering",
-    /// and this.
+    /// Every recording records its barriers by it.
     synchronization2 "synchronization2",
 }
 

@@ -2,25 +2,27 @@
 
 use super::needs::{Capabilities, Need};
 use crate::{Error, Result};
-use ash::vk;
+use ash::{khr, vk};
 use std::ffi::{CStr, c_char, c_void};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What the instance is made with.
 pub(in crate::vk) const VERSION: u32 = vk::API_VERSION_1_3;
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// What the validation layer said, in order.
-type Messages = Mutex<Vec<String>>;
+/// Messages of the validation layer, in order.
+pub(in crate::vk) type Messages = Mutex<Vec<String>>;
 
-/// The loader and an instance, with debug utilities where the system has them.
+/// The loader, an instance, with debug utilities where the system has them, and the surface that it presents to.
 pub(in crate::vk) struct Instance {
     // Declared before the library that its functions come from, as is everything made through it.
     pub(in crate::vk) raw: ash::Instance,
     pub(in crate::vk) debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    /// Boxed: the messenger holds its address.
-    messages: Box<Messages>,
+    /// The messenger holds the address.
+    pub(in crate::vk) messages: Arc<Messages>,
+    /// Destroyed before the instance, after its swapchains.
+    pub(in crate::vk) surface: Option<(khr::surface::Instance, vk::SurfaceKHR)>,
     pub(in crate::vk) entry: ash::Entry,
     abandoned: bool,
 }
@@ -82,7 +84,15 @@ impl Instance {
         }
         // SAFETY: the info and all that it points to live through the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(failed)?;
-        let mut this = Self { raw, debug_utils, messenger: None, messages: Box::default(), entry, abandoned: false };
+        let mut this = Self {
+            raw,
+            debug_utils,
+            messenger: None,
+            messages: Arc::default(),
+            surface: None,
+            entry,
+            abandoned: false,
+        };
         if validation {
             this.listen().map_err(failed)?;
         }
@@ -93,7 +103,7 @@ impl Instance {
     pub(in crate::vk) fn abandon(&mut self) {
         self.abandoned = true;
         std::mem::forget(self.entry.clone());
-        std::mem::forget(std::mem::take(&mut self.messages));
+        std::mem::forget(self.messages.clone());
     }
 
     fn listen(&mut self) -> std::result::Result<(), vk::Result> {
@@ -103,16 +113,11 @@ impl Instance {
             .message_severity(Severity::WARNING | Severity::ERROR)
             .message_type(Type::GENERAL | Type::VALIDATION | Type::PERFORMANCE)
             .pfn_user_callback(Some(on_message))
-            .user_data(std::ptr::from_ref::<Messages>(&self.messages).cast_mut().cast());
+            .user_data(Arc::as_ptr(&self.messages).cast_mut().cast());
         // SAFETY: the user data outlives the messenger, which `drop` destroys first.
         let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }?;
         self.messenger = Some((debug, messenger));
         Ok(())
-    }
-
-    /// Every error and warning of the validation layer so far, except advice on performance.
-    pub(in crate::vk) fn messages(&self) -> MutexGuard<'_, Vec<String>> {
-        self.messages.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// All physical devices in the loader's order; never empty.
@@ -129,8 +134,11 @@ impl Drop for Instance {
         if self.abandoned {
             return;
         }
-        // SAFETY: the context destroys its device before this, and nothing else was made from the instance.
+        // SAFETY: the context destroys its device before this, and nothing but the surface was made from the instance.
         unsafe {
+            if let Some((functions, surface)) = self.surface.take() {
+                functions.destroy_surface(surface, None);
+            }
             if let Some((debug, messenger)) = self.messenger.take() {
                 debug.destroy_debug_utils_messenger(messenger, None);
             }
@@ -141,6 +149,11 @@ impl Drop for Instance {
 
 const NO_DRIVER: &str = "there is no Vulkan device: install a driver \
      (package mesa-vulkan-drivers on Debian and Ubuntu brings one that runs on the CPU)";
+
+/// The messages so far: errors and warnings, except advice on performance.
+pub(in crate::vk) fn lock(messages: &Messages) -> MutexGuard<'_, Vec<String>> {
+    messages.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Called by the layer, on whichever thread made the faulty call.
 unsafe extern "system" fn on_message(
@@ -156,7 +169,7 @@ unsafe extern "system" fn on_message(
     };
     if kind.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION) {
         tracing::error!("validation: {text}");
-        messages.lock().unwrap_or_else(PoisonError::into_inner).push(text);
+        lock(messages).push(text);
     } else if severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR) {
         tracing::warn!("vulkan: {text}");
     } else {

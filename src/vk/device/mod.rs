@@ -10,5 +10,6 @@ pub(in crate::vk) mod label;
 pub(in crate::vk) mod needs;
 pub(in crate::vk) mod pipeline_cache;
 pub(in crate::vk) mod pipelines;
+#[cfg(feature = "window")]
 pub(in crate::vk) mod presenter;
 pub(in crate::vk) mod submit;

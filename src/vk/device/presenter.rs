@@ -1,18 +1,18 @@
-//! A device that presents to a window. It draws a picture and a panel: what passes need is not asked of it.
+//! A device that presents to a window. It draws a picture and a panel, so it need not have what passes need.
 
 use super::choose::open;
-use super::context::{Context, allocator};
+use super::context::Context;
 use super::features::Features;
 use super::host::HostDevice;
 use super::instance::{Instance, VERSION};
-use super::needs::Capabilities;
+use super::needs::{Capabilities, serves};
 use crate::{Error, Result};
 use ash::{khr, vk};
 use gpu_allocator::vulkan::Allocator;
 use std::ffi::c_char;
 use std::sync::{Arc, Mutex};
 
-/// The surface of a window, and a device that presents to it; a swapchain is destroyed before this is dropped.
+/// The surface of a window, and a device that presents to it. Swapchains are destroyed before this is dropped.
 pub struct Presenter {
     pub surface: vk::SurfaceKHR,
     pub surfaces: khr::surface::Instance,
@@ -20,7 +20,7 @@ pub struct Presenter {
     pub physical: vk::PhysicalDevice,
     pub queue: vk::Queue,
     pub queue_family: u32,
-    /// Declared before the context, which destroys the device.
+    /// The context's. It is declared before the context, which destroys the device and the surface.
     pub allocator: Arc<Mutex<Allocator>>,
     pub context: Arc<Context>,
 }
@@ -38,9 +38,10 @@ impl Presenter {
         surface: impl FnOnce(&ash::Entry, &ash::Instance) -> std::result::Result<vk::SurfaceKHR, vk::Result>,
     ) -> Result<Self> {
         let failed = |result: vk::Result| Error::Device(format!("Vulkan cannot present to this display: {result}"));
-        let instance = Instance::new(validation, extensions)?;
+        let mut instance = Instance::new(validation, extensions)?;
         let surface = surface(&instance.entry, &instance.raw).map_err(failed)?;
         let surfaces = khr::surface::Instance::new(&instance.entry, &instance.raw);
+        instance.surface = Some((surfaces.clone(), surface));
         let mut found = vec![];
         for physical in instance.physical_devices()? {
             let capabilities = Capabilities::query(&instance.raw, VERSION, physical);
@@ -51,9 +52,9 @@ impl Presenter {
             let families = unsafe { instance.raw.get_physical_device_queue_family_properties(physical) };
             // SAFETY: as above; the surface is alive.
             let presents = |family| unsafe { surfaces.get_physical_device_surface_support(physical, family, surface) };
-            let family = (0..).zip(families).find(|(family, properties)| {
-                properties.queue_flags.contains(vk::QueueFlags::GRAPHICS) && presents(*family).unwrap_or(false)
-            });
+            let family = (0..)
+                .zip(families)
+                .find(|(family, properties)| serves(properties) && presents(*family).unwrap_or(false));
             found.extend(family.map(|(family, _)| (physical, family, capabilities)));
         }
         let (physical, queue_family, capabilities) = found
@@ -61,33 +62,14 @@ impl Presenter {
             .min_by_key(|(.., capabilities)| capabilities.name() != name)
             .ok_or_else(|| Error::Device("no Vulkan 1.3 device presents to this display".into()))?;
         let features = Features { dynamic_rendering: true, synchronization2: true, ..Features::default() };
-        let extensions = [khr::swapchain::NAME];
-        let device = open(&instance.raw, physical, queue_family, &extensions, features).map_err(failed)?;
-        // SAFETY: the family has at least one queue, which `open` asked for.
-        let queue = unsafe { device.get_device_queue(queue_family, 0) };
-        let allocator = Arc::new(Mutex::new(allocator(&capabilities.name(), &instance.raw, physical, &device)?));
-        let swapchains = khr::swapchain::Device::new(&instance.raw, &device);
-        let host = HostDevice {
-            instance: instance.raw.clone(),
-            api_version: VERSION,
-            physical_device: physical,
-            device,
-            queue_family,
-            queue: Some(Arc::new(Mutex::new(queue))),
-            allocator: Some(allocator.clone()),
-            pipeline_cache: Some(vk::PipelineCache::null()),
-            instance_extensions: if instance.debug_utils { &[ash::ext::debug_utils::NAME] } else { &[] },
-            device_extensions: &extensions,
-            features,
-        };
+        let host = open(&instance, physical, queue_family, &[khr::swapchain::NAME], features).map_err(failed)?;
+        let swapchains = khr::swapchain::Device::new(&instance.raw, &host.device);
+        // SAFETY: the family has the queue that `open` asked for.
+        let queue = unsafe { host.device.get_device_queue(queue_family, 0) };
+        // The panel's one pipeline is not worth a cache of its own in a file.
+        let host = HostDevice { pipeline_cache: Some(vk::PipelineCache::null()), ..host };
         let context = Context::assemble(host, capabilities, Some(instance), false)?;
+        let allocator = Arc::clone(&context.allocator);
         Ok(Self { surface, surfaces, swapchains, physical, queue, queue_family, allocator, context })
-    }
-}
-
-impl Drop for Presenter {
-    fn drop(&mut self) {
-        // SAFETY: no swapchain of it is left, and the instance lives as long as the context.
-        unsafe { self.surfaces.destroy_surface(self.surface, None) };
     }
 }

@@ -16,7 +16,7 @@ pub(in crate::vk) const COUNTS: &str = "counted";
 pub struct Bind<'a> {
     pub(in crate::vk) name: &'a str,
     pub(in crate::vk) buffer: Option<&'a Buffer>,
-    /// Arrays in shaders are no longer.
+    /// No array in a shader is longer than 8 elements.
     pub(in crate::vk) views: ArrayVec<ImageView<'a>, 8>,
     pub(in crate::vk) sampler: Option<&'a Sampler>,
 }

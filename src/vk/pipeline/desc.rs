@@ -62,7 +62,7 @@ pub struct ComputeDesc<'a> {
     pub constants: &'a [Constant],
 }
 
-/// A pipeline that was made of such a description.
+/// A pipeline, made of [`RasterDesc`] or [`ComputeDesc`].
 pub struct Pipeline<Desc> {
     pub(in crate::vk) raw: Arc<RawPipeline>,
     /// Destroys the pipeline when it goes.

@@ -6,6 +6,7 @@ pub(in crate::vk) mod compile;
 pub(in crate::vk) mod constants;
 pub(in crate::vk) mod desc;
 pub(in crate::vk) mod make_pipeline;
+mod operations;
 pub(in crate::vk) mod raw_pipeline;
 pub(in crate::vk) mod reflect;
 #[cfg(feature = "hot-reload")]

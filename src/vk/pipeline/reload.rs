@@ -42,13 +42,12 @@ impl Reload {
         Ok(Self { root: root.to_owned(), stamps, shaders: Shaders::default(), learnt: false })
     }
 
-    /// Takes all shaders of a folder in the place of those that the build compiled; how many there are.
+    /// Takes all shaders of a folder in the place of those that the build compiled.
     ///
     /// # Errors
     /// The compiler's messages, or that a shader's interface is another one.
-    pub fn take_all(root: &Path) -> Result<usize> {
-        let this = Self::watch(root)?;
-        this.compile()
+    pub fn take_all(root: &Path) -> Result<()> {
+        Self::watch(root)?.compile().map(drop)
     }
 
     /// Compiles what was saved since the last look; how many shaders pipelines now get anew, `None` where no file changed.

@@ -92,7 +92,7 @@ fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) 
         return;
     }
     let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
-    // No pass has as many.
+    // No pass has more bindings.
     let writes: ArrayVec<vk::WriteDescriptorSet<'_>, 64> = (pipeline.bindings.iter())
         .map(|binding| {
             let to = vk::WriteDescriptorSet::default()

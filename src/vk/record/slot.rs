@@ -96,8 +96,9 @@ impl Recorder {
     /// again.
     ///
     /// The first command is a barrier: everything that the host's earlier commands wrote is visible to all that
-    /// follows. The last makes everything written here visible to the host's later commands and to the CPU. Both are memory barriers over all commands. Images of the host are not touched, and
-    /// those made here are in `GENERAL` layout before and after.
+    /// follows. The last makes everything written here visible to the host's later commands and to the CPU. Both are
+    /// memory barriers over all commands. Images of the host are not touched, and those made here are in `GENERAL` layout before and
+    /// after.
     ///
     /// Clobbered are: the compute and the graphics pipeline, the descriptor sets of both bind points (set 0 is pushed),
     /// push constants, viewport and scissor 0, all other dynamic state (the graphics pipelines fix it), the index buffer

@@ -278,6 +278,7 @@ impl Prepared {
         inputs: &Inputs,
         outputs: &[Output],
     ) {
+        seen.pose.check(seen.scene).expect("a pose of the scene");
         let Self { context, frame, slots, given, .. } = self;
         let given = given.as_ref().expect("checked by `inputs`");
         let own = |output: &Output| {
@@ -348,6 +349,7 @@ impl Prepared {
     /// # Safety
     /// No frame is in flight: buffers that it uses are freed.
     pub unsafe fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
+        scene.check()?;
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
         let desc = desc(scene, settings, &prepare)?;
         let plan = |voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels);

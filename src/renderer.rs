@@ -109,8 +109,7 @@ impl Renderer {
     ) -> Result<Self> {
         scene.check()?;
         pose.check(&scene)?;
-        let desc = desc(&scene, &settings, &options);
-        desc.check()?;
+        let desc = desc(&scene, &settings, &options)?;
         let packed = ScenePacked::new(&scene, pose);
         let mut fixed_plan = packed.plan();
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
@@ -137,8 +136,7 @@ impl Renderer {
     /// As for [`Renderer::new`]; the renderer then is as before.
     pub fn change_layers(&mut self, settings: Settings, size: (u32, u32), aovs: Vec<Aov>) -> Result<()> {
         let options = RenderOptions { size, aovs, ..self.options.clone() };
-        let desc = desc(&self.scene, &settings, &options);
-        desc.check()?;
+        let desc = desc(&self.scene, &settings, &options)?;
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
@@ -157,8 +155,9 @@ impl Renderer {
     /// before) changed: what else it holds stays.
     ///
     /// # Errors
-    /// The device is lost, or has no room for more lights, or vertices have other attributes than before that shading reads, or a
-    /// mesh of `moved` has a skin or morph targets: a pose moves these.
+    /// The device is lost, or has no room for more lights, or there are other instances, meshes or numbers of vertices than before, or
+    /// vertices have other attributes than before that shading reads, or a mesh of `moved` has a skin or morph targets: a pose moves
+    /// these.
     pub fn change_scene(&mut self, scene: Scene, pose: &Pose, moved: &[usize]) -> Result<()> {
         scene.check()?;
         pose.check(&scene)?;
@@ -168,8 +167,16 @@ impl Renderer {
                 "a scene that changes got its first vertex colours or textures, or lost its last: make a new renderer";
             return Err(Error::Usage(words.into()));
         }
-        if let Some(mesh) = moved.iter().find(|&&mesh| scene.meshes[mesh].deform.is_some()) {
-            let words = format!("mesh {mesh} of a scene that changes has a skin or morph targets: move it by a pose");
+        let vertices = |scene: &Scene| scene.meshes.iter().map(|mesh| mesh.positions.len()).collect::<Vec<_>>();
+        if scene.instances.len() != self.scene.instances.len() || vertices(&scene) != vertices(&self.scene) {
+            let words = "a scene that changes has other instances, meshes or numbers of vertices: make a new renderer";
+            return Err(Error::Usage(words.into()));
+        }
+        if let Some(mesh) = moved.iter().find(|&&mesh| scene.meshes.get(mesh).is_none_or(|mesh| mesh.deform.is_some()))
+        {
+            let words = format!(
+                "mesh {mesh} of a scene that changes is not there, or has a skin or morph targets: move it by a pose"
+            );
             return Err(Error::Usage(words));
         }
         let mut recorder = Recorder::new(&self.context, RecorderOptions::default())?;
@@ -178,7 +185,7 @@ impl Renderer {
         recorder.finish()?;
         self.scene = scene;
         self.frame.scene_changed(&self.scene);
-        self.frame.change(&self.context, &desc(&self.scene, &self.settings, &self.options))
+        self.frame.change(&self.context, &desc(&self.scene, &self.settings, &self.options)?)
     }
 
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
@@ -342,9 +349,12 @@ fn pace(context: &Context, options: &RenderOptions) -> Arc<Mutex<Pace>> {
 }
 
 /// One frame in flight.
-fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -> FrameDesc<'a> {
+fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -> Result<FrameDesc<'a>> {
     let outputs = target::outputs(&options.aovs);
-    FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1, waits: true }
+    let desc =
+        FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1, waits: true };
+    desc.check()?;
+    Ok(desc)
 }
 
 /// The numbers that decide whether the resources of a frame fit.

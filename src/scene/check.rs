@@ -1,11 +1,13 @@
 //! Checks of scenes and poses that a program made in code. Files are checked where they are read.
 
+use std::fmt::Arguments;
+
 use super::{Interpolation, Mesh, Pose, Scene};
 use crate::{Error, Result};
 
-/// An index into a list, with the words that an error names both by.
+/// An index into a list, with the words that an error names both by: they are put together only then.
 struct Index<'a> {
-    of: &'a str,
+    of: Arguments<'a>,
     index: usize,
     list: &'a str,
     length: usize,
@@ -29,22 +31,21 @@ impl Scene {
     /// # Errors
     /// [`Error::Usage`] with the first thing that is wrong.
     pub fn check(&self) -> Result<()> {
-        let index = |of: &str, index, list, length| Index { of, index, list, length }.check();
-        let node = |of: &str, node| index(of, node, "node", self.nodes.len());
+        let index = |of: Arguments, index, list, length| Index { of, index, list, length }.check();
+        let node = |of: Arguments, node| index(of, node, "node", self.nodes.len());
         for (i, image) in self.images.iter().enumerate() {
             let texels = u64::from(image.width) * u64::from(image.height);
-            ensure(texels > 0 && image.rgba.len() as u64 == 4 * texels, || {
+            ensure(texels > 0 && image.rgba.len() as u64 == texels.saturating_mul(4), || {
                 format!("image {i} is {}x{}, but has {} bytes", image.width, image.height, image.rgba.len())
             })?;
         }
         for (i, texture) in self.textures.iter().enumerate() {
-            index(&format!("texture {i}"), texture.image, "image", self.images.len())?;
+            index(format_args!("texture {i}"), texture.image, "image", self.images.len())?;
         }
         for (i, material) in self.materials.iter().enumerate() {
             for (slot, _) in material.texture_slots() {
-                let of = format!("material {i}");
-                index(&of, slot.texture, "texture", self.textures.len())?;
-                index(&of, slot.uv_set, "set of texture coordinates", 2)?;
+                index(format_args!("material {i}"), slot.texture, "texture", self.textures.len())?;
+                index(format_args!("material {i}"), slot.uv_set, "set of texture coordinates", 2)?;
             }
         }
         for (i, one) in self.nodes.iter().enumerate() {
@@ -53,31 +54,36 @@ impl Scene {
             })?;
         }
         for (i, deformer) in self.deformers.iter().enumerate() {
-            let of = format!("deformer {i}");
-            node(&of, deformer.node)?;
-            deformer.joints.iter().try_for_each(|joint| node(&of, joint.node))?;
+            let nodes = deformer.joints.iter().map(|joint| joint.node).chain([deformer.node]);
+            nodes.into_iter().try_for_each(|joint| node(format_args!("deformer {i}"), joint))?;
         }
         for (i, mesh) in self.meshes.iter().enumerate() {
-            self.check_mesh(&format!("mesh {i}"), mesh)?;
+            self.check_mesh(format_args!("mesh {i}"), mesh)?;
         }
         for (i, instance) in self.instances.iter().enumerate() {
-            let of = format!("instance {i}");
-            index(&of, instance.mesh, "mesh", self.meshes.len())?;
-            node(&of, instance.node)?;
+            index(format_args!("instance {i}"), instance.mesh, "mesh", self.meshes.len())?;
+            node(format_args!("instance {i}"), instance.node)?;
         }
-        self.lights.iter().enumerate().try_for_each(|(i, light)| node(&format!("light {i}"), light.node))?;
-        self.cameras.iter().enumerate().try_for_each(|(i, camera)| node(&format!("camera {i}"), camera.node))?;
+        for (i, light) in self.lights.iter().enumerate() {
+            node(format_args!("light {i}"), light.node)?;
+        }
+        for (i, camera) in self.cameras.iter().enumerate() {
+            node(format_args!("camera {i}"), camera.node)?;
+        }
         self.check_animations()
     }
 
-    fn check_mesh(&self, of: &str, mesh: &Mesh) -> Result<()> {
+    fn check_mesh(&self, of: Arguments, mesh: &Mesh) -> Result<()> {
         let vertices = mesh.positions.len();
         let lengths =
             [mesh.normals.len(), mesh.tangents.len(), mesh.uvs[0].len(), mesh.uvs[1].len(), mesh.colors.len()];
         ensure(lengths.iter().all(|length| *length == vertices), || {
             format!("{of} has {vertices} positions, but not as many normals, tangents, texture coordinates and colours")
         })?;
-        ensure(mesh.positions.iter().all(|position| position.is_finite()), || {
+        let deformed = mesh.deform.iter().flat_map(|deform| {
+            deform.positions.iter().chain(deform.targets.iter().flat_map(|target| &target.positions))
+        });
+        ensure(mesh.positions.iter().chain(deformed).all(|position| position.is_finite()), || {
             format!("{of} has a position that is not finite")
         })?;
         let inside = |index: &u32| (*index as usize) < vertices;
@@ -95,7 +101,7 @@ impl Scene {
             .flat_map(|t| [t.positions.len(), t.normals.len(), t.tangents.len()])
             .filter(|n| *n > 0);
         let complete = lengths.into_iter().chain(targets).all(|length| length == vertices)
-            && deform.skin.len() == deform.influences * vertices
+            && deform.skin.len() == deform.influences.saturating_mul(vertices)
             && deform.targets.len() <= deformer.weights.len()
             && (!deform.flat || vertices.is_multiple_of(3));
         ensure(complete, || format!("the skin or the morph targets of {of} do not have a value for each vertex"))?;
@@ -107,20 +113,31 @@ impl Scene {
     fn check_animations(&self) -> Result<()> {
         let values = |interpolation| if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
         for (i, animation) in self.animations.iter().enumerate() {
-            let of = format!("animation {i}");
             for channel in &animation.channels {
-                Index { of: &of, index: channel.node, list: "node", length: self.nodes.len() }.check()?;
+                Index {
+                    of: format_args!("animation {i}"),
+                    index: channel.node,
+                    list: "node",
+                    length: self.nodes.len(),
+                }
+                .check()?;
                 let keys = channel.times.len();
                 let complete = keys > 0 && channel.values.len() == keys * values(channel.interpolation);
-                ensure(complete, || format!("a channel of {of} has {keys} times, but not a value for each"))?;
+                ensure(complete, || format!("a channel of animation {i} has {keys} times, but not a value for each"))?;
             }
             for channel in &animation.weights {
-                Index { of: &of, index: channel.deformer, list: "deformer", length: self.deformers.len() }.check()?;
-                let keys = channel.times.len();
+                let length = self.deformers.len();
+                Index { of: format_args!("animation {i}"), index: channel.deformer, list: "deformer", length }
+                    .check()?;
+                let (keys, targets) = (channel.times.len(), self.deformers[channel.deformer].weights.len());
                 let complete = keys > 0
-                    && channel.values.len() == keys * channel.width * values(channel.interpolation)
-                    && channel.width == self.deformers[channel.deformer].weights.len();
-                ensure(complete, || format!("the weights of {of} have {keys} times, but not a value for each target"))?;
+                    && channel.width == targets
+                    && channel.values.len() == (keys * values(channel.interpolation)).saturating_mul(targets);
+                ensure(complete, || {
+                    format!(
+                        "the weights of animation {i} have {keys} times, but not a value for each of {targets} targets"
+                    )
+                })?;
             }
         }
         Ok(())
@@ -128,25 +145,36 @@ impl Scene {
 }
 
 impl Pose {
-    /// Checks that the pose has a finite transform for each instance, light and joint of `scene`.
+    /// Checks that the pose has a finite transform for each instance, light, camera and joint of `scene`.
     ///
     /// # Errors
     /// [`Error::Usage`] with the first thing that is wrong.
     pub fn check(&self, scene: &Scene) -> Result<()> {
         let is_complete = self.world_from_instance.len() == scene.instances.len()
             && self.lights.len() == scene.lights.len()
+            && self.world_from_camera.len() == scene.cameras.len()
             && self.deforms.len() == scene.deformers.len();
         ensure(is_complete, || {
-            "a pose is of another scene: it must have each of its instances, lights and deformers".into()
+            "a pose is of another scene: it must have each of its instances, lights, cameras and deformers".into()
         })?;
-        let is_finite = self.world_from_instance.iter().all(|transform| transform.is_finite())
-            && self.lights.iter().all(|light| light.position.is_finite() && light.direction.is_finite());
-        ensure(is_finite, || "a pose has a transform or a light that is not finite".into())?;
+        let finite = |of: Arguments, holds: bool| {
+            ensure(holds, || {
+                format!("the transform of {of} is not finite in this pose: take another moment of the animation")
+            })
+        };
+        for (i, transform) in self.world_from_instance.iter().enumerate() {
+            finite(format_args!("instance {i}"), transform.is_finite())?;
+        }
+        for (i, light) in self.lights.iter().enumerate() {
+            finite(format_args!("light {i}"), light.position.is_finite() && light.direction.is_finite())?;
+        }
         for (i, (pose, deformer)) in self.deforms.iter().zip(&scene.deformers).enumerate() {
             let (joints, weights) = (deformer.joints.len(), deformer.weights.len());
             ensure(pose.joints.len() == joints && pose.weights.len() == weights, || {
                 format!("a pose of deformer {i} must have {joints} joints and {weights} weights")
             })?;
+            let numbers = pose.joints.iter().flatten().flatten().chain(&pose.weights);
+            finite(format_args!("deformer {i}"), numbers.into_iter().all(|number| number.is_finite()))?;
         }
         Ok(())
     }

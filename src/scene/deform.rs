@@ -156,7 +156,7 @@ impl Deform {
     }
 }
 
-/// The values with the indices `from`, in that order; nothing of an empty list.
+/// Picks the values with the indices `from`, in that order. An empty list stays empty.
 fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
     if !values.is_empty() {
         *values = from.iter().map(|&i| values[i as usize]).collect();

@@ -35,7 +35,8 @@ pub struct SurfaceParams {
     pub emissive: Vec3,
     /// Albedo of the diffuse part before Fresnel: base colour × (1 − metallic). Includes the share that is transmitted instead.
     pub diffuse: Vec3,
-    /// Reflectance at normal incidence: min(((ior−1)/(ior+1))² · specular colour, 1) · specular; by metallic the base colour.
+    /// Reflectance at normal incidence: min(((ior−1)/(ior+1))² · specular colour, 1) · specular, mixed with the base
+    /// colour by metallic.
     pub f0: Vec3,
     /// Reflectance at grazing angles: specular, mixed with 1 by metallic.
     pub f90: f32,

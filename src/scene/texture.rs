@@ -285,22 +285,28 @@ impl TextureRef {
 }
 
 impl Material {
+    /// The texture slots that the device reads, in a fixed order, the renderer's, with the colour space of each.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn slots(&self) -> [(Option<TextureRef>, ColorSpace); 8] {
+        use ColorSpace::{Linear, Srgb};
+        [
+            (self.base_color_texture, Srgb),
+            (self.metallic_roughness_texture, Linear),
+            (self.normal_texture, Linear),
+            (self.emissive_texture, Srgb),
+            (self.specular_texture, Linear),
+            (self.specular_color_texture, Srgb),
+            (self.transmission_texture, Linear),
+            (self.thickness_texture, Linear),
+        ]
+    }
+
     /// Every used texture and the colour space of its slot.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn texture_slots(&self) -> impl Iterator<Item = (TextureRef, ColorSpace)> {
-        let srgb = [self.base_color_texture, self.emissive_texture, self.specular_color_texture];
-        let linear = [
-            self.metallic_roughness_texture,
-            self.normal_texture,
-            self.occlusion_texture,
-            self.specular_texture,
-            self.transmission_texture,
-            self.thickness_texture,
-        ];
-        let srgb = srgb.into_iter().flatten().map(|slot| (slot, ColorSpace::Srgb));
-        let plain = srgb.chain(linear.into_iter().flatten().map(|slot| (slot, ColorSpace::Linear)));
+        let slots = self.slots().into_iter().chain([(self.occlusion_texture, ColorSpace::Linear)]);
         let finish = self.finish.iter().flat_map(|finish| finish.slots());
-        plain.chain(finish.filter_map(|(slot, space)| Some((slot?, space))))
+        slots.chain(finish).filter_map(|(slot, space)| Some((slot?, space)))
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, Vec3};
+use twobounce::Error;
 use twobounce::frame::{FrameDesc, first_plan};
 use twobounce::ground::clearance::for_camera;
 use twobounce::ground::expected_items::expected_items;
@@ -102,7 +103,12 @@ pub fn trace(scene: &Scene, pose: &Pose, view: &View) {
     cache::key(Still::new(scene, pose, view), &options);
     let (mut film, never) = (Film::new(width, height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render(Still::new(scene, pose, view), &options, &mut film, control).expect("nothing interrupts");
+    match render(Still::new(scene, pose, view), &options, &mut film, control) {
+        Ok(()) => {}
+        // An animation may carry what it moves out of the range of numbers.
+        Err(Error::Usage(said)) if pose.check(scene).is_err() => return assert!(said.contains("not finite"), "{said}"),
+        Err(error) => panic!("{error}"),
+    }
     layers(&film.layers(Aov::ALL));
 }
 

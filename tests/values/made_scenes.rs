@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3, Vec4};
 use twobounce::scene::deform::{Deform, Deformer};
-use twobounce::scene::{Instance, LightKind, Material, Mesh, Scene, Texture, TextureRef};
+use twobounce::scene::{
+    Animation, Camera, Channel, Image, Instance, Interpolation, LightKind, Material, Mesh, Projection, Property, Scene,
+    Texture, TextureRef, WeightChannel,
+};
 use twobounce::settings::{PRESETS, Settings};
 
 /// A floor, a light, and a mesh with a skin of one joint.
@@ -29,6 +32,26 @@ fn scene() -> Scene {
     scene
 }
 
+fn camera(node: usize) -> Camera {
+    let projection = Projection::Perspective { fov: 1.0, near: 0.1, far: f32::INFINITY };
+    Camera { name: "camera".into(), node, projection }
+}
+
+/// A channel of one key that moves a node, and so many values.
+fn animation(node: usize, values: usize) -> Animation {
+    let values = vec![Vec4::ZERO; values];
+    let (property, interpolation) = (Property::Translation, Interpolation::Linear);
+    let channel = Channel { node, times: vec![0.0], property, values, interpolation };
+    Animation { channels: vec![channel], ..Animation::default() }
+}
+
+/// Weights of so many targets of a deformer at one time.
+fn weights(deformer: usize, width: usize) -> Animation {
+    let (times, interpolation) = (vec![0.0], Interpolation::Linear);
+    let channel = WeightChannel { deformer, times, values: vec![0.0; width], width, interpolation };
+    Animation { weights: vec![channel], ..Animation::default() }
+}
+
 #[test]
 fn scenes_that_make_no_sense_are_refused_in_a_sentence() {
     scene().check().expect("the scene itself is right");
@@ -37,7 +60,7 @@ fn scenes_that_make_no_sense_are_refused_in_a_sentence() {
     };
     let texture = Some(TextureRef { texture: 3, uv_set: 0, transform: glam::Affine2::IDENTITY });
     type Change<'a> = &'a dyn Fn(&mut Scene);
-    let changes: [(Change, &str); 11] = [
+    let changes: [(Change, &str); 21] = [
         (&|s| s.meshes[0].positions[1].y = f32::NAN, "mesh 0 has a position that is not finite"),
         (&|s| s.meshes[0].indices[2] = 4, "the indices of mesh 0 are not three a triangle, each below its 4 vertices"),
         (&|s| s.meshes[0].indices.truncate(4), "the indices of mesh 0 are not three a triangle"),
@@ -49,6 +72,19 @@ fn scenes_that_make_no_sense_are_refused_in_a_sentence() {
         (&|s| s.nodes[0].parent = Some(0), "node 0 stands before its parent"),
         (&|s| deform(s, |d| d.skin[3].0 = 1), "mesh 1 refers to a joint that deformer 0 lacks: it has 1"),
         (&|s| deform(s, |d| d.skin.truncate(3)), "the skin or the morph targets of mesh 1"),
+        (&|s| deform(s, |d| d.positions[2].x = f32::INFINITY), "mesh 1 has a position that is not finite"),
+        (&|s| deform(s, |d| d.deformer = 5), "mesh 1 refers to deformer 5, but the scene has 1"),
+        (&|s| s.deformers[0].joints[0].node = 50, "deformer 0 refers to node 50"),
+        (&|s| s.deformers[0].node = 51, "deformer 0 refers to node 51"),
+        (&|s| s.images.push(Image { width: 2, height: 2, ..Image::default() }), "image 0 is 2x2, but has 0 bytes"),
+        (&|s| s.cameras.push(camera(60)), "camera 0 refers to node 60"),
+        (&|s| s.animations.push(animation(70, 1)), "animation 0 refers to node 70"),
+        (&|s| s.animations.push(animation(0, 2)), "a channel of animation 0 has 1 times, but not a value for each"),
+        (&|s| s.animations.push(weights(3, 0)), "animation 0 refers to deformer 3"),
+        (
+            &|s| s.animations.push(weights(0, 1)),
+            "the weights of animation 0 have 1 times, but not a value for each of 0",
+        ),
     ];
     for (change, sentence) in changes {
         let mut scene = scene();
@@ -71,12 +107,16 @@ fn poses_of_other_scenes_are_refused_in_a_sentence() {
     let mut few = pose.clone();
     few.deforms[0].joints.clear();
     assert_eq!(few.check(&scene).unwrap_err().to_string(), "a pose of deformer 0 must have 1 joints and 0 weights");
+    let mut bent = pose.clone();
+    bent.deforms[0].joints[0][1][2] = f32::NAN;
+    assert!(bent.check(&scene).unwrap_err().to_string().starts_with("the transform of deformer 0 is not finite"));
     let mut lost = pose.clone();
     lost.world_from_instance.pop();
     assert!(lost.check(&scene).unwrap_err().to_string().starts_with("a pose is of another scene"));
     let mut far = pose;
     far.world_from_instance[0].translation.x = f64::INFINITY;
-    assert!(far.check(&scene).unwrap_err().to_string().contains("not finite"));
+    let said = far.check(&scene).unwrap_err().to_string();
+    assert!(said.starts_with("the transform of instance 0 is not finite in this pose"), "{said}");
 }
 
 #[test]

@@ -50,7 +50,7 @@ impl Loader<'_> {
         Ok((finish != Finish::default()).then(|| Box::new(finish)))
     }
 
-    /// What `read` makes of one of the material's extensions; the default without it.
+    /// Reads one of the material's extensions; the default without it.
     fn extension<T: Default>(
         &mut self,
         all: &Map<String, Value>,

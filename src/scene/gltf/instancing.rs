@@ -30,7 +30,8 @@ pub fn count(document: &Document, node: &Node) -> u64 {
 
 /// Adds the nodes of all instances of the node with the document's index `node`: their indices in the scene, or those of the
 /// node itself if it is not instanced.
-/// The error is a sentence that names the node, for accessors that do not exist or fit, and for numbers that are not finite.
+/// The error is a sentence that names the node, for accessors that are missing, do not fit or differ in length, and for numbers that
+/// are not finite.
 pub fn load(data: &Data, tree: &Tree, node: usize, scene: &mut Scene) -> Result<Range<usize>, Problem> {
     let at = tree.slot[node];
     let Some(attributes) = attributes(&data.document.nodes[node]).filter(|attributes| !attributes.is_empty()) else {

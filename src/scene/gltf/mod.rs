@@ -27,6 +27,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 
+use glam::DAffine3;
+
 use self::accessor::{Data, Problem, missing};
 pub(super) use self::container::list;
 use self::container::{Container, Folders};
@@ -57,7 +59,8 @@ pub struct LoadOptions {
     pub max_texture: Option<u32>,
 }
 
-/// The supported extensions. Another one that is required refuses a file, unless it changes looks alone; else it is a warning.
+/// The supported extensions. A file that requires another one is refused, unless that changes looks alone; one that only uses it gets a
+/// warning.
 const KNOWN_EXTENSIONS: [&str; 21] = [
     instancing::NAME,
     meshopt::NAMES[0],
@@ -265,6 +268,15 @@ fn load_buffers(
 }
 
 /// One mesh per primitive, shared by all nodes that use it without deformation.
+/// Checks that a node is not so far or large that its numbers overflow.
+fn check_near(node: usize, world: &DAffine3) -> Result<(), Problem> {
+    // NaN, the product of 0 and an infinite scale, fails this comparison too.
+    match world.to_cols_array().iter().all(|x| x.abs() <= COORDINATE_MAX) {
+        true => Ok(()),
+        false => Err(format!("node {node} is translated or scaled beyond 10¹⁵; scale the scene down")),
+    }
+}
+
 fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let document = data.document;
     let places = shown.iter().filter(|&&index| document.nodes[index].mesh.is_some());
@@ -275,11 +287,7 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
     for (index, places) in places {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
-        // NaN, the product of 0 and an infinite scale, fails this comparison too.
-        let near = |place: usize| world[place].to_cols_array().iter().all(|x| x.abs() <= COORDINATE_MAX);
-        if !places.clone().all(near) {
-            return Err(format!("node {index} is translated or scaled beyond 10¹⁵; scale the scene down"));
-        }
+        places.clone().try_for_each(|place| check_near(index, &world[place]))?;
         document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
         let morphs = deform::morphs(data, index);
         let own = node.skin.is_some() || node.weights.is_some() || morphs;

@@ -29,7 +29,7 @@ fn generate(mesh: &mut Mesh, uvs: (usize, Affine2)) {
     let _ = generate_tangents(&mut corners);
     let tangents_of_corners = corners.tangents;
     let mut tangents = vec![Vec4::ZERO; mesh.positions.len()];
-    // The vertices that have been, for each that is; those that are split come last.
+    // For each vertex, the one that it is a copy of. Copies that were split off come last.
     let mut from: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     let mut split: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
     for (index, tangent) in mesh.indices.iter_mut().zip(tangents_of_corners) {

@@ -149,7 +149,7 @@ pub fn direction(across: f64, down: f64) -> DVec3 {
     DVec3::new(out * cos, up, out * sin)
 }
 
-/// That of the middle of a texel in a map of so many columns and rows.
+/// The direction of the middle of texel (x, y) in a map of `size` columns and rows.
 fn middle(x: usize, y: usize, size: [usize; 2]) -> DVec3 {
     direction((x as f64 + 0.5) / size[0] as f64, (y as f64 + 0.5) / size[1] as f64)
 }

@@ -130,10 +130,21 @@ impl Compressed {
         if !bytes.first().is_some_and(|version| versions.contains(version)) {
             return Err("are of an unknown version");
         }
-        // What memory allows was checked before.
+        // The size was checked against the memory that is allowed before.
         let limits = Limits { max_bytes: usize::MAX, max_work: u64::MAX };
-        let decoded = decode(count, stride, bytes, &mut Workspace::new(limits));
-        let mut out = decoded.map_err(|_| "are damaged, or too few or too many for what is stated")?;
+        // Indices of 16 bits are decoded to 32: the decoder cuts off what does not fit, as damaged streams have it.
+        let is_short = stride == 2 && self.mode != "ATTRIBUTES";
+        let decoded = decode(count, if is_short { 4 } else { stride }, bytes, &mut Workspace::new(limits));
+        let damage = "are damaged, or too few or too many for what is stated";
+        let mut out = decoded.map_err(|_| damage)?;
+        if is_short {
+            let fits = out.chunks_exact(4).all(|index| index[2..] == [0, 0]);
+            out = if fits {
+                out.chunks_exact(4).flat_map(|index| [index[0], index[1]]).collect()
+            } else {
+                return Err(damage);
+            };
+        }
         match (self.filter.as_deref(), stride) {
             (Some("OCTAHEDRAL"), 4) => filters::octahedral_8(&mut out),
             (Some("OCTAHEDRAL"), _) => filters::octahedral_16(&mut out),

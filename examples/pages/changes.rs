@@ -1,4 +1,4 @@
-//! What each change of a renderer costs: the change itself, and the next frame.
+//! Times of each change of a renderer: the change itself, and the next frame.
 
 use std::path::Path;
 use std::time::Instant;

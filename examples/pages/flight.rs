@@ -37,8 +37,8 @@ pub struct Flight {
     every: u32,
     #[arg(long, default_value_t = 256)]
     samples: u32,
-    /// An eye and what it looks at, X,Y,Z:X,Y,Z, two or more, with straight lines between them
-    #[arg(long, required = true, num_args = 2.., value_parser = eye_and_target)]
+    /// An eye and what it looks at, X,Y,Z:X,Y,Z; given twice or more, with straight lines between them
+    #[arg(long, required = true, allow_hyphen_values = true, value_parser = eye_and_target)]
     way: Vec<(DVec3, DVec3)>,
 }
 
@@ -57,6 +57,9 @@ fn eye_and_target(text: &str) -> std::result::Result<(DVec3, DVec3), &'static st
 
 impl Flight {
     pub fn run(&self) -> Result<()> {
+        if self.way.len() < 2 {
+            return Err(Error::Usage("--way: name it for two points at least".into()));
+        }
         let mut settings = Settings::preset(&self.preset)?;
         self.changes.iter().try_for_each(|change| settings.set(change))?;
         let specimen = Specimen { view: self.view(0), ..Specimen::load(&self.scene)? };

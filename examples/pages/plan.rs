@@ -43,7 +43,7 @@ pub struct Plan {
 /// Pixels of all images.
 const SIZE: (u32, u32) = (64, 64);
 
-/// What all settings have, so that every combination of the rest can be measured: 288 of rays, 72 of lpv, 4 of none.
+/// Settings that every combination has, so that every combination of the rest can be measured: 288 of rays, 72 of lpv, 4 of none.
 const FIXED: [&str; 7] = [
     "voxels=32",
     "bounces=2",

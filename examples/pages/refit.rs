@@ -1,5 +1,5 @@
-//! What a tree that is only refitted costs rays, once skins and morph targets have moved its triangles: steps from box to box, beside
-//! those through a tree that is made for the pose.
+//! Rays through a tree that was only refitted after skins and morph targets moved its triangles: their steps from box to box, and
+//! those through a tree that was made for the pose.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -6,7 +6,7 @@ use glam::Vec3;
 use twobounce::Result;
 use twobounce::lab::specimen::Specimen;
 use twobounce::lab::table;
-use twobounce::measure::timing::Timings;
+use twobounce::measure::timing::Count;
 use twobounce::output::file;
 use twobounce::reference::{Depth, Stop};
 use twobounce::vk::{Context, ContextOptions};
@@ -52,11 +52,8 @@ fn times() -> Result<String> {
     for (column, (_, settings)) in presets.iter().enumerate() {
         let options = specimen.options((pictures::IMAGE_SIZE, pictures::IMAGE_SIZE));
         let mut renderer = specimen.renderer(&context, settings, options)?;
-        let mut timings = Timings::new(1);
-        for _ in 0..=FRAMES {
-            renderer.make_anew();
-            timings.push(renderer.render(&specimen.pose, &specimen.view)?);
-        }
+        let count = Count { warm_up: 1, least: FRAMES, most: FRAMES, enough_ms: 0.0 };
+        let timings = count.frames(&mut renderer, &specimen.pose, &specimen.view, &|| Ok(()))?;
         for pass in timings.passes() {
             let row = rows.iter().position(|row| row.0 == pass.name).unwrap_or(rows.len());
             if row == rows.len() {

@@ -171,7 +171,7 @@ impl Chart {
     }
 }
 
-/// Columns of `rows.csv`, each with its place in a row of `rows.json`: before those of errors and passes,
+/// Columns of `rows.csv` before those of errors and passes, each with its place in a row's JSON, to which the size is added.
 const COLUMNS: &[(&str, &str)] = &[
     ("scene", "/scene"),
     ("name", "/name"),
@@ -199,7 +199,7 @@ const COLUMNS: &[(&str, &str)] = &[
     ("equal_terms", "/measured/equal_terms"),
 ];
 
-/// and after them, of rows without settings.
+/// Columns of `rows.csv` after those of errors and passes. They are filled in rows without settings.
 const GIVEN: &[(&str, &str)] = &[
     ("paths", "/source/paths"),
     ("given_ms", "/source/milliseconds"),

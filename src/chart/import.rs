@@ -284,10 +284,13 @@ impl Claim {
     /// [`Error::File`]: a file is not what it was when the chart began.
     pub fn images(&self) -> Result<Images> {
         let Files { images, hash: before, size, .. } = &self.files;
+        let Some((first, _)) = images.first() else {
+            return Err(Error::Usage("an import that was kept has no images of its own; name them again".into()));
+        };
         let read = images.iter().map(|(path, _)| Ok(image_of(path, *size)?.0));
         let mut read = read.collect::<Result<Vec<_>>>()?.into_iter();
         if hash(images)? != *before {
-            return Err(Error::file(&images[0].0, "changed while the chart was made; start the same command again"));
+            return Err(Error::file(first, "changed while the chart was made; start the same command again"));
         }
         Ok(Images { whole: read.next().expect("every import has an image"), equal: read.next() })
     }

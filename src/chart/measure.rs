@@ -30,14 +30,15 @@ use crate::settings::{Bounces, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Result, measure};
 
-/// Frames that are timed, and traces.
+/// How many frames are timed.
 const FRAMES: Count = Count { warm_up: WARM_UP as usize, least: 2, most: 5, enough_ms: 2000.0 };
+/// How many traces are timed. They need no warm-up.
 const TRACES: Count = Count { warm_up: 0, least: 1, ..FRAMES };
 
 /// Most paths a pixel of a row of the path tracer: more are a reference.
 pub const MOST_PATHS: u32 = 1 << 16;
 
-/// Of the path tracer's rows: another one than that of references, whose noise would else be the row's own.
+/// The seed of the path tracer's rows. With the seed of the references a row would share their noise and seem better than it is.
 pub const SEED: u64 = 1;
 
 /// A scene of a chart: how it is looked at, and its references.
@@ -65,7 +66,7 @@ pub struct ReferenceImage {
     pub noise: f64,
     /// The image and its direct and diffuse layers.
     pub layers: Layers,
-    /// What the noise may add to `rel`.
+    /// The most that the noise may add to `rel`.
     pub noise_in_rel: Parts<f64>,
 }
 
@@ -262,16 +263,18 @@ impl ChartScene {
     fn trace(&self, paths: u32, cancel: &AtomicBool, go_on: &dyn Fn() -> Result<()>) -> Result<(Images, Measured)> {
         let options = Options { seed: SEED, ..self.reference_options(Depth::Full, Stop::Samples(paths)) };
         let (mut wall_ms, mut cpu_ms) = (Vec::new(), Vec::new());
-        let mut film = Film::new(options.width, options.height);
-        while TRACES.goes_on(wall_ms.iter().copied()) {
+        let film = loop {
             go_on()?;
-            film = Film::new(options.width, options.height);
+            let mut film = Film::new(options.width, options.height);
             let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel };
             let (begin, before) = (Instant::now(), process_cpu_ms());
             reference::render(self.still(), &options, &mut film, control)?;
             wall_ms.push(begin.elapsed().as_secs_f64() * 1e3);
             cpu_ms.push(process_cpu_ms().zip(before).map(|(after, before)| after - before));
-        }
+            if !TRACES.goes_on(wall_ms.iter().copied()) {
+                break film;
+            }
+        };
         let images = Images { whole: film.layers(&[Aov::Direct]), equal: None };
         let measured = Measured {
             frames: wall_ms.len(),

@@ -33,7 +33,7 @@ pub struct Planned {
     pub address: String,
 }
 
-/// What was rendered.
+/// A scene of the chart, and how it was seen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneLine {
     pub name: String,

@@ -19,7 +19,7 @@ pub struct Row {
     pub key: String,
     /// Hash over the same but the device: shards and merged charts know a row of any machine by it.
     pub address: String,
-    /// The scene's name in this chart. Of a row that is yet to be placed in scenes, the only one that has it; empty: all have it.
+    /// The scene's name in this chart. A row that is not placed yet names the only scene that it is for, or none if it is for all.
     pub scene: String,
     /// The preset and what was swept, in one line; of other images how they are called.
     pub name: String,
@@ -195,7 +195,7 @@ impl Row {
         [Depth::Full, same]
     }
 
-    /// Whose direct light is subtracted to leave the indirect light; `None` where that is not judged.
+    /// The image of which the direct light is subtracted to leave the indirect light; `None` where that is not judged.
     pub fn subtract(&self, scene: &ChartScene) -> Option<Subtract> {
         match &self.source {
             Source::Import(claim) => claim.subtract(scene),

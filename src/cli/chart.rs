@@ -13,6 +13,7 @@ use twobounce::{Error, Result};
 use super::args::{SceneArgs, SettingsArgs};
 use super::bench::imports::ImportArgs;
 use super::bench::{Bench, BenchArgs};
+use super::share;
 
 /// Every preset runs by itself, then every value of every --sweep on top of every preset, one sweep at a time. Each row is
 /// kept as soon as it is finished: after an interruption the same command continues.
@@ -52,7 +53,10 @@ pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     rows.extend(args.imports.open(args.scene.size, &rows)?);
     let bench = Bench { scene: &args.scene, paths, rows, folder: &args.output, args: &args.bench };
     match args.bench.list {
-        Some(count) => Ok(bench.list(count, &["-o", "--output"])?),
+        Some(count) => {
+            share::list_shards(count, &["-o", "--output"], bench.folder);
+            Ok(ExitCode::SUCCESS)
+        }
         None => bench.run(|_| Ok(None)),
     }
 }

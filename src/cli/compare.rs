@@ -116,7 +116,7 @@ impl Compared {
         format!("is compared beside exact direct light: render the image again with {} --aov direct", flags.join(" "))
     }
 
-    /// Of a part that is limited.
+    /// The metrics of a part of the light, for a limit on it.
     fn metrics(&self, part: Part) -> Result<Metrics> {
         let (name, found) = match part {
             Part::Total => return Ok(self.comparison.total),

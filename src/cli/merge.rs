@@ -7,8 +7,8 @@ use clap::Args;
 use twobounce::chart::export::Chart;
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::Row as ChartRow;
-use twobounce::lab::merge::{Merged, merge};
-use twobounce::lab::store::{Row, Store};
+use twobounce::lab::merge::merge;
+use twobounce::lab::store::{Row, Store, Stored};
 use twobounce::output::file;
 use twobounce::reference::part::Part;
 use twobounce::stability::row::Row as StabilityRow;
@@ -101,14 +101,15 @@ fn merge_rows<R: Row>(
     args: &MergeArgs,
     folders: &[&Path],
     order: &[&str],
-    write: impl FnOnce(&Store<R>, &Merged<R>, usize) -> Result<()>,
+    write: impl FnOnce(&Store<R>, Vec<Stored<R>>, usize) -> Result<()>,
 ) -> Result<()> {
     let merged = merge::<R>(folders, order)?;
     let store = Store::open(&args.output, true)?;
     merged.save(&store)?;
     let _writing = file::writing();
-    write(&store, &merged, merged.rows.len() + merged.missing)?;
-    say!("rows: {}, of {} folders", merged.rows.len(), folders.len());
+    let count = merged.rows.len();
+    write(&store, merged.rows, count + merged.missing)?;
+    say!("rows: {count}, of {} folders", folders.len());
     if merged.twice > 0 {
         say!(
             "measured on several machines or at several times: {}; the times of the first stay, the others are in history/",
@@ -133,9 +134,10 @@ fn merge_charts(args: &MergeArgs) -> Result<()> {
         }
     }
     let outline = outline.ok_or_else(|| Error::Usage("there is no folder to merge".into()))?;
-    let order: Vec<&str> = outline.rows.iter().map(|row| row.address.as_str()).collect();
-    merge_rows::<ChartRow>(args, &folders, &order, |store, merged, planned| {
-        let (outline, rows, mix_machines) = (outline.clone(), merged.rows.clone(), args.mix_machines);
+    let order: Vec<String> = outline.rows.iter().map(|row| row.address.clone()).collect();
+    let order: Vec<&str> = order.iter().map(String::as_str).collect();
+    merge_rows::<ChartRow>(args, &folders, &order, |store, rows, planned| {
+        let mix_machines = args.mix_machines;
         Chart { outline, rows, planned, mix_machines, with_history: args.history, ..Chart::default() }.write(store)
     })
 }
@@ -149,8 +151,8 @@ fn merge_stability(args: &MergeArgs) -> Result<()> {
         outline.rows.extend(new);
     }
     let order: Vec<&str> = outline.rows.iter().map(String::as_str).collect();
-    merge_rows::<StabilityRow>(args, &folders, &order, |store, merged, planned| {
-        export::write(store, &merged.rows, planned, "", false)?;
+    merge_rows::<StabilityRow>(args, &folders, &order, |store, rows, planned| {
+        export::write(store, &rows, planned, "", false)?;
         outline.save(store)
     })
 }

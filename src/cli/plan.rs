@@ -21,7 +21,7 @@ use twobounce::reference::Options;
 use twobounce::scene::Projection;
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, SceneArgs, budget, memory_size, number};
+use super::args::{DeviceArgs, RunArgs, SceneArgs, budget, memory_size, number};
 use super::progress::Work;
 use super::reference::{cache, check_memory, traced};
 use super::scene::Opened;
@@ -149,14 +149,14 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     if kept.is_some() {
         out::warn("note: this was asked before: the answer of then (--anew measures again)");
     }
-    let asked = kept.map_or_else(|| ask::ask(&question, bench), Ok).inspect_err(|error| {
+    let ask = || ask::ask(&question, bench).inspect(|answer| store.save(&key, answer));
+    let asked = kept.map_or_else(ask, Ok).inspect_err(|error| {
         if matches!(error, Error::Interrupted) && store.keeps() {
             out::warn("what was measured is kept; the same command goes on from there");
         }
     });
     work.take();
     let mut answer = asked?;
-    store.save(&key, &answer);
     answer.commands = question.views.iter().map(|seen| args.command(&typed, &seen.flags, &answer)).collect();
     out::write(&answer.text());
     if let Some(path) = &args.output {
@@ -241,24 +241,11 @@ impl PlanArgs {
 
     /// The `twobounce render` command of a view, for a shell.
     fn command(&self, typed: &[String], flags: &[String], answer: &Answer) -> String {
-        let plan = Self::augment_args(Command::new("plan"));
-        let named = |flag: &str, arg: &clap::Arg| {
-            let long = arg.get_long().is_some_and(|long| flag == format!("--{long}"));
-            long || arg.get_short().is_some_and(|short| flag == format!("-{short}"))
-        };
-        let takes_value = |flag: &str| {
-            plan.get_arguments().find(|arg| named(flag, arg)).is_some_and(|arg| arg.get_action().takes_values())
-        };
+        let own = Self::augment_args(Command::new(""));
+        let of_both = RunArgs::augment_args(SceneArgs::augment_args(Command::new("")));
+        let mut command = ["twobounce", "render", &self.scene.path.display().to_string()].map(str::to_owned).to_vec();
         // Other flags are of the search, or the answer's own.
-        let shown = DeviceArgs::augment_args(SceneArgs::augment_args(Command::new("")));
-        let is_kept = |flag: &str| {
-            let is_own = ["--camera", "--time", "--size"].contains(&flag);
-            let is_shown = || flag == "--memory-limit" || shown.get_arguments().any(|arg| named(flag, arg));
-            !flag.starts_with('-') || (!is_own && is_shown())
-        };
-        let kept = words::grouped(typed, takes_value).into_iter().filter(|group| is_kept(words::flag(group)));
-        let mut command = vec!["twobounce".to_owned(), "render".to_owned()];
-        command.extend(kept.flatten());
+        command.extend(words::kept(typed, &own, &of_both, &["--camera", "--time", "--size"]));
         command.push(format!("--size={}x{}", answer.width, answer.height));
         command.extend(flags.iter().cloned());
         command.extend(answer.choice.flags());

@@ -267,19 +267,24 @@ impl Shot {
         scene.pose_of(&self.playback, self.time_s + later_s)
     }
 
-    /// The same, and the camera in it.
-    pub fn at(&self, scene: &Scene, later_s: f64) -> (Pose, View) {
-        let pose = self.pose(scene, later_s);
-        let view = match self.camera {
+    /// The camera in a pose of the scene.
+    pub fn view(&self, scene: &Scene, pose: &Pose) -> View {
+        match self.camera {
             Camera::OfFile { index, fov: asked } => {
-                let mut view = scene.view(&pose, index);
+                let mut view = scene.view(pose, index);
                 if let (Some(asked), Projection::Perspective { fov, .. }) = (asked, &mut view.projection) {
                     *fov = asked;
                 }
                 view
             }
             Camera::Fixed(view) => view,
-        };
+        }
+    }
+
+    /// The pose and the camera `later_s` seconds after --time.
+    pub fn at(&self, scene: &Scene, later_s: f64) -> (Pose, View) {
+        let pose = self.pose(scene, later_s);
+        let view = self.view(scene, &pose);
         (pose, view)
     }
 

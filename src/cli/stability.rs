@@ -105,8 +105,8 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     }
     let before = args.against.as_deref().map(|path| Ok::<_, Error>((path, read_table(path, read_csv)?))).transpose()?;
     let store = Store::open(folder, args.rows.any_build)?;
-    let context = args.device.open((SIZE, SIZE))?;
     interrupt::install()?;
+    let context = args.device.open((SIZE, SIZE))?;
     let origin = Origin::new(&context, args.rows.machine(), store.build(), None);
     let (rows, all) = (Vec::new(), Vec::new());
     let mut table = Table { args, store, cache: Cache::of_user(), origin, rows, all };

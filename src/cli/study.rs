@@ -14,6 +14,7 @@ use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, size};
 use super::bench::{Bench, BenchArgs};
+use super::share;
 
 /// Runs every preset and every axis by itself, keeps rows as `chart` does, and writes the page again, except for its
 /// handwritten part.
@@ -50,7 +51,8 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let rows = distinct(lines.iter().map(|line| line.1.clone())).into_iter().chain(args.bench.traced()).collect();
     let bench = Bench { scene, paths, rows, folder: &args.rows, args: &args.bench };
     if let Some(count) = args.bench.list {
-        return Ok(bench.list(count, &["--rows"])?);
+        share::list_shards(count, &["--rows"], bench.folder);
+        return Ok(ExitCode::SUCCESS);
     }
     bench.run(|chart| {
         // A part has no page of its own: once the parts are merged, the same command without --shard writes it.

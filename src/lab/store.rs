@@ -197,8 +197,8 @@ impl<R: Row> Store<R> {
         (stored.version == R::KIND.version).then_some(stored)
     }
 
-    /// Every row that a folder keeps, of other builds and of former charts too; and those that newer ones took the place of. Keys and builds become names of files, so that a row of which one of them
-    /// could lead to another folder is left out, as a damaged one is.
+    /// Every row that a folder keeps, of other builds and of former charts too, and those that newer ones took the place of. Keys and
+    /// builds become names of files, so a row of which one of them could lead to another folder is left out, as a damaged one is.
     pub fn read_all(folder: &Path) -> [Vec<Stored<R>>; 2] {
         [ROWS, HISTORY].map(|name| {
             let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();

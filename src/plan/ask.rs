@@ -145,7 +145,7 @@ impl Asking<'_> {
         let Self { question, bench, search, guide, .. } = self;
         let (spaces, mut looked) = (search.spaces, search.points.len());
         let searched = search.run(&mut |space, place| {
-            // The first tells at least something.
+            // One setting is measured even when the time is over, so that there is an answer.
             if looked > 0 && Instant::now() > until {
                 return Err(Error::Interrupted);
             }
@@ -197,8 +197,11 @@ impl Asking<'_> {
         let best: Vec<Point> = self.search.best(None).into_iter().take(FINALISTS).cloned().collect();
         if best.is_empty() {
             let tried = self.search.points.first().map(|point| self.settings(point));
-            let why = tried.and_then(|settings| self.bench.row(&settings, &views[0]).err());
-            let why = why.map_or(String::new(), |error| error.to_string());
+            let why = match tried.map(|settings| self.bench.row(&settings, &views[0])) {
+                Some(Err(Error::Memory(why) | Error::Usage(why))) => why,
+                Some(Err(error)) => return Err(error),
+                _ => String::new(),
+            };
             return Err(Error::Usage(format!("none of the settings could run: {why}")));
         }
         let settings: Vec<Settings> = best.iter().map(|point| self.settings(point)).collect();
@@ -242,7 +245,7 @@ impl Asking<'_> {
         for (i, (choice, _)) in chosen.iter().enumerate() {
             (self.bench.setup.is_at)("checking against a reference of another seed".into());
             let worst = self.worst_error(&choice.settings, 1)?;
-            // What holds by the luck of one reference does not hold.
+            // Settings that hold a limit by the luck of one reference do not hold it.
             let lucky = limits.error.is_some_and(|limit| choice.error <= limit && worst > limit);
             if !lucky || i == 0 {
                 (winner, other_seed) = (i, worst);

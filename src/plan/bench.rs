@@ -73,7 +73,7 @@ const FIRST_SAMPLES: u32 = 16;
 /// Levels of references: 16 to 262144 samples a pixel.
 const MOST_LEVEL: u32 = 7;
 
-/// The given part of a [`Bench`].
+/// The parts that a [`Bench`] is made of.
 pub struct Setup<'a> {
     pub context: &'a Arc<Context>,
     pub scene: &'a Scene,
@@ -91,7 +91,7 @@ pub struct Setup<'a> {
 
 pub struct Bench<'a> {
     pub setup: Setup<'a>,
-    /// Of the references.
+    /// The level of the references: see [`Self::samples`].
     pub level: u32,
     /// Seconds that a sample of all pixels takes, once known.
     pub pace: Option<f64>,
@@ -107,7 +107,7 @@ impl<'a> Bench<'a> {
         Self { setup, level: 0, pace: None, renderer: None, rows, references }
     }
 
-    /// What settings give at a view, against one of the two references. What cannot run is infinitely bad.
+    /// The error and time of settings at a view, against one of the two references. Settings that cannot run are infinitely bad.
     pub fn reading(&mut self, settings: &Settings, seen: &Seen, copy: u64) -> Result<Reading> {
         let reference = self.reference(seen, copy)?;
         match self.row(settings, seen) {

@@ -30,11 +30,11 @@ type Use = fn(&Needs, Method) -> bool;
 
 const ALWAYS: Use = |_, _| true;
 const LAMPS: Use = |needs, _| needs.lamps;
-/// Of lamps where items of lists are lit.
+/// Of use where lamps light items of lists.
 const LIT_LAMPS: Use = |needs, method| needs.lamps && method != Method::None;
 const WIDE_LIGHTS: Use = |needs, _| needs.wide_lights;
 const LOBES: Use = |needs, _| needs.lobes;
-/// Of light that goes further than to the first surface.
+/// Of use where light goes further than to the first surface.
 const INDIRECT: Use = |_, method| method != Method::None;
 
 /// A setting, its values and what they are of use for; keys of a method are of that one alone. The grid stops at 128: beyond,

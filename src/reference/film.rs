@@ -11,7 +11,7 @@ use crate::layers::{Aov, Layers, relative_noise};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Pixel {
-    /// Radiance of the even and of the odd samples, two independent sets; direct light; metres to the samples' surfaces.
+    /// Three sums each: radiance of even samples, of odd samples, direct light. Then one: metres to the surfaces that samples hit.
     sums: [Sum; 10],
     /// Samples that hit a surface.
     hits: u64,
@@ -202,5 +202,17 @@ mod tests {
         }
         assert_eq!(counts, [16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 40]);
         assert_eq!([1, 15, 17, 23, 31, 47].map(next_check), [16, 16, 18, 24, 32, 48]);
+    }
+
+    #[test]
+    fn noise_is_half_the_difference_of_even_and_odd_samples() {
+        let mut film = Film::new(1, 1);
+        for (index, value) in [(0, 1.2f32), (1, 0.8)] {
+            let sample = Sample { beauty: glam::Vec3::splat(value), ..Sample::default() };
+            film.rows[0].pixels[0].add(&sample, index, 0.0);
+            film.rows[0].done += 1;
+        }
+        // The image is 1, the halves 1.2 and 0.8; the floor adds 1 % to the square of the value.
+        assert!((film.noise() - 0.2 / 1.01f64.sqrt()).abs() < 1e-6, "{}", film.noise());
     }
 }

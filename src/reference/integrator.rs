@@ -147,7 +147,8 @@ impl<'a> Integrator<'a> {
         !vertex.surface.params.unlit && path.scattered <= self.bounces && shows
     }
 
-    /// Follows the path's ray to the next surface that it does not pass unscattered. At the sky, `None`, it adds the radiance.
+    /// Follows the path's ray to the next surface that it does not pass unscattered. Where it leaves the
+    /// scene, it adds the sky's radiance and returns `None`.
     pub(super) fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
         let (mut travelled, mut clear) = (0.0, true);
         // The share of the sample that shows surfaces further along the ray, for `Sample::diffuse`.

@@ -67,7 +67,7 @@ impl Cell<'_> {
     /// Runs a case and fills in its row.
     ///
     /// # Errors
-    /// What keeps it from running: too little memory, a lost device; or [`Error::Interrupted`](crate::Error::Interrupted).
+    /// Too little memory, a lost device, or [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn run(&self, case: &Case, row: &Row) -> Result<(Row, Pictures)> {
         let start = Instant::now();
         let samples = case.run(self)?;

@@ -160,12 +160,12 @@ pub fn read_csv(text: &str) -> std::result::Result<Vec<Line>, String> {
     reader.deserialize().enumerate().map(line).collect()
 }
 
-/// What another driver's rounding may move a number: a share of its distance from the ideal, and of the case's limit (of a
+/// The most that another driver's rounding may change a number: a share of its distance from the ideal, and of the case's limit (of a
 /// thousandth, where the limit is nothing).
 const SHARE: f64 = 0.1;
 const OF_LIMIT: f64 = 0.2;
 
-/// What changed, a sentence each.
+/// The changes, a sentence each.
 #[derive(Debug, Default)]
 pub struct Changes {
     /// Further from the ideal, or no longer measured.

@@ -3,7 +3,7 @@
 use crate::layers::Layers;
 use crate::{Error, Result};
 
-/// Share of the pixels that the worst ones are.
+/// The share of the pixels that count as the worst.
 const WORST: f64 = 0.01;
 
 /// The sum of |change| from frame to frame over all pixels.

@@ -33,8 +33,8 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
     }
     let gathered = settings.lights.lamps == LampLight::Gathered && settings.method != Method::None;
     let small = |part: &Part| part.lamp && part.sides.max_element() < grid.voxel_m;
-    let lamps = parts(scene, pose).filter(small).count();
-    if gathered && lamps > 0 {
+    let lamps = if gathered { parts(scene, pose).filter(small).count() } else { 0 };
+    if lamps > 0 {
         found.push(format!("{lamps} lamps are smaller than a voxel and gathered: set lights.lamps to sampled"));
     }
     found

@@ -191,7 +191,10 @@ fn imports_that_are_unfit_are_refused_in_a_sentence() {
     fs::write(folder.path("time.toml"), "[[import]]\nname = \"a\"\nimage = \"fit.exr\"\nmilliseconds = nan\n").unwrap();
     fs::write(folder.path("no.toml"), "[[import]]\nname = \"a\"\nimage = \"fit.exr\"\n").unwrap();
     let before = names(&folder.path(""));
-    let one = |text: &'static str| vec!["--import", text];
+    let long = format!("{}=fit.exr,3", "o".repeat(65));
+    fn one(text: &str) -> Vec<&str> {
+        vec!["--import", text]
+    }
     let listed = |path: &'static str| vec!["--imports", path];
     for (args, part) in [
         (one("fit.exr,3"), "is not NAME=IMAGE.exr,MILLISECONDS; write it so"),
@@ -203,6 +206,7 @@ fn imports_that_are_unfit_are_refused_in_a_sentence() {
         (one("a=fit.exr,inf"), "a takes inf ms"),
         (one("a\nb=fit.exr,3"), "the name \"a\\nb\" has control characters; leave them out"),
         (one("=fit.exr,3"), "the name \"\" is empty or long"),
+        (one(&long), "is empty or long; write 1 to 64 characters"),
         (one("@a=fit.exr,3"), "which tables take for a formula"),
         (one("a =fit.exr,3"), "which tables take for a formula"),
         (one("a\u{202e}b=fit.exr,3"), "has control characters; leave them out"),

@@ -33,7 +33,7 @@ pub fn context() -> Arc<Context> {
 fn take_planted_shaders() {
     static TAKEN: LazyLock<()> = LazyLock::new(|| {
         if let Some(folder) = std::env::var_os("TWOBOUNCE_TEST_GLSL") {
-            twobounce::vk::Reload::take_all(folder.as_ref()).expect("shaders");
+            twobounce::vk::Reload::take_all(folder.as_ref()).expect("the planted shaders");
         }
     });
     LazyLock::force(&TAKEN);

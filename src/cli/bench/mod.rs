@@ -22,7 +22,7 @@ use twobounce::{Error, Result};
 use super::args::{DeviceArgs, SceneArgs, minutes, percent};
 use super::lab::{Pages, Runner};
 use super::reference::{cache, check_memory};
-use super::share::{self, RowArgs};
+use super::share::RowArgs;
 use super::{interrupt, out, words};
 use crate::say;
 
@@ -43,7 +43,7 @@ pub struct BenchArgs {
     pub list: Option<u32>,
     /// Path-trace along these numbers of paths a pixel too, for comparison; none: no path tracer
     #[arg(long, value_name = "N,…|none", default_value = "1,4,16,64", value_parser = paths)]
-    pub paths: ::std::vec::Vec<u32>, // so named, one flag has them all
+    pub paths: ::std::vec::Vec<u32>, // clap would take a plain `Vec` for one number a flag, but the parser gives the whole list
     /// Join the times of several machines in one frontier, and say so; without this each machine has its own
     #[arg(long)]
     pub mix_machines: bool,
@@ -158,12 +158,6 @@ impl Bench<'_> {
             say!("settings that could not run: {failed} of {planned}; their rows say why");
         }
         self.args.rows.say_end(there, planned, spent)?;
-        Ok(ExitCode::SUCCESS)
-    }
-
-    /// Prints the commands that share the work. `outputs`: the flags that name the folder.
-    pub fn list(&self, count: u32, outputs: &[&str]) -> Result<ExitCode> {
-        share::list_shards(count, outputs, self.folder);
         Ok(ExitCode::SUCCESS)
     }
 

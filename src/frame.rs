@@ -47,7 +47,7 @@ pub struct Frame {
     pub scale: f32,
     /// Counters as the device left them, per slot and grid.
     counters: Vec<Vec<Buffer>>,
-    /// How far the method's light has come; it is measured after the passes after which it asks for that.
+    /// How far the method's light has come. After each pass the caller measures the light if `is_measured` asks for it.
     pub light: LightProgress,
     /// What lists and light on the device were made of; `None` where they cannot be gone on from.
     made_of: Option<MadeOf>,

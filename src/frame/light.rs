@@ -152,11 +152,11 @@ mod tests {
         LightProgress::new(LightRules { feeds, mean_passes, waits })
     }
 
-    /// A pass after which all light is so much, if that is asked for.
+    /// A pass after which the light of two cells is measured, if that is asked for.
     fn pass(progress: &mut LightProgress, light: f64) {
         progress.passed();
         if progress.is_measured() {
-            progress.measured(vec![light]);
+            progress.measured(vec![1.0, light]);
         }
     }
 
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn measured_light_settles_when_it_changes_little() {
         let mut progress = progress(true, Some(2), true);
-        let a_little_more = 3.2 + 3.3 * SETTLED;
+        let a_little_more = 3.2 + 4.3 * SETTLED;
         for (light, state) in [
             (2.0, Settling { passes: 1 }),
             (3.0, Settling { passes: 2 }),
@@ -207,6 +207,7 @@ mod tests {
             assert!(progress.is_awaited() && progress.needs_pass());
             pass(&mut progress, light);
             assert_eq!(progress.state(), state, "{light}");
+            assert_eq!(progress.is_measured(), matches!(state, Settling { .. }), "{light}");
         }
         assert_eq!((progress.is_awaited(), progress.needs_pass(), progress.awaited_passes()), (false, false, 8));
     }

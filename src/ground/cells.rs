@@ -55,7 +55,7 @@ impl CellLists {
         });
     }
 
-    /// The same at once, while the list of such items grows by what `pipeline` adds.
+    /// A thread per item that is lit, all at once; `pipeline` may add items to that list meanwhile.
     pub fn dispatch_chosen<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
         let place = |entry: u32| self.counts.at(count_offset(entry));
         recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), size_of::<CellCount>() as u64);

@@ -2,8 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::scene::texture::ColorSpace;
-use crate::scene::{Alpha, Material, Scene, TextureRef};
+use crate::scene::{Alpha, Scene};
 use crate::settings::{DirectLight, Settings};
 use crate::vk::Constant;
 
@@ -71,7 +70,7 @@ impl Features {
         let mut ask = |feature: Self, when: bool| bits |= if when { feature.0 } else { 0 };
         for m in scene.meshes.iter().map(|mesh| &scene.materials[mesh.material]) {
             let transmits = m.transmission > 0.0;
-            for (slot, (texture, _)) in texture_slots(m).iter().enumerate() {
+            for (slot, (texture, _)) in m.slots().iter().enumerate() {
                 ask(Self::texture_slot(slot), texture.is_some());
                 ask(Self::SECOND_UV, texture.is_some_and(|t| t.uv_set == 1));
             }
@@ -101,20 +100,6 @@ impl Features {
         ask(Self::SKY_MAP, scene.sky_map.is_some());
         Self(bits)
     }
-}
-
-/// The textures of `layout::Material::slots`, and what their texels mean.
-pub fn texture_slots(m: &Material) -> [(Option<TextureRef>, ColorSpace); 8] {
-    [
-        (m.base_color_texture, ColorSpace::Srgb),
-        (m.metallic_roughness_texture, ColorSpace::Linear),
-        (m.normal_texture, ColorSpace::Linear),
-        (m.emissive_texture, ColorSpace::Srgb),
-        (m.specular_texture, ColorSpace::Linear),
-        (m.specular_color_texture, ColorSpace::Srgb),
-        (m.transmission_texture, ColorSpace::Linear),
-        (m.thickness_texture, ColorSpace::Linear),
-    ]
 }
 
 /// All constants that the ground declares. A pass that needs other values, such as one that lights list items, replaces
@@ -147,7 +132,7 @@ pub fn with(mut constants: Vec<Constant>, others: &[Constant]) -> Vec<Constant> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Mesh;
+    use crate::scene::{Material, Mesh};
 
     #[test]
     fn mirrors_are_smooth_metals() {

@@ -54,7 +54,7 @@ pub struct Lists {
     pub seen_lobes: Buffer,
     /// The items that are lit, where alike triangles are lit as one.
     pub lit_items: Buffer,
-    /// Of the lists before these, for light to be carried on: what tells the light of a triangle in a voxel.
+    /// From the lists that these replaced: light is carried over from them, found by triangle and voxel.
     pub last_heads: Buffer,
     pub last_items: Buffer,
     pub last_item_parts: Buffer,

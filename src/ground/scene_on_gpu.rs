@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::atlas::Atlas;
 use super::attributes::CornerWords;
-use super::constants::{Features, texture_slots};
+use super::constants::Features;
 use super::deform::{DeformOnGpu, DeformPacked};
 use super::finish::{self, PackedFinish};
 use super::layout::{self, material_flags};
@@ -363,7 +363,7 @@ fn pack_finish(scene: &Scene, m: &Material, index: usize, table: &mut TextureTab
 }
 
 fn pack_material(scene: &Scene, m: &Material, object_scale: f32, table: &mut TextureTable) -> layout::Material {
-    let slots = texture_slots(m).map(|(texture, space)| pack_slot(scene, texture, space, table));
+    let slots = m.slots().map(|(texture, space)| pack_slot(scene, texture, space, table));
     let (alpha_bit, alpha_cutoff) = match m.alpha {
         Alpha::Opaque => (0, 0.0),
         Alpha::Mask(cutoff) => (material_flags::MASK, cutoff),

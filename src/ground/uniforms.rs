@@ -42,7 +42,15 @@ impl FrameUniforms<'_> {
         let image_shift = image_shift(self.image_pass);
         let ndc_shift = ndc_shift(image_shift, self.size, self.samples);
         let map = self.scene.sky_map.as_deref();
+        let layout::Frame { clip_from_voxel, eye, forward, orthographic, right_per_ndc, down_per_ndc, .. } =
+            self.camera(ndc_shift);
         layout::Frame {
+            clip_from_voxel,
+            eye,
+            forward,
+            orthographic,
+            right_per_ndc,
+            down_per_ndc,
             voxel_m: self.grid.voxel_m as f32,
             scale: self.scale,
             light_count: (self.scene.lights.len() + self.scene.sky_lights().count()) as u32,
@@ -66,7 +74,6 @@ impl FrameUniforms<'_> {
             ndc_shift: ndc_shift.as_vec2().into(),
             boxes: self.boxes[0],
             last_boxes: self.boxes[1],
-            ..self.camera(ndc_shift)
         }
     }
 
@@ -120,7 +127,7 @@ fn turn_at(time_s: f64) -> u32 {
     (bits ^ (bits >> 32)) as u32
 }
 
-/// What a pass over the image moves random numbers by, in [0, 1)²; the first one by nothing. Even and odd passes are two R2 sequences
+/// The shift of the random numbers of a pass over the image, in [0, 1)²; the first pass has none. Even and odd passes are two R2 sequences
 /// (Roberts, 2018), of which the second starts anywhere: each half is spread evenly, and their difference tells how far off both are.
 fn image_shift(image_pass: u32) -> DVec2 {
     let start = DVec2::new(0.2360679775, 0.6457513111) * f64::from(image_pass % 2);

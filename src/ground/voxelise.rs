@@ -141,7 +141,7 @@ impl Voxelise {
 }
 
 /// What places the grid, and each box of finer voxels within the base grid.
-pub fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
+fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
     let edge = lists.place.edge;
     if lists.place != GridPlace::base(edge) || boxes == 0 {
         let [x, y, z, scale] = lists.place.from_base();

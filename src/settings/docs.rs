@@ -38,8 +38,8 @@ fn table(keys: &[&Key]) -> String {
     let presets: Vec<Settings> = PRESETS.iter().map(|preset| (preset.settings)()).collect();
     for key in keys {
         let value = |settings: &Settings| {
-            let used = key.method().is_none_or(|method| method == settings.method);
-            let entry = settings.entries().into_iter().find(|entry| used && entry.0.name == key.name);
+            let is_it = |entry: &(&Key, String)| key.has_effect(settings.method) && entry.0.name == key.name;
+            let entry = settings.entries().into_iter().find(is_it);
             entry.map_or("–".to_owned(), |entry| entry.1) + " | "
         };
         let values: String = presets.iter().map(value).collect();

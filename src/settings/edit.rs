@@ -51,8 +51,7 @@ impl Settings {
     /// Every key that has an effect and its value as TOML, in the order of [`keys()`]; the tables of other methods have none.
     /// `merge_toml` of it gives settings that mean the same.
     pub fn to_toml(&self) -> String {
-        let has_effect = |key: &Key| key.method().is_none_or(|method| method == self.method);
-        let values = self.all_values().into_iter().filter(|(key, _)| has_effect(key));
+        let values = self.all_values().into_iter().filter(|(key, _)| key.has_effect(self.method));
         values.map(|(key, value)| format!("{} = {}\n", key.name, write(&value))).collect()
     }
 
@@ -72,8 +71,7 @@ impl Settings {
     /// `key=value` of everything that has an effect and is different in `other`.
     pub fn changes_from(&self, other: &Self) -> Vec<String> {
         let pairs = self.entries().into_iter().zip(other.entries());
-        let used = |key: &Key| key.method().is_none_or(|method| method == self.method);
-        let changed = pairs.filter(|(own, other)| own.1 != other.1 && used(own.0));
+        let changed = pairs.filter(|(own, other)| own.1 != other.1 && own.0.has_effect(self.method));
         changed.map(|((key, value), _)| format!("{}={value}", key.name)).collect()
     }
 

@@ -179,4 +179,9 @@ impl Key {
         let table = self.name.split_once('.')?.0;
         Method::ALL.iter().copied().find(|method| method.name() == table)
     }
+
+    /// Whether the setting changes anything with this method.
+    pub fn has_effect(&self, method: Method) -> bool {
+        self.method().is_none_or(|own| own == method)
+    }
 }

@@ -8,6 +8,8 @@ use twobounce::gi::lpv::LpvPush;
 use twobounce::ground::boxes;
 use twobounce::ground::cells;
 use twobounce::ground::layout::*;
+use twobounce::settings::methods::{cones::choices, lpv, photons};
+use twobounce::settings::{LampLight, Shadows};
 use twobounce::vk::shader;
 
 #[test]
@@ -76,4 +78,51 @@ fn numbers_agree_with_the_shaders() {
     assert!(glsl.contains(&format!("\nconst uint LIT_COUNTS = {ours}u;")), "GLSL has another than {ours}");
     let (glsl, ours) = (include_str!("../../glsl/ground/layout.glsl"), boxes::MOST_BOXES);
     assert!(glsl.contains(&format!("\nconst uint MOST_BOXES = {ours}u;")), "GLSL has another than {ours}");
+}
+
+/// The constants of a list of choices that GLSL names have the choices' places: `FILL_FRONT` that of the fill `front`.
+#[test]
+fn choices_have_the_numbers_of_the_shaders() {
+    macro_rules! glsl {
+        ($file:literal) => {
+            include_str!(concat!("../../glsl/", $file))
+        };
+    }
+    let fills = glsl!("ground/faces/fill_kinds.glsl");
+    let (cones, cone) = (glsl!("gi/cones/constants.glsl"), glsl!("gi/cones/cone.glsl"));
+    let (of_lpv, of_photons) = (glsl!("gi/lpv/constants.glsl"), glsl!("gi/photons/constants.glsl"));
+    let ground = glsl!("ground/constants.glsl");
+    let mut named = 0;
+    let mut agree = |glsl: &str, prefix: &str, names: &[String]| {
+        let found: Vec<&str> = glsl.split(&format!("\nconst uint {prefix}_")).skip(1).collect();
+        for text in &found {
+            let (name, value) = text.split_once("u;").and_then(|(head, _)| head.split_once(" = ")).expect("a number");
+            let name = name.to_lowercase().replace('_', "-");
+            let place = names.iter().position(|choice| *choice == name);
+            assert_eq!(place.map(|place| place.to_string()).as_deref(), Some(value), "{prefix}: {name} of {names:?}");
+        }
+        assert!(!found.is_empty(), "GLSL names no {prefix}");
+        named += found.len();
+    };
+    macro_rules! agree {
+        ($($glsl:ident $prefix:literal $choice:ty),+ $(,)?) => {$(
+            agree($glsl, $prefix, &<$choice>::ALL.iter().map(|choice| choice.name().to_owned()).collect::<Vec<_>>());
+        )+};
+    }
+    agree!(
+        fills "FILL" choices::Fill,
+        cones "WEIGHTS" choices::Weights,
+        cone "BLEND" choices::Blend,
+        of_lpv "LOBE" lpv::Lobe,
+        of_lpv "OCCLUSION" lpv::Occlusion,
+        of_lpv "SUM" lpv::Sum,
+        of_lpv "INJECTION" lpv::Injection,
+        of_lpv "APPLY" lpv::Apply,
+        of_photons "COMPOSITE" photons::Composite,
+        of_photons "OPACITY" photons::Opacity,
+        of_photons "AO" photons::AoMultiplies,
+        ground "SHADOWS" Shadows,
+        ground "LAMPS" LampLight,
+    );
+    assert_eq!(named, 33, "names in GLSL");
 }

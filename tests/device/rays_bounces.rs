@@ -73,7 +73,7 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
         let settings = gpu::with(gpu::with(base, &["voxels=32", "bounces=all"]), changes);
         indirect(&gpu::render_layers(&context, &scene, &settings, SIZE, view, LAYERS.to_vec()).read(), &truth)
     };
-    // What is left is the image's own: `fast` gathers at 16×16 pixels here. The truth's noise is 3 %.
+    // The rest of the error is the image's own: `fast` gathers at 16×16 pixels here. The truth's noise is 3 %.
     for (base, most) in [(Settings::fast(), 0.12), (Settings::default(), 0.08), (Settings::accurate(), 0.06)] {
         let (energy, rel) = error(base, &[]);
         assert!((energy - 1.0).abs() < 0.03 && rel < most, "energy {energy}, rel {rel} of {most}");
@@ -211,7 +211,7 @@ fn passes_over_the_image_come_nearer_to_the_truth_and_say_how_near() {
     let [one_rel, few_rel, many_rel] = [&one, &few, &many].map(|image| indirect(image, &truth).1);
     println!("one {one_rel}, few {few_rel}, many {many_rel}");
     assert!(few_rel < 0.85 * one_rel && many_rel < few_rel, "{one_rel}, {few_rel}, {many_rel}");
-    // What it says of itself against what 64 passes show, in which the first 8 are an eighth.
+    // The noise that the image states against its distance from the mean of 64 passes, of which the first 8 are an eighth.
     let pixels = many.beauty().iter().zip(few.beauty()).map(|(many, few)| {
         let [many, few] = [many, few].map(|p| DVec3::from(p.map(f64::from)));
         (many, few - many)

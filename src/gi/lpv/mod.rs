@@ -22,7 +22,7 @@ use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Image, Recorder, ZoneKind};
 use field::{Field, FieldDesc};
 
-pub use crate::settings::methods::lpv::{Apply, Injection, Lobe, Occlusion, Settings, Sum};
+pub use crate::settings::methods::lpv::{Lobe, Occlusion, Settings};
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 

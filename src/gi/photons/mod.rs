@@ -21,8 +21,7 @@ use crate::ground::voxelise::samples_per_pixel;
 use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Constant, Image, Recorder, SamplerAddressMode};
 use cover::Cover;
-pub use crate::settings::Form;
-pub use crate::settings::methods::photons::{AoMultiplies, Composite, Ledger, Opacity, Settings, Voxels};
+pub use crate::settings::methods::photons::{Settings, Voxels};
 
 pub const PASS_UNITS: &[(&str, PassUnit)] =
     &[("cover", PassUnit::WalkedItems), ("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];

@@ -193,13 +193,13 @@ impl Feedback {
         let binds = vec![
             Bind::buffer("frame", &ground.frame),
             Bind::buffer("triangles", &ground.triangles),
-            Bind::buffer("list_items", &ground.base().items),
-            Bind::buffer("item_parts", &ground.base().item_parts),
+            Bind::buffer("list_items", &lists.items),
+            Bind::buffer("item_parts", &lists.item_parts),
             Bind::buffer("last_heads", &lists.last_heads),
             Bind::buffer("last_items", &lists.last_items),
             Bind::buffer("last_parts", &lists.last_item_parts),
             Bind::buffer("last_lights", &lists.last_seen_lights),
-            Bind::buffer("seen_lobes", &ground.base().seen_lobes),
+            Bind::buffer("seen_lobes", &lists.seen_lobes),
         ];
         r.zone("carry", ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the items that are lit were chosen

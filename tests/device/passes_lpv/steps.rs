@@ -41,7 +41,10 @@ pub fn pack([low, high]: [f64; 2]) -> u32 {
 
 /// Constants of a step of propagation past the sheets of surfaces, of one grid unless others say more.
 pub fn propagation(others: &[Constant]) -> Vec<Constant> {
-    let own = with(lpv::constants(&lpv::Settings::default()), &[("CASCADES", 1u32.into()), ("OCCLUSION", 2u32.into())]);
+    let own = with(
+        lpv::constants(&lpv::Settings::default()),
+        &[("CASCADES", 1u32.into()), ("OCCLUSION", lpv::Occlusion::Sheets.into())],
+    );
     with(own, others)
 }
 

@@ -6,7 +6,6 @@
 
 mod desc;
 mod light;
-mod order;
 
 use std::sync::Arc;
 
@@ -32,7 +31,6 @@ use crate::vk::{Buffer, BufferKind, Context, Recorder};
 pub use desc::{FrameDesc, first_plan};
 use desc::{ground_desc, image_pass_desc, lamps, of_light, plan, shape};
 pub use light::{LightProgress, LightRules, LightState, MOST_SETTLING, SETTLED};
-use order::back_to_front;
 
 pub struct Frame {
     pub ground: Ground,
@@ -105,8 +103,8 @@ impl Frame {
         let ground =
             Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps, &scene_on_gpu.trees)?)?;
         let method = settings.method.make(&maker(context, settings, &ground))?;
-        let target = ImageTarget::new(context, shape(desc, &ground.desc.counts))?;
-        let image = ImagePass::new(context, &image_pass_desc(desc, &*method), &target)?;
+        let target = ImageTarget::new(context, shape(desc))?;
+        let image = ImagePass::new(context, &image_pass_desc(desc, &*method), target.shape(), &ground.desc.counts)?;
         let counter = |_| {
             let bytes = size_of::<Globals>() as u64;
             Buffer::new(context, "counters, readback", bytes, BufferKind::Readback)
@@ -153,7 +151,7 @@ impl Frame {
         if seen.image.is_some() {
             // The recorded triangles become the image, with what the method looks up.
             let (ground, target) = (&self.ground, &self.target);
-            let frame = ImageFrame { ground, target, blended: self.counts().blended, scene: seen.scene };
+            let frame = ImageFrame { ground, target, scene: seen.scene };
             self.image.record(r, &frame, &self.method.binds(ground));
         }
         self.copy_counters(r, slot);
@@ -248,7 +246,7 @@ impl Frame {
             view: seen.view,
             grid: &self.ground.desc.grid,
             scale: self.scale,
-            size: (self.target.width, self.target.height),
+            size: self.target.size(),
             samples: self.settings.image.samples,
             time_s: seen.pose.time_s,
             lamps: self.placed_lamps,
@@ -259,7 +257,6 @@ impl Frame {
         };
         r.update(&self.ground.frame, 0, &[uniforms.layout()]);
         r.update(&self.ground.lights, 0, lights);
-        r.update(&self.ground.order, 0, &back_to_front(seen, &self.ground.scene.blended));
     }
 
     /// How much of the mean over passes is that of `pass`. Settled light of one set of directions is wrong where light goes to and fro
@@ -290,6 +287,7 @@ impl Frame {
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
         tracing::info!("buffers grow: {:?} to {:?}", self.counts(), counts);
+        self.image.grow(context, &counts)?;
         self.ground.grow(context, counts)?;
         self.start_over();
         Ok(())
@@ -329,12 +327,12 @@ impl Frame {
         let method = relit.then(|| new.method.make(&maker(context, new, &self.ground))).transpose()?;
         let seen_anew = relit
             || !old.means_same(new)
-            || desc.size != (self.target.width, self.target.height)
-            || desc.outputs != self.target.outputs();
+            || desc.size != self.target.size()
+            || desc.outputs != self.target.shape().outputs;
         let image = || {
-            let target = ImageTarget::new(context, shape(desc, &self.ground.desc.counts))?;
+            let target = ImageTarget::new(context, shape(desc))?;
             let desc = image_pass_desc(desc, &**method.as_ref().unwrap_or(&self.method));
-            Ok((ImagePass::new(context, &desc, &target)?, target))
+            Ok((ImagePass::new(context, &desc, target.shape(), self.counts())?, target))
         };
         let image = seen_anew.then(image).transpose()?;
         context.wait_for_pipelines()?;
@@ -374,7 +372,8 @@ impl Frame {
 
     /// What would be allocated for images of another size.
     pub fn plan_at(&self, size: (u32, u32)) -> Vec<MemoryRow> {
-        let shape = ImageShape::new(&self.settings.image, size, self.target.outputs(), self.counts().triangles);
+        let (width, height) = size;
+        let shape = ImageShape { width, height, ..*self.target.shape() };
         plan(&self.settings, self.ground.desc.features, &shape, self.counts())
     }
 }

@@ -269,7 +269,7 @@ impl Renderer {
 
     /// Bands of rows that an image is made in, one after another, and images that [`Self::render`] takes the mean of.
     pub fn bands(&self) -> (u32, u32) {
-        (self.frame.target.bands().count() as u32, self.settings.image.passes)
+        (self.frame.target.shape().bands().count() as u32, self.settings.image.passes)
     }
 
     /// The last frame's image and the layers asked for.

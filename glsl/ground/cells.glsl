@@ -6,4 +6,4 @@
 layout(local_size_x = 64) in;
 
 layout(scalar) readonly buffer Cells { uint cells[]; };
-layout(scalar) readonly buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) readonly buffer CellCounts { ListCount cell_counts[]; };

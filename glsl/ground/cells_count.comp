@@ -12,7 +12,7 @@ layout(local_size_x = LIT_COUNTS + 1u) in; // a thread per level: 256³ has nine
 layout(scalar) readonly buffer GlobalsBuffer { Globals globals; };
 layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
 layout(scalar) readonly buffer Cells { uint cells[]; };
-layout(scalar) writeonly buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) writeonly buffer CellCounts { ListCount cell_counts[]; };
 
 void main() {
     uint level = gl_LocalInvocationID.x;
@@ -20,6 +20,6 @@ void main() {
         uint count = level == 0u                      ? min(globals.cell_count, uint(cells.length()))
             : level == LIT_COUNTS && LIT != LIT_ALIKE ? min(globals.item_count, uint(list_items.length()))
                                                       : 0u;
-        cell_counts[level] = CellCount(min((count + 63u) / 64u, MOST_GROUPS), 1u, 1u, count);
+        cell_counts[level] = ListCount(min((count + 63u) / 64u, MOST_GROUPS), 1u, 1u, count);
     }
 }

@@ -13,7 +13,7 @@ layout(constant_id) const uint SHADOW_RAYS = 1u; // per light with an extent
 layout(constant_id) const uint DIRECT = 0u; // where the direct light of list items comes from
 layout(constant_id) const uint LIT = 0u; // which list items are lit
 layout(constant_id) const uint BOXES = 0u; // of finer voxels within the grid
-layout(constant_id) const uint BLENDED = 0u; // 1: the image's blended triangles are drawn, back to front
+layout(constant_id) const uint BLENDED = 0u; // 1: the blended triangles are drawn
 layout(constant_id) const uint SAMPLES = 4u; // per pixel of the raster that measures what a triangle fills of a voxel
 
 const uint SHADOWS_NONE = 0u;

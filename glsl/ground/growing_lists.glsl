@@ -6,7 +6,7 @@
 layout(local_size_x = 64) in;
 
 layout(scalar) readonly buffer Cells { uint cells[]; };
-layout(scalar) buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) buffer CellCounts { ListCount cell_counts[]; };
 
 // Counts one more; where it goes in its list.
 uint take_place(uint entry) {

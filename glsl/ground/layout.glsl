@@ -20,10 +20,12 @@ struct Globals {
     uint item_overflow;
     uint cell_overflow;
     uint degenerate_count;
+    uint blended_fragments; // the most that a band had, where there was no room for them
 };
 
-// How many cells of one level are occupied; the first three are a VkDispatchIndirectCommand for them, 64 a group.
-struct CellCount {
+// The length of a list, such as the occupied cells of a level; the first three are a VkDispatchIndirectCommand for its
+// entries, 64 a group.
+struct ListCount {
     uint groups_x;
     uint groups_y;
     uint groups_z;

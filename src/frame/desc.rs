@@ -4,15 +4,15 @@ use crate::gi::{Gi, Wants};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::expected_items::expected_items;
 use crate::ground::grid::Grid;
+use crate::ground::image::ImagePassDesc;
 use crate::ground::image::target::{self, ImageShape};
-use crate::ground::image::{ImagePassDesc, gather};
 use crate::ground::lamps::Lamps;
 use crate::ground::lists::ListCapacity;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::tree::groups::{TreeSize, TreesOnce};
 use crate::ground::{self, Counts, GroundDesc};
 use crate::scene::{Bounds, Scene};
-use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shading, Shadows};
+use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shadows};
 use crate::{Error, Result};
 
 /// What a frame is made for.
@@ -48,11 +48,12 @@ pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<Memor
     let settings = Settings { voxels, ..desc.settings.clone() };
     let desc = &FrameDesc { settings: &settings, ..*desc };
     let counts = first_counts(desc, &lamps(desc.scene, desc.settings), trees);
-    plan(&settings, Features::of_scene(desc.scene), &shape(desc, &counts), &counts)
+    plan(&settings, Features::of_scene(desc.scene), &shape(desc), &counts)
 }
 
-pub(super) fn shape(desc: &FrameDesc, counts: &Counts) -> ImageShape {
-    ImageShape::new(&desc.settings.image, desc.size, desc.outputs, counts.triangles)
+pub(super) fn shape(desc: &FrameDesc) -> ImageShape {
+    let wants = wants(desc.settings, Features::of_scene(desc.scene));
+    ImageShape::new(&desc.settings.image, &wants, desc.size, desc.outputs)
 }
 
 fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
@@ -65,7 +66,8 @@ fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let items = ((items * 17.0 / 16.0) as u32).max(1 << 16);
     let list = ListCapacity { items, cells: 1 << 15, boxes: grid.map_or(0, |grid| grid.boxes) };
     let lists = vec![list; 1 + wants.grids.len()];
-    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, lists)
+    let pixels = desc.size.0.saturating_mul(desc.size.1);
+    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, lists, pixels)
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
@@ -105,8 +107,8 @@ pub(super) fn wants(settings: &Settings, features: Features) -> Wants {
 
 /// The same settings with those parts of `image` at their defaults that neither lists nor light depend on.
 pub(super) fn of_light(settings: &Settings) -> Settings {
-    let (samples, gather_resolution, shading) = (1, GatherResolution::Full, Shading::Auto);
-    let image = ImageSettings { samples, gather_resolution, shading, ..settings.image.clone() };
+    let (samples, gather_resolution) = (1, GatherResolution::Full);
+    let image = ImageSettings { samples, gather_resolution, ..settings.image.clone() };
     Settings { image, ..settings.clone() }
 }
 
@@ -115,10 +117,7 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
     let wants = wants(settings, features);
     let mut rows = ground::plan(settings.voxels, &wants, counts);
     rows.extend(settings.method.plan(settings));
-    rows.extend(target::plan(shape));
-    if wants.diffuse && settings.image.gathers_apart() {
-        rows.push(gather::plan(&settings.image, wants.gathers_lobes, shape));
-    }
+    rows.extend(target::plan(shape, (counts.blended > 0).then_some(counts.blended_fragments)));
     rows
 }
 
@@ -126,13 +125,9 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
 pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi) -> ImagePassDesc<'a> {
     let settings = desc.settings;
     let features = Features::of(desc.scene, settings);
-    let wants = wants(settings, features);
     ImagePassDesc {
-        settings: &settings.image,
         features,
         method: settings.method.name(),
-        apart: wants.diffuse && settings.image.gathers_apart(),
-        lobes: wants.gathers_lobes,
         constants: with(constants(settings, features), method.constants()),
     }
 }

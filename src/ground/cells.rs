@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::layout::{CellCount, LevelPush, SharesPush};
+use super::layout::{LevelPush, ListCount, SharesPush};
 use super::lists::Lists;
 use crate::Result;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind};
@@ -22,7 +22,7 @@ pub struct CellLists {
     pub cells: Buffer,
     /// Of all coarser levels, one after the other; each has room for all of its level.
     pub parents: Buffer,
-    /// A [`CellCount`] per level, and one of the lists' items that are lit.
+    /// A [`ListCount`] per level, and one of the lists' items that are lit.
     pub counts: Buffer,
     /// Cells along the edge of the finest level.
     edge: u32,
@@ -58,7 +58,7 @@ impl CellLists {
     /// A thread per item that is lit, all at once; `pipeline` may add items to that list meanwhile.
     pub fn dispatch_chosen<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
         let place = |entry: u32| self.counts.at(count_offset(entry));
-        recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), size_of::<CellCount>() as u64);
+        recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), size_of::<ListCount>() as u64);
         recorder.full_barrier(); // the count stands still
         self.dispatch(recorder, pipeline, binds, CHOSEN_COUNTS);
     }
@@ -75,7 +75,7 @@ impl CellLists {
 
 /// Bytes before an entry of the counts.
 fn count_offset(entry: u32) -> u64 {
-    u64::from(entry) * size_of::<CellCount>() as u64
+    u64::from(entry) * size_of::<ListCount>() as u64
 }
 
 /// Where the list of `level` starts among the parents.
@@ -88,7 +88,7 @@ pub fn parents_bytes(edge: u32) -> u64 {
 }
 
 pub fn counts_bytes() -> u64 {
-    u64::from(LIT_COUNTS + 1) * size_of::<CellCount>() as u64
+    u64::from(LIT_COUNTS + 1) * size_of::<ListCount>() as u64
 }
 
 /// A bit per parent.

@@ -27,11 +27,11 @@ shared! {
     Globals {
         vertex_count: u32, instance_count: u32, first_vertex: u32, first_instance: u32,
         item_count: u32, cell_count: u32, triangle_overflow: u32, item_overflow: u32, cell_overflow: u32,
-        degenerate_count: u32,
+        degenerate_count: u32, blended_fragments: u32,
     }
 
-    /// How many cells of one level are occupied; the first three are a `VkDispatchIndirectCommand`.
-    CellCount { groups_x: u32, groups_y: u32, groups_z: u32, count: u32 }
+    /// The length of a list, such as the occupied cells of a level; the first three are a `VkDispatchIndirectCommand`.
+    ListCount { groups_x: u32, groups_y: u32, groups_z: u32, count: u32 }
 
     /// One entry of the list of `voxel`; `next` is 1-based, 0 ends the list.
     ListItem { triangle: u32, next: u32, voxel: u32 }
@@ -107,14 +107,24 @@ shared! {
     /// Push constants of the passes that go along one axis: 0, 1, 2.
     AxisPush { axis: u32 }
 
-    /// Push constants of the image passes.
-    BandPush { first_row: u32 }
+    /// Push constants of the passes that draw a band: its first row, and the first that it sees.
+    BandPush { first_row: u32, first_seen: u32 }
 
-    /// Push constants of the pass that lists fragments: pixels of a band.
+    /// Push constants of the pass that lists fragments: pixels that a band sees.
     PixelsPush { first: u32, end: u32 }
 
-    /// Push constants of the passes that shade and spread fragments.
-    FragmentsPush { first_row: u32, width: u32, rows: u32 }
+    /// Push constants of the pass that lists blended fragments.
+    WidthPush { width: u32 }
+
+    /// Push constants of the pass that shades fragments: a band, the first row that it sees, the image's width, and a share of them.
+    FragmentsPush { first_row: u32, rows: u32, first_seen: u32, width: u32, first: u32, end: u32 }
+
+    /// Push constants of the resolving pass: the sky where it is the same all around, the first row that a band sees, and pixels from
+    /// there on.
+    ResolvePush { sky: [f32; 3], varied_sky: u32, first_seen: u32, width: u32, first: u32, end: u32 }
+
+    /// Push constants of the gathering pass: the first gathered row of a band, a part of its rows, and the first row that the band sees.
+    GatherPush { first_row: u32, first: u32, end: u32, first_seen: u32 }
 
     /// Push constants of the sharing pass.
     SharePush { rows: u32 }

@@ -66,13 +66,15 @@ pub struct Counts {
     pub corner_words: u32,
     /// Of the boxes about them, where rays are traced.
     pub tree: TreeSize,
+    /// Room for fragments of blended triangles, where there are any.
+    pub blended_fragments: u32,
     /// Of every grid, the base grid first.
     pub lists: Vec<ListCapacity>,
 }
 
 impl Counts {
-    /// Room for every triangle of `scene`. `lamps`: pieces; `lists`: of every grid.
-    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>) -> Self {
+    /// Room for every triangle of `scene`. `lamps`: pieces; `lists`: of every grid; `pixels`: of the image.
+    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>, pixels: u32) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;
@@ -86,6 +88,7 @@ impl Counts {
             triangle_capacity,
             corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
             tree,
+            blended_fragments: pixels,
             lists,
         }
     }
@@ -104,6 +107,7 @@ impl Counts {
         });
         Self {
             triangle_capacity: grown(self.triangle_capacity, base.vertex_count / 3, base.triangle_overflow),
+            blended_fragments: grown(self.blended_fragments, base.blended_fragments, base.blended_fragments),
             lists: lists.collect(),
             ..self.clone()
         }
@@ -149,8 +153,8 @@ pub struct Ground {
     pub tree: Tree,
     /// Source → 1 + place among the triangles, for rays and for blended ones.
     pub slots: Buffer,
-    /// Sources of the blended triangles, back to front.
-    pub order: Buffer,
+    /// Sources of the blended triangles.
+    blended: Buffer,
     pub front_view: Image,
     /// Of every grid, the base grid first.
     pub lists: Vec<Lists>,
@@ -201,6 +205,8 @@ impl Ground {
         if let Some(map) = &desc.sky_map {
             vk::upload_at(context, &frame, size_of::<layout::Frame>() as u64, &map.words)?;
         }
+        let blended = buffer("blended triangles")?;
+        vk::upload_at(context, &blended, 0, &scene.blended)?;
         Ok(Self {
             frame,
             lights: buffer("lights")?,
@@ -210,7 +216,7 @@ impl Ground {
             attributes: buffer("triangles' attributes")?,
             tree: Tree::new(context, &base, wants.rays.then(|| scene.trees.of(of)))?,
             slots: buffer("slots")?,
-            order: buffer("blend order")?,
+            blended,
             front_view: Image::new(
                 context,
                 &ImageDesc {
@@ -346,10 +352,10 @@ impl Ground {
         binds
     }
 
-    /// The same as [`Self::binds`], and the order of blended triangles.
+    /// The same as [`Self::binds`], and the blended triangles.
     pub fn image_binds(&self) -> Vec<Bind<'_>> {
         let mut binds = self.binds();
-        binds.push(Bind::buffer("order", &self.order));
+        binds.push(Bind::buffer("blended_sources", &self.blended));
         binds
     }
 }
@@ -372,7 +378,7 @@ fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
         ("triangles", array::<layout::Triangle>(counts.triangle_capacity)),
         ("triangles' attributes", array::<[u32; 3]>(counts.triangle_capacity) * u64::from(counts.corner_words)),
         ("slots", array::<u32>(slots)),
-        ("blend order", array::<u32>(counts.blended)),
+        ("blended triangles", array::<u32>(counts.blended)),
         ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),
     ];
     rows.extend(counts.tree.plan());

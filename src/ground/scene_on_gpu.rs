@@ -49,8 +49,8 @@ pub struct SceneOnGpu {
     /// Texels are fetched, never filtered: its filter does not matter.
     pub texel_sampler: Sampler,
     pub draws: Vec<SceneDraw>,
-    /// Triangles of blended materials.
-    pub blended: Vec<BlendedTriangle>,
+    /// Sources of the triangles of blended materials.
+    pub blended: Vec<u32>,
     /// First vertex of every mesh.
     first_vertex: Vec<i32>,
     pub trees: TreesOnce,
@@ -103,17 +103,8 @@ pub struct ScenePacked {
     pub trees: TreesOnce,
     /// Triangles over all instances.
     pub triangles: u32,
-    /// Of them, those of blended materials.
-    pub blended: Vec<BlendedTriangle>,
-}
-
-/// A triangle that the image composites over what lies behind it.
-#[derive(Clone, Copy, Debug)]
-pub struct BlendedTriangle {
-    pub source: u32,
-    pub instance: usize,
-    pub mesh: usize,
-    pub first_index: usize,
+    /// Sources of those of blended materials.
+    pub blended: Vec<u32>,
 }
 
 impl ScenePacked {
@@ -158,12 +149,7 @@ impl ScenePacked {
                 translucent: material.alpha != Alpha::Opaque || material.transmission > 0.0,
             });
             if material.alpha == Alpha::Blend {
-                blended.extend((0..mesh.indices.len() / 3).map(|t| BlendedTriangle {
-                    source: triangles + t as u32,
-                    instance: i,
-                    mesh: instance.mesh,
-                    first_index: 3 * t,
-                }));
+                blended.extend(triangles..triangles + index_count / 3);
             }
             triangles += index_count / 3;
         }

@@ -57,16 +57,6 @@ choices! {
         Pixels = "pixels",
     }
 
-    /// How what is seen is shaded.
-    Shading {
-        /// Packed where triangles are small: where there is one for every 64 pixels of the image.
-        Auto = "auto",
-        /// Triangle by triangle, as the rasteriser makes fragments: as in the talk.
-        Drawn = "drawn",
-        /// Every pixel's fragments in a list, one beside the other.
-        Packed = "packed",
-    }
-
     /// At how many pixels diffuse light is gathered.
     GatherResolution { Full = "full", Half = "half", Quarter = "quarter" }
 
@@ -85,22 +75,6 @@ choices! {
         Gathered = "gathered",
         /// As area lights, shadowed by exact rays; the method does not gather their emission again.
         Sampled = "sampled",
-    }
-}
-
-/// Up to so many pixels of an image per triangle of the scene, packing its fragments is no slower: measured on boxes, a gallery, a terrain and an
-/// atrium.
-const PIXELS_OF_SMALL: u64 = 64;
-
-impl Shading {
-    /// Whether fragments are packed in an image of such a size of a scene of so many triangles.
-    #[cfg_attr(not(internals), doc(hidden))]
-    pub fn packs(self, (width, height): (u32, u32), triangles: u32) -> bool {
-        match self {
-            Self::Auto => PIXELS_OF_SMALL * u64::from(triangles) >= u64::from(width) * u64::from(height),
-            Self::Drawn => false,
-            Self::Packed => true,
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::methods::cones::choices::ConeSet;
 use super::methods::{cones, lpv, photons, rays};
-use super::{GatherResolution, LampLight, Method, Settings, Shading, Shadows};
+use super::{GatherResolution, LampLight, Method, Settings, Shadows};
 
 /// Settings with a name.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +73,6 @@ impl Settings {
     pub fn printed() -> Self {
         let mut printed = Self::cones();
         printed.lights.shadows = Shadows::Method;
-        printed.image.shading = Shading::Drawn;
         printed.lights.lamps = LampLight::Gathered;
         printed.of.cones = cones::Settings::printed();
         printed

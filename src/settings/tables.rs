@@ -1,8 +1,6 @@
 //! The tables that all methods share.
 
-use super::{
-    Center, Conservative, DirectLight, GatherResolution, LampLight, Range, Shading, Shadows, auto, names, table,
-};
+use super::{Center, Conservative, DirectLight, GatherResolution, LampLight, Range, Shadows, auto, names, table};
 
 table! {
     /// Place and size of the grid.
@@ -54,12 +52,9 @@ table! {
         direct: DirectLight = DirectLight::Samples, in "choice", names!(DirectLight);
         "where direct light and its shadows are computed: at every sample, so that edges of shadows are as smooth as those of surfaces, or once per pixel and surface";
         "samples: image.samples shadow rays per pixel and light; frames take 1.05 (atrium) to 1.9 (a box) times as long";
-        shading: Shading = Shading::Auto, in "choice" rare, names!(Shading);
-        "how what is seen is shaded: drawn, triangle by triangle, as the talk does; packed: every pixel's fragments in a list, one beside the other; auto: packed where the scene has a triangle for every 64 pixels";
-        "drawn instead of packed: the image pass takes 0.9 (a box) to 2.1 (an atrium) times as long; packed: colours twice in memory";
         gather_resolution: GatherResolution = GatherResolution::Half, in "choice", names!(GatherResolution);
         "where diffuse light is gathered: at every pixel, or at every second or fourth, upsampled by depth and normals";
-        "half: a quarter of the gathers, and a second draw of the triangles";
+        "half: a quarter of the gathers";
         interleave: u32 = 4, in "pixels", Range::OneOf(&[1, 2, 4]);
         "side of the square in which every gathered pixel (or voxel) has its own directions; neighbours share results \
          where depth and normals agree";

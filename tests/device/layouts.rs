@@ -37,7 +37,7 @@ fn structs_agree_with_the_shaders() {
     };
     check("Triangle", Triangle::FIELDS, size_of::<Triangle>());
     check("Globals", Globals::FIELDS, size_of::<Globals>());
-    check("CellCount", CellCount::FIELDS, size_of::<CellCount>());
+    check("ListCount", ListCount::FIELDS, size_of::<ListCount>());
     check("ItemLight", ItemLight::FIELDS, size_of::<ItemLight>());
     check("ItemPart", ItemPart::FIELDS, size_of::<ItemPart>());
     check("ListItem", ListItem::FIELDS, size_of::<ListItem>());

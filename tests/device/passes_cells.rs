@@ -13,7 +13,7 @@ use gpu::twins::cells::parents;
 use gpu::twins::voxelise::Polygon;
 use half::f16;
 use twobounce::ground::cells::LIT_COUNTS;
-use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
+use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListCount, ListItem, Triangle};
 use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};
 use twobounce::settings::{Bounces, Center, Settings};
 use twobounce::vk::download;
@@ -44,12 +44,12 @@ fn every_level_lists_the_parents_of_occupied_voxels() {
     let pairs = gpu::listed_pairs(&studio.context, &studio.renderer);
     let occupied: Vec<u32> = pairs.iter().map(|p| p.0).collect();
     let lists = &studio.renderer.ground().base().cells;
-    let counts: Vec<CellCount> = download(&studio.context, &lists.counts).expect("counts");
+    let counts: Vec<ListCount> = download(&studio.context, &lists.counts).expect("counts");
     let listed: Vec<u32> = download(&studio.context, &lists.parents).expect("parents");
     let twin = parents(&occupied, EDGE);
     let mut first = 0;
     for (level, expected) in twin.iter().enumerate() {
-        let CellCount { groups_x, groups_y, groups_z, count } = counts[level];
+        let ListCount { groups_x, groups_y, groups_z, count } = counts[level];
         assert_eq!(count as usize, expected.len(), "level {level}");
         assert_eq!([groups_x, groups_y, groups_z], [count.div_ceil(64), 1, 1], "level {level}");
         if level > 0 {
@@ -150,7 +150,7 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
     let triangles: Vec<Triangle> = download(context, &ground.triangles).expect("triangles");
     let parts: Vec<ItemPart> = download(context, &lists_of_all.item_parts).expect("parts");
     let lit: Vec<u32> = download(context, &lists_of_all.lit_items).expect("lit items");
-    let counts: Vec<CellCount> = download(context, &lists_of_all.cells.counts).expect("counts");
+    let counts: Vec<ListCount> = download(context, &lists_of_all.cells.counts).expect("counts");
     let globals: Globals = download(context, &lists_of_all.globals).expect("counters")[0];
 
     let mut lists: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -185,7 +185,7 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
             }
         }
     }
-    let CellCount { groups_x, count, .. } = counts[LIT_COUNTS as usize];
+    let ListCount { groups_x, count, .. } = counts[LIT_COUNTS as usize];
     let (twins, lit): (BTreeSet<u32>, BTreeSet<u32>) =
         lit[..count as usize].iter().partition(|item| is_twin(**item as usize));
     assert_eq!(lit, chosen);

@@ -10,7 +10,7 @@ use glam::{DAffine3, DQuat, DVec3, IVec3, Vec3};
 use gpu::twins::alike::facing_cell;
 use gpu::twins::split::Part;
 use twobounce::ground::cells::LIT_COUNTS;
-use twobounce::ground::layout::{CellCount, Globals, ItemLight, ItemPart, ListItem, Triangle};
+use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListCount, ListItem, Triangle};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
 use twobounce::settings::Settings;
@@ -37,7 +37,7 @@ fn held(studio: &Studio) -> Held {
     let (context, ground) = (&studio.context, studio.renderer.ground());
     let lists = ground.base();
     let globals: Vec<Globals> = download(context, &lists.globals).expect("counters");
-    let counts: Vec<CellCount> = download(context, &lists.cells.counts).expect("counts");
+    let counts: Vec<ListCount> = download(context, &lists.cells.counts).expect("counts");
     let mut items: Vec<ListItem> = download(context, &lists.items).expect("items");
     items.truncate(globals[0].item_count as usize);
     let mut lit: Vec<u32> = download(context, &lists.lit_items).expect("lit items");

@@ -15,7 +15,7 @@ const bool LIGHTS_FRONTS = false;
 
 layout(local_size_x = 64) in;
 
-layout(scalar) readonly buffer CellCounts { CellCount cell_counts[]; };
+layout(scalar) readonly buffer CellCounts { ListCount cell_counts[]; };
 layout(scalar) writeonly buffer ItemLights { ItemLight item_lights[]; };
 layout(scalar) readonly buffer GridItems { ListItem grid_items[]; };
 

@@ -1,30 +1,41 @@
-// The triangles that are seen in a pixel, an entry each: listed apart from where it lies in the image, so that one
-// fragment is shaded beside another however small triangles are. The pass that lists them defines LISTS_FRAGMENTS.
+// Triangles that pixels see, an entry for each pixel and triangle, one beside the other wherever they lie in the image:
+// however small triangles are, no thread that shades one is idle. The shaders that list them define LISTS_FRAGMENTS.
 //! with LISTS_FRAGMENTS
 
+#include "ground/constants.glsl"
+#include "ground/layout.glsl"
+
 struct Fragment {
-    uint place; // of the pixel in its band, row by row; above, the samples that see the triangle
+    uint place; // of the pixel among those that a band sees, row by row; above, the samples that see the triangle
     uint seen; // as in the visibility buffer
 };
 
 const uint PLACE_BITS = 28u;
 const uint COUNT_BITS = 3u;
+const uint FRAGMENT_ROW = 4096u; // fragments in a row of the images of what they show
 
 #ifdef LISTS_FRAGMENTS
 #define FRAGMENTS_ACCESS
 #else
 #define FRAGMENTS_ACCESS readonly
-
-layout(push_constant) uniform Push {
-    uint first_row; // of the image, at the top of this band
-    uint width; // of the image, and of a row of shaded fragments
-    uint rows; // of these, at most
-} push;
 #endif
 
 layout(scalar) FRAGMENTS_ACCESS buffer Fragments {
-    uint fragment_count;
+    ListCount fragment_count; // groups of 64 fragments, and how many there are
     Fragment fragments[];
 };
-// Per pixel of the band: where its fragments begin, and below that how many there are.
+// Per pixel that a band sees: where its fragments begin, and below that how many there are.
 layout(scalar) FRAGMENTS_ACCESS buffer PixelFragments { uint pixel_fragments[]; };
+
+uint pixel_of(Fragment f) {
+    return f.place & (1u << PLACE_BITS) - 1u;
+}
+
+uint samples_of(Fragment f) {
+    return f.place >> PLACE_BITS;
+}
+
+// Where the images of what fragments show hold one.
+ivec2 fragment_texel(uint slot) {
+    return ivec2(slot % FRAGMENT_ROW, slot / FRAGMENT_ROW);
+}

@@ -1,5 +1,4 @@
 // What the passes gather and share found, brought up to the image. Needs: push.first_row.
-//! fragment
 //! with GATHERED
 //! with METHOD_GATHERS_LOBES
 //! given layout(push_constant) uniform Push { uint first_row; } push;

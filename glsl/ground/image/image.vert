@@ -12,7 +12,7 @@
 layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar) readonly buffer Materials { Material materials[]; };
 layout(scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place in the buffer
-layout(scalar) readonly buffer Order { uint order[]; }; // sources, back to front
+layout(scalar) readonly buffer BlendedSources { uint blended_sources[]; };
 
 layout(location = 0) flat out uint out_triangle;
 layout(location = 1) flat out uint out_back;
@@ -24,7 +24,7 @@ void main() {
     uint corner = uint(gl_VertexIndex) % 3u;
     uint place = uint(gl_VertexIndex) / 3u;
     if (BLENDED != 0u) {
-        place = slots[order[place]] - 1u; // ~0 where the triangle was dropped
+        place = slots[blended_sources[place]] - 1u; // ~0 where the triangle was dropped
     }
     out_triangle = min(place, uint(triangles.length()) - 1u);
     vec3 a = triangles[out_triangle].corners[0];

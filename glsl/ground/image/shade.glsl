@@ -1,6 +1,5 @@
 // Shades what a pixel sees of a triangle: direct light at every sample that sees it and, once, what the method looks
 // up. With GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row.
-//! fragment
 //! per method
 //! with GATHERED except none
 //! with AOVS
@@ -13,7 +12,6 @@
 #include "ground/lamp_light.glsl"
 #include "ground/image/seen.glsl"
 #include "ground/image/gathered.glsl"
-#include "ground/image/outputs.glsl"
 
 // Radiance, premultiplied by opacity, and the further layers.
 struct Shown {
@@ -172,15 +170,4 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     shown.ao_depth_diffuse = vec4(vec3(gathered.light.a, depth, s.diffuse_share) * opacity, opacity);
 #endif
     return shown;
-}
-
-void write(Shown shown) {
-    out_beauty = shown.beauty;
-#ifdef AOVS
-    out_direct = shown.direct;
-    out_indirect = shown.indirect;
-    out_normal = shown.normal;
-    out_albedo = shown.albedo;
-    out_ao_depth_diffuse = shown.ao_depth_diffuse;
-#endif
 }

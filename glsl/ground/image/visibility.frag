@@ -2,9 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with MASKED
-//! with GATHERED
-// Which triangle every sample of the image, or with GATHERED every gathered pixel, sees: a visibility buffer (Burns and
-// Hunt, JCGT 2013). With MASKED, alpha masks leave holes.
+// Which triangle every sample of the image sees: a visibility buffer (Burns and Hunt, JCGT 2013). With MASKED, alpha
+// masks leave holes.
 
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_back;
@@ -16,7 +15,8 @@ layout(location = 0) out uint out_seen;
 #include "ground/image/seen.glsl"
 
 layout(push_constant) uniform Push {
-    uint first_row; // of the pixels, at the top of this band
+    uint first_row; // of the image, at the top of this band
+    uint first_seen; // the first row that the band sees
 } push;
 
 bool passes_mask(vec2 place, Triangle t, vec3 facet, Attributes attributes, Footprint footprint) {
@@ -29,13 +29,7 @@ bool passes_mask(vec2 place, Triangle t, vec3 facet, Attributes attributes, Foot
 // Of the samples that are drawn.
 uint unmasked(Triangle t, Attributes attributes) {
     vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
-    vec2 pixel = floor(gl_FragCoord.xy) + vec2(0.0, float(push.first_row));
-#ifdef GATHERED
-    vec2 size = gathered_pixel();
-    vec2 middle = (pixel + 0.5) * size;
-    Footprint footprint = pixel_footprint(attributes, place_on_triangle(middle, size, t, facet));
-    return passes_mask(middle, t, facet, attributes, footprint) ? 1u : 0u;
-#else
+    vec2 pixel = floor(gl_FragCoord.xy) + vec2(0.0, float(push.first_seen));
     Footprint footprint = pixel_footprint(attributes, place_on_triangle(pixel + 0.5, vec2(1.0), t, facet));
     uint drawn = frame.samples == 1u ? 1u : uint(gl_SampleMaskIn[0]);
     uint kept = 0u;
@@ -45,7 +39,6 @@ uint unmasked(Triangle t, Attributes attributes) {
         kept |= passes ? 1u << i : 0u;
     }
     return kept;
-#endif
 }
 #endif
 

@@ -54,6 +54,7 @@ impl Gi for Lighting {
             lit_items: cells,
             kept_direct_light: keeps_direct_light(settings),
             diffuse: true,
+            drawn: !cells,
             shadows: true,
             turns: own.jitter || own.shadow_jitter && settings.lights.shadows == Shadows::Method,
             ..Wants::default()

@@ -15,7 +15,7 @@ use crate::ground::Ground;
 use crate::ground::cells::LIT_COUNTS;
 use crate::ground::constants::with;
 use crate::ground::grid::GridPlace;
-use crate::ground::layout::{CellCount, shared};
+use crate::ground::layout::{ListCount, shared};
 use crate::ground::lists::Lists;
 use crate::ground::memory_plan::{MemoryRow, bytes_of};
 use crate::settings::Settings as AllSettings;
@@ -161,7 +161,7 @@ impl Gi for Lighting {
                         Bind::buffer("grid_items", &lists.items),
                         Bind::buffer("cell_counts", &lists.cells.counts),
                     ]);
-                    let offset = u64::from(LIT_COUNTS) * size_of::<CellCount>() as u64;
+                    let offset = u64::from(LIT_COUNTS) * size_of::<ListCount>() as u64;
                     let push = push_of(lists, cascade);
                     let binds = light.pipeline.select(&binds);
                     r.dispatch_indirect(&light.pipeline, &binds, &push, lists.cells.counts.at(offset));

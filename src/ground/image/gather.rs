@@ -1,188 +1,188 @@
 //! Gather and share: diffuse light at fewer pixels than the image has, or along directions that differ from pixel to pixel,
 //! then the mean over neighbours on the same surface. The pass image brings it up to its pixels.
-//! Reads: triangles, lists, the method's light. Writes: gathered light and the surfaces that it belongs to, band by band.
+//! Reads: fragments, triangles, lists, the method's light. Writes: gathered light and the surfaces that it belongs to, band by band.
 
 use std::sync::Arc;
 
-use super::ImagePassDesc;
-use super::target::{Band, DEPTH_FORMAT, ImageShape, ImageTarget};
-use super::visibility::{SEEN_BYTES, Visibility, VisibilityDesc};
+use super::target::{Band, ImageShape};
+use super::{BandFrame, ImagePassDesc};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::layout::{BandPush, SharePush};
+use crate::ground::layout::{GatherPush, SharePush};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::ImageSettings;
-use crate::vk::{
-    Bind, ColorTarget, Compute, ComputeDesc, Context, DepthTarget, DrawCall, Format, Image, ImageDesc, ImageUsageFlags,
-    Load, Raster, RasterDesc, Recorder, Rect, RenderTarget,
-};
+use crate::vk::{Bind, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder};
 
 const LIGHT_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 const SURFACE_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
-/// What is gathered: what the method looks up, sampled lamps, these in the specular lobe, and what the method looks up in that. Names of
-/// what the pass `gather` finds, as the pass `share` has them, and of the means over neighbours.
-const LIGHTS: [(&str, &str); 4] = [
-    ("light", "shared_light"),
-    ("lamps", "shared_lamps"),
-    ("lamps_specular", "shared_lamps_specular"),
-    ("mirrored", "shared_mirrored"),
+/// The lights that are gathered: what the method looks up, sampled lamps, these in the specular lobe, and what the method looks up in
+/// that. Their names in the passes that gather, share, and read the means over neighbours.
+const LIGHTS: [[&str; 3]; 4] = [
+    ["gathered_light", "light", "shared_light"],
+    ["gathered_lamps", "lamps", "shared_lamps"],
+    ["gathered_lamps_specular", "lamps_specular", "shared_lamps_specular"],
+    ["gathered_mirrored", "mirrored", "shared_mirrored"],
 ];
 
-fn lights(lobes: bool) -> &'static [(&'static str, &'static str)] {
-    if lobes { &LIGHTS } else { &LIGHTS[..3] }
-}
-
-/// Bytes of a gathered pixel: every light before and after sharing, surface, what is seen, depth.
-fn pixel_bytes(lobes: bool) -> u64 {
-    2 * 8 * lights(lobes).len() as u64 + 16 + SEEN_BYTES + 4
-}
-
-/// Pixels along each side of a workgroup of `share.comp`.
+/// Pixels along each side of a workgroup of `gather.comp` and of `share.comp`.
 const GROUP: u32 = 8;
 
 /// Gathered pixels beyond the nearest that a surface is looked for among: `WIDER` in `glsl/ground/image/gathered.glsl`.
 const WIDER: u32 = 2;
 
-/// How much of the gathered image one band of rows needs.
-#[derive(Clone, Copy)]
-struct Extent {
+/// Rows of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rows {
+    pub first: u32,
+    pub count: u32,
+}
+
+/// How an image gathers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GatherShape {
+    /// Pixels of the image per gathered pixel, along each side.
     scale: u32,
-    /// Rows beyond a band's own on each side: `GATHER_MARGIN` in `glsl/ground/image/gathered.glsl`.
+    /// Gathered rows beyond a band's own on each side: `GATHER_MARGIN` in `glsl/ground/image/gathered.glsl`.
     margin: u32,
-    /// Of the whole image, gathered pixels.
-    width: u32,
-    height: u32,
+    /// Whether light of specular lobes is gathered too.
+    lobes: bool,
 }
 
-impl Extent {
-    fn new(settings: &ImageSettings, (width, height): (u32, u32)) -> Self {
-        let scale = settings.gather_resolution.scale();
-        Self {
-            scale,
-            margin: settings.interleave / 2 + 1 + WIDER,
-            width: width.div_ceil(scale),
-            height: height.div_ceil(scale),
-        }
+impl GatherShape {
+    pub fn new(settings: &ImageSettings, lobes: bool) -> Self {
+        Self { scale: settings.gather_resolution.scale(), margin: settings.interleave / 2 + 1 + WIDER, lobes }
     }
 
-    /// First gathered row and their number for a band of the image.
-    fn rows(&self, band: &Band) -> (u32, u32) {
-        let first = (band.first_row / self.scale).saturating_sub(self.margin);
-        let end = ((band.first_row + band.rows).div_ceil(self.scale) + self.margin).min(self.height);
-        (first, end - first)
+    fn lights(&self) -> &'static [[&'static str; 3]] {
+        if self.lobes { &LIGHTS } else { &LIGHTS[..3] }
     }
 
-    fn most_rows(&self, band_rows: u32) -> u32 {
-        (band_rows.div_ceil(self.scale) + 1 + 2 * self.margin).min(self.height)
+    /// Gathered pixels of a whole image.
+    fn size(&self, shape: &ImageShape) -> (u32, u32) {
+        (shape.width.div_ceil(self.scale), shape.height.div_ceil(self.scale))
     }
-}
 
-/// Bytes of what [`Gather::new`] makes; `lobes`: of [`ImagePassDesc`].
-pub fn plan(settings: &ImageSettings, lobes: bool, shape: &ImageShape) -> MemoryRow {
-    let extent = Extent::new(settings, (shape.width, shape.height));
-    let pixels = u64::from(extent.width) * u64::from(extent.most_rows(shape.band_rows()));
-    ("gathered light", pixels * pixel_bytes(lobes))
+    /// Gathered rows for some rows of the image.
+    fn rows(&self, shape: &ImageShape, own: Rows) -> Rows {
+        let first = (own.first / self.scale).saturating_sub(self.margin);
+        let end = ((own.first + own.count).div_ceil(self.scale) + self.margin).min(self.size(shape).1);
+        Rows { first, count: end - first }
+    }
+
+    fn most_rows(&self, shape: &ImageShape) -> u32 {
+        (shape.band_rows().div_ceil(self.scale) + 1 + 2 * self.margin).min(self.size(shape).1)
+    }
+
+    /// Rows of the image that are seen for some of its rows: these, and those at which others are gathered for them.
+    pub fn seen(&self, shape: &ImageShape, own: Rows) -> Rows {
+        let (gathered, of) = (self.rows(shape, own), u64::from(self.size(shape).1));
+        let row = |gathered: u32| u64::from(gathered) * u64::from(shape.height);
+        let first = ((row(gathered.first) / of) as u32).min(own.first);
+        let end = (row(gathered.first + gathered.count).div_ceil(of) as u32).max(own.first + own.count);
+        Rows { first, count: end - first }
+    }
+
+    /// How many rows more are seen than there are, at most: a gathered pixel may be a row smaller than the scale.
+    pub fn most_beyond(&self) -> u32 {
+        2 * (self.margin + 2) * self.scale
+    }
+
+    /// Bytes of a gathered pixel: every light before and after sharing, and the surface.
+    fn pixel_bytes(&self) -> u64 {
+        2 * 8 * self.lights().len() as u64 + 16
+    }
+
+    /// Bytes of [`Gather::new`].
+    pub fn plan(&self, shape: &ImageShape) -> MemoryRow {
+        let pixels = u64::from(self.size(shape).0) * u64::from(self.most_rows(shape));
+        ("gathered light", pixels * self.pixel_bytes())
+    }
 }
 
 pub struct Gather {
-    extent: Extent,
+    of: GatherShape,
     surfaces: Image,
     lights: Vec<Image>,
-    depth: Image,
     /// What neighbours share; the image reads this.
     shared: Vec<Image>,
-    visibility: Visibility,
-    gather: Raster,
+    gather: Compute,
     share: Compute,
 }
 
 impl Gather {
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape, of: GatherShape) -> Result<Self> {
         let ImagePassDesc { method, ref constants, .. } = *desc;
-        let fragment = format!("ground/image/gather.frag {method}");
-        let mut formats = vec![SURFACE_FORMAT];
-        formats.resize(1 + lights(desc.lobes).len(), LIGHT_FORMAT);
-        let gather = RasterDesc {
-            label: "gather",
-            vertex: "ground/image/whole.vert",
-            fragment: Some(&fragment),
-            constants,
-            color_formats: &formats,
-            ..Default::default()
-        };
-        let extent = Extent::new(desc.settings, (target.width, target.height));
-        let (width, height) = (extent.width, extent.most_rows(target.shape().band_rows()));
-        let image = |label: &str, format, usage| {
+        let (width, height) = (of.size(shape).0, of.most_rows(shape));
+        let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED;
+        let image = |label: &str, format| {
             Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
         };
-        let images = |stage: &str, usage| -> Result<Vec<Image>> {
-            lights(desc.lobes).iter().map(|(name, _)| image(&format!("{stage} {name}"), LIGHT_FORMAT, usage)).collect()
-        };
-        let drawn = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
+        let lights = of.lights();
+        let shader = format!("ground/image/gather.comp {method}");
+        let gather = ComputeDesc { label: "gather", shader: &shader, constants };
+        let shader = if of.lobes { "ground/image/share.comp LOBES" } else { "ground/image/share.comp" };
+        let share = ComputeDesc { label: "share", shader, constants };
         Ok(Self {
-            extent,
-            surfaces: image("gathered surfaces", SURFACE_FORMAT, drawn)?,
-            lights: images("gathered", drawn)?,
-            depth: image("gathered depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
-            shared: images("shared", ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED)?,
-            visibility: Visibility::new(context, desc, &VisibilityDesc { gathered: true, width, height, samples: 1 })?,
-            gather: Raster::new(context, &gather)?,
-            share: Compute::new(
-                context,
-                &ComputeDesc {
-                    label: "share",
-                    shader: if desc.lobes { "ground/image/share.comp LOBES" } else { "ground/image/share.comp" },
-                    constants,
-                },
-            )?,
+            of,
+            surfaces: image("gathered surfaces", SURFACE_FORMAT)?,
+            lights: lights.iter().map(|[name, ..]| image(name, LIGHT_FORMAT)).collect::<Result<_>>()?,
+            shared: lights.iter().map(|[.., name]| image(name, LIGHT_FORMAT)).collect::<Result<_>>()?,
+            gather: Compute::new(context, &gather)?,
+            share: Compute::new(context, &share)?,
         })
     }
 
-    /// Gathers for one band of the image. `look_up`: what the method's look-up binds.
-    pub fn record<'a>(&'a self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], band: &Band) {
-        let (first_row, rows) = self.extent.rows(band);
-        r.full_barrier(); // the method wrote its light; the band before read the same targets
-        let Extent { width, height, .. } = self.extent;
-        let written = |image: &'a Image| ColorTarget::overwritten(image.attachment_view(0));
-        let depth = DepthTarget { view: self.depth.attachment_view(0), load: Load::Clear(0.0), store: false };
-        let viewport = Some(Rect { x: 0, y: -(first_row as i32), width, height });
-        let target = RenderTarget { depth: Some(depth), width, height: rows, viewport, ..Default::default() };
-        self.visibility.record(r, ground, &target, first_row);
-        let mut binds = ground.image_binds();
-        binds.extend_from_slice(look_up);
-        binds.push(self.visibility.bind(ground));
+    /// Gathers for one band of the image. `binds`: fragments, and what the method's look-up binds beside the ground.
+    pub fn record<'a>(&'a self, r: &mut Recorder, of: &BandFrame<'a>, mut binds: Vec<Bind<'a>>) {
+        let BandFrame { ground, shape, band } = *of;
+        let rows = self.rows(shape, band);
+        let width = self.of.size(shape).0;
+        let groups = [width.div_ceil(GROUP), rows.count.div_ceil(GROUP), 1];
+        binds.push(Bind::storage_image("gathered_surfaces", self.surfaces.view()));
+        // An image that is declared but never written must be given something.
+        let lights = self.lights.iter().chain(std::iter::repeat(&self.lights[0])).zip(LIGHTS);
+        binds.extend(lights.map(|(image, [name, ..])| Bind::storage_image(name, image.view())));
         let binds = self.gather.select(&binds);
-        let colors: Vec<_> = std::iter::once(&self.surfaces).chain(&self.lights).map(written).collect();
-        let target = RenderTarget { colors: &colors, width, height: rows, ..Default::default() };
-        let call = DrawCall::Direct { vertices: 3, instances: 1 };
-        target.draw_in_parts(r, |pass| pass.draw(&self.gather, &binds, &BandPush { first_row }, call));
+        r.in_parts(groups[1], 1, |r, part| {
+            let (first, end) = (part.start * GROUP, (part.end * GROUP).min(rows.count));
+            let push = GatherPush { first_row: rows.first, first, end, first_seen: band.first_seen };
+            r.dispatch(&self.gather, &binds, &push, [groups[0], part.len() as u32, 1]);
+        });
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;
-        let surfaces = Bind::image("surfaces", self.surfaces.view(), texels);
-        let mut binds = vec![Bind::buffer("frame", &ground.frame), surfaces];
-        for ((light, shared), &(name, shared_name)) in self.lights.iter().zip(&self.shared).zip(&LIGHTS) {
-            binds.push(Bind::image(name, light.view(), texels));
-            binds.push(Bind::storage_image(shared_name, shared.view()));
-        }
-        let groups = [self.extent.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1];
-        r.dispatch(&self.share, &binds, &SharePush { rows }, groups);
+        let mut binds =
+            vec![Bind::buffer("frame", &ground.frame), Bind::image("surfaces", self.surfaces.view(), texels)];
+        binds.extend(self.named(&self.lights, 1).map(|(image, name)| Bind::image(name, image.view(), texels)));
+        binds.extend(self.named(&self.shared, 2).map(|(image, name)| Bind::storage_image(name, image.view())));
+        r.dispatch(&self.share, &binds, &SharePush { rows: rows.count }, groups);
+        r.full_barrier();
+    }
+
+    fn rows(&self, shape: &ImageShape, band: &Band) -> Rows {
+        self.of.rows(shape, Rows { first: band.first_row, count: band.rows })
+    }
+
+    fn named<'a>(
+        &self,
+        images: &'a [Image],
+        stage: usize,
+    ) -> impl Iterator<Item = (&'a Image, &'static str)> + use<'a> {
+        images.iter().zip(LIGHTS).map(move |(image, names)| (image, names[stage]))
     }
 
     /// What the image reads.
     pub fn binds<'a>(&'a self, ground: &'a Ground) -> impl Iterator<Item = Bind<'a>> {
         let texels = &ground.scene.texel_sampler;
         // What a shader may read but never does must be given something.
-        let shared = self.shared.iter().chain(std::iter::repeat(&self.shared[0])).zip(&LIGHTS);
+        let shared = self.shared.iter().chain(std::iter::repeat(&self.shared[0])).zip(LIGHTS);
         std::iter::once(Bind::image("surfaces", self.surfaces.view(), texels))
-            .chain(shared.map(|(image, (_, name))| Bind::image(name, image.view(), texels)))
+            .chain(shared.map(|(image, [.., name])| Bind::image(name, image.view(), texels)))
     }
 
     /// Bytes that a band writes.
-    pub fn bytes(&self, band: &Band) -> u64 {
-        u64::from(self.extent.rows(band).1)
-            * u64::from(self.extent.width)
-            * pixel_bytes(self.lights.len() == LIGHTS.len())
+    pub fn bytes(&self, shape: &ImageShape, band: &Band) -> u64 {
+        u64::from(self.rows(shape, band).count) * u64::from(self.of.size(shape).0) * self.of.pixel_bytes()
     }
 }

@@ -1,178 +1,186 @@
-//! The image: which triangle every sample sees first, then of each triangle in a pixel the samples' direct light and, once, what the
-//! method looks up; blended triangles over it, back to front. In bands of rows, so that multisampled targets stay small.
+//! The image: which triangle every sample sees first; of each triangle in a pixel the samples' direct light and, once, what the method
+//! looks up; blended surfaces over it, back to front. In bands of rows where the whole image would take much memory.
 //! Diffuse light may be gathered before, apart from the image.
 //! Reads: triangles, lists, the method's light. Writes: radiance, f32.
 
-pub mod fragments;
+mod blended;
+mod drawn;
+mod fragments;
 pub mod gather;
 pub mod given;
+mod resolve;
 pub mod target;
-pub mod visibility;
+mod visibility;
 
 use std::sync::Arc;
 
-use super::Ground;
-use super::constants::{Features, with};
+use super::constants::Features;
 use super::layout::BandPush;
+use super::{Counts, Ground};
 use crate::Result;
 use crate::scene::Scene;
-use crate::settings::ImageSettings;
-use crate::vk::{
-    Bind, CompareOp, Constant, Context, DepthDesc, DrawCall, Raster, RasterDesc, Recorder, Rect, RenderTarget, ZoneKind,
-};
-use fragments::{Fragments, FragmentsFrame, Part};
+use crate::vk::{Bind, Constant, Context, Load, Recorder, ZoneKind};
+use blended::Blended;
+use drawn::Drawn;
+use fragments::{FragmentList, FragmentShading};
 use gather::Gather;
-use target::{Band, COLOR_FORMAT, DEPTH_FORMAT, ImageTarget};
-use visibility::{Visibility, VisibilityDesc};
+use resolve::Resolve;
+use target::{Band, ImageShape, ImageTarget};
+use visibility::Visibility;
 
 /// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
 const MOST_TIMED_BANDS: usize = 100;
-/// Rows that are shaded at once are multiples of this.
-const PART_ROWS: u32 = 16;
 
 pub struct ImagePass {
     visibility: Visibility,
-    opaque: Opaque,
-    blended: Option<Raster>,
-    sky: Option<Raster>,
+    list: Option<FragmentList>,
     gather: Option<Gather>,
+    opaque: Opaque,
+    blended: Option<Blended>,
+    resolve: Resolve,
 }
 
 enum Opaque {
-    Drawn(Raster),
-    Packed(Fragments),
+    /// Triangle by triangle, as the talk does.
+    Drawn(Drawn),
+    /// Fragment by fragment.
+    Listed(FragmentShading),
 }
 
 /// What an [`ImagePass`] is made for.
 pub struct ImagePassDesc<'a> {
-    pub settings: &'a ImageSettings,
     pub features: Features,
     /// The method's name: its look-up is asked.
     pub method: &'a str,
-    /// Whether its diffuse look-up is gathered apart,
-    pub apart: bool,
-    /// and what it finds for rough lobes beside it.
-    pub lobes: bool,
     /// All constants of the shaders.
     pub constants: Vec<Constant>,
 }
 
 impl ImagePass {
+    /// `counts`: what there is room for.
+    ///
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, target: &ImageTarget) -> Result<Self> {
-        let ImagePassDesc { settings, features, method, apart, ref constants, .. } = *desc;
-        let layers = if target.outputs() > 1 { " AOVS" } else { "" };
-        let apart_form = if apart { " GATHERED" } else { "" };
-        let shader = |file: &str, form: &str| format!("ground/image/{file} {method}{form}{layers}");
-        let (packed, drawn) = (shader("image.frag", apart_form), shader("drawn.frag", apart_form));
-        let blended_fragment = shader("drawn.frag", ""); // what lies behind was gathered, not these
-        let formats = vec![COLOR_FORMAT; target.outputs()];
-        let depth = |compare, write| Some(DepthDesc { format: DEPTH_FORMAT, compare, write });
-        let common = RasterDesc {
-            label: "image",
-            vertex: "ground/image/image.vert",
-            samples: settings.samples,
-            constants,
-            color_formats: &formats,
-            ..Default::default()
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape, counts: &Counts) -> Result<Self> {
+        let image = |gathered| {
+            let forms = [("GATHERED", gathered), ("AOVS", shape.outputs > 1)];
+            shader(&format!("ground/image/image.comp {}", desc.method), &forms)
         };
-        let drawn = RasterDesc { fragment: Some(&drawn), depth: depth(CompareOp::EQUAL, false), ..common };
-        let opaque = if target.shape().packed {
-            Opaque::Packed(Fragments::new(context, desc, target, &packed)?)
-        } else {
-            Opaque::Drawn(Raster::new(context, &drawn)?)
-        };
-        let (width, height) = (target.width, target.shape().band_rows());
-        let seen = VisibilityDesc { gathered: false, width, height, samples: settings.samples };
-        let with_blending = with(constants.clone(), &[("BLENDED", 1u32.into())]);
-        let blended = RasterDesc {
-            label: "image blended",
-            fragment: Some(&blended_fragment),
-            constants: &with_blending,
-            depth: depth(CompareOp::GREATER_OR_EQUAL, false),
-            blends: true,
-            ..common
-        };
-        let sky = RasterDesc {
-            label: "sky",
-            vertex: "ground/image/sky.vert",
-            fragment: Some(if layers.is_empty() { "ground/image/sky.frag" } else { "ground/image/sky.frag AOVS" }),
-            depth: depth(CompareOp::EQUAL, false),
-            ..common
-        };
+        let samples = shape.most_seen_samples();
         Ok(Self {
-            sky: (features.has(Features::SKY_GRADIENT) || features.has(Features::SKY_MAP))
-                .then(|| Raster::new(context, &sky))
+            visibility: Visibility::new(context, desc, shape)?,
+            list: shape.lists().then(|| FragmentList::new(context, shape)).transpose()?,
+            gather: shape.gathers.map(|gathers| Gather::new(context, desc, shape, gathers)).transpose()?,
+            opaque: if shape.drawn {
+                Opaque::Drawn(Drawn::new(context, desc, shape)?)
+            } else {
+                let shader = image(shape.gathers.is_some());
+                Opaque::Listed(FragmentShading::new(context, desc, shape.outputs, samples, &shader)?)
+            },
+            blended: (desc.features.has(Features::BLEND))
+                // Diffuse light was gathered for what lies behind, not for these.
+                .then(|| Blended::new(context, desc, shape, counts.blended_fragments, &image(false)))
                 .transpose()?,
-            visibility: Visibility::new(context, desc, &seen)?,
-            opaque,
-            blended: features.has(Features::BLEND).then(|| Raster::new(context, &blended)).transpose()?,
-            gather: apart.then(|| Gather::new(context, desc, target)).transpose()?,
+            resolve: Resolve::new(context, desc, shape)?,
         })
+    }
+
+    /// Makes room for what `counts` says.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn grow(&mut self, context: &Arc<Context>, counts: &Counts) -> Result<()> {
+        self.blended.as_mut().map_or(Ok(()), |blended| blended.grow(context, counts.blended_fragments))
     }
 
     /// `look_up`: what the method's look-up binds.
     pub fn record(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>]) {
-        let target = frame.target;
-        if target.bands().count() > MOST_TIMED_BANDS {
-            r.zone("image", ZoneKind::Raster, target.bytes(), |r| {
-                for band in target.bands() {
-                    if let Some(gather) = &self.gather {
-                        gather.record(r, frame.ground, look_up, &band);
-                    }
-                    self.draw_band(r, frame, look_up, &band);
+        let ImageFrame { ground, target, .. } = *frame;
+        let shape = target.shape();
+        let timed = shape.bands().count() <= MOST_TIMED_BANDS;
+        let all = |r: &mut Recorder| {
+            for band in shape.bands() {
+                let of = BandFrame { ground, shape, band: &band };
+                let mut zone = |name, kind, bytes, record: &dyn Fn(&mut Recorder)| {
+                    if timed { r.zone(name, kind, bytes, record) } else { record(r) }
+                };
+                let row = u64::from(shape.width);
+                let seen = row * u64::from(band.seen_rows) * u64::from(shape.samples);
+                zone("visibility", ZoneKind::Raster, visibility::SEEN_BYTES * seen, &|r| self.see(r, &of));
+                if let Some(gather) = &self.gather {
+                    zone("gather", ZoneKind::Compute, gather.bytes(shape, &band), &|r| self.gather(r, &of, look_up));
                 }
-            });
-            return;
-        }
-        for band in target.bands() {
-            if let Some(gather) = &self.gather {
-                r.zone("gather", ZoneKind::Raster, gather.bytes(&band), |r| {
-                    gather.record(r, frame.ground, look_up, &band)
-                });
+                let bytes = row * u64::from(band.rows) * shape.color_bytes();
+                zone("image", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, frame, look_up));
             }
-            let bytes = target.bytes() / u64::from(target.height) * u64::from(band.rows);
-            r.zone("image", ZoneKind::Raster, bytes, |r| self.draw_band(r, frame, look_up, &band));
+        };
+        if timed { all(r) } else { r.zone("image", ZoneKind::Compute, target.bytes(), all) }
+    }
+
+    /// Which triangles a band sees.
+    fn see(&self, r: &mut Recorder, of: &BandFrame) {
+        r.full_barrier(); // the lists were made; the band before read the same images
+        self.visibility.record(r, of);
+        if let Some(list) = &self.list {
+            list.record(r, of, self.visibility.bind(of.ground));
         }
     }
 
-    fn draw_band(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>], band: &Band) {
-        let ImageFrame { ground, target, blended, scene } = *frame;
-        let sky = if scene.sky_unseen { [0.0; 3] } else { scene.sky.into() };
-        r.full_barrier(); // the method wrote its light, gather and share theirs; the band before was copied from the same targets
+    fn gather(&self, r: &mut Recorder, of: &BandFrame, look_up: &[Bind<'_>]) {
+        let (Some(gather), Some(list)) = (&self.gather, &self.list) else { return };
+        let mut binds = of.ground.image_binds();
+        binds.extend_from_slice(look_up);
+        binds.extend(list.binds());
+        gather.record(r, of, binds);
+    }
+
+    fn shade(&self, r: &mut Recorder, of: &BandFrame, frame: &ImageFrame, look_up: &[Bind<'_>]) {
+        let (ground, texels) = (of.ground, &of.ground.scene.texel_sampler);
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
         if let Some(gather) = &self.gather {
             binds.extend(gather.binds(ground));
         }
-        let push = BandPush { first_row: band.first_row };
-        self.visibility.record(r, ground, &target.render_target(&[], band), band.first_row);
-        r.in_parts(band.rows, PART_ROWS, |r, rows| {
-            let part = Part { band, first_row: rows.start, rows: rows.len() as u32 };
-            if let Opaque::Packed(fragments) = &self.opaque {
-                let frame = FragmentsFrame { target, seen: self.visibility.bind(ground), binds: &binds };
-                fragments.shade(r, &frame, &part);
+        let mut shown = ground.image_binds();
+        match &self.opaque {
+            Opaque::Drawn(drawn) => {
+                binds.push(self.visibility.bind(ground));
+                drawn.record(r, of, &self.visibility.target(of, Load::Load), &binds);
+                binds.pop();
+                shown.extend([drawn.bind(ground), self.visibility.bind(ground)]);
             }
-            let area = Rect { x: 0, y: part.first_row as i32, width: target.width, height: part.rows };
-            let colors = target.colors(sky);
-            let whole = target.render_target(&colors, band);
-            r.raster(&RenderTarget { area: Some(area), ..whole }, |pass| {
-                match &self.opaque {
-                    Opaque::Drawn(drawn) => pass.draw(drawn, &drawn.select(&binds), &push, ground.recorded()),
-                    Opaque::Packed(fragments) => fragments.spread(pass, ground, target),
-                }
-                if let Some(pipeline) = self.sky.as_ref().filter(|_| !scene.sky_unseen) {
-                    let call = DrawCall::Direct { vertices: 3, instances: 1 };
-                    pass.draw(pipeline, &pipeline.select(&binds), &(), call);
-                }
-                if let Some(pipeline) = &self.blended {
-                    let call = DrawCall::Direct { vertices: 3 * blended, instances: 1 };
-                    pass.draw(pipeline, &pipeline.select(&binds), &push, call);
-                }
-            });
-        });
-        target.copy_band(r, band);
+            Opaque::Listed(shading) => {
+                let list = self.list.as_ref().expect("fragments are listed where they are shaded");
+                shading.record(r, of, &list.list, &binds);
+                shown.push(Bind::images("shaded", shading.shaded(), texels));
+                shown.extend(list.binds());
+            }
+        }
+        if let Some(blended) = &self.blended {
+            blended.record(r, of, &self.visibility, &binds);
+            shown.extend(blended.resolve_binds(texels));
+        }
+        self.resolve.record(r, of, frame, shown);
+    }
+}
+
+/// The name of a shader in those of its forms that are asked for.
+fn shader(plain: &str, forms: &[(&str, bool)]) -> String {
+    let asked = forms.iter().filter(|(_, asked)| *asked).map(|(form, _)| *form);
+    std::iter::once(plain).chain(asked).collect::<Vec<_>>().join(" ")
+}
+
+/// A band of an image, and what its passes stand on.
+pub struct BandFrame<'a> {
+    pub ground: &'a Ground,
+    pub shape: &'a ImageShape,
+    pub band: &'a Band,
+}
+
+impl BandFrame<'_> {
+    /// Push constants of the passes that draw it.
+    fn push(&self) -> BandPush {
+        BandPush { first_row: self.band.first_row, first_seen: self.band.first_seen }
     }
 }
 
@@ -181,7 +189,5 @@ impl ImagePass {
 pub struct ImageFrame<'a> {
     pub ground: &'a Ground,
     pub target: &'a ImageTarget,
-    /// Blended triangles.
-    pub blended: u32,
     pub scene: &'a Scene,
 }

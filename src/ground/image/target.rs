@@ -1,33 +1,33 @@
-//! What the image pass draws into, and how the image comes back. Multisampled targets hold one band of rows, which is resolved
-//! and copied into the whole image, so that an image of any size needs little memory; the image stays on the device until a
-//! [`Readback`] copies it out.
+//! The image on the device, its shape and its bands: what has a sample of its own, and fragments, are kept for one band of rows, so
+//! that an image of any size needs bounded memory beside itself. The image stays on the device until a [`Readback`] copies it out.
 
 use std::sync::Arc;
 
-use super::fragments;
-use super::visibility::SEEN_BYTES;
+use super::fragments::{self, FRAGMENT_BYTES, FRAGMENT_ROW};
+use super::gather::{GatherShape, Rows};
+use super::visibility::{self, SEEN_BYTES};
+use super::{blended, drawn};
 use crate::Result;
 use crate::ground::memory_plan::MemoryRow;
+use crate::ground::wants::Wants;
 use crate::layers::{Aov, Layers};
 use crate::settings::ImageSettings;
-use crate::vk::{
-    Buffer, BufferKind, ColorTarget, Context, DepthTarget, Format, Image, ImageDesc, ImageRegion, ImageUsageFlags,
-    Load, Recorder, Rect, RenderTarget,
-};
+use crate::vk::{Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageRegion, ImageUsageFlags, Recorder};
 
 pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
 const COLOR_BYTES: u64 = 16;
-const DEPTH_BYTES: u64 = 4;
-/// Of what a band takes: a 768×768 image with 4 samples is one. Each draws all triangles anew.
-const BAND_BYTES: u64 = 110 << 20;
-/// Rows of samples that a band has at most: each may be a row of fragments, and this is as high as any device's images may be.
-const BAND_SAMPLE_ROWS: u32 = 4096;
+pub const DEPTH_BYTES: u64 = 4;
+/// Of what a band takes: an image of 1920×1080 with 4 samples is one. Each band draws all triangles anew.
+const BAND_BYTES: u64 = 512 << 20;
+/// Samples that a band sees at most: as many as there are texels in an image of fragments that any device can have.
+const BAND_SAMPLES: u64 = (FRAGMENT_ROW as u64).pow(2);
 
-/// Depth of the sky while it is blended and resolved; infinity times zero would be NaN. Read back as infinity.
+/// Depth of the sky while it is blended and resolved, as in `glsl/ground/image/resolve.comp`; infinity times zero would be NaN. Read
+/// back as infinity.
 pub const FAR: f32 = 1e36;
 
-/// The outputs of `image.frag` in their order: what each holds, a layer or, channel by channel, several of one number.
+/// The outputs of the pass image in their order: what each holds, a layer or, channel by channel, several of one number.
 const OUTPUTS: &[&[Aov]] = &[
     &[Aov::Beauty],
     &[Aov::Direct],
@@ -43,32 +43,23 @@ pub fn outputs(aovs: &[Aov]) -> usize {
     if alone { 1 } else { OUTPUTS.len() }
 }
 
-/// Rows that are drawn at once.
+/// Rows of the image that are made at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Band {
     pub first_row: u32,
     pub rows: u32,
-}
-
-struct OutputTarget {
-    /// Of a band, multisampled; absent with one sample per pixel.
-    samples: Option<Image>,
-    /// Of a band, resolved; absent where the whole image is one band.
-    band: Option<Image>,
-    /// The whole image.
-    image: Image,
+    /// The rows that it sees: more than it has where pixels beyond it are gathered.
+    pub first_seen: u32,
+    pub seen_rows: u32,
 }
 
 pub struct ImageTarget {
-    pub width: u32,
-    pub height: u32,
     shape: ImageShape,
-    /// One per entry of [`OUTPUTS`], or the first alone.
-    outputs: Vec<OutputTarget>,
-    depth: Image,
+    /// The whole image: one per entry of [`OUTPUTS`], or the first alone.
+    images: Vec<Image>,
 }
 
-/// What sizes of an image's targets depend on.
+/// What sizes of everything that an image is made with depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageShape {
     /// Pixels.
@@ -78,15 +69,17 @@ pub struct ImageShape {
     pub samples: u32,
     /// See [`outputs`].
     pub outputs: usize,
-    /// Whether [`Fragments`](super::fragments::Fragments) are shaded.
-    pub packed: bool,
+    /// Whether opaque surfaces are shaded as they are drawn: [`Wants::drawn`].
+    pub drawn: bool,
+    /// Where diffuse light is gathered apart from the image.
+    pub gathers: Option<GatherShape>,
 }
 
 impl ImageShape {
-    /// `triangles`: of the scene.
-    pub fn new(settings: &ImageSettings, size: (u32, u32), outputs: usize, triangles: u32) -> Self {
-        let (width, height) = size;
-        Self { width, height, samples: settings.samples, outputs, packed: settings.shading.packs(size, triangles) }
+    pub fn new(settings: &ImageSettings, wants: &Wants, (width, height): (u32, u32), outputs: usize) -> Self {
+        let gathers =
+            (wants.diffuse && settings.gathers_apart()).then(|| GatherShape::new(settings, wants.gathers_lobes));
+        Self { width, height, samples: settings.samples, outputs, drawn: wants.drawn, gathers }
     }
 
     /// Bytes of all outputs of a pixel or sample.
@@ -94,30 +87,59 @@ impl ImageShape {
         COLOR_BYTES * self.outputs as u64
     }
 
+    /// Whether fragments are listed: to be shaded, or to be gathered at.
+    pub fn lists(&self) -> bool {
+        !self.drawn || self.gathers.is_some()
+    }
+
     /// Rows of a band.
     pub fn band_rows(&self) -> u32 {
-        let packed = if self.packed { fragments::sample_bytes(self) } else { 0 };
-        let of_sample = self.color_bytes() + DEPTH_BYTES + SEEN_BYTES + packed;
-        let row = u64::from(self.width) * u64::from(self.samples) * of_sample;
-        ((BAND_BYTES / row).max(1) as u32).min(BAND_SAMPLE_ROWS / self.samples).min(self.height)
+        let of_sample = SEEN_BYTES + self.color_bytes() + if self.lists() { FRAGMENT_BYTES } else { 0 };
+        let row = u64::from(self.width) * u64::from(self.samples);
+        let rows = (BAND_BYTES / (row * of_sample)).min(BAND_SAMPLES / row);
+        if rows >= u64::from(self.height) {
+            return self.height;
+        }
+        (rows as u32).saturating_sub(self.gathers.map_or(0, |gathers| gathers.most_beyond())).max(1)
+    }
+
+    pub fn bands(&self) -> impl Iterator<Item = Band> {
+        let (shape, step) = (*self, self.band_rows());
+        (0..self.height).step_by(step as usize).map(move |first_row| shape.band(first_row, step))
+    }
+
+    fn band(&self, first_row: u32, rows: u32) -> Band {
+        let own = Rows { first: first_row, count: rows.min(self.height - first_row) };
+        let seen = self.gathers.map_or(own, |gathers| gathers.seen(self, own));
+        Band { first_row, rows: own.count, first_seen: seen.first, seen_rows: seen.count }
+    }
+
+    /// Rows that a band sees at most.
+    pub fn most_seen_rows(&self) -> u32 {
+        let beyond = self.gathers.map_or(0, |gathers| gathers.most_beyond());
+        (self.band_rows() + beyond).min(self.height)
+    }
+
+    /// Samples that a band sees at most.
+    pub fn most_seen_samples(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.most_seen_rows()) * u64::from(self.samples)
     }
 }
 
-/// Sizes of everything that [`ImageTarget::new`] makes, and of what is seen and listed of a band.
-pub fn plan(shape: &ImageShape) -> Vec<MemoryRow> {
-    let (width, height, rows) = (u64::from(shape.width), u64::from(shape.height), u64::from(shape.band_rows()));
-    let (samples, bytes) = (u64::from(shape.samples), shape.color_bytes());
-    let multisampled = if samples > 1 { width * rows * samples * bytes } else { 0 };
-    let resolved = if rows < height { width * rows * bytes } else { 0 };
-    let mut plan = vec![
-        ("image band, samples", multisampled + width * rows * samples * DEPTH_BYTES),
-        ("image band, resolved", resolved),
-        ("image", width * height * bytes),
-        ("visibility", width * rows * samples * SEEN_BYTES),
-    ];
-    if shape.packed {
+/// Sizes of everything that an image is made with. `blended`: room for fragments of blended surfaces, where there are any.
+pub fn plan(shape: &ImageShape, blended: Option<u32>) -> Vec<MemoryRow> {
+    let (width, height, bytes) = (u64::from(shape.width), u64::from(shape.height), shape.color_bytes());
+    let mut plan = vec![("image", width * height * bytes), visibility::plan(shape)];
+    if shape.lists() {
         plan.push(fragments::plan(shape));
     }
+    plan.push(if shape.drawn {
+        drawn::plan(shape)
+    } else {
+        ("shaded fragments", fragments::shaded_bytes(shape, shape.most_seen_samples()))
+    });
+    plan.extend(blended.map(|capacity| blended::plan(shape, capacity)));
+    plan.extend(shape.gathers.map(|gathers| gathers.plan(shape)));
     plan
 }
 
@@ -125,107 +147,48 @@ impl ImageTarget {
     /// # Errors
     /// Too little memory.
     pub fn new(context: &Arc<Context>, shape: ImageShape) -> Result<Self> {
-        let ImageShape { width, height, samples, outputs, .. } = shape;
-        let band_rows = shape.band_rows();
-        let image = |label: &str, format: Format, (height, samples): (u32, u32), usage: ImageUsageFlags| {
-            Image::new(context, &ImageDesc { label, format, width, height, samples, usage, ..Default::default() })
-        };
-        let color = ImageUsageFlags::COLOR_ATTACHMENT;
-        let source = color | ImageUsageFlags::TRANSFER_SRC;
-        let whole = source | ImageUsageFlags::TRANSFER_DST | ImageUsageFlags::SAMPLED;
-        let targets = OUTPUTS[..outputs].iter().map(|layers| {
-            let name = layers.iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ");
-            let samples = (samples > 1)
-                .then(|| image(&format!("{name}, samples"), COLOR_FORMAT, (band_rows, samples), color))
-                .transpose()?;
-            let band = (band_rows < height)
-                .then(|| image(&format!("{name}, band"), COLOR_FORMAT, (band_rows, 1), source))
-                .transpose()?;
-            Ok(OutputTarget { samples, band, image: image(&name, COLOR_FORMAT, (height, 1), whole)? })
+        let ImageShape { width, height, outputs, .. } = shape;
+        let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_SRC;
+        let images = OUTPUTS[..outputs].iter().map(|layers| {
+            let label = layers.iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ");
+            let format = COLOR_FORMAT;
+            Image::new(context, &ImageDesc { label: &label, format, width, height, usage, ..Default::default() })
         });
-        Ok(Self {
-            width,
-            height,
-            shape,
-            outputs: targets.collect::<Result<_>>()?,
-            depth: image("depth", DEPTH_FORMAT, (band_rows, samples), ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
-        })
+        Ok(Self { shape, images: images.collect::<Result<_>>()? })
     }
 
     pub fn shape(&self) -> &ImageShape {
         &self.shape
     }
 
-    pub fn outputs(&self) -> usize {
-        self.outputs.len()
+    /// Pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.shape.width, self.shape.height)
     }
 
     /// Bytes of the finished image and its layers.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height) * COLOR_BYTES * self.outputs.len() as u64
+        u64::from(self.shape.width) * u64::from(self.shape.height) * self.shape.color_bytes()
     }
 
-    pub fn bands(&self) -> impl Iterator<Item = Band> {
-        let (height, step) = (self.height, self.shape.band_rows());
-        (0..height).step_by(step as usize).map(move |first_row| Band { first_row, rows: step.min(height - first_row) })
-    }
-
-    /// `sky`: radiance behind everything.
-    pub fn colors(&self, sky: [f32; 3]) -> Vec<ColorTarget<'_>> {
-        let color = self.outputs.iter().zip(OUTPUTS).map(|(target, layers)| {
-            let [r, g, b] = match layers {
-                [layer] => background(*layer, sky),
-                // One number each.
-                _ => std::array::from_fn(|channel| background(layers[channel], sky)[0]),
-            };
-            let load = Load::Clear([r, g, b, 0.0]); // alpha: what surfaces cover
-            let resolved = target.band.as_ref().unwrap_or(&target.image).attachment_view(0);
-            match &target.samples {
-                Some(samples) => {
-                    ColorTarget { view: samples.attachment_view(0), resolve: Some(resolved), load, store: false }
-                }
-                None => ColorTarget { view: resolved, resolve: None, load, store: true },
-            }
-        });
-        color.collect()
-    }
-
-    /// A band's part of the image; `colors` from [`ImageTarget::colors`], or none where its depth is drawn.
-    pub fn render_target<'a>(&'a self, colors: &'a [ColorTarget<'a>], band: &Band) -> RenderTarget<'a> {
-        let load = if colors.is_empty() { Load::Clear(0.0) } else { Load::Load };
-        RenderTarget {
-            colors,
-            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load, store: true }),
-            width: self.width,
-            height: band.rows,
-            viewport: Some(Rect { x: 0, y: -(band.first_row as i32), width: self.width, height: self.height }),
-            ..Default::default()
-        }
-    }
-
-    /// Copies a band into the whole image, where it was not drawn there.
-    pub fn copy_band(&self, recorder: &mut Recorder, band: &Band) {
-        for target in &self.outputs {
-            let Some(from) = &target.band else { continue };
-            recorder.full_barrier(); // the band's resolve
-            let rows = ImageRegion::rows(from, 0, 0, band.rows);
-            recorder.copy_image(from, rows, &target.image, [0, band.first_row, 0]);
-        }
+    /// All images, to be written as an array.
+    pub fn bind<'a>(&'a self, name: &'a str) -> Bind<'a> {
+        Bind::storage_images(name, self.images.iter().map(Image::view))
     }
 
     /// The whole image, in `GENERAL` layout: radiance, RGBA in f32.
     pub fn image(&self) -> &Image {
-        &self.outputs[0].image
+        &self.images[0]
     }
 
-    /// The whole image that holds `layer`, and which of its channels where it is one number; `None` where it is not drawn.
+    /// The whole image that holds `layer`, and which of its channels where it is one number; `None` where it is not made.
     pub fn layer(&self, layer: Aov) -> Option<(&Image, Option<usize>)> {
         if layer == Aov::Alpha {
             return Some((self.image(), Some(3)));
         }
-        self.outputs.iter().zip(OUTPUTS).find_map(|(output, layers)| {
+        self.images.iter().zip(OUTPUTS).find_map(|(image, layers)| {
             let channel = layers.iter().position(|other| *other == layer)?;
-            Some((&output.image, (layers.len() > 1).then_some(channel)))
+            Some((image, (layers.len() > 1).then_some(channel)))
         })
     }
 }
@@ -249,20 +212,20 @@ impl Readback {
     /// # Errors
     /// Too little memory.
     pub fn new(context: &Arc<Context>, target: &ImageTarget) -> Result<Self> {
-        let bytes = target.bytes() / target.outputs.len() as u64;
-        let buffer = |output: &OutputTarget| {
-            let label = format!("{}, readback", output.image.label());
+        let (width, height) = target.size();
+        let bytes = u64::from(width) * u64::from(height) * COLOR_BYTES;
+        let buffer = |image: &Image| {
+            let label = format!("{}, readback", image.label());
             Buffer::new(context, &label, bytes, BufferKind::Readback)
         };
-        let buffers = target.outputs.iter().map(buffer).collect::<Result<_>>()?;
-        Ok(Self { width: target.width, height: target.height, buffers })
+        Ok(Self { width, height, buffers: target.images.iter().map(buffer).collect::<Result<_>>()? })
     }
 
     /// Copies the image out; to be read once the commands were waited for.
     pub fn record(&self, recorder: &mut Recorder, target: &ImageTarget) {
-        recorder.full_barrier(); // the image was drawn or copied
-        for (output, buffer) in target.outputs.iter().zip(&self.buffers) {
-            recorder.copy_image_to_buffer(&output.image, ImageRegion::level(&output.image, 0), buffer, 0);
+        recorder.full_barrier(); // the image was written
+        for (image, buffer) in target.images.iter().zip(&self.buffers) {
+            recorder.copy_image_to_buffer(image, ImageRegion::level(image, 0), buffer, 0);
         }
     }
 
@@ -289,15 +252,5 @@ impl Readback {
             };
             texels.iter().map(pixel).collect()
         })
-    }
-}
-
-/// What a pixel shows where there is no surface.
-fn background(layer: Aov, sky: [f32; 3]) -> [f32; 3] {
-    match layer {
-        Aov::Beauty | Aov::Direct => sky,
-        Aov::Ao => [1.0; 3],
-        Aov::Depth => [FAR; 3],
-        Aov::Alpha | Aov::Indirect | Aov::Normal | Aov::Albedo | Aov::Diffuse => [0.0; 3],
     }
 }

@@ -1,70 +1,81 @@
-//! A visibility buffer: which triangle is seen, by every sample of the image or by every gathered pixel (Burns and Hunt, "The Visibility
-//! Buffer: A Cache-Friendly Approach to Deferred Shading", JCGT 2013).
+//! A visibility buffer: which triangle every sample of the image sees (Burns and Hunt, "The Visibility Buffer: A Cache-Friendly
+//! Approach to Deferred Shading", JCGT 2013), and how deep.
 
 use std::sync::Arc;
 
-use super::ImagePassDesc;
-use super::target::DEPTH_FORMAT;
+use super::target::{DEPTH_BYTES, DEPTH_FORMAT, ImageShape};
+use super::{BandFrame, ImagePassDesc};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::constants::Features;
-use crate::ground::layout::BandPush;
+use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
-    Bind, ColorTarget, CompareOp, Context, DepthDesc, Format, Image, ImageDesc, ImageUsageFlags, Load, Raster,
-    RasterDesc, Recorder, RenderTarget,
+    Bind, ColorTarget, CompareOp, Context, DepthDesc, DepthTarget, Format, Image, ImageDesc, ImageUsageFlags, Load,
+    Raster, RasterDesc, Recorder, Rect, RenderTarget,
 };
 
 /// Of what is seen: 1 + 2 × the triangle's place + whether its back is; 0 is nothing.
 const FORMAT: Format = Format::R32_UINT;
-/// Bytes of a sample.
-pub const SEEN_BYTES: u64 = 4;
+/// Bytes of a sample: what it sees, and its depth.
+pub const SEEN_BYTES: u64 = 4 + DEPTH_BYTES;
+
+/// Bytes of [`Visibility::new`].
+pub fn plan(shape: &ImageShape) -> MemoryRow {
+    ("visibility", shape.most_seen_samples() * SEEN_BYTES)
+}
 
 pub struct Visibility {
     seen: Image,
+    depth: Image,
     pass: Raster,
-}
-
-/// The inputs of a [`Visibility`].
-pub struct VisibilityDesc {
-    /// Of the pixels that light is gathered at, and not of the image.
-    pub gathered: bool,
-    pub width: u32,
-    pub height: u32,
-    /// Per pixel.
-    pub samples: u32,
 }
 
 impl Visibility {
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, of: &VisibilityDesc) -> Result<Self> {
-        let VisibilityDesc { gathered, width, height, samples } = *of;
-        let (label, form) = if gathered { ("gathered visibility", " GATHERED") } else { ("visibility", "") };
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape) -> Result<Self> {
+        let (width, height, samples) = (shape.width, shape.most_seen_rows(), shape.samples);
         let masked = if desc.features.has(Features::MASK) { " MASKED" } else { "" };
         let pass = RasterDesc {
-            label,
+            label: "visibility",
             vertex: "ground/image/image.vert",
-            fragment: Some(&format!("ground/image/visibility.frag{masked}{form}")),
+            fragment: Some(&format!("ground/image/visibility.frag{masked}")),
             constants: &desc.constants,
             color_formats: &[FORMAT],
             depth: Some(DepthDesc { format: DEPTH_FORMAT, compare: CompareOp::GREATER, write: true }),
             samples,
             ..Default::default()
         };
-        let usage = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
-        let seen = ImageDesc { label, format: FORMAT, width, height, samples, usage, ..Default::default() };
-        Ok(Self { seen: Image::new(context, &seen)?, pass: Raster::new(context, &pass)? })
+        let image = |label, format, usage| {
+            Image::new(context, &ImageDesc { label, format, width, height, samples, usage, ..Default::default() })
+        };
+        Ok(Self {
+            seen: image("visibility", FORMAT, ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED)?,
+            depth: image("depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
+            pass: Raster::new(context, &pass)?,
+        })
     }
 
-    /// Finds what is seen in rows from `first_row` on. `target`: with a depth, which is cleared.
-    pub fn record(&self, r: &mut Recorder, ground: &Ground, target: &RenderTarget<'_>, first_row: u32) {
+    /// Finds what a band sees.
+    pub fn record(&self, r: &mut Recorder, of: &BandFrame) {
         let (view, load) = (self.seen.attachment_view(0), Load::Clear([0.0; 4]));
         let colors = [ColorTarget { view, resolve: None, load, store: true }];
-        let binds = self.pass.select(&ground.image_binds());
-        RenderTarget { colors: &colors, ..*target }.draw_in_parts(r, |pass| {
-            pass.draw(&self.pass, &binds, &BandPush { first_row }, ground.recorded());
-        });
+        let binds = self.pass.select(&of.ground.image_binds());
+        let target = RenderTarget { colors: &colors, ..self.target(of, Load::Clear(0.0)) };
+        target.draw_in_parts(r, |pass| pass.draw(&self.pass, &binds, &of.push(), of.ground.recorded()));
         r.full_barrier();
+    }
+
+    /// The rows that a band sees and their depth, without colours.
+    pub fn target(&self, of: &BandFrame, load: Load<f32>) -> RenderTarget<'_> {
+        let BandFrame { shape, band, .. } = *of;
+        RenderTarget {
+            depth: Some(DepthTarget { view: self.depth.attachment_view(0), load, store: true }),
+            width: shape.width,
+            height: band.seen_rows,
+            viewport: Some(Rect { x: 0, y: -(band.first_seen as i32), width: shape.width, height: shape.height }),
+            ..Default::default()
+        }
     }
 
     pub fn bind<'a>(&'a self, ground: &'a Ground) -> Bind<'a> {

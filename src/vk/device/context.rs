@@ -46,9 +46,8 @@ pub struct Context {
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked for.
     #[cfg_attr(not(internals), doc(hidden))]
     pub conservative_rasterization: bool,
-    /// `VK_EXT_post_depth_coverage` is enabled. Without it direct light on blended surfaces is, where a nearer one hides part of
-    /// a pixel, a mean that takes in hidden samples.
-    pub(in crate::vk) post_depth_coverage: bool,
+    /// `VK_EXT_post_depth_coverage` is enabled: a fragment shader knows which of its samples are hidden.
+    pub(crate) post_depth_coverage: bool,
     pub(in crate::vk) allocated: AtomicU64,
     /// Dropped before the device.
     pub(in crate::vk) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,

@@ -27,8 +27,8 @@ table! {
         "length of a cone's step";
         "larger is faster: fewer samples per cone";
         passes: Passes = Passes::Cells, in "choice", names!(Passes);
-        "how volumes are filled: layer by layer with two voxelisations, as in the talk, or from lists of occupied cells: the \
-         same image";
+        "how volumes are filled and pixels shaded: layer by layer with two voxelisations, and triangle by triangle, as in the talk; \
+         or from lists of occupied cells, and of fragments, in compute shaders: the same image";
         "layered grows with the grid, cells with what stands in it, and takes 56 bytes per list item";
         aperture: f32 = 1.0, in "factor" rare, Range::Number(0.05, 4.0);
         "what the diffuse set's apertures are multiplied with";

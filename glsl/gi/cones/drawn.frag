@@ -1,0 +1,53 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+//! with GATHERED
+//! with AOVS
+//! with MULTISAMPLED
+// Image: shades an opaque triangle's pixels as they are drawn, as the talk does.
+
+layout(early_fragment_tests) in; // depth is there already
+
+layout(push_constant) uniform Push {
+    uint first_row; // of the image, at the top of this band
+    uint first_seen; // the first row that the band sees
+} push;
+
+#include "ground/image/shade.glsl"
+
+#ifdef MULTISAMPLED
+uniform usampler2DMS seen;
+#else
+uniform usampler2D seen;
+#endif
+
+layout(location = 0) out vec4 out_beauty;
+#ifdef AOVS
+layout(location = 1) out vec4 out_direct;
+layout(location = 2) out vec4 out_indirect;
+layout(location = 3) out vec4 out_normal;
+layout(location = 4) out vec4 out_albedo;
+layout(location = 5) out vec4 out_ao_depth_diffuse;
+#endif
+
+layout(location = 0) flat in uint in_triangle;
+layout(location = 1) flat in uint in_back;
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    uint id = 1u + 2u * in_triangle + in_back;
+    // The samples that see the triangle. llvmpipe's own mask of them lacks some beside the border of a scissor.
+    uint covered = 0u;
+    for (uint i = 0u; i < frame.samples; i++) {
+        covered |= texelFetch(seen, at, int(i)).r == id ? 1u << i : 0u;
+    }
+    Shown shown = shade(in_triangle, in_back != 0u, uvec2(at) + uvec2(0u, push.first_seen), covered);
+    out_beauty = shown.beauty;
+#ifdef AOVS
+    out_direct = shown.direct;
+    out_indirect = shown.indirect;
+    out_normal = shown.normal;
+    out_albedo = shown.albedo;
+    out_ao_depth_diffuse = shown.ao_depth_diffuse;
+#endif
+}

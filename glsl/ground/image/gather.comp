@@ -1,0 +1,111 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+//! per method except none
+// Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own.
+// The pass share takes the mean over neighbours, the pass image brings it up to its pixels. A thread per gathered pixel.
+
+#include "ground/constants.glsl"
+#include "ground/surface.glsl"
+#include "ground/brdf.glsl"
+#include "method/look_up.glsl"
+#include "ground/lamp_light.glsl"
+#include "ground/image/fragments.glsl"
+#include "ground/image/likeness.glsl"
+#include "ground/image/seen.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(push_constant) uniform Push {
+    uint first_row; // of the gathered pixels, at the top of this band
+    uint first; // of the band's gathered rows
+    uint end;
+    uint first_seen; // of the image, the first row that the band sees
+} push;
+
+layout(rgba32f) writeonly uniform image2D gathered_surfaces; // position, voxels; packed normal, −1 where nothing gathers
+layout(rgba16f) writeonly uniform image2D gathered_light; // E/π in stored radiance; open share of the hemisphere
+layout(rgba16f) writeonly uniform image2D gathered_lamps; // the same of sampled lamps
+layout(rgba16f) writeonly uniform image2D gathered_lamps_specular; // stored radiance
+#ifdef METHOD_GATHERS_LOBES
+layout(rgba16f) writeonly uniform image2D gathered_mirrored; // stored radiance, of the specular lobe
+#endif
+
+// The sample of the image that is nearest to a place, pixels.
+struct SampleAt {
+    uvec2 pixel;
+    uint index;
+};
+
+SampleAt nearest_sample(vec2 place) {
+    uvec2 pixel = min(uvec2(place), uvec2(frame.image_size) - 1u);
+    SampleAt nearest = SampleAt(pixel, 0u);
+    float least = 2.0;
+    for (uint i = 0u; i < frame.samples; i++) {
+        vec2 away = vec2(pixel) + sample_place(i) - place;
+        nearest.index = dot(away, away) < least ? i : nearest.index;
+        least = min(least, dot(away, away));
+    }
+    return nearest;
+}
+
+// What is seen there, as in the visibility buffer.
+uint seen_at(SampleAt at) {
+    COUNT(WORDS, 1u);
+    uint of_pixel = pixel_fragments[(at.pixel.y - push.first_seen) * uint(frame.image_size.x) + at.pixel.x];
+    uint first = of_pixel >> COUNT_BITS;
+    uint seen = 0u;
+    for (uint slot = first; slot < first + (of_pixel & (1u << COUNT_BITS) - 1u); slot++) {
+        COUNT(WORDS, 2u);
+        Fragment f = fragments[slot];
+        seen = (samples_of(f) & 1u << at.index) != 0u ? f.seen : seen;
+    }
+    return seen;
+}
+
+void main() {
+    vec2 size = gathered_pixel();
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first);
+    if (at.x >= imageSize(gathered_light).x || at.y >= int(push.end)) {
+        return;
+    }
+    uvec3 place = uvec3(at, 0u) + uvec3(0u, push.first_row, 0u);
+    SampleAt from = nearest_sample((vec2(place.xy) + 0.5) * size);
+    uint id = seen_at(from);
+    vec4 surface = vec4(0.0, 0.0, 0.0, -1.0);
+    vec4 light = vec4(0.0);
+    vec3 mirrored = vec3(0.0);
+    LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
+    // Loops, which a CPU device leaves early.
+    for (uint i = 0u; i < min(id, 1u); i++) {
+        uint triangle = (id - 1u) / 2u;
+        Triangle t = triangles[triangle];
+        Attributes attributes = attributes_of(triangle);
+        COUNT(TRIANGLES, 1u);
+        COUNT(MATERIALS, 1u);
+        vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
+        PlaceOnTriangle middle = place_on_triangle(vec2(from.pixel) + sample_place(from.index), size, t, facet);
+        Surface s =
+            evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
+        vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+        // Metals, glass and unlit surfaces gather nothing.
+        for (uint k = 0u; k < (scatters(s) ? 1u : 0u); k++) {
+            surface = vec4(s.position, pack_normal(s.normal));
+#ifdef METHOD_GATHERS_LOBES
+            light = look_up_for_view(s, view, place, mirrored);
+#else
+            light = look_up_diffuse(s, place);
+#endif
+            lamps = lamp_light(s, view);
+        }
+    }
+    imageStore(gathered_surfaces, at, surface);
+    imageStore(gathered_light, at, light);
+    imageStore(gathered_lamps, at, vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0));
+    imageStore(gathered_lamps_specular, at, vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0));
+#ifdef METHOD_GATHERS_LOBES
+    if (feature(FEATURE_SPECULAR)) { // else there is no such image
+        imageStore(gathered_mirrored, at, vec4(min(mirrored, LARGEST_STORED), 0.0));
+    }
+#endif
+}

@@ -1,0 +1,198 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+//! with AOVS
+//! with DRAWN
+//! with MULTISAMPLED
+//! with BLENDS
+// Resolve: every sample of a pixel shows the sky, or the opaque surface before it, and over these the blended surfaces, back
+// to front; the pixel shows the mean of its samples. A thread per pixel. Opaque surfaces come from the list of
+// fragments or, with DRAWN, from images into which they were drawn, with MULTISAMPLED of four samples. With BLENDS some surface is blended.
+
+#include "common/count.glsl"
+#include "ground/sky.glsl"
+#include "ground/image/fragments.glsl"
+#ifdef BLENDS
+#include "ground/image/blended.glsl"
+#endif
+
+layout(local_size_x = 64) in;
+
+#ifdef AOVS
+const uint OUTPUTS = 6u;
+#else
+const uint OUTPUTS = 1u;
+#endif
+
+layout(rgba32f) writeonly uniform image2D resolved[OUTPUTS];
+#ifdef DRAWN
+#ifdef MULTISAMPLED
+uniform sampler2DMS shaded[OUTPUTS];
+uniform usampler2DMS seen;
+#else
+uniform sampler2D shaded[OUTPUTS];
+uniform usampler2D seen;
+#endif
+#else
+uniform sampler2D shaded[OUTPUTS]; // of every fragment
+#endif
+#ifdef BLENDS
+uniform sampler2D shaded_blended[OUTPUTS];
+layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+#endif
+
+layout(push_constant) uniform Push {
+    vec3 sky; // radiance, where it is the same all around
+    uint varied_sky;
+    uint first_seen; // of the image, the first row that this band sees
+    uint width; // of the image
+    uint first; // pixels of those rows
+    uint end;
+} push;
+
+const float FAR = 1e36; // as in src/ground/image/target.rs
+
+// What a sample shows: radiance, then the further layers, each premultiplied by opacity, with opacity.
+struct Colors {
+    vec4 of[OUTPUTS];
+};
+
+// A texel of each of an array's images.
+#ifdef AOVS
+#define COLORS(images, at, i)                                                                                          \
+    Colors(vec4[OUTPUTS](texelFetch(images[0], at, i), texelFetch(images[1], at, i), texelFetch(images[2], at, i),     \
+                         texelFetch(images[3], at, i), texelFetch(images[4], at, i), texelFetch(images[5], at, i)))
+#else
+#define COLORS(images, at, i) Colors(vec4[OUTPUTS](texelFetch(images[0], at, i)))
+#endif
+
+// What a pixel shows where there is no surface.
+Colors behind(uvec2 pixel) {
+    vec3 sky = push.sky;
+    if (push.varied_sky != 0u) {
+        vec2 ndc = (vec2(pixel) + 0.5) / frame.image_size * 2.0 - 1.0 - frame.ndc_shift;
+        vec3 across = frame.right_per_ndc * ndc.x + frame.down_per_ndc * ndc.y;
+        sky = sky_towards(normalize(frame.orthographic != 0u ? frame.forward : frame.forward + across)) / frame.scale;
+    }
+    Colors colors;
+    colors.of[0] = vec4(sky, 0.0);
+#ifdef AOVS
+    colors.of[1] = vec4(sky, 0.0);
+    colors.of[2] = vec4(0.0);
+    colors.of[3] = vec4(0.0);
+    colors.of[4] = vec4(0.0);
+    colors.of[5] = vec4(1.0, FAR, 0.0, 0.0);
+#endif
+    return colors;
+}
+
+#ifdef BLENDS
+// Whether a blended fragment lies behind another; of equal depths, the scene's order.
+bool is_behind(uint a, uint b) {
+    float of_a = blended_links[a - 1u].depth;
+    float of_b = blended_links[b - 1u].depth;
+    uint source_a = triangles[(blended_fragments[a - 1u].seen - 1u) / 2u].source;
+    uint source_b = triangles[(blended_fragments[b - 1u].seen - 1u) / 2u].source;
+    return of_a < of_b || (of_a == of_b && source_a < source_b);
+}
+
+// Sorts a list of blended fragments back to front by merging runs of 1, 2, 4, … entries; returns its new head.
+uint sorted(uint head) {
+    uint runs = 2u;
+    for (uint size = 1u; runs > 1u; size *= 2u) {
+        uint left = head;
+        uint tail = 0u;
+        head = 0u;
+        runs = 0u;
+        while (left != 0u) {
+            runs++;
+            uint right = left;
+            uint of_left = 0u;
+            while (of_left < size && right != 0u) {
+                right = blended_links[right - 1u].next;
+                of_left++;
+            }
+            uint of_right = size;
+            while (of_left > 0u || (of_right > 0u && right != 0u)) {
+                bool takes_left = of_left > 0u && (of_right == 0u || right == 0u || !is_behind(right, left));
+                uint taken = takes_left ? left : right;
+                uint next = blended_links[taken - 1u].next;
+                left = takes_left ? next : left;
+                right = takes_left ? right : next;
+                of_left -= takes_left ? 1u : 0u;
+                of_right -= takes_left ? 0u : 1u;
+                if (tail == 0u) {
+                    head = taken;
+                } else {
+                    blended_links[tail - 1u].next = taken;
+                }
+                tail = taken;
+            }
+            left = right;
+        }
+        if (tail != 0u) {
+            blended_links[tail - 1u].next = 0u;
+        }
+    }
+    return head;
+}
+#endif
+
+void main() {
+    for (uint place = push.first + gl_GlobalInvocationID.x; place < push.end; place += gl_NumWorkGroups.x * 64u) {
+        ivec2 at = ivec2(place % push.width, place / push.width);
+        uvec2 pixel = uvec2(at) + uvec2(0u, push.first_seen);
+        Colors sky = behind(pixel);
+        Colors samples[4] = Colors[4](sky, sky, sky, sky);
+#ifdef DRAWN
+        for (uint i = 0u; i < frame.samples; i++) {
+            if (texelFetch(seen, at, int(i)).r != 0u) {
+                samples[i] = COLORS(shaded, at, int(i));
+            }
+        }
+#else
+        COUNT(WORDS, 1u);
+        uint of_pixel = pixel_fragments[place];
+        uint first = of_pixel >> COUNT_BITS;
+        for (uint slot = first; slot < first + (of_pixel & (1u << COUNT_BITS) - 1u); slot++) {
+            COUNT(WORDS, 1u);
+            uint covered = samples_of(fragments[slot]);
+            Colors colors = COLORS(shaded, fragment_texel(slot), 0);
+            for (uint i = 0u; i < 4u; i++) {
+                if ((covered & 1u << i) != 0u) {
+                    samples[i] = colors;
+                }
+            }
+        }
+#endif
+#ifdef BLENDS
+        for (uint link = sorted(blended_heads[place]); link != 0u; link = blended_links[link - 1u].next) {
+            COUNT(WORDS, 4u);
+            uint covered = samples_of(blended_fragments[link - 1u]);
+            Colors over = COLORS(shaded_blended, fragment_texel(link - 1u), 0);
+            for (uint i = 0u; i < 4u; i++) {
+                float seen = (covered & 1u << i) != 0u ? 1.0 : 0.0;
+                for (uint k = 0u; k < OUTPUTS; k++) {
+                    samples[i].of[k] = seen * over.of[k] + samples[i].of[k] * (1.0 - seen * over.of[k].a);
+                }
+            }
+        }
+#endif
+        Colors mean;
+        for (uint k = 0u; k < OUTPUTS; k++) {
+            vec4 sum = samples[0].of[k];
+            for (uint i = 1u; i < frame.samples; i++) {
+                sum += samples[i].of[k];
+            }
+            mean.of[k] = sum * (frame.samples == 4u ? 0.25 : 1.0);
+        }
+        imageStore(resolved[0], ivec2(pixel), mean.of[0]);
+#ifdef AOVS
+        imageStore(resolved[1], ivec2(pixel), mean.of[1]);
+        imageStore(resolved[2], ivec2(pixel), mean.of[2]);
+        imageStore(resolved[3], ivec2(pixel), mean.of[3]);
+        imageStore(resolved[4], ivec2(pixel), mean.of[4]);
+        imageStore(resolved[5], ivec2(pixel), mean.of[5]);
+#endif
+    }
+}

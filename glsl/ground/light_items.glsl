@@ -4,6 +4,7 @@
 //! given const bool CLIPS_ITEMS = true;
 //! given const bool LIGHTS_FRONTS = false;
 
+#include "common/spread.glsl"
 #include "ground/item_light.glsl"
 #include "ground/cells.glsl"
 #include "ground/boxes.glsl"
@@ -16,11 +17,6 @@ layout(push_constant) uniform SharesPush {
     uint end;
 } push;
 
-// How far apart in the list blocks are that stand beside each other in the dispatch: a prime. Parts of the list, and
-// places where items are dear, are so spread over all groups of threads. llvmpipe hands each processor one run of them:
-// with two processors, the first had a part of half the list to itself.
-const uint BLOCK_STRIDE = 211u;
-
 // The block of 64 items where a share of `count` items begins.
 uint share_start(uint count, uint share) {
     return (count / ITEM_SHARES * share + count % ITEM_SHARES * share / ITEM_SHARES) / 64u;
@@ -31,9 +27,8 @@ void main() {
     uint blocks = (count + 63u) / 64u;
     uint first = share_start(count, push.first);
     uint end = push.end == ITEM_SHARES ? blocks : share_start(count, push.end);
-    uint stride = blocks % BLOCK_STRIDE == 0u ? 1u : BLOCK_STRIDE; // prime to their number: every block has its turn
     for (uint turn = gl_WorkGroupID.x; turn < blocks; turn += gl_NumWorkGroups.x) {
-        uint block = turn * stride % blocks;
+        uint block = block_at(turn, blocks);
         uint i = block * 64u + gl_LocalInvocationID.x;
         if (block < first || block >= end || i >= count) {
             continue;

@@ -107,21 +107,15 @@ shared! {
     /// Push constants of the passes that go along one axis: 0, 1, 2.
     AxisPush { axis: u32 }
 
-    /// Push constants of the passes that draw a band: its first row, and the first that it sees.
+    /// Push constants of the passes that draw or shade a band: its first row, and the first that it sees.
     BandPush { first_row: u32, first_seen: u32 }
 
-    /// Push constants of the pass that lists fragments: pixels that a band sees.
-    PixelsPush { first: u32, end: u32 }
+    /// Push constants of the passes that list fragments: rows of those that a band sees.
+    RowsPush { first: u32, end: u32 }
 
-    /// Push constants of the pass that lists blended fragments.
-    WidthPush { width: u32 }
-
-    /// Push constants of the pass that shades fragments: a band, the first row that it sees, the image's width, and a share of them.
-    FragmentsPush { first_row: u32, rows: u32, first_seen: u32, width: u32, first: u32, end: u32 }
-
-    /// Push constants of the resolving pass: the sky where it is the same all around, the first row that a band sees, and pixels from
-    /// there on.
-    ResolvePush { sky: [f32; 3], varied_sky: u32, first_seen: u32, width: u32, first: u32, end: u32 }
+    /// Push constants of the resolving pass: the sky where it is the same all around, the first row that a band sees, and the first of
+    /// its rows that is resolved.
+    ResolvePush { sky: [f32; 3], varied_sky: u32, first_seen: u32, first: u32 }
 
     /// Push constants of the gathering pass: the first gathered row of a band, a part of its rows, and the first row that the band sees.
     GatherPush { first_row: u32, first: u32, end: u32, first_seen: u32 }

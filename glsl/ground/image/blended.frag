@@ -22,7 +22,8 @@ layout(location = 1) flat in uint in_back;
 layout(scalar) buffer GlobalsBuffer { Globals globals; };
 
 layout(push_constant) uniform Push {
-    uint width; // of the image
+    uint first; // rows of those that the band sees
+    uint end;
 } push;
 
 void main() {
@@ -31,14 +32,19 @@ void main() {
 #else
     uint covered = frame.samples == 1u ? 1u : uint(gl_SampleMaskIn[0]) & 15u;
 #endif
+    uint row = uint(gl_FragCoord.y);
+    // No scissor cuts the rows: beside its border llvmpipe lists a pixel twice, with a half of its samples each.
+    if (row < push.first || row >= push.end) {
+        return;
+    }
     uint slot = atomicAdd(blended_count.count, 1u);
     if (slot < uint(blended_links.length())) {
         if (slot % 64u == 0u) {
             atomicMax(blended_count.groups_x, min(slot / 64u + 1u, MOST_GROUPS));
         }
         COUNT(WORDS, 6u);
-        uint place = uint(gl_FragCoord.y) * push.width + uint(gl_FragCoord.x);
-        blended_fragments[slot] = Fragment(place | covered << PLACE_BITS, 1u + 2u * in_triangle + in_back);
+        uint place = row * uint(frame.image_size.x) + uint(gl_FragCoord.x);
+        blended_fragments[slot] = fragment(uvec2(gl_FragCoord.xy), covered, 1u + 2u * in_triangle + in_back);
         blended_links[slot] = BlendedLink(atomicExchange(blended_heads[place], slot + 1u), gl_FragCoord.z);
     } else {
         atomicMax(globals.blended_fragments, slot + 1u);

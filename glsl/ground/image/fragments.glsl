@@ -6,10 +6,11 @@
 #include "ground/layout.glsl"
 
 struct Fragment {
-    uint place; // of the pixel among those that a band sees, row by row; above, the samples that see the triangle
+    uint place; // of the pixel among those that a band sees: across, down; above, the samples that see the triangle
     uint seen; // as in the visibility buffer
 };
 
+const uint ACROSS_BITS = 15u;
 const uint PLACE_BITS = 28u;
 const uint COUNT_BITS = 3u;
 const uint FRAGMENT_ROW = 4096u; // fragments in a row of the images of what they show
@@ -27,8 +28,12 @@ layout(scalar) FRAGMENTS_ACCESS buffer Fragments {
 // Per pixel that a band sees: where its fragments begin, and below that how many there are.
 layout(scalar) FRAGMENTS_ACCESS buffer PixelFragments { uint pixel_fragments[]; };
 
-uint pixel_of(Fragment f) {
-    return f.place & (1u << PLACE_BITS) - 1u;
+Fragment fragment(uvec2 place, uint covered, uint seen) {
+    return Fragment(place.x | place.y << ACROSS_BITS | covered << PLACE_BITS, seen);
+}
+
+uvec2 place_of(Fragment f) {
+    return uvec2(f.place & (1u << ACROSS_BITS) - 1u, bitfieldExtract(f.place, int(ACROSS_BITS), int(PLACE_BITS - ACROSS_BITS)));
 }
 
 uint samples_of(Fragment f) {

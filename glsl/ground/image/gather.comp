@@ -65,10 +65,9 @@ uint seen_at(SampleAt at) {
 
 void main() {
     vec2 size = gathered_pixel();
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first);
-    if (at.x >= imageSize(gathered_light).x || at.y >= int(push.end)) {
-        return;
-    }
+    // Threads beyond the last column or row gather for it again.
+    ivec2 last = ivec2(imageSize(gathered_light).x, push.end) - 1;
+    ivec2 at = min(ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first), last);
     uvec3 place = uvec3(at, 0u) + uvec3(0u, push.first_row, 0u);
     SampleAt from = nearest_sample((vec2(place.xy) + 0.5) * size);
     uint id = seen_at(from);

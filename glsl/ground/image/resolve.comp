@@ -18,6 +18,12 @@
 
 layout(local_size_x = 64) in;
 
+#ifdef MULTISAMPLED
+const uint PIXEL_SAMPLES = 4u;
+#else
+const uint PIXEL_SAMPLES = 1u;
+#endif
+
 #ifdef AOVS
 const uint OUTPUTS = 6u;
 #else
@@ -45,9 +51,7 @@ layout(push_constant) uniform Push {
     vec3 sky; // radiance, where it is the same all around
     uint varied_sky;
     uint first_seen; // of the image, the first row that this band sees
-    uint width; // of the image
-    uint first; // pixels of those rows
-    uint end;
+    uint first; // of those rows
 } push;
 
 const float FAR = 1e36; // as in src/ground/image/target.rs
@@ -139,60 +143,64 @@ uint sorted(uint head) {
 #endif
 
 void main() {
-    for (uint place = push.first + gl_GlobalInvocationID.x; place < push.end; place += gl_NumWorkGroups.x * 64u) {
-        ivec2 at = ivec2(place % push.width, place / push.width);
-        uvec2 pixel = uvec2(at) + uvec2(0u, push.first_seen);
-        Colors sky = behind(pixel);
-        Colors samples[4] = Colors[4](sky, sky, sky, sky);
+    uint width = uint(frame.image_size.x);
+    // Threads beyond the last column resolve it again.
+    uvec2 at = uvec2(min(gl_GlobalInvocationID.x, width - 1u), push.first + gl_GlobalInvocationID.y);
+    uint place = at.y * width + at.x;
+    uvec2 pixel = at + uvec2(0u, push.first_seen);
+    Colors sky = behind(pixel);
+    Colors samples[PIXEL_SAMPLES];
+    for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
+        samples[i] = sky;
+    }
 #ifdef DRAWN
-        for (uint i = 0u; i < frame.samples; i++) {
-            if (texelFetch(seen, at, int(i)).r != 0u) {
-                samples[i] = COLORS(shaded, at, int(i));
-            }
+    for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
+        if (texelFetch(seen, ivec2(at), int(i)).r != 0u) {
+            samples[i] = COLORS(shaded, ivec2(at), int(i));
         }
+    }
 #else
+    COUNT(WORDS, 1u);
+    uint of_pixel = pixel_fragments[place];
+    uint first = of_pixel >> COUNT_BITS;
+    for (uint slot = first; slot < first + (of_pixel & (1u << COUNT_BITS) - 1u); slot++) {
         COUNT(WORDS, 1u);
-        uint of_pixel = pixel_fragments[place];
-        uint first = of_pixel >> COUNT_BITS;
-        for (uint slot = first; slot < first + (of_pixel & (1u << COUNT_BITS) - 1u); slot++) {
-            COUNT(WORDS, 1u);
-            uint covered = samples_of(fragments[slot]);
-            Colors colors = COLORS(shaded, fragment_texel(slot), 0);
-            for (uint i = 0u; i < 4u; i++) {
-                if ((covered & 1u << i) != 0u) {
-                    samples[i] = colors;
-                }
+        uint covered = PIXEL_SAMPLES == 1u ? 1u : samples_of(fragments[slot]);
+        Colors colors = COLORS(shaded, fragment_texel(slot), 0);
+        for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
+            if ((covered & 1u << i) != 0u) {
+                samples[i] = colors;
             }
         }
+    }
 #endif
 #ifdef BLENDS
-        for (uint link = sorted(blended_heads[place]); link != 0u; link = blended_links[link - 1u].next) {
-            COUNT(WORDS, 4u);
-            uint covered = samples_of(blended_fragments[link - 1u]);
-            Colors over = COLORS(shaded_blended, fragment_texel(link - 1u), 0);
-            for (uint i = 0u; i < 4u; i++) {
-                float seen = (covered & 1u << i) != 0u ? 1.0 : 0.0;
-                for (uint k = 0u; k < OUTPUTS; k++) {
-                    samples[i].of[k] = seen * over.of[k] + samples[i].of[k] * (1.0 - seen * over.of[k].a);
-                }
+    for (uint link = sorted(blended_heads[place]); link != 0u; link = blended_links[link - 1u].next) {
+        COUNT(WORDS, 4u);
+        uint covered = samples_of(blended_fragments[link - 1u]);
+        Colors over = COLORS(shaded_blended, fragment_texel(link - 1u), 0);
+        for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
+            float seen = (covered & 1u << i) != 0u ? 1.0 : 0.0;
+            for (uint k = 0u; k < OUTPUTS; k++) {
+                samples[i].of[k] = seen * over.of[k] + samples[i].of[k] * (1.0 - seen * over.of[k].a);
             }
         }
-#endif
-        Colors mean;
-        for (uint k = 0u; k < OUTPUTS; k++) {
-            vec4 sum = samples[0].of[k];
-            for (uint i = 1u; i < frame.samples; i++) {
-                sum += samples[i].of[k];
-            }
-            mean.of[k] = sum * (frame.samples == 4u ? 0.25 : 1.0);
-        }
-        imageStore(resolved[0], ivec2(pixel), mean.of[0]);
-#ifdef AOVS
-        imageStore(resolved[1], ivec2(pixel), mean.of[1]);
-        imageStore(resolved[2], ivec2(pixel), mean.of[2]);
-        imageStore(resolved[3], ivec2(pixel), mean.of[3]);
-        imageStore(resolved[4], ivec2(pixel), mean.of[4]);
-        imageStore(resolved[5], ivec2(pixel), mean.of[5]);
-#endif
     }
+#endif
+    Colors mean;
+    for (uint k = 0u; k < OUTPUTS; k++) {
+        vec4 sum = samples[0].of[k];
+        for (uint i = 1u; i < PIXEL_SAMPLES; i++) {
+            sum += samples[i].of[k];
+        }
+        mean.of[k] = sum / float(PIXEL_SAMPLES);
+    }
+    imageStore(resolved[0], ivec2(pixel), mean.of[0]);
+#ifdef AOVS
+    imageStore(resolved[1], ivec2(pixel), mean.of[1]);
+    imageStore(resolved[2], ivec2(pixel), mean.of[2]);
+    imageStore(resolved[3], ivec2(pixel), mean.of[3]);
+    imageStore(resolved[4], ivec2(pixel), mean.of[4]);
+    imageStore(resolved[5], ivec2(pixel), mean.of[5]);
+#endif
 }

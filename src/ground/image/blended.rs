@@ -10,7 +10,6 @@ use super::visibility::Visibility;
 use super::{BandFrame, ImagePassDesc};
 use crate::Result;
 use crate::ground::constants::with;
-use crate::ground::layout::WidthPush;
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
     Bind, Buffer, BufferKind, CompareOp, Context, DepthDesc, DrawCall, Load, Raster, RasterDesc, Recorder, Sampler,
@@ -77,9 +76,9 @@ impl Blended {
         self.shading.grow(context, u64::from(capacity))
     }
 
-    /// Lists and shades what a band sees of the blended triangles. `visibility`: what opaque surfaces hide. `binds`: of the shader.
+    /// Lists and shades what is seen of the blended triangles. `visibility`: what opaque surfaces hide. `binds`: of the shader.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, visibility: &Visibility, binds: &[Bind<'_>]) {
-        let BandFrame { ground, shape, .. } = *of;
+        let ground = of.ground;
         empty(r, &self.list);
         r.fill(&self.heads, 0, self.heads.bytes(), 0);
         r.full_barrier();
@@ -87,10 +86,7 @@ impl Blended {
         all.extend(self.binds());
         let all = self.lister.select(&all);
         let call = DrawCall::Direct { vertices: 3 * ground.desc.counts.blended, instances: 1 };
-        // All rows at once: beside the border of a scissor llvmpipe would list a pixel twice, with half of its samples each.
-        r.raster(&visibility.target(of, Load::Load), |pass| {
-            pass.draw(&self.lister, &all, &WidthPush { width: shape.width }, call);
-        });
+        r.raster(&visibility.target(of, Load::Load), |pass| pass.draw(&self.lister, &all, &of.rows.push(), call));
         r.full_barrier();
         self.shading.record(r, of, &self.list, binds);
     }

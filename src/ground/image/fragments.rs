@@ -4,10 +4,10 @@
 
 use std::sync::Arc;
 
-use super::target::{Band, COLOR_FORMAT, ImageShape};
+use super::target::{COLOR_FORMAT, ImageShape};
 use super::{BandFrame, ImagePassDesc};
 use crate::Result;
-use crate::ground::layout::{FragmentsPush, ListCount, PixelsPush};
+use crate::ground::layout::ListCount;
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageUsageFlags, Recorder};
 
@@ -18,12 +18,16 @@ pub const PIXEL_BYTES: u64 = 4;
 /// Fragments in a row of the images of what they show, and rows that any device's images may have; as in
 /// `glsl/ground/image/fragments.glsl`.
 pub const FRAGMENT_ROW: u32 = 4096;
-/// Threads of a workgroup that goes through fragments or pixels.
+/// Threads of a workgroup that goes through fragments, or pixels of a row.
 pub const GROUP: u32 = 64;
-/// Workgroups of one dispatch: every device takes so many, and threads go on beyond.
-pub const MOST_GROUPS: u32 = 65535;
-/// Of all fragments: what shading them can be cut into; as in `glsl/ground/image/image.comp`.
-const FRAGMENT_SHARES: u32 = 1024;
+/// Workgroups of one dispatch: every device takes so many.
+const MOST_GROUPS: u32 = 65535;
+/// Pixels that a thread lists; as in `glsl/ground/image/fragments.comp`.
+const RUN: u32 = 8;
+/// Threads along each side of its workgroups.
+const LISTER_GROUP: u32 = 8;
+/// Samples of rows that are shaded at once, at most: one dispatch must do for as many fragments.
+pub const MOST_AT_ONCE: u32 = GROUP * MOST_GROUPS;
 
 /// Bytes of a list with room for `capacity` fragments.
 pub fn list_bytes(capacity: u64) -> u64 {
@@ -63,14 +67,13 @@ impl FragmentList {
         })
     }
 
-    /// Lists what a band sees. `seen`: of [`Visibility::bind`](super::visibility::Visibility::bind).
+    /// Lists what is seen. `seen`: of [`Visibility::bind`](super::visibility::Visibility::bind).
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, seen: Bind<'_>) {
         empty(r, &self.list);
         r.full_barrier();
         let [list, of_pixels] = self.binds();
-        let pixels = PixelsPush { first: 0, end: of.shape.width * of.band.seen_rows };
-        let groups = pixels.end.div_ceil(GROUP).min(MOST_GROUPS);
-        r.dispatch(&self.pass, &[list, of_pixels, seen], &pixels, [groups, 1, 1]);
+        let groups = [of.shape.width.div_ceil(LISTER_GROUP * RUN), of.rows.count.div_ceil(LISTER_GROUP), 1];
+        r.dispatch(&self.pass, &[list, of_pixels, seen], &of.rows.push(), groups);
         r.full_barrier();
     }
 
@@ -121,11 +124,7 @@ impl FragmentShading {
         binds.push(Bind::buffer("fragment_count", list));
         binds.push(Bind::storage_images("shaded", self.shaded.iter().map(Image::view)));
         let binds = self.pass.select(&binds);
-        let (width, Band { first_row, rows, first_seen, .. }) = (of.shape.width, *of.band);
-        r.in_parts(FRAGMENT_SHARES, 1, |r, shares| {
-            let push = FragmentsPush { first_row, rows, first_seen, width, first: shares.start, end: shares.end };
-            r.dispatch_indirect(&self.pass, &binds, &push, list.at(0));
-        });
+        r.dispatch_indirect(&self.pass, &binds, &of.push(), list.at(0));
         r.full_barrier();
     }
 

@@ -8,7 +8,7 @@ use super::target::{Band, ImageShape};
 use super::{BandFrame, ImagePassDesc};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::layout::{GatherPush, SharePush};
+use crate::ground::layout::{GatherPush, RowsPush, SharePush};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::ImageSettings;
 use crate::vk::{Bind, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder};
@@ -35,6 +35,13 @@ const WIDER: u32 = 2;
 pub struct Rows {
     pub first: u32,
     pub count: u32,
+}
+
+impl Rows {
+    /// Push constants of passes that take some rows.
+    pub fn push(self) -> RowsPush {
+        RowsPush { first: self.first, end: self.first + self.count }
+    }
 }
 
 /// How an image gathers.
@@ -136,7 +143,7 @@ impl Gather {
 
     /// Gathers for one band of the image. `binds`: fragments, and what the method's look-up binds beside the ground.
     pub fn record<'a>(&'a self, r: &mut Recorder, of: &BandFrame<'a>, mut binds: Vec<Bind<'a>>) {
-        let BandFrame { ground, shape, band } = *of;
+        let BandFrame { ground, shape, band, .. } = *of;
         let rows = self.rows(shape, band);
         let width = self.of.size(shape).0;
         let groups = [width.div_ceil(GROUP), rows.count.div_ceil(GROUP), 1];

@@ -23,13 +23,16 @@ use crate::vk::{Bind, Constant, Context, Load, Recorder, ZoneKind};
 use blended::Blended;
 use drawn::Drawn;
 use fragments::{FragmentList, FragmentShading};
-use gather::Gather;
+use gather::{Gather, Rows};
 use resolve::Resolve;
 use target::{Band, ImageShape, ImageTarget};
 use visibility::Visibility;
 
 /// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
 const MOST_TIMED_BANDS: usize = 100;
+
+/// Rows that are shaded at once are multiples of this.
+const PART_ROWS: u32 = 16;
 
 pub struct ImagePass {
     visibility: Visibility,
@@ -66,7 +69,7 @@ impl ImagePass {
             let forms = [("GATHERED", gathered), ("AOVS", shape.outputs > 1)];
             shader(&format!("ground/image/image.comp {}", desc.method), &forms)
         };
-        let samples = shape.most_seen_samples();
+        let samples = u64::from(shape.rows_at_once()) * u64::from(shape.width) * u64::from(shape.samples);
         Ok(Self {
             visibility: Visibility::new(context, desc, shape)?,
             list: shape.lists().then(|| FragmentList::new(context, shape)).transpose()?,
@@ -100,7 +103,8 @@ impl ImagePass {
         let timed = shape.bands().count() <= MOST_TIMED_BANDS;
         let all = |r: &mut Recorder| {
             for band in shape.bands() {
-                let of = BandFrame { ground, shape, band: &band };
+                let of =
+                    BandFrame { frame, ground, shape, band: &band, rows: Rows { first: 0, count: band.seen_rows } };
                 let mut zone = |name, kind, bytes, record: &dyn Fn(&mut Recorder)| {
                     if timed { r.zone(name, kind, bytes, record) } else { record(r) }
                 };
@@ -111,7 +115,7 @@ impl ImagePass {
                     zone("gather", ZoneKind::Compute, gather.bytes(shape, &band), &|r| self.gather(r, &of, look_up));
                 }
                 let bytes = row * u64::from(band.rows) * shape.color_bytes();
-                zone("image", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, frame, look_up));
+                zone("image", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, look_up));
             }
         };
         if timed { all(r) } else { r.zone("image", ZoneKind::Compute, target.bytes(), all) }
@@ -121,46 +125,63 @@ impl ImagePass {
     fn see(&self, r: &mut Recorder, of: &BandFrame) {
         r.full_barrier(); // the lists were made; the band before read the same images
         self.visibility.record(r, of);
-        if let Some(list) = &self.list {
-            list.record(r, of, self.visibility.bind(of.ground));
-        }
     }
 
     fn gather(&self, r: &mut Recorder, of: &BandFrame, look_up: &[Bind<'_>]) {
         let (Some(gather), Some(list)) = (&self.gather, &self.list) else { return };
+        list.record(r, of, self.visibility.bind(of.ground));
         let mut binds = of.ground.image_binds();
         binds.extend_from_slice(look_up);
         binds.extend(list.binds());
         gather.record(r, of, binds);
     }
 
-    fn shade(&self, r: &mut Recorder, of: &BandFrame, frame: &ImageFrame, look_up: &[Bind<'_>]) {
-        let (ground, texels) = (of.ground, &of.ground.scene.texel_sampler);
+    /// Shades and resolves the rows of a band, which may be parts for the recorder.
+    fn shade(&self, r: &mut Recorder, of: &BandFrame, look_up: &[Bind<'_>]) {
+        let ground = of.ground;
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
         if let Some(gather) = &self.gather {
             binds.extend(gather.binds(ground));
         }
-        let mut shown = ground.image_binds();
-        match &self.opaque {
-            Opaque::Drawn(drawn) => {
-                binds.push(self.visibility.bind(ground));
-                drawn.record(r, of, &self.visibility.target(of, Load::Load), &binds);
-                binds.pop();
-                shown.extend([drawn.bind(ground), self.visibility.bind(ground)]);
+        if let Opaque::Drawn(drawn) = &self.opaque {
+            let mut binds = binds.clone();
+            binds.push(self.visibility.bind(ground));
+            drawn.record(r, of, &self.visibility.target(of, Load::Load), &binds);
+        }
+        let most = of.shape.rows_at_once();
+        let before = of.band.first_row - of.band.first_seen;
+        r.in_parts(of.band.rows, PART_ROWS, |r, rows| {
+            for first in rows.clone().step_by(most as usize) {
+                let rows = Rows { first: before + first, count: most.min(rows.end - first) };
+                self.shade_rows(r, &BandFrame { rows, ..*of }, &binds);
             }
+        });
+    }
+
+    /// `binds`: of the pass that shades fragments.
+    fn shade_rows(&self, r: &mut Recorder, of: &BandFrame, binds: &[Bind<'_>]) {
+        let (ground, texels) = (of.ground, &of.ground.scene.texel_sampler);
+        let mut shown = ground.image_binds();
+        r.full_barrier(); // the rows before were read from the same lists and images
+        match &self.opaque {
+            Opaque::Drawn(drawn) => shown.extend([drawn.bind(ground), self.visibility.bind(ground)]),
             Opaque::Listed(shading) => {
                 let list = self.list.as_ref().expect("fragments are listed where they are shaded");
-                shading.record(r, of, &list.list, &binds);
+                // Where light is gathered and no rows are apart, all are in the list already.
+                if self.gather.is_none() || of.rows.count < of.band.seen_rows {
+                    list.record(r, of, self.visibility.bind(ground));
+                }
+                shading.record(r, of, &list.list, binds);
                 shown.push(Bind::images("shaded", shading.shaded(), texels));
                 shown.extend(list.binds());
             }
         }
         if let Some(blended) = &self.blended {
-            blended.record(r, of, &self.visibility, &binds);
+            blended.record(r, of, &self.visibility, binds);
             shown.extend(blended.resolve_binds(texels));
         }
-        self.resolve.record(r, of, frame, shown);
+        self.resolve.record(r, of, shown);
     }
 }
 
@@ -172,13 +193,16 @@ fn shader(plain: &str, forms: &[(&str, bool)]) -> String {
 
 /// A band of an image, and what its passes stand on.
 pub struct BandFrame<'a> {
+    pub frame: &'a ImageFrame<'a>,
     pub ground: &'a Ground,
     pub shape: &'a ImageShape,
     pub band: &'a Band,
+    /// What is at work of the rows that the band sees.
+    pub rows: Rows,
 }
 
 impl BandFrame<'_> {
-    /// Push constants of the passes that draw it.
+    /// Push constants of the passes that draw or shade it.
     fn push(&self) -> BandPush {
         BandPush { first_row: self.band.first_row, first_seen: self.band.first_seen }
     }

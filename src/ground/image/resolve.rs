@@ -3,16 +3,13 @@
 
 use std::sync::Arc;
 
-use super::fragments::{GROUP, MOST_GROUPS};
+use super::fragments::GROUP;
 use super::target::ImageShape;
-use super::{BandFrame, ImageFrame, ImagePassDesc, shader};
+use super::{BandFrame, ImagePassDesc, shader};
 use crate::Result;
 use crate::ground::constants::Features;
 use crate::ground::layout::ResolvePush;
 use crate::vk::{Bind, Compute, ComputeDesc, Context, Recorder};
-
-/// Rows that are resolved at once are multiples of this.
-const PART_ROWS: u32 = 16;
 
 pub struct Resolve {
     pass: Compute,
@@ -33,19 +30,13 @@ impl Resolve {
         })
     }
 
-    /// `binds`: what the samples of this band show.
-    pub fn record<'a>(&self, r: &mut Recorder, of: &BandFrame, frame: &ImageFrame<'a>, mut binds: Vec<Bind<'a>>) {
-        let ImageFrame { target, scene, .. } = *frame;
-        let (band, width) = (of.band, of.shape.width);
+    /// `binds`: what samples show.
+    pub fn record<'a>(&self, r: &mut Recorder, of: &BandFrame<'a>, mut binds: Vec<Bind<'a>>) {
+        let (target, scene, width) = (of.frame.target, of.frame.scene, of.shape.width);
         binds.push(target.bind("resolved"));
-        let binds = self.pass.select(&binds);
         let sky = if scene.sky_unseen { [0.0; 3] } else { scene.sky.into() };
         let varied_sky = u32::from(self.varied_sky && !scene.sky_unseen);
-        r.in_parts(band.rows, PART_ROWS, |r, rows| {
-            let before = band.first_row - band.first_seen;
-            let (first, end) = ((before + rows.start) * width, (before + rows.end) * width);
-            let push = ResolvePush { sky, varied_sky, first_seen: band.first_seen, width, first, end };
-            r.dispatch(&self.pass, &binds, &push, [(end - first).div_ceil(GROUP).min(MOST_GROUPS), 1, 1]);
-        });
+        let push = ResolvePush { sky, varied_sky, first_seen: of.band.first_seen, first: of.rows.first };
+        r.dispatch(&self.pass, &self.pass.select(&binds), &push, [width.div_ceil(GROUP), of.rows.count, 1]);
     }
 }

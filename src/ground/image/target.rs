@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::fragments::{self, FRAGMENT_BYTES, FRAGMENT_ROW};
+use super::fragments::{self, FRAGMENT_BYTES, MOST_AT_ONCE};
 use super::gather::{GatherShape, Rows};
 use super::visibility::{self, SEEN_BYTES};
 use super::{blended, drawn};
@@ -18,10 +18,12 @@ pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
 const COLOR_BYTES: u64 = 16;
 pub const DEPTH_BYTES: u64 = 4;
-/// Of what a band takes: an image of 1920×1080 with 4 samples is one. Each band draws all triangles anew.
-const BAND_BYTES: u64 = 512 << 20;
-/// Samples that a band sees at most: as many as there are texels in an image of fragments that any device can have.
-const BAND_SAMPLES: u64 = (FRAGMENT_ROW as u64).pow(2);
+/// Of what a band takes: an image of 3840×2160 with one sample is one, or one of 1920×1080 with four. Each band draws all triangles
+/// anew.
+const BAND_BYTES: u64 = 256 << 20;
+/// Samples that a band sees at most, and rows: what fits into a binding, and into the place of a fragment.
+const BAND_SAMPLES: u64 = 1 << 24;
+const BAND_ROWS: u64 = 8000;
 
 /// Depth of the sky while it is blended and resolved, as in `glsl/ground/image/resolve.comp`; infinity times zero would be NaN. Read
 /// back as infinity.
@@ -94,9 +96,10 @@ impl ImageShape {
 
     /// Rows of a band.
     pub fn band_rows(&self) -> u32 {
-        let of_sample = SEEN_BYTES + self.color_bytes() + if self.lists() { FRAGMENT_BYTES } else { 0 };
+        let drawn = if self.drawn { self.color_bytes() } else { 0 };
+        let of_sample = SEEN_BYTES + drawn + if self.lists() { FRAGMENT_BYTES } else { 0 };
         let row = u64::from(self.width) * u64::from(self.samples);
-        let rows = (BAND_BYTES / (row * of_sample)).min(BAND_SAMPLES / row);
+        let rows = (BAND_BYTES / (row * of_sample)).min(BAND_SAMPLES / row).min(BAND_ROWS);
         if rows >= u64::from(self.height) {
             return self.height;
         }
@@ -120,6 +123,17 @@ impl ImageShape {
         (self.band_rows() + beyond).min(self.height)
     }
 
+    /// Rows that are shaded at once at most.
+    pub fn rows_at_once(&self) -> u32 {
+        (MOST_AT_ONCE / (self.width * self.samples)).clamp(1, self.band_rows())
+    }
+
+    /// Bytes of what fragments show that are shaded at once.
+    fn shaded_bytes(&self) -> u64 {
+        let samples = u64::from(self.rows_at_once()) * u64::from(self.width) * u64::from(self.samples);
+        fragments::shaded_bytes(self, samples)
+    }
+
     /// Samples that a band sees at most.
     pub fn most_seen_samples(&self) -> u64 {
         u64::from(self.width) * u64::from(self.most_seen_rows()) * u64::from(self.samples)
@@ -133,11 +147,7 @@ pub fn plan(shape: &ImageShape, blended: Option<u32>) -> Vec<MemoryRow> {
     if shape.lists() {
         plan.push(fragments::plan(shape));
     }
-    plan.push(if shape.drawn {
-        drawn::plan(shape)
-    } else {
-        ("shaded fragments", fragments::shaded_bytes(shape, shape.most_seen_samples()))
-    });
+    plan.push(if shape.drawn { drawn::plan(shape) } else { ("shaded fragments", shape.shaded_bytes()) });
     plan.extend(blended.map(|capacity| blended::plan(shape, capacity)));
     plan.extend(shape.gathers.map(|gathers| gathers.plan(shape)));
     plan

@@ -65,7 +65,7 @@ pub struct Row {
 const TIMED: Count = Count { warm_up: 0, least: 1, most: 3, enough_ms: 300.0 };
 
 /// Passes over the image, by the start of their names.
-pub const OF_PIXELS: [&str; 2] = ["gather", "image"];
+pub const OF_PIXELS: [&str; 4] = ["visibility", "gather", "image", "resolve"];
 
 /// Samples per pixel of the first references; those of the next level have four times as many.
 const FIRST_SAMPLES: u32 = 16;

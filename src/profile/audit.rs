@@ -130,8 +130,6 @@ fn is(label: &str, name: &str) -> bool {
     match name {
         "image" => label == "beauty",
         "image readback" => label == "beauty, readback",
-        "image band, samples" => label == "beauty, samples" || label == "depth",
-        "image band, resolved" => label == "beauty, band",
         "first bounce's volume" => label.starts_with("first bounce"),
         "second bounce's volume" => label.starts_with("second bounce"),
         // Images of several parts are numbered.

@@ -42,12 +42,14 @@ pub struct Work<'a> {
 }
 
 /// What the passes of the ground work on, by the start of their names.
-const GROUND_UNITS: [(&str, PassUnit); 5] = [
+const GROUND_UNITS: [(&str, PassUnit); 7] = [
     ("voxelise", PassUnit::MadeItems),
     ("alike", PassUnit::WalkedItems),
     ("split", PassUnit::WalkedItems),
+    ("visibility", PassUnit::Pixels),
     ("gather", PassUnit::Pixels),
     ("image", PassUnit::Pixels),
+    ("resolve", PassUnit::Pixels),
 ];
 
 /// One row per pass, in the order of the frame.

@@ -370,12 +370,12 @@ fn saved_shaders_are_shown() {
     let folder = folder();
     let glsl = folder.path().join("glsl");
     copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl"), &glsl);
-    let file = glsl.join("ground/image/drawn.frag");
+    let file = glsl.join("ground/image/image.comp");
     let good = std::fs::read_to_string(&file).unwrap();
-    let last = good.rfind("\n}").expect("main ends the file");
-    let dark = format!("{}\n    out_beauty.rgb *= 0.5;{}", &good[..last], &good[last..]);
-    let broken = dark.replacen("out_beauty.rgb *=", "out_beauty.rgb *= nothing *", 1);
-    let line = dark.lines().position(|line| line.contains("out_beauty.rgb *= 0.5")).unwrap() + 1;
+    let shown = "imageStore(shaded[0], at, shown.beauty);";
+    let dark = good.replacen(shown, "imageStore(shaded[0], at, 0.5 * shown.beauty);", 1);
+    let broken = dark.replacen("0.5 * shown", "nothing * shown", 1);
+    let line = good.lines().position(|line| line.contains(shown)).expect("the image is stored") + 1;
     // Each is saved once the window has shown what was before.
     let saves = [("a.png", dark), ("b.png", broken), ("c.png", good)];
     let shown = folder.path().to_owned();
@@ -399,7 +399,7 @@ fn saved_shaders_are_shown() {
     assert!(sum(&b) < sum(&a) * 9 / 10, "{} is not darker than {}", sum(&b), sum(&a));
     assert!(b != c, "the error is shown over the picture");
     assert!(a == d, "what was saved last is what the program was built of");
-    assert!(errors.contains(&format!("drawn.frag:{line}: error: 'nothing'")), "{errors}");
+    assert!(errors.contains(&format!("image.comp:{line}: error: 'nothing'")), "{errors}");
     assert!(said.contains("shaders compiled anew"), "{said}");
 }
 

@@ -16,7 +16,7 @@ use twobounce::vk::shader;
 fn structs_agree_with_the_shaders() {
     let mut found = BTreeMap::new();
     for name in [
-        "ground/image/image.frag cones",
+        "ground/image/image.comp cones",
         "gi/cones/shade.frag LOOK_UP",
         "ground/record.geom",
         "ground/voxelise.frag",

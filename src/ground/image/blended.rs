@@ -12,7 +12,8 @@ use crate::Result;
 use crate::ground::constants::with;
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
-    Bind, Buffer, BufferKind, CompareOp, Context, DepthDesc, DrawCall, Load, Raster, RasterDesc, Recorder, Sampler,
+    Bind, Buffer, BufferKind, CompareOp, ComputeDesc, Context, DepthDesc, DrawCall, Load, Raster, RasterDesc, Recorder,
+    Sampler,
 };
 
 /// Where the next entry of the list is, and the depth of this one.
@@ -57,13 +58,14 @@ impl Blended {
             samples: shape.samples,
             ..Default::default()
         };
+        let pass = ComputeDesc { label: "image blended", shader, constants: &desc.constants };
         let (list, links) = lists(context, capacity)?;
         Ok(Self {
             list,
             links,
-            heads: Buffer::new(context, "blended fragments of pixels", PIXEL_BYTES * pixels, BufferKind::Device)?,
+            heads: Buffer::new(context, "blended heads", PIXEL_BYTES * pixels, BufferKind::Device)?,
             lister: Raster::new(context, &lister)?,
-            shading: FragmentShading::new(context, desc, shape.outputs, u64::from(capacity), shader)?,
+            shading: FragmentShading::new(context, &pass, "blended fragments", shape.outputs, u64::from(capacity))?,
         })
     }
 
@@ -105,5 +107,5 @@ impl Blended {
 fn lists(context: &Arc<Context>, capacity: u32) -> Result<(Buffer, Buffer)> {
     let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
     let capacity = u64::from(capacity);
-    Ok((buffer("blended fragments", list_bytes(capacity))?, buffer("blended links", LINK_BYTES * capacity)?))
+    Ok((buffer("blended list", list_bytes(capacity))?, buffer("blended links", LINK_BYTES * capacity)?))
 }

@@ -4,12 +4,14 @@
 
 use std::sync::Arc;
 
+use super::BandFrame;
 use super::target::{COLOR_FORMAT, ImageShape};
-use super::{BandFrame, ImagePassDesc};
 use crate::Result;
 use crate::ground::layout::ListCount;
 use crate::ground::memory_plan::MemoryRow;
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageUsageFlags, Recorder};
+use crate::vk::{
+    Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageUsageFlags, ImageView, Recorder,
+};
 
 /// An entry of the list.
 pub const FRAGMENT_BYTES: u64 = 8;
@@ -61,8 +63,8 @@ impl FragmentList {
         let multisampled = if shape.samples > 1 { " MULTISAMPLED" } else { "" };
         let shader = format!("ground/image/fragments.comp{multisampled}");
         Ok(Self {
-            list: buffer("fragments", list_bytes(shape.most_seen_samples()))?,
-            of_pixels: buffer("fragments of pixels", PIXEL_BYTES * pixels)?,
+            list: buffer("fragments 1", list_bytes(shape.most_seen_samples()))?,
+            of_pixels: buffer("fragments 2", PIXEL_BYTES * pixels)?,
             pass: Compute::new(context, &ComputeDesc { label: "fragments", shader: &shader, ..Default::default() })?,
         })
     }
@@ -89,24 +91,25 @@ pub fn shaded_bytes(shape: &ImageShape, capacity: u64) -> u64 {
 
 /// Shades the fragments of a list.
 pub struct FragmentShading {
+    label: &'static str,
     shaded: Vec<Image>,
     pass: Compute,
 }
 
 impl FragmentShading {
-    /// For `capacity` fragments. `shader`: shades one.
+    /// For `capacity` fragments. `label`: of the images of what they show.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(
         context: &Arc<Context>,
-        desc: &ImagePassDesc,
+        pass: &ComputeDesc,
+        label: &'static str,
         outputs: usize,
         capacity: u64,
-        shader: &str,
     ) -> Result<Self> {
-        let pass = ComputeDesc { label: "image", shader, constants: &desc.constants };
-        Ok(Self { shaded: shaded(context, outputs, capacity)?, pass: Compute::new(context, &pass)? })
+        let shaded = shaded(context, label, outputs, capacity)?;
+        Ok(Self { label, shaded, pass: Compute::new(context, pass)? })
     }
 
     /// Makes room for `capacity` fragments.
@@ -114,7 +117,7 @@ impl FragmentShading {
     /// # Errors
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, capacity: u64) -> Result<()> {
-        self.shaded = shaded(context, self.shaded.len(), capacity)?;
+        self.shaded = shaded(context, self.label, self.shaded.len(), capacity)?;
         Ok(())
     }
 
@@ -122,23 +125,22 @@ impl FragmentShading {
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, list: &Buffer, binds: &[Bind<'_>]) {
         let mut binds = binds.to_vec();
         binds.push(Bind::buffer("fragment_count", list));
-        binds.push(Bind::storage_images("shaded", self.shaded.iter().map(Image::view)));
-        let binds = self.pass.select(&binds);
-        r.dispatch_indirect(&self.pass, &binds, &of.push(), list.at(0));
+        binds.push(Bind::storage_images("shaded", self.shaded()));
+        r.dispatch_indirect(&self.pass, &self.pass.select(&binds), &of.push(), list.at(0));
         r.full_barrier();
     }
 
     /// The images of what fragments show.
-    pub fn shaded(&self) -> impl Iterator<Item = crate::vk::ImageView<'_>> {
+    pub fn shaded(&self) -> impl Iterator<Item = ImageView<'_>> {
         self.shaded.iter().map(Image::view)
     }
 }
 
-fn shaded(context: &Arc<Context>, outputs: usize, capacity: u64) -> Result<Vec<Image>> {
+fn shaded(context: &Arc<Context>, label: &str, outputs: usize, capacity: u64) -> Result<Vec<Image>> {
     let (width, height) = (FRAGMENT_ROW, capacity.div_ceil(u64::from(FRAGMENT_ROW)).max(1) as u32);
     let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED;
     let image = |index: usize| {
-        let (label, format) = (format!("shaded {}", index + 1), COLOR_FORMAT);
+        let (label, format) = (format!("{label} {}", index + 1), COLOR_FORMAT);
         Image::new(context, &ImageDesc { label: &label, format, width, height, usage, ..Default::default() })
     };
     (0..outputs).map(image).collect()

@@ -134,8 +134,14 @@ impl Gather {
         Ok(Self {
             of,
             surfaces: image("gathered surfaces", SURFACE_FORMAT)?,
-            lights: lights.iter().map(|[name, ..]| image(name, LIGHT_FORMAT)).collect::<Result<_>>()?,
-            shared: lights.iter().map(|[.., name]| image(name, LIGHT_FORMAT)).collect::<Result<_>>()?,
+            lights: lights
+                .iter()
+                .map(|[name, ..]| image(&name.replace('_', " "), LIGHT_FORMAT))
+                .collect::<Result<_>>()?,
+            shared: lights
+                .iter()
+                .map(|[.., name]| image(&name.replace('_', " "), LIGHT_FORMAT))
+                .collect::<Result<_>>()?,
             gather: Compute::new(context, &gather)?,
             share: Compute::new(context, &share)?,
         })

@@ -19,7 +19,7 @@ use super::layout::BandPush;
 use super::{Counts, Ground};
 use crate::Result;
 use crate::scene::Scene;
-use crate::vk::{Bind, Constant, Context, Load, Recorder, ZoneKind};
+use crate::vk::{Bind, ComputeDesc, Constant, Context, Load, Recorder, ZoneKind};
 use blended::Blended;
 use drawn::Drawn;
 use fragments::{FragmentList, FragmentShading};
@@ -78,10 +78,11 @@ impl ImagePass {
                 Opaque::Drawn(Drawn::new(context, desc, shape)?)
             } else {
                 let shader = image(shape.gathers.is_some());
-                Opaque::Listed(FragmentShading::new(context, desc, shape.outputs, samples, &shader)?)
+                let pass = ComputeDesc { label: "image", shader: &shader, constants: &desc.constants };
+                Opaque::Listed(FragmentShading::new(context, &pass, "shaded fragments", shape.outputs, samples)?)
             },
+            // Diffuse light was gathered for what lies behind, not for these.
             blended: (desc.features.has(Features::BLEND))
-                // Diffuse light was gathered for what lies behind, not for these.
                 .then(|| Blended::new(context, desc, shape, counts.blended_fragments, &image(false)))
                 .transpose()?,
             resolve: Resolve::new(context, desc, shape)?,
@@ -115,7 +116,13 @@ impl ImagePass {
                     zone("gather", ZoneKind::Compute, gather.bytes(shape, &band), &|r| self.gather(r, &of, look_up));
                 }
                 let bytes = row * u64::from(band.rows) * shape.color_bytes();
-                zone("image", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, look_up));
+                let binds = self.look_up_binds(ground, look_up);
+                if let Opaque::Drawn(drawn) = &self.opaque {
+                    zone("image", ZoneKind::Raster, bytes, &|r| self.draw(r, &of, drawn, &binds));
+                    zone("resolve", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
+                } else {
+                    zone("image", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
+                }
             }
         };
         if timed { all(r) } else { r.zone("image", ZoneKind::Compute, target.bytes(), all) }
@@ -136,25 +143,28 @@ impl ImagePass {
         gather.record(r, of, binds);
     }
 
-    /// Shades and resolves the rows of a band, which may be parts for the recorder.
-    fn shade(&self, r: &mut Recorder, of: &BandFrame, look_up: &[Bind<'_>]) {
-        let ground = of.ground;
+    /// What passes bind that shade surfaces: the ground's, the method's, and what was gathered.
+    fn look_up_binds<'a>(&'a self, ground: &'a Ground, look_up: &[Bind<'a>]) -> Vec<Bind<'a>> {
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
-        if let Some(gather) = &self.gather {
-            binds.extend(gather.binds(ground));
-        }
-        if let Opaque::Drawn(drawn) = &self.opaque {
-            let mut binds = binds.clone();
-            binds.push(self.visibility.bind(ground));
-            drawn.record(r, of, &self.visibility.target(of, Load::Load), &binds);
-        }
+        binds.extend(self.gather.iter().flat_map(|gather| gather.binds(ground)));
+        binds
+    }
+
+    fn draw(&self, r: &mut Recorder, of: &BandFrame, drawn: &Drawn, binds: &[Bind<'_>]) {
+        let mut binds = binds.to_vec();
+        binds.push(self.visibility.bind(of.ground));
+        drawn.record(r, of, &self.visibility.target(of, Load::Load), &binds);
+    }
+
+    /// Shades and resolves the rows of a band, which may be parts for the recorder.
+    fn shade(&self, r: &mut Recorder, of: &BandFrame, binds: &[Bind<'_>]) {
         let most = of.shape.rows_at_once();
         let before = of.band.first_row - of.band.first_seen;
         r.in_parts(of.band.rows, PART_ROWS, |r, rows| {
             for first in rows.clone().step_by(most as usize) {
                 let rows = Rows { first: before + first, count: most.min(rows.end - first) };
-                self.shade_rows(r, &BandFrame { rows, ..*of }, &binds);
+                self.shade_rows(r, &BandFrame { rows, ..*of }, binds);
             }
         });
     }

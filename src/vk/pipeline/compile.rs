@@ -5,7 +5,7 @@
 //!   Shaders in a method's own folder find `method/…` there.
 //! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above.
 //!
-//! `ground/image/image.frag` of the method `rays` with `AOVS` is called `ground/image/image.frag rays AOVS`.
+//! `ground/image/image.comp` of the method `rays` with `AOVS` is called `ground/image/image.comp rays AOVS`.
 //!
 //! A header (`*.glsl`) includes all that it uses, so that it compiles alone; a test holds this. It says at its head in
 //! which forms the test compiles it, as a shader does, and further:

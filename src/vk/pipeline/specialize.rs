@@ -352,7 +352,7 @@ mod tests {
     #[test]
     fn a_device_without_post_depth_coverage_gets_shaders_that_do_not_ask() {
         let asks = |post_depth_coverage| {
-            let module = load_words(with_features("ground/image/drawn.frag rays", 0, post_depth_coverage)).unwrap();
+            let module = load_words(with_features("ground/image/blended.frag", 0, post_depth_coverage)).unwrap();
             let early = Operand::ExecutionMode(ExecutionMode::EarlyFragmentTests);
             assert!(module.execution_modes.iter().any(|i| i.operands.contains(&early)));
             format!("{module:?}").contains("PostDepthCoverage")
@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn what_no_feature_asks_for_is_gone() {
         let functions = |features| {
-            load_words(with_features("ground/image/image.frag rays", features, true)).unwrap().functions.len()
+            load_words(with_features("ground/image/image.comp rays", features, true)).unwrap().functions.len()
         };
         assert!(functions(0) + 20 < functions(!0), "{} of {} functions are left", functions(0), functions(!0));
     }

@@ -20,7 +20,7 @@ struct Globals {
     uint item_overflow;
     uint cell_overflow;
     uint degenerate_count;
-    uint blended_fragments; // the most that a band had, where there was no room for them
+    uint blended_samples; // the most that rows at once had, where there was no room for them
 };
 
 // The length of a list, such as the occupied cells of a level; the first three are a VkDispatchIndirectCommand for its

@@ -4,8 +4,8 @@ use crate::gi::{Gi, Wants};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::expected_items::expected_items;
 use crate::ground::grid::Grid;
-use crate::ground::image::ImagePassDesc;
 use crate::ground::image::target::{self, ImageShape};
+use crate::ground::image::{ImagePassDesc, MOST_AT_ONCE};
 use crate::ground::lamps::Lamps;
 use crate::ground::lists::ListCapacity;
 use crate::ground::memory_plan::MemoryRow;
@@ -66,8 +66,9 @@ fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let items = ((items * 17.0 / 16.0) as u32).max(1 << 16);
     let list = ListCapacity { items, cells: 1 << 15, boxes: grid.map_or(0, |grid| grid.boxes) };
     let lists = vec![list; 1 + wants.grids.len()];
-    let pixels = desc.size.0.saturating_mul(desc.size.1);
-    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, lists, pixels)
+    let (width, height) = desc.size;
+    let samples = width.saturating_mul(height).saturating_mul(desc.settings.image.samples).min(MOST_AT_ONCE);
+    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, lists, samples)
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
@@ -117,7 +118,7 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
     let wants = wants(settings, features);
     let mut rows = ground::plan(settings.voxels, &wants, counts);
     rows.extend(settings.method.plan(settings));
-    rows.extend(target::plan(shape, (counts.blended > 0).then_some(counts.blended_fragments)));
+    rows.extend(target::plan(shape, (counts.blended > 0).then_some(counts.blended_samples)));
     rows
 }
 

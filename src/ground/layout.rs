@@ -27,7 +27,7 @@ shared! {
     Globals {
         vertex_count: u32, instance_count: u32, first_vertex: u32, first_instance: u32,
         item_count: u32, cell_count: u32, triangle_overflow: u32, item_overflow: u32, cell_overflow: u32,
-        degenerate_count: u32, blended_fragments: u32,
+        degenerate_count: u32, blended_samples: u32,
     }
 
     /// The length of a list, such as the occupied cells of a level; the first three are a `VkDispatchIndirectCommand`.

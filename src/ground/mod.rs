@@ -66,15 +66,15 @@ pub struct Counts {
     pub corner_words: u32,
     /// Of the boxes about them, where rays are traced.
     pub tree: TreeSize,
-    /// Room for fragments of blended triangles, where there are any.
-    pub blended_fragments: u32,
+    /// Room for samples that see blended triangles, where there are any.
+    pub blended_samples: u32,
     /// Of every grid, the base grid first.
     pub lists: Vec<ListCapacity>,
 }
 
 impl Counts {
-    /// Room for every triangle of `scene`. `lamps`: pieces; `lists`: of every grid; `pixels`: of the image.
-    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>, pixels: u32) -> Self {
+    /// Room for every triangle of `scene`. `lamps`: pieces; `lists`: of every grid; `samples`: of the image.
+    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>, samples: u32) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let triangles = scene.triangle_count() as u32;
@@ -88,7 +88,7 @@ impl Counts {
             triangle_capacity,
             corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
             tree,
-            blended_fragments: pixels,
+            blended_samples: samples,
             lists,
         }
     }
@@ -107,7 +107,7 @@ impl Counts {
         });
         Self {
             triangle_capacity: grown(self.triangle_capacity, base.vertex_count / 3, base.triangle_overflow),
-            blended_fragments: grown(self.blended_fragments, base.blended_fragments, base.blended_fragments),
+            blended_samples: grown(self.blended_samples, base.blended_samples, base.blended_samples),
             lists: lists.collect(),
             ..self.clone()
         }

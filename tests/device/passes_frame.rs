@@ -195,7 +195,7 @@ fn a_pass_goes_by_one_name_everywhere() {
     let stem = |zone: &str| zone.split(' ').next().unwrap_or_default().to_owned();
     for pass in TALK {
         let name = stem(pass.zone);
-        let folders = ["ground", "gi/cones"];
+        let folders = ["ground", "ground/image", "gi/cones"];
         let beside = |folder: &str, ending: &str| {
             root.join(format!("{folder}/{name}{ending}")).exists()
                 || root.join(format!("{folder}/{name}/mod.rs")).exists()

@@ -44,7 +44,6 @@ uniform sampler2D shaded[OUTPUTS]; // of every fragment
 #endif
 #ifdef BLENDS
 uniform sampler2D shaded_blended[OUTPUTS];
-layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 #endif
 
 layout(push_constant) uniform Push {
@@ -90,58 +89,6 @@ Colors behind(uvec2 pixel) {
     return colors;
 }
 
-#ifdef BLENDS
-// Whether a blended fragment lies behind another; of equal depths, the scene's order.
-bool is_behind(uint a, uint b) {
-    float of_a = blended_links[a - 1u].depth;
-    float of_b = blended_links[b - 1u].depth;
-    uint source_a = triangles[(blended_fragments[a - 1u].seen - 1u) / 2u].source;
-    uint source_b = triangles[(blended_fragments[b - 1u].seen - 1u) / 2u].source;
-    return of_a < of_b || (of_a == of_b && source_a < source_b);
-}
-
-// Sorts a list of blended fragments back to front by merging runs of 1, 2, 4, … entries; returns its new head.
-uint sorted(uint head) {
-    uint runs = 2u;
-    for (uint size = 1u; runs > 1u; size *= 2u) {
-        uint left = head;
-        uint tail = 0u;
-        head = 0u;
-        runs = 0u;
-        while (left != 0u) {
-            runs++;
-            uint right = left;
-            uint of_left = 0u;
-            while (of_left < size && right != 0u) {
-                right = blended_links[right - 1u].next;
-                of_left++;
-            }
-            uint of_right = size;
-            while (of_left > 0u || (of_right > 0u && right != 0u)) {
-                bool takes_left = of_left > 0u && (of_right == 0u || right == 0u || !is_behind(right, left));
-                uint taken = takes_left ? left : right;
-                uint next = blended_links[taken - 1u].next;
-                left = takes_left ? next : left;
-                right = takes_left ? right : next;
-                of_left -= takes_left ? 1u : 0u;
-                of_right -= takes_left ? 0u : 1u;
-                if (tail == 0u) {
-                    head = taken;
-                } else {
-                    blended_links[tail - 1u].next = taken;
-                }
-                tail = taken;
-            }
-            left = right;
-        }
-        if (tail != 0u) {
-            blended_links[tail - 1u].next = 0u;
-        }
-    }
-    return head;
-}
-#endif
-
 void main() {
     uint width = uint(frame.image_size.x);
     // Threads beyond the last column resolve it again.
@@ -175,14 +122,16 @@ void main() {
     }
 #endif
 #ifdef BLENDS
-    for (uint link = sorted(blended_heads[place]); link != 0u; link = blended_links[link - 1u].next) {
-        COUNT(WORDS, 4u);
-        uint covered = samples_of(blended_fragments[link - 1u]);
-        Colors over = COLORS(shaded_blended, fragment_texel(link - 1u), 0);
+    COUNT(WORDS, 2u);
+    uvec2 blended = blended_of_pixels[place];
+    for (uint k = 0u; k < blended.y; k++) {
+        COUNT(WORDS, 2u);
+        uint covered = samples_of(blended_fragments[blended.x + k]);
+        Colors over = COLORS(shaded_blended, fragment_texel(blended.x + k), 0);
         for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
             float seen = (covered & 1u << i) != 0u ? 1.0 : 0.0;
-            for (uint k = 0u; k < OUTPUTS; k++) {
-                samples[i].of[k] = seen * over.of[k] + samples[i].of[k] * (1.0 - seen * over.of[k].a);
+            for (uint o = 0u; o < OUTPUTS; o++) {
+                samples[i].of[o] = seen * over.of[o] + samples[i].of[o] * (1.0 - seen * over.of[o].a);
             }
         }
     }

@@ -26,17 +26,14 @@ bool passes_mask(vec2 place, Triangle t, vec3 facet, Attributes attributes, Foot
     return surface_alpha(m, base_color(m, uv, between(attributes.colors, weights), footprint).a) > 0.0;
 }
 
-// Of the samples that are drawn.
+// Of a pixel's samples.
 uint unmasked(Triangle t, Attributes attributes) {
     vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
     vec2 pixel = floor(gl_FragCoord.xy) + vec2(0.0, float(push.first_seen));
     Footprint footprint = pixel_footprint(attributes, place_on_triangle(pixel + 0.5, vec2(1.0), t, facet));
-    uint drawn = frame.samples == 1u ? 1u : uint(gl_SampleMaskIn[0]);
     uint kept = 0u;
     for (uint i = 0u; i < frame.samples; i++) {
-        bool passes =
-            (drawn & (1u << i)) != 0u && passes_mask(pixel + sample_place(i), t, facet, attributes, footprint);
-        kept |= passes ? 1u << i : 0u;
+        kept |= passes_mask(pixel + sample_place(i), t, facet, attributes, footprint) ? 1u << i : 0u;
     }
     return kept;
 }

@@ -1,10 +1,10 @@
-//! Blended surfaces: a list of fragments per pixel, as the talk has a list of triangles per voxel, shaded as opaque ones are. The
-//! pass resolve sorts each list and composites it.
+//! Blended surfaces: a list of samples per pixel, as the talk has a list of triangles per voxel, made into fragments that are sorted
+//! and shaded as opaque ones are. The pass resolve composites them.
 //! Reads: blended triangles, depth, materials, the method's light. Writes: lists, and what each fragment shows.
 
 use std::sync::Arc;
 
-use super::fragments::{FragmentShading, PIXEL_BYTES, empty, list_bytes, shaded_bytes};
+use super::fragments::{FragmentShading, GROUP, PIXEL_BYTES, empty, list_bytes, shaded_bytes};
 use super::target::{DEPTH_FORMAT, ImageShape};
 use super::visibility::Visibility;
 use super::{BandFrame, ImagePassDesc};
@@ -12,31 +12,36 @@ use crate::Result;
 use crate::ground::constants::with;
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
-    Bind, Buffer, BufferKind, CompareOp, ComputeDesc, Context, DepthDesc, DrawCall, Load, Raster, RasterDesc, Recorder,
-    Sampler,
+    Bind, Buffer, BufferKind, CompareOp, Compute, ComputeDesc, Context, DepthDesc, DrawCall, Load, Raster, RasterDesc,
+    Recorder, Sampler,
 };
 
-/// Where the next entry of the list is, and the depth of this one.
-const LINK_BYTES: u64 = 8;
+/// An entry of a list of samples.
+const SAMPLE_BYTES: u64 = 16;
+const COUNT_BYTES: u64 = 4;
+/// Of a pixel: the head of its list, then where its fragments begin, and how many there are.
+const HEAD_BYTES: u64 = 3 * PIXEL_BYTES;
 
 /// Bytes of [`Blended::new`].
 pub fn plan(shape: &ImageShape, capacity: u32) -> MemoryRow {
     let capacity = u64::from(capacity);
     let pixels = u64::from(shape.width) * u64::from(shape.most_seen_rows());
-    let lists = list_bytes(capacity) + LINK_BYTES * capacity + PIXEL_BYTES * pixels;
+    let lists = COUNT_BYTES + SAMPLE_BYTES * capacity + list_bytes(capacity) + HEAD_BYTES * pixels;
     ("blended fragments", lists + shaded_bytes(shape, capacity))
 }
 
 pub struct Blended {
-    list: Buffer,
-    links: Buffer,
+    samples: Buffer,
     heads: Buffer,
+    list: Buffer,
+    of_pixels: Buffer,
     lister: Raster,
+    sorter: Compute,
     shading: FragmentShading,
 }
 
 impl Blended {
-    /// With room for `capacity` fragments. `shader`: shades one.
+    /// With room for `capacity` samples that see a blended triangle. `shader`: shades a fragment.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
@@ -48,54 +53,63 @@ impl Blended {
         shader: &str,
     ) -> Result<Self> {
         let pixels = u64::from(shape.width) * u64::from(shape.most_seen_rows());
-        let per_sample = if context.post_depth_coverage || shape.samples == 1 { "" } else { " PER_SAMPLE" };
         let lister = RasterDesc {
             label: "blended",
             vertex: "ground/image/image.vert",
-            fragment: Some(&format!("ground/image/blended.frag{per_sample}")),
+            fragment: Some("ground/image/blended.frag"),
             constants: &with(desc.constants.clone(), &[("BLENDED", 1u32.into())]),
             depth: Some(DepthDesc { format: DEPTH_FORMAT, compare: CompareOp::GREATER_OR_EQUAL, write: false }),
             samples: shape.samples,
             ..Default::default()
         };
+        let sorter = ComputeDesc { label: "blended", shader: "ground/image/blended.comp", constants: &desc.constants };
         let pass = ComputeDesc { label: "image blended", shader, constants: &desc.constants };
-        let (list, links) = lists(context, capacity)?;
+        let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
+        let (samples, list) = lists(context, capacity)?;
         Ok(Self {
+            samples,
+            heads: buffer("blended heads", PIXEL_BYTES * pixels)?,
             list,
-            links,
-            heads: Buffer::new(context, "blended heads", PIXEL_BYTES * pixels, BufferKind::Device)?,
+            of_pixels: buffer("blended fragments of pixels", 2 * PIXEL_BYTES * pixels)?,
             lister: Raster::new(context, &lister)?,
+            sorter: Compute::new(context, &sorter)?,
             shading: FragmentShading::new(context, &pass, "blended fragments", shape.outputs, u64::from(capacity))?,
         })
     }
 
-    /// Makes room for `capacity` fragments.
+    /// Makes room for `capacity` samples.
     ///
     /// # Errors
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, capacity: u32) -> Result<()> {
-        (self.list, self.links) = lists(context, capacity)?;
+        (self.samples, self.list) = lists(context, capacity)?;
         self.shading.grow(context, u64::from(capacity))
     }
 
-    /// Lists and shades what is seen of the blended triangles. `visibility`: what opaque surfaces hide. `binds`: of the shader.
+    /// Lists, sorts and shades what is seen of the blended triangles. `visibility`: what opaque surfaces hide. `binds`: of the shader.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, visibility: &Visibility, binds: &[Bind<'_>]) {
         let ground = of.ground;
         empty(r, &self.list);
+        r.fill(&self.samples, 0, COUNT_BYTES, 0);
         r.fill(&self.heads, 0, self.heads.bytes(), 0);
         r.full_barrier();
         let mut all = ground.image_binds();
-        all.extend(self.binds());
-        let all = self.lister.select(&all);
+        all.push(Bind::buffer("blended_sample_count", &self.samples));
+        all.push(Bind::buffer("blended_heads", &self.heads));
         let call = DrawCall::Direct { vertices: 3 * ground.desc.counts.blended, instances: 1 };
-        r.raster(&visibility.target(of, Load::Load), |pass| pass.draw(&self.lister, &all, &of.rows.push(), call));
+        let lister = self.lister.select(&all);
+        // A scissor would not save much.
+        r.raster(&visibility.target(of, Load::Load), |pass| pass.draw(&self.lister, &lister, &of.rows.push(), call));
+        r.full_barrier();
+        all.extend(self.binds());
+        let groups = [of.shape.width.div_ceil(GROUP), of.rows.count, 1];
+        r.dispatch(&self.sorter, &self.sorter.select(&all), &of.rows.push(), groups);
         r.full_barrier();
         self.shading.record(r, of, &self.list, binds);
     }
 
-    fn binds(&self) -> [Bind<'_>; 3] {
-        let (list, links) = (Bind::buffer("blended_count", &self.list), Bind::buffer("blended_links", &self.links));
-        [list, links, Bind::buffer("blended_heads", &self.heads)]
+    fn binds(&self) -> [Bind<'_>; 2] {
+        [Bind::buffer("blended_count", &self.list), Bind::buffer("blended_of_pixels", &self.of_pixels)]
     }
 
     /// What the pass resolve reads.
@@ -104,8 +118,12 @@ impl Blended {
     }
 }
 
+/// The list of samples, and that of fragments.
 fn lists(context: &Arc<Context>, capacity: u32) -> Result<(Buffer, Buffer)> {
     let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
     let capacity = u64::from(capacity);
-    Ok((buffer("blended list", list_bytes(capacity))?, buffer("blended links", LINK_BYTES * capacity)?))
+    Ok((
+        buffer("blended samples", COUNT_BYTES + SAMPLE_BYTES * capacity)?,
+        buffer("blended list", list_bytes(capacity))?,
+    ))
 }

@@ -30,7 +30,7 @@ impl Drawn {
         let (width, height, samples) = (shape.width, shape.most_seen_rows(), shape.samples);
         let usage = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED;
         let image = |index: usize| {
-            let (label, format) = (format!("drawn {}", index + 1), COLOR_FORMAT);
+            let (label, format) = (format!("image, as drawn {}", index + 1), COLOR_FORMAT);
             let desc = ImageDesc { label: &label, format, width, height, samples, usage, ..Default::default() };
             Image::new(context, &desc)
         };
@@ -39,7 +39,7 @@ impl Drawn {
         let pass = RasterDesc {
             label: "image",
             vertex: "ground/image/image.vert",
-            fragment: Some(&shader("gi/cones/drawn.frag", &forms)),
+            fragment: Some(&shader("gi/cones/image.frag", &forms)),
             constants: &desc.constants,
             color_formats: &vec![COLOR_FORMAT; shape.outputs],
             depth: Some(DepthDesc { format: DEPTH_FORMAT, compare: CompareOp::EQUAL, write: false }),

@@ -22,6 +22,7 @@ use crate::scene::Scene;
 use crate::vk::{Bind, ComputeDesc, Constant, Context, Load, Recorder, ZoneKind};
 use blended::Blended;
 use drawn::Drawn;
+pub use fragments::MOST_AT_ONCE;
 use fragments::{FragmentList, FragmentShading};
 use gather::{Gather, Rows};
 use resolve::Resolve;
@@ -83,7 +84,7 @@ impl ImagePass {
             },
             // Diffuse light was gathered for what lies behind, not for these.
             blended: (desc.features.has(Features::BLEND))
-                .then(|| Blended::new(context, desc, shape, counts.blended_fragments, &image(false)))
+                .then(|| Blended::new(context, desc, shape, counts.blended_samples, &image(false)))
                 .transpose()?,
             resolve: Resolve::new(context, desc, shape)?,
         })
@@ -94,7 +95,7 @@ impl ImagePass {
     /// # Errors
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, counts: &Counts) -> Result<()> {
-        self.blended.as_mut().map_or(Ok(()), |blended| blended.grow(context, counts.blended_fragments))
+        self.blended.as_mut().map_or(Ok(()), |blended| blended.grow(context, counts.blended_samples))
     }
 
     /// `look_up`: what the method's look-up binds.

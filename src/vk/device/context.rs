@@ -46,8 +46,6 @@ pub struct Context {
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked for.
     #[cfg_attr(not(internals), doc(hidden))]
     pub conservative_rasterization: bool,
-    /// `VK_EXT_post_depth_coverage` is enabled: a fragment shader knows which of its samples are hidden.
-    pub(crate) post_depth_coverage: bool,
     pub(in crate::vk) allocated: AtomicU64,
     /// Dropped before the device.
     pub(in crate::vk) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
@@ -146,7 +144,6 @@ impl Context {
             is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
             limits: capabilities.properties.limits,
             conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),
-            post_depth_coverage: enabled(ash::ext::post_depth_coverage::NAME),
             allocated: AtomicU64::new(0),
             allocator: ManuallyDrop::new(allocator),
             stuck: AtomicBool::new(false),

@@ -36,6 +36,8 @@ features! {
     vertex_pipeline_stores_and_atomics "vertexPipelineStoresAndAtomics",
     /// Fragment shaders write to lists.
     fragment_stores_and_atomics "fragmentStoresAndAtomics",
+    /// Every sample of a blended surface is listed by itself.
+    sample_rate_shading "sampleRateShading",
     /// Volumes are drawn slice by slice.
     shader_output_layer "shaderOutputLayer",
     scalar_block_layout "scalarBlockLayout",
@@ -57,6 +59,7 @@ impl Features {
             geometry_shader: core.geometry_shader == vk::TRUE,
             vertex_pipeline_stores_and_atomics: core.vertex_pipeline_stores_and_atomics == vk::TRUE,
             fragment_stores_and_atomics: core.fragment_stores_and_atomics == vk::TRUE,
+            sample_rate_shading: core.sample_rate_shading == vk::TRUE,
             shader_output_layer: vulkan12.shader_output_layer == vk::TRUE,
             scalar_block_layout: vulkan12.scalar_block_layout == vk::TRUE,
             dynamic_rendering: vulkan13.dynamic_rendering == vk::TRUE,
@@ -70,7 +73,8 @@ impl Features {
             core: vk::PhysicalDeviceFeatures::default()
                 .geometry_shader(self.geometry_shader)
                 .vertex_pipeline_stores_and_atomics(self.vertex_pipeline_stores_and_atomics)
-                .fragment_stores_and_atomics(self.fragment_stores_and_atomics),
+                .fragment_stores_and_atomics(self.fragment_stores_and_atomics)
+                .sample_rate_shading(self.sample_rate_shading),
             vulkan12: vk::PhysicalDeviceVulkan12Features::default()
                 .shader_output_layer(self.shader_output_layer)
                 .scalar_block_layout(self.scalar_block_layout),

@@ -29,7 +29,6 @@ pub struct HostDevice<'a> {
     /// Those enabled. With `VK_EXT_debug_utils` among them, objects and passes have names in messages and captures.
     pub instance_extensions: &'a [&'a CStr],
     /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs `VK_EXT_conservative_rasterization`.
-    /// With `VK_EXT_post_depth_coverage` direct light at edges leaves out samples that a nearer surface hides.
     pub device_extensions: &'a [&'a CStr],
     /// Those enabled: at least [`required_features`](crate::host::required_features).
     pub features: Features,

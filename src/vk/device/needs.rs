@@ -149,11 +149,7 @@ impl Capabilities {
 
     /// Device extensions to enable: what is needed and not core, and what is used where it is there.
     pub(in crate::vk) fn enabled_extensions(&self) -> Vec<&'static CStr> {
-        let optional = [
-            ash::ext::memory_budget::NAME,
-            ash::ext::conservative_rasterization::NAME,
-            ash::ext::post_depth_coverage::NAME,
-        ];
+        let optional = [ash::ext::memory_budget::NAME, ash::ext::conservative_rasterization::NAME];
         let present = optional.into_iter().filter(|name| self.has_extension(name));
         required_extensions(self.version).into_iter().chain(present).collect()
     }

@@ -25,7 +25,6 @@ pub(in crate::vk) struct Making {
     constants: Vec<Constant>,
     /// Names and numbers.
     bindings: Vec<(String, u32)>,
-    post_depth_coverage: bool,
     /// Of a raster pipeline.
     raster: Option<Arc<RasterState>>,
 }
@@ -90,18 +89,13 @@ impl Making {
             stages: raw.stages.iter().map(|info| (info.stage.flag(), shader::spirv(info.shader))).collect(),
             constants: constants.to_vec(),
             bindings: raw.bindings.iter().map(|binding| (binding.name.clone(), binding.binding)).collect(),
-            post_depth_coverage: context.post_depth_coverage,
             raster: raw.raster.clone(),
         }
     }
 
     /// Compiles it: this is what takes long.
     pub(in crate::vk) fn make(&self) -> Made {
-        let choices = Choices {
-            constants: &self.constants,
-            bindings: &self.bindings,
-            post_depth_coverage: self.post_depth_coverage,
-        };
+        let choices = Choices { constants: &self.constants, bindings: &self.bindings };
         let module = |(flag, words): &(vk::ShaderStageFlags, &[u32])| {
             let words = specialize(words, &choices);
             let info = vk::ShaderModuleCreateInfo::default().code(&words);

@@ -40,7 +40,7 @@ pub fn constants(name: &str) -> Vec<(String, Value)> {
 
 /// The words of the shader called `name` as a pipeline takes it that is given these constants.
 pub fn specialized(name: &str, constants: &[Constant]) -> Vec<u32> {
-    specialize(spirv(name), &Choices { constants, bindings: &[], post_depth_coverage: true })
+    specialize(spirv(name), &Choices { constants, bindings: &[] })
 }
 
 /// Whether the shader called `name`, or any header, declares the specialisation constant `constant`.

@@ -7,7 +7,7 @@ use super::operations::{Known, value_of};
 use super::used::keep_used;
 use rspirv::binary::Assemble;
 use rspirv::dr::{Block, Function, Instruction, Module, Operand, load_words};
-use rspirv::spirv::{Capability, Decoration, ExecutionMode, Op, Word};
+use rspirv::spirv::{Decoration, Op, Word};
 use std::collections::{HashMap, HashSet};
 
 /// How a pipeline takes its shaders.
@@ -17,16 +17,11 @@ pub(in crate::vk) struct Choices<'a> {
     pub(in crate::vk) constants: &'a [Constant],
     /// Names, as the build wrote them, and numbers; a binding that is not given keeps its number.
     pub(in crate::vk) bindings: &'a [(String, u32)],
-    /// Whether the device can say which samples are left after the depth test; elsewhere shaders do not ask.
-    pub(in crate::vk) post_depth_coverage: bool,
 }
 
 /// The module `words`, valid SPIR-V from the build, as a pipeline takes it.
 pub(in crate::vk) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
     let mut module = load_words(words).expect("the build writes SPIR-V");
-    if !choices.post_depth_coverage {
-        ask_before_depth(&mut module);
-    }
     let names = names(&module);
     number_bindings(&mut module, &names, choices.bindings);
     let scalars = scalar_types(&module);
@@ -42,15 +37,6 @@ pub(in crate::vk) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
     }
     keep_used(&mut module);
     module.assemble()
-}
-
-/// Takes `PostDepthCoverage` out of a module; early tests, which it implies, are named by themselves.
-fn ask_before_depth(module: &mut Module) {
-    let capability = Operand::Capability(Capability::SampleMaskPostDepthCoverage);
-    let mode = Operand::ExecutionMode(ExecutionMode::PostDepthCoverage);
-    module.capabilities.retain(|i| !i.operands.contains(&capability));
-    module.execution_modes.retain(|i| !i.operands.contains(&mode));
-    module.extensions.retain(|i| i.operands != [Operand::LiteralString("SPV_KHR_post_depth_coverage".into())]);
 }
 
 /// Names of what stands outside of functions, by its id.
@@ -322,9 +308,9 @@ mod tests {
     use super::*;
     use crate::vk::pipeline::shader;
 
-    fn with_features(name: &str, features: u32, post_depth_coverage: bool) -> Vec<u32> {
+    fn with_features(name: &str, features: u32) -> Vec<u32> {
         let constants = [("FEATURES", features.into())];
-        specialize(shader::spirv(name), &Choices { constants: &constants, post_depth_coverage, ..Default::default() })
+        specialize(shader::spirv(name), &Choices { constants: &constants, ..Default::default() })
     }
 
     /// Ids that something reads and nothing defines.
@@ -339,32 +325,20 @@ mod tests {
     fn every_shader_stays_whole_whatever_is_cut() {
         for name in shader::names() {
             for features in [0, 0x5555_5555] {
-                let words = with_features(name, features, true);
+                let words = with_features(name, features);
                 let module = load_words(&words).unwrap();
                 assert_eq!(undefined(&module), [0; 0], "{name} with {features:#x}");
                 assert!(module.types_global_values.iter().all(|i| i.class.opcode != Op::SpecConstant), "{name}");
-                let again = specialize(&words, &Choices { post_depth_coverage: true, ..Default::default() });
+                let again = specialize(&words, &Choices::default());
                 assert_eq!(again.len(), words.len(), "{name}: nothing is left to cut");
             }
         }
     }
 
     #[test]
-    fn a_device_without_post_depth_coverage_gets_shaders_that_do_not_ask() {
-        let asks = |post_depth_coverage| {
-            let module = load_words(with_features("ground/image/blended.frag", 0, post_depth_coverage)).unwrap();
-            let early = Operand::ExecutionMode(ExecutionMode::EarlyFragmentTests);
-            assert!(module.execution_modes.iter().any(|i| i.operands.contains(&early)));
-            format!("{module:?}").contains("PostDepthCoverage")
-        };
-        assert!(asks(true) && !asks(false));
-    }
-
-    #[test]
     fn what_no_feature_asks_for_is_gone() {
-        let functions = |features| {
-            load_words(with_features("ground/image/image.comp rays", features, true)).unwrap().functions.len()
-        };
+        let functions =
+            |features| load_words(with_features("ground/image/image.comp rays", features)).unwrap().functions.len();
         assert!(functions(0) + 20 < functions(!0), "{} of {} functions are left", functions(0), functions(!0));
     }
 

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with MULTISAMPLED
-// Lists the fragments of what a band sees. A thread for some pixels beside each other.
+// Lists the fragments of what a band sees. A thread for a tile of pixels.
 
 #include "common/count.glsl"
 
@@ -24,8 +24,10 @@ layout(push_constant) uniform Push {
     uint end;
 } push;
 
-// Neighbours for which a thread asks for room at once; a bit for each sample of all of them fits into a word.
-const uint RUN = 8u;
+// A thread asks for room for the pixels of a tile at once: CPU devices shade eight fragments at a time, which so are
+// neighbours along both axes. A bit for each sample of all of them fits into a word.
+const uvec2 TILE = uvec2(4u, 2u);
+const uint TILE_PIXELS = TILE.x * TILE.y;
 
 uint width() {
 #ifdef MULTISAMPLED
@@ -35,14 +37,21 @@ uint width() {
 #endif
 }
 
+uvec2 pixel_at(uint k) {
+    return (gl_GlobalInvocationID.xy * TILE + uvec2(0u, push.first)) + uvec2(k % TILE.x, k / TILE.x);
+}
+
+bool is_inside(uvec2 pixel) {
+    return pixel.x < width() && pixel.y < push.end;
+}
+
 void main() {
-    uvec2 first = uvec2(gl_GlobalInvocationID.x * RUN, push.first + gl_GlobalInvocationID.y);
-    uint count_across = first.y < push.end ? min(RUN, max(width(), first.x) - first.x) : 0u;
     uint new = 0u; // the samples that see a triangle that none before them in their pixel sees
-    for (uint k = 0u; k < count_across; k++) {
+    for (uint k = 0u; k < TILE_PIXELS; k++) {
+        uvec2 pixel = pixel_at(k);
         uint before[PIXEL_SAMPLES];
         for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
-            before[i] = texelFetch(seen, ivec2(first.x + k, first.y), int(i)).r;
+            before[i] = is_inside(pixel) ? texelFetch(seen, ivec2(pixel), int(i)).r : 0u;
             bool is_new = before[i] != 0u;
             for (uint j = 0u; j < i; j++) {
                 is_new = is_new && before[j] != before[i];
@@ -56,14 +65,16 @@ void main() {
     if (groups > (slot + 63u) / 64u) {
         atomicMax(fragment_count.groups_x, min(groups, MOST_GROUPS));
     }
-    for (uint k = 0u; k < count_across; k++) {
-        uvec2 place = uvec2(first.x + k, first.y);
+    for (uint k = 0u; k < TILE_PIXELS; k++) {
+        uvec2 pixel = pixel_at(k);
         uint of_pixel = new >> (k * PIXEL_SAMPLES) & (1u << PIXEL_SAMPLES) - 1u;
-        pixel_fragments[place.y * width() + place.x] = slot << COUNT_BITS | uint(bitCount(of_pixel));
-        COUNT(WORDS, 2u * PIXEL_SAMPLES + 1u + 2u * uint(bitCount(of_pixel)));
+        if (is_inside(pixel)) {
+            pixel_fragments[pixel.y * width() + pixel.x] = slot << COUNT_BITS | uint(bitCount(of_pixel));
+            COUNT(WORDS, 2u * PIXEL_SAMPLES + 1u + 2u * uint(bitCount(of_pixel)));
+        }
         uint ids[PIXEL_SAMPLES];
         for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
-            ids[i] = texelFetch(seen, ivec2(place), int(i)).r;
+            ids[i] = of_pixel != 0u ? texelFetch(seen, ivec2(pixel), int(i)).r : 0u;
         }
         for (uint left = of_pixel; left != 0u; left &= left - 1u) {
             uint id = ids[findLSB(left)];
@@ -71,7 +82,7 @@ void main() {
             for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
                 covered |= ids[i] == id ? 1u << i : 0u;
             }
-            fragments[slot++] = fragment(place, covered, id);
+            fragments[slot++] = fragment(pixel, covered, id);
         }
     }
 }

@@ -5,6 +5,7 @@
 // Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own.
 // The pass share takes the mean over neighbours, the pass image brings it up to its pixels. A thread per gathered pixel.
 
+#include "common/tile.glsl"
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
 #include "ground/brdf.glsl"
@@ -14,7 +15,7 @@
 #include "ground/image/likeness.glsl"
 #include "ground/image/seen.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 64) in;
 
 layout(push_constant) uniform Push {
     uint first_row; // of the gathered pixels, at the top of this band
@@ -67,7 +68,8 @@ void main() {
     vec2 size = gathered_pixel();
     // Threads beyond the last column or row gather for it again.
     ivec2 last = ivec2(imageSize(gathered_light).x, push.end) - 1;
-    ivec2 at = min(ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first), last);
+    uvec2 own = gl_WorkGroupID.xy * 8u + place_in_tile(gl_LocalInvocationID.x);
+    ivec2 at = min(ivec2(own) + ivec2(0, push.first), last);
     uvec3 place = uvec3(at, 0u) + uvec3(0u, push.first_row, 0u);
     SampleAt from = nearest_sample((vec2(place.xy) + 0.5) * size);
     uint id = seen_at(from);

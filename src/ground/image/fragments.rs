@@ -24,10 +24,8 @@ pub const FRAGMENT_ROW: u32 = 4096;
 pub const GROUP: u32 = 64;
 /// Workgroups of one dispatch: every device takes so many.
 const MOST_GROUPS: u32 = 65535;
-/// Pixels that a thread lists; as in `glsl/ground/image/fragments.comp`.
-const RUN: u32 = 8;
-/// Threads along each side of its workgroups.
-const LISTER_GROUP: u32 = 8;
+/// Pixels across and down that a workgroup lists: those of its threads' tiles in `glsl/ground/image/fragments.comp`.
+const LISTER_PIXELS: [u32; 2] = [8 * 4, 8 * 2];
 /// Samples of rows that are shaded at once, at most: one dispatch must do for as many fragments.
 pub const MOST_AT_ONCE: u32 = GROUP * MOST_GROUPS;
 
@@ -74,7 +72,8 @@ impl FragmentList {
         empty(r, &self.list);
         r.full_barrier();
         let [list, of_pixels] = self.binds();
-        let groups = [of.shape.width.div_ceil(LISTER_GROUP * RUN), of.rows.count.div_ceil(LISTER_GROUP), 1];
+        let [across, down] = LISTER_PIXELS;
+        let groups = [of.shape.width.div_ceil(across), of.rows.count.div_ceil(down), 1];
         r.dispatch(&self.pass, &[list, of_pixels, seen], &of.rows.push(), groups);
         r.full_barrier();
     }

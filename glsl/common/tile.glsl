@@ -1,7 +1,8 @@
-// Places of a workgroup's 64 threads in a square of 8 by 8. CPU devices run eight threads at a time, which so are neighbours along
-// both axes, and take what the slowest takes.
+// Places of threads in squares of 16 by 16, for four workgroups of 64 each. Threads beside each other are four pixels
+// apart: of the squares in which directions differ (ground/interleave.glsl) they have the same place, and look along the
+// same directions.
 
 uvec2 place_in_tile(uint thread) {
-    uint x = bitfieldExtract(thread, 0, 2) | bitfieldExtract(thread, 3, 1) << 2;
-    return uvec2(x, bitfieldExtract(thread, 2, 1) | bitfieldExtract(thread, 4, 2) << 1);
+    uvec2 square = uvec2(bitfieldExtract(thread, 0, 2), bitfieldExtract(thread, 2, 2));
+    return 4u * square + uvec2(bitfieldExtract(thread, 4, 2), bitfieldExtract(thread, 6, 2));
 }

@@ -4,8 +4,8 @@ use crate::gi::{Gi, Wants};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::expected_items::expected_items;
 use crate::ground::grid::Grid;
+use crate::ground::image::ImagePassDesc;
 use crate::ground::image::target::{self, ImageShape};
-use crate::ground::image::{ImagePassDesc, MOST_AT_ONCE};
 use crate::ground::lamps::Lamps;
 use crate::ground::lists::ListCapacity;
 use crate::ground::memory_plan::MemoryRow;
@@ -67,7 +67,7 @@ fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let list = ListCapacity { items, cells: 1 << 15, boxes: grid.map_or(0, |grid| grid.boxes) };
     let lists = vec![list; 1 + wants.grids.len()];
     let (width, height) = desc.size;
-    let samples = width.saturating_mul(height).saturating_mul(desc.settings.image.samples).min(MOST_AT_ONCE);
+    let samples = width.saturating_mul(height).saturating_mul(desc.settings.image.samples);
     Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, lists, samples)
 }
 

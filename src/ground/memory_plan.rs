@@ -80,7 +80,7 @@ pub fn check_buffers(rows: &[MemoryRow], triangles: u64, limit: &Limit) -> Resul
 
 /// Whether a row grows with the scene's triangles.
 fn of_triangles(name: &str) -> bool {
-    ["scene ", "deform ", "triangles", "blend", "lamp", "list ", "item"].iter().any(|part| name.contains(part))
+    ["scene ", "deform ", "triangles", "lamp", "list ", "item"].iter().any(|part| name.contains(part))
 }
 
 /// What takes the most of `rows`: its bytes, its name, and how to need less.

@@ -68,7 +68,7 @@ void main() {
     vec2 size = gathered_pixel();
     // Threads beyond the last column or row gather for it again.
     ivec2 last = ivec2(imageSize(gathered_light).x, push.end) - 1;
-    uvec2 own = gl_WorkGroupID.xy * 8u + place_in_tile(gl_LocalInvocationID.x);
+    uvec2 own = gl_WorkGroupID.yz * 16u + place_in_tile(gl_GlobalInvocationID.x);
     ivec2 at = min(ivec2(own) + ivec2(0, push.first), last);
     uvec3 place = uvec3(at, 0u) + uvec3(0u, push.first_row, 0u);
     SampleAt from = nearest_sample((vec2(place.xy) + 0.5) * size);

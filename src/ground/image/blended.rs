@@ -13,7 +13,7 @@ use crate::ground::constants::with;
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
     Bind, Buffer, BufferKind, CompareOp, Compute, ComputeDesc, Context, DepthDesc, DrawCall, Load, Raster, RasterDesc,
-    Recorder, Sampler,
+    Recorder, Rect, RenderTarget, Sampler,
 };
 
 /// An entry of a list of samples.
@@ -91,15 +91,17 @@ impl Blended {
         let ground = of.ground;
         empty(r, &self.list);
         r.fill(&self.samples, 0, COUNT_BYTES, 0);
-        r.fill(&self.heads, 0, self.heads.bytes(), 0);
+        let row = u64::from(of.shape.width) * PIXEL_BYTES;
+        r.fill(&self.heads, u64::from(of.rows.first) * row, u64::from(of.rows.count) * row, 0);
         r.full_barrier();
         let mut all = ground.image_binds();
         all.push(Bind::buffer("blended_sample_count", &self.samples));
         all.push(Bind::buffer("blended_heads", &self.heads));
         let call = DrawCall::Direct { vertices: 3 * ground.desc.counts.blended, instances: 1 };
         let lister = self.lister.select(&all);
-        // A scissor would not save much.
-        r.raster(&visibility.target(of, Load::Load), |pass| pass.draw(&self.lister, &lister, &of.rows.push(), call));
+        let area = Rect { x: 0, y: of.rows.first as i32, width: of.shape.width, height: of.rows.count };
+        let target = RenderTarget { area: Some(area), ..visibility.target(of, Load::Load) };
+        r.raster(&target, |pass| pass.draw(&self.lister, &lister, &(), call));
         r.full_barrier();
         all.extend(self.binds());
         let groups = [of.shape.width.div_ceil(GROUP), of.rows.count, 1];

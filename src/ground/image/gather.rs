@@ -24,7 +24,10 @@ const LIGHTS: [[&str; 3]; 4] = [
     ["gathered_mirrored", "mirrored", "shared_mirrored"],
 ];
 
-/// Pixels along each side of a workgroup of `gather.comp` and of `share.comp`.
+/// Pixels along each side of the tiles of `gather.comp`, and workgroups of each; as in `glsl/common/tile.glsl`.
+const TILE: u32 = 16;
+const TILE_GROUPS: u32 = 4;
+/// Pixels along each side of a workgroup of `share.comp`.
 const GROUP: u32 = 8;
 
 /// Gathered pixels beyond the nearest that a surface is looked for among: `WIDER` in `glsl/ground/image/gathered.glsl`.
@@ -158,10 +161,10 @@ impl Gather {
         let lights = self.lights.iter().chain(std::iter::repeat(&self.lights[0])).zip(LIGHTS);
         binds.extend(lights.map(|(image, [name, ..])| Bind::storage_image(name, image.view())));
         let binds = self.gather.select(&binds);
-        r.in_parts(groups[1], 1, |r, part| {
-            let (first, end) = (part.start * GROUP, (part.end * GROUP).min(rows.count));
+        r.in_parts(rows.count.div_ceil(TILE), 1, |r, part| {
+            let (first, end) = (part.start * TILE, (part.end * TILE).min(rows.count));
             let push = GatherPush { first_row: rows.first, first, end, first_seen: band.first_seen };
-            r.dispatch(&self.gather, &binds, &push, [groups[0], part.len() as u32, 1]);
+            r.dispatch(&self.gather, &binds, &push, [TILE_GROUPS, width.div_ceil(TILE), part.len() as u32]);
         });
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;

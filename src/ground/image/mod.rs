@@ -160,7 +160,7 @@ impl ImagePass {
 
     /// Shades and resolves the rows of a band, which may be parts for the recorder.
     fn shade(&self, r: &mut Recorder, of: &BandFrame, binds: &[Bind<'_>]) {
-        let most = of.shape.rows_at_once();
+        let most = (of.shape.rows_at_once() / of.ground.desc.counts.blended_parts).max(1);
         let before = of.band.first_row - of.band.first_seen;
         r.in_parts(of.band.rows, PART_ROWS, |r, rows| {
             for first in rows.clone().step_by(most as usize) {

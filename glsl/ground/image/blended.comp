@@ -32,8 +32,8 @@ bool is_before(uint a, uint b, bool by_depth) {
     return level ? source_of(of_a) < source_of(of_b) : of_a.depth < of_b.depth;
 }
 
-// Sorts a list by merging runs of 1, 2, 4, … entries; returns its new head. A break out of the outer loop would leave lanes off on
-// llvmpipe (Mesa 22.3).
+// Sorts a list by merging runs of 1, 2, 4, … entries; returns its new head. A break out of the outer loop would leave
+// lanes off on llvmpipe (Mesa 22.3).
 uint sorted(uint head, bool by_depth) {
     uint runs = 2u;
     for (uint size = 1u; runs > 1u; size *= 2u) {

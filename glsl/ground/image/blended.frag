@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Lists the samples that see a blended triangle which no opaque surface hides. Each sample runs by itself: the mask of a
-// pixel's samples lacks some on llvmpipe beside the border of a scissor, and has hidden ones without an extension.
+// Lists the samples that see a blended triangle which no opaque surface hides. Each sample runs by itself: the mask of
+// a pixel's samples lacks some on llvmpipe beside the border of a scissor, and has hidden ones without an extension.
 
 #include "common/count.glsl"
 #include "ground/frame.glsl"

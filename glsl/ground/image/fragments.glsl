@@ -13,7 +13,6 @@ struct Fragment {
 const uint ACROSS_BITS = 15u;
 const uint PLACE_BITS = 28u;
 const uint COUNT_BITS = 3u;
-const uint FRAGMENT_ROW = 4096u; // fragments in a row of the images of what they show
 
 #ifdef LISTS_FRAGMENTS
 #define FRAGMENTS_ACCESS
@@ -33,14 +32,15 @@ Fragment fragment(uvec2 place, uint covered, uint seen) {
 }
 
 uvec2 place_of(Fragment f) {
-    return uvec2(f.place & (1u << ACROSS_BITS) - 1u, bitfieldExtract(f.place, int(ACROSS_BITS), int(PLACE_BITS - ACROSS_BITS)));
+    return uvec2(
+        f.place & (1u << ACROSS_BITS) - 1u, bitfieldExtract(f.place, int(ACROSS_BITS), int(PLACE_BITS - ACROSS_BITS)));
 }
 
 uint samples_of(Fragment f) {
     return f.place >> PLACE_BITS;
 }
 
-// Where the images of what fragments show hold one.
-ivec2 fragment_texel(uint slot) {
-    return ivec2(slot % FRAGMENT_ROW, slot / FRAGMENT_ROW);
+// Where images of that width hold what a fragment shows.
+ivec2 fragment_texel(uint slot, int width) {
+    return ivec2(slot % uint(width), slot / uint(width));
 }

@@ -3,7 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 //! per method except none
 // Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own.
-// The pass share takes the mean over neighbours, the pass image brings it up to its pixels. A thread per gathered pixel.
+// The pass share takes the mean over neighbours, the pass image brings it up to its pixels. A thread per gathered
+// pixel.
 
 #include "common/tile.glsl"
 #include "ground/constants.glsl"
@@ -24,7 +25,8 @@ layout(push_constant) uniform Push {
     uint first_seen; // of the image, the first row that the band sees
 } push;
 
-layout(rgba32f) writeonly uniform image2D gathered_surfaces; // position, voxels; packed normal, −1 where nothing gathers
+layout(
+    rgba32f) writeonly uniform image2D gathered_surfaces; // position, voxels; packed normal, −1 where nothing gathers
 layout(rgba16f) writeonly uniform image2D gathered_light; // E/π in stored radiance; open share of the hemisphere
 layout(rgba16f) writeonly uniform image2D gathered_lamps; // the same of sampled lamps
 layout(rgba16f) writeonly uniform image2D gathered_lamps_specular; // stored radiance

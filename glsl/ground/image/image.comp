@@ -33,7 +33,7 @@ void main() {
     Fragment f = fragments[slot];
     uvec2 pixel = place_of(f) + uvec2(0u, push.first_seen);
     Shown shown = shade((f.seen - 1u) / 2u, (f.seen & 1u) == 0u, pixel, samples_of(f));
-    ivec2 at = fragment_texel(slot);
+    ivec2 at = fragment_texel(slot, imageSize(shaded[0]).x);
     imageStore(shaded[0], at, shown.beauty);
 #ifdef AOVS
     imageStore(shaded[1], at, shown.direct);

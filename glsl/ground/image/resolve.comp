@@ -5,9 +5,10 @@
 //! with DRAWN
 //! with MULTISAMPLED
 //! with BLENDS
-// Resolve: every sample of a pixel shows the sky, or the opaque surface before it, and over these the blended surfaces, back
-// to front; the pixel shows the mean of its samples. A thread per pixel. Opaque surfaces come from the list of
-// fragments or, with DRAWN, from images into which they were drawn, with MULTISAMPLED of four samples. With BLENDS some surface is blended.
+// Resolve: every sample of a pixel shows the sky, or the opaque surface before it, and over these the blended surfaces,
+// back to front; the pixel shows the mean of its samples. A thread per pixel. Opaque surfaces come from the list of
+// fragments or, with DRAWN, from images into which they were drawn, with MULTISAMPLED of four samples. With BLENDS some
+// surface is blended.
 
 #include "common/count.glsl"
 #include "ground/sky.glsl"
@@ -62,9 +63,9 @@ struct Colors {
 
 // A texel of each of an array's images.
 #ifdef AOVS
-#define COLORS(images, at, i)                                                                                          \
-    Colors(vec4[OUTPUTS](texelFetch(images[0], at, i), texelFetch(images[1], at, i), texelFetch(images[2], at, i),     \
-                         texelFetch(images[3], at, i), texelFetch(images[4], at, i), texelFetch(images[5], at, i)))
+#define COLORS(images, at, i) \
+    Colors(vec4[OUTPUTS](texelFetch(images[0], at, i), texelFetch(images[1], at, i), texelFetch(images[2], at, i), \
+        texelFetch(images[3], at, i), texelFetch(images[4], at, i), texelFetch(images[5], at, i)))
 #else
 #define COLORS(images, at, i) Colors(vec4[OUTPUTS](texelFetch(images[0], at, i)))
 #endif
@@ -113,7 +114,7 @@ void main() {
     for (uint slot = first; slot < first + (of_pixel & (1u << COUNT_BITS) - 1u); slot++) {
         COUNT(WORDS, 1u);
         uint covered = PIXEL_SAMPLES == 1u ? 1u : samples_of(fragments[slot]);
-        Colors colors = COLORS(shaded, fragment_texel(slot), 0);
+        Colors colors = COLORS(shaded, fragment_texel(slot, textureSize(shaded[0], 0).x), 0);
         for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
             if ((covered & 1u << i) != 0u) {
                 samples[i] = colors;
@@ -127,7 +128,7 @@ void main() {
     for (uint k = 0u; k < blended.y; k++) {
         COUNT(WORDS, 2u);
         uint covered = samples_of(blended_fragments[blended.x + k]);
-        Colors over = COLORS(shaded_blended, fragment_texel(blended.x + k), 0);
+        Colors over = COLORS(shaded_blended, fragment_texel(blended.x + k, textureSize(shaded_blended[0], 0).x), 0);
         for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
             float seen = (covered & 1u << i) != 0u ? 1.0 : 0.0;
             for (uint o = 0u; o < OUTPUTS; o++) {

@@ -17,9 +17,6 @@ use crate::vk::{
 pub const FRAGMENT_BYTES: u64 = 8;
 /// Where a pixel's fragments begin.
 pub const PIXEL_BYTES: u64 = 4;
-/// Fragments in a row of the images of what they show, and rows that any device's images may have; as in
-/// `glsl/ground/image/fragments.glsl`.
-pub const FRAGMENT_ROW: u32 = 4096;
 /// Threads of a workgroup that goes through fragments, or pixels of a row.
 pub const GROUP: u32 = 64;
 /// Workgroups of one dispatch: every device takes so many.
@@ -85,7 +82,14 @@ impl FragmentList {
 
 /// Bytes of what `capacity` fragments show.
 pub fn shaded_bytes(shape: &ImageShape, capacity: u64) -> u64 {
-    capacity.next_multiple_of(u64::from(FRAGMENT_ROW)) * shape.color_bytes()
+    let (width, height) = shaded_size(capacity);
+    u64::from(width) * u64::from(height) * shape.color_bytes()
+}
+
+/// Of the images of what `capacity` fragments show: about as high as wide, since drivers pad the sides.
+fn shaded_size(capacity: u64) -> (u32, u32) {
+    let width = (capacity.isqrt() as u32).next_power_of_two();
+    (width, capacity.div_ceil(u64::from(width)).max(1) as u32)
 }
 
 /// Shades the fragments of a list.
@@ -136,7 +140,7 @@ impl FragmentShading {
 }
 
 fn shaded(context: &Arc<Context>, label: &str, outputs: usize, capacity: u64) -> Result<Vec<Image>> {
-    let (width, height) = (FRAGMENT_ROW, capacity.div_ceil(u64::from(FRAGMENT_ROW)).max(1) as u32);
+    let (width, height) = shaded_size(capacity);
     let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED;
     let image = |index: usize| {
         let (label, format) = (format!("{label} {}", index + 1), COLOR_FORMAT);

@@ -22,7 +22,7 @@ pub const DEPTH_BYTES: u64 = 4;
 /// anew.
 const BAND_BYTES: u64 = 256 << 20;
 /// Samples that a band sees at most, and rows: what fits into a binding, and into the place of a fragment.
-const BAND_SAMPLES: u64 = 1 << 24;
+const BAND_SAMPLES: u64 = 16_000_000;
 const BAND_ROWS: u64 = 8000;
 
 /// Depth of the sky while it is blended and resolved, as in `glsl/ground/image/resolve.comp`; infinity times zero would be NaN. Read

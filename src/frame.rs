@@ -287,7 +287,9 @@ impl Frame {
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
         tracing::info!("buffers grow: {:?} to {:?}", self.counts(), counts);
-        self.image.grow(context, &counts)?;
+        if counts.blended_samples > self.counts().blended_samples {
+            self.image.grow(context, counts.blended_samples)?;
+        }
         self.ground.grow(context, counts)?;
         self.start_over();
         Ok(())

@@ -56,7 +56,8 @@ pub struct Wants {
     pub diffuse: bool,
     /// and what it finds for rough lobes on the way beside it.
     pub gathers_lobes: bool,
-    /// Whether pixels are shaded triangle by triangle as a rasteriser draws them, as the talk's are, and not in a compute shader.
+    /// Whether pixels are shaded triangle by triangle as a rasteriser draws them, as the talk's are, by `glsl/gi/<name>/image.frag`, and
+    /// not in a compute shader.
     pub drawn: bool,
     /// Whether it has shadows of its own.
     pub shadows: bool,

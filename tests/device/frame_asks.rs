@@ -95,7 +95,7 @@ fn what_a_scene_has_adds_what_it_asks_for() {
         for name in own(&scene.name) {
             assert!(bytes(&audit, name) > bytes(&before, name), "{}: {name} is as before", scene.name);
         }
-        // What is blended is listed, sorted and shaded by pipelines of its own.
+        // Blended surfaces are listed, sorted and shaded by pipelines of their own.
         let pipelines = before.used.len() + if scene.name == "blending" { 3 } else { 0 };
         assert_eq!(audit.used.len(), pipelines, "{}: {:?}", scene.name, audit.used.difference(&before.used));
     }

@@ -247,7 +247,7 @@ fn add_veil(scene: &mut Scene, color: Vec3, corner: Vec3, along: Vec3) {
     scene.add_mesh(Mesh::quad("veil", veil, corner, along, 2.0 * Vec3::Y), DAffine3::IDENTITY);
 }
 
-/// What the columns of an image of an edge of 8 pixels show from the front, 1 m to both sides.
+/// The colours of the columns of an image with an edge of 8 pixels, seen from the front, 1 m to both sides.
 fn columns_of_veils(scene: &Scene) -> Vec<Vec3> {
     let projection = Projection::Orthographic { half_height: 1.0, near: 0.01, far: 10.0 };
     let view = View { eye: DVec3::Z * 5.0, forward: DVec3::NEG_Z, up: DVec3::Y, projection };

@@ -13,13 +13,8 @@ layout(push_constant) uniform Push {
     uint first_seen; // the first row that the band sees
 } push;
 
+#include "ground/image/seen_by_samples.glsl"
 #include "ground/image/shade.glsl"
-
-#ifdef MULTISAMPLED
-uniform usampler2DMS seen;
-#else
-uniform usampler2D seen;
-#endif
 
 layout(location = 0) out vec4 out_beauty;
 #ifdef AOVS
@@ -34,14 +29,14 @@ layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_back;
 
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    uvec2 at = uvec2(gl_FragCoord.xy);
     uint id = 1u + 2u * in_triangle + in_back;
     // The samples that see the triangle. llvmpipe's own mask of them lacks some beside the border of a scissor.
     uint covered = 0u;
-    for (uint i = 0u; i < frame.samples; i++) {
-        covered |= texelFetch(seen, at, int(i)).r == id ? 1u << i : 0u;
+    for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
+        covered |= seen_by(at, i) == id ? 1u << i : 0u;
     }
-    Shown shown = shade(in_triangle, in_back != 0u, uvec2(at) + uvec2(0u, push.first_seen), covered);
+    Shown shown = shade(in_triangle, in_back != 0u, at + uvec2(0u, push.first_seen), covered);
     out_beauty = shown.beauty;
 #ifdef AOVS
     out_direct = shown.direct;

@@ -7,12 +7,14 @@
 #define LISTS_FRAGMENTS
 #include "common/count.glsl"
 #include "ground/frame.glsl"
-#include "ground/image/blended.glsl"
+#include "ground/image/fragments.glsl"
 #include "ground/image/blended_samples.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
+// Per pixel that a band sees: where its fragments begin, and how many there are.
+layout(scalar) writeonly buffer BlendedOfPixels { uvec2 blended_of_pixels[]; };
 
 layout(push_constant) uniform Push {
     uint first; // rows of those that the band sees
@@ -100,17 +102,13 @@ void main() {
     head = sorted(head, false);
     uint count = joined(head);
     head = sorted(head, true);
-    uint slot = count > 0u ? atomicAdd(blended_count.count, count) : 0u;
-    uint groups = (slot + count + 63u) / 64u;
-    if (groups > (slot + 63u) / 64u) {
-        atomicMax(blended_count.groups_x, min(groups, MOST_GROUPS));
-    }
+    uint slot = take_slots(count);
     if (at.x < width) {
         COUNT(WORDS, 2u + 2u * count);
         blended_of_pixels[place] = uvec2(slot, count);
     }
     for (uint entry = head; entry != 0u; entry = blended_samples[entry - 1u].next) {
         BlendedSample own = blended_samples[entry - 1u];
-        blended_fragments[slot++] = fragment(at, own.covered, own.seen);
+        fragments[slot++] = fragment(at, own.covered, own.seen);
     }
 }

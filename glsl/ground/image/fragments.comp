@@ -5,19 +5,13 @@
 // Lists the fragments of what a band sees. A thread for a tile of pixels.
 
 #include "common/count.glsl"
+#include "ground/frame.glsl"
 
 #define LISTS_FRAGMENTS
 #include "ground/image/fragments.glsl"
+#include "ground/image/seen_by_samples.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-
-#ifdef MULTISAMPLED
-uniform usampler2DMS seen;
-const uint PIXEL_SAMPLES = 4u;
-#else
-uniform usampler2D seen;
-const uint PIXEL_SAMPLES = 1u;
-#endif
 
 layout(push_constant) uniform Push {
     uint first; // rows of those that the band sees
@@ -29,20 +23,12 @@ layout(push_constant) uniform Push {
 const uvec2 TILE = uvec2(4u, 2u);
 const uint TILE_PIXELS = TILE.x * TILE.y;
 
-uint width() {
-#ifdef MULTISAMPLED
-    return uint(textureSize(seen).x);
-#else
-    return uint(textureSize(seen, 0).x);
-#endif
-}
-
 uvec2 pixel_at(uint k) {
     return (gl_GlobalInvocationID.xy * TILE + uvec2(0u, push.first)) + uvec2(k % TILE.x, k / TILE.x);
 }
 
 bool is_inside(uvec2 pixel) {
-    return pixel.x < width() && pixel.y < push.end;
+    return pixel.x < uint(frame.image_size.x) && pixel.y < push.end;
 }
 
 void main() {
@@ -51,7 +37,7 @@ void main() {
         uvec2 pixel = pixel_at(k);
         uint before[PIXEL_SAMPLES];
         for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
-            before[i] = is_inside(pixel) ? texelFetch(seen, ivec2(pixel), int(i)).r : 0u;
+            before[i] = is_inside(pixel) ? seen_by(pixel, i) : 0u;
             bool is_new = before[i] != 0u;
             for (uint j = 0u; j < i; j++) {
                 is_new = is_new && before[j] != before[i];
@@ -59,22 +45,18 @@ void main() {
             new |= is_new ? 1u << (k * PIXEL_SAMPLES + i) : 0u;
         }
     }
-    uint count = uint(bitCount(new));
-    uint slot = count > 0u ? atomicAdd(fragment_count.count, count) : 0u;
-    uint groups = (slot + count + 63u) / 64u;
-    if (groups > (slot + 63u) / 64u) {
-        atomicMax(fragment_count.groups_x, min(groups, MOST_GROUPS));
-    }
+    uint slot = take_slots(uint(bitCount(new)));
     for (uint k = 0u; k < TILE_PIXELS; k++) {
         uvec2 pixel = pixel_at(k);
         uint of_pixel = new >> (k * PIXEL_SAMPLES) & (1u << PIXEL_SAMPLES) - 1u;
         if (is_inside(pixel)) {
-            pixel_fragments[pixel.y * width() + pixel.x] = slot << COUNT_BITS | uint(bitCount(of_pixel));
+            pixel_fragments[pixel.y * uint(frame.image_size.x) + pixel.x] =
+                slot << COUNT_BITS | uint(bitCount(of_pixel));
             COUNT(WORDS, 2u * PIXEL_SAMPLES + 1u + 2u * uint(bitCount(of_pixel)));
         }
         uint ids[PIXEL_SAMPLES];
         for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
-            ids[i] = of_pixel != 0u ? texelFetch(seen, ivec2(pixel), int(i)).r : 0u;
+            ids[i] = of_pixel != 0u ? seen_by(pixel, i) : 0u;
         }
         for (uint left = of_pixel; left != 0u; left &= left - 1u) {
             uint id = ids[findLSB(left)];

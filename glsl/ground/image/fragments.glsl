@@ -27,6 +27,18 @@ layout(scalar) FRAGMENTS_ACCESS buffer Fragments {
 // Per pixel that a band sees: where its fragments begin, and below that how many there are.
 layout(scalar) FRAGMENTS_ACCESS buffer PixelFragments { uint pixel_fragments[]; };
 
+#ifdef LISTS_FRAGMENTS
+// Makes room for `count` more fragments; the slot of the first.
+uint take_slots(uint count) {
+    uint slot = count > 0u ? atomicAdd(fragment_count.count, count) : 0u;
+    uint groups = (slot + count + 63u) / 64u;
+    if (groups > (slot + 63u) / 64u) {
+        atomicMax(fragment_count.groups_x, min(groups, MOST_GROUPS));
+    }
+    return slot;
+}
+#endif
+
 Fragment fragment(uvec2 place, uint covered, uint seen) {
     return Fragment(place.x | place.y << ACROSS_BITS | covered << PLACE_BITS, seen);
 }

@@ -52,7 +52,7 @@ SampleAt nearest_sample(vec2 place) {
     return nearest;
 }
 
-// What is seen there, as in the visibility buffer.
+// The entry of the visibility buffer there.
 uint seen_at(SampleAt at) {
     COUNT(WORDS, 1u);
     uint of_pixel = pixel_fragments[(at.pixel.y - push.first_seen) * uint(frame.image_size.x) + at.pixel.x];

@@ -10,6 +10,7 @@
 #include "ground/brdf.glsl"
 #include "method/look_up.glsl"
 #include "ground/lamp_light.glsl"
+#include "ground/image/view_way.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -22,8 +23,7 @@ layout(rgba32f) writeonly uniform image2D given_indirect;
 const float FAR = 1e30; // and above
 
 Surface given_surface(ivec2 at, float depth) {
-    vec2 ndc = (vec2(at) + 0.5) / frame.image_size * 2.0 - 1.0 - frame.ndc_shift;
-    vec3 across = frame.right_per_ndc * ndc.x + frame.down_per_ndc * ndc.y;
+    vec3 across = off_axis(vec2(at) + 0.5);
     float way = depth / frame.voxel_m;
     Surface s;
     s.position = frame.eye + frame.forward * way + across * (frame.orthographic != 0u ? 1.0 : way);

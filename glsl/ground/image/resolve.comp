@@ -13,17 +13,13 @@
 #include "common/count.glsl"
 #include "ground/sky.glsl"
 #include "ground/image/fragments.glsl"
+#include "ground/image/seen_by_samples.glsl"
+#include "ground/image/view_way.glsl"
 #ifdef BLENDS
 #include "ground/image/blended.glsl"
 #endif
 
 layout(local_size_x = 64) in;
-
-#ifdef MULTISAMPLED
-const uint PIXEL_SAMPLES = 4u;
-#else
-const uint PIXEL_SAMPLES = 1u;
-#endif
 
 #ifdef AOVS
 const uint OUTPUTS = 6u;
@@ -35,10 +31,8 @@ layout(rgba32f) writeonly uniform image2D resolved[OUTPUTS];
 #ifdef DRAWN
 #ifdef MULTISAMPLED
 uniform sampler2DMS shaded[OUTPUTS];
-uniform usampler2DMS seen;
 #else
 uniform sampler2D shaded[OUTPUTS];
-uniform usampler2D seen;
 #endif
 #else
 uniform sampler2D shaded[OUTPUTS]; // of every fragment
@@ -56,7 +50,7 @@ layout(push_constant) uniform Push {
 
 const float FAR = 1e36; // as in src/ground/image/target.rs
 
-// What a sample shows: radiance, then the further layers, each premultiplied by opacity, with opacity.
+// The outputs of a sample: radiance, then the further layers, each premultiplied by opacity, with opacity.
 struct Colors {
     vec4 of[OUTPUTS];
 };
@@ -70,12 +64,11 @@ struct Colors {
 #define COLORS(images, at, i) Colors(vec4[OUTPUTS](texelFetch(images[0], at, i)))
 #endif
 
-// What a pixel shows where there is no surface.
+// The outputs of a pixel where there is no surface.
 Colors behind(uvec2 pixel) {
     vec3 sky = push.sky;
     if (push.varied_sky != 0u) {
-        vec2 ndc = (vec2(pixel) + 0.5) / frame.image_size * 2.0 - 1.0 - frame.ndc_shift;
-        vec3 across = frame.right_per_ndc * ndc.x + frame.down_per_ndc * ndc.y;
+        vec3 across = off_axis(vec2(pixel) + 0.5);
         sky = sky_towards(normalize(frame.orthographic != 0u ? frame.forward : frame.forward + across)) / frame.scale;
     }
     Colors colors;
@@ -103,7 +96,7 @@ void main() {
     }
 #ifdef DRAWN
     for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
-        if (texelFetch(seen, ivec2(at), int(i)).r != 0u) {
+        if (seen_by(at, i) != 0u) {
             samples[i] = COLORS(shaded, ivec2(at), int(i));
         }
     }
@@ -125,10 +118,10 @@ void main() {
 #ifdef BLENDS
     COUNT(WORDS, 2u);
     uvec2 blended = blended_of_pixels[place];
-    for (uint k = 0u; k < blended.y; k++) {
+    for (uint slot = blended.x; slot < blended.x + blended.y; slot++) {
         COUNT(WORDS, 2u);
-        uint covered = samples_of(blended_fragments[blended.x + k]);
-        Colors over = COLORS(shaded_blended, fragment_texel(blended.x + k, textureSize(shaded_blended[0], 0).x), 0);
+        uint covered = samples_of(blended_fragments[slot]);
+        Colors over = COLORS(shaded_blended, fragment_texel(slot, textureSize(shaded_blended[0], 0).x), 0);
         for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
             float seen = (covered & 1u << i) != 0u ? 1.0 : 0.0;
             for (uint o = 0u; o < OUTPUTS; o++) {

@@ -25,8 +25,7 @@ const HEAD_BYTES: u64 = 3 * PIXEL_BYTES;
 /// Bytes of [`Blended::new`].
 pub fn plan(shape: &ImageShape, capacity: u32) -> MemoryRow {
     let capacity = u64::from(capacity);
-    let pixels = u64::from(shape.width) * u64::from(shape.most_seen_rows());
-    let lists = COUNT_BYTES + SAMPLE_BYTES * capacity + list_bytes(capacity) + HEAD_BYTES * pixels;
+    let lists = COUNT_BYTES + SAMPLE_BYTES * capacity + list_bytes(capacity) + HEAD_BYTES * shape.most_seen_pixels();
     ("blended fragments", lists + shaded_bytes(shape, capacity))
 }
 
@@ -52,7 +51,7 @@ impl Blended {
         capacity: u32,
         shader: &str,
     ) -> Result<Self> {
-        let pixels = u64::from(shape.width) * u64::from(shape.most_seen_rows());
+        let pixels = shape.most_seen_pixels();
         let lister = RasterDesc {
             label: "blended",
             vertex: "ground/image/image.vert",
@@ -88,10 +87,10 @@ impl Blended {
 
     /// Lists, sorts and shades what is seen of the blended triangles. `visibility`: what opaque surfaces hide. `binds`: of the shader.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, visibility: &Visibility, binds: &[Bind<'_>]) {
-        let ground = of.ground;
+        let ground = of.ground();
         empty(r, &self.list);
         r.fill(&self.samples, 0, COUNT_BYTES, 0);
-        let row = u64::from(of.shape.width) * PIXEL_BYTES;
+        let row = u64::from(of.shape().width) * PIXEL_BYTES;
         r.fill(&self.heads, u64::from(of.rows.first) * row, u64::from(of.rows.count) * row, 0);
         r.full_barrier();
         let mut all = ground.image_binds();
@@ -99,24 +98,25 @@ impl Blended {
         all.push(Bind::buffer("blended_heads", &self.heads));
         let call = DrawCall::Direct { vertices: 3 * ground.desc.counts.blended, instances: 1 };
         let lister = self.lister.select(&all);
-        let area = Rect { x: 0, y: of.rows.first as i32, width: of.shape.width, height: of.rows.count };
+        let area = Rect { x: 0, y: of.rows.first as i32, width: of.shape().width, height: of.rows.count };
         let target = RenderTarget { area: Some(area), ..visibility.target(of, Load::Load) };
         r.raster(&target, |pass| pass.draw(&self.lister, &lister, &(), call));
         r.full_barrier();
-        all.extend(self.binds());
-        let groups = [of.shape.width.div_ceil(GROUP), of.rows.count, 1];
+        all.push(Bind::buffer("fragment_count", &self.list));
+        all.push(Bind::buffer("blended_of_pixels", &self.of_pixels));
+        let groups = [of.shape().width.div_ceil(GROUP), of.rows.count, 1];
         r.dispatch(&self.sorter, &self.sorter.select(&all), &of.rows.push(), groups);
         r.full_barrier();
         self.shading.record(r, of, &self.list, binds);
     }
 
-    fn binds(&self) -> [Bind<'_>; 2] {
-        [Bind::buffer("blended_count", &self.list), Bind::buffer("blended_of_pixels", &self.of_pixels)]
-    }
-
-    /// What the pass resolve reads.
-    pub fn resolve_binds<'a>(&'a self, texels: &'a Sampler) -> impl Iterator<Item = Bind<'a>> {
-        self.binds().into_iter().chain([Bind::images("shaded_blended", self.shading.shaded(), texels)])
+    /// The fragments, as the pass resolve reads them.
+    pub fn resolve_binds<'a>(&'a self, texels: &'a Sampler) -> [Bind<'a>; 3] {
+        [
+            Bind::buffer("blended_count", &self.list),
+            Bind::buffer("blended_of_pixels", &self.of_pixels),
+            Bind::images("shaded_blended", self.shading.shaded(), texels),
+        ]
     }
 }
 

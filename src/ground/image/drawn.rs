@@ -39,7 +39,7 @@ impl Drawn {
         let pass = RasterDesc {
             label: "image",
             vertex: "ground/image/image.vert",
-            fragment: Some(&shader("gi/cones/image.frag", &forms)),
+            fragment: Some(&shader(&format!("gi/{}/image.frag", desc.method), &forms)),
             constants: &desc.constants,
             color_formats: &vec![COLOR_FORMAT; shape.outputs],
             depth: Some(DepthDesc { format: DEPTH_FORMAT, compare: CompareOp::EQUAL, write: false }),
@@ -55,11 +55,11 @@ impl Drawn {
             self.colors.iter().map(|image| ColorTarget::overwritten(image.attachment_view(0))).collect();
         let binds = self.pass.select(binds);
         let target = RenderTarget { colors: &colors, ..*depth };
-        target.draw_in_parts(r, |pass| pass.draw(&self.pass, &binds, &of.push(), of.ground.recorded()));
+        target.draw_in_parts(r, |pass| pass.draw(&self.pass, &binds, &of.push(), of.ground().recorded()));
         r.full_barrier();
     }
 
-    /// What the pass resolve reads.
+    /// The images, as the pass resolve reads them.
     pub fn bind<'a>(&'a self, ground: &'a Ground) -> Bind<'a> {
         Bind::images("shaded", self.colors.iter().map(Image::view), &ground.scene.texel_sampler)
     }

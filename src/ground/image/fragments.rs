@@ -38,8 +38,7 @@ pub fn empty(r: &mut Recorder, list: &Buffer) {
 
 /// Bytes of [`FragmentList::new`].
 pub fn plan(shape: &ImageShape) -> MemoryRow {
-    let pixels = u64::from(shape.width) * u64::from(shape.most_seen_rows());
-    ("fragments", list_bytes(shape.most_seen_samples()) + PIXEL_BYTES * pixels)
+    ("fragments", list_bytes(shape.most_seen_samples()) + PIXEL_BYTES * shape.most_seen_pixels())
 }
 
 /// The fragments of the opaque surfaces that a band sees.
@@ -54,12 +53,11 @@ impl FragmentList {
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, shape: &ImageShape) -> Result<Self> {
         let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
-        let pixels = u64::from(shape.width) * u64::from(shape.most_seen_rows());
         let multisampled = if shape.samples > 1 { " MULTISAMPLED" } else { "" };
         let shader = format!("ground/image/fragments.comp{multisampled}");
         Ok(Self {
             list: buffer("fragments 1", list_bytes(shape.most_seen_samples()))?,
-            of_pixels: buffer("fragments 2", PIXEL_BYTES * pixels)?,
+            of_pixels: buffer("fragments 2", PIXEL_BYTES * shape.most_seen_pixels())?,
             pass: Compute::new(context, &ComputeDesc { label: "fragments", shader: &shader, ..Default::default() })?,
         })
     }
@@ -70,8 +68,9 @@ impl FragmentList {
         r.full_barrier();
         let [list, of_pixels] = self.binds();
         let [across, down] = LISTER_PIXELS;
-        let groups = [of.shape.width.div_ceil(across), of.rows.count.div_ceil(down), 1];
-        r.dispatch(&self.pass, &[list, of_pixels, seen], &of.rows.push(), groups);
+        let groups = [of.shape().width.div_ceil(across), of.rows.count.div_ceil(down), 1];
+        let frame = Bind::buffer("frame", &of.ground().frame);
+        r.dispatch(&self.pass, &[frame, list, of_pixels, seen], &of.rows.push(), groups);
         r.full_barrier();
     }
 

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use super::target::{Band, ImageShape};
+use super::target::ImageShape;
 use super::{BandFrame, ImagePassDesc};
 use crate::Result;
 use crate::ground::Ground;
@@ -152,9 +152,7 @@ impl Gather {
 
     /// Gathers for one band of the image. `binds`: fragments, and what the method's look-up binds beside the ground.
     pub fn record<'a>(&'a self, r: &mut Recorder, of: &BandFrame<'a>, mut binds: Vec<Bind<'a>>) {
-        let BandFrame { ground, shape, band, .. } = *of;
-        let rows = self.rows(shape, band);
-        let width = self.of.size(shape).0;
+        let (ground, rows, width) = (of.ground(), self.rows(of), self.of.size(of.shape()).0);
         let groups = [width.div_ceil(GROUP), rows.count.div_ceil(GROUP), 1];
         binds.push(Bind::storage_image("gathered_surfaces", self.surfaces.view()));
         // An image that is declared but never written must be given something.
@@ -163,7 +161,7 @@ impl Gather {
         let binds = self.gather.select(&binds);
         r.in_parts(rows.count.div_ceil(TILE), 1, |r, part| {
             let (first, end) = (part.start * TILE, (part.end * TILE).min(rows.count));
-            let push = GatherPush { first_row: rows.first, first, end, first_seen: band.first_seen };
+            let push = GatherPush { first_row: rows.first, first, end, first_seen: of.band.first_seen };
             r.dispatch(&self.gather, &binds, &push, [TILE_GROUPS, width.div_ceil(TILE), part.len() as u32]);
         });
         r.full_barrier();
@@ -176,8 +174,8 @@ impl Gather {
         r.full_barrier();
     }
 
-    fn rows(&self, shape: &ImageShape, band: &Band) -> Rows {
-        self.of.rows(shape, Rows { first: band.first_row, count: band.rows })
+    fn rows(&self, of: &BandFrame) -> Rows {
+        self.of.rows(of.shape(), Rows { first: of.band.first_row, count: of.band.rows })
     }
 
     fn named<'a>(
@@ -198,7 +196,7 @@ impl Gather {
     }
 
     /// Bytes that a band writes.
-    pub fn bytes(&self, shape: &ImageShape, band: &Band) -> u64 {
-        u64::from(self.rows(shape, band).count) * u64::from(self.of.size(shape).0) * self.of.pixel_bytes()
+    pub fn bytes(&self, of: &BandFrame) -> u64 {
+        u64::from(self.rows(of).count) * u64::from(self.of.size(of.shape()).0) * self.of.pixel_bytes()
     }
 }

@@ -70,7 +70,7 @@ impl ImagePass {
             let forms = [("GATHERED", gathered), ("AOVS", shape.outputs > 1)];
             shader(&format!("ground/image/image.comp {}", desc.method), &forms)
         };
-        let samples = u64::from(shape.rows_at_once()) * u64::from(shape.width) * u64::from(shape.samples);
+        let samples = shape.samples_at_once();
         Ok(Self {
             visibility: Visibility::new(context, desc, shape)?,
             list: shape.lists().then(|| FragmentList::new(context, shape)).transpose()?,
@@ -90,23 +90,21 @@ impl ImagePass {
         })
     }
 
-    /// Makes room for what `counts` says.
+    /// Makes room for so many samples that see blended triangles.
     ///
     /// # Errors
     /// Too little memory.
-    pub fn grow(&mut self, context: &Arc<Context>, counts: &Counts) -> Result<()> {
-        self.blended.as_mut().map_or(Ok(()), |blended| blended.grow(context, counts.blended_samples))
+    pub fn grow(&mut self, context: &Arc<Context>, blended_samples: u32) -> Result<()> {
+        self.blended.as_mut().map_or(Ok(()), |blended| blended.grow(context, blended_samples))
     }
 
     /// `look_up`: what the method's look-up binds.
     pub fn record(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>]) {
-        let ImageFrame { ground, target, .. } = *frame;
-        let shape = target.shape();
+        let (target, shape) = (frame.target, frame.target.shape());
         let timed = shape.bands().count() <= MOST_TIMED_BANDS;
         let all = |r: &mut Recorder| {
             for band in shape.bands() {
-                let of =
-                    BandFrame { frame, ground, shape, band: &band, rows: Rows { first: 0, count: band.seen_rows } };
+                let of = BandFrame { frame: *frame, band, rows: Rows { first: 0, count: band.seen_rows } };
                 let mut zone = |name, kind, bytes, record: &dyn Fn(&mut Recorder)| {
                     if timed { r.zone(name, kind, bytes, record) } else { record(r) }
                 };
@@ -114,10 +112,10 @@ impl ImagePass {
                 let seen = row * u64::from(band.seen_rows) * u64::from(shape.samples);
                 zone("visibility", ZoneKind::Raster, visibility::SEEN_BYTES * seen, &|r| self.see(r, &of));
                 if let Some(gather) = &self.gather {
-                    zone("gather", ZoneKind::Compute, gather.bytes(shape, &band), &|r| self.gather(r, &of, look_up));
+                    zone("gather", ZoneKind::Compute, gather.bytes(&of), &|r| self.gather(r, &of, look_up));
                 }
                 let bytes = row * u64::from(band.rows) * shape.color_bytes();
-                let binds = self.look_up_binds(ground, look_up);
+                let binds = self.look_up_binds(frame.ground, look_up);
                 if let Opaque::Drawn(drawn) = &self.opaque {
                     zone("image", ZoneKind::Raster, bytes, &|r| self.draw(r, &of, drawn, &binds));
                     zone("resolve", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
@@ -137,14 +135,14 @@ impl ImagePass {
 
     fn gather(&self, r: &mut Recorder, of: &BandFrame, look_up: &[Bind<'_>]) {
         let (Some(gather), Some(list)) = (&self.gather, &self.list) else { return };
-        list.record(r, of, self.visibility.bind(of.ground));
-        let mut binds = of.ground.image_binds();
+        list.record(r, of, self.visibility.bind(of.ground()));
+        let mut binds = of.ground().image_binds();
         binds.extend_from_slice(look_up);
         binds.extend(list.binds());
         gather.record(r, of, binds);
     }
 
-    /// What passes bind that shade surfaces: the ground's, the method's, and what was gathered.
+    /// Bindings of the passes that shade surfaces: the ground's, the method's, and the gathered light.
     fn look_up_binds<'a>(&'a self, ground: &'a Ground, look_up: &[Bind<'a>]) -> Vec<Bind<'a>> {
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
@@ -154,13 +152,13 @@ impl ImagePass {
 
     fn draw(&self, r: &mut Recorder, of: &BandFrame, drawn: &Drawn, binds: &[Bind<'_>]) {
         let mut binds = binds.to_vec();
-        binds.push(self.visibility.bind(of.ground));
+        binds.push(self.visibility.bind(of.ground()));
         drawn.record(r, of, &self.visibility.target(of, Load::Load), &binds);
     }
 
     /// Shades and resolves the rows of a band, which may be parts for the recorder.
     fn shade(&self, r: &mut Recorder, of: &BandFrame, binds: &[Bind<'_>]) {
-        let most = (of.shape.rows_at_once() / of.ground.desc.counts.blended_parts).max(1);
+        let most = (of.shape().rows_at_once() / of.ground().desc.counts.blended_parts).max(1);
         let before = of.band.first_row - of.band.first_seen;
         r.in_parts(of.band.rows, PART_ROWS, |r, rows| {
             for first in rows.clone().step_by(most as usize) {
@@ -172,7 +170,7 @@ impl ImagePass {
 
     /// `binds`: of the pass that shades fragments.
     fn shade_rows(&self, r: &mut Recorder, of: &BandFrame, binds: &[Bind<'_>]) {
-        let (ground, texels) = (of.ground, &of.ground.scene.texel_sampler);
+        let (ground, texels) = (of.ground(), &of.ground().scene.texel_sampler);
         let mut shown = ground.image_binds();
         r.full_barrier(); // the rows before were read from the same lists and images
         match &self.opaque {
@@ -202,17 +200,24 @@ fn shader(plain: &str, forms: &[(&str, bool)]) -> String {
     std::iter::once(plain).chain(asked).collect::<Vec<_>>().join(" ")
 }
 
-/// A band of an image, and what its passes stand on.
+/// A band of an image.
+#[derive(Clone, Copy)]
 pub struct BandFrame<'a> {
-    pub frame: &'a ImageFrame<'a>,
-    pub ground: &'a Ground,
-    pub shape: &'a ImageShape,
-    pub band: &'a Band,
-    /// What is at work of the rows that the band sees.
+    pub frame: ImageFrame<'a>,
+    pub band: Band,
+    /// The rows at work, among those that the band sees.
     pub rows: Rows,
 }
 
-impl BandFrame<'_> {
+impl<'a> BandFrame<'a> {
+    pub fn ground(&self) -> &'a Ground {
+        self.frame.ground
+    }
+
+    pub fn shape(&self) -> &'a ImageShape {
+        self.frame.target.shape()
+    }
+
     /// Push constants of the passes that draw or shade it.
     fn push(&self) -> BandPush {
         BandPush { first_row: self.band.first_row, first_seen: self.band.first_seen }

@@ -32,7 +32,7 @@ impl Resolve {
 
     /// `binds`: what samples show.
     pub fn record<'a>(&self, r: &mut Recorder, of: &BandFrame<'a>, mut binds: Vec<Bind<'a>>) {
-        let (target, scene, width) = (of.frame.target, of.frame.scene, of.shape.width);
+        let (target, scene, width) = (of.frame.target, of.frame.scene, of.shape().width);
         binds.push(target.bind("resolved"));
         let sky = if scene.sky_unseen { [0.0; 3] } else { scene.sky.into() };
         let varied_sky = u32::from(self.varied_sky && !scene.sky_unseen);

@@ -61,7 +61,7 @@ pub struct ImageTarget {
     images: Vec<Image>,
 }
 
-/// What sizes of everything that an image is made with depend on.
+/// The sizes of everything that an image is made with follow from this.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageShape {
     /// Pixels.
@@ -128,15 +128,24 @@ impl ImageShape {
         (MOST_AT_ONCE / (self.width * self.samples)).clamp(1, self.band_rows())
     }
 
-    /// Bytes of what fragments show that are shaded at once.
-    fn shaded_bytes(&self) -> u64 {
-        let samples = u64::from(self.rows_at_once()) * u64::from(self.width) * u64::from(self.samples);
-        fragments::shaded_bytes(self, samples)
+    /// Samples that are shaded at once at most.
+    pub fn samples_at_once(&self) -> u64 {
+        u64::from(self.rows_at_once()) * u64::from(self.width) * u64::from(self.samples)
     }
 
-    /// Samples that a band sees at most.
+    /// Bytes of what fragments show that are shaded at once.
+    fn shaded_bytes(&self) -> u64 {
+        fragments::shaded_bytes(self, self.samples_at_once())
+    }
+
+    /// Pixels that a band sees at most,
+    pub fn most_seen_pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.most_seen_rows())
+    }
+
+    /// and their samples.
     pub fn most_seen_samples(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.most_seen_rows()) * u64::from(self.samples)
+        self.most_seen_pixels() * u64::from(self.samples)
     }
 }
 

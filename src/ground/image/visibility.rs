@@ -60,15 +60,15 @@ impl Visibility {
     pub fn record(&self, r: &mut Recorder, of: &BandFrame) {
         let (view, load) = (self.seen.attachment_view(0), Load::Clear([0.0; 4]));
         let colors = [ColorTarget { view, resolve: None, load, store: true }];
-        let binds = self.pass.select(&of.ground.image_binds());
+        let binds = self.pass.select(&of.ground().image_binds());
         let target = RenderTarget { colors: &colors, ..self.target(of, Load::Clear(0.0)) };
-        target.draw_in_parts(r, |pass| pass.draw(&self.pass, &binds, &of.push(), of.ground.recorded()));
+        target.draw_in_parts(r, |pass| pass.draw(&self.pass, &binds, &of.push(), of.ground().recorded()));
         r.full_barrier();
     }
 
     /// The rows that a band sees and their depth, without colours.
     pub fn target(&self, of: &BandFrame, load: Load<f32>) -> RenderTarget<'_> {
-        let BandFrame { shape, band, .. } = *of;
+        let (shape, band) = (of.shape(), &of.band);
         RenderTarget {
             depth: Some(DepthTarget { view: self.depth.attachment_view(0), load, store: true }),
             width: shape.width,

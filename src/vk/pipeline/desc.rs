@@ -44,8 +44,6 @@ pub struct RasterDesc<'a> {
     pub depth: Option<DepthDesc>,
     /// Samples per pixel: 1, 2, 4, …; 0 means 1.
     pub samples: u32,
-    /// Colours, which were multiplied by their alpha, go over what is there: `source + (1 - source alpha) * destination`.
-    pub blends: bool,
     /// No colour is written.
     pub masked: bool,
     /// The hardware makes a fragment of every pixel that a triangle touches; only on a context that can.

@@ -44,6 +44,8 @@ pub(in crate::vk) struct RasterState {
 impl RasterState {
     pub(in crate::vk) fn new(desc: &RasterDesc<'_>) -> Self {
         let input = desc.vertex_input;
+        let mask = if desc.masked { vk::ColorComponentFlags::empty() } else { vk::ColorComponentFlags::RGBA };
+        let color_attachment = vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask);
         let binding = |stride| vk::VertexInputBindingDescription::default().stride(stride);
         let attribute = |&(location, format, offset): &_| {
             vk::VertexInputAttributeDescription::default().location(location).format(format).offset(offset)
@@ -53,28 +55,12 @@ impl RasterState {
             vertex_attributes: input.iter().flat_map(|input| input.attributes).map(attribute).collect(),
             color_formats: desc.color_formats.to_vec(),
             color_write: !desc.masked,
-            color_attachments: vec![blend_state(desc); desc.color_formats.len()],
+            color_attachments: vec![color_attachment; desc.color_formats.len()],
             depth: desc.depth,
             samples: desc.samples.max(1),
             conservative: desc.conservative,
         }
     }
-}
-
-fn blend_state(desc: &RasterDesc<'_>) -> vk::PipelineColorBlendAttachmentState {
-    let mask = if desc.masked { vk::ColorComponentFlags::empty() } else { vk::ColorComponentFlags::RGBA };
-    let state = vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask);
-    if !desc.blends {
-        return state;
-    }
-    state
-        .blend_enable(true)
-        .src_color_blend_factor(vk::BlendFactor::ONE)
-        .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-        .color_blend_op(vk::BlendOp::ADD)
-        .src_alpha_blend_factor(vk::BlendFactor::ONE)
-        .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-        .alpha_blend_op(vk::BlendOp::ADD)
 }
 
 impl Making {

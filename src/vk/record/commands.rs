@@ -92,26 +92,6 @@ impl Recorder {
         self.log(|| CommandLog::Copy { from: image.label().to_owned(), to: buffer.label().to_owned(), bytes: None });
     }
 
-    /// Copies a region of one colour image to `at` of another's finest level.
-    pub fn copy_image(&mut self, from: &Image, region: ImageRegion, to: &Image, at: [u32; 3]) {
-        let target = ImageRegion { level: 0, first_layer: 0, ..region };
-        let copy = [vk::ImageCopy::default()
-            .src_subresource(layers(from, region))
-            .src_offset(offset(region.offset))
-            .dst_subresource(layers(to, target))
-            .dst_offset(offset(at))
-            .extent(extent(region))];
-        let general = vk::ImageLayout::GENERAL;
-        // SAFETY: both images are in that layout for good, outside a rendering scope; both are kept.
-        unsafe {
-            let (device, from, to) = (self.context().device(), from.raw.handle, to.raw.handle);
-            device.cmd_copy_image(self.handle, from, general, to, general, &copy);
-        }
-        self.keep(from.raw.clone());
-        self.keep(to.raw.clone());
-        self.log(|| CommandLog::Copy { from: from.label().to_owned(), to: to.label().to_owned(), bytes: None });
-    }
-
     /// Copies tightly packed texels from byte `offset` of `buffer` on into a region of `image`.
     pub fn copy_buffer_to_image(&mut self, buffer: &Buffer, offset: u64, image: &Image, region: ImageRegion) {
         let copy = [image_copy(image, region, offset)];

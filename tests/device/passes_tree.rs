@@ -9,7 +9,7 @@ use gpu::twins::tree::Tree;
 use twobounce::scene::{
     Animation, Bounds, Channel, Instance, Interpolation, Material, Node, Property, Scene, Transform, View,
 };
-use twobounce::settings::{Bounces, Center, Settings};
+use twobounce::settings::{Bounces, Center, Method, Settings};
 
 const EDGE: u32 = 16;
 
@@ -106,5 +106,39 @@ fn boxes_follow_what_moves() {
         }
         renderer.render(&pose, &view).expect("a frame");
         assert!(Tree::of(&context, &renderer).check() > 306 * 5 - 6);
+    }
+}
+
+/// A tree has at most 65,536 triangles: there are several of what stands and of what moves.
+#[test]
+fn many_triangles_stand_in_several_trees() {
+    const MANY: usize = 70_000;
+    let context = gpu::context();
+    let mut scene = Scene::empty("many");
+    let mut random = Random::new(7);
+    for _ in 0..2 {
+        let crumbs: Vec<_> = (0..MANY)
+            .map(|_| {
+                let p = 2.0 + 12.0 * random.point();
+                triangle(&mut random, p, 0.1)
+            })
+            .collect();
+        add(&mut scene, &crumbs, Material::lamp("lamp", Vec3::ONE));
+    }
+    let channel = Channel {
+        node: scene.instances[1].node,
+        times: vec![0.0],
+        property: Property::Translation,
+        values: vec![Vec4::ZERO],
+        interpolation: Interpolation::Step,
+    };
+    scene.animations.push(Animation { channels: vec![channel], ..Animation::default() });
+    let mut renderer = gpu::render(&context, &scene, &Settings { method: Method::None, ..settings() }, 8);
+    let mut pose = scene.pose(None, 0.0);
+    let view = View::framing(Bounds { min: DVec3::ZERO, max: DVec3::splat(16.0) });
+    for step in 0..2 {
+        pose.world_from_instance[1] = DAffine3::from_axis_angle(DVec3::Y, 0.1 * f64::from(step));
+        renderer.render(&pose, &view).expect("a frame");
+        assert_eq!(Tree::of(&context, &renderer).check(), 2 * MANY);
     }
 }

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::{Value, json};
 use twobounce::measure::timing::short_bytes;
-use twobounce::vk::{self, DeviceReport};
+use twobounce::settings::{Conservative, PRESETS, Preset};
+use twobounce::vk::{self, DeviceReport, Need};
 
 #[derive(Args, Debug)]
 pub struct InfoArgs {
@@ -43,6 +44,15 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         let mark = if need.present { '✓' } else { '✗' };
         text += &format!("     {mark} {}\n", need.name);
     }
+    for need in &device.wishes {
+        let presets = presets_that_need(&need.name).join(", ");
+        let asks = match Conservative::ALL.iter().find(|choice| choice.needs().contains(&need.name.as_str())) {
+            Some(choice) if presets.is_empty() => format!(", for grid.conservative = {choice}"),
+            Some(choice) => format!(", for grid.conservative = {choice}, as in the presets {presets}"),
+            None => String::new(),
+        };
+        text += &format!("     {} {}{asks}\n", if need.present { '✓' } else { '✗' }, need.name);
+    }
     text += "   limits:\n";
     for (key, words, value) in limits(device) {
         let value = match &value {
@@ -60,6 +70,26 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         text += &format!("     heap {heap}: {}, {whose}{}\n", short_bytes(*bytes), budget.unwrap_or_default());
     }
     text
+}
+
+/// The presets that ask for what only single settings need.
+fn presets_that_need(name: &str) -> Vec<&'static str> {
+    let asks = |preset: &&Preset| (preset.settings)().grid.conservative.needs().contains(&name);
+    PRESETS.iter().filter(asks).map(|preset| preset.name).collect()
+}
+
+/// Per preset what the device lacks for it.
+fn lacks(device: &DeviceReport) -> serde_json::Map<String, Value> {
+    let missing = |needs: &[Need]| -> Vec<String> {
+        needs.iter().filter(|need| !need.present).map(|need| need.name.clone()).collect()
+    };
+    let of = |preset: &Preset| {
+        let asked = (preset.settings)().grid.conservative.needs();
+        let own = missing(&device.wishes).into_iter().filter(|name| asked.contains(&name.as_str()));
+        let all: Vec<Value> = missing(&device.needs).into_iter().chain(own).map(Value::String).collect();
+        (preset.name.to_owned(), Value::Array(all))
+    };
+    PRESETS.iter().map(of).collect()
 }
 
 /// The limits that matter: key, words, and value in the unit that ends the key.
@@ -103,6 +133,7 @@ fn device_json(index: usize, device: &DeviceReport) -> Value {
         "driver": device.driver,
         "usable": device.needs.iter().all(|need| need.present),
         "needs": needs,
+        "presets_lack": lacks(device),
         "limits": limits,
         "heaps": device.heaps.iter().enumerate().map(heap).collect::<Vec<_>>(),
     })
@@ -120,7 +151,8 @@ mod tests {
             kind: DeviceKind::Integrated,
             api_version: (1, 3, 230),
             driver: "a driver 1.2".into(),
-            needs: vec![need("geometryShader", present), need("scalarBlockLayout", true)],
+            needs: vec![need("dynamicRendering", present), need("scalarBlockLayout", true)],
+            wishes: vec![need("geometryShader", present)],
             limits: Default::default(),
             max_allocation_bytes: 1 << 31,
             max_push_descriptors: 32,
@@ -136,9 +168,9 @@ mod tests {
         let text = text(&[device(true), device(false)]);
         for part in [
             "0: A device\n   integrated GPU, Vulkan 1.3.230, driver a driver 1.2\n   has everything",
-            "✓ geometryShader",
+            "✓ geometryShader, for grid.conservative = geometry-shader, as in the presets corrected-16, corrected, printed\n",
             "1: A device\n",
-            "cannot be used, it lacks geometryShader:\n     ✗ geometryShader\n     ✓ scalarBlockLayout",
+            "cannot be used, it lacks dynamicRendering:\n     ✗ dynamicRendering\n     ✓ scalarBlockLayout",
             "heap 1: 16.00 GiB, shared with it, 3.0 MiB free",
             "single allocation, at most                   2.00 GiB",
         ] {
@@ -152,7 +184,10 @@ mod tests {
         assert_eq!(list["version"], 1);
         let [first, second] = [&list["devices"][0], &list["devices"][1]];
         assert_eq!((&first["usable"], &second["usable"]), (&json!(true), &json!(false)));
-        assert_eq!(second["needs"]["geometryShader"], false);
+        assert_eq!(second["needs"]["dynamicRendering"], false);
+        let lacks = |preset: &str| &second["presets_lack"][preset];
+        assert_eq!(lacks("fast"), &json!(["dynamicRendering"]));
+        assert_eq!(lacks("printed"), &json!(["dynamicRendering", "geometryShader"]));
         assert_eq!(
             first["heaps"][1],
             json!({ "bytes": 17179869184_u64, "device_local": false, "free_bytes": 3145728 })

@@ -83,7 +83,6 @@ pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) ->
     }
     Ok(GroundDesc {
         grid: Grid::place(desc.bounds, settings)?,
-        conservative: settings.grid.conservative,
         wants,
         features,
         sky_map: scene.sky_map.clone(),
@@ -97,7 +96,7 @@ pub(super) fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
 
 /// What settings ask of the ground for a scene: what the method asks, and what direct light does.
 pub(super) fn wants(settings: &Settings, features: Features) -> Wants {
-    let mut wants = settings.method.wants(settings);
+    let mut wants = Wants { conservative: settings.grid.conservative, ..settings.method.wants(settings) };
     if !features.has(Features::SPECULAR) {
         (wants.lobe_words, wants.gathers_lobes) = (0, false);
     }

@@ -85,8 +85,12 @@ shared! {
         boxes: [[f32; 3]; MOST_BOXES], last_boxes: [[f32; 3]; MOST_BOXES],
     }
 
-    /// Push constants of the recording pass: rows of `voxel_from_object` and of its inverse transpose.
-    RecordPush { rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32 }
+    /// A draw of the recording pass, pushed or in a list: rows of `voxel_from_object` and of its inverse transpose; where its
+    /// indices and vertices begin.
+    RecordDraw {
+        rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32,
+        first_index: u32, vertex_offset: i32, triangles: u32,
+    }
 
     /// Push constants of the pass that deforms a mesh: where in the words, the pose and the vertices its own begin.
     DeformPush {

@@ -34,8 +34,7 @@ use glam::Vec3;
 use crate::Result;
 use crate::scene::sky::SkyMap;
 use crate::scene::{Alpha, Pose, Scene};
-use crate::settings::Conservative;
-use crate::vk::{self, Bind, Buffer, BufferKind, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder};
+use crate::vk::{self, Bind, Buffer, BufferKind, Context, Format, Recorder};
 use alike::Alike;
 use attributes::CornerWords;
 use cells::Cells;
@@ -45,7 +44,7 @@ use image::MOST_AT_ONCE;
 use layout::Globals;
 use lists::{ListCapacity, Lists, array};
 use memory_plan::{MemoryRow, bytes_of};
-use record::{FRONT_VIEW_EDGE, FRONT_VIEW_FORMAT, Record};
+use record::Record;
 use scene_on_gpu::SceneOnGpu;
 use tree::Tree;
 use tree::groups::TreeSize;
@@ -60,6 +59,7 @@ const MOST_BLENDED_PARTS: u32 = 4096;
 /// How much of everything a scene brings, and how much the buffers that grow hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Counts {
+    pub instances: u32,
     pub triangles: u32,
     pub blended: u32,
     pub lights: u32,
@@ -90,6 +90,7 @@ impl Counts {
         let triangle_capacity = triangles.max(1);
         let seen_blended = if blended > 0 { samples.saturating_mul(BLENDED_LAYERS) } else { 1 };
         Self {
+            instances: scene.instances.len() as u32,
             triangles,
             blended,
             lights: (scene.lights.len() + scene.sky_lights().count()) as u32,
@@ -133,7 +134,6 @@ impl Counts {
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundDesc {
     pub grid: Grid,
-    pub conservative: Conservative,
     /// What methods and direct light ask for.
     pub wants: Wants,
     pub features: Features,
@@ -170,7 +170,6 @@ pub struct Ground {
     pub slots: Buffer,
     /// Sources of the blended triangles.
     blended: Buffer,
-    pub front_view: Image,
     /// Of every grid, the base grid first.
     pub lists: Vec<Lists>,
     record: Record,
@@ -188,7 +187,7 @@ impl Ground {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, of: &Scene, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
-        let GroundDesc { grid, conservative, wants, features, counts, .. } = &desc;
+        let GroundDesc { grid, wants, features, counts, .. } = &desc;
         let constants_of = |edge: u32, alike| {
             [
                 ("FEATURES", features.0.into()),
@@ -209,7 +208,7 @@ impl Ground {
             lists.push(Lists::new(context, place, &wants, *capacity)?);
             let voxelise = || match wants.sampled {
                 Some(samples) => Voxelise::by_samples(context, &constants, samples),
-                None => Voxelise::new(context, &constants, *conservative, wants.dilated),
+                None => Voxelise::new(context, &constants, &wants),
             };
             makers.push(ListMakers {
                 voxelise: wants.lists.then(voxelise).transpose()?,
@@ -232,18 +231,7 @@ impl Ground {
             tree: Tree::new(context, &base, wants.rays.then(|| scene.trees.of(of)))?,
             slots: buffer("slots")?,
             blended,
-            front_view: Image::new(
-                context,
-                &ImageDesc {
-                    label: "front view",
-                    format: FRONT_VIEW_FORMAT,
-                    width: FRONT_VIEW_EDGE,
-                    height: FRONT_VIEW_EDGE,
-                    usage: ImageUsageFlags::COLOR_ATTACHMENT,
-                    ..Default::default()
-                },
-            )?,
-            record: Record::new(context, &base, scene.corner)?,
+            record: Record::new(context, &base, wants.conservative, &scene)?,
             alike: wants.alike.then(|| Alike::new(context, &base, wants.split)).transpose()?,
             desc,
             scene,
@@ -283,7 +271,7 @@ impl Ground {
         self.reset(r);
         // Skins and morph targets move vertices.
         self.scene.deform(r, pose);
-        // The scene is drawn into an empty screen; the geometry shader keeps its triangles.
+        // The scene's triangles are kept where they stand.
         self.record.record(r, self, &self.scene, pose);
         // Boxes are put about them, for rays.
         self.tree.record(r, self, pose);
@@ -378,8 +366,17 @@ impl Ground {
 /// A further grid has lists, and where it is lit, lists of cells and items that are lit each.
 fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
     let lit = wants.lit_grids;
-    let further = Wants { lists: true, cells: lit, lit_items: lit, kept_direct_light: lit, ..Wants::default() };
+    let conservative = wants.conservative;
+    let further =
+        Wants { conservative, lists: true, cells: lit, lit_items: lit, kept_direct_light: lit, ..Wants::default() };
     if index == 0 { wants.clone() } else { further }
+}
+
+/// Workgroups of `size` threads for so many threads, one at least. Along one axis every device takes 65,535.
+fn over_threads(threads: u32, size: u32) -> [u32; 3] {
+    let groups = threads.div_ceil(size).max(1);
+    let x = groups.min(65535);
+    [x, groups.div_ceil(x), 1]
 }
 
 /// Bytes of what all grids share.
@@ -394,7 +391,7 @@ fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
         ("triangles' attributes", array::<[u32; 3]>(counts.triangle_capacity) * u64::from(counts.corner_words)),
         ("slots", array::<u32>(slots)),
         ("blended triangles", array::<u32>(counts.blended)),
-        ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),
+        record::plan(wants.conservative, counts.instances),
     ];
     rows.extend(counts.tree.plan());
     rows

@@ -1,94 +1,167 @@
-//! Record: draws the scene into an empty screen; the geometry shader appends one record per triangle.
+//! Record: appends a record of each triangle of the scene, where it stands.
 //! Reads: scene vertices and indices. Writes: triangles (positions in voxels of the base grid) and their attributes, counters.
+//!
+//! As the talk does it, the scene is drawn into an empty screen and a geometry shader appends the records; else compute shaders do.
 
 use std::sync::Arc;
 
-use glam::{DMat3, Vec3};
+use glam::{DAffine3, DMat3, Vec3};
 
-use super::Ground;
-use super::attributes::CornerWords;
-use super::layout::RecordPush;
+use super::layout::RecordDraw;
+use super::lists::array;
+use super::memory_plan::MemoryRow;
 use super::scene_on_gpu::SceneOnGpu;
-use crate::Result;
+use super::{Ground, over_threads};
 use crate::scene::Pose;
+use crate::settings::Conservative;
 use crate::vk::{
-    Bind, ColorTarget, Constant, Context, DrawCall, Format, Load, Raster, RasterDesc, Recorder, RenderTarget,
-    VertexInput, ZoneKind,
+    Bind, Buffer, BufferKind, ColorTarget, Compute, ComputeDesc, Constant, Context, DrawCall, Format, Image, ImageDesc,
+    ImageUsageFlags, Load, Raster, RasterDesc, Recorder, RenderTarget, VertexInput, ZoneKind,
 };
+use crate::{Error, Result};
 
 /// Edge of the front view, an empty screen for this pass. Pixels.
-pub const FRONT_VIEW_EDGE: u32 = 128;
+const FRONT_VIEW_EDGE: u32 = 128;
 /// The front view's format does not matter: nothing is written.
-pub const FRONT_VIEW_FORMAT: Format = Format::R8G8B8A8_UNORM;
+const FRONT_VIEW_FORMAT: Format = Format::R8G8B8A8_UNORM;
+/// Threads of a workgroup in `glsl/ground/record.comp`.
+const GROUP: u32 = 64;
 
-pub struct Record {
-    pipeline: Raster,
+/// Bytes of [`Record::new`] for so many instances.
+pub fn plan(conservative: Conservative, instances: u32) -> MemoryRow {
+    match conservative {
+        Conservative::Compute => ("record draws", array::<RecordDraw>(instances)),
+        _ => ("front view", u64::from(FRONT_VIEW_EDGE).pow(2) * 4),
+    }
+}
+
+pub enum Record {
+    /// With a list of [`RecordDraw`], one for each instance.
+    Compute {
+        pipeline: Compute,
+        draws: Buffer,
+    },
+    Drawn {
+        pipeline: Raster,
+        front_view: Image,
+    },
+}
+
+/// Refuses a device without geometry shaders.
+///
+/// # Errors
+/// It has none, although `conservative` asks for them.
+pub fn check_geometry_shader(context: &Context, conservative: Conservative) -> Result<()> {
+    if context.geometry_shader || conservative == Conservative::Compute {
+        return Ok(());
+    }
+    Err(Error::Device(format!(
+        "grid.conservative = {conservative} needs geometry shaders, which {} does not offer: set grid.conservative to compute, or choose \
+         another device or preset",
+        context.name
+    )))
 }
 
 impl Record {
-    pub fn new(context: &Arc<Context>, constants: &[Constant], corner: CornerWords) -> Result<Self> {
-        let pipeline = Raster::new(
-            context,
-            &RasterDesc {
-                label: "record",
-                vertex: "ground/record.vert",
-                geometry: Some("ground/record.geom"),
-                fragment: Some("ground/record.frag"),
-                constants,
-                vertex_input: Some(VertexInput {
-                    stride: corner.vertex_bytes() as u32,
-                    attributes: &corner.vertex_input(),
-                }),
-                color_formats: &[FRONT_VIEW_FORMAT],
-                masked: true,
-                ..Default::default()
-            },
-        )?;
-        Ok(Self { pipeline })
+    /// # Errors
+    /// A device without what `conservative` asks for, too little memory, or a lost device.
+    pub fn new(
+        context: &Arc<Context>,
+        constants: &[Constant],
+        conservative: Conservative,
+        scene: &SceneOnGpu,
+    ) -> Result<Self> {
+        check_geometry_shader(context, conservative)?;
+        let label = "record";
+        if conservative == Conservative::Compute {
+            let desc = ComputeDesc { label, shader: "ground/record.comp", constants };
+            let (name, bytes) = plan(conservative, scene.draws.len() as u32);
+            return Ok(Self::Compute {
+                pipeline: Compute::new(context, &desc)?,
+                draws: Buffer::new(context, name, bytes, BufferKind::Device)?,
+            });
+        }
+        let pipeline = RasterDesc {
+            label,
+            vertex: "ground/record.vert",
+            geometry: Some("ground/record.geom"),
+            fragment: Some("ground/record.frag"),
+            constants,
+            vertex_input: Some(VertexInput {
+                stride: scene.corner.vertex_bytes() as u32,
+                attributes: &scene.corner.vertex_input(),
+            }),
+            color_formats: &[FRONT_VIEW_FORMAT],
+            masked: true,
+            ..Default::default()
+        };
+        let front_view = ImageDesc {
+            label: "front view",
+            format: FRONT_VIEW_FORMAT,
+            width: FRONT_VIEW_EDGE,
+            height: FRONT_VIEW_EDGE,
+            usage: ImageUsageFlags::COLOR_ATTACHMENT,
+            ..Default::default()
+        };
+        Ok(Self::Drawn { pipeline: Raster::new(context, &pipeline)?, front_view: Image::new(context, &front_view)? })
     }
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground, scene: &SceneOnGpu, pose: &Pose) {
-        recorder.zone("record", ZoneKind::Raster, ground.triangles.bytes() + ground.attributes.bytes(), |r| {
-            r.full_barrier(); // reset wrote the counters
-            let colors = [ColorTarget {
-                view: ground.front_view.attachment_view(0),
-                resolve: None,
-                load: Load::DontCare,
-                store: false,
-            }];
-            let (width, height) = (FRONT_VIEW_EDGE, FRONT_VIEW_EDGE);
-            let target = RenderTarget { colors: &colors, width, height, ..Default::default() };
-            let grid = &ground.desc.grid;
-            r.raster(&target, |pass| {
-                for draw in &scene.draws {
-                    let voxel_from_object = grid.voxel_from_world() * pose.world_from_instance[draw.instance];
-                    let push = RecordPush {
-                        material: draw.material,
-                        first_source: draw.first_source,
-                        translucent: u32::from(draw.translucent),
-                        ..push_of(&voxel_from_object)
-                    };
-                    let call = DrawCall::Indexed {
-                        vertices: &scene.vertices,
-                        indices: &scene.indices,
-                        index_count: draw.index_count,
-                        first_index: draw.first_index,
-                        vertex_offset: draw.vertex_offset,
-                    };
-                    let binds = [
-                        Bind::buffer("globals", &ground.base().globals),
-                        Bind::buffer("triangles", &ground.triangles),
-                        Bind::buffer("attribute_words", &ground.attributes),
-                        Bind::buffer("slots", &ground.slots),
-                    ];
-                    pass.draw(&self.pipeline, &binds, &push, call);
-                }
-            });
-        });
+        let mut binds = vec![
+            Bind::buffer("globals", &ground.base().globals),
+            Bind::buffer("triangles", &ground.triangles),
+            Bind::buffer("attribute_words", &ground.attributes),
+            Bind::buffer("slots", &ground.slots),
+        ];
+        let bytes = ground.triangles.bytes() + ground.attributes.bytes();
+        let draws: Vec<RecordDraw> = scene
+            .draws
+            .iter()
+            .map(|draw| RecordDraw {
+                material: draw.material,
+                first_source: draw.first_source,
+                translucent: u32::from(draw.translucent),
+                first_index: draw.first_index,
+                vertex_offset: draw.vertex_offset,
+                triangles: draw.index_count / 3,
+                ..placed(&(ground.desc.grid.voxel_from_world() * pose.world_from_instance[draw.instance]))
+            })
+            .collect();
+        match self {
+            Self::Compute { pipeline, draws: list } => recorder.zone("record", ZoneKind::Compute, bytes, |r| {
+                r.full_barrier(); // reset wrote the counters; the frame before read the list
+                r.update(list, 0, &draws);
+                r.full_barrier();
+                binds.push(Bind::buffer("record_draws", list));
+                binds.push(Bind::buffer("scene_vertices", &scene.vertices));
+                binds.push(Bind::buffer("scene_indices", &scene.indices));
+                r.dispatch(pipeline, &binds, &(), over_threads(ground.desc.counts.triangles, GROUP));
+            }),
+            Self::Drawn { pipeline, front_view } => recorder.zone("record", ZoneKind::Raster, bytes, |r| {
+                r.full_barrier(); // reset wrote the counters
+                let (view, load) = (front_view.attachment_view(0), Load::DontCare);
+                let colors = [ColorTarget { view, resolve: None, load, store: false }];
+                let (width, height) = (FRONT_VIEW_EDGE, FRONT_VIEW_EDGE);
+                let target = RenderTarget { colors: &colors, width, height, ..Default::default() };
+                r.raster(&target, |pass| {
+                    for draw in &draws {
+                        let call = DrawCall::Indexed {
+                            vertices: &scene.vertices,
+                            indices: &scene.indices,
+                            index_count: 3 * draw.triangles,
+                            first_index: draw.first_index,
+                            vertex_offset: draw.vertex_offset,
+                        };
+                        pass.draw(pipeline, &binds, draw, call);
+                    }
+                });
+            }),
+        }
     }
 }
 
-fn push_of(voxel_from_object: &glam::DAffine3) -> RecordPush {
+/// Where a draw stands.
+fn placed(voxel_from_object: &DAffine3) -> RecordDraw {
     let m = voxel_from_object.matrix3;
     let t = voxel_from_object.translation;
     let determinant = m.determinant();
@@ -99,7 +172,7 @@ fn push_of(voxel_from_object: &glam::DAffine3) -> RecordPush {
     let normal = if largest > 0.0 { normal * (1.0 / largest) } else { normal };
     let row = |i: usize| m.row(i).extend(t[i]).as_vec4().to_array();
     let normal_row = |i: usize| -> [f32; 3] { Vec3::to_array(&normal.row(i).as_vec3()) };
-    RecordPush {
+    RecordDraw {
         rows: [row(0), row(1), row(2)],
         normal_rows: [normal_row(0), normal_row(1), normal_row(2)],
         mirrored: u32::from(determinant < 0.0),

@@ -1,6 +1,8 @@
-//! Voxelise: conservative rasterisation, by a geometry shader or the hardware, with an exact triangle/voxel test, into the lists
-//! of any grid.
+//! Voxelise: every triangle into the list of every voxel of any grid that it touches, by an exact triangle/voxel test.
 //! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
+//!
+//! A compute pass goes through the columns of voxels about each triangle. As the talk does it, a conservative raster does, whose
+//! pixels are columns: a geometry shader dilates triangles, or the hardware rasterises conservatively.
 //!
 //! Or by samples: a multisampled raster without attachments and without a geometry shader, whose vertex shader pulls
 //! the whole triangle (`glsl/ground/voxelise_samples.vert`). A voxel lists a triangle if a sample of it falls into the
@@ -8,23 +10,36 @@
 
 use std::sync::Arc;
 
-use super::Ground;
 use super::boxes::FACTOR;
 use super::constants::with;
 use super::grid::GridPlace;
 use super::layout::GridPush;
 use super::lists::Lists;
+use super::record::check_geometry_shader;
+use super::wants::Wants;
+use super::{Ground, over_threads};
 use crate::settings::Conservative;
 use crate::vk::{
-    Bind, Constant, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget, SampleCountFlags, ZoneKind,
+    Bind, Compute, ComputeDesc, Constant, Context, DrawCall, Raster, RasterDesc, Recorder, RenderTarget,
+    SampleCountFlags, ZoneKind,
 };
 use crate::{Error, Result};
 
-pub struct Voxelise {
-    pipeline: Raster,
-    /// Per pixel.
-    samples: u32,
+pub enum Voxelise {
+    Compute(Compute),
+    /// A raster without attachments, with so many samples a pixel.
+    Drawn {
+        pipeline: Raster,
+        samples: u32,
+    },
 }
+
+/// Threads of a workgroup in `glsl/ground/voxelise.comp`; each lists a triangle, or all of them one that has many columns.
+const GROUP: u32 = 64;
+/// Workgroups that go through all triangles at least, so that every processor has a part of the large ones,
+const LEAST_GROUPS: u32 = 2048;
+/// and those that share a triangle at most.
+const MOST_SHARES: u32 = 8;
 
 /// The most samples per pixel, up to `wanted`, of a raster without attachments whose samples lie where Vulkan says.
 ///
@@ -44,28 +59,28 @@ pub fn samples_per_pixel(context: &Context, wanted: u32) -> Result<u32> {
 }
 
 impl Voxelise {
-    /// `dilated`: lists what the dilated triangles touch, as in the talk.
+    /// Lists what triangles touch or, as in the talk, what they touch once dilated.
     ///
     /// # Errors
-    /// The hardware is to rasterise conservatively and cannot.
-    pub fn new(
-        context: &Arc<Context>,
-        constants: &[Constant],
-        conservative: Conservative,
-        dilated: bool,
-    ) -> Result<Self> {
-        let hardware = conservative == Conservative::Hardware;
-        if hardware && dilated {
-            return Err(Error::Usage(
-                "grid.conservative = hardware lists what triangles touch, but the method asks for what dilated ones touch: set \
-                 grid.conservative to geometry-shader"
-                    .into(),
-            ));
+    /// The device lacks what `wants` asks for, or dilated triangles are to be listed by what does not dilate them.
+    pub fn new(context: &Arc<Context>, constants: &[Constant], wants: &Wants) -> Result<Self> {
+        let Wants { conservative, dilated, .. } = *wants;
+        check_geometry_shader(context, conservative)?;
+        if conservative != Conservative::GeometryShader && dilated {
+            return Err(Error::Usage(format!(
+                "grid.conservative = {conservative} lists what triangles touch, but the method asks for what dilated ones touch: set \
+                 grid.conservative to geometry-shader",
+            )));
         }
+        if conservative == Conservative::Compute {
+            let desc = ComputeDesc { label: "voxelise", shader: "ground/voxelise.comp", constants };
+            return Ok(Self::Compute(Compute::new(context, &desc)?));
+        }
+        let hardware = conservative == Conservative::Hardware;
         if hardware && !context.conservative_rasterization {
             return Err(Error::Device(format!(
                 "grid.conservative = hardware needs VK_EXT_conservative_rasterization, which {} does not offer: set \
-                 grid.conservative to geometry-shader, or choose another device",
+                 grid.conservative to compute, or choose another device",
                 context.name
             )));
         }
@@ -109,34 +124,46 @@ impl Voxelise {
     /// # Errors
     /// A lost device.
     pub fn made_of(context: &Arc<Context>, desc: &RasterDesc) -> Result<Self> {
-        Ok(Self { pipeline: Raster::new(context, desc)?, samples: desc.samples })
+        Ok(Self::Drawn { pipeline: Raster::new(context, desc)?, samples: desc.samples })
     }
 
-    /// `zone`: what the pass is called.
+    /// `zone`: the name of the pass.
     pub fn record(&self, recorder: &mut Recorder, zone: &'static str, ground: &Ground, lists: &Lists) {
-        recorder.zone(zone, ZoneKind::Raster, lists.items.bytes(), |r| {
+        let kind = if matches!(self, Self::Compute(_)) { ZoneKind::Compute } else { ZoneKind::Raster };
+        recorder.zone(zone, kind, lists.items.bytes(), |r| {
             r.full_barrier(); // record wrote the triangles and the draw's count, reset the lists
-            self.draw(r, ground, lists);
+            self.list(r, ground, lists);
         });
     }
 
-    /// Draws everything that was recorded into a grid.
-    pub fn draw(&self, recorder: &mut Recorder, ground: &Ground, lists: &Lists) {
-        let edge = lists.place.edge;
-        let target = RenderTarget { width: edge, height: edge, samples: self.samples, ..Default::default() };
-        let binds = self.pipeline.select(&[
+    /// Lists everything that was recorded in a grid.
+    pub fn list(&self, recorder: &mut Recorder, ground: &Ground, lists: &Lists) {
+        let binds = [
             Bind::buffer("globals", &lists.globals),
+            Bind::buffer("recorded", &ground.base().globals),
             Bind::buffer("triangles", &ground.triangles),
             Bind::buffer("list_items", &lists.items),
             Bind::buffer("heads", &lists.heads),
             Bind::buffer("cells", &lists.cells.cells),
             Bind::buffer("item_samples", &lists.item_samples),
-        ]);
-        recorder.raster(&target, |pass| {
-            for push in &pushes(lists, ground.desc.grid.boxes) {
-                pass.draw(&self.pipeline, &binds, push, ground.recorded());
+        ];
+        let pushes = pushes(lists, ground.desc.grid.boxes);
+        match self {
+            Self::Compute(pipeline) => {
+                let [x, y, _] = over_threads(ground.desc.counts.triangles, GROUP);
+                let shares = LEAST_GROUPS.div_ceil(x * y).min(MOST_SHARES);
+                let binds = pipeline.select(&binds);
+                pushes.iter().for_each(|push| recorder.dispatch(pipeline, &binds, push, [x, y, shares]));
             }
-        });
+            Self::Drawn { pipeline, samples } => {
+                let edge = lists.place.edge;
+                let target = RenderTarget { width: edge, height: edge, samples: *samples, ..Default::default() };
+                let binds = pipeline.select(&binds);
+                recorder.raster(&target, |pass| {
+                    pushes.iter().for_each(|push| pass.draw(pipeline, &binds, push, ground.recorded()));
+                });
+            }
+        }
     }
 }
 

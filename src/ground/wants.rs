@@ -1,6 +1,7 @@
 //! The requests of a method to the ground, and its light as debug views show it.
 
 use super::grid::GridPlace;
+use crate::settings::Conservative;
 use crate::vk::{Buffer, Image};
 
 /// Numbers that show, coarsely, all light that a method holds.
@@ -16,7 +17,9 @@ pub enum CoarseLight<'a> {
 /// The requests of a method to the ground. The ground makes nothing that is not asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wants {
-    /// The lists of the base grid,
+    /// How triangles are recorded and listed,
+    pub conservative: Conservative,
+    /// for lists of the base grid,
     pub lists: bool,
     /// of what the dilated triangles touch: more than the triangles do;
     pub dilated: bool,

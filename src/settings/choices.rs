@@ -41,9 +41,13 @@ choices! {
         All = "all",
     }
 
-    /// How every voxel column that a triangle touches gets a fragment.
+    /// How triangles are recorded, and how every voxel that one touches is found.
+    #[derive(Default)]
     Conservative {
-        /// A geometry shader dilates triangles: on every device.
+        #[default]
+        /// Compute passes go through the columns of voxels about each triangle: on every device.
+        Compute = "compute",
+        /// As in the talk: a geometry shader dilates triangles, whose pixels are columns of voxels.
         GeometryShader = "geometry-shader",
         /// `VK_EXT_conservative_rasterization`, where a device has it.
         Hardware = "hardware",
@@ -95,5 +99,16 @@ impl Bounces {
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn volumes(self) -> u32 {
         if self == Self::One { 1 } else { 2 }
+    }
+}
+
+impl Conservative {
+    /// The names, in the Vulkan specification, of what a device must have for it beside what every device must.
+    pub fn needs(self) -> &'static [&'static str] {
+        match self {
+            Self::Compute => &[],
+            Self::GeometryShader => &["geometryShader"],
+            Self::Hardware => &["geometryShader", "VK_EXT_conservative_rasterization"],
+        }
     }
 }

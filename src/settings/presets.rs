@@ -2,7 +2,7 @@
 
 use super::methods::cones::choices::ConeSet;
 use super::methods::{cones, lpv, photons, rays};
-use super::{GatherResolution, LampLight, Method, Settings, Shadows};
+use super::{Conservative, GatherResolution, LampLight, Method, Settings, Shadows};
 
 /// Settings with a name.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +75,7 @@ impl Settings {
         printed.lights.shadows = Shadows::Method;
         printed.lights.lamps = LampLight::Gathered;
         printed.of.cones = cones::Settings::printed();
+        printed.grid.conservative = Conservative::GeometryShader;
         printed
     }
 

@@ -18,10 +18,10 @@ table! {
         margin: f64 = 2.5, in "voxels" rare, Range::Number(0.0, 7.0);
         "empty border when the side is auto";
         "coarser voxels";
-        conservative: Conservative = Conservative::GeometryShader, in "choice" rare, names!(Conservative);
-        "how every voxel that a triangle touches is found: a geometry shader dilates it, or VK_EXT_conservative_rasterization does, \
-         where a device has it: the same lists";
-        "unknown: hardware has not been run yet";
+        conservative: Conservative = Conservative::Compute, in "choice" rare, names!(Conservative);
+        "how triangles are recorded and every voxel that one touches is found: by compute passes, by the talk's geometry shaders, or by \
+         these and VK_EXT_conservative_rasterization, where a device has it: the same lists";
+        "geometry-shader: lists take as long (a box) to 4.7 times as long (small triangles); hardware has not been run yet";
     }
 
     /// Direct light and its shadows.

@@ -271,6 +271,11 @@ fn what_cannot_be_is_refused_in_one_sentence() {
     let empty = Prepare::new((24, 0), bounds);
     let refused = Prepared::new(&setup.context, &setup.scene, &setup.pose, &settings(&[]), &empty).map(drop);
     assert!(refused.unwrap_err().to_string().contains("24x0 has no pixels"));
+    // The host enabled what is required, which geometry shaders are not.
+    let talk = settings(&["grid.conservative=geometry-shader"]);
+    let whole = Prepare::new(SIZE, setup.scene.bounds(None));
+    let refused = Prepared::new(&setup.context, &setup.scene, &setup.pose, &talk, &whole).map(drop).unwrap_err();
+    assert!(refused.to_string().contains("needs geometry shaders") && refused.to_string().contains("to compute"));
     assert_eq!(setup.host.missing(), Vec::<String>::new(), "this device has everything");
     assert!(setup.host.missing_with(vk::API_VERSION_1_1).contains(&"Vulkan 1.2".to_owned()));
     setup.close();

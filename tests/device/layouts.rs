@@ -18,7 +18,7 @@ fn structs_agree_with_the_shaders() {
     for name in [
         "ground/image/image.comp cones",
         "gi/cones/shade.frag LOOK_UP",
-        "ground/record.geom",
+        "ground/record.comp",
         "ground/voxelise.frag",
         "gi/rays/light.comp",
         "ground/alike.comp",
@@ -51,7 +51,7 @@ fn structs_agree_with_the_shaders() {
     check("Frame", Frame::FIELDS, size_of::<Frame>());
     check("GridPush", GridPush::FIELDS, size_of::<GridPush>());
     check("SharesPush", SharesPush::FIELDS, size_of::<SharesPush>());
-    check("Push", RecordPush::FIELDS, size_of::<RecordPush>());
+    check("RecordDraw", RecordDraw::FIELDS, size_of::<RecordDraw>());
 }
 
 /// Push blocks all have one name, so this method's stands apart.

@@ -128,7 +128,7 @@ fn every_item_counts_its_samples() {
     }
 }
 
-/// Samples alone list what the conservative raster lists and samples reach, by one pass without a geometry shader.
+/// Samples alone list what the conservative lists hold and samples reach, by one pass without a geometry shader.
 #[test]
 fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
     let context = gpu::context();
@@ -142,7 +142,7 @@ fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
     };
     assert_eq!(stages(&sampled, "voxelise"), [[Stage::Vertex, Stage::Fragment]]);
     assert!(stages(&sampled, "cover").is_empty());
-    assert_eq!(stages(&conservative, "voxelise"), [[Stage::Vertex, Stage::Geometry, Stage::Fragment]]);
+    assert!(stages(&conservative, "voxelise").is_empty(), "a compute pass lists them");
     assert_eq!(stages(&conservative, "cover"), [[Stage::Vertex, Stage::Fragment]]);
     // The order of triangles is the device's.
     let pairs = |renderer: &Renderer| -> BTreeMap<(u32, [u64; 9]), Item> {

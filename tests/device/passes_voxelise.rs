@@ -1,9 +1,10 @@
-//! Passes 1 and 2a against an oracle of another kind: the listed pairs equal those of clipping in f64. Where the device rasterises
-//! conservatively, so do the lists made with that; elsewhere that is refused, and what it would rasterise is held against a twin.
+//! Recording and voxelising against an oracle of another kind: the listed pairs equal those of clipping in f64, by compute passes and by
+//! the talk's geometry shaders. Where the device rasterises conservatively, so do the lists made with that; elsewhere that is refused,
+//! and what it would rasterise is held against a twin.
 
 use crate::gpu;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use std::io::Write;
 use std::path::Path;
@@ -15,9 +16,9 @@ use gpu::twins::dilate::outline;
 use gpu::twins::record::{in_voxels, record};
 use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise, voxelise_dilated};
 use twobounce::ground::expected_items::expected_items;
-use twobounce::ground::layout::{GridPush, Triangle};
+use twobounce::ground::layout::{Globals, GridPush, Triangle};
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
-use twobounce::settings::{Bounces, Center, Settings};
+use twobounce::settings::{Bounces, Center, Conservative, Settings};
 use twobounce::vk::{Bind, Raster, RasterDesc, Recorder, RecorderOptions, RenderTarget, download};
 
 /// The talk's shading by cells, one bounce.
@@ -50,21 +51,21 @@ fn of_triangles(triangles: &[[DVec3; 3]]) -> Scene {
     scene
 }
 
+/// All ways to record and list triangles of which the device is capable.
+fn all_ways(settings: &Settings) -> impl Iterator<Item = Settings> {
+    let hardware = gpu::context().conservative_rasterization;
+    let ways = Conservative::ALL.iter().filter(move |way| hardware || **way != Conservative::Hardware);
+    ways.map(|way| gpu::with(settings.clone(), &[&format!("grid.conservative={way}")]))
+}
+
 fn is_exact(scene: &Scene, settings: &Settings) -> Comparison {
-    let is_exact = |settings: &Settings| {
-        let found = compare(scene, settings);
+    let is_exact = |settings: Settings| {
+        let found = compare(scene, &settings);
         let by = settings.grid.conservative;
         assert_eq!((found.recall, found.precision), (1.0, 1.0), "{} by {by}: {found:?}", scene.name);
         found
     };
-    if gpu::context().conservative_rasterization {
-        is_exact(&by_hardware(settings));
-    }
-    is_exact(settings)
-}
-
-fn by_hardware(settings: &Settings) -> Settings {
-    gpu::with(settings.clone(), &["grid.conservative=hardware"])
+    all_ways(settings).map(is_exact).last().expect("there are ways")
 }
 
 fn slivers(count: usize) -> Vec<[DVec3; 3]> {
@@ -207,15 +208,46 @@ fn a_mirrored_instance_keeps_its_front() {
     scene.add_mesh(mesh.clone(), DAffine3::IDENTITY);
     scene.add_mesh(mesh, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)));
     let context = gpu::context();
-    let renderer = gpu::render(&context, &scene, &cells(16), 16);
-    let triangles: Vec<Triangle> = download(&context, &renderer.ground().triangles).expect("triangles");
-    assert_eq!(triangles.len(), 24);
-    let words: Vec<u32> = download(&context, &renderer.ground().attributes).expect("attributes");
-    for (place, t) in triangles.iter().enumerate() {
-        let [a, b, c] = t.corners.map(Vec3::from);
-        let normal = renderer.ground().scene.corner.normal(&words, place, 0);
-        let facing = (b - a).cross(c - a).normalize().dot(Vec3::from(normal));
-        assert!((facing - 1.0).abs() < 1e-4, "triangle {}: its winding and its normal are {facing}", t.source);
+    for settings in all_ways(&cells(16)) {
+        let renderer = gpu::render(&context, &scene, &settings, 16);
+        let triangles: Vec<Triangle> = download(&context, &renderer.ground().triangles).expect("triangles");
+        assert_eq!(triangles.len(), 24);
+        let words: Vec<u32> = download(&context, &renderer.ground().attributes).expect("attributes");
+        for (place, t) in triangles.iter().enumerate() {
+            let [a, b, c] = t.corners.map(Vec3::from);
+            let normal = renderer.ground().scene.corner.normal(&words, place, 0);
+            let facing = (b - a).cross(c - a).normalize().dot(Vec3::from(normal));
+            assert!((facing - 1.0).abs() < 1e-4, "triangle {}: its winding and its normal are {facing}", t.source);
+        }
+    }
+}
+
+/// Bit for bit, with all that corners have beside positions: whatever order they stand in.
+#[test]
+fn every_way_records_the_same() {
+    let context = gpu::context();
+    for name in ["gallery", "demo"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/{name}.glb"));
+        let mut scene = Scene::load(&path, &LoadOptions::default()).expect(name);
+        // One without area, and one in a mesh of its own.
+        let at = |x: f32| Vec3::new(x, 0.5, 0.5);
+        let flat = [at(0.1), at(0.2), at(0.3)].map(|p| p.as_dvec3());
+        add(&mut scene, &[flat, [flat[0], flat[1], flat[2] + DVec3::Y]], Material::default());
+        let recorded = |settings: Settings| {
+            let renderer = gpu::render(&context, &scene, &settings, 16);
+            let ground = renderer.ground();
+            let globals: Vec<Globals> = download(&context, &ground.base().globals).expect("counters");
+            let triangles: Vec<Triangle> = download(&context, &ground.triangles).expect("triangles");
+            let words: Vec<u32> = download(&context, &ground.attributes).expect("attributes");
+            let count = globals[0].vertex_count as usize / 3;
+            let corner_words = 3 * ground.scene.corner.count;
+            let places = triangles[..count].iter().zip(words.chunks(corner_words));
+            let by_source = places.map(|(t, words)| (t.source, (bytemuck::bytes_of(t).to_vec(), words.to_vec())));
+            (globals[0].degenerate_count, by_source.collect::<BTreeMap<_, _>>())
+        };
+        let all: Vec<_> = all_ways(&cells(16)).map(recorded).collect();
+        assert!(all[0].0 > 0 && all[0].1.len() + all[0].0 as usize == scene.triangle_count() as usize);
+        assert!(all.iter().all(|other| *other == all[0]), "{name}");
     }
 }
 
@@ -235,7 +267,7 @@ fn hardware_that_cannot_is_refused_in_one_sentence() {
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
     let sentence = message.lines().last().expect("a sentence");
-    for part in ["twobounce: grid.conservative = hardware", "VK_EXT_conservative_rasterization", "geometry-shader"] {
+    for part in ["twobounce: grid.conservative = hardware", "VK_EXT_conservative_rasterization", "compute"] {
         assert!(sentence.contains(part), "{message}");
     }
 }

@@ -247,8 +247,8 @@ fn a_host_that_did_not_enable_what_is_needed_is_refused() {
         assert!(!message.contains('\n') && !message.contains(". "), "one sentence: {message}");
         message
     };
-    let feature = refused(|device| device.features.geometry_shader = false);
-    assert!(feature.contains("was made without geometryShader: enable"), "{feature}");
+    let feature = refused(|device| device.features.sample_rate_shading = false);
+    assert!(feature.contains("was made without sampleRateShading: enable"), "{feature}");
     let both = refused(|device| {
         device.features.scalar_block_layout = false;
         device.device_extensions = &[];

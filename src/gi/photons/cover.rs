@@ -36,7 +36,7 @@ impl Cover {
             r.full_barrier(); // the lists were made; the frame before read the counts
             r.fill(&lists.item_samples, 0, lists.item_samples.bytes(), 0);
             r.full_barrier();
-            self.0.draw(r, ground, lists);
+            self.0.list(r, ground, lists);
         });
     }
 }

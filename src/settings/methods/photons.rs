@@ -5,10 +5,9 @@ use crate::settings::{Form, Key, Range, choices, names, switches, table};
 choices! {
     /// Which voxels a triangle fills.
     Voxels {
-        /// Those into which samples of a multisampled raster fall: neither conservative rasterisation nor a geometry
-        /// shader.
+        /// Those into which samples of a multisampled raster fall.
         Samples = "samples",
-        /// All that it touches, by the ground's conservative raster; a second raster counts samples.
+        /// All that it touches, as [`grid.conservative`](crate::settings::Conservative) says; a raster counts samples.
         Conservative = "conservative",
     }
 
@@ -50,9 +49,9 @@ table! {
         "cones for a rough mirrored lobe; a smooth one takes one";
         "a cone each, where something is glossy";
         voxelise: Voxels = Voxels::Samples, in "choice" rare, names!(Voxels);
-        "which voxels a triangle fills: those that samples of a multisampled raster find, or those of a conservative raster, whose \
-         samples a second raster counts";
-        "conservative adds a geometry shader, an exact test of every voxel, and the pass cover";
+        "which voxels a triangle fills: those that samples of a multisampled raster find, or all that it touches, where \
+         a raster counts samples afterwards";
+        "conservative adds an exact test of every voxel, and the pass cover";
         samples: u32 = 8, in "samples" rare, Range::OneOf(&[1, 4, 8]);
         "samples per pixel that measure how much of a voxel a triangle fills; the most that the device has, up to this";
         "the pass that takes them alone: voxelise, or cover";

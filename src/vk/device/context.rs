@@ -1,7 +1,6 @@
 //! The device that everything runs on.
 
 use super::choose::{choose, open};
-use super::features::required_features;
 use super::functions::with_promoted;
 use super::host::HostDevice;
 use super::instance::{DeviceKind, Instance, heap_budgets, lock, version_of};
@@ -46,6 +45,9 @@ pub struct Context {
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked for.
     #[cfg_attr(not(internals), doc(hidden))]
     pub conservative_rasterization: bool,
+    /// Geometry shaders are enabled.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub geometry_shader: bool,
     pub(in crate::vk) allocated: AtomicU64,
     /// Dropped before the device.
     pub(in crate::vk) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
@@ -91,7 +93,7 @@ impl Context {
         let name = capabilities.name();
         let queue_family = capabilities.queue_family.expect("checked among the needs");
         let extensions = capabilities.enabled_extensions();
-        let host = open(&instance, physical, queue_family, &extensions, required_features())
+        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features())
             .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
         Self::assemble(host, capabilities, Some(instance), counting)
     }
@@ -144,6 +146,7 @@ impl Context {
             is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
             limits: capabilities.properties.limits,
             conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),
+            geometry_shader: host.features.geometry_shader,
             allocated: AtomicU64::new(0),
             allocator: ManuallyDrop::new(allocator),
             stuck: AtomicBool::new(false),

@@ -17,20 +17,17 @@ macro_rules! features {
 
         impl Features {
             /// Each feature's name, and whether it is among these.
-            pub(in crate::vk) fn list(&self) -> impl Iterator<Item = (&'static str, bool)> {
+            pub(in crate::vk) fn list(self) -> impl Iterator<Item = (&'static str, bool)> {
                 [$(($name, self.$field)),+].into_iter()
             }
         }
 
-        /// Every feature that a device must have enabled to be used by twobounce.
-        pub fn required_features() -> Features {
-            Features { $($field: true),+ }
-        }
+        const ALL: Features = Features { $($field: true),+ };
     };
 }
 
 features! {
-    /// Triangles are recorded, and turned to the axis that they fill most, one by one.
+    /// Triangles are recorded and listed as the talk does it, where settings ask for that ([`Conservative`](crate::settings::Conservative)).
     geometry_shader "geometryShader",
     /// Vertex and geometry shaders write triangles to lists.
     vertex_pipeline_stores_and_atomics "vertexPipelineStoresAndAtomics",
@@ -47,7 +44,17 @@ features! {
     synchronization2 "synchronization2",
 }
 
+/// Every feature that a device must have enabled to be used by twobounce; the others serve single settings.
+pub fn required_features() -> Features {
+    Features { geometry_shader: false, ..ALL }
+}
+
 impl Features {
+    /// The required features, each with whether it is among these.
+    pub(in crate::vk) fn required(self) -> impl Iterator<Item = (&'static str, bool)> {
+        required_features().list().zip(self.list()).filter(|((_, required), _)| *required).map(|(_, own)| own)
+    }
+
     /// The features that these structures hold. A host that enables dynamic rendering and synchronisation by the
     /// structures of their extensions sets those two fields itself.
     pub fn of(

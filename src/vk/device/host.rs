@@ -30,7 +30,8 @@ pub struct HostDevice<'a> {
     pub instance_extensions: &'a [&'a CStr],
     /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs `VK_EXT_conservative_rasterization`.
     pub device_extensions: &'a [&'a CStr],
-    /// Those enabled: at least [`required_features`](crate::host::required_features).
+    /// Those enabled: at least [`required_features`](crate::host::required_features); `grid.conservative = geometry-shader`, which the
+    /// talk's presets set, needs `geometry_shader`.
     pub features: Features,
 }
 
@@ -83,7 +84,7 @@ fn check(host: &HostDevice<'_>, capabilities: &Capabilities) -> Result<()> {
             "queue family {family} of {name} lacks graphics, compute or timestamps: hand over one that has all of them"
         )));
     }
-    let features = host.features.list().filter(|(_, enabled)| !enabled).map(|(name, _)| name.to_owned());
+    let features = host.features.required().filter(|(_, enabled)| !enabled).map(|(name, _)| name.to_owned());
     let extensions = required_extensions(version).into_iter().filter(|name| !host.device_extensions.contains(name));
     let disabled: Vec<_> = extensions.map(|name| name.to_string_lossy().into_owned()).chain(features).collect();
     if !disabled.is_empty() {

@@ -221,6 +221,8 @@ pub struct DeviceReport {
     pub driver: String,
     /// Everything that the passes need, present or not.
     pub needs: Vec<Need>,
+    /// What single settings need beside, present or not.
+    pub wishes: Vec<Need>,
     pub limits: vk::PhysicalDeviceLimits,
     /// Largest single allocation in bytes.
     pub max_allocation_bytes: u64,
@@ -264,6 +266,7 @@ fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceRepor
         kind: DeviceKind::of(found.properties.device_type),
         api_version: version_of(&found.properties),
         needs: found.needs(),
+        wishes: found.wishes(),
         limits: found.properties.limits,
         max_allocation_bytes: found.max_allocation_bytes,
         max_push_descriptors: found.max_push_descriptors,

@@ -1,6 +1,6 @@
 //! What a device has of what is needed. One list serves the choice of a device, the error that refuses one, and `info`.
 
-use super::features::{COLOR_ATTACHMENTS, FRAMEBUFFER_LAYERS, Features, required_extensions};
+use super::features::{COLOR_ATTACHMENTS, FRAMEBUFFER_LAYERS, Features, required_extensions, required_features};
 use ash::vk;
 use std::collections::BTreeSet;
 use std::ffi::CStr;
@@ -129,7 +129,7 @@ impl Capabilities {
             need("Vulkan 1.2", self.version >= vk::API_VERSION_1_2),
             need("a queue with graphics, compute and timestamps", self.queue_family.is_some()),
         ];
-        needs.extend(self.features.list().map(|(name, present)| need(name, present)));
+        needs.extend(self.features.required().map(|(name, present)| need(name, present)));
         needs.extend([
             need("VK_KHR_push_descriptor", self.has_extension(ash::khr::push_descriptor::NAME)),
             least("maxColorAttachments", COLOR_ATTACHMENTS, limits.max_color_attachments),
@@ -140,6 +140,21 @@ impl Capabilities {
             ),
         ]);
         needs
+    }
+
+    /// What single settings ask for, present or not.
+    pub(in crate::vk) fn wishes(&self) -> Vec<Need> {
+        let extension = ash::ext::conservative_rasterization::NAME;
+        let name = extension.to_string_lossy().into_owned();
+        vec![
+            Need { name: "geometryShader".into(), present: self.features.geometry_shader },
+            Need { name, present: self.has_extension(extension) },
+        ]
+    }
+
+    /// The features to enable: all that are needed, and those of single settings that are there.
+    pub(in crate::vk) fn enabled_features(&self) -> Features {
+        Features { geometry_shader: self.features.geometry_shader, ..required_features() }
     }
 
     /// The names of what is missing, for a message; empty when the device will do.

@@ -45,13 +45,18 @@ struct Part {
     bool two_sided;
 };
 
+// The two axes after the dominant one.
+vec2 across(Part part, vec3 v) {
+    uint axis = dominant_axis(part.n);
+    return vec2(v[(axis + 1u) % 3u], v[(axis + 2u) % 3u]);
+}
+
 vec3 candidate(Part part, int k) {
     return on_plane(part.a, part.n, part.center, candidates_at[k]);
 }
 
 // Where the candidates are; a bit each for those within the part.
 uint place_candidates(Part part, vec3 middle) {
-    int axis = int(dominant_axis(part.n));
     uint inside = 0u;
     for (int k = 0; k < GRID; k++) {
         candidates_at[k] = APART * (vec2(k % ROW, k / ROW) - 0.5 * float(ROW - 1));
@@ -61,15 +66,62 @@ uint place_candidates(Part part, vec3 middle) {
         vec3 corner;
         bool any = part_corner(k - GRID, part.a - part.center, part.b - part.center, part.c - part.center, corner);
         vec3 at = mix(middle - part.center, corner, TO_CORNER);
-        candidates_at[k] = vec2(at[(axis + 1) % 3], at[(axis + 2) % 3]);
+        candidates_at[k] = across(part, at);
         inside |= any ? 1u << k : 0u;
     }
     return inside;
 }
 
-// Which of the candidates, a bit each, cannot be seen from a point of the part. Their offset from it is the side's that
-// is lit.
-uint hidden_from(Part part, vec3 from, uint candidates) {
+float cross2(vec2 a, vec2 b) {
+    return a.x * b.y - a.y * b.x;
+}
+
+// Where triangle abc, whose corners are that high above a plane, meets the plane.
+bool section(vec3 heights, vec3 a, vec3 b, vec3 c, out vec3 p, out vec3 q) {
+    bvec3 above = greaterThanEqual(heights, vec3(0.0));
+    // The corner that is alone on its side, and the others.
+    bool a_alone = above.y == above.z;
+    bool b_alone = above.x == above.z;
+    vec3 own = a_alone ? a : b_alone ? b : c;
+    vec3 left = a_alone ? b : b_alone ? c : a;
+    vec3 right = a_alone ? c : b_alone ? a : b;
+    vec3 h = a_alone ? heights : b_alone ? heights.yzx : heights.zxy;
+    p = mix(own, left, h.x / (h.x - h.y));
+    q = mix(own, right, h.x / (h.x - h.z));
+    return !(all(above) || !any(above));
+}
+
+// Which of the candidates, a bit each, the triangle abc hides from a point of the part: seen along the dominant axis,
+// the way from the point to the candidate crosses the line in which the triangle meets the plane of such ways.
+uint hidden_by(Part part, vec2 from, vec3 a, vec3 b, vec3 c) {
+    vec3 heights = vec3(dot(part.n, a - part.a), dot(part.n, b - part.a), dot(part.n, c - part.a));
+    uint hidden = 0u;
+    for (float side = part.two_sided ? -1.0 : 1.0; side <= 1.0; side += 2.0) {
+        vec3 p3;
+        vec3 q3;
+        bool meets = section(heights - side * part.start, a, b, c, p3, q3);
+        vec3 off = part.center + side * part.start * part.n;
+        vec2 p = across(part, p3 - off);
+        vec2 along = across(part, q3 - off) - p;
+        // A hair of tolerance: no light between two triangles that share an edge.
+        p -= 1e-5 * along;
+        along *= 1.00002;
+        vec2 q = p + along;
+        // All ways lie within the voxel.
+        meets = meets && all(lessThan(min(p, q), vec2(0.51))) && all(greaterThan(max(p, q), vec2(-0.51)));
+        float here = cross2(along, from - p);
+        for (int k = 0; k < (meets ? CANDIDATES : 0); k++) {
+            vec2 way = candidates_at[k] - from;
+            float there = cross2(along, candidates_at[k] - p);
+            bool cuts = here * there < 0.0 && cross2(way, p - from) * cross2(way, q - from) <= 0.0;
+            hidden |= cuts ? 1u << k : 0u;
+        }
+    }
+    return hidden;
+}
+
+// Which of the candidates, a bit each, cannot be seen from a point of the part, on all sides that are lit.
+uint hidden_from(Part part, vec2 from, uint candidates) {
     uint hidden = 0u;
     uint item = heads[part.voxel];
     COUNT(HEADS, 1u);
@@ -84,27 +136,17 @@ uint hidden_from(Part part, vec3 from, uint candidates) {
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
         COUNT(WORDS, 4u);
-        vec3 a = in_box(part.box, triangles[entry.triangle].corners[0]);
-        vec3 b = in_box(part.box, triangles[entry.triangle].corners[1]);
-        vec3 c = in_box(part.box, triangles[entry.triangle].corners[2]);
-        vec3 heights = vec3(dot(part.n, a - part.a), dot(part.n, b - part.a), dot(part.n, c - part.a));
-        bool crosses = min(heights.x, min(heights.y, heights.z)) < 2.0 * part.start
-            && max(heights.x, max(heights.y, heights.z)) > -2.0 * part.start;
-        for (int k = 0; k < (crosses && opaque && !itself ? CANDIDATES : 0); k++) {
-            vec3 way = candidate(part, k) - from;
-            bool cut = false;
-            for (float side = part.two_sided ? -1.0 : 1.0; side <= 1.0; side += 2.0) {
-                vec2 uv;
-                float hit = hit_triangle(from + side * part.start * part.n, way, a, b, c, uv);
-                cut = cut || (hit > 0.0 && hit < 1.0);
-            }
-            hidden |= cut ? candidates & 1u << k : 0u;
+        if (opaque && !itself) {
+            mat3 corners = mat3(triangles[entry.triangle].corners[0], triangles[entry.triangle].corners[1],
+                triangles[entry.triangle].corners[2]);
+            corners = in_box(part.box, corners);
+            hidden |= hidden_by(part, from, corners[0], corners[1], corners[2]);
         }
     }
-    return hidden;
+    return hidden & candidates;
 }
 
-// Of the points in the mask, none of which is empty, the one farthest from `from`.
+// Of the points in the mask, which is not empty, the one farthest from `from`.
 int farthest(Part part, vec3 from, uint points) {
     int best = -1;
     float most = -1.0;
@@ -120,17 +162,15 @@ int farthest(Part part, vec3 from, uint points) {
 
 void split(Part part, vec3 middle) {
     uint inside = place_candidates(part, middle);
-    uint hidden = hidden_from(part, middle, inside);
+    vec2 off = across(part, middle - part.center);
+    uint hidden = hidden_from(part, off, inside);
     if (hidden == 0u) {
         return;
     }
     // As far from each other as candidates are: what lies between may be within a wall.
     int there = farthest(part, middle, hidden);
-    uint beyond = hidden_from(part, candidate(part, there), inside);
-    int axis = int(dominant_axis(part.n));
-    vec3 off = middle - part.center;
-    vec2 here = beyond == 0u ? vec2(off[(axis + 1) % 3], off[(axis + 2) % 3])
-                             : candidates_at[farthest(part, candidate(part, there), beyond)];
+    uint beyond = hidden_from(part, candidates_at[there], inside);
+    vec2 here = beyond == 0u ? off : candidates_at[farthest(part, candidate(part, there), beyond)];
     uint twin = atomicAdd(globals.item_count, 1u);
     if (twin >= uint(list_items.length())) {
         atomicAdd(globals.item_overflow, 1u);

@@ -54,13 +54,12 @@ uvec2 column_at(Columns columns, uint i) {
 
 void main() {
     uint count = min(recorded.vertex_count / 3u, uint(triangles.length()));
-    // Neighbours in the list often are alike: triangles of a workgroup stand far apart, so that large ones are spread.
-    uint groups = (count + gl_WorkGroupSize.x - 1u) / gl_WorkGroupSize.x;
+    // Triangles of a workgroup stand side by side: what goes through lists then finds their items close together.
     uint group = gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y;
-    uint own = group + gl_LocalInvocationID.x * groups;
+    uint own = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     wide_count = 0u;
     barrier();
-    if (group < groups && own < count) {
+    if (own < count) {
         COUNT(CORNERS, 3u);
         Projected p = projected(own);
         Columns columns = columns_of(p);

@@ -26,7 +26,7 @@ fn lasting(row: &Value) -> Value {
 
 const SMALL: [&str; 8] =
     ["--size", "16x16", "--set", "voxels=16", "--presets", "fast,printed", "--reference-noise", "20"];
-const MORE: [&str; 6] = ["--sweep", "rays.diffuse=1,2,3", "--paths", "1,4", "--import", "Other=other.exr,5"];
+const MORE: [&str; 6] = ["--sweep", "rays.diffuse=1,2,6,7", "--paths", "1,4", "--import", "Other=other.exr,5"];
 
 fn chart<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["chart", scene, "-o", output][..], &SMALL, &MORE, more].concat()

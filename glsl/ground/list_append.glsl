@@ -16,12 +16,17 @@ bool in_hole(uvec3 voxel) {
     return all(greaterThanEqual(at, ivec3(0))) && all(lessThan(at, ivec3(grid.hole_edge)));
 }
 
-// Puts a triangle into the voxel's list. The item, 1-based; 0 where there is no room.
-uint append(uint triangle, uvec3 voxel) {
-    uint item = atomicAdd(globals.item_count, 1u) + 1u;
+// Makes room for so many items; the first, 1-based.
+uint take_items(uint count) {
+    return atomicAdd(globals.item_count, count) + 1u;
+}
+
+// Puts a triangle into the voxel's list as an item that was taken, or counts it where there is no room; whether there
+// is.
+bool put(uint item, uint triangle, uvec3 voxel) {
     if (item > uint(list_items.length())) {
         atomicAdd(globals.item_overflow, 1u);
-        return 0u;
+        return false;
     }
     uint index = grid.first + uint(head_index(ivec3(voxel)));
     uint next = atomicExchange(heads[index], item);
@@ -37,5 +42,5 @@ uint append(uint triangle, uvec3 voxel) {
             atomicAdd(globals.cell_overflow, 1u);
         }
     }
-    return item;
+    return true;
 }

@@ -1,4 +1,4 @@
-// Lists a triangle in the voxels that it touches of a column of them.
+// Which voxels of a column list a triangle.
 //! with DILATED
 
 #include "common/triangle_box.glsl"
@@ -17,12 +17,24 @@ struct Projected {
     uint axis; // that the triangle faces most, along which columns go
 };
 
-// `pixel`: along the two axes after the projected one.
-void list_column(uint triangle, Projected p, uvec2 pixel) {
+// Voxels of a column that a triangle may touch, at most: its slope against the column is 1 at most.
+const uint MOST_IN_COLUMN = 4u;
+
+uvec3 voxel_at(Projected p, uvec2 column, uint depth) {
+    uvec3 voxel;
+    voxel[(p.axis + 1u) % 3u] = column.x;
+    voxel[(p.axis + 2u) % 3u] = column.y;
+    voxel[p.axis] = depth;
+    return voxel;
+}
+
+// The first voxel of a column that may be touched, along it, and which is the last. `column`: along the two axes after
+// the projected one.
+uvec2 depths_in(Projected p, uvec2 column) {
     uint axis = p.axis;
     uint u = (axis + 1u) % 3u;
     uint v = (axis + 2u) % 3u;
-    vec2 middle = vec2(pixel) + 0.5;
+    vec2 middle = vec2(column) + 0.5;
 
     // Where the plane crosses the column, within the triangle's own depth. The dominant axis keeps the slope below 1.
     float depth_low = min(min(p.a[axis], p.b[axis]), p.c[axis]);
@@ -36,19 +48,30 @@ void list_column(uint triangle, Projected p, uvec2 pixel) {
     // A hundredth of a voxel for rounding: the exact test follows.
     float spread = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01;
     float last = float(EDGE) - 1.0;
-    int first = int(clamp(floor(max(depth_low, depth - spread) - 0.001), 0.0, last));
-    int end = int(clamp(floor(min(depth_high, depth + spread) + 0.001), 0.0, last));
-    for (int k = first; k <= end; k++) {
-        uvec3 voxel;
-        voxel[u] = pixel.x;
-        voxel[v] = pixel.y;
-        voxel[axis] = uint(k);
+    float first = clamp(floor(max(depth_low, depth - spread) - 0.001), 0.0, last);
+    float end = clamp(floor(min(depth_high, depth + spread) + 0.001), 0.0, last);
+    return uvec2(first, end);
+}
+
+// A bit for each voxel of a column, from the first of depths_in on, that lists the triangle.
+uint touched_in(Projected p, uvec2 column) {
+    uvec2 depths = depths_in(p, column);
+    uint touched = 0u;
+    for (uint k = 0u; k < MOST_IN_COLUMN && depths.x + k <= depths.y; k++) {
+        uvec3 voxel = voxel_at(p, column, depths.x + k);
         bool touches = triangle_touches_voxel(p.a, p.b, p.c, p.normal, vec3(voxel) + 0.5);
 #ifdef DILATED
         touches = touches || triangle_touches_voxel(p.b, p.c, p.d, p.normal, vec3(voxel) + 0.5);
 #endif
-        if (touches && !in_hole(voxel)) {
-            append(triangle, voxel);
-        }
+        touched |= touches && !in_hole(voxel) ? 1u << k : 0u;
+    }
+    return touched;
+}
+
+// Lists the triangle in the voxels that `touched` says of a column, as items from `item` on.
+void list_column(uint triangle, Projected p, uvec2 column, uint touched, uint item) {
+    uint first = depths_in(p, column).x;
+    for (uint left = touched; left != 0u; left &= left - 1u) {
+        put(item++, triangle, voxel_at(p, column, first + uint(findLSB(left))));
     }
 }

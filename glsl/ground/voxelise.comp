@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Voxelise: every voxel that a triangle touches gets it into its list. A thread lists a triangle that is seen by few
-// columns of voxels; a workgroup goes through the columns of each other one together, or, where triangles are few,
-// several workgroups do.
+// Voxelise: every voxel that a triangle touches gets it into its list. A thread lists a triangle about which there are
+// few columns of voxels; a workgroup goes through the columns of each other one together, or, where triangles are few,
+// several workgroups do. Each thread makes room for the items of a block of columns at once: items that stand side by
+// side in the lists then lie side by side in space, and what goes through them reads memory close together.
 
 #include "common/count.glsl"
 #include "common/dominant_axis.glsl"
@@ -14,6 +15,10 @@ layout(local_size_x = 64) in;
 
 // Columns that a thread lists a triangle in by itself.
 const uint FEW_COLUMNS = 16u;
+// Columns of a block; MOST_IN_COLUMN voxels of each have a bit in one word.
+const uint BLOCK_COLUMNS = 8u;
+// Of a block among many: along the two axes after the projected one.
+const uvec2 BLOCK = uvec2(4u, 2u);
 
 layout(scalar) readonly buffer Recorded { Globals recorded; }; // the base grid's counters
 layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
@@ -48,8 +53,30 @@ Columns columns_of(Projected p) {
     return Columns(first, outside ? uvec2(0u) : end - first + 1u);
 }
 
-uvec2 column_at(Columns columns, uint i) {
-    return columns.first + uvec2(i % columns.size.x, i / columns.size.x);
+// Column k of a block, counted from the first column. Few columns are cut into blocks in their order, many into
+// rectangles.
+uvec2 column_at(Columns columns, bool few, uint block, uint k) {
+    uint i = BLOCK_COLUMNS * block + k;
+    uint across = (columns.size.x + BLOCK.x - 1u) / BLOCK.x;
+    return few ? uvec2(i % columns.size.x, i / columns.size.x)
+               : BLOCK * uvec2(block % across, block / across) + uvec2(k % BLOCK.x, k / BLOCK.x);
+}
+
+void list_block(uint triangle, Projected p, Columns columns, bool few, uint block) {
+    uint touched = 0u;
+    for (uint k = 0u; k < BLOCK_COLUMNS; k++) {
+        uvec2 at = column_at(columns, few, block, k);
+        if (all(lessThan(at, columns.size))) {
+            touched |= touched_in(p, columns.first + at) << MOST_IN_COLUMN * k;
+        }
+    }
+    uint item = touched != 0u ? take_items(uint(bitCount(touched))) : 0u;
+    for (uint k = 0u; k < BLOCK_COLUMNS && touched != 0u; k++) {
+        uint of_column = touched & (1u << MOST_IN_COLUMN) - 1u;
+        list_column(triangle, p, columns.first + column_at(columns, few, block, k), of_column, item);
+        item += uint(bitCount(of_column));
+        touched >>= MOST_IN_COLUMN;
+    }
 }
 
 void main() {
@@ -64,11 +91,13 @@ void main() {
         Projected p = projected(own);
         Columns columns = columns_of(p);
         uint many = columns.size.x * columns.size.y;
-        if (many > FEW_COLUMNS) {
+        bool few = many <= FEW_COLUMNS;
+        if (!few) {
             wide_triangles[atomicAdd(wide_count, 1u)] = own;
         }
-        for (uint i = 0u; i < (many <= FEW_COLUMNS && gl_WorkGroupID.z == 0u ? many : 0u); i++) {
-            list_column(own, p, column_at(columns, i));
+        uint blocks = few && gl_WorkGroupID.z == 0u ? (many + BLOCK_COLUMNS - 1u) / BLOCK_COLUMNS : 0u;
+        for (uint block = 0u; block < blocks; block++) {
+            list_block(own, p, columns, true, block);
         }
     }
     barrier();
@@ -77,10 +106,11 @@ void main() {
         COUNT(CORNERS, 3u);
         Projected p = projected(wide_triangles[k]);
         Columns columns = columns_of(p);
-        uint many = columns.size.x * columns.size.y;
+        uvec2 blocks = (columns.size + BLOCK - 1u) / BLOCK;
         uint stride = gl_WorkGroupSize.x * gl_NumWorkGroups.z;
-        for (uint i = gl_LocalInvocationID.x + gl_WorkGroupSize.x * gl_WorkGroupID.z; i < many; i += stride) {
-            list_column(wide_triangles[k], p, column_at(columns, i));
+        uint first = gl_LocalInvocationID.x + gl_WorkGroupSize.x * gl_WorkGroupID.z;
+        for (uint block = first; block < blocks.x * blocks.y; block += stride) {
+            list_block(wide_triangles[k], p, columns, false, block);
         }
     }
 }

@@ -28,5 +28,9 @@ void main() {
     vec3 c = in_grid(triangles[in_triangle].corners[2]);
     Projected p = Projected(a, b, c, in_normal, in_axis);
 #endif
-    list_column(in_triangle, p, uvec2(gl_FragCoord.xy));
+    uvec2 column = uvec2(gl_FragCoord.xy);
+    uint touched = touched_in(p, column);
+    if (touched != 0u) {
+        list_column(in_triangle, p, column, touched, take_items(uint(bitCount(touched))));
+    }
 }

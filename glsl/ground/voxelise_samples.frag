@@ -24,9 +24,11 @@ void main() {
     Slices slices = slices_of(a, b, c, in_axis, in_normal);
     for (int k = 0; k < 3; k++) {
         uvec3 voxel;
-        uint item = voxel_of(slices, k, in_axis, voxel) && !in_hole(voxel) ? append(in_triangle, voxel) : 0u;
-        if (item != 0u) {
-            item_samples[item - 1u] = slices.counts[k];
+        if (voxel_of(slices, k, in_axis, voxel) && !in_hole(voxel)) {
+            uint item = take_items(1u);
+            if (put(item, in_triangle, voxel)) {
+                item_samples[item - 1u] = slices.counts[k];
+            }
         }
     }
 }

@@ -9,7 +9,7 @@ const uint FACING_CELLS = 6u * CELLS_PER_EDGE * CELLS_PER_EDGE;
 // n: any length but 0.
 uint facing_cell(vec3 n) {
     uint axis = dominant_axis(n);
-    vec2 across = vec2(n[(axis + 1u) % 3u], n[(axis + 2u) % 3u]) / abs(n[axis]);
-    uvec2 place = min(uvec2((0.5 * across + 0.5) * float(CELLS_PER_EDGE)), CELLS_PER_EDGE - 1u);
+    vec2 slope = across(n, axis) / abs(n[axis]);
+    uvec2 place = min(uvec2((0.5 * slope + 0.5) * float(CELLS_PER_EDGE)), CELLS_PER_EDGE - 1u);
     return ((n[axis] < 0.0 ? 3u + axis : axis) * CELLS_PER_EDGE + place.y) * CELLS_PER_EDGE + place.x;
 }

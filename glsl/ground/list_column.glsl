@@ -1,6 +1,7 @@
 // Which voxels of a column list a triangle.
 //! with DILATED
 
+#include "common/dominant_axis.glsl"
 #include "common/triangle_box.glsl"
 #include "ground/constants.glsl"
 #include "ground/list_append.glsl"
@@ -32,8 +33,6 @@ uvec3 voxel_at(Projected p, uvec2 column, uint depth) {
 // the projected one.
 uvec2 depths_in(Projected p, uvec2 column) {
     uint axis = p.axis;
-    uint u = (axis + 1u) % 3u;
-    uint v = (axis + 2u) % 3u;
     vec2 middle = vec2(column) + 0.5;
 
     // Where the plane crosses the column, within the triangle's own depth. The dominant axis keeps the slope below 1.
@@ -43,8 +42,8 @@ uvec2 depths_in(Projected p, uvec2 column) {
     depth_low = min(depth_low, p.d[axis]);
     depth_high = max(depth_high, p.d[axis]);
 #endif
-    vec2 slope = vec2(p.normal[u], p.normal[v]) / p.normal[axis];
-    float depth = p.a[axis] - dot(slope, middle - vec2(p.a[u], p.a[v]));
+    vec2 slope = across(p.normal, axis) / p.normal[axis];
+    float depth = p.a[axis] - dot(slope, middle - across(p.a, axis));
     // A hundredth of a voxel for rounding: the exact test follows.
     float spread = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01;
     float last = float(EDGE) - 1.0;

@@ -4,9 +4,8 @@
 // Record: appends a record of each triangle of the scene. Zero-area triangles are counted and dropped. A thread per
 // triangle.
 
+#include "common/thread.glsl"
 #include "ground/recorded.glsl"
-
-layout(local_size_x = 64) in;
 
 layout(scalar) readonly buffer RecordDraws { RecordDraw record_draws[]; };
 layout(scalar) readonly buffer SceneVertices { float scene_vertices[]; };
@@ -59,8 +58,7 @@ uint draw_of(uint source) {
 }
 
 void main() {
-    uint group = gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y;
-    uint source = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    uint source = thread();
     draw = record_draws[draw_of(source)];
     uint number = source - draw.first_source;
     if (number >= draw.triangles) {
@@ -75,7 +73,7 @@ void main() {
         atomicAdd(globals.degenerate_count, 1u);
         return;
     }
-    uint slot = take_slots(1u);
+    uint slot = take_slot();
     if (slot < uint(triangles.length())) {
         for (uint i = 0u; i < 3u; i++) {
             write_corner(slot, i, corners[i]);

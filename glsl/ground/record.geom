@@ -22,7 +22,7 @@ void main() {
         atomicAdd(globals.degenerate_count, 1u);
         return;
     }
-    uint slot = take_slots(1u);
+    uint slot = take_slot();
     if (slot >= uint(triangles.length())) {
         return;
     }

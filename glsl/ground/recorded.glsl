@@ -35,12 +35,11 @@ void write_corner(uint slot, uint number, Corner corner) {
     }
 }
 
-// Makes room for so many triangles; the slot of the first. Counts those for which there is none.
-uint take_slots(uint count) {
-    uint slot = atomicAdd(globals.vertex_count, 3u * count) / 3u;
-    uint room = uint(triangles.length());
-    if (slot + count > room) {
-        atomicAdd(globals.triangle_overflow, slot + count - max(slot, room));
+// The slot of one more triangle, which is counted where there is no room for it.
+uint take_slot() {
+    uint slot = atomicAdd(globals.vertex_count, 3u) / 3u;
+    if (slot >= uint(triangles.length())) {
+        atomicAdd(globals.triangle_overflow, 1u);
     }
     return slot;
 }

@@ -8,7 +8,7 @@
 #include "ground/growing_lists.glsl"
 #include "common/clip.glsl"
 #include "common/count.glsl"
-#include "common/hit_triangle.glsl"
+#include "common/dominant_axis.glsl"
 #include "common/triangle_box.glsl"
 #include "ground/on_plane.glsl"
 
@@ -41,15 +41,10 @@ struct Part {
     float start; // of rays off its plane
     vec3 a, b, c;
     vec3 n; // unit
+    uint axis; // its dominant one
     vec3 center;
     bool two_sided;
 };
-
-// The two axes after the dominant one.
-vec2 across(Part part, vec3 v) {
-    uint axis = dominant_axis(part.n);
-    return vec2(v[(axis + 1u) % 3u], v[(axis + 2u) % 3u]);
-}
 
 vec3 candidate(Part part, int k) {
     return on_plane(part.a, part.n, part.center, candidates_at[k]);
@@ -66,14 +61,10 @@ uint place_candidates(Part part, vec3 middle) {
         vec3 corner;
         bool any = part_corner(k - GRID, part.a - part.center, part.b - part.center, part.c - part.center, corner);
         vec3 at = mix(middle - part.center, corner, TO_CORNER);
-        candidates_at[k] = across(part, at);
+        candidates_at[k] = across(at, part.axis);
         inside |= any ? 1u << k : 0u;
     }
     return inside;
-}
-
-float cross2(vec2 a, vec2 b) {
-    return a.x * b.y - a.y * b.x;
 }
 
 // Where triangle abc, whose corners are that high above a plane, meets the plane.
@@ -101,8 +92,8 @@ uint hidden_by(Part part, vec2 from, vec3 a, vec3 b, vec3 c) {
         vec3 q3;
         bool meets = section(heights - side * part.start, a, b, c, p3, q3);
         vec3 off = part.center + side * part.start * part.n;
-        vec2 p = across(part, p3 - off);
-        vec2 along = across(part, q3 - off) - p;
+        vec2 p = across(p3 - off, part.axis);
+        vec2 along = across(q3 - off, part.axis) - p;
         // A hair of tolerance: no light between two triangles that share an edge.
         p -= 1e-5 * along;
         along *= 1.00002;
@@ -162,7 +153,7 @@ int farthest(Part part, vec3 from, uint points) {
 
 void split(Part part, vec3 middle) {
     uint inside = place_candidates(part, middle);
-    vec2 off = across(part, middle - part.center);
+    vec2 off = across(middle - part.center, part.axis);
     uint hidden = hidden_from(part, off, inside);
     if (hidden == 0u) {
         return;
@@ -201,6 +192,7 @@ void consider(uint item) {
     part.b = in_box(part.box, t.corners[1]);
     part.c = in_box(part.box, t.corners[2]);
     part.n = normalize(triangle_normal(part.a, part.b, part.c));
+    part.axis = dominant_axis(part.n);
     part.center = vec3(cell_in(part.box, part.voxel)) + 0.5;
     part.two_sided = (materials[t.material].flags & MATERIAL_DOUBLE_SIDED) != 0u;
     float area;

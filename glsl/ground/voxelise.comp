@@ -8,10 +8,9 @@
 
 #include "common/count.glsl"
 #include "common/dominant_axis.glsl"
+#include "common/thread.glsl"
 #include "ground/layout.glsl"
 #include "ground/list_column.glsl"
-
-layout(local_size_x = 64) in;
 
 // Columns that a thread lists a triangle in by itself.
 const uint FEW_COLUMNS = 16u;
@@ -45,11 +44,9 @@ Columns columns_of(Projected p) {
     vec3 low = min(p.a, min(p.b, p.c)) - 0.01;
     vec3 high = max(p.a, max(p.b, p.c)) + 0.01;
     bool outside = any(lessThan(high, vec3(0.0))) || any(greaterThan(low, vec3(float(EDGE))));
-    uint u = (p.axis + 1u) % 3u;
-    uint v = (p.axis + 2u) % 3u;
     float last = float(EDGE) - 1.0;
-    uvec2 first = uvec2(clamp(floor(vec2(low[u], low[v])), 0.0, last));
-    uvec2 end = uvec2(clamp(floor(vec2(high[u], high[v])), 0.0, last));
+    uvec2 first = uvec2(clamp(floor(across(low, p.axis)), 0.0, last));
+    uvec2 end = uvec2(clamp(floor(across(high, p.axis)), 0.0, last));
     return Columns(first, outside ? uvec2(0u) : end - first + 1u);
 }
 
@@ -82,8 +79,7 @@ void list_block(uint triangle, Projected p, Columns columns, bool few, uint bloc
 void main() {
     uint count = min(recorded.vertex_count / 3u, uint(triangles.length()));
     // Triangles of a workgroup stand side by side: what goes through lists then finds their items close together.
-    uint group = gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y;
-    uint own = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    uint own = thread();
     wide_count = 0u;
     barrier();
     if (own < count) {

@@ -7,6 +7,7 @@
 // as in the talk, and is handed that.
 
 #include "ground/constants.glsl"
+#include "common/dominant_axis.glsl"
 #include "common/triangle_box.glsl"
 
 layout(triangles) in;
@@ -65,10 +66,6 @@ float support(vec2 d) {
     return DILATION * (abs(d.x) + abs(d.y));
 }
 
-float cross2(vec2 a, vec2 b) {
-    return a.x * b.y - a.y * b.x;
-}
-
 void main() {
     vec3 low = min(in_position[0], min(in_position[1], in_position[2]));
     vec3 high = max(in_position[0], max(in_position[1], in_position[2]));
@@ -76,13 +73,10 @@ void main() {
         return; // all of it is outside, as most is of a small box
     }
     normal = triangle_normal(in_position[0], in_position[1], in_position[2]);
-    vec3 size = abs(normal);
-    axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
-    uint u = (axis + 1u) % 3u;
-    uint v = (axis + 2u) % 3u;
+    axis = dominant_axis(normal);
     vec2 p[3];
     for (int i = 0; i < 3; i++) {
-        p[i] = vec2(in_position[i][u], in_position[i][v]);
+        p[i] = across(in_position[i], axis);
     }
     if (normal[axis] < 0.0) {
         vec2 swap = p[1];

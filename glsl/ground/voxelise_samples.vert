@@ -29,6 +29,6 @@ void main() {
     out_axis = dominant_axis(out_normal);
     uint corner = uint(gl_VertexIndex) % 3u;
     vec3 own = corner == 0u ? a : corner == 1u ? b : c;
-    vec2 pixel = vec2(own[(out_axis + 1u) % 3u], own[(out_axis + 2u) % 3u]);
+    vec2 pixel = across(own, out_axis);
     gl_Position = vec4(pixel * (2.0 / float(EDGE)) - 1.0, 0.5, 1.0);
 }

@@ -40,10 +40,10 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         true => "   has everything that twobounce needs:\n".to_owned(),
         false => format!("   cannot be used, it lacks {}:\n", missing.join(", ")),
     };
-    for need in &device.needs {
-        let mark = if need.present { '✓' } else { '✗' };
-        text += &format!("     {mark} {}\n", need.name);
-    }
+    let mut tell = |need: &Need, asks: &str| {
+        text += &format!("     {} {}{asks}\n", if need.present { '✓' } else { '✗' }, need.name);
+    };
+    device.needs.iter().for_each(|need| tell(need, ""));
     for need in &device.wishes {
         let presets = presets_that_need(&need.name).join(", ");
         let asks = match Conservative::ALL.iter().find(|choice| choice.needs().contains(&need.name.as_str())) {
@@ -51,7 +51,7 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
             Some(choice) => format!(", for grid.conservative = {choice}, as in the presets {presets}"),
             None => String::new(),
         };
-        text += &format!("     {} {}{asks}\n", if need.present { '✓' } else { '✗' }, need.name);
+        tell(need, &asks);
     }
     text += "   limits:\n";
     for (key, words, value) in limits(device) {
@@ -72,7 +72,7 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
     text
 }
 
-/// The presets that ask for what only single settings need.
+/// The presets whose settings need that of a device.
 fn presets_that_need(name: &str) -> Vec<&'static str> {
     let asks = |preset: &&Preset| (preset.settings)().grid.conservative.needs().contains(&name);
     PRESETS.iter().filter(asks).map(|preset| preset.name).collect()

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::MOST_GROUPS;
 use super::attributes::CornerWords;
 use super::layout::DeformPush;
 use super::memory_plan::MemoryRow;
@@ -16,7 +17,6 @@ const HAS_TANGENTS: u32 = 1;
 const FLAT: u32 = 2;
 /// Of an undeformed vertex, and of a target's difference.
 const BASE_WORDS: usize = 9;
-const MOST_GROUPS: u32 = 65535;
 
 /// What deforms a scene's vertices, still on the CPU.
 #[derive(Clone, Default)]

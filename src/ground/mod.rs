@@ -31,10 +31,11 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::Result;
 use crate::scene::sky::SkyMap;
 use crate::scene::{Alpha, Pose, Scene};
+use crate::settings::Conservative;
 use crate::vk::{self, Bind, Buffer, BufferKind, Context, Format, Recorder};
+use crate::{Error, Result};
 use alike::Alike;
 use attributes::CornerWords;
 use cells::Cells;
@@ -51,6 +52,8 @@ use tree::groups::TreeSize;
 use voxelise::Voxelise;
 use wants::Wants;
 
+/// Workgroups along an axis of a dispatch: every device takes so many.
+const MOST_GROUPS: u32 = 65535;
 /// Blended surfaces over each other for which there is room at first: a frame that lacks it is made once more.
 const BLENDED_LAYERS: u32 = 4;
 /// Parts beyond which cutting rows that are shaded at once does not help.
@@ -185,9 +188,10 @@ struct ListMakers {
 
 impl Ground {
     /// # Errors
-    /// Too little memory, or a lost device.
+    /// A device without what is asked for, too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, of: &Scene, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
         let GroundDesc { grid, wants, features, counts, .. } = &desc;
+        check_geometry_shader(context, wants.conservative)?;
         let constants_of = |edge: u32, alike| {
             [
                 ("FEATURES", features.0.into()),
@@ -363,6 +367,21 @@ impl Ground {
     }
 }
 
+/// Refuses a device without geometry shaders.
+///
+/// # Errors
+/// It has none, although `conservative` asks for them.
+fn check_geometry_shader(context: &Context, conservative: Conservative) -> Result<()> {
+    if context.geometry_shader || conservative == Conservative::Compute {
+        return Ok(());
+    }
+    Err(Error::Device(format!(
+        "grid.conservative = {conservative} needs geometry shaders, which {} does not offer: set grid.conservative to compute, or choose \
+         another device or preset",
+        context.name
+    )))
+}
+
 /// A further grid has lists, and where it is lit, lists of cells and items that are lit each.
 fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
     let lit = wants.lit_grids;
@@ -372,10 +391,10 @@ fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
     if index == 0 { wants.clone() } else { further }
 }
 
-/// Workgroups of `size` threads for so many threads, one at least. Along one axis every device takes 65,535.
+/// Workgroups of `size` threads for so many threads, one at least, along two axes.
 fn over_threads(threads: u32, size: u32) -> [u32; 3] {
     let groups = threads.div_ceil(size).max(1);
-    let x = groups.min(65535);
+    let x = groups.min(MOST_GROUPS);
     [x, groups.div_ceil(x), 1]
 }
 

@@ -12,13 +12,13 @@ use super::lists::array;
 use super::memory_plan::MemoryRow;
 use super::scene_on_gpu::SceneOnGpu;
 use super::{Ground, over_threads};
+use crate::Result;
 use crate::scene::Pose;
 use crate::settings::Conservative;
 use crate::vk::{
     Bind, Buffer, BufferKind, ColorTarget, Compute, ComputeDesc, Constant, Context, DrawCall, Format, Image, ImageDesc,
     ImageUsageFlags, Load, Raster, RasterDesc, Recorder, RenderTarget, VertexInput, ZoneKind,
 };
-use crate::{Error, Result};
 
 /// Edge of the front view, an empty screen for this pass. Pixels.
 const FRONT_VIEW_EDGE: u32 = 128;
@@ -47,31 +47,15 @@ pub enum Record {
     },
 }
 
-/// Refuses a device without geometry shaders.
-///
-/// # Errors
-/// It has none, although `conservative` asks for them.
-pub fn check_geometry_shader(context: &Context, conservative: Conservative) -> Result<()> {
-    if context.geometry_shader || conservative == Conservative::Compute {
-        return Ok(());
-    }
-    Err(Error::Device(format!(
-        "grid.conservative = {conservative} needs geometry shaders, which {} does not offer: set grid.conservative to compute, or choose \
-         another device or preset",
-        context.name
-    )))
-}
-
 impl Record {
     /// # Errors
-    /// A device without what `conservative` asks for, too little memory, or a lost device.
+    /// Too little memory, or a lost device.
     pub fn new(
         context: &Arc<Context>,
         constants: &[Constant],
         conservative: Conservative,
         scene: &SceneOnGpu,
     ) -> Result<Self> {
-        check_geometry_shader(context, conservative)?;
         let label = "record";
         if conservative == Conservative::Compute {
             let desc = ComputeDesc { label, shader: "ground/record.comp", constants };
@@ -135,7 +119,9 @@ impl Record {
                 binds.push(Bind::buffer("record_draws", list));
                 binds.push(Bind::buffer("scene_vertices", &scene.vertices));
                 binds.push(Bind::buffer("scene_indices", &scene.indices));
-                r.dispatch(pipeline, &binds, &(), over_threads(ground.desc.counts.triangles, GROUP));
+                if !draws.is_empty() {
+                    r.dispatch(pipeline, &binds, &(), over_threads(ground.desc.counts.triangles, GROUP));
+                }
             }),
             Self::Drawn { pipeline, front_view } => recorder.zone("record", ZoneKind::Raster, bytes, |r| {
                 r.full_barrier(); // reset wrote the counters

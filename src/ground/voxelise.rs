@@ -15,7 +15,6 @@ use super::constants::with;
 use super::grid::GridPlace;
 use super::layout::GridPush;
 use super::lists::Lists;
-use super::record::check_geometry_shader;
 use super::wants::Wants;
 use super::{Ground, over_threads};
 use crate::settings::Conservative;
@@ -65,7 +64,6 @@ impl Voxelise {
     /// The device lacks what `wants` asks for, or dilated triangles are to be listed by what does not dilate them.
     pub fn new(context: &Arc<Context>, constants: &[Constant], wants: &Wants) -> Result<Self> {
         let Wants { conservative, dilated, .. } = *wants;
-        check_geometry_shader(context, conservative)?;
         if conservative != Conservative::GeometryShader && dilated {
             return Err(Error::Usage(format!(
                 "grid.conservative = {conservative} lists what triangles touch, but the method asks for what dilated ones touch: set \

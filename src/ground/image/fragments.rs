@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::BandFrame;
 use super::target::{COLOR_FORMAT, ImageShape};
 use crate::Result;
+use crate::ground::MOST_GROUPS;
 use crate::ground::layout::ListCount;
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
@@ -19,8 +20,6 @@ pub const FRAGMENT_BYTES: u64 = 8;
 pub const PIXEL_BYTES: u64 = 4;
 /// Threads of a workgroup that goes through fragments, or pixels of a row.
 pub const GROUP: u32 = 64;
-/// Workgroups of one dispatch: every device takes so many.
-const MOST_GROUPS: u32 = 65535;
 /// Pixels across and down that a workgroup lists: those of its threads' tiles in `glsl/ground/image/fragments.comp`.
 const LISTER_PIXELS: [u32; 2] = [8 * 4, 8 * 2];
 /// Samples of rows that are shaded at once, at most: one dispatch must do for as many fragments.

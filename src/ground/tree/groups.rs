@@ -147,8 +147,12 @@ impl SceneTrees {
                 left = behind;
             }
         }
-        let primitives_before: Vec<usize> =
-            all.iter().scan(0, |sum, links| Some(std::mem::replace(sum, *sum + links.primitives.len()))).collect();
+        // Where the primitives of each group begin.
+        let mut begin = Vec::new();
+        for links in all {
+            begin.push(first_source + self.sources.len());
+            self.sources.extend(&links.primitives);
+        }
         slots.into_par_iter().for_each(|(group, level, own)| {
             let (links, places) = (&all[group], &places[group]);
             let place = |node: usize| {
@@ -156,12 +160,10 @@ impl SceneTrees {
                 size.before() + places[level] + node - links.levels[level].start
             };
             let way_out = (size.top() + group) as u32 + 1;
-            let sources = first_source + primitives_before[group];
             for (node, to) in links.nodes[links.levels[level].clone()].iter().zip(own) {
-                *to = moved(node, place, way_out, sources);
+                *to = moved(node, place, way_out, begin[group]);
             }
         });
-        self.sources = all.iter().flat_map(|links| &links.primitives).copied().collect();
     }
 
     pub fn size(&self) -> TreeSize {

@@ -10,8 +10,8 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::Ground;
 use super::memory_plan::MemoryRow;
+use super::{Ground, MOST_GROUPS};
 use crate::Result;
 use crate::scene::Pose;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind, upload_into};
@@ -44,7 +44,6 @@ struct RangePush {
 
 /// Begins where others end (`glsl/ground/tree_nodes.glsl`).
 const EMPTY_BOX: [u32; 3] = [0xffff; 3];
-const MOST_GROUPS: usize = 65535;
 
 impl Tree {
     /// `trees`: none where nothing traces rays; the buffers then are there to be bound.
@@ -82,7 +81,7 @@ impl Tree {
             for level in levels.rev() {
                 r.full_barrier(); // boxes stand about those of the level below
                 let push = RangePush { first: level.start as u32, end: level.end as u32 };
-                let groups = level.len().div_ceil(64).min(MOST_GROUPS) as u32;
+                let groups = level.len().div_ceil(64).min(MOST_GROUPS as usize) as u32;
                 r.dispatch(boxes, &binds, &push, [groups, 1, 1]);
             }
         });

@@ -221,7 +221,7 @@ pub struct DeviceReport {
     pub driver: String,
     /// Everything that the passes need, present or not.
     pub needs: Vec<Need>,
-    /// What single settings need beside, present or not.
+    /// Features and extensions that single settings need beside, present or not.
     pub wishes: Vec<Need>,
     pub limits: vk::PhysicalDeviceLimits,
     /// Largest single allocation in bytes.

@@ -142,7 +142,7 @@ impl Capabilities {
         needs
     }
 
-    /// What single settings ask for, present or not.
+    /// Features and extensions that single settings need, present or not.
     pub(in crate::vk) fn wishes(&self) -> Vec<Need> {
         let extension = ash::ext::conservative_rasterization::NAME;
         let name = extension.to_string_lossy().into_owned();
